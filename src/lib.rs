@@ -1,0 +1,27 @@
+//! goldtof: Verilog, co-simulation and photon-level simulation of DS-CDMA
+//! indirect time-of-flight (iToF) sensors.
+//!
+//! The way of one scene through the crate: [`scene`] reads and checks it,
+//! [`code`] makes its codes, [`model::contract`] fixes what the hardware
+//! promises at its ports, [`hdl`] emits that hardware as Verilog, [`optics`]
+//! makes the light and the detections, [`model`] predicts every port at every
+//! clock, [`cosim`] runs the Verilog beside it, and [`estimate`] turns counts
+//! into a distance.
+//!
+//! Conventions used everywhere: the first chip, sample or bit is the earliest;
+//! bit 0 of a sample word is the earliest sample; one clock cycle is one chip;
+//! distance is half the optical path; light travels at
+//! [`SPEED_OF_LIGHT_M_PER_S`].
+
+pub mod cli;
+pub mod code;
+pub mod cosim;
+pub mod estimate;
+pub mod hdl;
+pub mod model;
+pub mod optics;
+pub mod report;
+pub mod scene;
+
+/// Speed of light in vacuum (exact, SI).
+pub const SPEED_OF_LIGHT_M_PER_S: f64 = 299_792_458.0;

@@ -1,0 +1,164 @@
+//! A scene: what a sensor engineer writes down, read, checked and in base units.
+
+use std::sync::Arc;
+
+use crate::code::Code;
+
+/// A checked scene. Every cross-reference is resolved to an index, every
+/// quantity is in the unit its name carries, every default is filled in.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// The file's stem, `paper-single` for `scenes/paper-single.toml`.
+    pub name: String,
+    /// Chip period T_c; one clock cycle of the hardware.
+    pub chip_period_ps: f64,
+    /// Samples (phase steps) per chip, S = 2^zeta: 1, 2, 4, ...
+    pub samples_per_chip: u32,
+    /// Light sources, in the order of the file.
+    pub sources: Vec<Source>,
+    /// Detectors, in the order of the file.
+    pub detectors: Vec<Detector>,
+    /// Optical paths, in the order of the file.
+    pub paths: Vec<Path>,
+    /// Which phase steps are measured, and for how long.
+    pub scan: Scan,
+    /// Which estimator turns counts into distance.
+    pub estimator: EstimatorKind,
+    /// What the hardware is built for.
+    pub hardware: Hardware,
+}
+
+/// An on-off-keyed laser.
+#[derive(Debug, Clone)]
+pub struct Source {
+    /// Name that paths and detectors refer to.
+    pub name: String,
+    /// The code it repeats without end, interleaving included.
+    pub code: Arc<Code>,
+    /// Vacuum wavelength.
+    pub wavelength_nm: f64,
+    /// Optical power averaged over the code, at the source.
+    pub mean_power_w: f64,
+    /// On-rate over off-rate, at least 1; `f64::INFINITY` for a dark off-state.
+    pub extinction_ratio: f64,
+}
+
+/// A SPAD with its counter (Table I).
+#[derive(Debug, Clone)]
+pub struct Detector {
+    /// Name that paths refer to.
+    pub name: String,
+    /// Index in [`Scene::sources`] of the source whose code the sign follows.
+    pub reference: usize,
+    /// Chance that an incident photon fires a ready detector, 0..=1.
+    pub photon_detection_probability: f64,
+    /// Avalanches without light.
+    pub dark_count_rate_cps: f64,
+    /// Constant light, in photons before the detection probability.
+    pub background_rate_cps: f64,
+    /// Non-paralyzable dead time, from the avalanche.
+    pub dead_time_ps: f64,
+    /// Chance that an avalanche causes at least one afterpulse, 0..1.
+    pub afterpulsing_probability: f64,
+    /// Afterpulse delay's exponential time constant, from the dead time's end.
+    pub afterpulsing_time_constant_ps: f64,
+    /// Width of the digital pulse that a detection makes.
+    pub pulse_width_ps: f64,
+    /// Constant delay from avalanche to registered time.
+    pub delay_ps: f64,
+    /// Standard deviations of the independent Gaussian jitters.
+    pub jitter_ps: Vec<f64>,
+    /// The continuous-time counter's edges.
+    pub counter: CounterTiming,
+}
+
+/// Edge timing of the article's continuous-time counter (Table I).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CounterTiming {
+    /// How late the sign's rising edge comes.
+    pub rising_delay_ps: f64,
+    /// How late the sign's falling edge comes.
+    pub falling_delay_ps: f64,
+    /// Within this distance of an edge either sign is equally likely.
+    pub transition_ps: f64,
+}
+
+/// One optical path from a source to a detector.
+#[derive(Debug, Clone)]
+pub struct Path {
+    /// Index in [`Scene::sources`].
+    pub source: usize,
+    /// Index in [`Scene::detectors`].
+    pub detector: usize,
+    /// Time of flight.
+    pub delay_ps: f64,
+    /// Share of the source's photons that arrive, 0..=1.
+    pub transmission: f64,
+}
+
+impl Path {
+    /// Distance (half the optical path) in metres.
+    pub fn distance_m(&self) -> f64 {
+        0.5 * self.delay_ps * 1e-12 * crate::SPEED_OF_LIGHT_M_PER_S
+    }
+}
+
+/// The phase steps of one scan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scan {
+    /// First phase step k, 0..K.
+    pub first_step: u64,
+    /// Number of phase steps, 1..=K; they wrap round K.
+    pub steps: u64,
+    /// Phase steps per code period, K = S L'.
+    pub steps_per_period: u64,
+    /// Integration time per phase step, D, in whole chips (at least 1).
+    pub integration_chips: u64,
+    /// The integration time that was asked for.
+    pub requested_integration_ps: f64,
+}
+
+impl Scan {
+    /// Phase step of the j-th measurement of a scan.
+    pub fn step(&self, j: u64) -> u64 {
+        (self.first_step + j) % self.steps_per_period
+    }
+
+    /// Whether the scan covers the whole code period, so that scans follow one
+    /// another without a gap.
+    pub fn is_full(&self) -> bool {
+        self.steps == self.steps_per_period
+    }
+}
+
+/// Turns counts into distance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EstimatorKind {
+    /// Coarse argmax, then the phase of the fundamental.
+    Fft,
+    /// Weighted least squares against the exact mean response.
+    Model,
+}
+
+/// What the hardware is built for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hardware {
+    /// Target device.
+    pub target: Target,
+    /// Phase steps correlated at once.
+    pub parallel: u32,
+    /// Width of a count in the results; `None` gives the width at which no
+    /// stimulus at all can overflow. A narrower count saturates and flags.
+    pub counter_width: Option<u32>,
+}
+
+/// FPGA targets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// Lattice ECP5 25k, speed grade 6.
+    Ecp525k6,
+    /// Lattice iCE40 HX8K.
+    Ice40Hx8k,
+    /// AMD 7-series (synthesis only).
+    Xc7,
+}
