@@ -2,6 +2,10 @@
 //! library's own generators.
 #![allow(dead_code)] // Every test binary uses a part of this.
 
+pub mod icarus;
+pub mod naive_sensor;
+pub mod stimulus;
+
 use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;

@@ -60,7 +60,7 @@ impl LfsrGenerator {
             Constant::new(
                 tap_mask(lfsr),
                 width,
-                format!("Taps of {name}: bit n - e for every exponent e > 0 but n's, bit 0"),
+                format!("Taps of {name}: bit n - e for every exponent e > 0 of degree n"),
             )
         };
         let load = |lfsr: &Lfsr, name: &str| {
@@ -92,35 +92,31 @@ impl Logic for LfsrGenerator {
     #[hdl_gen]
     fn update(&mut self) {
         dff_setup!(self, io.i_clk, u);
+        for _two in 0..self.v.count() {
+            dff_setup!(self, io.i_clk, v[0]);
+            self.io.o_chip.next = self.u.q.val().get_bit(0) ^ self.v[0].q.val().get_bit(0);
+        }
+        for _one in self.v.count()..1 {
+            self.io.o_chip.next = self.u.q.val().get_bit(0);
+        }
         self.io.o_epoch.next = self.u.q.val() == self.u_load.val();
         for top in self._top..(self._top + 1) {
             if self.io.i_advance.val() {
                 self.u.d.next = (self.u.q.val() >> 1)
                     .replace_bit(top, (self.u.q.val() & self.u_taps.val()).xor());
-            }
-        }
-        for _load in 0..self.io.i_load.count() {
-            if self.io.i_load[0].val() {
-                self.u.d.next = self.u_load.val();
-            }
-        }
-        for _v in 0..self.v.count() {
-            dff_setup!(self, io.i_clk, v[0]);
-            self.io.o_chip.next = self.u.q.val().get_bit(0) ^ self.v[0].q.val().get_bit(0);
-            for top in self._top..(self._top + 1) {
-                if self.io.i_advance.val() {
+                for _two in 0..self.v.count() {
                     self.v[0].d.next = (self.v[0].q.val() >> 1)
                         .replace_bit(top, (self.v[0].q.val() & self.v_taps[0].val()).xor());
                 }
             }
-            for _load in 0..self.io.i_load.count() {
-                if self.io.i_load[0].val() {
+        }
+        for _reloads in 0..self.io.i_load.count() {
+            if self.io.i_load[0].val() {
+                self.u.d.next = self.u_load.val();
+                for _two in 0..self.v.count() {
                     self.v[0].d.next = self.v_load[0].val();
                 }
             }
-        }
-        for _alone in self.v.count()..1 {
-            self.io.o_chip.next = self.u.q.val().get_bit(0);
         }
     }
 }

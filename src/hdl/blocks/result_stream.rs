@@ -129,16 +129,6 @@ impl Logic for ResultStream {
         self.o_last.next = self.last.q.val();
         self.o_overrun.next = self.overrun.q.val();
         self.blocked.next = self.valid.q.val() & !self.i_ready.val();
-        if self.i_dump.val() {
-            self.base.d.next = self.i_total.val();
-        }
-        for _exact in self.difference.count()..1 {
-            self.new_result.next = self.i_dump.val();
-            if self.new_result.val() & !self.blocked.val() {
-                self.count.d.next = self.i_total.val() - self.base.q.val();
-                self.last.d.next = self.i_last.val();
-            }
-        }
         for _saturating in 0..self.difference.count() {
             dff_setup!(
                 self,
@@ -148,12 +138,24 @@ impl Logic for ResultStream {
                 arrives_last[0],
                 saturated[0]
             );
+        }
+        if self.i_dump.val() {
+            self.base.d.next = self.i_total.val();
+            for _saturating in 0..self.difference.count() {
+                self.difference[0].d.next = self.i_total.val() - self.base.q.val();
+            }
+        }
+        for _exact in self.difference.count()..1 {
+            self.new_result.next = self.i_dump.val();
+            if self.new_result.val() & !self.blocked.val() {
+                self.count.d.next = self.i_total.val() - self.base.q.val();
+                self.last.d.next = self.i_last.val();
+            }
+        }
+        for _saturating in 0..self.difference.count() {
             self.arrives[0].d.next = self.i_dump.val();
             self.arrives_last[0].d.next = self.i_last.val();
             self.new_result.next = self.arrives[0].q.val();
-            if self.i_dump.val() {
-                self.difference[0].d.next = self.i_total.val() - self.base.q.val();
-            }
             self.fits[0].next = bit_cast(
                 signed_cast(bit_cast(self.difference[0].q.val(), self._count_bits)),
                 self._total_bits,
