@@ -45,7 +45,6 @@ pub fn drives_of(kernel: &[Statement], names: &Names) -> Result<Drives, Fault> {
         combinational.insert(id, Combinational { value, comments });
     }
     check_driven(kernel, names, &combinational)?;
-    check_loops(&combinational, names)?;
     let clocked = clocked_part(kernel, names);
     let is_read = check_reads(&combinational, &clocked, names)?;
     Ok(Drives {
@@ -91,8 +90,9 @@ fn check_targets(kernel: &[Statement], names: &Names) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Refuses a signal that is assigned after it was read, and reads of pins
-/// that only the kernel drives.
+/// Refuses a signal that is assigned after it was read, which rules out
+/// combinational loops inside a module too, and reads of pins that only the
+/// kernel drives.
 fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Result<(), Fault> {
     for statement in kernel {
         let expr = match statement {
@@ -116,10 +116,16 @@ fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Res
         }
         match statement {
             Statement::Assign { target, .. } => {
-                let is_wire = !matches!(names.signals[*target].role, Role::RegisterD(_));
-                if is_wire && read[*target] {
-                    return Err(Fault::ReassignedAfterRead {
-                        signal: names.signals[*target].name.clone(),
+                // What shows the new value without a clock.
+                let shown = match names.signals[*target].role {
+                    Role::RegisterD(_) => None,
+                    Role::TableAddress(table) => Some(names.tables[table].data),
+                    Role::WiringIn(wiring) => Some(names.wirings[wiring].output),
+                    _ => Some(*target),
+                };
+                if let Some(id) = shown.filter(|&id| read[id]) {
+                    return Err(Fault::AssignedAfterRead {
+                        signal: names.signals[id].name.clone(),
                     });
                 }
             }
@@ -263,60 +269,6 @@ fn is_input_named(value: &Expr, names: &Names, name: &str) -> bool {
         }
         _ => false,
     }
-}
-
-/// Refuses a combinational signal that depends on itself inside this module.
-fn check_loops(
-    combinational: &HashMap<SignalId, Combinational>,
-    names: &Names,
-) -> Result<(), Fault> {
-    let mut state = HashMap::new();
-    let mut roots: Vec<SignalId> = combinational.keys().copied().collect();
-    roots.sort_unstable();
-    for id in roots {
-        visit(id, combinational, names, &mut state)?;
-    }
-    Ok(())
-}
-
-fn visit(
-    id: SignalId,
-    combinational: &HashMap<SignalId, Combinational>,
-    names: &Names,
-    is_done: &mut HashMap<SignalId, bool>,
-) -> Result<(), Fault> {
-    match is_done.get(&id) {
-        Some(true) => return Ok(()),
-        Some(false) => {
-            return Err(Fault::CombinationalLoop {
-                signal: names.signals[id].name.clone(),
-            });
-        }
-        None => {}
-    }
-    is_done.insert(id, false);
-    for next in inputs_of(id, combinational, names) {
-        visit(next, combinational, names, is_done)?;
-    }
-    is_done.insert(id, true);
-    Ok(())
-}
-
-/// What a signal depends on without a register between.
-fn inputs_of(
-    id: SignalId,
-    combinational: &HashMap<SignalId, Combinational>,
-    names: &Names,
-) -> Vec<SignalId> {
-    let mut inputs = match names.signals[id].role {
-        Role::TableData(table) => vec![names.tables[table].address],
-        Role::WiringOut(wiring) => names.wirings[wiring].inputs.clone(),
-        _ => Vec::new(),
-    };
-    if let Some(driven) = combinational.get(&id) {
-        driven.value.for_each_signal(&mut |read| inputs.push(read));
-    }
-    inputs
 }
 
 /// The statements that assign registers, without the default hold.

@@ -83,17 +83,11 @@ pub enum Fault {
         /// The signal or constant.
         signal: String,
     },
-    /// A signal read and then assigned again: Rust reads the old value,
-    /// Verilog the new one.
-    #[error("`{signal}` is assigned again after it was read; use two signals")]
-    ReassignedAfterRead {
+    /// A signal read and then assigned: rust-hdl reads the old value, Verilog
+    /// the new one.
+    #[error("`{signal}` is assigned after it was read; assign it first, or use two signals")]
+    AssignedAfterRead {
         /// The signal.
-        signal: String,
-    },
-    /// A combinational signal that depends on itself.
-    #[error("`{signal}` depends on itself without a register between")]
-    CombinationalLoop {
-        /// One signal of the loop.
         signal: String,
     },
     /// A bit outside of a vector.

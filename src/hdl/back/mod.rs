@@ -14,6 +14,8 @@ mod lower;
 mod module;
 mod names;
 mod print;
+#[cfg(test)]
+mod refusals;
 mod scope;
 mod share;
 mod signals;

@@ -1,0 +1,155 @@
+//! What `emit` refuses, and what it leaves on disk.
+
+mod hdl_support;
+
+use std::fs;
+use std::sync::Arc;
+
+use goldtof::code::Generator;
+use goldtof::hdl::{emit, write};
+use goldtof::scene::Scene;
+use hdl_support::{Family, code, scene};
+
+fn plain() -> Scene {
+    scene(&[code(Family::Gold(5), 0, 3)], 0, 8, 0, None, 40, None)
+}
+
+fn refusal(scene: &Scene) -> String {
+    emit(scene, "goldtof emit test.toml")
+        .expect_err("the scene is beyond a limit")
+        .to_string()
+}
+
+#[test]
+fn more_than_one_detector_is_not_built_yet() {
+    let mut scene = plain();
+    scene.detectors.push(scene.detectors[0].clone());
+    assert_eq!(
+        refusal(&scene),
+        "hardware for more or fewer than one detector is not built yet: 2 asked for, 1 possible"
+    );
+}
+
+#[test]
+fn parallel_correlation_is_not_built_yet() {
+    let mut scene = plain();
+    scene.hardware.parallel = 4;
+    assert_eq!(
+        refusal(&scene),
+        "hardware that correlates several phase steps at once is not built yet: 4 asked for, \
+         1 possible"
+    );
+}
+
+#[test]
+fn limits_are_named_with_the_value_that_breaks_them() {
+    let codes = [code(Family::Gold(5), 0, 3)];
+    assert_eq!(
+        refusal(&scene(&codes, 0, 32, 0, None, 40, None)),
+        "samples per chip is 32, but the hardware takes 1, 2, 4, 8 or 16"
+    );
+    assert_eq!(
+        refusal(&scene(&codes, 0, 8, 0, None, 40, Some(1))),
+        "counter_width is 1, but the hardware takes 2 to 64 bits"
+    );
+    assert_eq!(
+        refusal(&scene(&codes, 0, 8, 0, None, u64::MAX / 2, None)),
+        "the width of a count that cannot overflow is 66, but the hardware takes at most 64 \
+         bits; integrate over fewer chips"
+    );
+    assert_eq!(
+        refusal(&scene(
+            &[code(Family::Gold(3), 5, 3)],
+            0,
+            8,
+            0,
+            None,
+            40,
+            None
+        )),
+        "the interleaving depth of source `laser-0` is 5, but the hardware takes 0 to 4"
+    );
+    assert_eq!(
+        refusal(&scene(
+            &[code(Family::Chips(4097), 0, 3)],
+            0,
+            8,
+            0,
+            None,
+            40,
+            None
+        )),
+        "the number of chips of source `laser-0` is 4097, but the hardware takes 1 to 4096 given \
+         chips"
+    );
+}
+
+#[test]
+fn a_code_that_contradicts_its_generator_is_refused() {
+    let mut contradicting = (*code(Family::Gold(5), 0, 3)).clone();
+    contradicting.chips.pop();
+    let scene_with = |code| scene(&[Arc::new(code)], 0, 8, 0, None, 40, None);
+    assert_eq!(
+        refusal(&scene_with(contradicting)),
+        "source `laser-0`: its table has 30 chips, its generator 31"
+    );
+    let mut dead = (*code(Family::MSequence(5), 0, 3)).clone();
+    if let Generator::MSequence(lfsr) = &mut dead.generator {
+        lfsr.seed = vec![0; 5];
+    }
+    assert_eq!(
+        refusal(&scene_with(dead)),
+        "source `laser-0`: a seed needs as many chips as the degree, and one that is 1"
+    );
+}
+
+#[test]
+fn a_second_emission_removes_the_files_that_only_the_first_had() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let interleaved = scene(&[code(Family::Gold(5), 1, 3)], 0, 8, 0, None, 40, None);
+    let first = emit(&interleaved, "first").expect("the scene is fine");
+    write(&first, folder.path()).expect("the files can be written");
+    fs::write(folder.path().join("mine.v"), "// the user's own\n").expect("written");
+    assert!(folder.path().join("interleaver.v").exists());
+    let second = emit(&plain(), "second").expect("the scene is fine");
+    write(&second, folder.path()).expect("the files can be written");
+
+    let mut found: Vec<String> = fs::read_dir(folder.path())
+        .expect("the folder is there")
+        .map(|entry| {
+            entry
+                .expect("readable")
+                .file_name()
+                .into_string()
+                .expect("plain")
+        })
+        .collect();
+    found.sort();
+    let mut expected: Vec<String> = second.files.iter().map(|f| f.name.clone()).collect();
+    expected.extend(["manifest.json".to_owned(), "mine.v".to_owned()]);
+    expected.sort();
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn a_manifest_that_names_files_elsewhere_removes_nothing_there() {
+    let outer = tempfile::tempdir().expect("a temporary folder");
+    fs::write(outer.path().join("keep.v"), "").expect("written");
+    let folder = outer.path().join("build");
+    fs::create_dir(&folder).expect("created");
+    let manifest = r#"{"files": [{"name": "../keep.v"}]}"#;
+    fs::write(folder.join("manifest.json"), manifest).expect("written");
+    let emission = emit(&plain(), "goldtof emit test.toml").expect("the scene is fine");
+    write(&emission, &folder).expect("the files can be written");
+    assert!(outer.path().join("keep.v").exists());
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_named() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("file");
+    fs::write(&file, "").expect("written");
+    let emission = emit(&plain(), "goldtof emit test.toml").expect("the scene is fine");
+    let error = write(&emission, &file.join("build")).expect_err("a file is no folder");
+    assert!(error.to_string().contains("file/build"), "{error}");
+}
