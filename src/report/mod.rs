@@ -1,1 +1,3 @@
-//! TODO
+//! What people read: plots and the report page.
+
+pub mod plot;
