@@ -9,8 +9,8 @@ mod cosim;
 mod emit;
 mod output;
 mod plan;
-mod run;
 mod rtl;
+mod run;
 
 use std::process::ExitCode;
 

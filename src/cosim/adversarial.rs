@@ -15,7 +15,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::stimulus::{Drive, RESET_CLOCKS, Stimulus, clocks_for_scans, scan_start};
 use crate::code::Code;
 use crate::model::contract::Contract;
-use crate::optics::sampled::Pulse;
+use crate::optics::Pulse;
 
 /// Longest run that is chosen when the user asks for no number of clocks.
 const LONGEST_DEFAULT: u64 = 20_000_000;
@@ -89,9 +89,11 @@ impl Adversarial {
     }
 
     fn decide_episode(&mut self) {
-        let dwell = self.contract.scan.integration_chips;
+        // Several results long, so that a stall can lose some, but short enough
+        // that a run sees many patterns.
+        let between_results = scan_start(&self.contract, 1).div_ceil(self.contract.scan.steps);
         let start = self.decided;
-        let longest = dwell.saturating_mul(6).clamp(16, 1 << 16);
+        let longest = between_results.saturating_mul(6).clamp(16, 1 << 16);
         let mut end = start + self.length(longest);
         if start >= self.calm_until && self.rng.random_bool(0.3) {
             let reset = start..start + self.length(8);
@@ -209,10 +211,7 @@ impl Stimulus for Adversarial {
             self.decide_episode();
         }
         let lanes = u64::from(self.contract.lanes);
-        while let Some(pulse) = self
-            .pulses
-            .pop_front_if(|p| p.first < clocks.end * lanes)
-        {
+        while let Some(pulse) = self.pulses.pop_front_if(|p| p.first < clocks.end * lanes) {
             drive.pulses.push(pulse);
         }
         // What reaches beyond the block is told again in the next.

@@ -87,12 +87,17 @@ pub fn build(
         parts.extend([source.name.as_str(), source.text.as_str()]);
     }
     let runtime = runtime(&tools, cache)?;
-    let folder = once(cache, &format!("model-{}", hash(&parts)), LIBRARY, |folder| {
-        verilate(&tools, top, sources, contract, folder)?;
-        write(&folder.join(ports::HEADER), &header)?;
-        write(&folder.join("cosim.cpp"), BENCH)?;
-        link(&tools, folder, &runtime)
-    })?;
+    let folder = once(
+        cache,
+        &format!("model-{}", hash(&parts)),
+        LIBRARY,
+        |folder| {
+            verilate(&tools, top, sources, contract, folder)?;
+            write(&folder.join(ports::HEADER), &header)?;
+            write(&folder.join("cosim.cpp"), BENCH)?;
+            link(&tools, folder, &runtime)
+        },
+    )?;
     Ok(folder.join(LIBRARY))
 }
 
@@ -115,24 +120,29 @@ pub fn cache_dir() -> PathBuf {
 fn runtime(tools: &Tools, cache: &Path) -> Result<PathBuf, CosimError> {
     let mut parts = vec![tools.versions.as_str(), "runtime"];
     parts.extend(COMPILER_FLAGS);
-    once(cache, &format!("runtime-{}", hash(&parts)), "runtime.o", |folder| {
-        let sources = RUNTIME.iter().map(|name| tools.include.join(name));
-        let all: String = sources
-            .map(|path| format!("#include \"{}\"\n", path.display()))
-            .collect();
-        let unit = folder.join("runtime.cpp");
-        write(&unit, &all)?;
-        must_run(
-            tools
-                .compiler()
-                .args(COMPILER_FLAGS)
-                .args(include_flags(tools))
-                .arg("-c")
-                .arg(&unit)
-                .arg("-o")
-                .arg(folder.join("runtime.o")),
-        )
-    })
+    once(
+        cache,
+        &format!("runtime-{}", hash(&parts)),
+        "runtime.o",
+        |folder| {
+            let sources = RUNTIME.iter().map(|name| tools.include.join(name));
+            let all: String = sources
+                .map(|path| format!("#include \"{}\"\n", path.display()))
+                .collect();
+            let unit = folder.join("runtime.cpp");
+            write(&unit, &all)?;
+            must_run(
+                tools
+                    .compiler()
+                    .args(COMPILER_FLAGS)
+                    .args(include_flags(tools))
+                    .arg("-c")
+                    .arg(&unit)
+                    .arg("-o")
+                    .arg(folder.join("runtime.o")),
+            )
+        },
+    )
 }
 
 fn verilate(

@@ -5,36 +5,21 @@
 //! them, so memory does not grow with the length of the run.
 
 use std::ops::Range;
-use std::sync::mpsc::{Receiver, RecvError, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use super::blocks::{Block, BlockMaker, Records};
 use super::error::CosimError;
-use super::stimulus::{Drive, Stimulus};
+use super::stimulus::Stimulus;
 use super::verilated::Verilated;
 use crate::model::layout::Layout;
-use crate::model::level::Level;
 use crate::model::reference::{Reference, StepResult};
 
-/// Clocks per block: its three arrays stay in a core's second-level cache.
-const BLOCK_CLOCKS: u64 = 16_384;
 /// Blocks on their way: one being clocked, one waiting, one being made.
 const BLOCKS: usize = 3;
 /// Clocks that are kept on either side of a mismatch.
 const CONTEXT_CLOCKS: u64 = 1_000;
-
-/// Records of a stretch of clocks, as many of each kind as there are clocks.
-#[derive(Debug, Clone, Default)]
-pub struct Records {
-    /// First clock.
-    pub first_clock: u64,
-    /// Input records.
-    pub inputs: Vec<u64>,
-    /// Output records of the reference model.
-    pub expected: Vec<u64>,
-    /// Output records of the Verilog.
-    pub got: Vec<u64>,
-}
 
 /// The first difference.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -66,14 +51,6 @@ pub struct Outcome {
     pub elapsed: Duration,
 }
 
-/// A block on its way round.
-#[derive(Default)]
-struct Block {
-    clocks: Range<u64>,
-    records: Records,
-    halted: Option<String>,
-}
-
 /// Both sides of a run.
 pub struct Lockstep<'a> {
     /// The Verilog.
@@ -101,16 +78,13 @@ impl Lockstep<'_> {
         mut on_progress: impl FnMut(u64),
     ) -> Result<Outcome, CosimError> {
         let started = Instant::now();
-        let mut maker = BlockMaker {
-            level: Level::new(self.lanes),
-            drive: Drive::default(),
-            hits: Vec::new(),
-            reference: self.reference,
-            stimulus: self.stimulus,
-            layout: self.layout,
-            next: 0,
+        let mut maker = BlockMaker::new(
+            self.reference,
+            self.stimulus,
+            self.layout,
+            self.lanes,
             clocks,
-        };
+        );
         let mut judge = Judge::new(self.layout);
         let model = self.model;
         thread::scope(|scope| {
@@ -124,7 +98,7 @@ impl Lockstep<'_> {
                     if !maker.make(&mut block) {
                         break;
                     }
-                    maker.reference.take_finished().for_each(&mut on_result);
+                    maker.take_finished().for_each(&mut on_result);
                     if to_model.send(block).is_err() {
                         break;
                     }
@@ -133,7 +107,7 @@ impl Lockstep<'_> {
                 if under_way == 0 {
                     break;
                 }
-                let Ok(block) = receive(&from_model) else {
+                let Ok(block) = from_model.recv() else {
                     break;
                 };
                 under_way -= 1;
@@ -155,10 +129,6 @@ impl Lockstep<'_> {
     }
 }
 
-fn receive(blocks: &Receiver<Block>) -> Result<Block, RecvError> {
-    blocks.recv()
-}
-
 /// The other thread: clocks the model until no more blocks come.
 fn clock_blocks(model: &mut Verilated, blocks: &Receiver<Block>, done: &SyncSender<Block>) {
     for mut block in blocks {
@@ -167,84 +137,6 @@ fn clock_blocks(model: &mut Verilated, blocks: &Receiver<Block>, done: &SyncSend
         if done.send(block).is_err() {
             return;
         }
-    }
-}
-
-/// Makes blocks: stimulus, input records, expected records.
-struct BlockMaker<'a> {
-    level: Level,
-    drive: Drive,
-    hits: Vec<u64>,
-    reference: &'a mut Reference,
-    stimulus: &'a mut dyn Stimulus,
-    layout: &'a Layout,
-    next: u64,
-    clocks: u64,
-}
-
-impl BlockMaker<'_> {
-    /// Makes the next block; false when there is none.
-    fn make(&mut self, block: &mut Block) -> bool {
-        if self.next >= self.clocks {
-            return false;
-        }
-        let clocks = self.next..(self.next + BLOCK_CLOCKS).min(self.clocks);
-        self.next = clocks.end;
-        let count = (clocks.end - clocks.start) as usize;
-        let records = &mut block.records;
-        records.first_clock = clocks.start;
-        records.inputs.resize(count * self.layout.inputs.words, 0);
-        records
-            .expected
-            .resize(count * self.layout.outputs.words, 0);
-        records.got.resize(count * self.layout.outputs.words, 0);
-        self.drive.start(clocks.clone());
-        self.stimulus.drive(&mut self.drive);
-        self.paint_inputs(&mut records.inputs);
-        self.reference
-            .predict(&self.drive.surroundings, &self.hits, &mut records.expected);
-        block.clocks = clocks;
-        block.halted = None;
-        true
-    }
-
-    fn paint_inputs(&mut self, inputs: &mut [u64]) {
-        let words = self.layout.inputs.words;
-        let place = |name| {
-            let field = self.layout.inputs.field(name);
-            (field.word, field.shift)
-        };
-        let surroundings = &self.drive.surroundings;
-        let clocks = surroundings.clocks.clone();
-        let at = |clock: u64| (clock.clamp(clocks.start, clocks.end) - clocks.start) as usize;
-        let (ready_word, ready_shift) = place("m_axis_tready");
-        inputs.fill(0);
-        for record in inputs.chunks_exact_mut(words) {
-            record[ready_word] = 1 << ready_shift;
-        }
-        for stall in &surroundings.stalls {
-            for record in inputs[at(stall.start) * words..at(stall.end) * words]
-                .chunks_exact_mut(words)
-            {
-                record[ready_word] &= !(1 << ready_shift);
-            }
-        }
-        let (reset_word, reset_shift) = place("i_rst");
-        for reset in &surroundings.resets {
-            for record in inputs[at(reset.start) * words..at(reset.end) * words]
-                .chunks_exact_mut(words)
-            {
-                record[reset_word] |= 1 << reset_shift;
-            }
-        }
-        let (sample_word, sample_shift) = place("i_samples");
-        self.hits.clear();
-        self.level.paint(
-            clocks,
-            &self.drive.pulses,
-            |clock, bits| inputs[clock * words + sample_word] |= bits << sample_shift,
-            &mut self.hits,
-        );
     }
 }
 
@@ -331,9 +223,7 @@ impl<'a> Judge<'a> {
 
     fn outcome(self, elapsed: Duration) -> Outcome {
         let window = match &self.first {
-            Some(first) => {
-                first.clock.saturating_sub(CONTEXT_CLOCKS)..first.clock + CONTEXT_CLOCKS
-            }
+            Some(first) => first.clock.saturating_sub(CONTEXT_CLOCKS)..first.clock + CONTEXT_CLOCKS,
             None => 0..4 * CONTEXT_CLOCKS,
         };
         let sources = if self.first.is_some() {

@@ -1,6 +1,7 @@
 //! Co-simulation: Verilog in Verilator, beside the reference model, clock by clock.
 
 pub mod adversarial;
+pub mod blocks;
 pub mod build;
 pub mod error;
 pub mod lockstep;
@@ -25,6 +26,7 @@ use self::verilated::Verilated;
 use crate::model::contract::Contract;
 use crate::model::layout::Layout;
 use crate::model::reference::{Reference, StepResult};
+use crate::optics::DetectorModel;
 use crate::scene::Scene;
 
 /// Name of the module that is compared.
@@ -197,11 +199,12 @@ fn run(
         StimulusKind::Photons => clocks_for_scans(&contract, 1),
         StimulusKind::Adversarial => Adversarial::default_clocks(&contract),
     });
+    let detector = DetectorModel::new(scene, 0);
     let mut photons;
     let mut adversarial;
     let stimulus: &mut dyn Stimulus = match request.stimulus {
         StimulusKind::Photons => {
-            photons = Photons::new(scene, &contract, request.seed);
+            photons = Photons::new(&detector, &contract, request.seed);
             &mut photons
         }
         StimulusKind::Adversarial => {
@@ -228,7 +231,13 @@ fn run(
         },
         |done| on_progress(done, clocks),
     )?;
-    let report = report(request, &outcome, &layout, scene.chip_period_ps, phase_steps);
+    let report = report(
+        request,
+        &outcome,
+        &layout,
+        scene.chip_period_ps,
+        phase_steps,
+    );
     Ok(Cosimulation {
         report,
         counts,

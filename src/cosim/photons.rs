@@ -2,27 +2,26 @@
 
 use super::stimulus::{Drive, RESET_CLOCKS, Stimulus, first_sample, scan_start};
 use crate::model::contract::Contract;
-use crate::optics::sampled::PulseStream;
-use crate::scene::Scene;
+use crate::optics::{DetectorModel, PulseStream};
 
-/// The sampled pulses of a scene's first detector, scan after scan.
+/// The sampled pulses of a detector, scan after scan.
 pub struct Photons<'a> {
-    scene: &'a Scene,
+    model: &'a DetectorModel,
     contract: &'a Contract,
     seed: u64,
     scan: u64,
-    stream: PulseStream,
+    stream: PulseStream<'a>,
 }
 
 impl<'a> Photons<'a> {
-    /// Streams for a scene. The n-th scan is the n-th repetition of the seed.
-    pub fn new(scene: &'a Scene, contract: &'a Contract, seed: u64) -> Photons<'a> {
+    /// Streams for a detector. The n-th scan is the n-th repetition of the seed.
+    pub fn new(model: &'a DetectorModel, contract: &'a Contract, seed: u64) -> Photons<'a> {
         Photons {
-            scene,
+            model,
             contract,
             seed,
             scan: 0,
-            stream: PulseStream::new(scene, 0, seed, 0),
+            stream: PulseStream::new(model, seed, 0),
         }
     }
 }
@@ -52,7 +51,7 @@ impl Stimulus for Photons<'_> {
                 return;
             }
             self.scan += 1;
-            self.stream = PulseStream::new(self.scene, 0, self.seed, self.scan);
+            self.stream = PulseStream::new(self.model, self.seed, self.scan);
         }
     }
 }

@@ -67,7 +67,8 @@ fn term(field: &Field, word: usize) -> Option<String> {
     }
     let part = word.checked_sub(field.word)? as u32;
     let halves = field.port.width.div_ceil(32);
-    let low = (part * 2 < halves).then(|| format!("static_cast<uint64_t>(top->{name}[{}])", part * 2))?;
+    let low =
+        (part * 2 < halves).then(|| format!("static_cast<uint64_t>(top->{name}[{}])", part * 2))?;
     let high = part * 2 + 1;
     Some(if high < halves {
         format!("{low} | static_cast<uint64_t>(top->{name}[{high}]) << 32")

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::model::contract::Contract;
 use crate::model::reference::Surroundings;
-use crate::optics::sampled::Pulse;
+use crate::optics::Pulse;
 
 /// Clocks of reset at the start of every run.
 pub const RESET_CLOCKS: u64 = 4;

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use vcd::{IdCode, SimulationCommand, TimescaleUnit, Value, Writer};
 
-use super::lockstep::Records;
+use super::blocks::Records;
 use crate::model::layout::{Field, Layout, Record};
 
 /// Writes a VCD file with all ports: `inputs`, `expected` (the reference model),
@@ -120,9 +120,9 @@ impl<'a> Side<'a> {
             if width == 1 {
                 writer.change_scalar(*id, value[0] == 1)?;
             } else {
-                let bits = (0..width).rev().map(|bit| {
-                    Value::from(value[bit as usize / 64] >> (bit % 64) & 1 == 1)
-                });
+                let bits = (0..width)
+                    .rev()
+                    .map(|bit| Value::from(value[bit as usize / 64] >> (bit % 64) & 1 == 1));
                 writer.change_vector(*id, bits)?;
             }
             *last = Some(value);

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use crate::optics::sampled::Pulse;
+use crate::optics::Pulse;
 
 /// Turns one detector's pulses, in order of their first sample, into words.
 #[derive(Debug, Clone)]

@@ -7,4 +7,6 @@
 pub mod contract;
 pub mod layout;
 pub mod level;
+mod pattern;
 pub mod reference;
+mod stream;

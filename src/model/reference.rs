@@ -4,11 +4,12 @@
 //! the code table, counts change only where there is a hit, and the result
 //! stream only where a result arrives or is taken.
 
-use std::collections::VecDeque;
 use std::ops::Range;
 
 use super::contract::Contract;
-use super::layout::{Layout, mask};
+use super::layout::Layout;
+use super::pattern::{ChipPattern, chip_patterns};
+use super::stream::{Arrival, ResultStream};
 
 /// What the surroundings do to the hardware in a block of clocks, besides the
 /// detectors' levels.
@@ -59,32 +60,11 @@ pub struct Reference {
     signs: Vec<i8>,
     chips: Vec<ChipPattern>,
     words: usize,
-    stream: StreamFields,
+    stream: ResultStream,
     /// First clock without reset; before it every output is 0.
     released: u64,
     scan: ScanState,
-    arriving: VecDeque<Arrival>,
-    axis: AxisState,
     finished: Vec<StepResult>,
-}
-
-/// Output bits that repeat with a code's period.
-#[derive(Debug, Clone)]
-struct ChipPattern {
-    word: usize,
-    /// Bits to OR into that word, one entry per chip, whole code periods.
-    bits: Vec<u64>,
-}
-
-/// Places of the result ports; each is (word, shift).
-#[derive(Debug, Clone, Copy)]
-struct StreamFields {
-    tdata: (usize, u32),
-    tdata_bits: u32,
-    tvalid: (usize, u32),
-    tlast: (usize, u32),
-    overrun: (usize, u32),
-    saturated: Option<(usize, u32)>,
 }
 
 /// Where the scan stands, in cycles since reset.
@@ -95,25 +75,6 @@ struct ScanState {
     /// First cycle of the step.
     from: u64,
     count: i64,
-}
-
-/// A result on its way through the pipeline.
-#[derive(Debug, Clone, Copy)]
-struct Arrival {
-    clock: u64,
-    count: i64,
-    saturated: bool,
-    last: bool,
-}
-
-/// The result stream's registers.
-#[derive(Debug, Clone, Copy, Default)]
-struct AxisState {
-    data: i64,
-    valid: bool,
-    last: bool,
-    overrun: bool,
-    saturated: bool,
 }
 
 impl Reference {
@@ -133,14 +94,6 @@ impl Reference {
             let field = layout.outputs.field(name);
             (field.word, field.shift)
         };
-        let stream = StreamFields {
-            tdata: place("m_axis_tdata"),
-            tdata_bits: contract.tdata_bits,
-            tvalid: place("m_axis_tvalid"),
-            tlast: place("m_axis_tlast"),
-            overrun: place("o_overrun"),
-            saturated: contract.saturates().then(|| place("o_saturated")),
-        };
         Ok(Reference {
             signs: contract.reference_codes[0]
                 .chips
@@ -149,11 +102,9 @@ impl Reference {
                 .collect(),
             chips: chip_patterns(&contract, place("o_laser"), place("o_epoch")),
             words: layout.outputs.words,
-            stream,
+            stream: ResultStream::new(&contract, &layout),
             released: 0,
             scan: ScanState::default(),
-            arriving: VecDeque::new(),
-            axis: AxisState::default(),
             finished: Vec::new(),
             contract,
         })
@@ -202,8 +153,7 @@ impl Reference {
     fn reset(&mut self, released: u64) {
         self.released = released;
         self.scan = ScanState::default();
-        self.arriving.clear();
-        self.axis = AxisState::default();
+        self.stream.reset();
     }
 
     /// A stretch of clocks without reset.
@@ -217,18 +167,11 @@ impl Reference {
         let at = (clocks.start - block.clocks.start) as usize * self.words;
         let expected = &mut expected[at..at + (clocks.end - clocks.start) as usize * self.words];
         for pattern in &self.chips {
-            let phase = (clocks.start - self.released) % pattern.bits.len() as u64;
-            or_periodic(
-                expected,
-                self.words,
-                pattern.word,
-                &pattern.bits,
-                phase as usize,
-            );
+            pattern.or_into(expected, self.words, clocks.start - self.released);
         }
         self.count(hits);
         self.finish_steps(|last_word| last_word < clocks.end);
-        self.predict_stream(clocks, &block.stalls, expected);
+        self.stream.predict(clocks, &block.stalls, expected);
     }
 
     /// Counts hits up or down (eq. 11). The word of cycle n is presented one
@@ -267,7 +210,7 @@ impl Reference {
             let limit = 1i128 << (self.contract.count_bits - 1);
             let exact = i128::from(self.scan.count);
             let count = exact.clamp(-limit, limit - 1);
-            self.arriving.push_back(Arrival {
+            self.stream.push(Arrival {
                 clock: self.released + end + u64::from(self.contract.result_latency_clocks),
                 count: count as i64,
                 saturated: count != exact,
@@ -303,159 +246,5 @@ impl Reference {
         } else {
             end
         }
-    }
-
-    fn predict_stream(
-        &mut self,
-        clocks: Range<u64>,
-        stalls: &[Range<u64>],
-        expected: &mut [u64],
-    ) {
-        let mut ready = Ready::new(stalls);
-        // Clocks before `filled` carry their result ports already; `next` is
-        // the next clock at which something may happen.
-        let (mut filled, mut next) = (clocks.start, clocks.start);
-        while next < clocks.end {
-            let arrival = self.arriving.front().map_or(u64::MAX, |a| a.clock);
-            let taken = if self.axis.valid {
-                ready.first_from(next)
-            } else {
-                u64::MAX
-            };
-            let event = arrival.min(taken);
-            if event >= clocks.end {
-                break;
-            }
-            self.fill_stream(clocks.start, filled..event, expected);
-            filled = event;
-            next = event + 1;
-            if arrival > event {
-                self.axis.valid = false;
-                continue;
-            }
-            let Some(result) = self.arriving.pop_front() else {
-                break;
-            };
-            self.axis.saturated |= result.saturated;
-            if self.axis.valid && taken != event {
-                self.axis.overrun = true;
-            } else {
-                self.axis.valid = true;
-                self.axis.data = result.count;
-                self.axis.last = result.last;
-            }
-        }
-        self.fill_stream(clocks.start, filled..clocks.end, expected);
-    }
-
-    /// ORs the result ports' present values into a range of clocks.
-    fn fill_stream(&self, first_clock: u64, clocks: Range<u64>, expected: &mut [u64]) {
-        let (axis, fields) = (&self.axis, &self.stream);
-        let mut or = |(word, shift): (usize, u32), value: u64| {
-            if value == 0 {
-                return;
-            }
-            let from = (clocks.start - first_clock) as usize * self.words;
-            let to = (clocks.end - first_clock) as usize * self.words;
-            let bits = value << shift;
-            if self.words == 1 {
-                expected[from..to].iter_mut().for_each(|w| *w |= bits);
-            } else {
-                expected[from..to]
-                    .chunks_exact_mut(self.words)
-                    .for_each(|record| record[word] |= bits);
-            }
-        };
-        or(fields.tdata, axis.data as u64 & mask(fields.tdata_bits));
-        or(fields.tvalid, u64::from(axis.valid));
-        or(fields.tlast, u64::from(axis.last));
-        or(fields.overrun, u64::from(axis.overrun));
-        if let Some(saturated) = fields.saturated {
-            or(saturated, u64::from(axis.saturated));
-        }
-    }
-}
-
-/// When `m_axis_tready` is high.
-struct Ready<'a> {
-    stalls: &'a [Range<u64>],
-}
-
-impl<'a> Ready<'a> {
-    fn new(stalls: &'a [Range<u64>]) -> Ready<'a> {
-        Ready { stalls }
-    }
-
-    /// First clock from `clock` on at which it is high. Calls ask for clocks in
-    /// order.
-    fn first_from(&mut self, clock: u64) -> u64 {
-        while let Some((_, rest)) = self.stalls.split_first().filter(|(s, _)| s.end <= clock) {
-            self.stalls = rest;
-        }
-        let mut first = clock;
-        for stall in self.stalls {
-            if stall.start > first {
-                break;
-            }
-            first = first.max(stall.end);
-        }
-        first
-    }
-}
-
-/// One pattern per period and word: lasers, and the epoch of the reference.
-fn chip_patterns(
-    contract: &Contract,
-    laser: (usize, u32),
-    epoch: (usize, u32),
-) -> Vec<ChipPattern> {
-    let mut patterns: Vec<ChipPattern> = Vec::new();
-    let mut or = |word: usize, period: Vec<u64>| {
-        // Long enough that copying it is not dominated by the loop's ends.
-        let periods = 512usize.div_ceil(period.len());
-        let bits = period.repeat(periods);
-        let same = patterns
-            .iter_mut()
-            .find(|p| p.word == word && p.bits.len() == bits.len());
-        match same {
-            Some(pattern) => pattern
-                .bits
-                .iter_mut()
-                .zip(bits)
-                .for_each(|(all, more)| *all |= more),
-            None => patterns.push(ChipPattern { word, bits }),
-        }
-    };
-    for (source, code) in contract.source_codes.iter().enumerate() {
-        let bit = laser.1 as usize + source;
-        let chips = code.chips.iter();
-        or(
-            laser.0 + bit / 64,
-            chips.map(|&chip| u64::from(chip) << (bit % 64)).collect(),
-        );
-    }
-    let mut strobe = vec![0; contract.reference_codes[0].chips.len()];
-    strobe[0] = 1 << epoch.1;
-    or(epoch.0, strobe);
-    patterns
-}
-
-/// ORs a periodic pattern into word `word` of every record, from `phase` on.
-fn or_periodic(expected: &mut [u64], words: usize, word: usize, pattern: &[u64], phase: usize) {
-    let mut rest = &mut expected[..];
-    let mut phase = phase;
-    while !rest.is_empty() {
-        let count = (pattern.len() - phase).min(rest.len() / words);
-        let (head, tail) = rest.split_at_mut(count * words);
-        let bits = &pattern[phase..phase + count];
-        if words == 1 {
-            head.iter_mut().zip(bits).for_each(|(w, b)| *w |= b);
-        } else {
-            head.chunks_exact_mut(words)
-                .zip(bits)
-                .for_each(|(record, b)| record[word] |= b);
-        }
-        rest = tail;
-        phase = 0;
     }
 }

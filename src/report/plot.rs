@@ -61,9 +61,7 @@ impl CountPlot<'_> {
             &RGBColor(31, 93, 153),
         ))?;
         if self.dots {
-            let dot = |&(x, y): &(f64, f64)| {
-                Circle::new((x, y), 2, RGBColor(31, 93, 153).filled())
-            };
+            let dot = |&(x, y): &(f64, f64)| Circle::new((x, y), 2, RGBColor(31, 93, 153).filled());
             chart.draw_series(self.points.iter().map(dot))?;
         }
         for (i, (distance, label)) in self.markers.iter().enumerate() {
