@@ -1,1 +1,4 @@
-//! TODO
+//! The commands.
+
+pub mod codes;
+pub mod plan;
