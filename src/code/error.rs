@@ -79,13 +79,15 @@ pub enum CodeError {
     /// Exponents that are not a polynomial of the degree in descending order.
     #[error(
         "polynomial {polynomial} does not list exponents in descending order \
-         from the degree {degree} down to 0, as {degree},1,0 does"
+         from the degree {degree} down to 0, as {example} does"
     )]
     MalformedPolynomial {
         /// The exponents as given.
         polynomial: String,
         /// The degree it should have.
         degree: u32,
+        /// A polynomial of that degree.
+        example: String,
     },
     /// The LFSR would not run through all 2^n - 1 states.
     #[error("polynomial {polynomial} is not primitive; {example} is")]

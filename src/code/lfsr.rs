@@ -23,17 +23,19 @@ impl Lfsr {
     /// `seed` (`degree` binary digits, first chip first, not all zero; all-ones
     /// when not given).
     pub fn new(degree: u32, exponents: &[u32], seed: Option<&str>) -> Result<Lfsr, CodeError> {
+        let example = || polynomial_text(&gf2::first_primitive(degree).unwrap_or_default());
         let descending = exponents.windows(2).all(|pair| pair[0] > pair[1]);
         if !descending || exponents.first() != Some(&degree) || exponents.last() != Some(&0) {
             return Err(CodeError::MalformedPolynomial {
                 polynomial: polynomial_text(exponents),
                 degree,
+                example: example(),
             });
         }
         if !gf2::is_primitive(gf2::mask(exponents), degree) {
             return Err(CodeError::NotPrimitive {
                 polynomial: polynomial_text(exponents),
-                example: polynomial_text(&gf2::first_primitive(degree).unwrap_or_default()),
+                example: example(),
             });
         }
         Ok(Lfsr {

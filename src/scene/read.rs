@@ -116,13 +116,15 @@ impl Names {
 }
 
 fn read_scene(root: &Section, name: String) -> Option<Scene> {
-    for (key, example) in [
-        ("clock", "{ chip_period = \"8 ns\" }"),
-        ("source", "[{ ... }], or a table [[source]]"),
-        ("detector", "[{ ... }], or a table [[detector]]"),
-        ("scan", "{ integration = \"100 us\" }"),
+    for (key, header) in [
+        ("clock", "[clock]"),
+        ("source", "[[source]]"),
+        ("detector", "[[detector]]"),
+        ("scan", "[scan]"),
     ] {
-        root.require(key, example);
+        if root.get(key).is_none() {
+            root.complain(&format!("the table {header} is missing; a scene needs it"));
+        }
     }
     let clock = root.section("clock", "[clock]").and_then(read_clock);
     let source_sections = root.sections("source");

@@ -174,7 +174,11 @@ impl<'r, 't> Section<'r, 't> {
         match parsed {
             Ok(number) if bounds.contains(number) => Some(number),
             Ok(_) => {
-                let message = format!("{} is not {}", self.excerpt(value), bounds.text());
+                let message = format!(
+                    "{} must be {}; write for example \"{example}\"",
+                    self.excerpt(value),
+                    bounds.text()
+                );
                 self.report_at(key, value, &message);
                 None
             }

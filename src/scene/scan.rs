@@ -31,7 +31,7 @@ pub(super) fn read(
         && u128::from(count) * u128::from(chips) > MAX_SCAN_CHIPS
     {
         let message = format!(
-            "{count} phase steps of {chips} chips are more than 2^60 chips; integrate less"
+            "{count} phase steps of this length are more than 2^60 chips; integrate for less"
         );
         section.report("integration", &message);
     }

@@ -119,6 +119,10 @@ fn read_code(section: Section) -> Option<Code> {
             spec.polynomials.is_some(),
         ),
         (section.get("seeds").is_some(), spec.seeds.is_some()),
+        (
+            section.get("allow_non_preferred").is_some(),
+            spec.allow_non_preferred.is_some(),
+        ),
         (section.get("chips").is_some(), spec.chips.is_some()),
     ]
     .into_iter()

@@ -1,0 +1,26 @@
+//! `goldtof plan`: what is kept and what is left out, and why.
+
+use std::fmt::Write as _;
+
+use crate::plan::{Part, Plan};
+
+/// The plan for people: one line per part.
+pub fn to_text(plan: &Plan) -> String {
+    let mut text = String::new();
+    let parts = || plan.hardware.iter().chain(&plan.simulation);
+    let width = parts()
+        .map(|part| part.part.chars().count())
+        .max()
+        .unwrap_or(0);
+    for (title, parts) in [
+        ("Hardware", &plan.hardware),
+        ("Simulation", &plan.simulation),
+    ] {
+        let _ = writeln!(text, "{title}");
+        for Part { part, kept, reason } in parts {
+            let mark = if *kept { "kept    " } else { "left out" };
+            let _ = writeln!(text, "  {mark}  {part:width$}  {reason}");
+        }
+    }
+    text
+}
