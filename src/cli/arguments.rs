@@ -90,7 +90,7 @@ pub(super) struct CodesArguments {
     /// interleaving
     #[arg(long, value_name = "N")]
     pub degree: Option<u32>,
-    /// Family: gold, m-sequence or square
+    /// Family: gold, m-sequence, square or chips
     #[arg(long, value_name = "F", default_value = "gold")]
     pub family: String,
     /// Exponents in descending order, the two polynomials of a Gold pair
@@ -106,6 +106,12 @@ pub(super) struct CodesArguments {
     /// Interleaving depth nu
     #[arg(long, value_name = "V", default_value_t = 0)]
     pub interleave: u32,
+    /// Chips of family chips, first chip first: 0110100
+    #[arg(long, value_name = "BITS")]
+    pub chips: Option<String>,
+    /// Permit a Gold set from a pair that is not preferred
+    #[arg(long)]
+    pub allow_non_preferred: bool,
 }
 
 #[cfg(test)]

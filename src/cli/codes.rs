@@ -4,10 +4,37 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
+use super::Ending;
+use super::arguments::CodesArguments;
+use super::output::Output;
 use crate::code::{
     CodeError, CodeSpec, Family, Generator, GoldSet, Lfsr, chips_text, correlate, polynomial_text,
     value_counts,
 };
+
+pub(super) fn run(arguments: &CodesArguments, output: &mut Output) -> anyhow::Result<Ending> {
+    let report = codes(&CodesRequest {
+        spec: spec(arguments)?,
+    })?;
+    output.answer(&report, &report.to_text())?;
+    Ok(Ending::Done)
+}
+
+fn spec(arguments: &CodesArguments) -> anyhow::Result<CodeSpec> {
+    let mut spec = CodeSpec::new(arguments.family.parse()?);
+    spec.degree = arguments.degree;
+    spec.index = arguments.index;
+    spec.interleave = arguments.interleave;
+    spec.polynomials = arguments
+        .polynomials
+        .as_deref()
+        .map(parse_polynomials)
+        .transpose()?;
+    spec.seeds = arguments.seeds.as_deref().map(parse_seeds);
+    spec.chips.clone_from(&arguments.chips);
+    spec.allow_non_preferred = arguments.allow_non_preferred.then_some(true);
+    Ok(spec)
+}
 
 /// What `goldtof codes` is asked for.
 #[derive(Debug, Clone)]

@@ -4,11 +4,11 @@
 //! and summaries go to stderr.
 
 mod arguments;
-mod codes;
+pub mod codes;
 mod cosim;
 mod emit;
 mod output;
-mod plan;
+pub mod plan;
 mod rtl;
 mod run;
 

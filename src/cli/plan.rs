@@ -2,7 +2,17 @@
 
 use std::fmt::Write as _;
 
-use crate::plan::{Part, Plan};
+use super::Ending;
+use super::arguments::SceneArgument;
+use super::output::Output;
+use crate::plan::{self, Part, Plan};
+use crate::scene;
+
+pub(super) fn run(arguments: &SceneArgument, output: &mut Output) -> anyhow::Result<Ending> {
+    let plan = plan::plan(&scene::load(&arguments.scene)?);
+    output.answer(&plan, &to_text(&plan))?;
+    Ok(Ending::Done)
+}
 
 /// The plan for people: one line per part.
 pub fn to_text(plan: &Plan) -> String {

@@ -67,6 +67,11 @@ impl<'a> BlockMaker<'a> {
         }
     }
 
+    /// First samples of the runs of high samples in the last block made.
+    pub fn hits(&self) -> &[u64] {
+        &self.hits
+    }
+
     /// Results of the phase steps that ended in the blocks made so far; see
     /// [`Reference::take_finished`].
     pub fn take_finished(&mut self) -> impl Iterator<Item = StepResult> {

@@ -1,6 +1,5 @@
 //! Waveforms of both sides, for a wave viewer.
 
-use std::fs;
 use std::io::{self, BufWriter, Write as _};
 use std::path::Path;
 
@@ -8,6 +7,7 @@ use vcd::{IdCode, SimulationCommand, TimescaleUnit, Value, Writer};
 
 use super::blocks::Records;
 use crate::model::layout::{Field, Layout, Record};
+use crate::report::publish;
 
 /// Writes a VCD file with all ports: `inputs`, `expected` (the reference model),
 /// `got` (the Verilog) and `differs`, high while any port differs.
@@ -33,18 +33,7 @@ pub fn write(
     write_to(&mut out, records, layout, chip_period_ps)?;
     out.flush()?;
     let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
-    file.persist(path)?;
-    make_readable(path)
-}
-
-/// Temporary files are private; a result is not.
-fn make_readable(path: &Path) -> io::Result<()> {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt as _;
-        fs::set_permissions(path, fs::Permissions::from_mode(0o644))?;
-    }
-    Ok(())
+    publish(file, path)
 }
 
 fn write_to(

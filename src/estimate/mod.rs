@@ -2,6 +2,7 @@
 
 mod calibration;
 mod phase;
+pub mod report;
 
 pub use calibration::{CountingTier, calibration_offset_ps};
 pub use phase::{CoarseOnly, Estimate, Measurement, NoEstimate, estimate};
