@@ -11,11 +11,11 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
+use goldtof::cosim::TOP;
 use goldtof::cosim::build::{SourceFile, build, cache_dir};
 use goldtof::cosim::lockstep::Lockstep;
 use goldtof::cosim::photons::Photons;
 use goldtof::cosim::verilated::Verilated;
-use goldtof::cosim::TOP;
 use goldtof::model::contract::Contract;
 use goldtof::model::layout::Layout;
 use goldtof::model::reference::Reference;

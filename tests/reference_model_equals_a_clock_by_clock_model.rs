@@ -63,9 +63,8 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
                     for lane in 0..lanes {
                         let sample = word * lanes + lane;
                         if inputs.level[sample] && !inputs.level[sample - 1] {
-                            let delayed =
-                                (cycle * lanes + lane + steps_per_period * (1 + k) - k)
-                                    % steps_per_period;
+                            let delayed = (cycle * lanes + lane + steps_per_period * (1 + k) - k)
+                                % steps_per_period;
                             count += 2 * i64::from(code[delayed / lanes]) - 1;
                         }
                     }
@@ -207,7 +206,12 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
         scene(8, gold, "integration = \"320 ns\"", ""),
         scene(4, gold, "integration = \"8 ns\"", ""),
         scene(1, gold, "integration = \"80 ns\"", ""),
-        scene(2, interleaved, "integration = \"104 ns\"", "counter_width = 4"),
+        scene(
+            2,
+            interleaved,
+            "integration = \"104 ns\"",
+            "counter_width = 4",
+        ),
         scene(16, square, "integration = \"800 ns\"", "counter_width = 6"),
         scene(
             8,

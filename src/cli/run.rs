@@ -7,11 +7,11 @@ use std::path::Path;
 use anyhow::Context as _;
 use serde::Serialize;
 
+use super::Ending;
 use super::arguments::RunArguments;
 use super::cosim::{ending, text as cosim_text, with_progress};
 use super::emit::{command_line, text as emit_text};
 use super::output::Output;
-use super::Ending;
 use crate::cosim::build::{SourceFile, cache_dir};
 use crate::cosim::{self, Request, StimulusKind};
 use crate::estimate::report::{EstimateReport, estimate_scan};
@@ -42,10 +42,16 @@ pub(super) fn run(
     let scene = scene::load(path)?;
     let plan = plan::plan(&scene);
     let emission = hdl::emit(&scene, &command_line(path))?;
-    fs::create_dir_all(out).with_context(|| format!("{}: cannot make the folder", out.display()))?;
+    fs::create_dir_all(out)
+        .with_context(|| format!("{}: cannot make the folder", out.display()))?;
     let rtl = out.join("rtl");
     hdl::write(&emission, &rtl)?;
-    output.note(emit_text(&emission, &rtl).lines().next().unwrap_or_default());
+    output.note(
+        emit_text(&emission, &rtl)
+            .lines()
+            .next()
+            .unwrap_or_default(),
+    );
 
     let request = Request {
         sources: emission

@@ -2,10 +2,12 @@
 
 mod calibration;
 mod phase;
+mod prediction;
 pub mod report;
 
 pub use calibration::{CountingTier, calibration_offset_ps};
 pub use phase::{CoarseOnly, Estimate, Measurement, NoEstimate, estimate};
+pub use prediction::{Prediction, PredictionError, predict};
 
 use crate::SPEED_OF_LIGHT_M_PER_S;
 

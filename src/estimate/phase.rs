@@ -321,13 +321,14 @@ mod tests {
 
     #[test]
     fn equal_counts_give_no_estimate_and_equal_peaks_the_first() {
-        let scan = scan(0, 14, 14);
-        let measurement = |counts| Measurement {
-            counts,
-            scan,
-            samples_per_chip: 2,
-            chip_period_ps: CHIP_PS,
-        };
+        fn measurement(counts: &[i64]) -> Measurement<'_> {
+            Measurement {
+                counts,
+                scan: scan(0, 14, 14),
+                samples_per_chip: 2,
+                chip_period_ps: CHIP_PS,
+            }
+        }
         for count in [0, -7] {
             let counts = [count; 14];
             assert_eq!(

@@ -4,8 +4,9 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::prediction::predict;
-use super::{CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate};
+use super::{
+    CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate, predict,
+};
 use crate::scene::{Path, Scene};
 
 /// What a scan's counts say about the distance.

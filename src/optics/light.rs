@@ -121,6 +121,11 @@ impl ExcessLight {
             code: Arc::clone(code),
         })
     }
+
+    /// Delay of the path in chips.
+    pub fn delay(&self) -> f64 {
+        self.delay_chips as f64 + self.delay_fraction
+    }
 }
 
 /// Arrivals of one path's excess light, one after another.

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use goldtof::code::{Code, Generator};
+use goldtof::optics::{DetectorModel, Pulse, PulseStream};
 use goldtof::scene::{
     CounterTiming, Detector, EstimatorKind, Hardware, Path, Scan, Scene, Source, Target,
 };
@@ -127,6 +128,39 @@ pub fn table_i_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64
         transition_ps: 1.5,
     };
     scene
+}
+
+/// Signed counts of all steps of a scan, by the definition: hits at the first
+/// sample of each pulse, the reference looked up at that sample. Hits are added
+/// up by their sample in `hits`, modulo its length.
+pub fn sampled_counts(
+    scene: &Scene,
+    model: &DetectorModel,
+    seed: u64,
+    repetition: u64,
+    hits: &mut [f64],
+) -> Vec<f64> {
+    let Scan {
+        steps,
+        integration_chips,
+        ..
+    } = scene.scan;
+    let chips = &scene.sources[0].code.chips;
+    let step_samples = integration_chips * 8;
+    let mut pulses = Vec::new();
+    PulseStream::new(model, seed, repetition).advance(steps * step_samples, &mut pulses);
+    let mut counts = vec![0.0; steps as usize];
+    for Pulse { first, .. } in pulses {
+        let step = first / step_samples;
+        let k = scene.scan.step(step) as i64;
+        let chip = (first as i64 - k)
+            .div_euclid(8)
+            .rem_euclid(chips.len() as i64);
+        counts[step as usize] += 2.0 * f64::from(chips[chip as usize]) - 1.0;
+        let samples = hits.len() as u64;
+        hits[(first % samples) as usize] += 1.0;
+    }
+    counts
 }
 
 /// Mean and its standard error, and the variance, of a sample.
