@@ -1,6 +1,6 @@
 //! Every malformed scene is refused with where, what, and what would be right.
 
-use goldtof::scene::parse;
+use goldtof::scene::{SceneErrors, load, parse};
 
 /// A right scene, from which each test departs in one place.
 const SCENE: &str = r#"[clock]
@@ -46,582 +46,708 @@ fn the_scene_itself_is_right() {
 
 #[test]
 fn a_number_without_a_unit() {
-    println!(
-        "@@a_number_without_a_unit@@{}@@end@@",
-        refusal(r#"dead_time = "14 ns""#, r#"dead_time = "14""#)
+    insta::assert_snapshot!(
+        refusal(r#"dead_time = "14 ns""#, r#"dead_time = "14""#),
+        @r#"
+    scenes/x.toml:14:13: detector.dead_time: "14" has no unit; write for example "14 ns"
+      14 | dead_time = "14"
+         |             ^^^^
+    "#
     );
 }
 
 #[test]
 fn a_bare_number_where_a_unit_is_needed() {
-    println!(
-        "@@a_bare_number_where_a_unit_is_needed@@{}@@end@@",
-        refusal(r#"dead_time = "14 ns""#, "dead_time = 14")
+    insta::assert_snapshot!(
+        refusal(r#"dead_time = "14 ns""#, "dead_time = 14"),
+        @r#"
+    scenes/x.toml:14:13: detector.dead_time: 14 has no unit; write for example "14 ns"
+      14 | dead_time = 14
+         |             ^^
+    "#
     );
 }
 
 #[test]
 fn a_time_where_a_distance_is_needed() {
-    println!(
-        "@@a_time_where_a_distance_is_needed@@{}@@end@@",
-        refusal(r#"distance = "3.2 m""#, r#"distance = "3 ns""#)
+    insta::assert_snapshot!(
+        refusal(r#"distance = "3.2 m""#, r#"distance = "3 ns""#),
+        @r#"
+    scenes/x.toml:19:12: path.distance: "3 ns" is a time, but a distance is needed; write for example "3.2 m"
+      19 | distance = "3 ns"
+         |            ^^^^^^
+    "#
     );
 }
 
 #[test]
 fn an_unknown_unit() {
-    println!(
-        "@@an_unknown_unit@@{}@@end@@",
-        refusal(r#"dead_time = "14 ns""#, r#"dead_time = "14 nsec""#)
+    insta::assert_snapshot!(
+        refusal(r#"dead_time = "14 ns""#, r#"dead_time = "14 nsec""#),
+        @r#"
+    scenes/x.toml:14:13: detector.dead_time: "14 nsec" has the unknown unit "nsec"; a time takes fs, ps, ns, us, ms, s, min or h
+      14 | dead_time = "14 nsec"
+         |             ^^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn no_number_at_all() {
-    println!(
-        "@@no_number_at_all@@{}@@end@@",
-        refusal(r#"chip_period = "8 ns""#, r#"chip_period = "fast""#)
+    insta::assert_snapshot!(
+        refusal(r#"chip_period = "8 ns""#, r#"chip_period = "fast""#),
+        @r#"
+    scenes/x.toml:2:15: clock.chip_period: "fast" is not a number with a unit; write for example "8 ns"
+      2 | chip_period = "fast"
+        |               ^^^^^^
+    "#
     );
 }
 
 #[test]
 fn a_negative_time() {
-    println!(
-        "@@a_negative_time@@{}@@end@@",
-        refusal(r#"dead_time = "14 ns""#, r#"dead_time = "-14 ns""#)
+    insta::assert_snapshot!(
+        refusal(r#"dead_time = "14 ns""#, r#"dead_time = "-14 ns""#),
+        @r#"
+    scenes/x.toml:14:13: detector.dead_time: "-14 ns" must be 0 or more; write for example "14 ns"
+      14 | dead_time = "-14 ns"
+         |             ^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn a_chip_period_of_zero() {
-    println!(
-        "@@a_chip_period_of_zero@@{}@@end@@",
-        refusal(r#"chip_period = "8 ns""#, r#"chip_period = "0 ns""#)
+    insta::assert_snapshot!(
+        refusal(r#"chip_period = "8 ns""#, r#"chip_period = "0 ns""#),
+        @r#"
+    scenes/x.toml:2:15: clock.chip_period: "0 ns" must be greater than 0; write for example "8 ns"
+      2 | chip_period = "0 ns"
+        |               ^^^^^^
+    "#
     );
 }
 
 #[test]
 fn a_quantity_beyond_any_number() {
-    println!(
-        "@@a_quantity_beyond_any_number@@{}@@end@@",
-        refusal(r#"integration = "20 us""#, r#"integration = "1e300 h""#)
+    insta::assert_snapshot!(
+        refusal(r#"integration = "20 us""#, r#"integration = "1e300 h""#),
+        @r#"
+    scenes/x.toml:22:15: scan.integration: "1e300 h" is too large; write for example "100 us"
+      22 | integration = "1e300 h"
+         |               ^^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn an_unknown_key_with_a_near_one() {
-    println!(
-        "@@an_unknown_key_with_a_near_one@@{}@@end@@",
-        refusal(r#"dead_time = "14 ns""#, r#"deadtime = "14 ns""#)
+    insta::assert_snapshot!(
+        refusal(r#"dead_time = "14 ns""#, r#"deadtime = "14 ns""#),
+        @r#"
+    scenes/x.toml:14:1: detector.deadtime: `detector` has no key `deadtime`; did you mean `dead_time`?
+      14 | deadtime = "14 ns"
+         | ^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn an_unknown_key_with_none_near() {
-    println!(
-        "@@an_unknown_key_with_none_near@@{}@@end@@",
-        refusal(
-            r#"integration = "20 us""#,
-            r#"integration = "20 us"
-colour = "red""#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"integration = "20 us""#, "integration = \"20 us\"\ncolour = \"red\""),
+        @r#"
+    scenes/x.toml:23:1: scan.colour: `scan` has no key `colour`; it takes steps or integration
+      23 | colour = "red"
+         | ^^^^^^
+    "#
     );
 }
 
 #[test]
 fn an_unknown_table() {
-    println!(
-        "@@an_unknown_table@@{}@@end@@",
-        refusal(
-            "[scan]",
-            r#"[skan]
-[scan]"#
-        )
+    insta::assert_snapshot!(
+        refusal("[scan]", "[skan]\n[scan]"),
+        @r#"
+    scenes/x.toml:21:2: skan: a scene has no key `skan`; did you mean `scan`?
+      21 | [skan]
+         |  ^^^^
+    "#
     );
 }
 
 #[test]
 fn a_required_key_that_is_missing() {
-    println!(
-        "@@a_required_key_that_is_missing@@{}@@end@@",
-        refusal(
-            r#"mean_power = "20 pW"
-"#,
-            ""
-        )
+    insta::assert_snapshot!(
+        refusal("mean_power = \"20 pW\"\n", ""),
+        @r#"
+    scenes/x.toml:5:1: source: `mean_power` is missing; write for example mean_power = "4 pW"
+      5 | [[source]]
+        | ^^^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn a_required_table_that_is_missing() {
-    println!(
-        "@@a_required_table_that_is_missing@@{}@@end@@",
-        refusal(
-            r#"[scan]
-integration = "20 us"
-"#,
-            ""
-        )
+    insta::assert_snapshot!(
+        refusal("[scan]\nintegration = \"20 us\"\n", ""),
+        @r#"
+    scenes/x.toml:1:1: the table [scan] is missing; a scene needs it
+      1 | [clock]
+        | ^
+    "#
     );
 }
 
 #[test]
 fn no_detector() {
-    println!(
-        "@@no_detector@@{}@@end@@",
-        refusal(
-            r#"[[detector]]
-name = "spad"
-reference = "laser"
-dead_time = "14 ns"
-
-[[path]]
-source = "laser"
-detector = "spad"
-distance = "3.2 m"
-"#,
-            ""
-        )
+    insta::assert_snapshot!(
+        refusal("[[detector]]\nname = \"spad\"\nreference = \"laser\"\ndead_time = \"14 ns\"\n\n[[path]]\nsource = \"laser\"\ndetector = \"spad\"\ndistance = \"3.2 m\"\n", ""),
+        @r#"
+    scenes/x.toml:1:1: the table [[detector]] is missing; a scene needs it
+      1 | [clock]
+        | ^
+    "#
     );
 }
 
 #[test]
 fn a_reference_to_no_source() {
-    println!(
-        "@@a_reference_to_no_source@@{}@@end@@",
-        refusal(r#"reference = "laser""#, r#"reference = "lazer""#)
+    insta::assert_snapshot!(
+        refusal(r#"reference = "laser""#, r#"reference = "lazer""#),
+        @r#"
+    scenes/x.toml:13:13: detector.reference: no source is named "lazer"; did you mean "laser"?
+      13 | reference = "lazer"
+         |             ^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn a_path_to_no_detector() {
-    println!(
-        "@@a_path_to_no_detector@@{}@@end@@",
-        refusal(r#"detector = "spad""#, r#"detector = "camera""#)
+    insta::assert_snapshot!(
+        refusal(r#"detector = "spad""#, r#"detector = "camera""#),
+        @r#"
+    scenes/x.toml:18:12: path.detector: no detector is named "camera"; there is "spad"
+      18 | detector = "camera"
+         |            ^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn two_detectors_of_one_name() {
-    println!(
-        "@@two_detectors_of_one_name@@{}@@end@@",
-        refusal(
-            "[[path]]",
-            r#"[[detector]]
-name = "spad"
-reference = "laser"
-
-[[path]]"#
-        )
+    insta::assert_snapshot!(
+        refusal("[[path]]", "[[detector]]\nname = \"spad\"\nreference = \"laser\"\n\n[[path]]"),
+        @r#"
+    scenes/x.toml:17:8: detector.name: "spad" already names another detector; choose another name
+      17 | name = "spad"
+         |        ^^^^^^
+    "#
     );
 }
 
 #[test]
 fn distance_and_delay() {
-    println!(
-        "@@distance_and_delay@@{}@@end@@",
-        refusal(
-            r#"distance = "3.2 m""#,
-            r#"distance = "3.2 m"
-delay = "21 ns""#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"distance = "3.2 m""#, "distance = \"3.2 m\"\ndelay = \"21 ns\""),
+        @r#"
+    scenes/x.toml:20:9: path.delay: the path has a distance already; give one of `distance` and `delay`
+      20 | delay = "21 ns"
+         |         ^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn neither_distance_nor_delay() {
-    println!(
-        "@@neither_distance_nor_delay@@{}@@end@@",
-        refusal(
-            r#"distance = "3.2 m"
-"#,
-            ""
-        )
+    insta::assert_snapshot!(
+        refusal("distance = \"3.2 m\"\n", ""),
+        @r#"
+    scenes/x.toml:16:1: path: neither `distance` nor `delay` is given; write for example distance = "3.2 m"
+      16 | [[path]]
+         | ^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn samples_per_chip_not_a_power_of_two() {
-    println!(
-        "@@samples_per_chip_not_a_power_of_two@@{}@@end@@",
-        refusal("samples_per_chip = 8", "samples_per_chip = 12")
+    insta::assert_snapshot!(
+        refusal("samples_per_chip = 8", "samples_per_chip = 12"),
+        @r#"
+    scenes/x.toml:3:20: clock.samples_per_chip: 12 is not a power of two; use 8 or 16
+      3 | samples_per_chip = 12
+        |                    ^^
+    "#
     );
 }
 
 #[test]
 fn samples_per_chip_too_large() {
-    println!(
-        "@@samples_per_chip_too_large@@{}@@end@@",
-        refusal("samples_per_chip = 8", "samples_per_chip = 128")
+    insta::assert_snapshot!(
+        refusal("samples_per_chip = 8", "samples_per_chip = 128"),
+        @r#"
+    scenes/x.toml:3:20: clock.samples_per_chip: 128 is outside 1..=64
+      3 | samples_per_chip = 128
+        |                    ^^^
+    "#
     );
 }
 
 #[test]
 fn an_extinction_ratio_below_one() {
-    println!(
-        "@@an_extinction_ratio_below_one@@{}@@end@@",
-        refusal(
-            r#"mean_power = "20 pW""#,
-            r#"mean_power = "20 pW"
-extinction_ratio = 0.1"#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"mean_power = "20 pW""#, "mean_power = \"20 pW\"\nextinction_ratio = 0.1"),
+        @r#"
+    scenes/x.toml:10:20: source.extinction_ratio: 0.1 is not a ratio of 1 or more; write for example 10, or "inf"
+      10 | extinction_ratio = 0.1
+         |                    ^^^
+    "#
     );
 }
 
 #[test]
 fn a_probability_above_one() {
-    println!(
-        "@@a_probability_above_one@@{}@@end@@",
-        refusal(
-            r#"dead_time = "14 ns""#,
-            r#"dead_time = "14 ns"
-photon_detection_probability = 31"#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"dead_time = "14 ns""#, "dead_time = \"14 ns\"\nphoton_detection_probability = 31"),
+        @r#"
+    scenes/x.toml:15:32: detector.photon_detection_probability: 31 is not a number from 0 to 1; write for example 0.31
+      15 | photon_detection_probability = 31
+         |                                ^^
+    "#
     );
 }
 
 #[test]
 fn a_probability_that_is_nan() {
-    println!(
-        "@@a_probability_that_is_nan@@{}@@end@@",
-        refusal(
-            r#"dead_time = "14 ns""#,
-            r#"dead_time = "14 ns"
-photon_detection_probability = nan"#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"dead_time = "14 ns""#, "dead_time = \"14 ns\"\nphoton_detection_probability = nan"),
+        @r#"
+    scenes/x.toml:15:32: detector.photon_detection_probability: nan is not a number from 0 to 1; write for example 0.31
+      15 | photon_detection_probability = nan
+         |                                ^^^
+    "#
     );
 }
 
 #[test]
 fn afterpulsing_without_its_time_constant() {
-    println!(
-        "@@afterpulsing_without_its_time_constant@@{}@@end@@",
-        refusal(
-            r#"dead_time = "14 ns""#,
-            r#"dead_time = "14 ns"
-afterpulsing = { probability = 0.137 }"#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"dead_time = "14 ns""#, "dead_time = \"14 ns\"\nafterpulsing = { probability = 0.137 }"),
+        @r#"
+    scenes/x.toml:15:16: detector.afterpulsing: `time_constant` is missing; write for example time_constant = "5 ns"
+      15 | afterpulsing = { probability = 0.137 }
+         |                ^^^^^^^^^^^^^^^^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn afterpulsing_that_never_dies_out() {
-    println!(
-        "@@afterpulsing_that_never_dies_out@@{}@@end@@",
-        refusal(
-            r#"dead_time = "14 ns""#,
-            r#"dead_time = "14 ns"
-afterpulsing = { probability = 1.0, time_constant = "5 ns" }"#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"dead_time = "14 ns""#, "dead_time = \"14 ns\"\nafterpulsing = { probability = 1.0, time_constant = \"5 ns\" }"),
+        @r#"
+    scenes/x.toml:15:32: detector.afterpulsing.probability: 1.0 is not a number from 0 to less than 1; write for example 0.137
+      15 | afterpulsing = { probability = 1.0, time_constant = "5 ns" }
+         |                                ^^^
+    "#
     );
 }
 
 #[test]
 fn an_integration_time_of_no_chip() {
-    println!(
-        "@@an_integration_time_of_no_chip@@{}@@end@@",
-        refusal(r#"integration = "20 us""#, r#"integration = "3 ns""#)
+    insta::assert_snapshot!(
+        refusal(r#"integration = "20 us""#, r#"integration = "3 ns""#),
+        @r#"
+    scenes/x.toml:22:15: scan.integration: the integration time rounds to 0 chips of 8 ns; integrate for at least one chip
+      22 | integration = "3 ns"
+         |               ^^^^^^
+    "#
     );
 }
 
 #[test]
 fn an_integration_time_of_ages() {
-    println!(
-        "@@an_integration_time_of_ages@@{}@@end@@",
-        refusal(r#"integration = "20 us""#, r#"integration = "1e12 h""#)
+    insta::assert_snapshot!(
+        refusal(r#"integration = "20 us""#, r#"integration = "1e12 h""#),
+        @r#"
+    scenes/x.toml:22:15: scan.integration: 248 phase steps of this length are more than 2^60 chips; integrate for less
+      22 | integration = "1e12 h"
+         |               ^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn steps_that_are_neither_word_nor_window() {
-    println!(
-        "@@steps_that_are_neither_word_nor_window@@{}@@end@@",
-        refusal(
-            r#"integration = "20 us""#,
-            r#"integration = "20 us"
-steps = "some""#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"integration = "20 us""#, "integration = \"20 us\"\nsteps = \"some\""),
+        @r#"
+    scenes/x.toml:23:9: scan.steps: "some" is no choice of phase steps; write "all", { first = 0, count = 64 } or { around = "3.2 m", halfwidth = 16 }
+      23 | steps = "some"
+         |         ^^^^^^
+    "#
     );
 }
 
 #[test]
 fn steps_that_mix_two_windows() {
-    println!(
-        "@@steps_that_mix_two_windows@@{}@@end@@",
-        refusal(
-            r#"integration = "20 us""#,
-            r#"integration = "20 us"
-steps = { first = 0, halfwidth = 3 }"#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"integration = "20 us""#, "integration = \"20 us\"\nsteps = { first = 0, halfwidth = 3 }"),
+        @r#"
+    scenes/x.toml:23:9: scan.steps: these keys do not choose phase steps; write "all", { first = 0, count = 64 } or { around = "3.2 m", halfwidth = 16 }
+      23 | steps = { first = 0, halfwidth = 3 }
+         |         ^^^^^^^^^^^^^^^^^^^^^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn more_steps_than_the_period_has() {
-    println!(
-        "@@more_steps_than_the_period_has@@{}@@end@@",
-        refusal(
-            r#"integration = "20 us""#,
-            r#"integration = "20 us"
-steps = { first = 0, count = 249 }"#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"integration = "20 us""#, "integration = \"20 us\"\nsteps = { first = 0, count = 249 }"),
+        @r#"
+    scenes/x.toml:23:30: scan.steps.count: 249 phase steps are more than the 248 of a code period; scan fewer, or "all"
+      23 | steps = { first = 0, count = 249 }
+         |                              ^^^
+    "#
     );
 }
 
 #[test]
 fn a_window_wider_than_the_period() {
-    println!(
-        "@@a_window_wider_than_the_period@@{}@@end@@",
-        refusal(
-            r#"integration = "20 us""#,
-            r#"integration = "20 us"
-steps = { around = "3.2 m", halfwidth = 124 }"#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"integration = "20 us""#, "integration = \"20 us\"\nsteps = { around = \"3.2 m\", halfwidth = 124 }"),
+        @r#"
+    scenes/x.toml:23:41: scan.steps.halfwidth: 249 phase steps are more than the 248 of a code period; scan fewer, or "all"
+      23 | steps = { around = "3.2 m", halfwidth = 124 }
+         |                                         ^^^
+    "#
     );
 }
 
 #[test]
 fn a_first_step_outside_the_period() {
-    println!(
-        "@@a_first_step_outside_the_period@@{}@@end@@",
-        refusal(
-            r#"integration = "20 us""#,
-            r#"integration = "20 us"
-steps = { first = 248, count = 2 }"#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"integration = "20 us""#, "integration = \"20 us\"\nsteps = { first = 248, count = 2 }"),
+        @r#"
+    scenes/x.toml:23:19: scan.steps.first: 248 is outside 0..248, the phase steps of a period
+      23 | steps = { first = 248, count = 2 }
+         |                   ^^^
+    "#
     );
 }
 
 #[test]
 fn a_window_around_a_power() {
-    println!(
-        "@@a_window_around_a_power@@{}@@end@@",
-        refusal(
-            r#"integration = "20 us""#,
-            r#"integration = "20 us"
-steps = { around = "3 pW", halfwidth = 1 }"#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"integration = "20 us""#, "integration = \"20 us\"\nsteps = { around = \"3 pW\", halfwidth = 1 }"),
+        @r#"
+    scenes/x.toml:23:20: scan.steps.around: "3 pW" is a power, but a distance is needed; write for example "3.2 m"
+      23 | steps = { around = "3 pW", halfwidth = 1 }
+         |                    ^^^^^^
+    "#
     );
 }
 
 #[test]
 fn more_parallel_steps_than_the_scan_has() {
-    println!(
-        "@@more_parallel_steps_than_the_scan_has@@{}@@end@@",
-        refusal(
-            r#"integration = "20 us""#,
-            r#"integration = "20 us"
-steps = { first = 0, count = 4 }
-
-[hardware]
-parallel = 8"#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"integration = "20 us""#, "integration = \"20 us\"\nsteps = { first = 0, count = 4 }\n\n[hardware]\nparallel = 8"),
+        @r#"
+    scenes/x.toml:26:12: hardware.parallel: 8 phase steps at once are more than the 4 of the scan; use 4 or less, or scan more steps
+      26 | parallel = 8
+         |            ^
+    "#
     );
 }
 
 #[test]
 fn an_unknown_target() {
-    println!(
-        "@@an_unknown_target@@{}@@end@@",
-        refusal(
-            "[scan]",
-            r#"[hardware]
-target = "ecp5-25k"
-
-[scan]"#
-        )
+    insta::assert_snapshot!(
+        refusal("[scan]", "[hardware]\ntarget = \"ecp5-25k\"\n\n[scan]"),
+        @r#"
+    scenes/x.toml:22:10: hardware.target: "ecp5-25k" is not known; did you mean "ecp5-25k-6"?
+      22 | target = "ecp5-25k"
+         |          ^^^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn detectors_with_references_of_different_length() {
-    println!(
-        "@@detectors_with_references_of_different_length@@{}@@end@@",
-        refusal(
-            "[[path]]",
-            r#"[[source]]
-name = "other"
-code = { family = "square" }
-wavelength = "783 nm"
-mean_power = "20 pW"
-
-[[detector]]
-name = "second"
-reference = "other"
-
-[[path]]"#
-        )
+    insta::assert_snapshot!(
+        refusal("[[path]]", "[[source]]\nname = \"other\"\ncode = { family = \"square\" }\nwavelength = \"783 nm\"\nmean_power = \"20 pW\"\n\n[[detector]]\nname = \"second\"\nreference = \"other\"\n\n[[path]]"),
+        @r#"
+    scenes/x.toml:24:13: detector.reference: this detector's reference code is 2 chips long, the first detector's 31; detectors are stepped together, so give them codes of one length
+      24 | reference = "other"
+         |             ^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn an_unknown_family() {
-    println!(
-        "@@an_unknown_family@@{}@@end@@",
-        refusal(r#"family = "gold""#, r#"family = "golden""#)
+    insta::assert_snapshot!(
+        refusal(r#"family = "gold""#, r#"family = "golden""#),
+        @r#"
+    scenes/x.toml:7:19: source.code.family: "golden" is not known; did you mean "gold"?
+      7 | code = { family = "golden", degree = 5 }
+        |                   ^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn a_degree_without_preferred_pairs() {
-    println!(
-        "@@a_degree_without_preferred_pairs@@{}@@end@@",
-        refusal("degree = 5", "degree = 8")
+    insta::assert_snapshot!(
+        refusal("degree = 5", "degree = 8"),
+        @r#"
+    scenes/x.toml:7:36: source.code.degree: degree 8 has no preferred pair, because 4 divides it; use degree 7 or 9, or set allow_non_preferred = true
+      7 | code = { family = "gold", degree = 8 }
+        |                                    ^
+    "#
     );
 }
 
 #[test]
 fn a_degree_out_of_range() {
-    println!(
-        "@@a_degree_out_of_range@@{}@@end@@",
-        refusal("degree = 5", "degree = 25")
+    insta::assert_snapshot!(
+        refusal("degree = 5", "degree = 25"),
+        @r#"
+    scenes/x.toml:7:36: source.code.degree: degree 25 is outside 3..=20
+      7 | code = { family = "gold", degree = 25 }
+        |                                    ^^
+    "#
     );
 }
 
 #[test]
 fn a_code_without_its_degree() {
-    println!(
-        "@@a_code_without_its_degree@@{}@@end@@",
-        refusal(
-            r#"{ family = "gold", degree = 5 }"#,
-            r#"{ family = "gold" }"#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"{ family = "gold", degree = 5 }"#, r#"{ family = "gold" }"#),
+        @r#"
+    scenes/x.toml:7:8: source.code: family "gold" needs `degree`, for example degree = 11
+      7 | code = { family = "gold" }
+        |        ^^^^^^^^^^^^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn a_key_of_another_family() {
-    println!(
-        "@@a_key_of_another_family@@{}@@end@@",
-        refusal(
-            r#"{ family = "gold", degree = 5 }"#,
-            r#"{ family = "square", degree = 5 }"#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"{ family = "gold", degree = 5 }"#, r#"{ family = "square", degree = 5 }"#),
+        @r#"
+    scenes/x.toml:7:38: source.code.degree: `degree` does not belong to family "square"; leave it out
+      7 | code = { family = "square", degree = 5 }
+        |                                      ^
+    "#
     );
 }
 
 #[test]
 fn an_index_outside_the_set() {
-    println!(
-        "@@an_index_outside_the_set@@{}@@end@@",
-        refusal("degree = 5 }", "degree = 5, index = 31 }")
+    insta::assert_snapshot!(
+        refusal("degree = 5 }", "degree = 5, index = 31 }"),
+        @r#"
+    scenes/x.toml:7:47: source.code.index: index 31 is outside -2..=30 (-2 is u, -1 is v, i is u XOR v advanced by i)
+      7 | code = { family = "gold", degree = 5, index = 31 }
+        |                                               ^^
+    "#
     );
 }
 
 #[test]
 fn a_pair_that_is_not_preferred() {
-    println!(
-        "@@a_pair_that_is_not_preferred@@{}@@end@@",
-        refusal(
-            "degree = 5 }",
-            "degree = 5, polynomials = [[5, 2, 0], [5, 3, 0]] }"
-        )
+    insta::assert_snapshot!(
+        refusal("degree = 5 }", "degree = 5, polynomials = [[5, 2, 0], [5, 3, 0]] }"),
+        @r#"
+    scenes/x.toml:7:53: source.code.polynomials: polynomials 5,2,0 and 5,3,0 are not a preferred pair: their cross-correlation takes 6 different values between -9 and 11, not just -9, -1 and 7; take another pair, or set allow_non_preferred = true
+      7 | code = { family = "gold", degree = 5, polynomials = [[5, 2, 0], [5, 3, 0]] }
+        |                                                     ^^^^^^^^^^^^^^^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn a_polynomial_that_is_not_primitive() {
-    println!(
-        "@@a_polynomial_that_is_not_primitive@@{}@@end@@",
-        refusal(
-            "degree = 5 }",
-            "degree = 5, polynomials = [[5, 1, 0], [5, 2, 0]] }"
-        )
+    insta::assert_snapshot!(
+        refusal("degree = 5 }", "degree = 5, polynomials = [[5, 1, 0], [5, 2, 0]] }"),
+        @r#"
+    scenes/x.toml:7:53: source.code.polynomials: polynomial 5,1,0 is not primitive; 5,2,0 is
+      7 | code = { family = "gold", degree = 5, polynomials = [[5, 1, 0], [5, 2, 0]] }
+        |                                                     ^^^^^^^^^^^^^^^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn exponents_in_the_wrong_order() {
-    println!(
-        "@@exponents_in_the_wrong_order@@{}@@end@@",
-        refusal(
-            "degree = 5 }",
-            "degree = 5, polynomials = [[0, 2, 5], [5, 2, 0]] }"
-        )
+    insta::assert_snapshot!(
+        refusal("degree = 5 }", "degree = 5, polynomials = [[0, 2, 5], [5, 2, 0]] }"),
+        @r#"
+    scenes/x.toml:7:53: source.code.polynomials: polynomial 0,2,5 does not list exponents in descending order from the degree 5 down to 0, as 5,2,0 does
+      7 | code = { family = "gold", degree = 5, polynomials = [[0, 2, 5], [5, 2, 0]] }
+        |                                                     ^^^^^^^^^^^^^^^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn one_polynomial_for_two_registers() {
-    println!(
-        "@@one_polynomial_for_two_registers@@{}@@end@@",
-        refusal("degree = 5 }", "degree = 5, polynomials = [[5, 2, 0]] }")
+    insta::assert_snapshot!(
+        refusal("degree = 5 }", "degree = 5, polynomials = [[5, 2, 0]] }"),
+        @r#"
+    scenes/x.toml:7:53: source.code.polynomials: family "gold" takes 2 polynomials, not 1
+      7 | code = { family = "gold", degree = 5, polynomials = [[5, 2, 0]] }
+        |                                                     ^^^^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn a_seed_of_zeros() {
-    println!(
-        "@@a_seed_of_zeros@@{}@@end@@",
-        refusal(
-            "degree = 5 }",
-            r#"degree = 5, seeds = ["00000", "11111"] }"#
-        )
+    insta::assert_snapshot!(
+        refusal("degree = 5 }", r#"degree = 5, seeds = ["00000", "11111"] }"#),
+        @r#"
+    scenes/x.toml:7:47: source.code.seeds: seed "00000" is all zero, and an LFSR never leaves that state; set at least one 1
+      7 | code = { family = "gold", degree = 5, seeds = ["00000", "11111"] }
+        |                                               ^^^^^^^^^^^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn a_seed_of_the_wrong_length() {
-    println!(
-        "@@a_seed_of_the_wrong_length@@{}@@end@@",
-        refusal("degree = 5 }", r#"degree = 5, seeds = ["1111", "11111"] }"#)
+    insta::assert_snapshot!(
+        refusal("degree = 5 }", r#"degree = 5, seeds = ["1111", "11111"] }"#),
+        @r#"
+    scenes/x.toml:7:47: source.code.seeds: seed "1111" is not 5 binary digits, first chip first, as "11111" is
+      7 | code = { family = "gold", degree = 5, seeds = ["1111", "11111"] }
+        |                                               ^^^^^^^^^^^^^^^^^
+    "#
     );
 }
 
 #[test]
 fn an_interleaving_depth_out_of_range() {
-    println!(
-        "@@an_interleaving_depth_out_of_range@@{}@@end@@",
-        refusal("degree = 5 }", "degree = 5, interleave = 9 }")
+    insta::assert_snapshot!(
+        refusal("degree = 5 }", "degree = 5, interleave = 9 }"),
+        @r#"
+    scenes/x.toml:7:52: source.code.interleave: interleave 9 is outside 0..=8
+      7 | code = { family = "gold", degree = 5, interleave = 9 }
+        |                                                    ^
+    "#
     );
 }
 
 #[test]
 fn chips_that_are_all_alike() {
-    println!(
-        "@@chips_that_are_all_alike@@{}@@end@@",
-        refusal(
-            r#"{ family = "gold", degree = 5 }"#,
-            r#"{ family = "chips", chips = "1111" }"#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"{ family = "gold", degree = 5 }"#, r#"{ family = "chips", chips = "1111" }"#),
+        @r#"
+    scenes/x.toml:7:36: source.code.chips: all chips of this code are 1: it carries no time; use a code with both 0 and 1
+      7 | code = { family = "chips", chips = "1111" }
+        |                                    ^^^^^^
+    "#
     );
 }
 
 #[test]
 fn chips_that_are_not_binary() {
-    println!(
-        "@@chips_that_are_not_binary@@{}@@end@@",
-        refusal(
-            r#"{ family = "gold", degree = 5 }"#,
-            r#"{ family = "chips", chips = "0120" }"#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"{ family = "gold", degree = 5 }"#, r#"{ family = "chips", chips = "0120" }"#),
+        @r#"
+    scenes/x.toml:7:36: source.code.chips: chips may hold only the digits 0 and 1, as "0110" does, and at least one
+      7 | code = { family = "chips", chips = "0120" }
+        |                                    ^^^^^^
+    "#
     );
 }
 
 #[test]
 fn a_string_where_a_table_is_needed() {
-    println!(
-        "@@a_string_where_a_table_is_needed@@{}@@end@@",
-        refusal(r#"{ family = "gold", degree = 5 }"#, r#""gold""#)
+    insta::assert_snapshot!(
+        refusal(r#"{ family = "gold", degree = 5 }"#, r#""gold""#),
+        @r#"
+    scenes/x.toml:7:8: source.code: "gold" is a string, but a table is needed; write for example { family = "gold", degree = 11 }
+      7 | code = "gold"
+        |        ^^^^^^
+    "#
     );
 }
 
 #[test]
 fn text_that_is_not_toml() {
-    println!(
-        "@@text_that_is_not_toml@@{}@@end@@",
-        refusal(r#"name = "laser""#, "name = laser")
+    insta::assert_snapshot!(
+        refusal(r#"name = "laser""#, "name = laser"),
+        @r#"
+    scenes/x.toml:6:8: not TOML: string values must be quoted, expected literal string
+      6 | name = laser
+        |        ^^^^^
+    "#
     );
 }
 
 #[test]
 fn a_key_given_twice() {
-    println!(
-        "@@a_key_given_twice@@{}@@end@@",
-        refusal(
-            r#"dead_time = "14 ns""#,
-            r#"dead_time = "14 ns"
-dead_time = "15 ns""#
-        )
+    insta::assert_snapshot!(
+        refusal(r#"dead_time = "14 ns""#, "dead_time = \"14 ns\"\ndead_time = \"15 ns\""),
+        @r#"
+    scenes/x.toml:15:1: not TOML: duplicate key
+      15 | dead_time = "15 ns"
+         | ^^^^^^^^^
+    "#
+    );
+}
+
+#[test]
+fn all_errors_are_reported_together_in_the_order_of_the_file() {
+    let scene = SCENE
+        .replace("783 nm", "783")
+        .replace("dead_time", "dead_tme")
+        .replace("[clock]", "[clock]\nchip_perod = 3");
+    let Err(SceneErrors::Invalid(errors)) = parse("scenes/x.toml", &scene) else {
+        panic!("accepted:\n{scene}");
+    };
+    let places: Vec<(usize, usize)> = errors.iter().map(|e| (e.line, e.column)).collect();
+    assert_eq!(places, [(2, 1), (9, 14), (15, 1)]);
+}
+
+#[test]
+fn a_wrong_source_causes_no_further_errors_elsewhere() {
+    let scene = SCENE.replace("degree = 5", "degree = 8");
+    let Err(SceneErrors::Invalid(errors)) = parse("scenes/x.toml", &scene) else {
+        panic!("accepted:\n{scene}");
+    };
+    assert_eq!(errors.len(), 1, "{errors:?}");
+}
+
+#[test]
+fn columns_count_characters_and_tabs_keep_the_caret_in_place() {
+    let scene = SCENE
+        .replace("dead_time", "\tdead_time")
+        .replace("14 ns", "14 \u{b5}");
+    let Err(SceneErrors::Invalid(errors)) = parse("scenes/x.toml", &scene) else {
+        panic!("accepted:\n{scene}");
+    };
+    assert_eq!((errors[0].column, errors[0].marked), (14, 6));
+    assert!(
+        errors[0]
+            .to_string()
+            .ends_with(&format!("| \t{}^^^^^^", " ".repeat(12)))
+    );
+}
+
+#[test]
+fn a_file_that_cannot_be_read_is_named() {
+    let error = load(std::path::Path::new("scenes/absent.toml")).unwrap_err();
+    let text = error.to_string();
+    assert!(
+        text.starts_with("scenes/absent.toml: cannot read the scene: "),
+        "{text}"
     );
 }
