@@ -40,6 +40,11 @@ fn gold_values(degree: u32) -> [i64; 3] {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
+
     #[test]
     fn the_fast_correlation_equals_its_definition(
         pair in prop::collection::vec((0u8..2, 0u8..2), 1..300)

@@ -60,5 +60,16 @@ fn the_text_for_people_names_the_code_and_its_set() {
         ..CodeSpec::new(Family::Gold)
     };
     let text = codes(&CodesRequest { spec }).unwrap().to_text();
-    println!("{text}");
+    insta::assert_snapshot!(
+        text,
+        @r#"
+    gold code of 62 chips, degree 5, index 0, interleaved to depth 1
+    polynomial       5,2,0, seed 11111
+    polynomial       5,4,3,2,0, seed 11111
+    chips            01010101010101011001011001100101100101101010100110011001101001
+    weight           31 (balanced)
+    autocorrelation  peak 62, elsewhere -30 (2x), -18 (4x), -14 (2x), -6 (12x), -2 (16x), 2 (11x), 10 (4x), 14 (10x)
+    Gold set         33 codes, 17 of them balanced; u and v are preferred, their cross-correlation -9 (6x), -1 (15x), 7 (10x) (t = 9)
+    "#
+    );
 }

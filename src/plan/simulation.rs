@@ -14,7 +14,7 @@ pub(super) fn parts(scene: &Scene) -> Vec<Part> {
         parts.extend(detector_parts(scene, detector));
     }
     parts.push(counter_edges(scene));
-    parts.push(remaining_steps(scene));
+    parts.push(full_scan(scene));
     parts.extend(estimator(scene));
     parts
 }
@@ -46,7 +46,12 @@ fn source_parts(scene: &Scene, index: usize) -> [Part; 2] {
     let modulated = if ratio > 1.0 {
         kept(
             modulated,
-            format!("{} pW in the code's on-chips", in_pico(source.mean_power_w)),
+            format!(
+                "mean power {} pW, keyed by a code of {} on-chips in {}",
+                in_pico(source.mean_power_w),
+                source.code.weight(),
+                source.code.len()
+            ),
         )
     } else {
         left_out(
@@ -245,21 +250,21 @@ fn counter_edges(scene: &Scene) -> Part {
     }
 }
 
-fn remaining_steps(scene: &Scene) -> Part {
-    const PART: &str = "phase_steps_outside_the_window";
+fn full_scan(scene: &Scene) -> Part {
+    const PART: &str = "full_scan";
     let (steps, period) = (scene.scan.steps, scene.scan.steps_per_period);
     if scene.scan.is_full() {
-        kept(PART, format!("the scan covers all {period} phase steps"))
-    } else {
-        left_out(
-            PART,
-            format!(
-                "the scan asks for {steps} of {period} phase steps from {}; saves {:.1} % of the work",
-                scene.scan.first_step,
-                100.0 * (period - steps) as f64 / period as f64
-            ),
-        )
+        return kept(PART, format!("the scan covers all {period} phase steps"));
     }
+    let saved_percent = 100.0 * (period - steps) as f64 / period as f64;
+    left_out(
+        PART,
+        format!(
+            "the scan asks for {steps} of {period} phase steps, from step {} on; \
+             saves {saved_percent:.1} % of the photons and clocks",
+            scene.scan.first_step
+        ),
+    )
 }
 
 /// The coarse and the fine stage, or the fit in their place.

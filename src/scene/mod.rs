@@ -29,6 +29,7 @@ mod reader;
 mod scan;
 mod source;
 mod units;
+mod wording;
 
 use std::sync::Arc;
 

@@ -5,8 +5,9 @@ use std::path::Path as FilePath;
 use toml::de::DeTable;
 
 use super::error::Diagnostics;
-use super::reader::{Bounds, Section, alternatives, nearest, quoted};
+use super::reader::{Bounds, Section};
 use super::units::Quantity;
+use super::wording::{alternatives, nearest, quoted};
 use super::{Detector, EstimatorKind, Hardware, Path, Scan, Scene, SceneErrors, Source, Target};
 use super::{detector, scan, source};
 

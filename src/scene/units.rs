@@ -214,7 +214,7 @@ fn find_unit(text: &str, name: &str, quantity: Quantity) -> Result<&'static Unit
     Err(format!(
         "\"{text}\" has the unknown unit \"{name}\"; {} takes {}",
         quantity.name(),
-        super::reader::alternatives(&names)
+        super::wording::alternatives(&names)
     ))
 }
 
