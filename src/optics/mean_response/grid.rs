@@ -145,10 +145,11 @@ fn locate(edges: &[f64], time: f64) -> Place {
 fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
     let ps = |chips: f64| chips * model.chip_period_ps;
     if let Some(afterpulsing) = model.afterpulsing
-        && afterpulsing.time_constant_chips <= 0.0
+        && afterpulsing.time_constant_chips < 2.0 * FINEST_CELL_CHIPS
     {
-        return Err(MeanResponseError::NoTimeConstant {
+        return Err(MeanResponseError::TimeConstantTooShort {
             time_constant_ps: ps(afterpulsing.time_constant_chips),
+            least_ps: ps(2.0 * FINEST_CELL_CHIPS),
         });
     }
     let dead_time_needed = model.dead_time_chips > 0.0 || model.afterpulsing.is_some();
