@@ -72,12 +72,6 @@ fn the_table_i_sensor_errs_and_scatters_as_predicted() {
         scan_around(&mut scene, 32);
         let predicted = predict(&scene, 0, 0).expect("a prediction");
         let errors = errors_m(&scene, CountingTier::Sampled, scans);
-        eprintln!(
-            "DBG {rate:e}: {predicted:?} found {} +- {} std {}",
-            errors.mean,
-            errors.standard_error(),
-            errors.variance.sqrt()
-        );
         assert_within_standard_errors(errors.z(predicted.bias_m), 5.0, "bias");
         let z = errors.variance_z(predicted.std_m.powi(2));
         assert_within_standard_errors(z, 5.0, "standard deviation");
@@ -93,12 +87,6 @@ fn strong_light_on_a_short_code_errs_and_scatters_as_predicted() {
     assert!(
         predicted.bias_m.abs() > 10.0 * errors.standard_error(),
         "{predicted:?}"
-    );
-    eprintln!(
-        "DBG : {predicted:?} found {} +- {} std {}",
-        errors.mean,
-        errors.standard_error(),
-        errors.variance.sqrt()
     );
     assert_within_standard_errors(errors.z(predicted.bias_m), 5.0, "bias");
     let z = errors.variance_z(predicted.std_m.powi(2));

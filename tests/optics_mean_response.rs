@@ -40,7 +40,6 @@ fn constant_light_gives_the_renewal_rate_and_variance() {
 fn without_dead_time_expected_counts_are_the_interpolated_code_correlation() {
     let chips = [1_u8, 1, 1, 0, 1, 0, 0];
     let mut scene = ideal_scene(code(&chips), 10e6, 7 * 100);
-    // Half a sample, so that hits come whole samples late: ceil(2.5 + i) - 3.
     let delay_samples = 18.0;
     scene.paths[0].delay_ps = delay_samples * 1000.0;
     let model = DetectorModel::new(&scene, 0);
@@ -65,23 +64,45 @@ fn without_dead_time_expected_counts_are_the_interpolated_code_correlation() {
     }
 }
 
-#[test]
-fn photons_hit_samples_and_count_as_the_mean_response_says() {
-    // 101 chips a step: three periods of 31 and a part, ever another one.
-    let mut scene = table_i_scene(gold_5(), 40e6, 101);
+/// 101 chips a step: three periods of 31 and a part, ever another one.
+fn short_steps(rate_cps: f64, dead_time_ps: f64) -> Scene {
+    let mut scene = table_i_scene(gold_5(), rate_cps, 101);
     scene.detectors[0].jitter_ps.clear();
+    scene.detectors[0].dead_time_ps = dead_time_ps;
+    scene.detectors[0].pulse_width_ps = 0.4 * dead_time_ps;
+    scene
+}
+
+#[test]
+fn strong_afterpulsing_and_an_uneven_dead_time_count_as_the_mean_response_says() {
+    // Nothing is aligned to samples.
+    let mut scene = short_steps(40e6, 11_370.0);
     scene.detectors[0].afterpulsing_probability = 0.25;
-    // An uneven dead time, so that nothing is aligned to samples.
-    scene.detectors[0].dead_time_ps = 11_370.0;
-    scene.detectors[0].pulse_width_ps = 5e3;
-    let model = DetectorModel::new(&scene, 0);
+    compare_with_photons(&scene);
+}
+
+#[test]
+fn a_saturated_detector_counts_as_the_mean_response_says() {
+    compare_with_photons(&short_steps(300e6, 14e3));
+}
+
+#[test]
+fn fast_afterpulses_after_a_short_dead_time_count_as_the_mean_response_says() {
+    let mut scene = short_steps(100e6, 2_900.0);
+    scene.detectors[0].afterpulsing_probability = 0.25;
+    scene.detectors[0].afterpulsing_time_constant_ps = 150.0;
+    compare_with_photons(&scene);
+}
+
+fn compare_with_photons(scene: &Scene) {
+    let model = DetectorModel::new(scene, 0);
     let response = MeanResponse::new(&model).expect("it can be solved");
 
     let scans = 400;
     let samples = 31 * 8;
     let mut hits = vec![0.0; samples];
     let counts: Vec<Vec<f64>> = (0..scans)
-        .map(|seed| sampled_counts(&scene, &model, seed, 0, &mut hits))
+        .map(|seed| sampled_counts(scene, &model, seed, 0, &mut hits))
         .collect();
 
     // Hits of one sample are rare and nearly Poisson.
@@ -108,6 +129,7 @@ fn photons_hit_samples_and_count_as_the_mean_response_says() {
     }
     let mean_z = Moments::of(mean_z);
     assert_within_standard_errors(mean_z.z(0.0), 5.0, "all counts together");
+    let ratio = Moments::of(variance_ratio);
     assert_within_standard_errors(ratio.z(1.0), 5.0, "ratio of variances");
 }
 
@@ -129,8 +151,9 @@ fn what_cannot_be_solved_says_what_would_be_right() {
     scene.detectors[0].afterpulsing_probability = 0.1;
     assert_eq!(
         refused(&scene),
-        Some(MeanResponseError::NoTimeConstant {
-            time_constant_ps: 0.0
+        Some(MeanResponseError::TimeConstantTooShort {
+            time_constant_ps: 0.0,
+            least_ps: 125.0
         })
     );
 }

@@ -1,9 +1,12 @@
 //! What one detector sees of a scene, in chips.
 
+use std::sync::Arc;
+
 use super::afterpulsing::Afterpulsing;
 use super::light::{ExcessLight, LightRates};
 use super::random::StreamKey;
 use super::step::StepDetections;
+use crate::code::Code;
 use crate::scene::{CounterTiming, Scan, Scene};
 
 /// The ready-made numbers behind every phase step of one detector.
@@ -16,7 +19,7 @@ pub struct DetectorModel {
     pub(super) index: usize,
     pub(super) scan: Scan,
     pub(super) samples_per_chip: u32,
-    pub(super) reference: std::sync::Arc<crate::code::Code>,
+    pub(super) reference: Arc<Code>,
     /// Excess on-light, one entry per path that has any.
     pub(super) excess: Vec<ExcessLight>,
     /// Rate of the constant light per chip.
@@ -31,7 +34,7 @@ pub struct DetectorModel {
     pub(super) chip_period_ps: f64,
     pub(super) warm_up_chips: i64,
     /// Chips from the start of one scan to the start of the next.
-    scan_pitch_chips: u64,
+    scan_pitch_chips: u128,
 }
 
 /// Jitter is cut at this many standard deviations (probability 1.5e-23), so
@@ -113,7 +116,7 @@ impl DetectorModel {
     /// Scans over the whole code period follow one another without a gap; after
     /// any other scan the hardware waits for the reference's next first chip.
     pub fn first_chip(&self, repetition: u64, step: u64) -> u128 {
-        u128::from(repetition) * u128::from(self.scan_pitch_chips)
+        u128::from(repetition) * self.scan_pitch_chips
             + u128::from(step) * u128::from(self.scan.integration_chips)
     }
 
@@ -152,11 +155,11 @@ impl DetectorModel {
     }
 }
 
-fn scan_pitch_chips(scan: &Scan, reference_length: u64) -> u64 {
-    let scan_chips = scan.steps * scan.integration_chips;
+fn scan_pitch_chips(scan: &Scan, reference_length: u64) -> u128 {
+    let scan_chips = u128::from(scan.steps) * u128::from(scan.integration_chips);
     if scan.is_full() {
         scan_chips
     } else {
-        scan_chips.next_multiple_of(reference_length)
+        scan_chips.next_multiple_of(u128::from(reference_length))
     }
 }

@@ -219,12 +219,12 @@ mod tests {
     use super::*;
     use crate::optics::random::{Part, StreamKey};
 
-    /// h c / lambda of 783 nm is 1.5834 eV, with e = 1.602176634e-19 C.
+    /// A photon of 1 eV has 1239.841984 nm (CODATA), and the charge is exact.
     #[test]
     fn photon_energy_agrees_with_the_electron_volt_formula() {
         let joules = 1.0 / photon_rate_hz(1.0, 783.0);
         let electron_volts = joules / 1.602_176_634e-19;
-        assert!((electron_volts - 1239.841_984 / 783.0).abs() < 1e-8);
+        assert!((electron_volts - 1_239.841_984 / 783.0).abs() < 1e-8);
     }
 
     /// Arrivals seen in emission time fall on on-chips only, and evenly.

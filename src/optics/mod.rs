@@ -4,7 +4,8 @@
 //! [`DetectorModel::step`] simulates one phase step, photon by photon, as an
 //! iterator over [`Detection`]s; [`PulseStream`] turns the steps of a scan into
 //! the sampled pulses that the hardware gets, and [`count_step`] counts a step
-//! as the article's continuous-time counter does.
+//! as the article's continuous-time counter does. [`MeanResponse`] gives what
+//! the counts are on average, and their variance, without random numbers.
 //!
 //! Every step depends on nothing but the scene, the seed and its own number, so
 //! steps may be made in any order, on any thread, or many side by side.
@@ -26,4 +27,3 @@ pub use light::{LightRates, photon_rate_hz};
 pub use mean_response::{MeanResponse, MeanResponseError};
 pub use sampled::{Pulse, PulseStream};
 pub use step::{Detection, StepDetections};
-pub use time::ChipTime;

@@ -1,6 +1,6 @@
 //! The state of the detector through one code period.
 
-use super::cells::SolvedCell;
+use super::cells::{History, SolvedCell};
 use super::chain::{Chain, STATES, State};
 use super::grid::{Grid, Place};
 use super::integrator::Propagators;
@@ -20,18 +20,21 @@ pub fn solve(grid: &Grid, chain: &Chain) -> ForwardSolution {
     let per_chip = grid.cells.len();
     let warm_up = grid.memory_chips as usize;
     let chips = warm_up + grid.period_chips as usize;
-    let mut cells: Vec<SolvedCell> = Vec::with_capacity(chips * per_chip);
+    let mut history = History::new(per_chip, grid.reach_chips);
     let mut hits = Vec::with_capacity(grid.period_chips as usize * per_chip);
     let mut known = Propagators::new(per_chip);
     let mut state: State = [0.0; STATES];
     state[0] = 1.0;
     for chip in 0..chips {
         let code_chip = chip as i64 - warm_up as i64;
+        if code_chip < 0 {
+            history.forget();
+        }
         for (index, cell) in grid.cells.iter().enumerate() {
             let lambda = grid.lambda(code_chip, index);
             let inflow = cell
                 .before
-                .map(|place| ready_again(grid, chain, &cells, chip, code_chip, place));
+                .map(|place| ready_again(grid, chain, &history, chip, code_chip, place));
             let mut end = [0.0; STATES];
             let propagators = known.get(chain, index, cell.width, lambda);
             let mut start_slope = [0.0; STATES];
@@ -50,7 +53,7 @@ pub fn solve(grid: &Grid, chain: &Chain) -> ForwardSolution {
                 let left = state.iter().sum::<f64>() - end.iter().sum::<f64>();
                 hits.push(came + left);
             }
-            cells.push(SolvedCell {
+            history.push(SolvedCell {
                 start: state,
                 end,
                 start_slope,
@@ -60,15 +63,17 @@ pub fn solve(grid: &Grid, chain: &Chain) -> ForwardSolution {
             state = end;
         }
     }
-    cells.drain(..warm_up * per_chip);
-    ForwardSolution { cells, hits }
+    ForwardSolution {
+        cells: history.into_cells_from(warm_up),
+        hits,
+    }
 }
 
 /// Rate at which detectors come back from their dead times into each state.
 fn ready_again(
     grid: &Grid,
     chain: &Chain,
-    cells: &[SolvedCell],
+    history: &History,
     chip: usize,
     code_chip: i64,
     place: Place,
@@ -77,7 +82,7 @@ fn ready_again(
         // The detector starts ready: nothing is dead yet.
         return [0.0; STATES];
     };
-    let past = cells[past_chip * grid.cells.len() + place.cell].at(place.position);
+    let past = history.get(past_chip, place.cell).at(place.position);
     let lambda = grid.lambda(code_chip + place.chips, place.cell);
     let avalanches = chain.avalanche_rates(lambda, &past);
     std::array::from_fn(|m| {

@@ -7,7 +7,7 @@ use crate::optics::DetectorModel;
 const FINEST_CELL_CHIPS: f64 = 1.0 / 128.0;
 
 /// The longest common code period that is solved.
-const LONGEST_PERIOD_CHIPS: u64 = 1 << 17;
+const LONGEST_PERIOD_CHIPS: u64 = 1 << 16;
 
 /// Cells of integration. The time frame is that of registered times, so that
 /// samples are taken at multiples of 1 / S.
@@ -17,6 +17,8 @@ pub struct Grid {
     pub period_chips: u64,
     /// Cells of one chip.
     pub cells: Vec<GridCell>,
+    /// Chips that one dead time reaches into, backwards or forwards.
+    pub reach_chips: usize,
     /// Chips that make the detector forget how it started.
     pub memory_chips: u64,
     paths: Vec<GridPath>,
@@ -91,6 +93,7 @@ impl Grid {
         Ok(Grid {
             period_chips,
             cells,
+            reach_chips: dead_time.ceil() as usize + 1,
             memory_chips: model.warm_up_chips as u64,
             paths: model
                 .excess
@@ -145,10 +148,11 @@ fn locate(edges: &[f64], time: f64) -> Place {
 fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
     let ps = |chips: f64| chips * model.chip_period_ps;
     if let Some(afterpulsing) = model.afterpulsing
-        && afterpulsing.time_constant_chips <= 0.0
+        && afterpulsing.time_constant_chips < 2.0 * FINEST_CELL_CHIPS
     {
-        return Err(MeanResponseError::NoTimeConstant {
+        return Err(MeanResponseError::TimeConstantTooShort {
             time_constant_ps: ps(afterpulsing.time_constant_chips),
+            least_ps: ps(2.0 * FINEST_CELL_CHIPS),
         });
     }
     let dead_time_needed = model.dead_time_chips > 0.0 || model.afterpulsing.is_some();

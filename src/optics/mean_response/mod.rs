@@ -52,12 +52,15 @@ pub enum MeanResponseError {
         /// The shortest that is solved.
         least_ps: f64,
     },
-    /// Afterpulses that come in no time.
+    /// Afterpulses come faster than the finest step of integration follows.
     #[error(
-        "afterpulsing needs a time constant above zero for a mean response, not {time_constant_ps} ps"
+        "the afterpulsing time constant is {time_constant_ps} ps; \
+         the mean response needs at least {least_ps} ps"
     )]
-    NoTimeConstant {
+    TimeConstantTooShort {
         /// The scene's time constant.
         time_constant_ps: f64,
+        /// The shortest that is solved.
+        least_ps: f64,
     },
 }

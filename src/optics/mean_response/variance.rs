@@ -6,7 +6,7 @@
 //! martingale, so the variance is the sum of its squared jumps: at avalanches,
 //! and where the dead time's end shows how many afterpulses are pending.
 
-use super::cells::SolvedCell;
+use super::cells::{History, SolvedCell};
 use super::chain::{Chain, STATES, State};
 use super::forward::ForwardSolution;
 use super::grid::{Grid, Place};
@@ -25,17 +25,18 @@ pub fn per_chip(
     let chips = period + grid.memory_chips as usize;
     let samples_per_chip = grid.cells[per_chip - 1].sample as i64;
     let mut variance = vec![0.0; period];
-    // From the last cell to the first; reversed, so that it grows by pushing.
-    let mut values: Vec<SolvedCell> = Vec::with_capacity(chips * per_chip);
+    // From the last cell to the first: chip 0 of the history is the last chip.
+    let mut history = History::new(per_chip, grid.reach_chips);
     let mut known = Propagators::new(per_chip);
     let mut value: State = [0.0; STATES];
     for chip in (0..chips).rev() {
+        history.forget();
         for (index, cell) in grid.cells.iter().enumerate().rev() {
             let lambda = grid.lambda(chip as i64, index);
             let sign = sign(chip as i64 * samples_per_chip + cell.sample as i64);
             let later = cell
                 .after
-                .map(|place| After::new(chain, value_at(grid, &values, chips, chip, place)));
+                .map(|place| After::new(chain, value_at(grid, &history, chips, chip, place)));
             let gain = |node: usize, m: usize| {
                 let released = m as f64 * chain.release_per_chip;
                 let after_release = if m > 0 { later[node].mean[m - 1] } else { 0.0 };
@@ -76,7 +77,7 @@ pub fn per_chip(
                 });
                 variance[chip] += cell.width / 6.0 * density.iter().sum::<f64>();
             }
-            values.push(solved);
+            history.push(solved);
             value = start;
         }
     }
@@ -130,18 +131,13 @@ fn jumps_squared(
 }
 
 /// U at a place later than the cell; zero after the last chip.
-fn value_at(
-    grid: &Grid,
-    reversed: &[SolvedCell],
-    chips: usize,
-    chip: usize,
-    place: Place,
-) -> State {
+fn value_at(grid: &Grid, history: &History, chips: usize, chip: usize, place: Place) -> State {
     let later_chip = chip + place.chips as usize;
     if later_chip >= chips {
         return [0.0; STATES];
     }
-    let per_chip = grid.cells.len();
-    let from_the_end = chips * per_chip - 1 - (later_chip * per_chip + place.cell);
-    reversed[from_the_end].at(place.position)
+    let reversed_cell = grid.cells.len() - 1 - place.cell;
+    history
+        .get(chips - 1 - later_chip, reversed_cell)
+        .at(place.position)
 }
