@@ -1,1 +1,15 @@
-//! TODO
+//! The sensor's hardware, described in rust-hdl and emitted as Verilog.
+//!
+//! [`blocks`] describes the circuits in the language of [`front`], [`back`]
+//! writes Verilog from them, and [`emit`] does it for a scene.
+
+pub mod back;
+pub mod blocks;
+mod emission;
+mod error;
+pub mod front;
+mod write;
+
+pub use emission::{Emission, EmittedFile, LeftOut, Parameters, emit};
+pub use error::HdlError;
+pub use write::write;

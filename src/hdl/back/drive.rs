@@ -1,0 +1,437 @@
+//! Who drives what: checks every signal for exactly one driver and turns a
+//! kernel into continuous assignments and clocked statements.
+
+use std::collections::HashMap;
+
+use super::expr::{Expr, SignalId};
+use super::fault::Fault;
+use super::lower::Statement;
+use super::signals::{Names, Reset, Role};
+
+/// A kernel, taken apart.
+#[derive(Debug)]
+pub struct Drives {
+    /// Value and comments of every combinational signal.
+    pub combinational: HashMap<SignalId, Combinational>,
+    /// Combinational signals in the order of their first assignment.
+    pub order: Vec<SignalId>,
+    /// Statements that assign registers only.
+    pub clocked: Vec<Statement>,
+    /// For every signal, whether anything reads it.
+    pub is_read: Vec<bool>,
+}
+
+/// A signal's value.
+#[derive(Debug, Clone)]
+pub struct Combinational {
+    /// The value.
+    pub value: Expr,
+    /// Comments that stand before its first assignment.
+    pub comments: Vec<String>,
+}
+
+/// Takes `kernel` apart.
+pub fn drives_of(kernel: &[Statement], names: &Names) -> Result<Drives, Fault> {
+    check_targets(kernel, names)?;
+    check_order(kernel, names, &mut vec![false; names.signals.len()])?;
+    let mut order = Vec::new();
+    first_assignments(kernel, &mut order);
+    let mut combinational = HashMap::new();
+    order.retain(|&id| !matches!(names.signals[id].role, Role::RegisterD(_)));
+    for &id in &order {
+        let name = &names.signals[id].name;
+        let value = value_of(kernel, id, name, None)?.ok_or_else(|| undriven(name))?;
+        let comments = comments_of(kernel, id);
+        combinational.insert(id, Combinational { value, comments });
+    }
+    check_driven(kernel, names, &combinational)?;
+    check_loops(&combinational, names)?;
+    let clocked = clocked_part(kernel, names);
+    let is_read = check_reads(&combinational, &clocked, names)?;
+    Ok(Drives {
+        combinational,
+        order,
+        clocked,
+        is_read,
+    })
+}
+
+fn undriven(name: &str) -> Fault {
+    Fault::Undriven {
+        signal: name.to_owned(),
+    }
+}
+
+/// Only what nothing else drives may be assigned.
+fn check_targets(kernel: &[Statement], names: &Names) -> Result<(), Fault> {
+    for statement in kernel {
+        match statement {
+            Statement::If { yes, no, .. } => {
+                check_targets(yes, names)?;
+                check_targets(no, names)?;
+            }
+            Statement::Assign { target, .. } => {
+                let signal = &names.signals[*target];
+                let name = signal.name.clone();
+                match signal.role {
+                    Role::Input => return Err(Fault::OwnInputDriven { signal: name }),
+                    Role::Constant
+                    | Role::Table
+                    | Role::RegisterQ(_)
+                    | Role::TableData(_)
+                    | Role::WiringOut(_)
+                    | Role::InstanceOutput(_) => {
+                        return Err(Fault::MultipleDrivers { signal: name });
+                    }
+                    _ => {}
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a signal that is assigned after it was read, and reads of pins
+/// that only the kernel drives.
+fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Result<(), Fault> {
+    for statement in kernel {
+        let expr = match statement {
+            Statement::Assign { value, .. } => value,
+            Statement::If { test, .. } => test,
+        };
+        let mut fault = None;
+        expr.for_each_signal(&mut |id| {
+            read[id] = true;
+            if matches!(
+                names.signals[id].role,
+                Role::RegisterD(_) | Role::RegisterClock(_)
+            ) {
+                fault = Some(Fault::Unsupported {
+                    construct: format!("reading `{}`", names.signals[id].name),
+                });
+            }
+        });
+        if let Some(fault) = fault {
+            return Err(fault);
+        }
+        match statement {
+            Statement::Assign { target, .. } => {
+                let is_wire = !matches!(names.signals[*target].role, Role::RegisterD(_));
+                if is_wire && read[*target] {
+                    return Err(Fault::ReassignedAfterRead {
+                        signal: names.signals[*target].name.clone(),
+                    });
+                }
+            }
+            Statement::If { yes, no, .. } => {
+                check_order(yes, names, read)?;
+                check_order(no, names, read)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn first_assignments(kernel: &[Statement], order: &mut Vec<SignalId>) {
+    for statement in kernel {
+        match statement {
+            Statement::Assign { target, .. } => {
+                if !order.contains(target) {
+                    order.push(*target);
+                }
+            }
+            Statement::If { yes, no, .. } => {
+                first_assignments(yes, order);
+                first_assignments(no, order);
+            }
+        }
+    }
+}
+
+/// The value of `target` after `block`, `before` being its value so far.
+fn value_of(
+    block: &[Statement],
+    target: SignalId,
+    name: &str,
+    before: Option<Expr>,
+) -> Result<Option<Expr>, Fault> {
+    let mut current = before;
+    let mut is_set_here = false;
+    for statement in block {
+        match statement {
+            Statement::Assign {
+                target: assigned,
+                value,
+                ..
+            } if *assigned == target => {
+                if is_set_here {
+                    return Err(Fault::MultipleDrivers {
+                        signal: name.to_owned(),
+                    });
+                }
+                is_set_here = true;
+                current = Some(value.clone());
+            }
+            Statement::Assign { .. } => {}
+            Statement::If { test, yes, no, .. } => {
+                if !assigns(yes, target) && !assigns(no, target) {
+                    continue;
+                }
+                let yes = value_of(yes, target, name, current.clone())?;
+                let no = value_of(no, target, name, current.clone())?;
+                current = match (yes, no) {
+                    (Some(yes), Some(no)) => Some(Expr::Mux {
+                        test: Box::new(test.clone()),
+                        yes: Box::new(yes),
+                        no: Box::new(no),
+                    }),
+                    _ => {
+                        return Err(Fault::Latch {
+                            signal: name.to_owned(),
+                        });
+                    }
+                };
+                is_set_here = true;
+            }
+        }
+    }
+    Ok(current)
+}
+
+fn assigns(block: &[Statement], wanted: SignalId) -> bool {
+    block.iter().any(|statement| match statement {
+        Statement::Assign { target, .. } => *target == wanted,
+        Statement::If { yes, no, .. } => assigns(yes, wanted) || assigns(no, wanted),
+    })
+}
+
+fn comments_of(block: &[Statement], wanted: SignalId) -> Vec<String> {
+    for statement in block {
+        match statement {
+            Statement::Assign {
+                target, comments, ..
+            } if *target == wanted => return comments.clone(),
+            Statement::If {
+                yes, no, comments, ..
+            } if assigns(yes, wanted) || assigns(no, wanted) => return comments.clone(),
+            _ => {}
+        }
+    }
+    Vec::new()
+}
+
+fn check_driven(
+    kernel: &[Statement],
+    names: &Names,
+    combinational: &HashMap<SignalId, Combinational>,
+) -> Result<(), Fault> {
+    for (id, signal) in names.signals.iter().enumerate() {
+        let is_driven = match signal.role {
+            Role::Output
+            | Role::Local
+            | Role::TableAddress(_)
+            | Role::WiringIn(_)
+            | Role::InstanceInput(_) => combinational.contains_key(&id),
+            Role::RegisterD(_) => assigns(kernel, id),
+            _ => true,
+        };
+        if !is_driven {
+            return Err(undriven(&signal.name));
+        }
+    }
+    for register in &names.registers {
+        let is_clocked = combinational
+            .get(&register.clock)
+            .is_some_and(|c| is_input_named(&c.value, names, "i_clk"));
+        let has_reset = names
+            .signals
+            .iter()
+            .any(|s| s.role == Role::Input && s.name == "i_rst");
+        if !is_clocked || !has_reset {
+            return Err(Fault::ClockOrReset {
+                register: names.signals[register.q].name.clone(),
+            });
+        }
+    }
+    Ok(())
+}
+
+fn is_input_named(value: &Expr, names: &Names, name: &str) -> bool {
+    match value {
+        Expr::Signal { id, .. } => {
+            names.signals[*id].role == Role::Input && names.signals[*id].name == name
+        }
+        _ => false,
+    }
+}
+
+/// Refuses a combinational signal that depends on itself inside this module.
+fn check_loops(
+    combinational: &HashMap<SignalId, Combinational>,
+    names: &Names,
+) -> Result<(), Fault> {
+    let mut state = HashMap::new();
+    let mut roots: Vec<SignalId> = combinational.keys().copied().collect();
+    roots.sort_unstable();
+    for id in roots {
+        visit(id, combinational, names, &mut state)?;
+    }
+    Ok(())
+}
+
+fn visit(
+    id: SignalId,
+    combinational: &HashMap<SignalId, Combinational>,
+    names: &Names,
+    is_done: &mut HashMap<SignalId, bool>,
+) -> Result<(), Fault> {
+    match is_done.get(&id) {
+        Some(true) => return Ok(()),
+        Some(false) => {
+            return Err(Fault::CombinationalLoop {
+                signal: names.signals[id].name.clone(),
+            });
+        }
+        None => {}
+    }
+    is_done.insert(id, false);
+    for next in inputs_of(id, combinational, names) {
+        visit(next, combinational, names, is_done)?;
+    }
+    is_done.insert(id, true);
+    Ok(())
+}
+
+/// What a signal depends on without a register between.
+fn inputs_of(
+    id: SignalId,
+    combinational: &HashMap<SignalId, Combinational>,
+    names: &Names,
+) -> Vec<SignalId> {
+    let mut inputs = match names.signals[id].role {
+        Role::TableData(table) => vec![names.tables[table].address],
+        Role::WiringOut(wiring) => names.wirings[wiring].inputs.clone(),
+        _ => Vec::new(),
+    };
+    if let Some(driven) = combinational.get(&id) {
+        driven.value.for_each_signal(&mut |read| inputs.push(read));
+    }
+    inputs
+}
+
+/// The statements that assign registers, without the default hold.
+fn clocked_part(block: &[Statement], names: &Names) -> Vec<Statement> {
+    let mut kept = Vec::new();
+    for statement in block {
+        match statement {
+            Statement::Assign { target, value, .. } => {
+                let Role::RegisterD(index) = names.signals[*target].role else {
+                    continue;
+                };
+                let q = names.registers[index].q;
+                let holds = matches!(value, Expr::Signal { id, .. } if *id == q);
+                // A hold that comes first is what a register does anyway; a
+                // later one undoes an assignment and has to stay.
+                if !holds || assigns(&kept, *target) {
+                    kept.push(statement.clone());
+                }
+            }
+            Statement::If {
+                test,
+                yes,
+                no,
+                comments,
+            } => {
+                let yes = clocked_part_inside(yes, names);
+                let no = clocked_part_inside(no, names);
+                if !yes.is_empty() || !no.is_empty() {
+                    kept.push(Statement::If {
+                        test: test.clone(),
+                        yes,
+                        no,
+                        comments: comments.clone(),
+                    });
+                }
+            }
+        }
+    }
+    kept
+}
+
+/// Inside an `if` a hold may undo what stands before the `if`.
+fn clocked_part_inside(block: &[Statement], names: &Names) -> Vec<Statement> {
+    block
+        .iter()
+        .filter_map(|statement| match statement {
+            Statement::Assign { target, .. } => {
+                matches!(names.signals[*target].role, Role::RegisterD(_)).then(|| statement.clone())
+            }
+            Statement::If {
+                test,
+                yes,
+                no,
+                comments,
+            } => {
+                let yes = clocked_part_inside(yes, names);
+                let no = clocked_part_inside(no, names);
+                (!yes.is_empty() || !no.is_empty()).then(|| Statement::If {
+                    test: test.clone(),
+                    yes,
+                    no,
+                    comments: comments.clone(),
+                })
+            }
+        })
+        .collect()
+}
+
+/// Marks what is read, and refuses signals and constants that nothing reads.
+/// Outputs of instances may stay unread.
+fn check_reads(
+    combinational: &HashMap<SignalId, Combinational>,
+    clocked: &[Statement],
+    names: &Names,
+) -> Result<Vec<bool>, Fault> {
+    let mut is_read = vec![false; names.signals.len()];
+    for driven in combinational.values() {
+        driven.value.for_each_signal(&mut |id| is_read[id] = true);
+    }
+    mark_reads(clocked, &mut is_read);
+    for register in &names.registers {
+        if let Reset::Constant(id) = register.reset {
+            is_read[id] = true;
+        }
+    }
+    for (id, signal) in names.signals.iter().enumerate() {
+        let must_be_read = match signal.role {
+            Role::Input => names.registers.is_empty() || signal.name != "i_rst",
+            Role::Local
+            | Role::Constant
+            | Role::RegisterQ(_)
+            | Role::TableData(_)
+            | Role::WiringOut(_) => true,
+            _ => false,
+        };
+        if must_be_read && !is_read[id] {
+            return Err(Fault::Unread {
+                signal: signal.name.clone(),
+            });
+        }
+    }
+    Ok(is_read)
+}
+
+fn mark_reads(block: &[Statement], is_read: &mut Vec<bool>) {
+    for statement in block {
+        match statement {
+            Statement::Assign { value, .. } => {
+                value.for_each_signal(&mut |id| is_read[id] = true);
+            }
+            Statement::If { test, yes, no, .. } => {
+                test.for_each_signal(&mut |id| is_read[id] = true);
+                mark_reads(yes, is_read);
+                mark_reads(no, is_read);
+            }
+        }
+    }
+}

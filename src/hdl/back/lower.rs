@@ -1,0 +1,393 @@
+//! From rust-hdl's syntax tree to sized expressions: loops unrolled, names
+//! resolved, every literal given its width.
+
+use rust_hdl::core::ast::{
+    VerilogBlock, VerilogBlockOrConditional, VerilogConditional, VerilogExpression, VerilogOp,
+    VerilogOpUnary, VerilogStatement,
+};
+
+use super::expr::{BinaryOp, Expr, SignalId, UnaryOp, binary, not};
+use super::fault::Fault;
+use super::scope::{literal_value, literal_width};
+use super::signals::Names;
+
+/// A statement of a kernel.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Statement {
+    /// Drives a whole signal.
+    Assign {
+        /// What is driven.
+        target: SignalId,
+        /// With what; as wide as the target.
+        value: Expr,
+        /// Comments that stand before it.
+        comments: Vec<String>,
+    },
+    /// One of two blocks.
+    If {
+        /// A single bit.
+        test: Expr,
+        /// Statements for 1.
+        yes: Vec<Statement>,
+        /// Statements for 0.
+        no: Vec<Statement>,
+        /// Comments that stand before it.
+        comments: Vec<String>,
+    },
+}
+
+/// Lowers a kernel.
+pub fn lower(kernel: &VerilogBlock, names: &Names) -> Result<Vec<Statement>, Fault> {
+    let mut lowering = Lowering {
+        names,
+        loops: Vec::new(),
+        comments: Vec::new(),
+    };
+    let mut statements = Vec::new();
+    lowering.block(kernel, &mut statements)?;
+    Ok(statements)
+}
+
+struct Lowering<'a> {
+    names: &'a Names,
+    loops: Vec<(String, i128)>,
+    comments: Vec<String>,
+}
+
+fn unsupported<T>(construct: &str) -> Result<T, Fault> {
+    Err(Fault::Unsupported {
+        construct: construct.to_owned(),
+    })
+}
+
+impl Lowering<'_> {
+    fn block(&mut self, block: &VerilogBlock, out: &mut Vec<Statement>) -> Result<(), Fault> {
+        for statement in block {
+            match statement {
+                VerilogStatement::Assignment(target, value) => {
+                    let assignment = self.assignment(target, value)?;
+                    out.push(assignment);
+                }
+                VerilogStatement::If(conditional) => {
+                    let conditional = self.conditional(conditional)?;
+                    out.push(conditional);
+                }
+                VerilogStatement::Loop(repeated) => {
+                    let from = repeated.from.as_usize() as i128;
+                    let to = repeated.to.as_usize() as i128;
+                    for value in from..to {
+                        self.loops.push((repeated.index.clone(), value));
+                        let done = self.block(&repeated.block, out);
+                        self.loops.pop();
+                        done?;
+                    }
+                }
+                VerilogStatement::Comment(text) => self.comments.push(comment_text(text)),
+                VerilogStatement::Macro(block) => self.block(block, out)?,
+                VerilogStatement::SliceAssignment { base, .. } => {
+                    return Err(match base {
+                        VerilogExpression::Signal(name) => Fault::PartialDrive {
+                            signal: name.clone(),
+                        },
+                        _ => Fault::Unsupported {
+                            construct: "an assignment to a part of an expression".to_owned(),
+                        },
+                    });
+                }
+                VerilogStatement::Match(_) => return unsupported("`match`"),
+                VerilogStatement::Link(_) => return unsupported("`join` or `link`"),
+            }
+        }
+        Ok(())
+    }
+
+    fn assignment(
+        &mut self,
+        target: &VerilogExpression,
+        value: &VerilogExpression,
+    ) -> Result<Statement, Fault> {
+        let VerilogExpression::Signal(name) = target else {
+            return unsupported("an assignment to an expression");
+        };
+        let target = self.find(name)?;
+        let signal = &self.names.signals[target];
+        let value = self.expression(value, Some(signal.width))?;
+        equal_widths(&format!("`{}`", signal.name), signal.width, value.width())?;
+        Ok(Statement::Assign {
+            target,
+            value,
+            comments: std::mem::take(&mut self.comments),
+        })
+    }
+
+    fn conditional(&mut self, conditional: &VerilogConditional) -> Result<Statement, Fault> {
+        let comments = std::mem::take(&mut self.comments);
+        let test = self.expression(&conditional.test, Some(1))?;
+        equal_widths("the test of an `if`", 1, test.width())?;
+        let mut yes = Vec::new();
+        self.block(&conditional.then, &mut yes)?;
+        let mut no = Vec::new();
+        match &conditional.otherwise {
+            VerilogBlockOrConditional::Block(block) => self.block(block, &mut no)?,
+            VerilogBlockOrConditional::Conditional(statement) => {
+                self.block(&vec![(**statement).clone()], &mut no)?;
+            }
+            VerilogBlockOrConditional::None => {}
+        }
+        Ok(Statement::If {
+            test,
+            yes,
+            no,
+            comments,
+        })
+    }
+
+    /// `want` is the width of the context, which bare literals and
+    /// `signed_cast` take.
+    fn expression(&self, e: &VerilogExpression, want: Option<u32>) -> Result<Expr, Fault> {
+        if let Some(value) = self.number(e) {
+            let width = match e {
+                VerilogExpression::Literal(literal) if literal_width(literal) == 1 => Some(1),
+                _ => want,
+            };
+            return match width {
+                Some(width) => Expr::literal(value?, width),
+                None => Err(Fault::NoWidth {
+                    expression: format!("literal {}", value?),
+                }),
+            };
+        }
+        match e {
+            VerilogExpression::Signal(name) => {
+                let id = self.find(name)?;
+                let width = self.names.signals[id].width;
+                Ok(Expr::Signal { id, width })
+            }
+            VerilogExpression::Paren(inner) => self.expression(inner, want),
+            VerilogExpression::Cast(inner, width) => {
+                let width = *width as u32;
+                if self.is_flexible(inner) {
+                    return self.expression(inner, Some(width));
+                }
+                self.expression(inner, None)?.resize(width)
+            }
+            VerilogExpression::Signed(inner) => match want {
+                Some(width) => self.expression(inner, None)?.sign_extend(width),
+                None => Err(Fault::NoWidth {
+                    expression: "signed_cast".to_owned(),
+                }),
+            },
+            VerilogExpression::Binary(left, op, right) => self.binary(left, op, right, want),
+            VerilogExpression::Unary(op, operand) => self.unary(op, operand, want),
+            VerilogExpression::Index(base, index) => {
+                let index = self.constant(index)?;
+                self.expression(base, None)?.slice(index, index)
+            }
+            VerilogExpression::IndexReplace(base, index, bit) => {
+                let index = self.constant(index)?;
+                let bit = self.expression(bit, Some(1))?;
+                equal_widths("replace_bit", 1, bit.width())?;
+                self.expression(base, want)?.replace_bit(index, bit)
+            }
+            VerilogExpression::Slice(base, width, offset) => {
+                let low = self.constant(offset)?;
+                self.expression(base, None)?
+                    .slice(low + (*width).max(1) as u32 - 1, low)
+            }
+            VerilogExpression::Unsigned(_) => unsupported("`unsigned_cast`"),
+            VerilogExpression::Literal(_) => unsupported("a negative literal"),
+        }
+    }
+
+    fn binary(
+        &self,
+        left: &VerilogExpression,
+        op: &VerilogOp,
+        right: &VerilogExpression,
+        want: Option<u32>,
+    ) -> Result<Expr, Fault> {
+        if matches!(op, VerilogOp::Shl | VerilogOp::Shr) {
+            let bits = self.constant(right)?;
+            let left = self.expression(left, want)?;
+            return if matches!(op, VerilogOp::Shl) {
+                left.shift_left(bits)
+            } else {
+                left.shift_right(bits)
+            };
+        }
+        let op = match op {
+            VerilogOp::Add => BinaryOp::Add,
+            VerilogOp::Sub => BinaryOp::Sub,
+            VerilogOp::BitAnd | VerilogOp::LogicalAnd => BinaryOp::And,
+            VerilogOp::BitOr | VerilogOp::LogicalOr => BinaryOp::Or,
+            VerilogOp::BitXor => BinaryOp::Xor,
+            VerilogOp::Eq => BinaryOp::Eq,
+            VerilogOp::Ne => BinaryOp::Ne,
+            VerilogOp::Lt => BinaryOp::Lt,
+            VerilogOp::Le => BinaryOp::Le,
+            VerilogOp::Gt => BinaryOp::Gt,
+            VerilogOp::Ge => BinaryOp::Ge,
+            VerilogOp::Mul | VerilogOp::Shl | VerilogOp::Shr => {
+                return unsupported("a multiplication");
+            }
+        };
+        let context = if op.is_comparison() { None } else { want };
+        let (a, b) = match (self.is_flexible(left), self.is_flexible(right)) {
+            (true, false) => {
+                let b = self.expression(right, None)?;
+                (self.expression(left, Some(b.width()))?, b)
+            }
+            (false, true) => {
+                let a = self.expression(left, None)?;
+                let b = self.expression(right, Some(a.width()))?;
+                (a, b)
+            }
+            (true, true) => (
+                self.expression(left, context)?,
+                self.expression(right, context)?,
+            ),
+            (false, false) => (self.expression(left, None)?, self.expression(right, None)?),
+        };
+        equal_widths(&format!("operator {op:?}"), a.width(), b.width())?;
+        Ok(binary(op, a, b))
+    }
+
+    fn unary(
+        &self,
+        op: &VerilogOpUnary,
+        operand: &VerilogExpression,
+        want: Option<u32>,
+    ) -> Result<Expr, Fault> {
+        let op = match op {
+            VerilogOpUnary::Not => {
+                let context = want.filter(|_| self.is_flexible(operand));
+                return Ok(not(self.expression(operand, context)?));
+            }
+            VerilogOpUnary::All => UnaryOp::All,
+            VerilogOpUnary::Any => UnaryOp::Any,
+            VerilogOpUnary::Xor => UnaryOp::Parity,
+            VerilogOpUnary::Neg => return unsupported("unary minus"),
+        };
+        let operand = self.expression(operand, None)?;
+        Ok(if operand.width() == 1 {
+            operand
+        } else {
+            Expr::Unary(op, Box::new(operand))
+        })
+    }
+
+    /// Whether an expression takes its width from its context.
+    fn is_flexible(&self, e: &VerilogExpression) -> bool {
+        match e {
+            VerilogExpression::Literal(literal) => literal_width(literal) != 1,
+            VerilogExpression::Signal(name) => self.loop_value(name).is_some(),
+            VerilogExpression::Signed(_) => true,
+            VerilogExpression::Paren(inner) => self.is_flexible(inner),
+            VerilogExpression::Binary(left, _, right) => {
+                self.is_flexible(left) && self.is_flexible(right)
+            }
+            VerilogExpression::Unary(VerilogOpUnary::Not, inner) => self.is_flexible(inner),
+            _ => false,
+        }
+    }
+
+    /// The value of an expression of literals and loop variables, or `None`
+    /// for any other.
+    fn number(&self, e: &VerilogExpression) -> Option<Result<u128, Fault>> {
+        let value = self.integer(e)?;
+        Some(u128::try_from(value).map_err(|_| Fault::Unsupported {
+            construct: format!("the negative number {value}"),
+        }))
+    }
+
+    fn integer(&self, e: &VerilogExpression) -> Option<i128> {
+        match e {
+            VerilogExpression::Literal(literal) => i128::try_from(literal_value(literal)?).ok(),
+            VerilogExpression::Signal(name) => self.loop_value(name),
+            VerilogExpression::Paren(inner) => self.integer(inner),
+            VerilogExpression::Binary(left, op, right) => {
+                let (a, b) = (self.integer(left)?, self.integer(right)?);
+                match op {
+                    VerilogOp::Add => a.checked_add(b),
+                    VerilogOp::Sub => a.checked_sub(b),
+                    VerilogOp::Mul => a.checked_mul(b),
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+
+    /// A bit position or a shift.
+    fn constant(&self, e: &VerilogExpression) -> Result<u32, Fault> {
+        match self.number(e) {
+            Some(value) => u32::try_from(value?).map_err(|_| Fault::Unsupported {
+                construct: "a bit position beyond 32 bits".to_owned(),
+            }),
+            None => unsupported("a bit position that is not a constant"),
+        }
+    }
+
+    fn loop_value(&self, name: &str) -> Option<i128> {
+        let innermost = self.loops.iter().rev().find(|(index, _)| index == name)?;
+        Some(innermost.1)
+    }
+
+    fn find(&self, name: &str) -> Result<SignalId, Fault> {
+        let unknown = || Fault::UnknownName {
+            name: name.to_owned(),
+        };
+        let mut key = String::new();
+        let mut rest = name.strip_suffix("$next").unwrap_or(name);
+        while let Some((before, after)) = rest.split_once('[') {
+            let (index, after) = after.split_once(']').ok_or_else(unknown)?;
+            let index = self.index(index).ok_or_else(unknown)?;
+            key.push_str(&format!("{before}${index}"));
+            rest = after;
+        }
+        key.push_str(rest);
+        self.names.find(&key).ok_or_else(unknown)
+    }
+
+    /// An array index: products of numbers and loop variables, added and
+    /// subtracted.
+    fn index(&self, text: &str) -> Option<i128> {
+        let mut total = 0;
+        let mut sign = 1;
+        let mut rest = text;
+        loop {
+            let end = rest.find(['+', '-']).unwrap_or(rest.len());
+            let mut product = sign;
+            for factor in rest[..end].split('*') {
+                let value = factor.parse().ok().or_else(|| self.loop_value(factor))?;
+                product *= value;
+            }
+            total += product;
+            match rest.as_bytes().get(end) {
+                Some(b'+') => sign = 1,
+                Some(_) => sign = -1,
+                None => return Some(total),
+            }
+            rest = &rest[end + 1..];
+        }
+    }
+}
+
+fn equal_widths(place: &str, left: u32, right: u32) -> Result<(), Fault> {
+    if left == right {
+        return Ok(());
+    }
+    Err(Fault::WidthMismatch {
+        place: place.to_owned(),
+        left,
+        right,
+    })
+}
+
+/// What stands between the quotes of a `comment!`.
+fn comment_text(text: &str) -> String {
+    match (text.find('"'), text.rfind('"')) {
+        (Some(first), Some(last)) if first < last => text[first + 1..last].to_owned(),
+        _ => text.to_owned(),
+    }
+}

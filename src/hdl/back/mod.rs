@@ -1,0 +1,30 @@
+//! Verilog from rust-hdl's syntax tree.
+//!
+//! The passes: [`scope`] probes a block into plain data, [`signals`] names
+//! everything a module has, [`lower`] unrolls loops and sizes every
+//! expression, [`drive`] checks drivers and parts combinational from clocked
+//! logic, [`module`] merges registers and instances with the ports they
+//! drive, [`share`] finds modules that several instances use, and [`print`]
+//! writes them. What has no single meaning is refused ([`fault`]).
+
+mod drive;
+mod expr;
+mod fault;
+mod lower;
+mod module;
+mod names;
+mod print;
+mod scope;
+mod share;
+mod signals;
+
+use rust_hdl::core::block::Block;
+
+pub use fault::{Fault, Refusal};
+pub use share::ModuleText;
+
+/// Verilog of `top` and every block in it, one text for each module, the top
+/// module last. `made_by` ends up in each header.
+pub fn verilog_of(top: &dyn Block, made_by: &str) -> Result<Vec<ModuleText>, Refusal> {
+    share::modules_of(&scope::scopes_of(top)?, made_by)
+}

@@ -1,0 +1,296 @@
+//! A scene's hardware as Verilog files and what goes with them.
+
+use serde::Serialize;
+
+use super::back::verilog_of;
+use super::blocks::SensorTop;
+use super::error::HdlError;
+use crate::code::{Generator, Lfsr};
+use crate::model::contract::{Contract, Port};
+use crate::scene::Scene;
+
+/// Everything that `emit` makes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Emission {
+    /// The scene's name.
+    pub scene: String,
+    /// The command that made it.
+    pub command: String,
+    /// Name of the top module.
+    pub top: &'static str,
+    /// One file for each module, the top module's last.
+    pub files: Vec<EmittedFile>,
+    /// Ports of the top module, in the order of the Verilog.
+    pub ports: Vec<Port>,
+    /// One clock cycle is one chip.
+    pub clock_hz: f64,
+    /// Parts that this scene does without.
+    pub left_out: Vec<LeftOut>,
+    /// From the clock at which a step's last sample word is on `i_samples` to
+    /// the one after which `m_axis_tvalid` shows its count.
+    pub result_latency_clocks: u32,
+    /// What the hardware was built for.
+    pub parameters: Parameters,
+}
+
+/// A Verilog file.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct EmittedFile {
+    /// File name.
+    pub name: String,
+    /// Contents; the manifest has the name only.
+    #[serde(skip)]
+    pub text: String,
+}
+
+/// A part that a scene does without.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct LeftOut {
+    /// The part.
+    pub part: String,
+    /// Why it is not needed.
+    pub reason: String,
+}
+
+/// What the hardware was built for.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Parameters {
+    /// Light sources.
+    pub sources: usize,
+    /// Detectors.
+    pub detectors: usize,
+    /// Samples per chip, S.
+    pub samples_per_chip: u32,
+    /// Chips of the reference's code period, L'.
+    pub code_period_chips: u64,
+    /// Phase steps per code period, K.
+    pub steps_per_period: u64,
+    /// First phase step of a scan.
+    pub first_step: u64,
+    /// Phase steps of a scan.
+    pub steps: u64,
+    /// Chips per phase step, D.
+    pub integration_chips: u64,
+    /// Whether a scan waits for the code's epoch.
+    pub realigns: bool,
+    /// Phase steps correlated at once.
+    pub parallel: u32,
+    /// Bits of a count.
+    pub count_bits: u32,
+    /// Bits of a count that nothing can overflow.
+    pub exact_count_bits: u32,
+}
+
+/// Makes the Verilog that `scene` needs. `command` is what the user typed; it
+/// stands in every file.
+pub fn emit(scene: &Scene, command: &str) -> Result<Emission, HdlError> {
+    let contract = Contract::of(scene);
+    check_limits(scene, &contract)?;
+    let made_by = format!("{command} (goldtof {})", env!("CARGO_PKG_VERSION"));
+    let files = verilog_of(&SensorTop::new(&contract), &made_by)?
+        .into_iter()
+        .map(|module| EmittedFile {
+            name: format!("{}.v", module.name),
+            text: module.text,
+        })
+        .collect();
+    Ok(Emission {
+        scene: scene.name.clone(),
+        command: command.to_owned(),
+        top: "sensor_top",
+        files,
+        ports: contract.ports(),
+        clock_hz: 1e12 / scene.chip_period_ps,
+        left_out: left_out(&contract),
+        result_latency_clocks: contract.result_latency_clocks,
+        parameters: parameters(&contract),
+    })
+}
+
+fn parameters(contract: &Contract) -> Parameters {
+    Parameters {
+        sources: contract.source_codes.len(),
+        detectors: contract.reference_codes.len(),
+        samples_per_chip: contract.lanes,
+        code_period_chips: contract.reference_codes[0].len(),
+        steps_per_period: contract.scan.steps_per_period,
+        first_step: contract.scan.first_step,
+        steps: contract.scan.steps,
+        integration_chips: contract.scan.integration_chips,
+        realigns: contract.realigns(),
+        parallel: contract.parallel,
+        count_bits: contract.count_bits,
+        exact_count_bits: contract.exact_count_bits,
+    }
+}
+
+fn check_limits(scene: &Scene, contract: &Contract) -> Result<(), HdlError> {
+    let detectors = contract.reference_codes.len() as u64;
+    if detectors != 1 {
+        return Err(HdlError::NotBuilt {
+            what: "hardware for more or fewer than one detector",
+            found: detectors,
+            limit: "1",
+        });
+    }
+    if contract.parallel != 1 {
+        return Err(HdlError::NotBuilt {
+            what: "hardware that correlates several phase steps at once",
+            found: u64::from(contract.parallel),
+            limit: "1",
+        });
+    }
+    within(
+        "samples per chip",
+        contract.lanes,
+        "1, 2, 4, 8 or 16",
+        |s| s.is_power_of_two() && s <= 16,
+    )?;
+    within(
+        "the width of a count that cannot overflow",
+        contract.exact_count_bits,
+        "at most 64 bits; integrate over fewer chips",
+        |bits| bits <= 64,
+    )?;
+    within(
+        "counter_width",
+        contract.count_bits,
+        "2 to 64 bits",
+        |bits| bits >= 2,
+    )?;
+    for source in &scene.sources {
+        check_code(&source.name, &source.code)?;
+    }
+    Ok(())
+}
+
+fn check_code(source_name: &str, code: &crate::code::Code) -> Result<(), HdlError> {
+    let of_source = |what: &str| format!("{what} of source `{source_name}`");
+    within(
+        of_source("the interleaving depth"),
+        code.interleave,
+        "0 to 4",
+        |nu| nu <= 4,
+    )?;
+    let problem = |problem: String| HdlError::Code {
+        source_name: source_name.to_owned(),
+        problem,
+    };
+    let base_period = match &code.generator {
+        Generator::MSequence(lfsr) => check_lfsr(source_name, lfsr)?,
+        Generator::Gold { u, v } => {
+            let period = check_lfsr(source_name, u)?;
+            if check_lfsr(source_name, v)? != period {
+                return Err(problem("the LFSRs of a Gold code differ in degree".into()));
+            }
+            period
+        }
+        Generator::Square => 2,
+        Generator::Chips(chips) => {
+            within(
+                of_source("the number of chips"),
+                chips.len() as u32,
+                "1 to 4096 given chips",
+                |chips| (1..=4096).contains(&chips),
+            )?;
+            chips.len() as u64
+        }
+    };
+    if code.len() != base_period << code.interleave {
+        return Err(problem(format!(
+            "its table has {} chips, its generator {}",
+            code.len(),
+            base_period << code.interleave
+        )));
+    }
+    Ok(())
+}
+
+/// The period of an LFSR that the generator can hold.
+fn check_lfsr(source_name: &str, lfsr: &Lfsr) -> Result<u64, HdlError> {
+    within(
+        format!("the degree of source `{source_name}`"),
+        lfsr.degree,
+        "3 to 16",
+        |degree| (3..=16).contains(&degree),
+    )?;
+    let problem = |problem: &str| {
+        Err(HdlError::Code {
+            source_name: source_name.to_owned(),
+            problem: problem.to_owned(),
+        })
+    };
+    if lfsr.seed.len() != lfsr.degree as usize || !lfsr.seed.contains(&1) {
+        return problem("a seed needs as many chips as the degree, and one that is 1");
+    }
+    if lfsr.exponents.iter().any(|&e| e > lfsr.degree) || !lfsr.exponents.contains(&lfsr.degree) {
+        return problem("a polynomial's highest exponent has to be its degree");
+    }
+    Ok((1 << lfsr.degree) - 1)
+}
+
+fn within(
+    what: impl Into<String>,
+    found: u32,
+    limit: &'static str,
+    holds: impl Fn(u32) -> bool,
+) -> Result<(), HdlError> {
+    if holds(found) {
+        return Ok(());
+    }
+    Err(HdlError::Limit {
+        what: what.into(),
+        found: u64::from(found),
+        limit,
+    })
+}
+
+fn left_out(contract: &Contract) -> Vec<LeftOut> {
+    let mut parts = vec![
+        LeftOut {
+            part: "peak_detector".into(),
+            reason: "the host finds the peak in the results".into(),
+        },
+        LeftOut {
+            part: "parallel correlators".into(),
+            reason: "phase steps are correlated one at a time (parallel = 1)".into(),
+        },
+    ];
+    let mut leave_out = |condition: bool, part: &str, reason: &str| {
+        if condition {
+            parts.push(LeftOut {
+                part: part.into(),
+                reason: reason.into(),
+            });
+        }
+    };
+    let codes = &contract.source_codes;
+    leave_out(
+        codes.iter().all(|c| c.interleave == 0),
+        "interleaver",
+        "no code is interleaved (nu = 0)",
+    );
+    leave_out(
+        codes
+            .iter()
+            .all(|c| matches!(c.generator, Generator::MSequence(_))),
+        "second LFSR",
+        "an m-sequence needs one",
+    );
+    leave_out(
+        !contract.realigns(),
+        "realignment with the epoch",
+        "a scan over the whole code period ends where it began",
+    );
+    leave_out(
+        !contract.saturates(),
+        "saturation",
+        "counts are wide enough for any stimulus",
+    );
+    leave_out(
+        contract.lanes == 1,
+        "lane delays",
+        "with one sample per chip every phase step is a whole chip",
+    );
+    parts
+}

@@ -1,0 +1,96 @@
+//! Circuits that the back end writes in place because rust-hdl's kernels
+//! cannot say them.
+
+use rust_hdl::core::ast::Verilog;
+use rust_hdl::core::logic::Logic;
+use rust_hdl::core::prelude::LogicBlock;
+use rust_hdl::core::{block, probe};
+
+use super::marker::Marker;
+use super::net::{Input, Net, Output};
+use super::word::Word;
+
+/// A constant table of single bits, read without a clock.
+#[derive(Debug, Clone, LogicBlock)]
+pub struct BitTable {
+    /// Index of the entry.
+    pub address: Input<Word>,
+    /// The entry.
+    pub data: Output<bool>,
+    _bits: Vec<u8>,
+    _about: String,
+}
+
+impl BitTable {
+    /// A table of `bits`, entry 0 first, read by `address_width` address bits.
+    pub fn new(bits: Vec<u8>, address_width: u32, about: &str) -> BitTable {
+        BitTable {
+            address: Net::word(address_width, ""),
+            data: Net::bit(""),
+            _bits: bits,
+            _about: about.to_owned(),
+        }
+    }
+}
+
+impl Logic for BitTable {
+    fn update(&mut self) {
+        let entry = self._bits.get(self.address.val().value() as usize);
+        self.data.next = entry == Some(&1);
+    }
+
+    fn connect(&mut self) {
+        self.data.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Marker::BitTable {
+            bits: self._bits.clone(),
+            about: self._about.clone(),
+        }
+        .into_hdl()
+    }
+}
+
+/// Fixed wiring from single bits to a vector, each bit used any number of
+/// times.
+#[derive(Debug, Clone, LogicBlock)]
+pub struct Wiring {
+    /// Single bits.
+    pub i: Vec<Input<bool>>,
+    /// Bit m is `i[sources[m]]`.
+    pub o: Output<Word>,
+    _sources: Vec<usize>,
+}
+
+impl Wiring {
+    /// Wires `i[sources[m]]` to bit m of `o`, out of `inputs` bits.
+    pub fn new(inputs: usize, sources: Vec<usize>) -> Wiring {
+        Wiring {
+            i: (0..inputs).map(|_| Net::bit("")).collect(),
+            o: Net::word(sources.len() as u32, ""),
+            _sources: sources,
+        }
+    }
+}
+
+impl Logic for Wiring {
+    fn update(&mut self) {
+        let mut word = Word::new(0, self._sources.len() as u32);
+        for (bit, &source) in self._sources.iter().enumerate() {
+            word = word.replace_bit(bit, self.i[source].val());
+        }
+        self.o.next = word;
+    }
+
+    fn connect(&mut self) {
+        self.o.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Marker::Wiring {
+            sources: self._sources.clone(),
+        }
+        .into_hdl()
+    }
+}

@@ -1,0 +1,106 @@
+//! What a block tells the back end beside its kernel.
+
+use rust_hdl::core::ast::Verilog;
+use rust_hdl::core::block::Block;
+use rust_hdl::core::logic::Logic;
+use rust_hdl::core::probe::Probe;
+use serde::{Deserialize, Serialize};
+
+/// What stands in a `Verilog::Custom` in place of Verilog text.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Marker {
+    /// The scope is the description of the block that holds it.
+    About(Description),
+    /// The scope is a register with pins `clock`, `d` and `q`.
+    Register {
+        /// Name in the Verilog, in place of the field's.
+        name: Option<String>,
+        /// Value after reset.
+        reset_value: u128,
+        /// Constant of the block that holds this value.
+        reset_constant: Option<String>,
+        /// What it holds.
+        about: String,
+    },
+    /// The scope is a table of single bits with pins `address` and `data`.
+    BitTable {
+        /// Entry 0 first, each 0 or 1.
+        bits: Vec<u8>,
+        /// What it holds.
+        about: String,
+    },
+    /// The scope is a wiring with pins `i` (a vector of bits) and `o`.
+    Wiring {
+        /// For every bit of `o`, bit 0 first, the index in `i`.
+        sources: Vec<usize>,
+    },
+}
+
+/// A module's name and header.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Description {
+    /// Module name.
+    pub module: String,
+    /// One line: what the module is.
+    pub title: String,
+    /// Paragraphs: how it works and why.
+    pub notes: Vec<String>,
+    /// Labelled facts: polynomial, latency, rate.
+    pub facts: Vec<(String, String)>,
+}
+
+impl Marker {
+    pub(super) fn into_hdl(self) -> Verilog {
+        Verilog::Custom(serde_json::to_string(&self).expect("markers are plain data"))
+    }
+}
+
+/// Names and describes the block that has it as a field.
+#[derive(Debug, Clone)]
+pub struct About(Description);
+
+impl About {
+    /// A module `module` that is what `title` says.
+    pub fn new(module: &str, title: &str) -> About {
+        About(Description {
+            module: module.to_owned(),
+            title: title.to_owned(),
+            notes: Vec::new(),
+            facts: Vec::new(),
+        })
+    }
+
+    /// Adds a paragraph on how it works and why.
+    pub fn note(mut self, text: impl Into<String>) -> About {
+        self.0.notes.push(text.into());
+        self
+    }
+
+    /// Adds a labelled fact.
+    pub fn fact(mut self, label: &str, text: impl Into<String>) -> About {
+        self.0.facts.push((label.to_owned(), text.into()));
+        self
+    }
+}
+
+impl Logic for About {
+    fn update(&mut self) {}
+
+    fn hdl(&self) -> Verilog {
+        Marker::About(self.0.clone()).into_hdl()
+    }
+}
+
+impl Block for About {
+    fn connect_all(&mut self) {}
+    fn update_all(&mut self) {}
+
+    fn has_changed(&self) -> bool {
+        false
+    }
+
+    fn accept(&self, name: &str, probe: &mut dyn Probe) {
+        probe.visit_start_scope(name, self);
+        probe.visit_end_scope(name, self);
+    }
+}

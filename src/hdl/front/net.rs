@@ -1,0 +1,218 @@
+//! Ports and local signals.
+
+use std::marker::PhantomData;
+
+use rust_hdl::core::ast::VerilogLiteral;
+use rust_hdl::core::atom::{Atom, AtomKind};
+use rust_hdl::core::block::Block;
+use rust_hdl::core::constraint::PinConstraint;
+use rust_hdl::core::direction::{self, Direction};
+use rust_hdl::core::logic::Logic;
+use rust_hdl::core::probe::Probe;
+use rust_hdl::core::signal::get_signal_id;
+use rust_hdl::core::synth::VCDValue;
+use rust_hdl::core::type_descriptor::{TypeDescriptor, TypeKind};
+
+use super::word::Word;
+
+/// What a net carries: a [`Word`], or a `bool` for a single bit that kernels
+/// test with `if`.
+pub trait Value: Copy + PartialEq + std::fmt::Debug {
+    /// The value in `width` bits.
+    fn fit(self, width: u32) -> Self;
+    /// Zero in `width` bits.
+    fn zero(width: u32) -> Self;
+    /// The bits as a number.
+    fn number(self) -> u128;
+}
+
+impl Value for bool {
+    fn fit(self, _width: u32) -> bool {
+        self
+    }
+    fn zero(_width: u32) -> bool {
+        false
+    }
+    fn number(self) -> u128 {
+        u128::from(self)
+    }
+}
+
+impl Value for Word {
+    fn fit(self, width: u32) -> Word {
+        Word::new(self.value(), width)
+    }
+    fn zero(width: u32) -> Word {
+        Word::new(0, width)
+    }
+    fn number(self) -> u128 {
+        self.value()
+    }
+}
+
+/// A signal of run-time width, rust-hdl's `Signal` otherwise.
+#[derive(Debug, Clone)]
+pub struct Net<D: Direction, V: Value> {
+    /// What the kernel drives it with.
+    pub next: V,
+    val: V,
+    prev: V,
+    changed: bool,
+    connected: bool,
+    width: u32,
+    about: String,
+    id: usize,
+    direction: PhantomData<D>,
+}
+
+/// A port driven from outside the block.
+pub type Input<V> = Net<direction::In, V>;
+/// A port driven by the block.
+pub type Output<V> = Net<direction::Out, V>;
+/// A signal inside the block.
+pub type Local<V> = Net<direction::Local, V>;
+
+impl<D: Direction, V: Value> Net<D, V> {
+    fn with_width(width: u32, about: impl Into<String>) -> Self {
+        Net {
+            next: V::zero(width),
+            val: V::zero(width),
+            prev: V::zero(width),
+            changed: false,
+            connected: false,
+            width,
+            about: about.into(),
+            id: get_signal_id(),
+            direction: PhantomData,
+        }
+    }
+}
+
+impl<D: Direction> Net<D, bool> {
+    /// A single bit; `about` becomes its comment in the Verilog.
+    pub fn bit(about: impl Into<String>) -> Self {
+        Self::with_width(1, about)
+    }
+}
+
+impl<D: Direction> Net<D, Word> {
+    /// A vector of `width` bits; `about` becomes its comment in the Verilog.
+    pub fn word(width: u32, about: impl Into<String>) -> Self {
+        Self::with_width(width, about)
+    }
+}
+
+impl<V: Value> Net<direction::In, V> {
+    /// The settled value.
+    pub fn val(&self) -> V {
+        self.val
+    }
+}
+
+impl Net<direction::In, bool> {
+    /// Whether the value went from 0 to 1 in this pass of `update_all`.
+    pub fn pos_edge(&self) -> bool {
+        self.changed && self.val && !self.prev
+    }
+}
+
+impl<V: Value> Net<direction::Out, V> {
+    /// The value driven so far.
+    pub fn val(&self) -> V {
+        self.next.fit(self.width)
+    }
+
+    /// Starts with `value` in place of zero.
+    pub(super) fn initially(mut self, value: V) -> Self {
+        self.next = value;
+        self
+    }
+}
+
+impl<V: Value> Net<direction::Local, V> {
+    /// The value driven so far.
+    pub fn val(&self) -> V {
+        self.next.fit(self.width)
+    }
+}
+
+impl<D: Direction, V: Value> Atom for Net<D, V> {
+    fn bits(&self) -> usize {
+        self.width as usize
+    }
+
+    fn connected(&self) -> bool {
+        self.connected
+    }
+
+    fn changed(&self) -> bool {
+        self.changed
+    }
+
+    fn kind(&self) -> AtomKind {
+        D::KIND
+    }
+
+    /// The descriptor's name carries the net's description.
+    fn descriptor(&self) -> TypeDescriptor {
+        TypeDescriptor {
+            name: self.about.clone(),
+            kind: TypeKind::Bits(self.width as usize),
+        }
+    }
+
+    fn vcd(&self) -> VCDValue {
+        vcd_bits(self.val.number(), self.width)
+    }
+
+    fn id(&self) -> usize {
+        self.id
+    }
+
+    fn verilog(&self) -> VerilogLiteral {
+        self.val.number().into()
+    }
+
+    fn constraints(&self) -> Vec<PinConstraint> {
+        Vec::new()
+    }
+}
+
+impl<D: Direction, V: Value> Logic for Net<D, V> {
+    fn update(&mut self) {}
+
+    fn connect(&mut self) {
+        self.connected = true;
+    }
+}
+
+impl<D: Direction, V: Value> Block for Net<D, V> {
+    fn connect_all(&mut self) {}
+
+    fn update_all(&mut self) {
+        let next = self.next.fit(self.width);
+        self.changed = self.val != next;
+        if self.changed {
+            self.prev = self.val;
+            self.val = next;
+        }
+    }
+
+    fn has_changed(&self) -> bool {
+        self.changed
+    }
+
+    fn accept(&self, name: &str, probe: &mut dyn Probe) {
+        probe.visit_atom(name, self);
+    }
+}
+
+/// Bits for a value-change dump, most significant first.
+pub(super) fn vcd_bits(number: u128, width: u32) -> VCDValue {
+    VCDValue::Vector(
+        (0..width)
+            .rev()
+            .map(|bit| ((number >> bit) & 1 == 1).into())
+            .collect(),
+    )
+}

@@ -1,0 +1,72 @@
+//! Parts of a block that only some scenes need.
+
+use std::ops::{Index, IndexMut};
+
+use rust_hdl::core::block::Block;
+use rust_hdl::core::logic::Logic;
+use rust_hdl::core::probe::Probe;
+
+/// A part that may be left out, used as `self.part[0]` inside
+/// `for _x in 0..self.part.count()`.
+///
+/// A part left out is kept as a stand-in that no probe sees and no update
+/// reaches, because rust-hdl evaluates the arguments of casts even where a
+/// loop has no trips.
+#[derive(Debug, Clone)]
+pub struct Optional<B> {
+    present: bool,
+    part: B,
+}
+
+impl<B> Optional<B> {
+    /// `part`, if `present`.
+    pub fn new(present: bool, part: B) -> Optional<B> {
+        Optional { present, part }
+    }
+
+    /// 1 if present, else 0.
+    pub fn count(&self) -> usize {
+        usize::from(self.present)
+    }
+}
+
+impl<B> Index<usize> for Optional<B> {
+    type Output = B;
+    fn index(&self, _index: usize) -> &B {
+        &self.part
+    }
+}
+
+impl<B> IndexMut<usize> for Optional<B> {
+    fn index_mut(&mut self, _index: usize) -> &mut B {
+        &mut self.part
+    }
+}
+
+impl<B: Block> Logic for Optional<B> {
+    fn update(&mut self) {}
+}
+
+impl<B: Block> Block for Optional<B> {
+    fn connect_all(&mut self) {
+        if self.present {
+            self.part.connect_all();
+        }
+    }
+
+    fn update_all(&mut self) {
+        if self.present {
+            self.part.update_all();
+        }
+    }
+
+    fn has_changed(&self) -> bool {
+        self.present && self.part.has_changed()
+    }
+
+    fn accept(&self, name: &str, probe: &mut dyn Probe) {
+        if self.present {
+            self.part.accept(&format!("{name}$0"), probe);
+        }
+    }
+}
