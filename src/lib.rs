@@ -20,6 +20,7 @@ pub mod estimate;
 pub mod hdl;
 pub mod model;
 pub mod optics;
+pub mod plan;
 pub mod report;
 pub mod scene;
 

@@ -1,3 +1,7 @@
-fn main() {
-    println!("Hello, world!");
+//! The `goldtof` program; everything is in the library.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    goldtof::cli::main()
 }

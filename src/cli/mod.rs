@@ -1,1 +1,67 @@
-//! TODO
+//! The command line: arguments, exit codes, and who prints what.
+//!
+//! With `--json` one JSON document goes to stdout and nothing else; progress
+//! and summaries go to stderr.
+
+mod arguments;
+pub mod codes;
+mod cosim;
+mod emit;
+mod output;
+pub mod plan;
+mod rtl;
+mod run;
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+
+use self::arguments::{Cli, Command};
+use self::output::Output;
+use crate::cosim::error::CosimError;
+
+/// How a command that did its work ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Ending {
+    /// Exit status 0.
+    Done,
+    /// Exit status 1: what was checked does not hold.
+    DoesNotHold,
+}
+
+/// Parses the command line, runs the command, and says how it ended.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version are answers, not errors.
+            let status = if error.use_stderr() { 2 } else { 0 };
+            let _ = error.print();
+            return ExitCode::from(status);
+        }
+    };
+    let mut output = Output::new(cli.json, cli.quiet);
+    let ending = match cli.command {
+        Command::Run(arguments) => run::run(&arguments, cli.seed, &mut output),
+        Command::Plan(arguments) => plan::run(&arguments, &mut output),
+        Command::Codes(arguments) => codes::run(&arguments, &mut output),
+        Command::Emit(arguments) => emit::run(&arguments, &mut output),
+        Command::Cosim(arguments) => cosim::run(&arguments, cli.seed, &mut output),
+    };
+    match ending {
+        Ok(Ending::Done) => ExitCode::SUCCESS,
+        Ok(Ending::DoesNotHold) => ExitCode::from(1),
+        Err(error) => {
+            output.error(&error);
+            ExitCode::from(status_of(&error))
+        }
+    }
+}
+
+/// 3 for a missing or failing external tool, 2 for everything else.
+fn status_of(error: &anyhow::Error) -> u8 {
+    match error.downcast_ref::<CosimError>() {
+        Some(error) if error.is_tool() => 3,
+        _ => 2,
+    }
+}

@@ -1,20 +1,33 @@
 //! Binary codes: m-sequences, Gold sets, square wave, given chips,
 //! interleaving, and their correlation.
+//!
+//! [`CodeSpec`] is what a user asks for, [`Code`] what comes of it, with the
+//! [`Generator`] from which hardware makes the same chips.
 
-/// A linear-feedback shift register.
-///
-/// Polynomial exponents e give the recurrence
-/// c\[t\] = XOR over e > 0 of c\[t - e\]; the seed is the first `degree` chips
-/// in time order.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Lfsr {
-    /// Degree n of the polynomial; the sequence has period 2^n - 1.
-    pub degree: u32,
-    /// Exponents in descending order, `degree` first, 0 last.
-    pub exponents: Vec<u32>,
-    /// The first `degree` chips, each 0 or 1.
-    pub seed: Vec<u8>,
-}
+mod correlation;
+mod error;
+mod gf2;
+mod gold;
+mod interleave;
+mod lfsr;
+mod spec;
+
+pub use correlation::{correlate, correlate_naive, value_counts};
+pub use error::CodeError;
+pub use gold::{GoldSet, bound, default_pair, default_polynomial};
+pub use interleave::interleave;
+pub use lfsr::{Lfsr, polynomial_text};
+pub use spec::{CodeSpec, Family, UnknownFamily};
+
+/// Smallest degree of a polynomial.
+pub const MIN_DEGREE: u32 = 3;
+/// Largest degree of a polynomial. Hardware sets its own, smaller limit.
+pub const MAX_DEGREE: u32 = 20;
+/// Largest interleaving depth nu.
+pub const MAX_INTERLEAVE: u32 = 8;
+/// Most chips per code period, L'. With at most 64 samples per chip this keeps
+/// the K = S L' phase steps of a period below 2^31.
+pub const MAX_CODE_CHIPS: u64 = 1 << 24;
 
 /// What makes a code's chips, before interleaving.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,6 +47,31 @@ pub enum Generator {
     Chips(Vec<u8>),
 }
 
+impl Generator {
+    /// Chips per period, before interleaving.
+    pub fn period(&self) -> u64 {
+        match self {
+            Generator::MSequence(lfsr) | Generator::Gold { u: lfsr, .. } => lfsr.period(),
+            Generator::Square => 2,
+            Generator::Chips(chips) => chips.len() as u64,
+        }
+    }
+
+    /// The chips of one period, before interleaving.
+    pub fn chips(&self) -> Vec<u8> {
+        let period = self.period() as usize;
+        match self {
+            Generator::MSequence(lfsr) => lfsr.chips(period),
+            Generator::Gold { u, v } => {
+                let pairs = u.chips(period).into_iter().zip(v.chips(period));
+                pairs.map(|(u, v)| u ^ v).collect()
+            }
+            Generator::Square => vec![1, 0],
+            Generator::Chips(chips) => chips.clone(),
+        }
+    }
+}
+
 /// One code period, interleaving included.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Code {
@@ -46,6 +84,31 @@ pub struct Code {
 }
 
 impl Code {
+    /// Makes the chips of `generator`, interleaved to depth `interleave`.
+    ///
+    /// # Errors
+    /// If the depth or the period is too large, or all chips of the generator
+    /// are alike.
+    pub fn new(generator: Generator, interleave: u32) -> Result<Code, CodeError> {
+        if interleave > MAX_INTERLEAVE {
+            return Err(CodeError::InterleaveOutOfRange { interleave });
+        }
+        let length = generator.period() << interleave;
+        if length > MAX_CODE_CHIPS {
+            return Err(CodeError::TooLong { chips: length });
+        }
+        let chips = generator.chips();
+        let first = *chips.first().ok_or(CodeError::MalformedChips)?;
+        if chips.iter().all(|&chip| chip == first) {
+            return Err(CodeError::ConstantCode { chip: first });
+        }
+        Ok(Code {
+            chips: self::interleave(&chips, interleave),
+            generator,
+            interleave,
+        })
+    }
+
     /// Chips per code period, L'.
     pub fn len(&self) -> u64 {
         self.chips.len() as u64
@@ -60,4 +123,31 @@ impl Code {
     pub fn weight(&self) -> u64 {
         self.chips.iter().map(|&c| u64::from(c)).sum()
     }
+
+    /// Whether ones and zeros are as equal in number as the length allows.
+    pub fn is_balanced(&self) -> bool {
+        self.len().abs_diff(2 * self.weight()) <= 1
+    }
+}
+
+/// Chips as binary digits, first chip first.
+pub fn chips_text(chips: &[u8]) -> String {
+    chips
+        .iter()
+        .map(|&chip| if chip == 1 { '1' } else { '0' })
+        .collect()
+}
+
+/// Chips from at least one binary digit, first chip first; `None` if `text`
+/// holds anything else.
+pub fn parse_chips(text: &str) -> Option<Vec<u8>> {
+    let chips: Option<Vec<u8>> = text
+        .bytes()
+        .map(|digit| match digit {
+            b'0' => Some(0),
+            b'1' => Some(1),
+            _ => None,
+        })
+        .collect();
+    chips.filter(|chips| !chips.is_empty())
 }

@@ -1,1 +1,280 @@
-//! TODO
+//! Co-simulation: Verilog in Verilator, beside the reference model, clock by clock.
+
+pub mod adversarial;
+pub mod blocks;
+pub mod build;
+pub mod error;
+pub mod lockstep;
+pub mod photons;
+pub mod ports;
+pub mod stimulus;
+pub mod tools;
+pub mod verilated;
+pub mod wave;
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use self::adversarial::Adversarial;
+use self::build::SourceFile;
+use self::error::CosimError;
+use self::lockstep::{Lockstep, Outcome};
+use self::photons::Photons;
+use self::stimulus::{Stimulus, clocks_for_scans};
+use self::verilated::Verilated;
+use crate::model::contract::Contract;
+use crate::model::layout::Layout;
+use crate::model::reference::{Reference, StepResult};
+use crate::optics::DetectorModel;
+use crate::scene::Scene;
+
+/// Name of the module that is compared.
+pub const TOP: &str = "sensor_top";
+
+/// What drives a co-simulation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum StimulusKind {
+    /// Simulated detections of the scene.
+    Photons,
+    /// Inputs chosen to hurt.
+    Adversarial,
+}
+
+/// What to co-simulate, and how long.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// The Verilog.
+    pub sources: Vec<SourceFile>,
+    /// Where built models are kept.
+    pub cache: PathBuf,
+    /// What drives both sides.
+    pub stimulus: StimulusKind,
+    /// Number of clocks; `None` runs one whole scan of photons, or as long as
+    /// the adversary needs.
+    pub clocks: Option<u64>,
+    /// Seed of the stimulus.
+    pub seed: u64,
+}
+
+/// What a co-simulation found; the JSON of `goldtof cosim`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    /// "match" or "mismatch".
+    pub verdict: &'static str,
+    /// Clocks compared.
+    pub cycles: u64,
+    /// Output ports compared at every clock.
+    pub compared_ports: Vec<String>,
+    /// Phase steps that ended within these clocks.
+    pub phase_steps: u64,
+    /// Clocks at which a port differed.
+    pub mismatches: u64,
+    /// The first difference.
+    pub first_mismatch: Option<FirstMismatch>,
+    /// Clocks per second of wall time, photons, reference model and comparison
+    /// included, building excluded.
+    pub cycles_per_second: f64,
+    /// What drove both sides.
+    pub stimulus: StimulusKind,
+    /// Its seed.
+    pub seed: u64,
+    /// The waveform file, if one was written.
+    pub vcd: Option<PathBuf>,
+}
+
+/// The first difference between Verilog and reference model.
+#[derive(Debug, Clone, Serialize)]
+pub struct FirstMismatch {
+    /// Clock since the start of the run, reset included.
+    pub cycle: u64,
+    /// Time of that clock's start.
+    pub time_ps: f64,
+    /// Port that differs; the first one when several do.
+    pub port: String,
+    /// The reference model's value.
+    pub expected: PortValue,
+    /// The Verilog's value.
+    pub got: PortValue,
+}
+
+/// Value of a port: a number, or hexadecimal text beyond 64 bits.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
+pub enum PortValue {
+    /// Up to 64 bits.
+    Number(u64),
+    /// More.
+    Hexadecimal(String),
+}
+
+impl PortValue {
+    fn new(words: &[u64]) -> PortValue {
+        match words {
+            [word] => PortValue::Number(*word),
+            _ => PortValue::Hexadecimal(
+                words
+                    .iter()
+                    .rev()
+                    .fold("0x".to_owned(), |text, word| text + &format!("{word:016x}")),
+            ),
+        }
+    }
+}
+
+impl std::fmt::Display for PortValue {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            PortValue::Number(number) => write!(f, "{number:#x}"),
+            PortValue::Hexadecimal(text) => f.write_str(text),
+        }
+    }
+}
+
+/// A finished co-simulation.
+#[derive(Debug, Clone)]
+pub struct Cosimulation {
+    /// What it found.
+    pub report: Report,
+    /// Counts of the first scan's steps, in order; complete when the run was
+    /// long enough.
+    pub counts: Vec<i64>,
+    outcome: Outcome,
+    layout: Layout,
+    chip_period_ps: f64,
+}
+
+impl Cosimulation {
+    /// Whether Verilog and reference model agreed.
+    pub fn matched(&self) -> bool {
+        self.outcome.first.is_none()
+    }
+
+    /// Writes the waveforms round the first mismatch, or of the first clocks,
+    /// and names the file in the report.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write_vcd(&mut self, path: &Path) -> Result<(), CosimError> {
+        wave::write(
+            path,
+            &self.outcome.records,
+            &self.layout,
+            self.chip_period_ps,
+        )
+        .map_err(CosimError::file(path))?;
+        self.report.vcd = Some(path.to_owned());
+        Ok(())
+    }
+}
+
+/// Builds the Verilog and runs it beside the reference model.
+///
+/// # Errors
+/// When a tool is missing or fails, or the ports do not fit. A mismatch is a
+/// result.
+pub fn cosimulate(
+    scene: &Scene,
+    request: &Request,
+    on_progress: impl FnMut(u64, u64),
+) -> Result<Cosimulation, CosimError> {
+    let contract = Contract::of(scene);
+    let reference = Reference::new(contract.clone())?;
+    let library = build::build(TOP, &request.sources, &contract, &request.cache)?;
+    run(scene, contract, reference, &library, request, on_progress)
+}
+
+fn run(
+    scene: &Scene,
+    contract: Contract,
+    mut reference: Reference,
+    library: &Path,
+    request: &Request,
+    mut on_progress: impl FnMut(u64, u64),
+) -> Result<Cosimulation, CosimError> {
+    let layout = Layout::of(&contract);
+    let mut model = Verilated::load(library, &layout)?;
+    let clocks = request.clocks.unwrap_or_else(|| match request.stimulus {
+        StimulusKind::Photons => clocks_for_scans(&contract, 1),
+        StimulusKind::Adversarial => Adversarial::default_clocks(&contract),
+    });
+    let detector = DetectorModel::new(scene, 0);
+    let mut photons;
+    let mut adversarial;
+    let stimulus: &mut dyn Stimulus = match request.stimulus {
+        StimulusKind::Photons => {
+            photons = Photons::new(&detector, &contract, request.seed);
+            &mut photons
+        }
+        StimulusKind::Adversarial => {
+            adversarial = Adversarial::new(&contract, request.seed, clocks);
+            &mut adversarial
+        }
+    };
+    let mut counts = Vec::new();
+    let mut phase_steps = 0;
+    let outcome = Lockstep {
+        model: &mut model,
+        reference: &mut reference,
+        stimulus,
+        layout: &layout,
+        lanes: contract.lanes,
+    }
+    .run(
+        clocks,
+        |result: StepResult| {
+            phase_steps += 1;
+            if result.scan == 0 && counts.len() as u64 == result.step {
+                counts.push(result.count);
+            }
+        },
+        |done| on_progress(done, clocks),
+    )?;
+    let report = report(
+        request,
+        &outcome,
+        &layout,
+        scene.chip_period_ps,
+        phase_steps,
+    );
+    Ok(Cosimulation {
+        report,
+        counts,
+        outcome,
+        layout,
+        chip_period_ps: scene.chip_period_ps,
+    })
+}
+
+fn report(
+    request: &Request,
+    outcome: &Outcome,
+    layout: &Layout,
+    chip_period_ps: f64,
+    phase_steps: u64,
+) -> Report {
+    let fields = &layout.outputs.fields;
+    Report {
+        verdict: if outcome.first.is_none() {
+            "match"
+        } else {
+            "mismatch"
+        },
+        cycles: outcome.clocks,
+        compared_ports: fields.iter().map(|field| field.port.name.clone()).collect(),
+        phase_steps,
+        mismatches: outcome.mismatches,
+        first_mismatch: outcome.first.as_ref().map(|first| FirstMismatch {
+            cycle: first.clock,
+            time_ps: first.clock as f64 * chip_period_ps,
+            port: fields[first.field].port.name.clone(),
+            expected: PortValue::new(&first.expected),
+            got: PortValue::new(&first.got),
+        }),
+        cycles_per_second: outcome.clocks as f64 / outcome.elapsed.as_secs_f64(),
+        stimulus: request.stimulus,
+        seed: request.seed,
+        vcd: None,
+    }
+}

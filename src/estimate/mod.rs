@@ -1,1 +1,23 @@
-//! TODO
+//! From the counts of a scan to a distance.
+
+mod calibration;
+mod phase;
+mod prediction;
+pub mod report;
+
+pub use calibration::{CountingTier, calibration_offset_ps};
+pub use phase::{CoarseOnly, Estimate, Measurement, NoEstimate, estimate};
+pub use prediction::{Prediction, PredictionError, predict};
+
+use crate::SPEED_OF_LIGHT_M_PER_S;
+
+/// Distance (half the optical path) of a time of flight.
+pub fn distance_m(delay_ps: f64) -> f64 {
+    0.5 * delay_ps * 1e-12 * SPEED_OF_LIGHT_M_PER_S
+}
+
+/// `delay_ps` less `true_delay_ps`, the short way round the code period.
+pub fn delay_error_ps(delay_ps: f64, true_delay_ps: f64, code_period_ps: f64) -> f64 {
+    let turns = (delay_ps - true_delay_ps) / code_period_ps;
+    (turns - turns.round()) * code_period_ps
+}

@@ -33,14 +33,19 @@ pub struct Emission {
     pub parameters: Parameters,
 }
 
-/// A Verilog file.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+/// A Verilog file. In JSON it is its name.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EmittedFile {
     /// File name.
     pub name: String,
-    /// Contents; the manifest has the name only.
-    #[serde(skip)]
+    /// Contents.
     pub text: String,
+}
+
+impl Serialize for EmittedFile {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.name)
+    }
 }
 
 /// A part that a scene does without.

@@ -1,6 +1,40 @@
 //! A scene: what a sensor engineer writes down, read, checked and in base units.
+//!
+//! A scene is a TOML file; [`load`] reads one. Quantities are strings with a
+//! number and a unit. What may be left out, and what it then is:
+//!
+//! | key | default |
+//! |---|---|
+//! | `clock.samples_per_chip` | 8 |
+//! | `source.extinction_ratio` | `"inf"`: no light in the off-state |
+//! | `source.code.index`, `source.code.interleave` | 0 |
+//! | `source.code.polynomials`, `source.code.seeds` | a preferred pair (for an m-sequence its first polynomial), all-ones |
+//! | `detector.photon_detection_probability` | 1 |
+//! | `detector.dark_count_rate`, `detector.background_rate` | 0 |
+//! | `detector.dead_time`, `detector.delay` | 0 |
+//! | `detector.afterpulsing`, `detector.jitter` | none |
+//! | `detector.pulse_width` | half the dead time, but at least a phase step T_s, so that every pulse is seen |
+//! | `detector.counter` and each of its keys | 0 |
+//! | `path.transmission` | 1 |
+//! | `scan.steps` | `"all"` |
+//! | `estimate.estimator` | `"fft"` |
+//! | `hardware.target` | `"ecp5-25k-6"` |
+//! | `hardware.parallel` | 1 |
+//! | `hardware.counter_width` | as wide as no stimulus can overflow |
+
+mod detector;
+mod error;
+mod read;
+mod reader;
+mod scan;
+mod source;
+mod units;
+mod wording;
 
 use std::sync::Arc;
+
+pub use error::{SceneError, SceneErrors};
+pub use read::{load, parse};
 
 use crate::code::Code;
 

@@ -1,0 +1,77 @@
+//! Co-simulation against the same verilated model in a bare C++ loop.
+//!
+//! Both in one process, in turn: the bare loop clocks the model with constant
+//! inputs and compares nothing; the co-simulation adds photons, the reference
+//! model and the comparison of every port at every clock. Prints the ratio of
+//! clocks per second (at least 0.8 is asked for).
+//!
+//!     cargo bench --bench cosim
+
+use std::error::Error;
+use std::path::Path;
+use std::time::Instant;
+
+use goldtof::cosim::TOP;
+use goldtof::cosim::build::{SourceFile, build, cache_dir};
+use goldtof::cosim::lockstep::Lockstep;
+use goldtof::cosim::photons::Photons;
+use goldtof::cosim::verilated::Verilated;
+use goldtof::model::contract::Contract;
+use goldtof::model::layout::Layout;
+use goldtof::model::reference::Reference;
+use goldtof::optics::DetectorModel;
+use goldtof::{hdl, scene};
+
+const CLOCKS: u64 = 20_000_000;
+const ROUNDS: usize = 7;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let scene = scene::load(Path::new("scenes/paper-single.toml"))?;
+    let sources: Vec<SourceFile> = hdl::emit(&scene, "goldtof emit paper-single.toml")?
+        .files
+        .into_iter()
+        .map(|file| SourceFile {
+            name: file.name,
+            text: file.text,
+        })
+        .collect();
+    let contract = Contract::of(&scene);
+    let layout = Layout::of(&contract);
+    let library = build(TOP, &sources, &contract, &cache_dir())?;
+    let detector = DetectorModel::new(&scene, 0);
+
+    let mut ratios = Vec::new();
+    for round in 0..ROUNDS {
+        let mut model = Verilated::load(&library, &layout)?;
+        let mut ready = vec![0; layout.inputs.words];
+        let field = layout.inputs.field("m_axis_tready");
+        ready[field.word] = 1 << field.shift;
+        let started = Instant::now();
+        model.run_bare(&ready, CLOCKS)?;
+        let bare = CLOCKS as f64 / started.elapsed().as_secs_f64();
+
+        let mut model = Verilated::load(&library, &layout)?;
+        let outcome = Lockstep {
+            model: &mut model,
+            reference: &mut Reference::new(contract.clone())?,
+            stimulus: &mut Photons::new(&detector, &contract, round as u64),
+            layout: &layout,
+            lanes: contract.lanes,
+        }
+        .run(CLOCKS, |_| (), |_| ())?;
+        if outcome.first.is_some() {
+            return Err("the two sides differ".into());
+        }
+        let cosim = outcome.clocks as f64 / outcome.elapsed.as_secs_f64();
+        println!(
+            "bare {:6.2} M clocks/s   co-simulation {:6.2} M clocks/s   ratio {:.3}",
+            bare / 1e6,
+            cosim / 1e6,
+            cosim / bare
+        );
+        ratios.push(cosim / bare);
+    }
+    ratios.sort_by(f64::total_cmp);
+    println!("median ratio {:.3}", ratios[ROUNDS / 2]);
+    Ok(())
+}

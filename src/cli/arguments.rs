@@ -1,0 +1,125 @@
+//! What can be written on the command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::cosim::StimulusKind;
+
+/// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
+/// time-of-flight sensors.
+#[derive(Debug, Parser)]
+#[command(name = "goldtof", version, propagate_version = true)]
+pub(super) struct Cli {
+    /// Print one JSON document on stdout, and nothing else there
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Seed of all random numbers
+    #[arg(long, global = true, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Print no progress and no summary
+    #[arg(long, global = true)]
+    pub quiet: bool,
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// The main job: plan, emit, simulate photons, co-simulate, estimate, report
+    Run(RunArguments),
+    /// What is kept and what is left out for a scene, and why
+    Plan(SceneArgument),
+    /// A code and its correlation properties
+    Codes(CodesArguments),
+    /// Write the Verilog for a scene, and what goes with it
+    Emit(EmitArguments),
+    /// Run Verilog and the reference model in lock-step
+    Cosim(CosimArguments),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct SceneArgument {
+    /// Scene file (TOML), for example scenes/paper-single.toml
+    pub scene: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct RunArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    /// Folder for the Verilog, counts.csv and report.html; made when missing
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct EmitArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    /// Folder for the Verilog and manifest.json; made when missing
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CosimArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    /// Folder of Verilog to check in place of the emitted one: the same top
+    /// module and ports (a manifest.json there names its files, else every .v
+    /// and .sv file is taken)
+    #[arg(long, value_name = "DIR")]
+    pub rtl: Option<PathBuf>,
+    /// Clocks to run, reset included [default: one whole scan of photons, or as
+    /// long as the adversary needs]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub cycles: Option<u64>,
+    /// What drives both sides
+    #[arg(long, value_enum, default_value_t = StimulusKind::Photons)]
+    pub stimulus: StimulusKind,
+    /// Write waveforms of all ports, both sides, round the first mismatch (or of
+    /// the first clocks when there is none)
+    #[arg(long, value_name = "FILE")]
+    pub vcd: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CodesArguments {
+    /// Degree n of the polynomials; the code has 2^n - 1 chips before
+    /// interleaving
+    #[arg(long, value_name = "N")]
+    pub degree: Option<u32>,
+    /// Family: gold, m-sequence, square or chips
+    #[arg(long, value_name = "F", default_value = "gold")]
+    pub family: String,
+    /// Exponents in descending order, the two polynomials of a Gold pair
+    /// separated by a semicolon: "11,2,0;11,8,5,2,0"
+    #[arg(long, value_name = "LIST")]
+    pub polynomials: Option<String>,
+    /// First chips of each m-sequence, separated by a comma: 11111,11111
+    #[arg(long, value_name = "A,B")]
+    pub seeds: Option<String>,
+    /// Index in the Gold set: -2 is u, -1 is v, i is u XOR v advanced by i chips
+    #[arg(long, value_name = "I", allow_negative_numbers = true)]
+    pub index: Option<i64>,
+    /// Interleaving depth nu
+    #[arg(long, value_name = "V", default_value_t = 0)]
+    pub interleave: u32,
+    /// Chips of family chips, first chip first: 0110100
+    #[arg(long, value_name = "BITS")]
+    pub chips: Option<String>,
+    /// Permit a Gold set from a pair that is not preferred
+    #[arg(long)]
+    pub allow_non_preferred: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    #[test]
+    fn the_argument_tree_is_sound() {
+        super::Cli::command().debug_assert();
+    }
+}

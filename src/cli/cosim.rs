@@ -1,0 +1,100 @@
+//! `goldtof cosim`.
+
+use std::path::Path;
+
+use super::arguments::CosimArguments;
+use super::emit::command_line;
+use super::output::Output;
+use super::{Ending, rtl};
+use crate::cosim::build::{SourceFile, cache_dir};
+use crate::cosim::{Cosimulation, Report, Request, cosimulate};
+use crate::hdl;
+use crate::scene::{self, Scene};
+
+pub(super) fn run(
+    arguments: &CosimArguments,
+    seed: u64,
+    output: &mut Output,
+) -> anyhow::Result<Ending> {
+    let scene = scene::load(&arguments.scene.scene)?;
+    let sources = match &arguments.rtl {
+        Some(folder) => rtl::read(folder)?,
+        None => emitted_sources(&scene, &arguments.scene.scene)?,
+    };
+    let request = Request {
+        sources,
+        cache: cache_dir(),
+        stimulus: arguments.stimulus,
+        clocks: arguments.cycles,
+        seed,
+    };
+    let mut cosimulation = with_progress(&scene, &request, output)?;
+    if let Some(path) = &arguments.vcd {
+        cosimulation.write_vcd(path)?;
+    }
+    output.answer(&cosimulation.report, &text(&cosimulation.report))?;
+    Ok(ending(&cosimulation))
+}
+
+/// The Verilog that `emit` would write.
+pub(super) fn emitted_sources(scene: &Scene, path: &Path) -> anyhow::Result<Vec<SourceFile>> {
+    let emission = hdl::emit(scene, &command_line(path))?;
+    let sources = emission.files.into_iter().map(|file| SourceFile {
+        name: file.name,
+        text: file.text,
+    });
+    Ok(sources.collect())
+}
+
+/// Co-simulates and shows how far it is.
+pub(super) fn with_progress(
+    scene: &Scene,
+    request: &Request,
+    output: &Output,
+) -> anyhow::Result<Cosimulation> {
+    let bar = output.progress("co-simulating");
+    let cosimulation = cosimulate(scene, request, |done, of| {
+        bar.set_length(of);
+        bar.set_position(done);
+    });
+    bar.finish_and_clear();
+    Ok(cosimulation?)
+}
+
+/// 1 when the two sides differ.
+pub(super) fn ending(cosimulation: &Cosimulation) -> Ending {
+    if cosimulation.matched() {
+        Ending::Done
+    } else {
+        Ending::DoesNotHold
+    }
+}
+
+/// The report in words.
+pub(super) fn text(report: &Report) -> String {
+    let mut text = format!(
+        "{}: {} clocks, {} phase steps, {} output ports at every clock, {:.1} million clocks per \
+         second\n",
+        report.verdict,
+        report.cycles,
+        report.phase_steps,
+        report.compared_ports.len(),
+        report.cycles_per_second / 1e6,
+    );
+    if let Some(first) = &report.first_mismatch {
+        text += &format!(
+            "first mismatch at clock {} ({:.3} ns): port {} should be {} and is {}; {} clock(s) \
+             differ in all that was compared\n",
+            first.cycle,
+            first.time_ps / 1e3,
+            first.port,
+            first.expected,
+            first.got,
+            report.mismatches,
+        );
+    }
+    if let Some(vcd) = &report.vcd {
+        text += &format!("waveforms: {}\n", vcd.display());
+    }
+    text
+}

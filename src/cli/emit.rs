@@ -1,0 +1,39 @@
+//! `goldtof emit`.
+
+use std::path::Path;
+
+use super::Ending;
+use super::arguments::EmitArguments;
+use super::output::Output;
+use crate::hdl::{self, Emission};
+use crate::scene;
+
+pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Result<Ending> {
+    let scene = scene::load(&arguments.scene.scene)?;
+    let emission = hdl::emit(&scene, &command_line(&arguments.scene.scene))?;
+    hdl::write(&emission, &arguments.out)?;
+    output.answer(&emission, &text(&emission, &arguments.out))?;
+    Ok(Ending::Done)
+}
+
+/// The command that the headers of emitted files name. Only the scene's file
+/// name is in it, so that emission does not depend on where the scene lies.
+pub(super) fn command_line(scene: &Path) -> String {
+    let name = scene.file_name().unwrap_or_default().to_string_lossy();
+    format!("goldtof emit {name}")
+}
+
+/// The emission in words.
+pub(super) fn text(emission: &Emission, folder: &Path) -> String {
+    let mut text = format!(
+        "{} Verilog files and manifest.json in {}, top module {}, {:.3} MHz\n",
+        emission.files.len(),
+        folder.display(),
+        emission.top,
+        emission.clock_hz / 1e6,
+    );
+    for left_out in &emission.left_out {
+        text += &format!("left out: {} ({})\n", left_out.part, left_out.reason);
+    }
+    text
+}

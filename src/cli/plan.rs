@@ -1,0 +1,36 @@
+//! `goldtof plan`: what is kept and what is left out, and why.
+
+use std::fmt::Write as _;
+
+use super::Ending;
+use super::arguments::SceneArgument;
+use super::output::Output;
+use crate::plan::{self, Part, Plan};
+use crate::scene;
+
+pub(super) fn run(arguments: &SceneArgument, output: &mut Output) -> anyhow::Result<Ending> {
+    let plan = plan::plan(&scene::load(&arguments.scene)?);
+    output.answer(&plan, &to_text(&plan))?;
+    Ok(Ending::Done)
+}
+
+/// The plan for people: one line per part.
+pub fn to_text(plan: &Plan) -> String {
+    let mut text = String::new();
+    let parts = || plan.hardware.iter().chain(&plan.simulation);
+    let width = parts()
+        .map(|part| part.part.chars().count())
+        .max()
+        .unwrap_or(0);
+    for (title, parts) in [
+        ("Hardware", &plan.hardware),
+        ("Simulation", &plan.simulation),
+    ] {
+        let _ = writeln!(text, "{title}");
+        for Part { part, kept, reason } in parts {
+            let mark = if *kept { "kept    " } else { "left out" };
+            let _ = writeln!(text, "  {mark}  {part:width$}  {reason}");
+        }
+    }
+    text
+}

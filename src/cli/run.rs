@@ -1,0 +1,120 @@
+//! `goldtof run`: plan, emit, simulate photons, co-simulate, estimate, report.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use anyhow::Context as _;
+use serde::Serialize;
+
+use super::Ending;
+use super::arguments::RunArguments;
+use super::cosim::{ending, text as cosim_text, with_progress};
+use super::emit::{command_line, text as emit_text};
+use super::output::Output;
+use crate::cosim::build::{SourceFile, cache_dir};
+use crate::cosim::{self, Request, StimulusKind};
+use crate::estimate::report::{EstimateReport, estimate_scan};
+use crate::hdl::{self, Emission};
+use crate::plan::{self, Plan};
+use crate::report::page::{Page, distances_m};
+use crate::report::{counts_csv, write_file};
+use crate::scene::{self, Scene};
+
+/// The JSON of `goldtof run`.
+#[derive(Serialize)]
+struct RunReport<'a> {
+    scene: &'a str,
+    seed: u64,
+    plan: &'a Plan,
+    emit: &'a Emission,
+    cosim: &'a cosim::Report,
+    estimates: &'a [EstimateReport],
+}
+
+pub(super) fn run(
+    arguments: &RunArguments,
+    seed: u64,
+    output: &mut Output,
+) -> anyhow::Result<Ending> {
+    let path = &arguments.scene.scene;
+    let out = &arguments.out;
+    let scene = scene::load(path)?;
+    let plan = plan::plan(&scene);
+    let emission = hdl::emit(&scene, &command_line(path))?;
+    fs::create_dir_all(out)
+        .with_context(|| format!("{}: cannot make the folder", out.display()))?;
+    let rtl = out.join("rtl");
+    hdl::write(&emission, &rtl)?;
+    output.note(
+        emit_text(&emission, &rtl)
+            .lines()
+            .next()
+            .unwrap_or_default(),
+    );
+
+    let request = Request {
+        sources: emission
+            .files
+            .iter()
+            .map(|file| SourceFile {
+                name: file.name.clone(),
+                text: file.text.clone(),
+            })
+            .collect(),
+        cache: cache_dir(),
+        stimulus: StimulusKind::Photons,
+        clocks: None,
+        seed,
+    };
+    let mut cosimulation = with_progress(&scene, &request, output)?;
+    if !cosimulation.matched() {
+        cosimulation.write_vcd(&out.join("mismatch.vcd"))?;
+    }
+    output.note(cosim_text(&cosimulation.report).trim_end());
+    let estimates = [estimate_scan(&scene, 0, &cosimulation.counts)];
+
+    let distances_m = distances_m(&scene);
+    write_file(
+        &out.join("counts.csv"),
+        &counts_csv(&scene, &distances_m, &cosimulation.counts),
+    )?;
+    let page = Page {
+        scene: &scene,
+        seed,
+        plan: &plan,
+        emission: &emission,
+        cosim: &cosimulation.report,
+        counts: &cosimulation.counts,
+        estimates: &estimates,
+    };
+    write_file(&out.join("report.html"), &page.html()?)?;
+
+    let report = RunReport {
+        scene: &scene.name,
+        seed,
+        plan: &plan,
+        emit: &emission,
+        cosim: &cosimulation.report,
+        estimates: &estimates,
+    };
+    output.answer(&report, &summary(&scene, &report, out))?;
+    Ok(ending(&cosimulation))
+}
+
+/// The end of the run in a few lines.
+fn summary(scene: &Scene, report: &RunReport, out: &Path) -> String {
+    let mut text = format!(
+        "{}: co-simulation {}: {} clocks, {} phase steps of {} chips\n",
+        scene.name,
+        report.cosim.verdict,
+        report.cosim.cycles,
+        report.cosim.phase_steps,
+        scene.scan.integration_chips,
+    );
+    for estimate in report.estimates {
+        let _ = writeln!(text, "{estimate}");
+    }
+    let _ = writeln!(text, "report: {}", out.join("report.html").display());
+    text
+}

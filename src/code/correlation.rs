@@ -1,0 +1,96 @@
+//! Periodic correlation of codes.
+
+use std::collections::BTreeMap;
+
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex;
+
+/// Periodic correlation of two codes of the same length L, at every lag:
+/// theta_ab\[k\] = sum over i = 0..L-1 of chi(a_i) chi(b_(i + k mod L)), where
+/// chi is +1 for chip 1 and -1 for chip 0 (eq. 13 with its sum's end at L - 1).
+///
+/// By FFT, then rounded to the integers that the values are; should rounding
+/// ever be in doubt, the sum is worked out as written.
+///
+/// # Panics
+/// If `a` and `b` differ in length.
+pub fn correlate(a: &[u8], b: &[u8]) -> Vec<i64> {
+    assert_eq!(a.len(), b.len(), "only codes of one length correlate");
+    nearest_integers(&correlate_fft(a, b)).unwrap_or_else(|| correlate_naive(a, b))
+}
+
+/// [`correlate`] by its definition, in L^2 steps: the slow truth.
+///
+/// # Panics
+/// If `a` and `b` differ in length.
+pub fn correlate_naive(a: &[u8], b: &[u8]) -> Vec<i64> {
+    assert_eq!(a.len(), b.len(), "only codes of one length correlate");
+    let length = a.len();
+    (0..length)
+        .map(|k| {
+            (0..length)
+                .map(|i| chi(a[i]) * chi(b[(i + k) % length]))
+                .sum()
+        })
+        .collect()
+}
+
+/// How often each value occurs, in ascending order of value.
+pub fn value_counts(values: &[i64]) -> BTreeMap<i64, u64> {
+    let mut counts = BTreeMap::new();
+    for &value in values {
+        *counts.entry(value).or_insert(0) += 1;
+    }
+    counts
+}
+
+fn chi(chip: u8) -> i64 {
+    2 * i64::from(chip) - 1
+}
+
+fn correlate_fft(a: &[u8], b: &[u8]) -> Vec<f64> {
+    let length = a.len();
+    let mut planner = FftPlanner::new();
+    let forward = planner.plan_fft_forward(length);
+    let spectrum = |code: &[u8]| {
+        let mut values: Vec<Complex<f64>> = code
+            .iter()
+            .map(|&chip| Complex::new(chi(chip) as f64, 0.0))
+            .collect();
+        forward.process(&mut values);
+        values
+    };
+    let mut product: Vec<Complex<f64>> = spectrum(a)
+        .into_iter()
+        .zip(spectrum(b))
+        .map(|(a, b)| a.conj() * b / length as f64)
+        .collect();
+    planner.plan_fft_inverse(length).process(&mut product);
+    product.into_iter().map(|value| value.re).collect()
+}
+
+/// The nearest integers, or `None` if one of them is more than 1/4 away.
+fn nearest_integers(values: &[f64]) -> Option<Vec<i64>> {
+    values
+        .iter()
+        .map(|&value| ((value - value.round()).abs() < 0.25).then_some(value.round() as i64))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn doubtful_rounding_is_refused() {
+        assert_eq!(nearest_integers(&[1.1, -2.9]), Some(vec![1, -3]));
+        assert_eq!(nearest_integers(&[1.0, 2.4]), None);
+        assert_eq!(nearest_integers(&[f64::NAN]), None);
+    }
+
+    #[test]
+    fn the_lag_advances_the_second_code() {
+        // b is a delayed by one chip, so advancing b by one makes them equal.
+        assert_eq!(correlate(&[1, 0, 0, 0], &[0, 1, 0, 0]), [0, 4, 0, 0]);
+    }
+}

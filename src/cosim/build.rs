@@ -1,0 +1,280 @@
+//! Builds Verilog into a shared library, once.
+//!
+//! A build's identity is the hash of everything that goes into it: Verilog,
+//! C++, flags and the tools' versions. It is made in a temporary folder beside
+//! its final place and renamed when it is done, so a build that was cut off is
+//! never taken for a finished one; a lock per identity keeps two runs from
+//! doing it twice.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use super::error::CosimError;
+use super::ports;
+use super::tools::{Tools, must_run};
+use crate::model::contract::Contract;
+use crate::model::layout::Layout;
+
+const BENCH: &str = include_str!("../../testbench/cosim.cpp");
+const LIBRARY: &str = "sensor.so";
+const DIGEST: &str = "sensor.so.sha256";
+
+/// `--x-initial unique` starts registers at random, so that a missing reset is
+/// a mismatch and not luck. Lint is the emitter's own tests' business; a user's
+/// RTL is judged by what it does.
+const VERILATOR_FLAGS: &[&str] = &[
+    "--cc",
+    "-O3",
+    "--no-timing",
+    "--x-assign",
+    "fast",
+    "--x-initial",
+    "unique",
+    "-Wno-fatal",
+    "-Wno-lint",
+    "-Wno-style",
+];
+
+const COMPILER_FLAGS: &[&str] = &[
+    "-std=c++17",
+    "-O2",
+    "-fPIC",
+    "-DVL_USER_FINISH",
+    "-DVL_USER_STOP",
+    "-DVL_USER_FATAL",
+    "-DVM_COVERAGE=0",
+    "-DVM_SC=0",
+    "-DVM_TRACE=0",
+];
+
+/// Parts of Verilator's run-time library that a single-threaded model needs.
+const RUNTIME: &[&str] = &["verilated.cpp", "verilated_threads.cpp"];
+
+/// One file of Verilog.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SourceFile {
+    /// File name without folder.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+}
+
+/// Builds a model, or finds it built, and gives the shared library's path.
+///
+/// # Errors
+/// When a tool is missing or fails, when the ports do not fit the contract, or
+/// when the cache cannot be written.
+pub fn build(
+    top: &str,
+    sources: &[SourceFile],
+    contract: &Contract,
+    cache: &Path,
+) -> Result<PathBuf, CosimError> {
+    let tools = Tools::find()?;
+    let header = ports::header(top, &Layout::of(contract));
+    let mut parts = vec![
+        tools.versions.as_str(),
+        BENCH,
+        &header,
+        top,
+        env!("CARGO_PKG_VERSION"),
+    ];
+    parts.extend(VERILATOR_FLAGS);
+    parts.extend(COMPILER_FLAGS);
+    for source in sources {
+        parts.extend([source.name.as_str(), source.text.as_str()]);
+    }
+    let runtime = runtime(&tools, cache)?;
+    let folder = once(
+        cache,
+        &format!("model-{}", hash(&parts)),
+        LIBRARY,
+        |folder| {
+            verilate(&tools, top, sources, contract, folder)?;
+            write(&folder.join(ports::HEADER), &header)?;
+            write(&folder.join("cosim.cpp"), BENCH)?;
+            link(&tools, folder, &runtime)
+        },
+    )?;
+    Ok(folder.join(LIBRARY))
+}
+
+/// Where builds are kept: `$GOLDTOF_CACHE_DIR`, or `goldtof` in the user's cache
+/// folder, or in the temporary folder where there is none.
+pub fn cache_dir() -> PathBuf {
+    let from = |name: &str| {
+        std::env::var_os(name)
+            .filter(|value| !value.is_empty())
+            .map(PathBuf::from)
+    };
+    from("GOLDTOF_CACHE_DIR")
+        .or_else(|| Some(from("XDG_CACHE_HOME")?.join("goldtof")))
+        .or_else(|| Some(from("HOME")?.join(".cache").join("goldtof")))
+        .unwrap_or_else(|| std::env::temp_dir().join("goldtof"))
+}
+
+/// Verilator's run-time library as object files: the same for every model, and
+/// most of the compiler's work.
+fn runtime(tools: &Tools, cache: &Path) -> Result<PathBuf, CosimError> {
+    let mut parts = vec![tools.versions.as_str(), "runtime"];
+    parts.extend(COMPILER_FLAGS);
+    once(
+        cache,
+        &format!("runtime-{}", hash(&parts)),
+        "runtime.o",
+        |folder| {
+            let sources = RUNTIME.iter().map(|name| tools.include.join(name));
+            let all: String = sources
+                .map(|path| format!("#include \"{}\"\n", path.display()))
+                .collect();
+            let unit = folder.join("runtime.cpp");
+            write(&unit, &all)?;
+            must_run(
+                tools
+                    .compiler()
+                    .args(COMPILER_FLAGS)
+                    .args(include_flags(tools))
+                    .arg("-c")
+                    .arg(&unit)
+                    .arg("-o")
+                    .arg(folder.join("runtime.o")),
+            )
+        },
+    )
+}
+
+fn verilate(
+    tools: &Tools,
+    top: &str,
+    sources: &[SourceFile],
+    contract: &Contract,
+    folder: &Path,
+) -> Result<(), CosimError> {
+    let rtl = folder.join("rtl");
+    fs::create_dir(&rtl).map_err(CosimError::file(&rtl))?;
+    let mut command = tools.verilator();
+    command
+        .args(VERILATOR_FLAGS)
+        .args(["--top-module", top, "--Mdir"])
+        .arg(folder)
+        .arg(format!("-I{}", rtl.display()));
+    for source in sources {
+        let path = rtl.join(&source.name);
+        write(&path, &source.text)?;
+        command.arg(path);
+    }
+    must_run(&mut command)?;
+    let header = folder.join(format!("V{top}.h"));
+    let text = fs::read_to_string(&header).map_err(CosimError::file(&header))?;
+    let differences = ports::differences(&contract.ports(), &ports::verilated_ports(&text));
+    if differences.is_empty() {
+        Ok(())
+    } else {
+        Err(CosimError::Ports {
+            top: top.to_owned(),
+            differences,
+        })
+    }
+}
+
+/// Compiles the model and the bench as one unit, so that the compiler sees
+/// through the calls between them.
+fn link(tools: &Tools, folder: &Path, runtime: &Path) -> Result<(), CosimError> {
+    let mut units: Vec<String> = fs::read_dir(folder)
+        .map_err(CosimError::file(folder))?
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+        .filter(|name| name.ends_with(".cpp"))
+        .collect();
+    units.sort();
+    let all: String = units
+        .iter()
+        .map(|name| format!("#include \"{name}\"\n"))
+        .collect();
+    let unit = folder.join("all.cc");
+    write(&unit, &all)?;
+    let library = folder.join(LIBRARY);
+    must_run(
+        tools
+            .compiler()
+            .args(COMPILER_FLAGS)
+            .arg("-I")
+            .arg(folder)
+            .args(include_flags(tools))
+            .arg("-shared")
+            .arg(&unit)
+            .arg(runtime.join("runtime.o"))
+            .arg("-o")
+            .arg(&library)
+            .arg("-pthread"),
+    )
+}
+
+fn include_flags(tools: &Tools) -> [String; 2] {
+    let include = tools.include.display();
+    [format!("-I{include}"), format!("-I{include}/vltstd")]
+}
+
+/// Finds the folder `name` of the cache, or makes it with `fill`. `product` is
+/// the file in it that counts; a digest beside it tells whether it is whole.
+fn once(
+    cache: &Path,
+    name: &str,
+    product: &str,
+    fill: impl FnOnce(&Path) -> Result<(), CosimError>,
+) -> Result<PathBuf, CosimError> {
+    let folder = cache.join(name);
+    if is_whole(&folder, product) {
+        return Ok(folder);
+    }
+    fs::create_dir_all(cache).map_err(CosimError::file(cache))?;
+    let lock_path = cache.join(format!("{name}.lock"));
+    let lock = File::create(&lock_path).map_err(CosimError::file(&lock_path))?;
+    lock.lock().map_err(CosimError::file(&lock_path))?;
+    // Another run may have built it while this one waited.
+    if is_whole(&folder, product) {
+        return Ok(folder);
+    }
+    if folder.exists() {
+        fs::remove_dir_all(&folder).map_err(CosimError::file(&folder))?;
+    }
+    let temporary = tempfile::Builder::new()
+        .prefix("building-")
+        .tempdir_in(cache)
+        .map_err(CosimError::file(cache))?;
+    fill(temporary.path())?;
+    let built = temporary.path().join(product);
+    let bytes = fs::read(&built).map_err(CosimError::file(&built))?;
+    write(&temporary.path().join(DIGEST), &digest(&bytes))?;
+    fs::rename(temporary.path(), &folder).map_err(CosimError::file(&folder))?;
+    Ok(folder)
+}
+
+fn is_whole(folder: &Path, product: &str) -> bool {
+    let expected = fs::read_to_string(folder.join(DIGEST));
+    let bytes = fs::read(folder.join(product));
+    matches!((expected, bytes), (Ok(expected), Ok(bytes)) if digest(&bytes) == expected)
+}
+
+fn write(path: &Path, text: &str) -> Result<(), CosimError> {
+    fs::write(path, text).map_err(CosimError::file(path))
+}
+
+/// Hash of several texts, such that no two lists of texts run together.
+fn hash(parts: &[&str]) -> String {
+    let mut hasher = Sha256::new();
+    for part in parts {
+        hasher.update((part.len() as u64).to_le_bytes());
+        hasher.update(part);
+    }
+    hex(&hasher.finalize())[..32].to_owned()
+}
+
+fn digest(bytes: &[u8]) -> String {
+    hex(&Sha256::digest(bytes))
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

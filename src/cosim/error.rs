@@ -1,0 +1,113 @@
+//! What can go wrong around a co-simulation.
+
+use std::path::PathBuf;
+
+/// A co-simulation that could not be done. A mismatch is not an error.
+#[derive(Debug, thiserror::Error)]
+pub enum CosimError {
+    /// An external tool is not there.
+    #[error("{tool} is missing ({program}: {reason}); install it with: {install}")]
+    MissingTool {
+        /// What it is.
+        tool: &'static str,
+        /// The program that could not be started.
+        program: String,
+        /// The system's answer.
+        reason: std::io::Error,
+        /// How to get it.
+        install: &'static str,
+    },
+    /// Verilator is there, but too old.
+    #[error(
+        "{program} is {found}; goldtof needs Verilator 5.000 or newer; install it with: {install}"
+    )]
+    OldVerilator {
+        /// The program that was asked.
+        program: String,
+        /// What it said.
+        found: String,
+        /// How to get it.
+        install: &'static str,
+    },
+    /// An external tool failed.
+    #[error("{command}\nended with {status}\n{output}")]
+    ToolFailed {
+        /// The command as it was run.
+        command: String,
+        /// Its exit status.
+        status: std::process::ExitStatus,
+        /// What it wrote to both its outputs.
+        output: String,
+    },
+    /// The user's Verilog does not have the scene's ports.
+    #[error(
+        "the ports of module {top} do not fit the scene:\n  {}\n(`goldtof emit` writes a \
+         manifest.json that lists them)",
+        differences.join("\n  ")
+    )]
+    Ports {
+        /// The top module.
+        top: String,
+        /// One sentence per difference.
+        differences: Vec<String>,
+    },
+    /// `--rtl` names a folder without Verilog.
+    #[error("{} holds no .v or .sv file; --rtl wants the folder of the Verilog to check", .0.display())]
+    NoVerilog(PathBuf),
+    /// `--rtl` names a folder whose manifest cannot be used.
+    #[error("{}: {reason}", path.display())]
+    Manifest {
+        /// The manifest.
+        path: PathBuf,
+        /// What is wrong and what would be right.
+        reason: String,
+    },
+    /// A file could not be read or written.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// The built model cannot be loaded.
+    #[error("{}: cannot load the verilated model: {source}", path.display())]
+    Load {
+        /// The shared library.
+        path: PathBuf,
+        /// The loader's answer.
+        source: libloading::Error,
+    },
+    /// The model could not be made.
+    #[error("the verilated model could not be made (out of memory, or its initial blocks failed)")]
+    NoModel,
+    /// The Verilog ended the simulation.
+    #[error("the Verilog ended the simulation in the block after clock {clock}: {reason}")]
+    Halted {
+        /// First clock of the block.
+        clock: u64,
+        /// `$finish`, `$stop` or `$fatal`, and where.
+        reason: String,
+    },
+    /// The hardware is not modelled.
+    #[error(transparent)]
+    Reference(#[from] crate::model::reference::ReferenceError),
+}
+
+impl CosimError {
+    /// An error of a file.
+    pub fn file(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> CosimError {
+        let path = path.into();
+        |source| CosimError::File { path, source }
+    }
+
+    /// Whether an external tool is to blame.
+    pub fn is_tool(&self) -> bool {
+        matches!(
+            self,
+            CosimError::MissingTool { .. }
+                | CosimError::OldVerilator { .. }
+                | CosimError::ToolFailed { .. }
+        )
+    }
+}

@@ -1,0 +1,271 @@
+//! Runs the verilated model and the reference model side by side.
+//!
+//! One thread makes stimulus and expectation and compares; the other does
+//! nothing but clock the verilated model. Blocks of clocks go round between
+//! them, so memory does not grow with the length of the run.
+
+use std::ops::Range;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use super::blocks::{Block, BlockMaker, Records};
+use super::error::CosimError;
+use super::stimulus::Stimulus;
+use super::verilated::Verilated;
+use crate::model::layout::Layout;
+use crate::model::reference::{Reference, StepResult};
+
+/// Blocks on their way: one being clocked, one waiting, one being made.
+const BLOCKS: usize = 3;
+/// Clocks that are kept on either side of a mismatch.
+const CONTEXT_CLOCKS: u64 = 1_000;
+
+/// The first difference.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mismatch {
+    /// Clock, counted from the start of the run; outputs are compared after its
+    /// rising edge.
+    pub clock: u64,
+    /// Index of the port in [`Layout::outputs`].
+    pub field: usize,
+    /// The reference model's value, least significant word first.
+    pub expected: Vec<u64>,
+    /// The Verilog's value.
+    pub got: Vec<u64>,
+}
+
+/// What came of a run.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// Clocks compared.
+    pub clocks: u64,
+    /// Of these, clocks at which some port differed. After the first the run
+    /// goes on only to the end of the block after it.
+    pub mismatches: u64,
+    /// The first of them.
+    pub first: Option<Mismatch>,
+    /// The clocks round the first mismatch, or the first clocks of the run.
+    pub records: Records,
+    /// Wall time of the run, without building or loading.
+    pub elapsed: Duration,
+}
+
+/// Both sides of a run.
+pub struct Lockstep<'a> {
+    /// The Verilog.
+    pub model: &'a mut Verilated,
+    /// The reference model.
+    pub reference: &'a mut Reference,
+    /// What drives both.
+    pub stimulus: &'a mut dyn Stimulus,
+    /// The records' layout.
+    pub layout: &'a Layout,
+    /// Samples per clock.
+    pub lanes: u32,
+}
+
+impl Lockstep<'_> {
+    /// Runs `clocks` clocks. `on_result` gets the result of every finished phase
+    /// step in order, `on_progress` the number of clocks compared so far.
+    ///
+    /// # Errors
+    /// When the Verilog ends the simulation by itself.
+    pub fn run(
+        self,
+        clocks: u64,
+        mut on_result: impl FnMut(StepResult),
+        mut on_progress: impl FnMut(u64),
+    ) -> Result<Outcome, CosimError> {
+        let started = Instant::now();
+        let mut maker = BlockMaker::new(
+            self.reference,
+            self.stimulus,
+            self.layout,
+            self.lanes,
+            clocks,
+        );
+        let mut judge = Judge::new(self.layout);
+        let model = self.model;
+        thread::scope(|scope| {
+            let (to_model, blocks) = sync_channel::<Block>(BLOCKS);
+            let (done, from_model) = sync_channel::<Block>(BLOCKS);
+            scope.spawn(move || clock_blocks(model, &blocks, &done));
+            let mut spare: Vec<Block> = (0..BLOCKS).map(|_| Block::default()).collect();
+            let mut under_way = 0;
+            loop {
+                while let Some(mut block) = spare.pop() {
+                    if !maker.make(&mut block) {
+                        break;
+                    }
+                    maker.take_finished().for_each(&mut on_result);
+                    if to_model.send(block).is_err() {
+                        break;
+                    }
+                    under_way += 1;
+                }
+                if under_way == 0 {
+                    break;
+                }
+                let Ok(block) = from_model.recv() else {
+                    break;
+                };
+                under_way -= 1;
+                if let Some(reason) = block.halted {
+                    return Err(CosimError::Halted {
+                        clock: block.clocks.start,
+                        reason,
+                    });
+                }
+                on_progress(block.clocks.end);
+                match judge.judge(block) {
+                    Verdict::GoOn(block) => spare.push(block),
+                    Verdict::Enough => break,
+                }
+            }
+            Ok(())
+        })?;
+        Ok(judge.outcome(started.elapsed()))
+    }
+}
+
+/// The other thread: clocks the model until no more blocks come.
+fn clock_blocks(model: &mut Verilated, blocks: &Receiver<Block>, done: &SyncSender<Block>) {
+    for mut block in blocks {
+        let records = &mut block.records;
+        block.halted = model.run(&records.inputs, &mut records.got).err();
+        if done.send(block).is_err() {
+            return;
+        }
+    }
+}
+
+enum Verdict {
+    GoOn(Block),
+    Enough,
+}
+
+/// Compares blocks, and keeps what surrounds the first difference.
+struct Judge<'a> {
+    layout: &'a Layout,
+    clocks: u64,
+    mismatches: u64,
+    first: Option<Mismatch>,
+    first_clocks: Option<Records>,
+    previous: Option<Records>,
+    context: Vec<Records>,
+}
+
+impl<'a> Judge<'a> {
+    fn new(layout: &'a Layout) -> Judge<'a> {
+        Judge {
+            layout,
+            clocks: 0,
+            mismatches: 0,
+            first: None,
+            first_clocks: None,
+            previous: None,
+            context: Vec::new(),
+        }
+    }
+
+    fn judge(&mut self, mut block: Block) -> Verdict {
+        self.clocks = block.clocks.end;
+        let known = self.first.is_some();
+        if block.records.expected != block.records.got {
+            self.find(&block.records);
+        }
+        if self.first_clocks.is_none() {
+            self.first_clocks = Some(block.records.clone());
+        }
+        if self.first.is_none() {
+            // The block's arrays change places with those of the one before
+            // it, so keeping it costs no copy.
+            let older = self.previous.replace(block.records);
+            block.records = older.unwrap_or_default();
+            return Verdict::GoOn(block);
+        }
+        self.context.extend(self.previous.take());
+        self.context.push(block.records);
+        if known {
+            Verdict::Enough
+        } else {
+            Verdict::GoOn(Block::default())
+        }
+    }
+
+    fn find(&mut self, records: &Records) {
+        let words = self.layout.outputs.words;
+        let pairs = records
+            .expected
+            .chunks_exact(words)
+            .zip(records.got.chunks_exact(words));
+        for (i, (expected, got)) in pairs.enumerate() {
+            if expected == got {
+                continue;
+            }
+            self.mismatches += 1;
+            if self.first.is_some() {
+                continue;
+            }
+            let fields = &self.layout.outputs.fields;
+            self.first = fields
+                .iter()
+                .position(|field| field.read(expected) != field.read(got))
+                .map(|field| Mismatch {
+                    clock: records.first_clock + i as u64,
+                    field,
+                    expected: fields[field].read(expected),
+                    got: fields[field].read(got),
+                });
+        }
+    }
+
+    fn outcome(self, elapsed: Duration) -> Outcome {
+        let window = match &self.first {
+            Some(first) => first.clock.saturating_sub(CONTEXT_CLOCKS)..first.clock + CONTEXT_CLOCKS,
+            None => 0..4 * CONTEXT_CLOCKS,
+        };
+        let sources = if self.first.is_some() {
+            self.context
+        } else {
+            self.first_clocks.into_iter().collect()
+        };
+        Outcome {
+            clocks: self.clocks,
+            mismatches: self.mismatches,
+            first: self.first,
+            records: cut(&sources, window, self.layout),
+            elapsed,
+        }
+    }
+}
+
+/// The part of successive records that lies in a window of clocks.
+fn cut(sources: &[Records], window: Range<u64>, layout: &Layout) -> Records {
+    let mut cut = Records {
+        first_clock: u64::MAX,
+        ..Records::default()
+    };
+    for records in sources {
+        let count = (records.got.len() / layout.outputs.words) as u64;
+        let end = records.first_clock + count;
+        let from = window.start.clamp(records.first_clock, end);
+        let to = window.end.clamp(records.first_clock, end);
+        if from == to {
+            continue;
+        }
+        cut.first_clock = cut.first_clock.min(from);
+        let part = |words: usize| {
+            (from - records.first_clock) as usize * words
+                ..(to - records.first_clock) as usize * words
+        };
+        cut.inputs
+            .extend_from_slice(&records.inputs[part(layout.inputs.words)]);
+        cut.expected
+            .extend_from_slice(&records.expected[part(layout.outputs.words)]);
+        cut.got
+            .extend_from_slice(&records.got[part(layout.outputs.words)]);
+    }
+    cut
+}

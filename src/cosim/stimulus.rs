@@ -1,0 +1,61 @@
+//! What drives both sides of a co-simulation.
+
+use std::ops::Range;
+
+use crate::model::contract::Contract;
+use crate::model::reference::Surroundings;
+use crate::optics::Pulse;
+
+/// Clocks of reset at the start of every run.
+pub const RESET_CLOCKS: u64 = 4;
+
+/// The inputs of a block of clocks.
+#[derive(Debug, Clone, Default)]
+pub struct Drive {
+    /// Reset and the result consumer.
+    pub surroundings: Surroundings,
+    /// Pulses whose first sample lies in the block, in order; clock t holds
+    /// samples t S .. (t + 1) S.
+    pub pulses: Vec<Pulse>,
+}
+
+impl Drive {
+    /// Empties it for the next block, keeping its memory.
+    pub fn start(&mut self, clocks: Range<u64>) {
+        self.surroundings.clocks = clocks;
+        self.surroundings.resets.clear();
+        self.surroundings.stalls.clear();
+        self.pulses.clear();
+    }
+}
+
+/// A source of inputs, asked for blocks that follow one another.
+pub trait Stimulus {
+    /// Fills in the inputs of the block that `drive` was started with.
+    fn drive(&mut self, drive: &mut Drive);
+}
+
+/// First sample of cycle 0 when reset ends at clock `released`: the word of a
+/// cycle is presented one clock after its chip shows on `o_laser`.
+pub fn first_sample(contract: &Contract, released: u64) -> u64 {
+    (released + 1) * u64::from(contract.lanes)
+}
+
+/// First cycle of the `scan`-th scan after reset.
+pub fn scan_start(contract: &Contract, scan: u64) -> u64 {
+    let cycles = contract.scan.steps * contract.scan.integration_chips;
+    let spacing = if contract.realigns() {
+        cycles.next_multiple_of(contract.reference_codes[0].len())
+    } else {
+        cycles
+    };
+    scan * spacing
+}
+
+/// Clocks from the start of the run until the last result of the first `scans`
+/// scans has been on the stream for a clock.
+pub fn clocks_for_scans(contract: &Contract, scans: u64) -> u64 {
+    let cycles = contract.scan.steps * contract.scan.integration_chips;
+    let last_word = RESET_CLOCKS + scan_start(contract, scans - 1) + cycles;
+    last_word + u64::from(contract.result_latency_clocks) + 2
+}

@@ -1,0 +1,35 @@
+//! The constant part of a measured delay that is not light.
+
+use crate::scene::Scene;
+
+/// How detections are turned into counts; each way has its own offset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CountingTier {
+    /// The article's continuous-time counter, with its edge delays.
+    Events,
+    /// The hardware's: a detection counts at the first sample at or after its
+    /// registered time, with the reference of that sample.
+    Sampled,
+}
+
+/// What the correlation's peak stands later than the light's delay, in ps.
+///
+/// `Events`: the detection comes `delay` late, and the reference's edges come
+/// (rising + falling) / 2 late on average, which makes the detection look that
+/// much earlier: delay - (rising + falling) / 2.
+///
+/// `Sampled`: delay + T_s. Sample s stands for the registered times in
+/// ((s - 1) T_s, s T_s], so that a detection is seen T_s / 2 late on average;
+/// and the reference at sample s is that of the instant s T_s, the *first* of
+/// the T_s that it holds for, which is another T_s / 2.
+pub fn calibration_offset_ps(scene: &Scene, detector: usize, tier: CountingTier) -> f64 {
+    let spad = &scene.detectors[detector];
+    match tier {
+        CountingTier::Events => {
+            spad.delay_ps - 0.5 * (spad.counter.rising_delay_ps + spad.counter.falling_delay_ps)
+        }
+        CountingTier::Sampled => {
+            spad.delay_ps + scene.chip_period_ps / f64::from(scene.samples_per_chip)
+        }
+    }
+}

@@ -1,0 +1,345 @@
+//! Coarse peak and fine phase (eqs. 15 to 17, in their working form).
+
+use std::f64::consts::PI;
+
+use rustfft::num_complex::Complex64;
+
+use super::distance_m;
+use crate::scene::{Scan, Scene};
+
+/// The counts of one scan.
+#[derive(Debug, Clone, Copy)]
+pub struct Measurement<'a> {
+    /// r of phase step number j of the scan, `scan.steps` of them.
+    pub counts: &'a [i64],
+    /// Which phase steps they are.
+    pub scan: Scan,
+    /// Samples per chip, S.
+    pub samples_per_chip: u32,
+    /// Chip period T_c.
+    pub chip_period_ps: f64,
+}
+
+impl<'a> Measurement<'a> {
+    /// The counts of a scene's scan.
+    pub fn new(scene: &Scene, counts: &'a [i64]) -> Measurement<'a> {
+        Measurement {
+            counts,
+            scan: scene.scan,
+            samples_per_chip: scene.samples_per_chip,
+            chip_period_ps: scene.chip_period_ps,
+        }
+    }
+}
+
+/// A measured time of flight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// Time of flight, folded into 0 .. code period.
+    pub delay_ps: f64,
+    /// Half the optical path.
+    pub distance_m: f64,
+    /// The phase step k of the largest count.
+    pub coarse_step: u64,
+    /// Why there is no fine estimate; `None` if there is one.
+    pub coarse_only: Option<CoarseOnly>,
+}
+
+impl Estimate {
+    /// Whether the phase has refined the coarse step.
+    pub fn is_fine(&self) -> bool {
+        self.coarse_only.is_none()
+    }
+}
+
+/// Why an estimate is only as fine as a phase step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum CoarseOnly {
+    /// S = 1: two samples on the triangle's base give no phase.
+    #[error(
+        "with one sample per chip the triangle has two samples, which give no phase: \
+         use samples_per_chip = 2 or more"
+    )]
+    OneSamplePerChip,
+    /// The peak is too near the rim of the scan.
+    #[error(
+        "the peak at step {peak} of the scan is too near its rim: the phase needs {before} steps \
+         before it and {after} after it, the scan has {steps}"
+    )]
+    PeakAtRim {
+        /// Number of the peak's step in the scan.
+        peak: u64,
+        /// Steps needed before it, S.
+        before: u64,
+        /// Steps needed after it, S - 1.
+        after: u64,
+        /// Steps of the scan.
+        steps: u64,
+    },
+    /// A code of a single chip: the window is longer than the code period.
+    #[error("the code period has fewer than {needed} phase steps")]
+    PeriodTooShort {
+        /// Steps of the window, 2 S.
+        needed: u64,
+    },
+    /// The fundamental vanishes in the window.
+    #[error("the counts round the peak have no fundamental")]
+    NoFundamental,
+}
+
+/// Why there is no estimate at all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum NoEstimate {
+    /// All counts are equal (all zero, if nothing was detected).
+    #[error("every phase step counted {count}: the correlation has no peak")]
+    Flat {
+        /// The count of every step.
+        count: i64,
+    },
+}
+
+/// Estimates the time of flight.
+///
+/// Coarse: the largest count over the scan, the first of equals. Fine: with the
+/// window i = -S..S-1 round it, which is one base of the triangle,
+/// phi = arg(sum of r\[k + i\] exp(-j pi i / S)) and t = k T_s - phi / pi T_c.
+/// `calibration_offset_ps` is subtracted from t.
+///
+/// # Panics
+/// If there are not `scan.steps` counts.
+pub fn estimate(
+    measurement: &Measurement,
+    calibration_offset_ps: f64,
+) -> Result<Estimate, NoEstimate> {
+    let counts = measurement.counts;
+    if let Some(&first) = counts.first()
+        && counts.iter().all(|&count| count == first)
+    {
+        return Err(NoEstimate::Flat { count: first });
+    }
+    let values: Vec<f64> = counts.iter().map(|&count| count as f64).collect();
+    Ok(estimate_values(&values, measurement, calibration_offset_ps))
+}
+
+/// The same for values that need not be whole, such as expected counts.
+pub(super) fn estimate_values(
+    values: &[f64],
+    measurement: &Measurement,
+    calibration_offset_ps: f64,
+) -> Estimate {
+    let scan = &measurement.scan;
+    assert_eq!(values.len() as u64, scan.steps, "one count per phase step");
+    let peak = first_maximum(values);
+    let coarse_step = scan.step(peak as u64);
+
+    let chip_ps = measurement.chip_period_ps;
+    let step_ps = chip_ps / f64::from(measurement.samples_per_chip);
+    let coarse_ps = coarse_step as f64 * step_ps;
+    let (fine_ps, coarse_only) = match fundamental(values, peak, measurement) {
+        Ok(fundamental) => (-fundamental.arg() / PI * chip_ps, None),
+        Err(reason) => (0.0, Some(reason)),
+    };
+    let code_period_ps = scan.steps_per_period as f64 * step_ps;
+    let delay_ps = (coarse_ps + fine_ps - calibration_offset_ps).rem_euclid(code_period_ps);
+    Estimate {
+        delay_ps,
+        distance_m: distance_m(delay_ps),
+        coarse_step,
+        coarse_only,
+    }
+}
+
+/// Index of the largest value, the first of equals.
+pub(super) fn first_maximum(values: &[f64]) -> usize {
+    let mut peak = 0;
+    for (index, &value) in values.iter().enumerate() {
+        if value > values[peak] {
+            peak = index;
+        }
+    }
+    peak
+}
+
+/// Sum of values\[peak + i\] exp(-j pi i / S) over i = -S..S-1.
+pub(super) fn fundamental(
+    values: &[f64],
+    peak: usize,
+    measurement: &Measurement,
+) -> Result<Complex64, CoarseOnly> {
+    let window = window_indices(peak, measurement)?;
+    let samples_per_chip = f64::from(measurement.samples_per_chip);
+    let mut sum = Complex64::ZERO;
+    let mut magnitude = 0.0;
+    for (offset, index) in window {
+        let value = values[index];
+        sum += Complex64::from_polar(value, -PI * offset as f64 / samples_per_chip);
+        magnitude += value.abs();
+    }
+    // Equal counts leave rounding errors only.
+    if sum.norm() <= 1e-12 * magnitude {
+        return Err(CoarseOnly::NoFundamental);
+    }
+    Ok(sum)
+}
+
+/// Offsets -S..S-1 from the peak, with their indices in the scan.
+pub(super) fn window_indices(
+    peak: usize,
+    measurement: &Measurement,
+) -> Result<impl Iterator<Item = (i64, usize)> + use<>, CoarseOnly> {
+    let half = i64::from(measurement.samples_per_chip);
+    let steps = measurement.scan.steps as i64;
+    let peak = peak as i64;
+    if half == 1 {
+        return Err(CoarseOnly::OneSamplePerChip);
+    }
+    if measurement.scan.is_full() {
+        if steps < 2 * half {
+            return Err(CoarseOnly::PeriodTooShort {
+                needed: 2 * half as u64,
+            });
+        }
+    } else if peak < half || peak + half > steps {
+        return Err(CoarseOnly::PeakAtRim {
+            peak: peak as u64,
+            before: half as u64,
+            after: half as u64 - 1,
+            steps: steps as u64,
+        });
+    }
+    Ok((-half..half).map(move |offset| (offset, (peak + offset).rem_euclid(steps) as usize)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CHIP_PS: f64 = 8000.0;
+
+    fn scan(first_step: u64, steps: u64, steps_per_period: u64) -> Scan {
+        Scan {
+            first_step,
+            steps,
+            steps_per_period,
+            integration_chips: 1,
+            requested_integration_ps: CHIP_PS,
+        }
+    }
+
+    /// Triangle of base 2 T_c round `delay_ps`, scaled to whole counts.
+    fn triangle(delay_ps: f64, scan: &Scan, samples_per_chip: u32) -> Vec<i64> {
+        let step_ps = CHIP_PS / f64::from(samples_per_chip);
+        let period_ps = scan.steps_per_period as f64 * step_ps;
+        (0..scan.steps)
+            .map(|j| {
+                let lag = scan.step(j) as f64 * step_ps - delay_ps;
+                let lag = (lag - (lag / period_ps).round() * period_ps).abs();
+                (1e9 * (1.0 - lag / CHIP_PS).max(0.0)).round() as i64
+            })
+            .collect()
+    }
+
+    fn run(counts: &[i64], scan: Scan, samples_per_chip: u32, offset_ps: f64) -> Estimate {
+        let measurement = Measurement {
+            counts,
+            scan,
+            samples_per_chip,
+            chip_period_ps: CHIP_PS,
+        };
+        estimate(&measurement, offset_ps).expect("there is a peak")
+    }
+
+    #[test]
+    fn a_triangle_on_the_grid_is_found_exactly_all_round_the_period() {
+        let scan = scan(0, 56, 56);
+        for k in 0..56 {
+            let delay_ps = f64::from(k) * 1000.0;
+            let found = run(&triangle(delay_ps, &scan, 8), scan, 8, 0.0);
+            let error = super::super::delay_error_ps(found.delay_ps, delay_ps, 56_000.0);
+            assert!(error.abs() < 1e-3, "{k}: {error}");
+            assert!(found.is_fine());
+            assert_eq!(found.coarse_step, k as u64);
+        }
+    }
+
+    #[test]
+    fn between_steps_only_the_circular_error_of_about_a_millimetre_is_left() {
+        let scan = scan(0, 56, 56);
+        for tenth in 0..100 {
+            let delay_ps = 20_000.0 + f64::from(tenth) * 10.0;
+            let found = run(&triangle(delay_ps, &scan, 8), scan, 8, 0.0);
+            let error_m = found.distance_m - distance_m(delay_ps);
+            assert!(error_m.abs() < 1.5e-3, "{delay_ps}: {error_m}");
+        }
+    }
+
+    #[test]
+    fn the_offset_is_subtracted_and_the_delay_folded() {
+        let scan = scan(0, 56, 56);
+        let found = run(&triangle(1000.0, &scan, 8), scan, 8, 1750.0);
+        assert!((found.delay_ps - (56_000.0 - 750.0)).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_window_scan_may_wrap_round_the_period() {
+        let scan = scan(40, 32, 56);
+        let found = run(&triangle(0.0, &scan, 8), scan, 8, 0.0);
+        assert_eq!(found.coarse_step, 0);
+        assert!(found.is_fine());
+        assert!(super::super::delay_error_ps(found.delay_ps, 0.0, 56_000.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_peak_at_the_rim_of_a_window_scan_gives_a_coarse_estimate() {
+        for (first_step, fits) in [(12, true), (13, false), (5, true), (4, false)] {
+            let scan = scan(first_step, 23, 56);
+            let found = run(&triangle(20_000.0, &scan, 8), scan, 8, 0.0);
+            assert_eq!(found.is_fine(), fits, "first step {first_step}");
+            assert_eq!(found.coarse_step, 20);
+            if !fits {
+                assert_eq!(found.delay_ps, 20_000.0);
+                assert_eq!(
+                    found.coarse_only,
+                    Some(CoarseOnly::PeakAtRim {
+                        peak: 20 - first_step,
+                        before: 8,
+                        after: 7,
+                        steps: 23
+                    })
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn one_sample_per_chip_gives_a_coarse_estimate() {
+        let scan = scan(0, 7, 7);
+        let found = run(&triangle(24_000.0, &scan, 1), scan, 1, 0.0);
+        assert_eq!(found.coarse_only, Some(CoarseOnly::OneSamplePerChip));
+        assert_eq!(found.delay_ps, 24_000.0);
+    }
+
+    #[test]
+    fn equal_counts_give_no_estimate_and_equal_peaks_the_first() {
+        fn measurement(counts: &[i64]) -> Measurement<'_> {
+            Measurement {
+                counts,
+                scan: scan(0, 14, 14),
+                samples_per_chip: 2,
+                chip_period_ps: CHIP_PS,
+            }
+        }
+        for count in [0, -7] {
+            let counts = [count; 14];
+            assert_eq!(
+                estimate(&measurement(&counts), 0.0),
+                Err(NoEstimate::Flat { count })
+            );
+        }
+        let mut counts = [0; 14];
+        counts[3] = 5;
+        counts[9] = 5;
+        let found = estimate(&measurement(&counts), 0.0).expect("there is a peak");
+        assert_eq!(found.coarse_step, 3);
+    }
+}

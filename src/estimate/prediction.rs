@@ -1,0 +1,88 @@
+//! What the phase estimator will say on average, and how much it will scatter.
+
+use std::f64::consts::PI;
+
+use super::phase::{
+    CoarseOnly, Estimate, Measurement, estimate_values, first_maximum, fundamental, window_indices,
+};
+use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m};
+use crate::optics::{DetectorModel, MeanResponse, MeanResponseError};
+use crate::scene::Scene;
+
+/// The estimate that the expected counts of the sampled correlator give.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prediction {
+    /// Estimated less true distance, in metres: dead-time walk, circular error,
+    /// interference and other paths together.
+    pub bias_m: f64,
+    /// Standard deviation of one scan's estimate, in metres, as long as the
+    /// coarse stage finds this peak.
+    pub std_m: f64,
+    /// The estimate itself.
+    pub estimate: Estimate,
+    /// Mean detection rate.
+    pub detection_rate_hz: f64,
+}
+
+/// Why there is no prediction.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum PredictionError {
+    /// The mean response cannot be had.
+    #[error(transparent)]
+    MeanResponse(#[from] MeanResponseError),
+    /// The expected counts have no peak.
+    #[error("the expected counts have no peak: nothing modulated reaches the detector")]
+    Flat,
+    /// The estimate would be as coarse as a phase step.
+    #[error("only a coarse estimate is possible: {0}")]
+    CoarseOnly(#[from] CoarseOnly),
+}
+
+/// Predicts the phase estimator's bias against path `path`, and its standard
+/// deviation, for the sampled tier (without jitter: see
+/// [`MeanResponse`]).
+///
+/// The standard deviation comes from the phase's linearisation: with Z the
+/// fundamental and v_i the variance of the count at offset i, Var phi is the sum
+/// of v_i sin^2(pi i / S + phi) over |Z|^2, because steps are independent.
+///
+/// # Panics
+/// If the scene has no such detector or path.
+pub fn predict(scene: &Scene, detector: usize, path: usize) -> Result<Prediction, PredictionError> {
+    let model = DetectorModel::new(scene, detector);
+    let response = MeanResponse::new(&model)?;
+    let expected: Vec<f64> = (0..scene.scan.steps)
+        .map(|step| response.expected_count(step))
+        .collect();
+    let smallest = expected.iter().copied().fold(f64::INFINITY, f64::min);
+    let peak = first_maximum(&expected);
+    // Equal up to rounding: the sums run over thousands of chips.
+    if expected[peak] - smallest <= 1e-9 * expected[peak].abs() {
+        return Err(PredictionError::Flat);
+    }
+
+    let measurement = Measurement::new(scene, &[]);
+    let fundamental = fundamental(&expected, peak, &measurement)?;
+    let mut phase_variance = 0.0;
+    for (offset, index) in window_indices(peak, &measurement)? {
+        let angle = PI * offset as f64 / f64::from(scene.samples_per_chip) + fundamental.arg();
+        phase_variance += response.count_variance(index as u64) * angle.sin().powi(2);
+    }
+    let phase_std = phase_variance.sqrt() / fundamental.norm();
+
+    let offset_ps = calibration_offset_ps(scene, detector, CountingTier::Sampled);
+    let estimate = estimate_values(&expected, &measurement, offset_ps);
+    let code_period_ps = scene.scan.steps_per_period as f64 * scene.chip_period_ps
+        / f64::from(scene.samples_per_chip);
+    let true_delay_ps = scene.paths[path].delay_ps;
+    Ok(Prediction {
+        bias_m: distance_m(delay_error_ps(
+            estimate.delay_ps,
+            true_delay_ps,
+            code_period_ps,
+        )),
+        std_m: distance_m(phase_std / PI * scene.chip_period_ps),
+        estimate,
+        detection_rate_hz: response.detection_rate_hz(),
+    })
+}

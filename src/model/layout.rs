@@ -1,0 +1,140 @@
+//! Where each port lies in the words that cross between Rust and the model.
+//!
+//! One clock's inputs, and one clock's outputs, are a record of 64-bit words.
+//! Ports follow one another in the contract's order from bit 0 of word 0; one
+//! that does not fit into the rest of a word starts the next, and one wider than
+//! a word takes whole words.
+
+use super::contract::{Contract, Direction, Port};
+
+/// Place of one port in a record.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Field {
+    /// The port.
+    pub port: Port,
+    /// Word of its bit 0.
+    pub word: usize,
+    /// Bit of its bit 0 in that word.
+    pub shift: u32,
+}
+
+impl Field {
+    /// The port's value in a record, most significant word last.
+    pub fn read(&self, record: &[u64]) -> Vec<u64> {
+        if self.port.width <= 64 {
+            return vec![(record[self.word] >> self.shift) & mask(self.port.width)];
+        }
+        let words = self.port.width.div_ceil(64) as usize;
+        record[self.word..self.word + words].to_vec()
+    }
+}
+
+/// The fields of one direction.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Record {
+    /// Ports in the contract's order; the clock is not among them.
+    pub fields: Vec<Field>,
+    /// Words per clock, at least 1.
+    pub words: usize,
+}
+
+impl Record {
+    fn pack(ports: impl Iterator<Item = Port>) -> Record {
+        let mut fields = Vec::new();
+        let (mut word, mut shift) = (0, 0);
+        for port in ports {
+            if shift > 0 && shift + port.width > 64 {
+                word += 1;
+                shift = 0;
+            }
+            let width = port.width;
+            fields.push(Field { port, word, shift });
+            if width > 64 {
+                word += width.div_ceil(64) as usize;
+            } else {
+                shift += width;
+            }
+        }
+        Record {
+            fields,
+            words: (word + usize::from(shift > 0)).max(1),
+        }
+    }
+
+    /// The field of a port that the contract is known to have.
+    ///
+    /// # Panics
+    /// When there is no such port: a mistake of the caller, not of the user.
+    pub fn field(&self, name: &str) -> &Field {
+        self.fields
+            .iter()
+            .find(|field| field.port.name == name)
+            .unwrap_or_else(|| panic!("the contract has no port {name}"))
+    }
+}
+
+/// Input and output records of a contract.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Layout {
+    /// All inputs but the clock.
+    pub inputs: Record,
+    /// All outputs.
+    pub outputs: Record,
+}
+
+impl Layout {
+    /// Name of the clock port, which every clock toggles once.
+    pub const CLOCK: &'static str = "i_clk";
+
+    /// Lays out a contract's ports.
+    pub fn of(contract: &Contract) -> Layout {
+        let of = |direction| {
+            Record::pack(
+                contract
+                    .ports()
+                    .into_iter()
+                    .filter(move |port| port.direction == direction && port.name != Self::CLOCK),
+            )
+        };
+        Layout {
+            inputs: of(Direction::Input),
+            outputs: of(Direction::Output),
+        }
+    }
+}
+
+/// The `width` lowest bits.
+pub fn mask(width: u32) -> u64 {
+    if width >= 64 {
+        u64::MAX
+    } else {
+        (1 << width) - 1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn port(width: u32) -> Port {
+        Port {
+            name: format!("p{width}"),
+            direction: Direction::Input,
+            width,
+        }
+    }
+
+    #[test]
+    fn a_port_never_straddles_a_word_unless_it_is_wider_than_one() {
+        let record = Record::pack([60, 4, 2, 63, 130, 1].into_iter().map(port));
+        let places: Vec<_> = record.fields.iter().map(|f| (f.word, f.shift)).collect();
+        assert_eq!(places, [(0, 0), (0, 60), (1, 0), (2, 0), (3, 0), (6, 0)]);
+        assert_eq!(record.words, 7);
+    }
+
+    #[test]
+    fn a_field_reads_back_what_was_put_in_its_place() {
+        let record = Record::pack([3, 5].into_iter().map(port));
+        assert_eq!(record.fields[1].read(&[0b10110_010]), [0b10110]);
+    }
+}

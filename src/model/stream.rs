@@ -1,0 +1,180 @@
+//! The result stream: when a count shows, when it is taken, what is lost.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use super::contract::Contract;
+use super::layout::{Layout, mask};
+
+/// The AXI4-Stream of results and its sticky flags.
+#[derive(Debug, Clone)]
+pub(super) struct ResultStream {
+    fields: StreamFields,
+    words: usize,
+    arriving: VecDeque<Arrival>,
+    axis: AxisState,
+}
+
+/// Places of the result ports; each is (word, shift).
+#[derive(Debug, Clone, Copy)]
+struct StreamFields {
+    tdata: (usize, u32),
+    tdata_bits: u32,
+    tvalid: (usize, u32),
+    tlast: (usize, u32),
+    overrun: (usize, u32),
+    saturated: Option<(usize, u32)>,
+}
+
+/// A result on its way through the pipeline.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Arrival {
+    /// Clock after whose rising edge it shows.
+    pub(super) clock: u64,
+    pub(super) count: i64,
+    pub(super) saturated: bool,
+    pub(super) last: bool,
+}
+
+/// The result stream's registers.
+#[derive(Debug, Clone, Copy, Default)]
+struct AxisState {
+    data: i64,
+    valid: bool,
+    last: bool,
+    overrun: bool,
+    saturated: bool,
+}
+
+impl ResultStream {
+    /// An empty stream.
+    pub(super) fn new(contract: &Contract, layout: &Layout) -> ResultStream {
+        let place = |name| {
+            let field = layout.outputs.field(name);
+            (field.word, field.shift)
+        };
+        ResultStream {
+            fields: StreamFields {
+                tdata: place("m_axis_tdata"),
+                tdata_bits: contract.tdata_bits,
+                tvalid: place("m_axis_tvalid"),
+                tlast: place("m_axis_tlast"),
+                overrun: place("o_overrun"),
+                saturated: contract.saturates().then(|| place("o_saturated")),
+            },
+            words: layout.outputs.words,
+            arriving: VecDeque::new(),
+            axis: AxisState::default(),
+        }
+    }
+
+    /// Empties it, as reset does.
+    pub(super) fn reset(&mut self) {
+        self.arriving.clear();
+        self.axis = AxisState::default();
+    }
+
+    /// Sends a result on its way; results arrive in the order of these calls.
+    pub(super) fn push(&mut self, arrival: Arrival) {
+        self.arriving.push_back(arrival);
+    }
+
+    /// ORs the stream's ports into the records of a stretch of clocks without
+    /// reset. `stalls` are the clocks at which `m_axis_tready` is low.
+    pub(super) fn predict(
+        &mut self,
+        clocks: Range<u64>,
+        stalls: &[Range<u64>],
+        expected: &mut [u64],
+    ) {
+        let mut ready = Ready::new(stalls);
+        // Clocks before `filled` carry their result ports already; `next` is
+        // the next clock at which something may happen.
+        let (mut filled, mut next) = (clocks.start, clocks.start);
+        while next < clocks.end {
+            let arrival = self.arriving.front().map_or(u64::MAX, |a| a.clock);
+            let taken = if self.axis.valid {
+                ready.first_from(next)
+            } else {
+                u64::MAX
+            };
+            let event = arrival.min(taken);
+            if event >= clocks.end {
+                break;
+            }
+            self.fill(clocks.start, filled..event, expected);
+            filled = event;
+            next = event + 1;
+            if arrival > event {
+                self.axis.valid = false;
+                continue;
+            }
+            let Some(result) = self.arriving.pop_front() else {
+                break;
+            };
+            self.axis.saturated |= result.saturated;
+            if self.axis.valid && taken != event {
+                self.axis.overrun = true;
+            } else {
+                self.axis.valid = true;
+                self.axis.data = result.count;
+                self.axis.last = result.last;
+            }
+        }
+        self.fill(clocks.start, filled..clocks.end, expected);
+    }
+
+    /// ORs the result ports' present values into a range of clocks.
+    fn fill(&self, first_clock: u64, clocks: Range<u64>, expected: &mut [u64]) {
+        let (axis, fields) = (&self.axis, &self.fields);
+        let mut or = |(word, shift): (usize, u32), value: u64| {
+            if value == 0 {
+                return;
+            }
+            let from = (clocks.start - first_clock) as usize * self.words;
+            let to = (clocks.end - first_clock) as usize * self.words;
+            let bits = value << shift;
+            if self.words == 1 {
+                expected[from..to].iter_mut().for_each(|w| *w |= bits);
+            } else {
+                expected[from..to]
+                    .chunks_exact_mut(self.words)
+                    .for_each(|record| record[word] |= bits);
+            }
+        };
+        or(fields.tdata, axis.data as u64 & mask(fields.tdata_bits));
+        or(fields.tvalid, u64::from(axis.valid));
+        or(fields.tlast, u64::from(axis.last));
+        or(fields.overrun, u64::from(axis.overrun));
+        if let Some(saturated) = fields.saturated {
+            or(saturated, u64::from(axis.saturated));
+        }
+    }
+}
+
+/// When `m_axis_tready` is high.
+struct Ready<'a> {
+    stalls: &'a [Range<u64>],
+}
+
+impl<'a> Ready<'a> {
+    fn new(stalls: &'a [Range<u64>]) -> Ready<'a> {
+        Ready { stalls }
+    }
+
+    /// First clock from `clock` on at which it is high. Calls ask for clocks in
+    /// order.
+    fn first_from(&mut self, clock: u64) -> u64 {
+        while let Some((_, rest)) = self.stalls.split_first().filter(|(s, _)| s.end <= clock) {
+            self.stalls = rest;
+        }
+        let mut first = clock;
+        for stall in self.stalls {
+            if stall.start > first {
+                break;
+            }
+            first = first.max(stall.end);
+        }
+        first
+    }
+}

@@ -1,0 +1,165 @@
+//! What one detector sees of a scene, in chips.
+
+use std::sync::Arc;
+
+use super::afterpulsing::Afterpulsing;
+use super::light::{ExcessLight, LightRates};
+use super::random::StreamKey;
+use super::step::StepDetections;
+use crate::code::Code;
+use crate::scene::{CounterTiming, Scan, Scene};
+
+/// The ready-made numbers behind every phase step of one detector.
+///
+/// Light is split into the *excess* on-light of each path and one constant
+/// process that holds everything else: off-light, background, dark counts.
+/// Parts with a neutral parameter do not exist here, and draw nothing.
+#[derive(Debug, Clone)]
+pub struct DetectorModel {
+    pub(super) index: usize,
+    pub(super) scan: Scan,
+    pub(super) samples_per_chip: u32,
+    pub(super) reference: Arc<Code>,
+    /// Excess on-light, one entry per path that has any.
+    pub(super) excess: Vec<ExcessLight>,
+    /// Rate of the constant light per chip.
+    pub(super) constant_per_chip: f64,
+    pub(super) dead_time_chips: f64,
+    pub(super) afterpulsing: Option<Afterpulsing>,
+    pub(super) delay_chips: f64,
+    /// Standard deviation of all jitters together; `None` if zero.
+    pub(super) jitter_chips: Option<f64>,
+    pub(super) pulse_width_chips: f64,
+    pub(super) counter: CounterTiming,
+    pub(super) chip_period_ps: f64,
+    pub(super) warm_up_chips: i64,
+    /// Chips from the start of one scan to the start of the next.
+    scan_pitch_chips: u128,
+}
+
+/// Jitter is cut at this many standard deviations (probability 1.5e-23), so
+/// that the reorder buffer is bounded.
+pub(super) const JITTER_BOUND_SIGMAS: f64 = 10.0;
+
+impl DetectorModel {
+    /// The model of detector `detector` (an index into the scene's detectors).
+    ///
+    /// # Panics
+    /// If the scene has no such detector.
+    pub fn new(scene: &Scene, detector: usize) -> DetectorModel {
+        let spad = &scene.detectors[detector];
+        let chips = |ps: f64| ps / scene.chip_period_ps;
+        let per_chip = |hz: f64| hz * scene.chip_period_ps * 1e-12;
+
+        let mut excess = Vec::new();
+        let mut constant_hz =
+            spad.background_rate_cps * spad.photon_detection_probability + spad.dark_count_rate_cps;
+        for (index, path) in scene.paths.iter().enumerate() {
+            if path.detector != detector {
+                continue;
+            }
+            let source = &scene.sources[path.source];
+            let rates = LightRates::of(source, path, spad);
+            constant_hz += rates.off_hz;
+            excess.extend(ExcessLight::new(
+                index,
+                rates,
+                &source.code,
+                path.delay_ps,
+                scene.chip_period_ps,
+            ));
+        }
+
+        let reference = scene.sources[spad.reference].code.clone();
+        let jitter_ps = spad.jitter_ps.iter().map(|s| s * s).sum::<f64>().sqrt();
+        let mut model = DetectorModel {
+            index: detector,
+            scan: scene.scan,
+            samples_per_chip: scene.samples_per_chip,
+            excess,
+            constant_per_chip: per_chip(constant_hz),
+            dead_time_chips: chips(spad.dead_time_ps),
+            afterpulsing: Afterpulsing::new(
+                spad.afterpulsing_probability,
+                chips(spad.afterpulsing_time_constant_ps),
+            ),
+            delay_chips: chips(spad.delay_ps),
+            jitter_chips: (jitter_ps > 0.0).then(|| chips(jitter_ps)),
+            pulse_width_chips: chips(spad.pulse_width_ps),
+            counter: spad.counter,
+            chip_period_ps: scene.chip_period_ps,
+            warm_up_chips: 0,
+            scan_pitch_chips: scan_pitch_chips(&scene.scan, reference.len()),
+            reference,
+        };
+        model.warm_up_chips = model.warm_up();
+        model
+    }
+
+    /// Simulates phase step `step` (0-based number in the scan) of scan number
+    /// `repetition`. The result depends on the arguments alone.
+    pub fn step(&self, seed: u64, repetition: u64, step: u64) -> StepDetections<'_> {
+        StepDetections::new(self, self.key(seed, repetition, step))
+    }
+
+    pub(super) fn key(&self, seed: u64, repetition: u64, step: u64) -> StreamKey {
+        StreamKey {
+            seed,
+            detector: self.index as u64,
+            step,
+            repetition,
+        }
+    }
+
+    /// Index, in the running transmit code, of the first chip of a step.
+    ///
+    /// Scans over the whole code period follow one another without a gap; after
+    /// any other scan the hardware waits for the reference's next first chip.
+    pub fn first_chip(&self, repetition: u64, step: u64) -> u128 {
+        u128::from(repetition) * self.scan_pitch_chips
+            + u128::from(step) * u128::from(self.scan.integration_chips)
+    }
+
+    /// Position in a code of `length` chips at which a step starts.
+    pub(super) fn code_position(&self, repetition: u64, step: u64, length: u64) -> i64 {
+        (self.first_chip(repetition, step) % u128::from(length)) as i64
+    }
+
+    /// The scan that the model's steps belong to.
+    pub fn scan(&self) -> &Scan {
+        &self.scan
+    }
+
+    /// How long before a step its simulation starts, with a ready detector, so
+    /// that the step does not remember.
+    ///
+    /// A saturated detector fires like a clock, and forgets its start after the
+    /// square of (rate x dead time) dead times; cut at 10^5 dead times.
+    fn warm_up(&self) -> i64 {
+        let on_per_chip = self.constant_per_chip
+            + self
+                .excess
+                .iter()
+                .map(|light| light.rate_per_chip)
+                .sum::<f64>();
+        let saturation = on_per_chip * self.dead_time_chips;
+        let dead_times = (32.0 + 2.0 * saturation * saturation).min(1e5);
+        let afterpulsing = self.afterpulsing.map_or(0.0, |a| a.time_constant_chips);
+        let memory = (dead_times * self.dead_time_chips).max(30.0 * afterpulsing);
+        let jitter = self.jitter_chips.unwrap_or(0.0);
+        // At least a fixed margin, so that small delays and jitters do not move
+        // the start, and with it every arrival.
+        let margin = (self.delay_chips + 2.0 * JITTER_BOUND_SIGMAS * jitter).max(4.0);
+        let chips = memory + margin;
+        chips.ceil() as i64
+    }
+}
+
+fn scan_pitch_chips(scan: &Scan, reference_length: u64) -> u128 {
+    let scan_chips = u128::from(scan.steps) * u128::from(scan.integration_chips);
+    if scan.is_full() {
+        scan_chips
+    } else {
+        scan_chips.next_multiple_of(u128::from(reference_length))
+    }
+}

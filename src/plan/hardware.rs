@@ -1,0 +1,195 @@
+//! Parts of the hardware (the blocks of `sensor_top`).
+
+use super::{Part, kept, labelled, left_out};
+use crate::code::{Code, Generator};
+use crate::model::contract::Contract;
+use crate::scene::Scene;
+
+pub(super) fn parts(scene: &Scene) -> Vec<Part> {
+    let contract = Contract::of(scene);
+    let mut parts: Vec<Part> = (0..scene.sources.len())
+        .flat_map(|source| generator_parts(scene, source))
+        .collect();
+    parts.extend([
+        phase_stepper(scene),
+        edge_detector(scene),
+        updown_correlator(scene, &contract),
+        parallel_correlators(scene),
+        saturation_clamp(&contract),
+        scan_controller(scene),
+        scan_realignment(scene, &contract),
+        peak_detector(scene),
+        result_stream(&contract),
+    ]);
+    parts
+}
+
+fn generator_parts(scene: &Scene, index: usize) -> Vec<Part> {
+    let source = &scene.sources[index];
+    let code = &source.code;
+    let name = |part| labelled(part, &source.name, scene.sources.len() > 1);
+    let same = scene.sources[..index].iter().find(|s| s.code == *code);
+    if let Some(same) = same {
+        let reason = format!(
+            "the same code as \"{}\": one generator drives both",
+            same.name
+        );
+        return vec![left_out(name("code_generator"), reason)];
+    }
+    let second = name("second_lfsr");
+    let generator = name("code_generator");
+    let (generator, second) = match &code.generator {
+        Generator::Gold { u, .. } => (
+            kept(
+                generator,
+                format!("an LFSR of degree {} makes the first m-sequence", u.degree),
+            ),
+            kept(second, "a Gold code is the XOR of two m-sequences"),
+        ),
+        Generator::MSequence(lfsr) => (
+            kept(generator, format!("one LFSR of degree {}", lfsr.degree)),
+            left_out(second, "an m-sequence needs one LFSR only"),
+        ),
+        Generator::Square => (
+            kept(generator, "a square wave is one flip-flop that toggles"),
+            left_out(second, "a square wave needs no LFSR"),
+        ),
+        Generator::Chips(chips) => (
+            kept(
+                generator,
+                format!("the {} given chips come from a table", chips.len()),
+            ),
+            left_out(second, "given chips need no LFSR"),
+        ),
+    };
+    vec![generator, second, interleaver(code, name("interleaver"))]
+}
+
+fn interleaver(code: &Code, part: String) -> Part {
+    match code.interleave {
+        0 => left_out(part, "the code is not interleaved (nu = 0)"),
+        nu => kept(
+            part,
+            format!(
+                "nu = {nu}: each chip of the generator lasts {} clocks, inverted in every other",
+                1u64 << nu
+            ),
+        ),
+    }
+}
+
+fn phase_stepper(scene: &Scene) -> Part {
+    match scene.samples_per_chip {
+        1 => kept(
+            "phase_stepper",
+            "holds the reference for one chip after each phase step; S = 1 needs no lane choice",
+        ),
+        samples => kept(
+            "phase_stepper",
+            format!("delays the reference by {samples} phase steps per chip"),
+        ),
+    }
+}
+
+fn edge_detector(scene: &Scene) -> Part {
+    let detectors = scene.detectors.len();
+    kept(
+        "edge_detector",
+        format!(
+            "finds rising edges in {} samples per clock of {detectors} detector{}",
+            scene.samples_per_chip,
+            if detectors == 1 { "" } else { "s" }
+        ),
+    )
+}
+
+fn updown_correlator(scene: &Scene, contract: &Contract) -> Part {
+    kept(
+        "updown_correlator",
+        format!(
+            "{} bits hold any count of {} chips with at most {} edges each",
+            contract.exact_count_bits,
+            scene.scan.integration_chips,
+            (scene.samples_per_chip / 2).max(1)
+        ),
+    )
+}
+
+fn parallel_correlators(scene: &Scene) -> Part {
+    match scene.hardware.parallel {
+        1 => left_out(
+            "parallel_correlators",
+            "parallel = 1: phase steps are correlated one after another",
+        ),
+        parallel => kept(
+            "parallel_correlators",
+            format!("{parallel} phase steps are correlated at once, on the same light"),
+        ),
+    }
+}
+
+fn saturation_clamp(contract: &Contract) -> Part {
+    let (count, exact) = (contract.count_bits, contract.exact_count_bits);
+    if contract.saturates() {
+        kept(
+            "saturation_clamp",
+            format!(
+                "counter_width = {count} is narrower than the {exact} bits that no stimulus \
+                 overflows: counts are clamped, and flagged at o_saturated"
+            ),
+        )
+    } else {
+        left_out(
+            "saturation_clamp",
+            format!("no stimulus can overflow {exact} bits; saves a pipeline stage and a port"),
+        )
+    }
+}
+
+fn scan_controller(scene: &Scene) -> Part {
+    kept(
+        "scan_controller",
+        format!(
+            "walks {} phase steps of {} chips each",
+            scene.scan.steps, scene.scan.integration_chips
+        ),
+    )
+}
+
+fn scan_realignment(scene: &Scene, contract: &Contract) -> Part {
+    let (steps, period) = (scene.scan.steps, scene.scan.steps_per_period);
+    if contract.realigns() {
+        kept(
+            "scan_realignment",
+            format!(
+                "a scan of {steps} of {period} phase steps does not end where it began: \
+                 the next one waits for the code's first chip and loads the reference anew"
+            ),
+        )
+    } else {
+        left_out(
+            "scan_realignment",
+            format!("a scan of all {period} phase steps ends where it began"),
+        )
+    }
+}
+
+fn peak_detector(scene: &Scene) -> Part {
+    left_out(
+        "peak_detector",
+        format!(
+            "the host receives all {} counts and finds their maximum",
+            scene.scan.steps
+        ),
+    )
+}
+
+fn result_stream(contract: &Contract) -> Part {
+    kept(
+        "result_stream",
+        format!(
+            "counts leave as an AXI4-Stream of {} bits",
+            contract.tdata_bits
+        ),
+    )
+}

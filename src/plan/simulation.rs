@@ -1,0 +1,297 @@
+//! Parts of the simulation, from the light to the estimate.
+
+use super::{Part, kept, labelled, left_out};
+use crate::scene::{Detector, EstimatorKind, Path, Scene};
+
+pub(super) fn parts(scene: &Scene) -> Vec<Part> {
+    let mut parts = Vec::new();
+    for source in 0..scene.sources.len() {
+        parts.extend(source_parts(scene, source));
+    }
+    for detector in 0..scene.detectors.len() {
+        parts.push(interference(scene, detector));
+        parts.push(multipath(scene, detector));
+        parts.extend(detector_parts(scene, detector));
+    }
+    parts.push(counter_edges(scene));
+    parts.push(full_scan(scene));
+    parts.extend(estimator(scene));
+    parts
+}
+
+/// Paths of `detector` that carry light.
+fn lit_paths(scene: &Scene, detector: usize) -> impl Iterator<Item = &Path> {
+    scene.paths.iter().filter(move |path| {
+        path.detector == detector
+            && path.transmission > 0.0
+            && scene.sources[path.source].mean_power_w > 0.0
+    })
+}
+
+/// A source's light in its on-state and in its off-state.
+fn source_parts(scene: &Scene, index: usize) -> [Part; 2] {
+    let source = &scene.sources[index];
+    let name = |part| labelled(part, &source.name, scene.sources.len() > 1);
+    let (modulated, off_state) = (name("modulated_light"), name("off_state_light"));
+    let reaches_any = (0..scene.detectors.len())
+        .any(|detector| lit_paths(scene, detector).any(|path| path.source == index));
+    if !reaches_any {
+        let reason = format!("no light of \"{}\" reaches a detector", source.name);
+        return [
+            left_out(modulated, reason.clone()),
+            left_out(off_state, reason),
+        ];
+    }
+    let ratio = source.extinction_ratio;
+    let modulated = if ratio > 1.0 {
+        kept(
+            modulated,
+            format!(
+                "mean power {} pW, keyed by a code of {} on-chips in {}",
+                in_pico(source.mean_power_w),
+                source.code.weight(),
+                source.code.len()
+            ),
+        )
+    } else {
+        left_out(
+            modulated,
+            "extinction_ratio = 1: the light carries no code and counts as constant",
+        )
+    };
+    let off_state = if ratio.is_finite() {
+        kept(
+            off_state,
+            format!("extinction_ratio = {ratio}: constant light of 1/{ratio} of the on-rate"),
+        )
+    } else {
+        left_out(
+            off_state,
+            "extinction_ratio is infinite: dark in the off-state",
+        )
+    };
+    [modulated, off_state]
+}
+
+/// Light of codes other than the reference's.
+fn interference(scene: &Scene, index: usize) -> Part {
+    let detector = &scene.detectors[index];
+    let part = labelled("interference", &detector.name, scene.detectors.len() > 1);
+    let mut others: Vec<String> = lit_paths(scene, index)
+        .filter(|path| path.source != detector.reference)
+        .map(|path| format!("\"{}\"", scene.sources[path.source].name))
+        .collect();
+    others.dedup();
+    if others.is_empty() {
+        left_out(part, "no light of any other source reaches the detector")
+    } else {
+        kept(
+            part,
+            format!("light of {} reaches the detector too", others.join(", ")),
+        )
+    }
+}
+
+/// More than one path of the reference's own code.
+fn multipath(scene: &Scene, index: usize) -> Part {
+    let detector = &scene.detectors[index];
+    let part = labelled("multipath", &detector.name, scene.detectors.len() > 1);
+    let paths = lit_paths(scene, index)
+        .filter(|path| path.source == detector.reference)
+        .count();
+    match paths {
+        0 => left_out(
+            part,
+            "no light of the reference's source reaches the detector",
+        ),
+        1 => left_out(
+            part,
+            "one path leads from the reference's source to the detector",
+        ),
+        _ => kept(
+            part,
+            format!("{paths} paths lead from the reference's source to the detector"),
+        ),
+    }
+}
+
+fn detector_parts(scene: &Scene, index: usize) -> Vec<Part> {
+    let detector = &scene.detectors[index];
+    let several = scene.detectors.len() > 1;
+    let name = |part| labelled(part, &detector.name, several);
+    vec![
+        photon_detection(detector, name("photon_detection")),
+        constant_rate(
+            name("dark_counts"),
+            "dark_count_rate",
+            detector.dark_count_rate_cps,
+        ),
+        constant_rate(
+            name("background"),
+            "background_rate",
+            detector.background_rate_cps,
+        ),
+        dead_time(detector, name("dead_time")),
+        afterpulsing(detector, name("afterpulsing")),
+        delay(detector, name("delay")),
+        jitter(detector, name("jitter")),
+        kept(
+            name("pulse_sampling"),
+            format!(
+                "pulses of {} ns are sampled every {} ns; those that merge count once",
+                in_nano(detector.pulse_width_ps),
+                in_nano(scene.chip_period_ps / f64::from(scene.samples_per_chip))
+            ),
+        ),
+    ]
+}
+
+fn photon_detection(detector: &Detector, part: String) -> Part {
+    let probability = detector.photon_detection_probability;
+    if probability < 1.0 {
+        kept(
+            part,
+            format!(
+                "photon_detection_probability = {probability}: scales the rates, no photon is \
+                 drawn in vain"
+            ),
+        )
+    } else {
+        left_out(part, "every photon fires a ready detector")
+    }
+}
+
+fn constant_rate(part: String, key: &str, rate_cps: f64) -> Part {
+    if rate_cps > 0.0 {
+        kept(
+            part,
+            format!("{key} = {} kcps, as constant light", rate_cps / 1e3),
+        )
+    } else {
+        left_out(part, format!("{key} = 0"))
+    }
+}
+
+fn dead_time(detector: &Detector, part: String) -> Part {
+    match detector.dead_time_ps {
+        0.0 => left_out(part, "dead_time = 0: the detector is always ready"),
+        time => kept(
+            part,
+            format!("blind for {} ns after an avalanche", in_nano(time)),
+        ),
+    }
+}
+
+fn afterpulsing(detector: &Detector, part: String) -> Part {
+    match detector.afterpulsing_probability {
+        0.0 => left_out(part, "the probability of an afterpulse is 0"),
+        probability => kept(
+            part,
+            format!(
+                "probability {probability}, decaying with {} ns",
+                in_nano(detector.afterpulsing_time_constant_ps)
+            ),
+        ),
+    }
+}
+
+fn delay(detector: &Detector, part: String) -> Part {
+    match detector.delay_ps {
+        0.0 => left_out(part, "delay = 0"),
+        delay => kept(
+            part,
+            format!(
+                "detections are registered {} ns late; the calibration offset removes it",
+                in_nano(delay)
+            ),
+        ),
+    }
+}
+
+fn jitter(detector: &Detector, part: String) -> Part {
+    if detector.jitter_ps.is_empty() {
+        return left_out(
+            part,
+            "no jitter is given: registered times keep their order",
+        );
+    }
+    let variance: f64 = detector.jitter_ps.iter().map(|j| j * j).sum();
+    kept(
+        part,
+        format!(
+            "{} Gaussian part{} of {:.1} ps together",
+            detector.jitter_ps.len(),
+            if detector.jitter_ps.len() == 1 {
+                ""
+            } else {
+                "s"
+            },
+            variance.sqrt()
+        ),
+    )
+}
+
+fn counter_edges(scene: &Scene) -> Part {
+    const PART: &str = "counter_edge_delays";
+    let given = scene.detectors.iter().any(|detector| {
+        let counter = detector.counter;
+        counter.rising_delay_ps > 0.0
+            || counter.falling_delay_ps > 0.0
+            || counter.transition_ps > 0.0
+    });
+    if given {
+        left_out(
+            PART,
+            "sampled hardware applies the sign to samples and has no such edges; \
+             only the tiers in continuous time (expected, counts, events) use them",
+        )
+    } else {
+        left_out(PART, "the counter's edge delays and transition are 0")
+    }
+}
+
+fn full_scan(scene: &Scene) -> Part {
+    const PART: &str = "full_scan";
+    let (steps, period) = (scene.scan.steps, scene.scan.steps_per_period);
+    if scene.scan.is_full() {
+        return kept(PART, format!("the scan covers all {period} phase steps"));
+    }
+    let saved_percent = 100.0 * (period - steps) as f64 / period as f64;
+    left_out(
+        PART,
+        format!(
+            "the scan asks for {steps} of {period} phase steps, from step {} on; \
+             saves {saved_percent:.1} % of the photons and clocks",
+            scene.scan.first_step
+        ),
+    )
+}
+
+/// The coarse and the fine stage, or the fit in their place.
+fn estimator(scene: &Scene) -> Vec<Part> {
+    let fine = match scene.samples_per_chip {
+        1 => left_out(
+            "fine_estimate",
+            "S = 1: two samples of the peak give no phase",
+        ),
+        samples => kept(
+            "fine_estimate",
+            format!("phase of the fundamental over {} phase steps", 2 * samples),
+        ),
+    };
+    let coarse = kept("coarse_estimate", "the maximum over the scan");
+    let fit = match scene.estimator {
+        EstimatorKind::Fft => left_out("model_fit", "estimator = \"fft\""),
+        EstimatorKind::Model => kept("model_fit", "estimator = \"model\""),
+    };
+    vec![coarse, fine, fit]
+}
+
+fn in_nano(picoseconds: f64) -> f64 {
+    picoseconds / 1e3
+}
+
+fn in_pico(watts: f64) -> f64 {
+    // Rounded to nine digits: a decimal power is not exact as a double.
+    (watts * 1e21).round() / 1e9
+}

@@ -1,0 +1,282 @@
+//! From a scene file to a checked [`Scene`].
+
+use std::path::Path as FilePath;
+
+use toml::de::DeTable;
+
+use super::error::Diagnostics;
+use super::reader::{Bounds, Section};
+use super::units::Quantity;
+use super::wording::{alternatives, nearest, quoted};
+use super::{Detector, EstimatorKind, Hardware, Path, Scan, Scene, SceneErrors, Source, Target};
+use super::{detector, scan, source};
+
+/// Most samples per chip.
+const MAX_SAMPLES_PER_CHIP: i64 = 64;
+/// Most phase steps correlated at once.
+const MAX_PARALLEL: i64 = 64;
+
+/// Reads and checks the scene in the file `path`.
+///
+/// # Errors
+/// If the file cannot be read, or everything that is wrong in it.
+pub fn load(path: &FilePath) -> Result<Scene, SceneErrors> {
+    let file_name = path.display().to_string();
+    let text = std::fs::read_to_string(path).map_err(|source| SceneErrors::Unreadable {
+        file: file_name.clone(),
+        source,
+    })?;
+    parse(&file_name, &text)
+}
+
+/// Reads and checks the scene `text`; `file_name` is for error messages, and
+/// its stem names the scene.
+///
+/// # Errors
+/// Everything that is wrong, in the order of the file; of errors in the TOML
+/// itself only the first, because the others mostly follow from it.
+pub fn parse(file_name: &str, text: &str) -> Result<Scene, SceneErrors> {
+    let diagnostics = Diagnostics::new(file_name, text);
+    let document = match DeTable::parse(text) {
+        Ok(document) => document,
+        Err(error) => {
+            let span = error.span().unwrap_or(0..0);
+            diagnostics.report(span, format!("not TOML: {}", error.message().trim()));
+            return diagnostics.finish(None);
+        }
+    };
+    let name = FilePath::new(file_name)
+        .file_stem()
+        .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    let root = Section::new(&diagnostics, document.get_ref(), 0..0, String::new());
+    let scene = read_scene(&root, name);
+    root.finish();
+    diagnostics.finish(scene)
+}
+
+/// Chip period, and the phase steps that it is divided into.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Clock {
+    pub(super) chip_period_ps: f64,
+    pub(super) samples_per_chip: u32,
+}
+
+impl Clock {
+    /// Phase step T_s.
+    pub(super) fn phase_step_ps(&self) -> f64 {
+        self.chip_period_ps / f64::from(self.samples_per_chip)
+    }
+}
+
+/// Names to which other tables refer, in the order of the file.
+pub(super) struct Names {
+    /// What they name, for messages.
+    kind: &'static str,
+    names: Vec<String>,
+}
+
+impl Names {
+    /// Reads the `name` of each table, and reports missing and repeated ones.
+    fn read(kind: &'static str, sections: &[Section]) -> Names {
+        let mut names: Vec<String> = Vec::new();
+        for section in sections {
+            let example = format!("\"my-{kind}\"");
+            section.require("name", &example);
+            let name = section.string("name", &example).unwrap_or_default();
+            if section.get("name").is_some() && name.is_empty() {
+                section.report("name", &format!("a {kind} needs a name that is not empty"));
+            } else if !name.is_empty() && names.iter().any(|other| other == name) {
+                let message =
+                    format!("\"{name}\" already names another {kind}; choose another name");
+                section.report("name", &message);
+            }
+            names.push(name.to_owned());
+        }
+        Names { kind, names }
+    }
+
+    /// Index of the table that `key` of `section` refers to.
+    pub(super) fn resolve(&self, section: &Section, key: &'static str) -> Option<usize> {
+        let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
+        let example = format!("\"{}\"", names.first().unwrap_or(&self.kind));
+        section.require(key, &example);
+        let wanted = section.string(key, &example)?;
+        let index = names.iter().position(|name| *name == wanted);
+        if index.is_none() {
+            let advice = match nearest(wanted, &names) {
+                Some(nearest) => format!("did you mean \"{nearest}\"?"),
+                None => format!("there is {}", alternatives(&quoted(&names))),
+            };
+            section.report(
+                key,
+                &format!("no {} is named \"{wanted}\"; {advice}", self.kind),
+            );
+        }
+        index
+    }
+}
+
+fn read_scene(root: &Section, name: String) -> Option<Scene> {
+    for (key, header) in [
+        ("clock", "[clock]"),
+        ("source", "[[source]]"),
+        ("detector", "[[detector]]"),
+        ("scan", "[scan]"),
+    ] {
+        if root.get(key).is_none() {
+            root.complain(&format!("the table {header} is missing; a scene needs it"));
+        }
+    }
+    let clock = root.section("clock", "[clock]").and_then(read_clock);
+    let source_sections = root.sections("source");
+    let detector_sections = root.sections("detector");
+    let path_sections = root.sections("path");
+    let source_names = Names::read("source", &source_sections);
+    let detector_names = Names::read("detector", &detector_sections);
+    for (key, sections) in [
+        ("source", &source_sections),
+        ("detector", &detector_sections),
+    ] {
+        if sections.is_empty() && root.get(key).is_some() {
+            root.report(key, &format!("a scene needs at least one {key}"));
+        }
+    }
+
+    let sources: Option<Vec<Source>> = all(source_sections, source::read);
+    let paths: Option<Vec<Path>> = all(path_sections, |section| {
+        source::read_path(section, &source_names, &detector_names)
+    });
+    let references: Vec<Option<usize>> = detector_sections
+        .iter()
+        .map(|section| source_names.resolve(section, "reference"))
+        .collect();
+    let code_chips = shared_code_length(&detector_sections, &references, sources.as_deref());
+    let steps_per_period = code_chips
+        .zip(clock)
+        .map(|(chips, clock)| chips * u64::from(clock.samples_per_chip));
+    let mut references = references.into_iter();
+    let detectors: Option<Vec<Detector>> = all(detector_sections, |section| {
+        detector::read(section, references.next().flatten(), clock)
+    });
+    let scan = root
+        .section("scan", "[scan]")
+        .and_then(|section| scan::read(section, clock, steps_per_period));
+    let estimator = read_estimator(root);
+    let hardware = read_hardware(root, scan.as_ref());
+
+    let clock = clock?;
+    Some(Scene {
+        name,
+        chip_period_ps: clock.chip_period_ps,
+        samples_per_chip: clock.samples_per_chip,
+        sources: sources?,
+        detectors: detectors?,
+        paths: paths?,
+        scan: scan?,
+        estimator,
+        hardware,
+    })
+}
+
+/// Reads every section, so that every error is reported; `None` if one fails.
+fn all<'r, 't, T>(
+    sections: Vec<Section<'r, 't>>,
+    mut read: impl FnMut(Section<'r, 't>) -> Option<T>,
+) -> Option<Vec<T>> {
+    let values: Vec<Option<T>> = sections.into_iter().map(&mut read).collect();
+    values.into_iter().collect()
+}
+
+/// Chips per period of the detectors' reference codes. Detectors are stepped
+/// together, so all of them must have the first one's length.
+fn shared_code_length(
+    sections: &[Section],
+    references: &[Option<usize>],
+    sources: Option<&[Source]>,
+) -> Option<u64> {
+    let chips = |reference: &Option<usize>| Some(sources?[(*reference)?].code.len());
+    let first = references.first().and_then(chips);
+    for (section, reference) in sections.iter().zip(references) {
+        if let (Some(first), Some(chips)) = (first, chips(reference))
+            && chips != first
+        {
+            section.report(
+                "reference",
+                &format!(
+                    "this detector's reference code is {chips} chips long, the first detector's \
+                     {first}; detectors are stepped together, so give them codes of one length"
+                ),
+            );
+        }
+    }
+    first
+}
+
+fn read_clock(section: Section) -> Option<Clock> {
+    const DEFAULT_SAMPLES_PER_CHIP: i64 = 8;
+    section.require("chip_period", "\"8 ns\"");
+    let chip_period_ps = section.quantity("chip_period", Quantity::Time, Bounds::Positive, "8 ns");
+    let samples = match section.get("samples_per_chip") {
+        None => Some(DEFAULT_SAMPLES_PER_CHIP),
+        Some(_) => section.integer("samples_per_chip", 1..=MAX_SAMPLES_PER_CHIP),
+    };
+    let samples = samples.and_then(|samples| u32::try_from(samples).ok());
+    if let Some(samples) = samples.filter(|samples| !samples.is_power_of_two()) {
+        let below = samples.next_power_of_two() / 2;
+        let message = format!(
+            "{samples} is not a power of two; use {below} or {}",
+            2 * below
+        );
+        section.report("samples_per_chip", &message);
+    }
+    section.finish();
+    Some(Clock {
+        chip_period_ps: chip_period_ps?,
+        samples_per_chip: samples.filter(|samples| samples.is_power_of_two())?,
+    })
+}
+
+fn read_estimator(root: &Section) -> EstimatorKind {
+    let kind = root.section("estimate", "[estimate]").and_then(|section| {
+        let choices = [("fft", EstimatorKind::Fft), ("model", EstimatorKind::Model)];
+        let kind = section.choice("estimator", &choices);
+        section.finish();
+        kind
+    });
+    kind.unwrap_or(EstimatorKind::Fft)
+}
+
+fn read_hardware(root: &Section, scan: Option<&Scan>) -> Hardware {
+    let mut hardware = Hardware {
+        target: Target::Ecp525k6,
+        parallel: 1,
+        counter_width: None,
+    };
+    let Some(section) = root.section("hardware", "[hardware]") else {
+        return hardware;
+    };
+    let targets = [
+        ("ecp5-25k-6", Target::Ecp525k6),
+        ("ice40-hx8k", Target::Ice40Hx8k),
+        ("xc7", Target::Xc7),
+    ];
+    if let Some(target) = section.choice("target", &targets) {
+        hardware.target = target;
+    }
+    if let Some(parallel) = section.integer("parallel", 1..=MAX_PARALLEL) {
+        hardware.parallel = parallel as u32;
+        if let Some(scan) = scan.filter(|scan| scan.steps < parallel as u64) {
+            let message = format!(
+                "{parallel} phase steps at once are more than the {} of the scan; \
+                 use {} or less, or scan more steps",
+                scan.steps, scan.steps
+            );
+            section.report("parallel", &message);
+        }
+    }
+    hardware.counter_width = section
+        .integer("counter_width", 2..=64)
+        .map(|bits| bits as u32);
+    section.finish();
+    hardware
+}

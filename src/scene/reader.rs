@@ -1,0 +1,376 @@
+//! Reads keys of one TOML table, and reports what is wrong with them.
+
+use std::cell::RefCell;
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeArray, DeTable, DeValue};
+
+use super::error::Diagnostics;
+use super::units::{self, Quantity};
+use super::wording::{alternatives, nearest, quoted};
+
+/// A value and where it stands in the file.
+pub(super) type Value<'r, 't> = &'r Spanned<DeValue<'t>>;
+
+/// A range that a number must lie in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Bounds {
+    /// 0 or more.
+    NotNegative,
+    /// Above 0.
+    Positive,
+    /// 0 to 1, both included.
+    Share,
+    /// 0 included, 1 not.
+    ProperShare,
+}
+
+impl Bounds {
+    fn contains(self, value: f64) -> bool {
+        match self {
+            Bounds::NotNegative => value >= 0.0,
+            Bounds::Positive => value > 0.0,
+            Bounds::Share => (0.0..=1.0).contains(&value),
+            Bounds::ProperShare => (0.0..1.0).contains(&value),
+        }
+    }
+
+    fn text(self) -> &'static str {
+        match self {
+            Bounds::NotNegative => "0 or more",
+            Bounds::Positive => "greater than 0",
+            Bounds::Share => "from 0 to 1",
+            Bounds::ProperShare => "from 0 to less than 1",
+        }
+    }
+}
+
+/// One TOML table. Readers return `None` both for a key that is not there and
+/// for one that is wrong; the latter is reported.
+pub(super) struct Section<'r, 't> {
+    diagnostics: &'r Diagnostics<'t>,
+    table: &'r DeTable<'t>,
+    span: Range<usize>,
+    /// Keys from the root to here, as error messages show them.
+    path: String,
+    /// Keys asked for so far; all others are unknown.
+    known: RefCell<Vec<&'static str>>,
+}
+
+impl<'r, 't> Section<'r, 't> {
+    pub(super) fn new(
+        diagnostics: &'r Diagnostics<'t>,
+        table: &'r DeTable<'t>,
+        span: Range<usize>,
+        path: String,
+    ) -> Self {
+        Section {
+            diagnostics,
+            table,
+            span,
+            path,
+            known: RefCell::new(Vec::new()),
+        }
+    }
+
+    /// The value of `key`, which is from now on a known key.
+    pub(super) fn get(&self, key: &'static str) -> Option<Value<'r, 't>> {
+        let mut known = self.known.borrow_mut();
+        if !known.contains(&key) {
+            known.push(key);
+        }
+        self.table.get(key)
+    }
+
+    /// Reports that a required key is missing, unless it is there.
+    pub(super) fn require(&self, key: &'static str, example: &str) {
+        if !self.table.contains_key(key) {
+            self.complain(&format!(
+                "`{key}` is missing; write for example {key} = {example}"
+            ));
+        }
+    }
+
+    /// Reports something wrong with the value of `key`, or with the whole
+    /// table if the key is not there.
+    pub(super) fn report(&self, key: &str, message: &str) {
+        match self.table.get(key) {
+            Some(value) => self.report_at(key, value, message),
+            None => self.complain(message),
+        }
+    }
+
+    /// Reports something wrong with the whole table.
+    pub(super) fn complain(&self, message: &str) {
+        let message = match self.path.as_str() {
+            "" => message.to_owned(),
+            path => format!("{path}: {message}"),
+        };
+        self.diagnostics.report(self.span.clone(), message);
+    }
+
+    /// Reports something wrong with `value`, which belongs to `key`.
+    pub(super) fn report_at(&self, key: &str, value: Value, message: &str) {
+        let path = self.path_of(key);
+        self.diagnostics
+            .report(value.span(), format!("{path}: {message}"));
+    }
+
+    /// Reports every key that was never asked for.
+    pub(super) fn finish(self) {
+        let known = self.known.borrow();
+        for key in self.table.keys() {
+            let name = key.get_ref().as_ref();
+            if known.contains(&name) {
+                continue;
+            }
+            let place = match self.path.as_str() {
+                "" => "a scene".to_owned(),
+                path => format!("`{path}`"),
+            };
+            let advice = match nearest(name, &known) {
+                Some(nearest) => format!("did you mean `{nearest}`?"),
+                None => format!("it takes {}", alternatives(&known)),
+            };
+            self.diagnostics.report(
+                key.span(),
+                format!(
+                    "{}: {place} has no key `{name}`; {advice}",
+                    self.path_of(name)
+                ),
+            );
+        }
+    }
+
+    /// A quantity in its unit (see [`Quantity`]), within `bounds`.
+    pub(super) fn quantity(
+        &self,
+        key: &'static str,
+        quantity: Quantity,
+        bounds: Bounds,
+        example: &str,
+    ) -> Option<f64> {
+        let value = self.get(key)?;
+        self.quantity_of(key, value, quantity, bounds, example)
+    }
+
+    /// Like [`Section::quantity`], for a value already found.
+    pub(super) fn quantity_of(
+        &self,
+        key: &str,
+        value: Value,
+        quantity: Quantity,
+        bounds: Bounds,
+        example: &str,
+    ) -> Option<f64> {
+        let parsed = match value.get_ref() {
+            DeValue::String(text) => units::parse(text, quantity, example),
+            DeValue::Integer(_) | DeValue::Float(_) => {
+                let number = self.excerpt(value);
+                Err(units::missing_unit(&number, &number, example))
+            }
+            _ => Err(self.wrong_type(value, quantity.name(), &format!("\"{example}\""))),
+        };
+        match parsed {
+            Ok(number) if bounds.contains(number) => Some(number),
+            Ok(_) => {
+                let message = format!(
+                    "{} must be {}; write for example \"{example}\"",
+                    self.excerpt(value),
+                    bounds.text()
+                );
+                self.report_at(key, value, &message);
+                None
+            }
+            Err(message) => {
+                self.report_at(key, value, &message);
+                None
+            }
+        }
+    }
+
+    /// A plain number within `bounds`.
+    pub(super) fn number(&self, key: &'static str, bounds: Bounds, example: &str) -> Option<f64> {
+        let value = self.get(key)?;
+        let number = match value.get_ref() {
+            DeValue::Integer(digits) => digits.to_string().parse().ok(),
+            DeValue::Float(digits) => digits.as_str().parse::<f64>().ok(),
+            _ => {
+                let message = self.wrong_type(value, "a plain number", example);
+                self.report_at(key, value, &message);
+                return None;
+            }
+        };
+        let number = number.filter(|number: &f64| number.is_finite() && bounds.contains(*number));
+        if number.is_none() {
+            let message = format!(
+                "{} is not a number {}; write for example {example}",
+                self.excerpt(value),
+                bounds.text()
+            );
+            self.report_at(key, value, &message);
+        }
+        number
+    }
+
+    /// A whole number within `range`.
+    pub(super) fn integer(
+        &self,
+        key: &'static str,
+        range: std::ops::RangeInclusive<i64>,
+    ) -> Option<i64> {
+        let value = self.get(key)?;
+        self.integer_of(key, value, range)
+    }
+
+    /// Like [`Section::integer`], for a value already found.
+    pub(super) fn integer_of(
+        &self,
+        key: &str,
+        value: Value,
+        range: std::ops::RangeInclusive<i64>,
+    ) -> Option<i64> {
+        let (least, most) = (range.start(), range.end());
+        let message = match value.get_ref() {
+            DeValue::Integer(digits) => {
+                match i64::from_str_radix(digits.as_str(), digits.radix()) {
+                    Ok(number) if range.contains(&number) => return Some(number),
+                    _ => format!("{} is outside {least}..={most}", self.excerpt(value)),
+                }
+            }
+            _ => self.wrong_type(value, "a whole number", &least.to_string()),
+        };
+        self.report_at(key, value, &message);
+        None
+    }
+
+    /// A string.
+    pub(super) fn string(&self, key: &'static str, example: &str) -> Option<&'r str> {
+        let value = self.get(key)?;
+        self.string_of(key, value, example)
+    }
+
+    /// Like [`Section::string`], for a value already found.
+    pub(super) fn string_of(
+        &self,
+        key: &str,
+        value: Value<'r, 't>,
+        example: &str,
+    ) -> Option<&'r str> {
+        let text = value.get_ref().as_str();
+        if text.is_none() {
+            let message = self.wrong_type(value, "a string", &format!("\"{example}\""));
+            self.report_at(key, value, &message);
+        }
+        text
+    }
+
+    /// `true` or `false`.
+    pub(super) fn boolean(&self, key: &'static str) -> Option<bool> {
+        let value = self.get(key)?;
+        let boolean = value.get_ref().as_bool();
+        if boolean.is_none() {
+            let message = self.wrong_type(value, "true or false", "true");
+            self.report_at(key, value, &message);
+        }
+        boolean
+    }
+
+    /// One of a set of names.
+    pub(super) fn choice<T: Copy>(&self, key: &'static str, choices: &[(&str, T)]) -> Option<T> {
+        let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
+        let text = self.string(key, names.first().unwrap_or(&""))?;
+        let chosen = choices.iter().find(|(name, _)| *name == text);
+        if chosen.is_none() {
+            let advice = match nearest(text, &names) {
+                Some(nearest) => format!("did you mean \"{nearest}\"?"),
+                None => format!("it may be {}", alternatives(&quoted(&names))),
+            };
+            self.report(key, &format!("\"{text}\" is not known; {advice}"));
+        }
+        chosen.map(|(_, value)| *value)
+    }
+
+    /// An array.
+    pub(super) fn array(&self, key: &'static str, example: &str) -> Option<&'r DeArray<'t>> {
+        let value = self.get(key)?;
+        self.array_of(key, value, example)
+    }
+
+    /// Like [`Section::array`], for a value already found.
+    pub(super) fn array_of(
+        &self,
+        key: &str,
+        value: Value<'r, 't>,
+        example: &str,
+    ) -> Option<&'r DeArray<'t>> {
+        let array = value.get_ref().as_array();
+        if array.is_none() {
+            let message = self.wrong_type(value, "an array", example);
+            self.report_at(key, value, &message);
+        }
+        array
+    }
+
+    /// A table below this one.
+    pub(super) fn section(&self, key: &'static str, example: &str) -> Option<Section<'r, 't>> {
+        let value = self.get(key)?;
+        self.section_of(key, value, example)
+    }
+
+    /// Like [`Section::section`], for a value already found.
+    pub(super) fn section_of(
+        &self,
+        key: &str,
+        value: Value<'r, 't>,
+        example: &str,
+    ) -> Option<Section<'r, 't>> {
+        let Some(table) = value.get_ref().as_table() else {
+            let message = self.wrong_type(value, "a table", example);
+            self.report_at(key, value, &message);
+            return None;
+        };
+        let path = self.path_of(key);
+        Some(Section::new(self.diagnostics, table, value.span(), path))
+    }
+
+    /// The tables of an array of tables, `[[key]]`.
+    pub(super) fn sections(&self, key: &'static str) -> Vec<Section<'r, 't>> {
+        let example = format!("[[{key}]]");
+        self.array(key, &example)
+            .into_iter()
+            .flat_map(|array| array.iter())
+            .filter_map(|value| self.section_of(key, value, &example))
+            .collect()
+    }
+
+    /// The text of a value as the file has it, shortened.
+    pub(super) fn excerpt(&self, value: Value) -> String {
+        self.diagnostics.excerpt(value.span())
+    }
+
+    /// The complaint about a value of the wrong TOML type.
+    pub(super) fn wrong_type(&self, value: Value, needed: &str, example: &str) -> String {
+        let kind = match value.get_ref() {
+            DeValue::String(_) => "a string",
+            DeValue::Integer(_) => "an integer",
+            DeValue::Float(_) => "a float",
+            DeValue::Boolean(_) => "a boolean",
+            DeValue::Datetime(_) => "a date or time of day",
+            DeValue::Array(_) => "an array",
+            DeValue::Table(_) => "a table",
+        };
+        format!(
+            "{} is {kind}, but {needed} is needed; write for example {example}",
+            self.excerpt(value)
+        )
+    }
+
+    fn path_of(&self, key: &str) -> String {
+        match self.path.as_str() {
+            "" => key.to_owned(),
+            path => format!("{path}.{key}"),
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! Table `[scan]`.
+
+use toml::de::DeValue;
+
+use super::Scan;
+use super::read::Clock;
+use super::reader::{Bounds, Section, Value};
+use super::source::round_trip_ps;
+use super::units::Quantity;
+
+/// Most chips of one scan: 2^60 chips of 8 ns are 292 years, and a chip's
+/// number over any practical count of scans stays within 64 bits.
+const MAX_SCAN_CHIPS: u128 = 1 << 60;
+
+const STEPS_EXAMPLE: &str =
+    "\"all\", { first = 0, count = 64 } or { around = \"3.2 m\", halfwidth = 16 }";
+
+/// Reads `[scan]`. `steps_per_period` is K, if it is known.
+pub(super) fn read(
+    section: Section,
+    clock: Option<Clock>,
+    steps_per_period: Option<u64>,
+) -> Option<Scan> {
+    section.require("integration", "\"100 us\"");
+    let steps = read_steps(&section, clock, steps_per_period);
+    let requested_ps = section.quantity("integration", Quantity::Time, Bounds::Positive, "100 us");
+    let chips = requested_ps
+        .zip(clock)
+        .and_then(|(requested, clock)| whole_chips(&section, requested, clock));
+    if let (Some((_, count)), Some(chips)) = (steps, chips)
+        && u128::from(count) * u128::from(chips) > MAX_SCAN_CHIPS
+    {
+        let message = format!(
+            "{count} phase steps of this length are more than 2^60 chips; integrate for less"
+        );
+        section.report("integration", &message);
+    }
+    section.finish();
+    let (first_step, steps) = steps?;
+    Some(Scan {
+        first_step,
+        steps,
+        steps_per_period: steps_per_period?,
+        integration_chips: chips?,
+        requested_integration_ps: requested_ps?,
+    })
+}
+
+fn whole_chips(section: &Section, requested_ps: f64, clock: Clock) -> Option<u64> {
+    let chips = (requested_ps / clock.chip_period_ps).round();
+    if chips < 1.0 {
+        let message = format!(
+            "the integration time rounds to 0 chips of {} ns; integrate for at least one chip",
+            clock.chip_period_ps / 1e3
+        );
+        section.report("integration", &message);
+        return None;
+    }
+    // The cast saturates, and so much is refused with the steps counted in.
+    Some(chips as u64)
+}
+
+/// First step and number of steps.
+fn read_steps(
+    scan: &Section,
+    clock: Option<Clock>,
+    steps_per_period: Option<u64>,
+) -> Option<(u64, u64)> {
+    const KEY: &str = "steps";
+    let Some(value) = scan.get(KEY) else {
+        return Some((0, steps_per_period?));
+    };
+    match value.get_ref() {
+        DeValue::String(text) if text == "all" => Some((0, steps_per_period?)),
+        DeValue::Table(_) => {
+            let section = scan.section_of(KEY, value, STEPS_EXAMPLE)?;
+            let steps = read_window(&section, clock, steps_per_period);
+            section.finish();
+            steps
+        }
+        _ => {
+            let shown = scan.excerpt(value);
+            let message = format!("{shown} is no choice of phase steps; write {STEPS_EXAMPLE}");
+            scan.report_at(KEY, value, &message);
+            None
+        }
+    }
+}
+
+fn read_window(
+    section: &Section,
+    clock: Option<Clock>,
+    steps_per_period: Option<u64>,
+) -> Option<(u64, u64)> {
+    let first = section.integer("first", 0..=i64::MAX);
+    let count = section.integer("count", 1..=i64::MAX);
+    let around = section.get("around");
+    let halfwidth = section.integer("halfwidth", 0..=i64::MAX / 4);
+    let given = |keys: [&'static str; 2]| keys.map(|key| section.get(key).is_some());
+    match (given(["first", "count"]), given(["around", "halfwidth"])) {
+        ([true, true], [false, false]) => {
+            let (first, count, period) = (first? as u64, count? as u64, steps_per_period?);
+            if first >= period {
+                let message =
+                    format!("{first} is outside 0..{period}, the phase steps of a period");
+                section.report("first", &message);
+            }
+            check_count(section, "count", count, period)?;
+            Some((first, count))
+        }
+        ([false, false], [true, true]) => {
+            let delay_ps = read_centre(section, around?);
+            let (halfwidth, period) = (halfwidth? as u64, steps_per_period?);
+            let count = 2 * halfwidth + 1;
+            check_count(section, "halfwidth", count, period)?;
+            let centre = (delay_ps? / clock?.phase_step_ps()).round();
+            // Steps repeat with the period, and so do distances.
+            let centre = centre.rem_euclid(period as f64) as u64;
+            Some(((centre + period - halfwidth) % period, count))
+        }
+        _ => {
+            let message = format!("these keys do not choose phase steps; write {STEPS_EXAMPLE}");
+            section.complain(&message);
+            None
+        }
+    }
+}
+
+fn check_count(section: &Section, key: &str, count: u64, period: u64) -> Option<()> {
+    if count <= period {
+        return Some(());
+    }
+    let message = format!(
+        "{count} phase steps are more than the {period} of a code period; scan fewer, or \"all\""
+    );
+    section.report(key, &message);
+    None
+}
+
+/// Delay in picoseconds that a distance or a time stands for.
+fn read_centre(section: &Section, value: Value) -> Option<f64> {
+    const KEY: &str = "around";
+    let is_time = value
+        .get_ref()
+        .as_str()
+        .is_some_and(|text| super::units::parse(text, Quantity::Time, "").is_ok());
+    if is_time {
+        section.quantity_of(KEY, value, Quantity::Time, Bounds::NotNegative, "21.35 ns")
+    } else {
+        section
+            .quantity_of(KEY, value, Quantity::Distance, Bounds::NotNegative, "3.2 m")
+            .map(round_trip_ps)
+    }
+}

@@ -1,0 +1,172 @@
+//! Tables `[[source]]`, with their codes, and `[[path]]`.
+
+use std::sync::Arc;
+
+use toml::de::DeValue;
+
+use super::read::Names;
+use super::reader::{Bounds, Section};
+use super::units::Quantity;
+use super::{Path, Source};
+use crate::code::{Code, CodeSpec, Family};
+
+const CODE_EXAMPLE: &str = "{ family = \"gold\", degree = 11 }";
+const RATIO_EXAMPLE: &str = "10";
+
+pub(super) fn read(section: Section) -> Option<Source> {
+    for (key, example) in [
+        ("code", CODE_EXAMPLE),
+        ("wavelength", "\"783 nm\""),
+        ("mean_power", "\"4 pW\""),
+    ] {
+        section.require(key, example);
+    }
+    let name = section.string("name", "\"laser\"");
+    let code = section.section("code", CODE_EXAMPLE).and_then(read_code);
+    let wavelength_nm = section.quantity(
+        "wavelength",
+        Quantity::Wavelength,
+        Bounds::Positive,
+        "783 nm",
+    );
+    let mean_power_w = section.quantity("mean_power", Quantity::Power, Bounds::NotNegative, "4 pW");
+    let extinction_ratio = read_extinction_ratio(&section);
+    section.finish();
+    Some(Source {
+        name: name?.to_owned(),
+        code: Arc::new(code?),
+        wavelength_nm: wavelength_nm?,
+        mean_power_w: mean_power_w?,
+        extinction_ratio,
+    })
+}
+
+pub(super) fn read_path(section: Section, sources: &Names, detectors: &Names) -> Option<Path> {
+    let source = sources.resolve(&section, "source");
+    let detector = detectors.resolve(&section, "detector");
+    let distance_m = section.quantity("distance", Quantity::Distance, Bounds::NotNegative, "3.2 m");
+    let delay_ps = section.quantity("delay", Quantity::Time, Bounds::NotNegative, "21.35 ns");
+    match (section.get("distance"), section.get("delay")) {
+        (Some(_), Some(_)) => section.report(
+            "delay",
+            "the path has a distance already; give one of `distance` and `delay`",
+        ),
+        (None, None) => section.complain(
+            "neither `distance` nor `delay` is given; write for example distance = \"3.2 m\"",
+        ),
+        _ => {}
+    }
+    let transmission = section.number("transmission", Bounds::Share, "0.5");
+    section.finish();
+    Some(Path {
+        source: source?,
+        detector: detector?,
+        delay_ps: delay_ps.or(distance_m.map(round_trip_ps))?,
+        transmission: transmission.unwrap_or(1.0),
+    })
+}
+
+/// Time that light takes to a target at `distance_m` and back.
+pub(super) fn round_trip_ps(distance_m: f64) -> f64 {
+    2.0 * distance_m / crate::SPEED_OF_LIGHT_M_PER_S * 1e12
+}
+
+/// On-rate over off-rate: at least 1, or "inf", which is the default.
+fn read_extinction_ratio(section: &Section) -> f64 {
+    let Some(value) = section.get("extinction_ratio") else {
+        return f64::INFINITY;
+    };
+    let ratio = match value.get_ref() {
+        DeValue::String(text) if text == "inf" => Some(f64::INFINITY),
+        DeValue::Float(digits) => digits.as_str().parse::<f64>().ok(),
+        DeValue::Integer(digits) => digits.to_string().parse().ok(),
+        _ => None,
+    };
+    match ratio {
+        Some(ratio) if ratio >= 1.0 => ratio,
+        _ => {
+            let message = format!(
+                "{} is not a ratio of 1 or more; write for example {RATIO_EXAMPLE}, or \"inf\"",
+                section.excerpt(value)
+            );
+            section.report_at("extinction_ratio", value, &message);
+            f64::INFINITY
+        }
+    }
+}
+
+fn read_code(section: Section) -> Option<Code> {
+    const NUMBERS: std::ops::RangeInclusive<i64> = 0..=u32::MAX as i64;
+    section.require("family", "\"gold\"");
+    let family = section.choice("family", &Family::NAMES);
+    let number = |key| section.integer(key, NUMBERS).map(|number| number as u32);
+    let spec = CodeSpec {
+        // The other keys are read even if the family is not known.
+        family: family.unwrap_or(Family::Gold),
+        degree: number("degree"),
+        index: section.integer("index", i64::MIN..=i64::MAX),
+        interleave: number("interleave").unwrap_or(0),
+        polynomials: read_polynomials(&section),
+        seeds: read_seeds(&section),
+        allow_non_preferred: section.boolean("allow_non_preferred"),
+        chips: section.string("chips", "\"0110\"").map(str::to_owned),
+    };
+    let misread = [
+        (section.get("degree").is_some(), spec.degree.is_some()),
+        (section.get("index").is_some(), spec.index.is_some()),
+        (
+            section.get("polynomials").is_some(),
+            spec.polynomials.is_some(),
+        ),
+        (section.get("seeds").is_some(), spec.seeds.is_some()),
+        (
+            section.get("allow_non_preferred").is_some(),
+            spec.allow_non_preferred.is_some(),
+        ),
+        (section.get("chips").is_some(), spec.chips.is_some()),
+    ]
+    .into_iter()
+    .any(|(given, read)| given != read);
+    let code = match family {
+        // What could not be read has been reported, and would be again.
+        None => None,
+        Some(_) if misread => None,
+        Some(_) => spec
+            .build()
+            .map_err(|error| section.report(error.key(), &error.to_string()))
+            .ok(),
+    };
+    section.finish();
+    code
+}
+
+/// `[[11, 2, 0], [11, 8, 5, 2, 0]]`; `None` if not given or wrong.
+fn read_polynomials(section: &Section) -> Option<Vec<Vec<u32>>> {
+    const KEY: &str = "polynomials";
+    const EXAMPLE: &str = "[[11, 2, 0], [11, 8, 5, 2, 0]]";
+    const EXPONENTS: std::ops::RangeInclusive<i64> = 0..=crate::code::MAX_DEGREE as i64;
+    section
+        .array(KEY, EXAMPLE)?
+        .iter()
+        .map(|polynomial| {
+            section
+                .array_of(KEY, polynomial, EXAMPLE)?
+                .iter()
+                .map(|exponent| {
+                    let exponent = section.integer_of(KEY, exponent, EXPONENTS)?;
+                    u32::try_from(exponent).ok()
+                })
+                .collect()
+        })
+        .collect()
+}
+
+/// `["111", "101"]`; `None` if not given or wrong.
+fn read_seeds(section: &Section) -> Option<Vec<String>> {
+    const KEY: &str = "seeds";
+    section
+        .array(KEY, "[\"11111\", \"11111\"]")?
+        .iter()
+        .map(|seed| section.string_of(KEY, seed, "11111").map(str::to_owned))
+        .collect()
+}

@@ -1,0 +1,159 @@
+//! The mean response against closed forms and against the simulated photons.
+
+mod optics_support;
+
+use goldtof::optics::{DetectorModel, MeanResponse, MeanResponseError};
+use goldtof::scene::Scene;
+use optics_support::{
+    Moments, assert_within_standard_errors, code, gold_5, ideal_scene, sampled_counts,
+    table_i_scene,
+};
+
+/// A one-chip code that is always on: constant light, counted upwards.
+fn constant_light(rate_cps: f64, dead_time_ps: f64) -> Scene {
+    let mut scene = ideal_scene(code(&[1]), rate_cps, 1_000);
+    scene.detectors[0].dead_time_ps = dead_time_ps;
+    scene
+}
+
+#[test]
+fn constant_light_gives_the_renewal_rate_and_variance() {
+    for dead_time_ps in [14e3, 9_300.0, 500.0] {
+        for rate in [1e6, 20e6, 100e6] {
+            let scene = constant_light(rate, dead_time_ps);
+            let model = DetectorModel::new(&scene, 0);
+            let response = MeanResponse::new(&model).expect("it can be solved");
+            let slowdown = 1.0 + rate * dead_time_ps * 1e-12;
+            let mean = rate * 8e-6 / slowdown;
+            let variance = rate * 8e-6 / slowdown.powi(3);
+            let found = (response.expected_count(3), response.count_variance(3));
+            assert!((found.0 / mean - 1.0).abs() < 1e-6, "{found:?} {mean}");
+            assert!(
+                (found.1 / variance - 1.0).abs() < 1e-5,
+                "{found:?} {variance}"
+            );
+        }
+    }
+}
+
+#[test]
+fn without_dead_time_expected_counts_are_the_interpolated_code_correlation() {
+    let chips = [1_u8, 1, 1, 0, 1, 0, 0];
+    let mut scene = ideal_scene(code(&chips), 10e6, 7 * 100);
+    let delay_samples = 18.0;
+    scene.paths[0].delay_ps = delay_samples * 1000.0;
+    let model = DetectorModel::new(&scene, 0);
+    let response = MeanResponse::new(&model).expect("it can be solved");
+    let correlation = |lag: i64| -> f64 {
+        (0..7_i64)
+            .map(|i| {
+                let reference = chips[(i - lag).rem_euclid(7) as usize];
+                f64::from(chips[i as usize]) * (2.0 * f64::from(reference) - 1.0)
+            })
+            .sum()
+    };
+    for k in 0..56 {
+        // The sampled peak stands one sample late.
+        let lag = (k as f64 - delay_samples - 1.0) / 8.0;
+        let (whole, part) = (lag.floor(), lag - lag.floor());
+        let mean = (1.0 - part) * correlation(whole as i64) + part * correlation(whole as i64 + 1);
+        // Rate 10 MHz in the mean, four of seven chips on.
+        let expected = mean * 10e6 * 7.0 / 4.0 * 8e-9 * 100.0;
+        let found = response.expected_count(k);
+        assert!((found - expected).abs() < 1e-9, "{k}: {found} {expected}");
+    }
+}
+
+/// 101 chips a step: three periods of 31 and a part, ever another one.
+fn short_steps(rate_cps: f64, dead_time_ps: f64) -> Scene {
+    let mut scene = table_i_scene(gold_5(), rate_cps, 101);
+    scene.detectors[0].jitter_ps.clear();
+    scene.detectors[0].dead_time_ps = dead_time_ps;
+    scene.detectors[0].pulse_width_ps = 0.4 * dead_time_ps;
+    scene
+}
+
+#[test]
+fn strong_afterpulsing_and_an_uneven_dead_time_count_as_the_mean_response_says() {
+    // Nothing is aligned to samples.
+    let mut scene = short_steps(40e6, 11_370.0);
+    scene.detectors[0].afterpulsing_probability = 0.25;
+    compare_with_photons(&scene);
+}
+
+#[test]
+fn a_saturated_detector_counts_as_the_mean_response_says() {
+    compare_with_photons(&short_steps(300e6, 14e3));
+}
+
+#[test]
+fn fast_afterpulses_after_a_short_dead_time_count_as_the_mean_response_says() {
+    let mut scene = short_steps(100e6, 2_900.0);
+    scene.detectors[0].afterpulsing_probability = 0.25;
+    scene.detectors[0].afterpulsing_time_constant_ps = 150.0;
+    compare_with_photons(&scene);
+}
+
+fn compare_with_photons(scene: &Scene) {
+    let model = DetectorModel::new(scene, 0);
+    let response = MeanResponse::new(&model).expect("it can be solved");
+
+    let scans = 400;
+    let samples = 31 * 8;
+    let mut hits = vec![0.0; samples];
+    let counts: Vec<Vec<f64>> = (0..scans)
+        .map(|seed| sampled_counts(scene, &model, seed, 0, &mut hits))
+        .collect();
+
+    // Hits of one sample are rare and nearly Poisson.
+    let periods = scans as f64 * 101.0 * 8.0;
+    let expected = response.hits_per_sample();
+    let mut chi_square = 0.0;
+    for (sample, (&found, expected)) in hits.iter().zip(&expected).enumerate() {
+        let mean = expected * periods;
+        let z = (found - mean) / mean.sqrt();
+        assert_within_standard_errors(z, 5.0, &format!("hits at sample {sample}"));
+        chi_square += z * z;
+    }
+    let z = (chi_square / samples as f64 - 1.0) / (2.0 / samples as f64).sqrt();
+    assert_within_standard_errors(z, 5.0, "chi-square of hits");
+
+    let mut mean_z = Vec::new();
+    let mut variance_ratio = Vec::new();
+    for step in 0..scene.scan.steps {
+        let found = Moments::of(counts.iter().map(|scan| scan[step as usize]));
+        let expected = response.expected_count(step);
+        assert_within_standard_errors(found.z(expected), 5.0, &format!("count of step {step}"));
+        mean_z.push(found.z(expected));
+        variance_ratio.push(found.variance / response.count_variance(step));
+    }
+    let mean_z = Moments::of(mean_z);
+    assert_within_standard_errors(mean_z.z(0.0), 5.0, "all counts together");
+    let ratio = Moments::of(variance_ratio);
+    assert_within_standard_errors(ratio.z(1.0), 5.0, "ratio of variances");
+}
+
+#[test]
+fn what_cannot_be_solved_says_what_would_be_right() {
+    let refused = |scene: &Scene| {
+        let model = DetectorModel::new(scene, 0);
+        MeanResponse::new(&model).err()
+    };
+    let too_short = refused(&constant_light(1e6, 10.0));
+    assert_eq!(
+        too_short,
+        Some(MeanResponseError::DeadTimeTooShort {
+            dead_time_ps: 10.0,
+            least_ps: 62.5
+        })
+    );
+    let mut scene = constant_light(1e6, 14e3);
+    scene.detectors[0].afterpulsing_probability = 0.1;
+    assert_eq!(
+        refused(&scene),
+        Some(MeanResponseError::TimeConstantTooShort {
+            time_constant_ps: 0.0,
+            least_ps: 125.0
+        })
+    );
+}

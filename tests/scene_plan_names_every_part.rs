@@ -1,0 +1,159 @@
+//! The plan says of every part whether the scene needs it, and why.
+
+use std::path::Path;
+
+use goldtof::cli::plan::to_text;
+use goldtof::plan::{Part, plan};
+use goldtof::scene::{Scene, load};
+
+fn standard(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("scenes")
+        .join(format!("{name}.toml"));
+    load(&path).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The part `name` of the hardware or of the simulation.
+fn part(scene: &Scene, name: &str) -> Part {
+    let plan = plan(scene);
+    let mut parts = plan.hardware.into_iter().chain(plan.simulation);
+    parts
+        .find(|part| part.part == name)
+        .unwrap_or_else(|| panic!("no part {name}"))
+}
+
+#[test]
+fn the_plan_of_paper_single() {
+    insta::assert_snapshot!(
+        to_text(&plan(&standard("paper-single"))),
+        @r#"
+    Hardware
+      kept      code_generator        an LFSR of degree 11 makes the first m-sequence
+      kept      second_lfsr           a Gold code is the XOR of two m-sequences
+      left out  interleaver           the code is not interleaved (nu = 0)
+      kept      phase_stepper         delays the reference by 8 phase steps per chip
+      kept      edge_detector         finds rising edges in 8 samples per clock of 1 detector
+      kept      updown_correlator     17 bits hold any count of 13100 chips with at most 4 edges each
+      left out  parallel_correlators  parallel = 1: phase steps are correlated one after another
+      left out  saturation_clamp      no stimulus can overflow 17 bits; saves a pipeline stage and a port
+      kept      scan_controller       walks 16376 phase steps of 13100 chips each
+      left out  scan_realignment      a scan of all 16376 phase steps ends where it began
+      left out  peak_detector         the host receives all 16376 counts and finds their maximum
+      kept      result_stream         counts leave as an AXI4-Stream of 24 bits
+    Simulation
+      kept      modulated_light       mean power 4 pW, keyed by a code of 992 on-chips in 2047
+      kept      off_state_light       extinction_ratio = 10: constant light of 1/10 of the on-rate
+      left out  interference          no light of any other source reaches the detector
+      left out  multipath             one path leads from the reference's source to the detector
+      kept      photon_detection      photon_detection_probability = 0.31: scales the rates, no photon is drawn in vain
+      kept      dark_counts           dark_count_rate = 71 kcps, as constant light
+      left out  background            background_rate = 0
+      kept      dead_time             blind for 14 ns after an avalanche
+      kept      afterpulsing          probability 0.137, decaying with 5 ns
+      kept      delay                 detections are registered 1.75 ns late; the calibration offset removes it
+      kept      jitter                2 Gaussian parts of 53.6 ps together
+      kept      pulse_sampling        pulses of 7 ns are sampled every 1 ns; those that merge count once
+      left out  counter_edge_delays   sampled hardware applies the sign to samples and has no such edges; only the tiers in continuous time (expected, counts, events) use them
+      kept      full_scan             the scan covers all 16376 phase steps
+      kept      coarse_estimate       the maximum over the scan
+      kept      fine_estimate         phase of the fundamental over 16 phase steps
+      left out  model_fit             estimator = "fft"
+    "#
+    );
+}
+
+#[test]
+fn the_plan_in_json_has_part_kept_and_reason() {
+    let json = serde_json::to_value(plan(&standard("paper-square"))).unwrap();
+    let second_lfsr = &json["hardware"][1];
+    assert_eq!(second_lfsr["part"], "second_lfsr");
+    assert_eq!(second_lfsr["kept"], false);
+    assert_eq!(second_lfsr["reason"], "a square wave needs no LFSR");
+    assert!(
+        json["simulation"]
+            .as_array()
+            .is_some_and(|parts| !parts.is_empty())
+    );
+}
+
+#[test]
+fn interleaving_interference_and_multipath_are_kept_where_the_scene_has_them() {
+    for (scene, name) in [
+        ("paper-interleaved", "interleaver"),
+        ("dual-view", "interference"),
+        ("multipath", "multipath"),
+    ] {
+        assert!(part(&standard(scene), name).kept, "{scene}");
+        assert!(!part(&standard("paper-single"), name).kept, "{name}");
+    }
+}
+
+#[test]
+fn a_window_scan_realigns_and_names_what_it_saves() {
+    let mut scene = standard("paper-single");
+    scene.scan.first_step = 5;
+    scene.scan.steps = 33;
+    assert!(part(&scene, "scan_realignment").kept);
+    let full_scan = part(&scene, "full_scan");
+    assert!(!full_scan.kept);
+    // 1 - 33/16376
+    assert_eq!(
+        full_scan.reason,
+        "the scan asks for 33 of 16376 phase steps, from step 5 on; \
+         saves 99.8 % of the photons and clocks"
+    );
+}
+
+#[test]
+fn a_narrow_counter_is_clamped() {
+    let mut scene = standard("paper-single");
+    scene.hardware.counter_width = Some(12);
+    assert!(part(&scene, "saturation_clamp").kept);
+    // 13,100 chips with 4 edges each are 52,400 counts: 16 bits and a sign.
+    scene.hardware.counter_width = Some(17);
+    assert!(!part(&scene, "saturation_clamp").kept);
+}
+
+#[test]
+fn neutral_parameters_leave_their_parts_out() {
+    let names = [
+        "off_state_light",
+        "photon_detection",
+        "dark_counts",
+        "dead_time",
+        "afterpulsing",
+        "delay",
+        "jitter",
+    ];
+    let mut scene = standard("paper-single");
+    for name in names {
+        assert!(part(&scene, name).kept, "{name}");
+    }
+    scene.sources[0].extinction_ratio = f64::INFINITY;
+    let detector = &mut scene.detectors[0];
+    detector.photon_detection_probability = 1.0;
+    detector.dark_count_rate_cps = 0.0;
+    detector.dead_time_ps = 0.0;
+    detector.afterpulsing_probability = 0.0;
+    detector.delay_ps = 0.0;
+    detector.jitter_ps.clear();
+    for name in names {
+        assert!(!part(&scene, name).kept, "{name}");
+    }
+}
+
+#[test]
+fn a_dark_path_leaves_out_the_light_of_its_source() {
+    let mut scene = standard("dual-view");
+    scene.paths[1].transmission = 0.0;
+    assert!(!part(&scene, "interference").kept);
+    assert!(!part(&scene, "modulated_light (other)").kept);
+    assert!(part(&scene, "modulated_light (laser)").kept);
+}
+
+#[test]
+fn sources_of_one_code_share_a_generator() {
+    let mut scene = standard("dual-view");
+    scene.sources[1].code = scene.sources[0].code.clone();
+    assert!(!part(&scene, "code_generator (other)").kept);
+}
