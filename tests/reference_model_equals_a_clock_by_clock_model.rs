@@ -118,7 +118,7 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
 fn event_driven(contract: &Contract, seed: u64, clocks: u64, block: u64) -> (Inputs, Vec<Ports>) {
     let layout = Layout::of(contract);
     let lanes = contract.lanes as usize;
-    let mut adversary = Adversarial::new(contract, seed, clocks);
+    let mut adversary = Adversarial::new(contract, seed);
     let mut reference = Reference::new(contract.clone()).unwrap();
     let mut level = Level::new(contract.lanes);
     let mut inputs = Inputs {

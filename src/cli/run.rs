@@ -74,7 +74,7 @@ pub(super) fn run(
     output.note(cosim_text(&cosimulation.report).trim_end());
     let estimates = [estimate_scan(&scene, 0, &cosimulation.counts)];
 
-    let distances_m = distances_m(&scene);
+    let distances_m = distances_m(&scene, estimates[0].calibration_offset_ps);
     write_file(
         &out.join("counts.csv"),
         &counts_csv(&scene, &distances_m, &cosimulation.counts),
@@ -85,6 +85,7 @@ pub(super) fn run(
         plan: &plan,
         emission: &emission,
         cosim: &cosimulation.report,
+        distances_m: &distances_m,
         counts: &cosimulation.counts,
         estimates: &estimates,
     };

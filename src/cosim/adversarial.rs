@@ -59,13 +59,13 @@ pub struct Adversarial {
 }
 
 impl Adversarial {
-    /// An adversary for runs of `clocks` clocks.
-    pub fn new(contract: &Contract, seed: u64, clocks: u64) -> Adversarial {
+    /// An adversary. A shorter run is the start of a longer one.
+    pub fn new(contract: &Contract, seed: u64) -> Adversarial {
         Adversarial {
             rng: Xoshiro256PlusPlus::seed_from_u64(seed),
             contract: contract.clone(),
             code: contract.reference_codes[0].clone(),
-            calm_until: clocks / 2,
+            calm_until: Self::default_clocks(contract) / 2,
             resets: VecDeque::from([0..RESET_CLOCKS]),
             stalls: VecDeque::new(),
             pulses: VecDeque::new(),

@@ -208,7 +208,7 @@ fn run(
             &mut photons
         }
         StimulusKind::Adversarial => {
-            adversarial = Adversarial::new(&contract, request.seed, clocks);
+            adversarial = Adversarial::new(&contract, request.seed);
             &mut adversarial
         }
     };

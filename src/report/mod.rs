@@ -11,8 +11,8 @@ use anyhow::Context as _;
 
 use crate::scene::Scene;
 
-/// The counts of a scan as CSV: number of the measurement, phase step, distance
-/// (not calibrated), count.
+/// The counts of a scan as CSV: number of the measurement, phase step, its
+/// calibrated distance, count.
 pub fn counts_csv(scene: &Scene, distances_m: &[f64], counts: &[i64]) -> String {
     let mut text = "measurement,phase_step,distance_m,count\n".to_owned();
     for (j, (distance_m, count)) in distances_m.iter().zip(counts).enumerate() {

@@ -22,6 +22,8 @@ pub struct Page<'a> {
     pub emission: &'a Emission,
     /// The co-simulation.
     pub cosim: &'a cosim::Report,
+    /// Distance of each step, see [`distances_m`].
+    pub distances_m: &'a [f64],
     /// Counts of the scan's steps, in order.
     pub counts: &'a [i64],
     /// What the counts say.
@@ -35,18 +37,19 @@ h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin-top: 2em; }
 table { border-collapse: collapse; width: 100%; }
 th, td { text-align: left; vertical-align: top; padding: 0.25em 0.8em 0.25em 0; \
 border-bottom: 1px solid #ddd; }
-td.number { text-align: right; font-variant-numeric: tabular-nums; }
+td.kept { white-space: nowrap; }
 tr.left-out { color: #777; }
 .verdict { font-weight: bold; padding: 0.1em 0.5em; border-radius: 0.3em; color: white; }
 .match { background: #2e7d32; } .mismatch { background: #b3261e; }
 svg { width: 100%; height: auto; }
 ";
 
-/// Distance that each step of the scan stands for, not calibrated.
-pub fn distances_m(scene: &Scene) -> Vec<f64> {
+/// Distance of the light that each step of the scan stands for, calibrated; the
+/// steps before the calibration offset have negative ones.
+pub fn distances_m(scene: &Scene, calibration_offset_ps: f64) -> Vec<f64> {
     let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
     (0..scene.scan.steps)
-        .map(|j| distance_m(scene.scan.step(j) as f64 * step_ps))
+        .map(|j| distance_m(scene.scan.step(j) as f64 * step_ps - calibration_offset_ps))
         .collect()
 }
 
@@ -127,7 +130,7 @@ impl Page<'_> {
         };
         let near = self.near_peak(&points);
         let peak = CountPlot {
-            title: "Round the peak (distance as counted; markers are calibrated)",
+            title: "Round the peak",
             points: near,
             markers: &markers
                 .into_iter()
@@ -147,8 +150,10 @@ impl Page<'_> {
     /// (distance, count) in order of distance, also for a window that wraps
     /// round the code period.
     fn points(&self) -> Vec<(f64, f64)> {
-        let mut points: Vec<(f64, f64)> = distances_m(self.scene)
-            .into_iter()
+        let mut points: Vec<(f64, f64)> = self
+            .distances_m
+            .iter()
+            .copied()
             .zip(self.counts.iter().map(|&count| count as f64))
             .collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -197,7 +202,7 @@ fn parts(parts: &[Part]) -> Markup {
             @for part in parts {
                 tr class=[(!part.kept).then_some("left-out")] {
                     td { (part.part) }
-                    td { @if part.kept { "kept" } @else { "left out" } }
+                    td.kept { @if part.kept { "kept" } @else { "left out" } }
                     td { (part.reason) }
                 }
             }

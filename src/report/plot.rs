@@ -69,7 +69,7 @@ impl CountPlot<'_> {
             chart
                 .draw_series(LineSeries::new(
                     [(*distance, y.start), (*distance, y.end)],
-                    &colour,
+                    colour.stroke_width(2 - i as u32 % 2),
                 ))?
                 .label(label)
                 .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], colour));

@@ -1,0 +1,290 @@
+//! Single edits to emitted Verilog: each is found, at the first clock where a
+//! port differs, under one stimulus or the other.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use serde_json::Value;
+
+/// One edit: file, what stands there (once), what is put in its place.
+type Fault = (&'static str, &'static str, &'static str);
+
+/// Faults in the Verilog of scenes/quick.toml.
+const QUICK: &[Fault] = &[
+    // Codes: taps, seeds, the XOR, the epoch.
+    ("gold_generator.v", "U_TAPS = 5'd9", "U_TAPS = 5'd17"),
+    ("gold_generator.v", "V_TAPS = 5'hf", "V_TAPS = 5'd9"),
+    ("gold_generator.v", "V_LOAD = 5'h1f", "V_LOAD = 5'h1e"),
+    ("gold_generator.v", "u_r[0] ^ v_r[0]", "u_r[0] | v_r[0]"),
+    ("gold_generator.v", "u_r[0] ^ v_r[0]", "u_r[0] ^ v_r[1]"),
+    (
+        "gold_generator.v",
+        "o_epoch = u_r == U_LOAD",
+        "o_epoch = v_r == 5'd1",
+    ),
+    ("gold_generator.v", "if (i_advance)", "if (1'b1)"),
+    // Scan: one chip or one step more or fewer, a lost strobe.
+    (
+        "scan_controller.v",
+        "DWELL_RELOAD = 13'h63d",
+        "DWELL_RELOAD = 13'h63c",
+    ),
+    (
+        "scan_controller.v",
+        "DWELL_RELOAD = 13'h63d",
+        "DWELL_RELOAD = 13'h63e",
+    ),
+    (
+        "scan_controller.v",
+        "dwell_r <= 13'h63c",
+        "dwell_r <= 13'h63d",
+    ),
+    (
+        "scan_controller.v",
+        "STEPS_RELOAD = 9'd9",
+        "STEPS_RELOAD = 9'd10",
+    ),
+    ("scan_controller.v", "steps_r <= 9'd9", "steps_r <= 9'd8"),
+    ("scan_controller.v", "o_run <= 1'b0", "o_run <= 1'b1"),
+    // Phase: lanes, the held chip.
+    (
+        "phase_stepper.v",
+        "wrap = i_step_end & delayed_r[6]",
+        "wrap = i_step_end & delayed_r[5]",
+    ),
+    ("phase_stepper.v", "o_advance = ~wrap", "o_advance = 1'b1"),
+    (
+        "phase_stepper.v",
+        "previous_r <= present_r",
+        "previous_r <= i_chip",
+    ),
+    (
+        "phase_stepper.v",
+        "{delayed_r[5:0], 1'b1}",
+        "{delayed_r[5:0], 1'b0}",
+    ),
+    // Edges: a lost lane, a wrong edge at a word border, the other edge.
+    (
+        "edge_detector.v",
+        "last_sample_r <= i_samples[7]",
+        "last_sample_r <= i_samples[6]",
+    ),
+    (
+        "edge_detector.v",
+        "i_samples[6:0], last_sample_r",
+        "i_samples[6:0], 1'b0",
+    ),
+    ("edge_detector.v", "& {8{i_run}}", "& {1'b0, {7{i_run}}}"),
+    (
+        "edge_detector.v",
+        "i_samples & ~{i_samples[6:0]",
+        "~i_samples & {i_samples[6:0]",
+    ),
+    // Counting: a sign, a pair, a width one short.
+    (
+        "updown_correlator.v",
+        "down = i_hits & ~i_reference",
+        "down = i_hits & i_reference",
+    ),
+    (
+        "updown_correlator.v",
+        "{down[2] | down[3], i_hits[2] | i_hits[3]}",
+        "{down[2], i_hits[2]}",
+    ),
+    (
+        "updown_correlator.v",
+        "{sum_4_7_r[2], sum_4_7_r}",
+        "{1'b0, sum_4_7_r}",
+    ),
+    (
+        "updown_correlator.v",
+        "{{11{sum_0_7_r[3]}}, sum_0_7_r}",
+        "{{12{sum_0_7_r[2]}}, sum_0_7_r[2:0]}",
+    ),
+    (
+        "updown_correlator.v",
+        "o_dump = step_end_r[4]",
+        "o_dump = step_end_r[3]",
+    ),
+    (
+        "updown_correlator.v",
+        "o_last = scan_end_r[4]",
+        "o_last = scan_end_r[3]",
+    ),
+    // Results: a missed dump, the handshake, the flag, the sign's extension.
+    ("result_stream.v", "base_r <= i_total;", "base_r <= base_r;"),
+    (
+        "result_stream.v",
+        "blocked = o_valid & ~i_ready",
+        "blocked = o_valid",
+    ),
+    ("result_stream.v", "new_result | blocked;", "new_result;"),
+    ("result_stream.v", "o_overrun <= 1'b1", "o_overrun <= 1'b0"),
+    (
+        "result_stream.v",
+        "{count_r[14], count_r}",
+        "{1'b0, count_r}",
+    ),
+    // The top: the laser's timing.
+    ("sensor_top.v", "o_laser <= chips", "o_laser <= ~chips"),
+];
+
+/// Faults in what only tests/scenes/window.toml has.
+const WINDOW: &[Fault] = &[
+    (
+        "interleaver.v",
+        "generator_chip ^ subchip_r",
+        "generator_chip",
+    ),
+    (
+        "interleaver.v",
+        "i_advance & subchip_r",
+        "i_advance & ~subchip_r",
+    ),
+    (
+        "scan_controller.v",
+        "i_epoch & (~o_run | o_scan_end)",
+        "~o_run | o_scan_end",
+    ),
+    (
+        "scan_controller.v",
+        "steps_r <= STEPS_RELOAD",
+        "steps_r <= STEPS_RELOAD + 6'd1",
+    ),
+    (
+        "phase_stepper.v",
+        "DELAYED_LOAD = 3'd3",
+        "DELAYED_LOAD = 3'd1",
+    ),
+    ("result_stream.v", "LARGEST = 5'hf", "LARGEST = 5'he"),
+    (
+        "result_stream.v",
+        "if (new_result & ~fits)",
+        "if (new_result & fits)",
+    ),
+];
+
+/// Faults that show only where a scan ends just before an epoch, as in
+/// tests/scenes/window-in-step.toml.
+const WINDOW_IN_STEP: &[Fault] = &[(
+    "scan_controller.v",
+    "i_epoch & (~o_run | o_scan_end)",
+    "i_epoch & ~o_run",
+)];
+
+fn goldtof(cache: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_goldtof"))
+        .env("GOLDTOF_CACHE_DIR", cache)
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn cosim(cache: &Path, scene: &str, rtl: &Path, more: &[&str]) -> (Option<i32>, Value) {
+    let mut arguments = vec!["cosim", scene, "--json", "--quiet", "--rtl"];
+    arguments.push(rtl.to_str().unwrap());
+    arguments.extend(more);
+    let output = goldtof(cache, &arguments);
+    let json = serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stderr)));
+    (output.status.code(), json)
+}
+
+/// Makes the faulty copy and finds the fault, or says that it was not found.
+fn find(work: &Path, scene: &str, rtl: &Path, fault: &Fault, number: usize) -> Result<(), String> {
+    let (file, from, to) = fault;
+    let name = format!("{file}: {from} -> {to}");
+    let folder = work.join(format!("fault-{number}"));
+    fs::create_dir(&folder).unwrap();
+    for entry in fs::read_dir(rtl).unwrap() {
+        let path = entry.unwrap().path();
+        fs::copy(&path, folder.join(path.file_name().unwrap())).unwrap();
+    }
+    let text = fs::read_to_string(rtl.join(file)).unwrap();
+    if text.matches(from).count() != 1 {
+        return Err(format!("{name}: the text does not stand there once"));
+    }
+    fs::write(folder.join(file), text.replace(from, to)).unwrap();
+    for stimulus in ["adversarial", "photons"] {
+        let (status, report) = cosim(work, scene, &folder, &["--stimulus", stimulus]);
+        if report["verdict"] == "match" {
+            assert_eq!(status, Some(0), "{name}");
+            continue;
+        }
+        assert_eq!(status, Some(1), "{name}");
+        // It is the first clock: a run that ends just before it matches, and
+        // one that ends with it does not.
+        let first = &report["first_mismatch"];
+        let clock = first["cycle"].as_u64().unwrap();
+        assert_ne!(first["expected"], first["got"], "{name}");
+        let verdict_after = |clocks: u64| {
+            let clocks = clocks.to_string();
+            let more = ["--stimulus", stimulus, "--cycles", &clocks];
+            cosim(work, scene, &folder, &more).1["verdict"].clone()
+        };
+        if clock > 0 {
+            assert_eq!(verdict_after(clock), "match", "{name}: clock {clock}");
+        }
+        assert_eq!(
+            verdict_after(clock + 1),
+            "mismatch",
+            "{name}: clock {clock}"
+        );
+        return Ok(());
+    }
+    Err(format!("{name}: not found"))
+}
+
+fn all_are_found(scene: &str, faults: &[Fault]) {
+    let work = tempfile::tempdir().unwrap();
+    let rtl: PathBuf = work.path().join("rtl");
+    let emitted = goldtof(
+        work.path(),
+        &["emit", scene, "--out", rtl.to_str().unwrap()],
+    );
+    assert!(emitted.status.success());
+    for stimulus in ["adversarial", "photons"] {
+        let (status, report) = cosim(work.path(), scene, &rtl, &["--stimulus", stimulus]);
+        assert_eq!(
+            (status, &report["verdict"]),
+            (Some(0), &Value::from("match"))
+        );
+    }
+    let next = AtomicUsize::new(0);
+    let missed = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                loop {
+                    let number = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(fault) = faults.get(number) else {
+                        return;
+                    };
+                    if let Err(reason) = find(work.path(), scene, &rtl, fault, number) {
+                        missed.lock().unwrap().push(reason);
+                    }
+                }
+            });
+        }
+    });
+    let missed = missed.into_inner().unwrap();
+    assert!(missed.is_empty(), "{}", missed.join("\n"));
+}
+
+#[test]
+fn every_fault_in_the_plain_sensor_is_found() {
+    all_are_found("scenes/quick.toml", QUICK);
+}
+
+#[test]
+fn every_fault_in_interleaving_realignment_and_saturation_is_found() {
+    all_are_found("tests/scenes/window.toml", WINDOW);
+}
+
+#[test]
+fn a_scan_that_should_follow_at_once_and_does_not_is_found() {
+    all_are_found("tests/scenes/window-in-step.toml", WINDOW_IN_STEP);
+}
