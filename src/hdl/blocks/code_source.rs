@@ -86,7 +86,7 @@ impl Block for CodePorts {
 #[derive(Debug, Clone)]
 pub enum CodeSource {
     /// One or two LFSRs.
-    Lfsr(LfsrGenerator),
+    Lfsr(Box<LfsrGenerator>),
     /// A toggle.
     Square(SquareGenerator),
     /// A table of given chips.
@@ -102,10 +102,10 @@ impl CodeSource {
         let base_start = start >> code.interleave;
         let generator = match &code.generator {
             Generator::MSequence(lfsr) => {
-                CodeSource::Lfsr(LfsrGenerator::m_sequence(lfsr, base_start, reloads))
+                CodeSource::Lfsr(LfsrGenerator::m_sequence(lfsr, base_start, reloads).into())
             }
             Generator::Gold { u, v } => {
-                CodeSource::Lfsr(LfsrGenerator::gold(u, v, base_start, reloads))
+                CodeSource::Lfsr(LfsrGenerator::gold(u, v, base_start, reloads).into())
             }
             Generator::Square => CodeSource::Square(SquareGenerator::new(base_start, reloads)),
             Generator::Chips(chips) => {
@@ -126,7 +126,7 @@ impl CodeSource {
 
     fn block(&self) -> &dyn Block {
         match self {
-            CodeSource::Lfsr(block) => block,
+            CodeSource::Lfsr(block) => &**block,
             CodeSource::Square(block) => block,
             CodeSource::ChipTable(block) => block,
             CodeSource::Interleaver(block) => block,
@@ -135,7 +135,7 @@ impl CodeSource {
 
     fn block_mut(&mut self) -> &mut dyn Block {
         match self {
-            CodeSource::Lfsr(block) => block,
+            CodeSource::Lfsr(block) => &mut **block,
             CodeSource::Square(block) => block,
             CodeSource::ChipTable(block) => block,
             CodeSource::Interleaver(block) => block,
