@@ -137,7 +137,7 @@ fn a_manifest_that_names_files_elsewhere_removes_nothing_there() {
     fs::write(outer.path().join("keep.v"), "").expect("written");
     let folder = outer.path().join("build");
     fs::create_dir(&folder).expect("created");
-    let manifest = r#"{"files": [{"name": "../keep.v"}]}"#;
+    let manifest = r#"{"files": ["../keep.v"]}"#;
     fs::write(folder.join("manifest.json"), manifest).expect("written");
     let emission = emit(&plain(), "goldtof emit test.toml").expect("the scene is fine");
     write(&emission, &folder).expect("the files can be written");

@@ -2,10 +2,12 @@
 
 mod hdl_support;
 
-use std::fs;
-
 use goldtof::hdl::{emit, write};
-use hdl_support::{Family, code, run, scene};
+use std::fs;
+use std::sync::Arc;
+
+use goldtof::code::{Code, CodeSpec, Family};
+use hdl_support::{run, scene};
 
 /// Writes `o_laser` after every clock as 64 bits.
 const BENCH: &str = r#"
@@ -32,22 +34,37 @@ int main(int argc, char **argv) {
 }
 "#;
 
+/// A code of the library, as a scene with these keys would have it.
+fn code(family: Family, degree: Option<u32>, index: Option<i64>, interleave: u32) -> Arc<Code> {
+    let spec = CodeSpec {
+        degree,
+        index,
+        interleave,
+        ..CodeSpec::new(family)
+    };
+    Arc::new(spec.build().expect("the family has this code"))
+}
+
 /// All codes at once, each on a laser of its own, so that one model is built
 /// and run for as long as the longest takes.
 #[test]
 fn emitted_chips_equal_the_table_over_two_periods_for_every_degree_and_depth() {
+    // Every degree that has a preferred pair, and the others for one LFSR.
     let gold_degrees = [3, 5, 6, 7, 9, 10, 11, 13, 14, 15];
     let other_degrees = [4, 8, 12, 16];
     let mut codes = Vec::new();
     for interleave in 0..=3 {
         for degree in gold_degrees {
-            codes.push(code(Family::Gold(degree), interleave, degree));
+            let index = i64::from(degree) - 2;
+            codes.push(code(Family::Gold, Some(degree), Some(index), interleave));
         }
-        codes.push(code(Family::Chips(100), interleave, 1));
-        codes.push(code(Family::Square, interleave, 1));
+        codes.push(code(Family::Square, None, None, interleave));
     }
     for degree in other_degrees {
-        codes.push(code(Family::MSequence(degree), 0, degree));
+        codes.push(code(Family::MSequence, Some(degree), None, 0));
+    }
+    for index in [-2, -1] {
+        codes.push(code(Family::Gold, Some(7), Some(index), 1));
     }
     let scene = scene(&codes, 0, 1, 0, Some(3), 5, None);
     let emission = emit(&scene, "goldtof emit test.toml --out build").expect("the scene is fine");

@@ -65,6 +65,6 @@ fn files_of_manifest(path: &Path) -> Vec<String> {
         .as_array()
         .into_iter()
         .flatten()
-        .filter_map(|file| Some(file["name"].as_str()?.to_owned()))
+        .filter_map(|file| Some(file.as_str()?.to_owned()))
         .collect()
 }

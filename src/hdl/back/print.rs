@@ -133,16 +133,15 @@ fn port_list(module: &Module) -> String {
         .map(|id| signals(id).name.len() + 1)
         .max()
         .unwrap_or(0);
-    let mut group = "";
+    let mut heading = "";
     for (index, id) in module.ports.iter().enumerate() {
         let port = signals(id);
-        let own_group = port_group(port);
-        if own_group != group {
-            if !group.is_empty() {
+        if port_heading(port) != heading {
+            if !heading.is_empty() {
                 out.push('\n');
             }
-            let _ = writeln!(out, "    // {own_group}");
-            group = own_group;
+            heading = port_heading(port);
+            let _ = writeln!(out, "    // {heading}");
         }
         let direction = if port.role == Role::Input {
             "input  wire"
@@ -175,12 +174,13 @@ fn is_output_register(module: &Module, name: &str) -> bool {
         .any(|(q, _)| module.signals[*q].name == name)
 }
 
-fn port_group(port: &Signal) -> &'static str {
-    match port.name.as_str() {
-        "i_clk" | "i_rst" => "Clock and reset",
-        name if name.starts_with("m_axis_") => "Results, AXI4-Stream",
-        _ if port.role == Role::Input => "Inputs",
-        _ => "Outputs",
+/// The heading that a port names, or one by its direction.
+fn port_heading(port: &Signal) -> &str {
+    match (&port.heading, port.role) {
+        (Some(heading), _) => heading,
+        (None, _) if matches!(port.name.as_str(), "i_clk" | "i_rst") => "Clock and reset",
+        (None, Role::Input) => "Inputs",
+        (None, _) => "Outputs",
     }
 }
 

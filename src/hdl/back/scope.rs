@@ -45,6 +45,8 @@ pub struct AtomInfo {
     pub value: u128,
     /// Description.
     pub about: String,
+    /// Heading in the port list.
+    pub heading: Option<String>,
 }
 
 /// Collects the scopes of `top`.
@@ -109,13 +111,19 @@ impl Probe for Collector {
             inner_key.push('$');
         }
         inner_key.push_str(name);
+        let described = atom.descriptor().name;
+        let (heading, about) = match described.split_once('\n') {
+            Some((heading, about)) => (Some(heading.to_owned()), about.to_owned()),
+            None => (None, described),
+        };
         scope.atoms.push(AtomInfo {
             inner_key,
             outer_key: name.to_owned(),
             kind: atom.kind(),
             width: atom.bits() as u32,
             value: literal_value(&atom.verilog()).unwrap_or(0),
-            about: atom.descriptor().name,
+            about,
+            heading,
         });
     }
 

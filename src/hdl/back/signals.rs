@@ -21,6 +21,8 @@ pub struct Signal {
     pub role: Role,
     /// Description; empty for pins.
     pub about: String,
+    /// Heading in the port list.
+    pub heading: Option<String>,
     /// Value of a constant.
     pub value: u128,
 }
@@ -151,6 +153,7 @@ impl Names {
             };
             let id = names.add(&atom.inner_key, name, atom.width, role, &atom.about);
             names.signals[id].value = atom.value;
+            names.signals[id].heading.clone_from(&atom.heading);
         }
         let child_names = plain_names(scope.children.iter().map(|c| c.name.as_str()));
         for (index, (child, name)) in scope.children.iter().zip(child_names).enumerate() {
@@ -178,6 +181,7 @@ impl Names {
             width,
             role,
             about: about.to_owned(),
+            heading: None,
             value: 0,
         });
         self.by_key.insert(key.to_owned(), id);
@@ -242,7 +246,7 @@ impl Names {
                     data,
                 });
             }
-            Marker::Wiring { sources } => {
+            Marker::Wiring { sources, about } => {
                 let index = self.wirings.len();
                 let pins: Vec<&str> = child
                     .atoms
@@ -256,7 +260,7 @@ impl Names {
                     inputs.push(self.add(&key(pin), format!("{name}.{pin}"), 1, role, ""));
                 }
                 let width = sources.len() as u32;
-                let output = self.add(&key("o"), name, width, Role::WiringOut(index), "");
+                let output = self.add(&key("o"), name, width, Role::WiringOut(index), about);
                 self.wirings.push(WiringPins {
                     inputs,
                     output,

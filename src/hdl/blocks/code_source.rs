@@ -86,13 +86,13 @@ impl Block for CodePorts {
 #[derive(Debug, Clone)]
 pub enum CodeSource {
     /// One or two LFSRs.
-    Lfsr(LfsrGenerator),
+    Lfsr(Box<LfsrGenerator>),
     /// A toggle.
-    Square(SquareGenerator),
+    Square(Box<SquareGenerator>),
     /// A table of given chips.
-    ChipTable(ChipTableGenerator),
+    ChipTable(Box<ChipTableGenerator>),
     /// Any of these, interleaved.
-    Interleaver(Interleaver),
+    Interleaver(Box<Interleaver>),
 }
 
 impl CodeSource {
@@ -102,43 +102,41 @@ impl CodeSource {
         let base_start = start >> code.interleave;
         let generator = match &code.generator {
             Generator::MSequence(lfsr) => {
-                CodeSource::Lfsr(LfsrGenerator::m_sequence(lfsr, base_start, reloads))
+                CodeSource::Lfsr(LfsrGenerator::m_sequence(lfsr, base_start, reloads).into())
             }
             Generator::Gold { u, v } => {
-                CodeSource::Lfsr(LfsrGenerator::gold(u, v, base_start, reloads))
+                CodeSource::Lfsr(LfsrGenerator::gold(u, v, base_start, reloads).into())
             }
-            Generator::Square => CodeSource::Square(SquareGenerator::new(base_start, reloads)),
+            Generator::Square => {
+                CodeSource::Square(SquareGenerator::new(base_start, reloads).into())
+            }
             Generator::Chips(chips) => {
-                CodeSource::ChipTable(ChipTableGenerator::new(chips, base_start, reloads))
+                CodeSource::ChipTable(ChipTableGenerator::new(chips, base_start, reloads).into())
             }
         };
         if code.interleave == 0 {
             return generator;
         }
         let subchip = start & ((1 << code.interleave) - 1);
-        CodeSource::Interleaver(Interleaver::new(
-            generator,
-            code.interleave,
-            subchip,
-            reloads,
-        ))
+        let interleaver = Interleaver::new(generator, code.interleave, subchip, reloads);
+        CodeSource::Interleaver(interleaver.into())
     }
 
     fn block(&self) -> &dyn Block {
         match self {
-            CodeSource::Lfsr(block) => block,
-            CodeSource::Square(block) => block,
-            CodeSource::ChipTable(block) => block,
-            CodeSource::Interleaver(block) => block,
+            CodeSource::Lfsr(block) => &**block,
+            CodeSource::Square(block) => &**block,
+            CodeSource::ChipTable(block) => &**block,
+            CodeSource::Interleaver(block) => &**block,
         }
     }
 
     fn block_mut(&mut self) -> &mut dyn Block {
         match self {
-            CodeSource::Lfsr(block) => block,
-            CodeSource::Square(block) => block,
-            CodeSource::ChipTable(block) => block,
-            CodeSource::Interleaver(block) => block,
+            CodeSource::Lfsr(block) => &mut **block,
+            CodeSource::Square(block) => &mut **block,
+            CodeSource::ChipTable(block) => &mut **block,
+            CodeSource::Interleaver(block) => &mut **block,
         }
     }
 }

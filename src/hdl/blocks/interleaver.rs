@@ -11,7 +11,7 @@ pub struct Interleaver {
     about: About,
     subchip_load: Constant,
     subchip: Register<Word>,
-    generator: Box<CodeSource>,
+    generator: CodeSource,
 }
 
 impl Interleaver {
@@ -38,7 +38,7 @@ impl Interleaver {
             subchip_load: Constant::new(load, depth, "Sub-chip that reset gives"),
             subchip: Register::word(depth, load, "repetition of the generator's chip")
                 .reset_to("subchip_load"),
-            generator: Box::new(generator),
+            generator,
         }
     }
 }

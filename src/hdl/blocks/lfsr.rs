@@ -1,7 +1,7 @@
 //! Gold codes and m-sequences: one or two linear-feedback shift registers.
 
 use super::CodePorts;
-use crate::code::Lfsr;
+use crate::code::{Lfsr, polynomial_text};
 use crate::hdl::front::prelude::*;
 
 /// A code from one LFSR (m-sequence) or the XOR of two (Gold code).
@@ -26,7 +26,7 @@ impl LfsrGenerator {
             "m_sequence_generator",
             "m-sequence, one linear-feedback shift register",
         )
-        .fact("Polynomial", polynomial_text(lfsr));
+        .fact("Polynomial", exponents(lfsr));
         Self::with(about, lfsr, None, start, reloads)
     }
 
@@ -38,13 +38,13 @@ impl LfsrGenerator {
         )
         .fact(
             "Polynomials",
-            format!("u {}; v {}", polynomial_text(u), polynomial_text(v)),
+            format!("u {}; v {}", exponents(u), exponents(v)),
         );
         Self::with(about, u, Some(v), start, reloads)
     }
 
     fn with(about: About, u: &Lfsr, v: Option<&Lfsr>, start: u64, reloads: bool) -> Self {
-        let period = (1u64 << u.degree) - 1;
+        let period = u.period();
         let about = about
             .note(
                 "Bit 0 of a register is its present chip, bit i the chip i clocks later; the \
@@ -121,6 +121,10 @@ impl Logic for LfsrGenerator {
     }
 }
 
+fn exponents(lfsr: &Lfsr) -> String {
+    format!("{} (exponents)", polynomial_text(&lfsr.exponents))
+}
+
 /// Bits of the state whose XOR is the chip that comes in: c[t + n] is the XOR
 /// of c[t + n - e] over the exponents e > 0, and bit i holds c[t + i].
 fn tap_mask(lfsr: &Lfsr) -> u128 {
@@ -132,18 +136,9 @@ fn tap_mask(lfsr: &Lfsr) -> u128 {
 
 /// The state whose bit 0 is chip `position`.
 fn state_at(lfsr: &Lfsr, position: u64) -> u128 {
-    let taps = tap_mask(lfsr) as u64;
-    let mut state = (0..lfsr.degree as usize)
-        .filter(|&i| lfsr.seed[i] == 1)
-        .fold(0u64, |state, i| state | 1 << i);
-    for _ in 0..position {
-        let feedback = u64::from((state & taps).count_ones() % 2);
-        state = (state >> 1) | (feedback << (lfsr.degree - 1));
-    }
-    u128::from(state)
-}
-
-fn polynomial_text(lfsr: &Lfsr) -> String {
-    let exponents: Vec<String> = lfsr.exponents.iter().map(u32::to_string).collect();
-    format!("{} (exponents)", exponents.join(","))
+    let chips = lfsr.advanced(position).seed;
+    chips
+        .iter()
+        .rev()
+        .fold(0, |state, &chip| state << 1 | u128::from(chip))
 }

@@ -120,12 +120,10 @@ impl Logic for PhaseStepper {
                 & signed_cast(self.previous[0].q.val()))
                 | (!bit_cast(self.delayed[0].q.val(), self._lanes)
                     & signed_cast(self.present.q.val()));
-            if self.i_step_end.val() {
-                if self.wrap.val() {
-                    self.delayed[0].d.next = 0.into();
-                } else {
-                    self.delayed[0].d.next = (self.delayed[0].q.val() << 1).replace_bit(0, true);
-                }
+            if self.wrap.val() {
+                self.delayed[0].d.next = 0.into();
+            } else if self.i_step_end.val() {
+                self.delayed[0].d.next = (self.delayed[0].q.val() << 1).replace_bit(0, true);
             }
         }
         for _whole_chips in self.delayed.count()..1 {

@@ -67,17 +67,22 @@ impl SensorTop {
         SensorTop {
             i_clk: Input::bit("one cycle per chip"),
             i_rst: Input::bit("synchronous, active high"),
-            o_laser: Output::word(sources, "chip of each source, bit m for source m"),
-            o_epoch: Output::bit("o_laser shows the first chip of the reference's code"),
-            i_samples: Input::word(width("i_samples"), "SPAD level, bit 0 earliest"),
-            m_axis_tdata: Output::word(width("m_axis_tdata"), "count of a phase step, signed"),
-            m_axis_tvalid: Output::bit("a result waits"),
-            m_axis_tready: Input::bit("the receiver takes it"),
-            m_axis_tlast: Output::bit("it is the scan's last"),
-            o_overrun: Output::bit("a result was lost since reset"),
+            o_laser: Output::word(sources, "chip of each source, bit m for source m")
+                .under("Lasers"),
+            o_epoch: Output::bit("o_laser shows the first chip of the reference's code")
+                .under("Lasers"),
+            i_samples: Input::word(width("i_samples"), "SPAD level, bit 0 earliest")
+                .under("Detector"),
+            m_axis_tdata: Output::word(width("m_axis_tdata"), "count of a phase step, signed")
+                .under("Results, AXI4-Stream"),
+            m_axis_tvalid: Output::bit("a result waits").under("Results, AXI4-Stream"),
+            m_axis_tready: Input::bit("the receiver takes it").under("Results, AXI4-Stream"),
+            m_axis_tlast: Output::bit("it is the scan's last").under("Results, AXI4-Stream"),
+            o_overrun: Output::bit("a result was lost since reset")
+                .under("Flags, high until reset"),
             o_saturated: Optional::new(
                 contract.saturates(),
-                Output::bit("a count was clamped since reset"),
+                Output::bit("a count was clamped since reset").under("Flags, high until reset"),
             ),
             about: describe(contract),
             laser: Register::word(sources, 0, "chip of each source"),
@@ -86,7 +91,7 @@ impl SensorTop {
                 .iter()
                 .map(|code| CodeSource::new(code, 0, realigns))
                 .collect(),
-            chips: Wiring::new(codes.len(), source_codes),
+            chips: Wiring::new(codes.len(), source_codes, "next chip of each source"),
             reference: CodeSource::new(reference_code, generator_start, realigns),
             controller: ScanController::new(
                 contract.scan.integration_chips,

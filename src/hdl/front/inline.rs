@@ -61,15 +61,17 @@ pub struct Wiring {
     /// Bit m is `i[sources[m]]`.
     pub o: Output<Word>,
     _sources: Vec<usize>,
+    _about: String,
 }
 
 impl Wiring {
     /// Wires `i[sources[m]]` to bit m of `o`, out of `inputs` bits.
-    pub fn new(inputs: usize, sources: Vec<usize>) -> Wiring {
+    pub fn new(inputs: usize, sources: Vec<usize>, about: &str) -> Wiring {
         Wiring {
             i: (0..inputs).map(|_| Net::bit("")).collect(),
             o: Net::word(sources.len() as u32, ""),
             _sources: sources,
+            _about: about.to_owned(),
         }
     }
 }
@@ -90,6 +92,7 @@ impl Logic for Wiring {
     fn hdl(&self) -> Verilog {
         Marker::Wiring {
             sources: self._sources.clone(),
+            about: self._about.clone(),
         }
         .into_hdl()
     }

@@ -33,6 +33,8 @@ pub enum Marker {
     Wiring {
         /// For every bit of `o`, bit 0 first, the index in `i`.
         sources: Vec<usize>,
+        /// What it carries.
+        about: String,
     },
 }
 

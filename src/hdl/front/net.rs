@@ -61,6 +61,7 @@ pub struct Net<D: Direction, V: Value> {
     connected: bool,
     width: u32,
     about: String,
+    group: Option<&'static str>,
     id: usize,
     direction: PhantomData<D>,
 }
@@ -82,9 +83,16 @@ impl<D: Direction, V: Value> Net<D, V> {
             connected: false,
             width,
             about: about.into(),
+            group: None,
             id: get_signal_id(),
             direction: PhantomData,
         }
+    }
+
+    /// Puts a port under `heading` in the module's port list.
+    pub fn under(mut self, heading: &'static str) -> Self {
+        self.group = Some(heading);
+        self
     }
 }
 
@@ -153,10 +161,14 @@ impl<D: Direction, V: Value> Atom for Net<D, V> {
         D::KIND
     }
 
-    /// The descriptor's name carries the net's description.
+    /// The descriptor's name carries the net's description, after the heading
+    /// and a line break if there is one.
     fn descriptor(&self) -> TypeDescriptor {
         TypeDescriptor {
-            name: self.about.clone(),
+            name: match self.group {
+                Some(heading) => format!("{heading}\n{}", self.about),
+                None => self.about.clone(),
+            },
             kind: TypeKind::Bits(self.width as usize),
         }
     }
