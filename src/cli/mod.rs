@@ -58,10 +58,12 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// 3 for a missing or failing external tool, 2 for everything else.
+/// 3 for a missing or failing external tool, 1 for Verilog that ends its own
+/// simulation and so is not the sensor, 2 for everything else.
 fn status_of(error: &anyhow::Error) -> u8 {
     match error.downcast_ref::<CosimError>() {
         Some(error) if error.is_tool() => 3,
+        Some(CosimError::Halted { .. }) => 1,
         _ => 2,
     }
 }

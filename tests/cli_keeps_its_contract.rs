@@ -1,0 +1,272 @@
+//! The program as a script sees it: exit codes, JSON, files, messages.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+const QUICK: &str = "scenes/quick.toml";
+
+fn goldtof(arguments: &[&str]) -> Output {
+    command(arguments).output().unwrap()
+}
+
+fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_goldtof"));
+    command.args(arguments);
+    command
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let output = goldtof(arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Emits the quick scene into a folder.
+fn emit(folder: &Path) {
+    json(&["emit", QUICK, "--json", "--out", folder.to_str().unwrap()]);
+}
+
+#[test]
+fn run_does_the_whole_way_and_says_so_in_json() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("new/quick");
+    let report = json(&["run", QUICK, "--json", "--out", out.to_str().unwrap()]);
+    assert_eq!(report["cosim"]["verdict"], "match");
+    assert_eq!(report["cosim"]["phase_steps"], 248);
+    assert_eq!(report["cosim"]["mismatches"], 0);
+    assert!(report["plan"]["hardware"].as_array().unwrap().len() > 5);
+    assert_eq!(report["emit"]["top"], "sensor_top");
+    let estimate = &report["estimates"][0];
+    let deviation = estimate["deviation_in_std"].as_f64().unwrap();
+    assert!(deviation.abs() < 5.0, "{estimate}");
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    for part in ["match", "<svg", "estimated distance", "edge_detector"] {
+        assert!(page.contains(part), "{part}");
+    }
+    let counts = fs::read_to_string(out.join("counts.csv")).unwrap();
+    assert_eq!(counts.lines().count(), 1 + 248);
+    assert!(out.join("rtl/sensor_top.v").exists());
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let counts = |seed: &str, name: &str| {
+        let out = folder.path().join(name);
+        json(&[
+            "run",
+            QUICK,
+            "--json",
+            "--seed",
+            seed,
+            "--out",
+            out.to_str().unwrap(),
+        ]);
+        fs::read(out.join("counts.csv")).unwrap()
+    };
+    assert_eq!(counts("7", "a"), counts("7", "b"));
+    assert_ne!(counts("7", "c"), counts("8", "d"));
+}
+
+#[test]
+fn emit_names_ports_clock_and_what_it_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let emission = json(&["emit", QUICK, "--json", "--out", out]);
+    assert_eq!(emission["clock_hz"], 125e6);
+    assert_eq!(emission["ports"][0]["name"], "i_clk");
+    assert_eq!(emission["ports"][0]["direction"], "input");
+    assert_eq!(emission["ports"][0]["width"], 1);
+    assert!(!emission["left_out"].as_array().unwrap().is_empty());
+    for file in emission["files"].as_array().unwrap() {
+        assert!(
+            folder.path().join(file.as_str().unwrap()).exists(),
+            "{file}"
+        );
+    }
+    let manifest = fs::read_to_string(folder.path().join("manifest.json")).unwrap();
+    assert_eq!(serde_json::from_str::<Value>(&manifest).unwrap(), emission);
+}
+
+#[test]
+fn codes_gives_the_first_chips_of_gps_satellite_1() {
+    let report = json(&[
+        "codes",
+        "--degree",
+        "10",
+        "--polynomials",
+        "10,3,0;10,9,8,6,3,2,0",
+        "--index",
+        "1018",
+        "--json",
+    ]);
+    // Octal 1440, as the interface specification prints it.
+    assert!(report["chips"].as_str().unwrap().starts_with("1100100000"));
+    assert_eq!(report["length"], 1023);
+    assert_eq!(report["autocorrelation"]["peak"], 1023);
+    assert_eq!(
+        report["autocorrelation"]["values"],
+        serde_json::json!([-65, -1, 63])
+    );
+}
+
+#[test]
+fn a_negative_index_of_a_gold_set_can_be_written_as_it_is() {
+    let report = json(&["codes", "--degree", "5", "--index", "-2", "--json"]);
+    assert_eq!(report["autocorrelation"]["values"], serde_json::json!([-1]));
+}
+
+#[test]
+fn a_scene_that_is_wrong_ends_with_2_and_names_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wrong.toml");
+    let text = fs::read_to_string(QUICK).unwrap();
+    fs::write(&path, text.replace("\"8 ns\"", "8")).unwrap();
+    let output = goldtof(&["plan", path.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(output.stdout.is_empty());
+    assert!(
+        stderr(&output).contains("wrong.toml:4:15: "),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn usage_errors_end_with_2_and_help_with_0() {
+    assert_eq!(goldtof(&["emit", QUICK]).status.code(), Some(2));
+    assert_eq!(goldtof(&["polish", QUICK]).status.code(), Some(2));
+    assert_eq!(goldtof(&["--help"]).status.code(), Some(0));
+    assert_eq!(goldtof(&["cosim", "--help"]).status.code(), Some(0));
+}
+
+#[test]
+fn a_missing_tool_ends_with_3_and_says_how_to_install_it() {
+    for (variable, package) in [("VERILATOR", "verilator"), ("CXX", "g++")] {
+        let output = command(&["cosim", QUICK])
+            .env(variable, "/nonexistent/tool")
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(3));
+        let message = format!("apt-get install {package}");
+        assert!(stderr(&output).contains(&message), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn a_failing_tool_ends_with_3_and_its_own_words() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("sensor_top.v"), "module sensor_top (\n").unwrap();
+    let output = goldtof(&["cosim", QUICK, "--rtl", folder.path().to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(
+        stderr(&output).contains("syntax error"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn rtl_with_other_ports_is_refused_port_by_port() {
+    let folder = tempfile::tempdir().unwrap();
+    emit(folder.path());
+    let path = folder.path().join("sensor_top.v");
+    let text = fs::read_to_string(&path).unwrap();
+    let wider = text.replace(
+        "output wire        o_overrun",
+        "output wire [1:0]  o_overrun",
+    );
+    assert_ne!(wider, text);
+    fs::write(&path, wider).unwrap();
+    let output = goldtof(&["cosim", QUICK, "--rtl", folder.path().to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    let message = "port o_overrun is an output of 2 bit(s); it should be an output of 1 bit(s)";
+    assert!(stderr(&output).contains(message), "{}", stderr(&output));
+}
+
+#[test]
+fn a_folder_without_verilog_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = goldtof(&["cosim", QUICK, "--rtl", folder.path().to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("holds no .v or .sv file"));
+}
+
+#[test]
+fn verilog_that_ends_its_own_simulation_ends_with_1() {
+    let folder = tempfile::tempdir().unwrap();
+    emit(folder.path());
+    let path = folder.path().join("sensor_top.v");
+    let text = fs::read_to_string(&path).unwrap();
+    let halting = text.replace("endmodule", "always @(posedge o_epoch) $finish;\nendmodule");
+    fs::write(&path, halting).unwrap();
+    let output = goldtof(&["cosim", QUICK, "--rtl", folder.path().to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("$finish at"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn a_mismatch_ends_with_1_and_leaves_waveforms_of_both_sides() {
+    let folder = tempfile::tempdir().unwrap();
+    emit(folder.path());
+    let path = folder.path().join("sensor_top.v");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text.replace("o_laser <= chips", "o_laser <= ~chips")).unwrap();
+    let vcd = folder.path().join("mismatch.vcd");
+    let output = goldtof(&[
+        "cosim",
+        QUICK,
+        "--json",
+        "--rtl",
+        folder.path().to_str().unwrap(),
+        "--vcd",
+        vcd.to_str().unwrap(),
+    ]);
+    assert_eq!(output.status.code(), Some(1));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let first = &report["first_mismatch"];
+    // The first clock after four clocks of reset shows the first chip.
+    assert_eq!(first["cycle"], 4);
+    assert_eq!(first["time_ps"], 32_000.0);
+    assert_eq!(first["port"], "o_laser");
+    let mut parser = vcd::Parser::new(std::io::BufReader::new(fs::File::open(vcd).unwrap()));
+    let header = parser.parse_header().unwrap();
+    for side in ["expected", "got"] {
+        let laser = header.find_var(&["cosim", side, "o_laser"]).unwrap().code;
+        assert!(parser_has_changes(&mut parser, laser), "{side}");
+    }
+}
+
+/// Whether the next changes of a waveform hold one of this signal.
+fn parser_has_changes(
+    parser: &mut vcd::Parser<std::io::BufReader<fs::File>>,
+    code: vcd::IdCode,
+) -> bool {
+    parser.any(
+        |command| matches!(command, Ok(vcd::Command::ChangeScalar(changed, _)) if changed == code),
+    )
+}
+
+#[test]
+fn an_output_folder_that_cannot_be_made_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    fs::write(&file, "").unwrap();
+    let out = file.join("out");
+    for command in ["emit", "run"] {
+        let output = goldtof(&[command, QUICK, "--out", out.to_str().unwrap()]);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains("file/out"), "{}", stderr(&output));
+    }
+}
