@@ -6,7 +6,8 @@ use rust_hdl::core::ast::{
     VerilogOpUnary, VerilogStatement,
 };
 
-use super::expr::{BinaryOp, Expr, SignalId, UnaryOp, binary, not};
+use super::concat::{binary, not};
+use super::expr::{BinaryOp, Expr, SignalId, UnaryOp};
 use super::fault::Fault;
 use super::scope::{literal_value, literal_width};
 use super::signals::Names;

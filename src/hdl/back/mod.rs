@@ -5,8 +5,9 @@
 //! expression, [`drive`] checks drivers and parts combinational from clocked
 //! logic, [`module`] merges registers and instances with the ports they
 //! drive, [`share`] finds modules that several instances use, and [`print`]
-//! writes them. What has no single meaning is refused ([`fault`]).
+//! and [`text`] write them. What has no single meaning is refused ([`fault`]).
 
+mod concat;
 mod drive;
 mod expr;
 mod fault;
@@ -19,6 +20,7 @@ mod refusals;
 mod scope;
 mod share;
 mod signals;
+mod text;
 
 use rust_hdl::core::block::Block;
 

@@ -1,5 +1,6 @@
 //! One Verilog module, ready to print.
 
+use super::concat::concat;
 use super::drive::drives_of;
 use super::expr::{Expr, SignalId};
 use super::fault::{Fault, Refusal};
@@ -143,7 +144,7 @@ fn translate(scope: &Scope, named: &mut String) -> Result<Module, Fault> {
         wires.push(wiring.output);
         assigns.push(Assign {
             target: wiring.output,
-            value: super::expr::concat(wiring.sources.iter().rev().map(value_of).collect()),
+            value: concat(wiring.sources.iter().rev().map(value_of).collect()),
             comments: Vec::new(),
         });
     }
