@@ -12,6 +12,18 @@
 //! bit 0 of a sample word is the earliest sample; one clock cycle is one chip;
 //! distance is half the optical path; light travels at
 //! [`SPEED_OF_LIGHT_M_PER_S`].
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use goldtof::{hdl, scene};
+//!
+//! let scene = scene::load(Path::new("scenes/paper-single.toml"))?;
+//! let emission = hdl::emit(&scene, "goldtof emit paper-single.toml")?;
+//! assert_eq!(emission.clock_hz, 125e6); // one clock is one chip of 8 ns
+//! assert!(emission.files.iter().any(|file| file.name == "gold_generator.v"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod cli;
 pub mod code;

@@ -66,7 +66,7 @@ impl Adversarial {
             contract: contract.clone(),
             code: contract.reference_codes[0].clone(),
             calm_until: Self::default_clocks(contract) / 2,
-            resets: VecDeque::from([0..RESET_CLOCKS]),
+            resets: std::iter::once(0..RESET_CLOCKS).collect(),
             stalls: VecDeque::new(),
             pulses: VecDeque::new(),
             decided: RESET_CLOCKS,

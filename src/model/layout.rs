@@ -135,6 +135,6 @@ mod tests {
     #[test]
     fn a_field_reads_back_what_was_put_in_its_place() {
         let record = Record::pack([3, 5].into_iter().map(port));
-        assert_eq!(record.fields[1].read(&[0b10110_010]), [0b10110]);
+        assert_eq!(record.fields[1].read(&[0b1011_0010]), [0b10110]);
     }
 }
