@@ -127,9 +127,19 @@ pub(super) fn estimate_values(
     measurement: &Measurement,
     calibration_offset_ps: f64,
 ) -> Estimate {
+    let peak = first_maximum(values);
+    estimate_at(values, peak, measurement, calibration_offset_ps)
+}
+
+/// The same with the coarse stage's answer given: measurement number `peak`.
+pub(super) fn estimate_at(
+    values: &[f64],
+    peak: usize,
+    measurement: &Measurement,
+    calibration_offset_ps: f64,
+) -> Estimate {
     let scan = &measurement.scan;
     assert_eq!(values.len() as u64, scan.steps, "one count per phase step");
-    let peak = first_maximum(values);
     let coarse_step = scan.step(peak as u64);
 
     let chip_ps = measurement.chip_period_ps;

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::phase::{
-    CoarseOnly, Estimate, Measurement, estimate_values, first_maximum, fundamental, window_indices,
+    CoarseOnly, Estimate, Measurement, estimate_at, first_maximum, fundamental, window_indices,
 };
 use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m};
 use crate::optics::{DetectorModel, MeanResponse, MeanResponseError};
@@ -55,7 +55,8 @@ pub fn predict(scene: &Scene, detector: usize, path: usize) -> Result<Prediction
         .map(|step| response.expected_count(step))
         .collect();
     let smallest = expected.iter().copied().fold(f64::INFINITY, f64::min);
-    let peak = first_maximum(&expected);
+    let offset_ps = calibration_offset_ps(scene, detector, CountingTier::Sampled);
+    let peak = peak_of_path(&expected, scene, path, offset_ps);
     // Equal up to rounding: the sums run over thousands of chips.
     if expected[peak] - smallest <= 1e-9 * expected[peak].abs() {
         return Err(PredictionError::Flat);
@@ -70,8 +71,7 @@ pub fn predict(scene: &Scene, detector: usize, path: usize) -> Result<Prediction
     }
     let phase_std = phase_variance.sqrt() / fundamental.norm();
 
-    let offset_ps = calibration_offset_ps(scene, detector, CountingTier::Sampled);
-    let estimate = estimate_values(&expected, &measurement, offset_ps);
+    let estimate = estimate_at(&expected, peak, &measurement, offset_ps);
     let code_period_ps = scene.scan.steps_per_period as f64 * scene.chip_period_ps
         / f64::from(scene.samples_per_chip);
     let true_delay_ps = scene.paths[path].delay_ps;
@@ -85,4 +85,20 @@ pub fn predict(scene: &Scene, detector: usize, path: usize) -> Result<Prediction
         estimate,
         detection_rate_hz: response.detection_rate_hz(),
     })
+}
+
+/// Measurement with the largest expected count within a chip of where the path's
+/// light should peak: what the coarse stage answers when it answers with this
+/// path. Without any such step in the scan, the largest of all.
+fn peak_of_path(expected: &[f64], scene: &Scene, path: usize, offset_ps: f64) -> usize {
+    let scan = &scene.scan;
+    let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
+    let peak_step = ((scene.paths[path].delay_ps + offset_ps) / step_ps).round() as i128;
+    let period = i128::from(scan.steps_per_period);
+    let chip = i128::from(scene.samples_per_chip);
+    (peak_step - chip..=peak_step + chip)
+        .map(|step| (step - i128::from(scan.first_step)).rem_euclid(period) as usize)
+        .filter(|&measurement| measurement < expected.len())
+        .max_by(|&a, &b| expected[a].total_cmp(&expected[b]))
+        .unwrap_or_else(|| first_maximum(expected))
 }

@@ -16,8 +16,9 @@ pub struct EstimateReport {
     pub detector: String,
     /// The source whose light it ranges.
     pub source: String,
-    /// Index of the path that the estimate is held against: the strongest of
-    /// its reference's source, the first of equals.
+    /// Index of the path that the estimate is held against: of all paths of its
+    /// reference's source, the nearest to the estimate; without an estimate the
+    /// first.
     pub path: Option<usize>,
     /// The estimate; none when the counts have no peak.
     pub distance_m: Option<f64>,
@@ -51,14 +52,12 @@ pub fn estimate_scan(scene: &Scene, detector: usize, counts: &[i64]) -> Estimate
     let source = &scene.sources[spad.reference];
     let code_period_ps = scene.chip_period_ps * source.code.len() as f64;
     let offset_ps = calibration_offset_ps(scene, detector, CountingTier::Sampled);
-    let path = strongest_path(scene, detector);
     let mut report = EstimateReport {
         detector: spad.name.clone(),
         source: source.name.clone(),
-        path,
+        path: None,
         distance_m: None,
-        true_distance_m: path
-            .map(|p| distance_m(scene.paths[p].delay_ps.rem_euclid(code_period_ps))),
+        true_distance_m: None,
         error_m: None,
         expected_bias_m: None,
         expected_std_m: None,
@@ -76,6 +75,7 @@ pub fn estimate_scan(scene: &Scene, detector: usize, counts: &[i64]) -> Estimate
         ));
         return report;
     }
+    let mut measured_ps = None;
     match estimate(&Measurement::new(scene, counts), offset_ps) {
         Err(reason) => report.remark = Some(format!("no estimate: {reason}")),
         Ok(estimate) => {
@@ -84,28 +84,24 @@ pub fn estimate_scan(scene: &Scene, detector: usize, counts: &[i64]) -> Estimate
             report.remark = estimate
                 .coarse_only
                 .map(|reason| format!("coarse estimate only: {reason}"));
-            report.error_m = path.map(|p| {
-                let true_ps = scene.paths[p].delay_ps;
-                distance_m(delay_error_ps(estimate.delay_ps, true_ps, code_period_ps))
-            });
+            measured_ps = Some(estimate.delay_ps);
         }
     }
-    if let Some(path) = path {
+    let error_ps = |p: usize| {
+        let true_ps = scene.paths[p].delay_ps;
+        delay_error_ps(measured_ps.unwrap_or(true_ps), true_ps, code_period_ps)
+    };
+    let is_own = |path: &Path| path.detector == detector && path.source == spad.reference;
+    report.path = (0..scene.paths.len())
+        .filter(|&p| is_own(&scene.paths[p]))
+        .min_by(|&a, &b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
+    if let Some(path) = report.path {
+        let true_ps = scene.paths[path].delay_ps.rem_euclid(code_period_ps);
+        report.true_distance_m = Some(distance_m(true_ps));
+        report.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
         report.add_expectation(scene, detector, path);
     }
     report
-}
-
-/// The path of the detector's own source with the most light.
-fn strongest_path(scene: &Scene, detector: usize) -> Option<usize> {
-    let own = scene.detectors[detector].reference;
-    let is_own = |path: &Path| path.detector == detector && path.source == own;
-    let transmission = |&p: &usize| scene.paths[p].transmission;
-    (0..scene.paths.len())
-        .filter(|&p| is_own(&scene.paths[p]))
-        // The last of equals is the first of the reversed order.
-        .rev()
-        .max_by(|a, b| transmission(a).total_cmp(&transmission(b)))
 }
 
 impl EstimateReport {
