@@ -33,7 +33,7 @@ impl Afterpulses {
     pub fn new(mean_per_avalanche: f64, time_constant_ticks: f64) -> Afterpulses {
         Afterpulses {
             streams: LaneStreams::new(),
-            masses: [0.0; LANES],
+            masses: Floats::all(0.0),
             mean_per_avalanche: mean_per_avalanche as f32,
             time_constant_ticks: time_constant_ticks as f32,
             halvings_per_tick: (std::f64::consts::LOG2_E / time_constant_ticks) as f32,
@@ -43,9 +43,10 @@ impl Afterpulses {
     /// Shortens the waits to the next afterpulse.
     #[inline(always)]
     pub fn shorten(&mut self, waits: &mut Words) {
+        let random = self.streams.next();
         for lane in 0..LANES {
             let mass = self.masses[lane];
-            let passed = exponential(self.streams.next(lane));
+            let passed = exponential(random[lane]);
             let wait = minus_ln(1.0 - passed / mass, 0) * self.time_constant_ticks;
             let wait = if passed < mass {
                 wait

@@ -3,12 +3,47 @@
 //! Nothing here is a library call or a fused multiply-add, so that a value is
 //! the same, bit for bit, on every processor and at every vector width.
 
+use std::ops::{Deref, DerefMut};
+
 /// Lanes, each of which simulates a phase step of its own.
 pub const LANES: usize = 32;
+
+/// One value per lane, aligned to the widest vector: one that lies across two
+/// cache lines costs twice.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(align(64))]
+pub struct PerLane<T>([T; LANES]);
+
 /// One 32-bit word per lane.
-pub type Words = [u32; LANES];
+pub type Words = PerLane<u32>;
+/// One signed 32-bit word per lane.
+pub type Integers = PerLane<i32>;
 /// One number per lane.
-pub type Floats = [f32; LANES];
+pub type Floats = PerLane<f32>;
+
+impl<T: Copy> PerLane<T> {
+    /// The same value in every lane.
+    #[inline(always)]
+    pub fn all(value: T) -> PerLane<T> {
+        PerLane([value; LANES])
+    }
+}
+
+impl<T> Deref for PerLane<T> {
+    type Target = [T; LANES];
+
+    #[inline(always)]
+    fn deref(&self) -> &[T; LANES] {
+        &self.0
+    }
+}
+
+impl<T> DerefMut for PerLane<T> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [T; LANES] {
+        &mut self.0
+    }
+}
 
 /// Entries of a table that is indexed by chip.
 pub const CHIP_TABLE: usize = 1 << 15;
@@ -28,9 +63,15 @@ impl ChipTable {
         ChipTable(table)
     }
 
+    /// The entries of one chip per lane. A loop of its own, because the compiler
+    /// makes vector loads of it only if nothing else is stored between them.
     #[inline(always)]
-    pub fn at(&self, chip: u32) -> u32 {
-        self.0[chip as usize % CHIP_TABLE]
+    pub fn at(&self, chips: &Words) -> Words {
+        let mut entries = Words::all(0);
+        for lane in 0..LANES {
+            entries[lane] = self.0[(chips[lane] % CHIP_TABLE as u32) as usize];
+        }
+        entries
     }
 }
 

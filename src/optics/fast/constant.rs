@@ -21,8 +21,9 @@ impl ConstantLight {
     /// Shortens the waits to the next arrival.
     #[inline(always)]
     pub fn shorten(&mut self, waits: &mut Words) {
+        let random = self.streams.next();
         for lane in 0..LANES {
-            let wait = exponential(self.streams.next(lane)) * self.mean_wait_ticks;
+            let wait = exponential(random[lane]) * self.mean_wait_ticks;
             waits[lane] = waits[lane].min(to_ticks(wait));
         }
     }

@@ -41,26 +41,35 @@ impl OnTime {
         }
     }
 
-    /// Ticks from `phase` (below one period) until `wait` ticks of on-time have
-    /// passed; one period if that takes a period or longer.
+    /// Ticks from `phases` (below one period) until `waits` ticks of on-time have
+    /// passed; one period where that takes a period or longer.
     ///
     /// With less than a period's on-time to pass, the end is found within the
     /// period: an arrival can never come out after the last on-chip.
     #[inline(always)]
-    fn until(&self, phase: u32, wait: u32) -> u32 {
+    fn until(&self, phases: &Words, waits: &Words) -> Words {
         let fraction = self.grid.fraction_mask();
-        let passed = self.before.at(phase >> self.grid.chip_bits) & (phase | !fraction);
-        let within = wait.min(self.ticks - 1);
-        let on_time = wrap(passed + within, self.ticks);
-        let end = self.starts.at(on_time >> self.grid.chip_bits) | (on_time & fraction);
-        let elapsed = end.wrapping_sub(phase);
-        // The end lies in this period or in the next one.
-        let elapsed = elapsed.min(elapsed.wrapping_add(self.grid.period_ticks));
-        if wait < self.ticks {
-            elapsed
-        } else {
-            self.grid.period_ticks
+        let before = self.before.at(&self.grid.chips(phases));
+        let mut on_times = Words::all(0);
+        for lane in 0..LANES {
+            let passed = before[lane] & (phases[lane] | !fraction);
+            let within = waits[lane].min(self.ticks - 1);
+            on_times[lane] = wrap(passed + within, self.ticks);
         }
+        let starts = self.starts.at(&self.grid.chips(&on_times));
+        let mut elapsed = Words::all(0);
+        for lane in 0..LANES {
+            let end = starts[lane] | (on_times[lane] & fraction);
+            let short = end.wrapping_sub(phases[lane]);
+            // The end lies in this period or in the next one.
+            let short = short.min(short.wrapping_add(self.grid.period_ticks));
+            elapsed[lane] = if waits[lane] < self.ticks {
+                short
+            } else {
+                self.grid.period_ticks
+            };
+        }
+        elapsed
     }
 }
 
@@ -79,7 +88,7 @@ impl<'t> ExcessLight<'t> {
         ExcessLight {
             on_time,
             streams: LaneStreams::new(),
-            offsets: [0; LANES],
+            offsets: Words::all(0),
             mean_wait_ticks: mean_wait_ticks as f32,
         }
     }
@@ -87,11 +96,20 @@ impl<'t> ExcessLight<'t> {
     /// Shortens the waits to the next arrival after `phases`.
     #[inline(always)]
     pub fn shorten(&mut self, phases: &Words, waits: &mut Words) {
-        let on_time = self.on_time;
+        let period = self.on_time.grid.period_ticks;
+        let mut arriving = Words::all(0);
         for lane in 0..LANES {
-            let phase = wrap(phases[lane] + self.offsets[lane], on_time.grid.period_ticks);
-            let wait = exponential(self.streams.next(lane)) * self.mean_wait_ticks;
-            waits[lane] = waits[lane].min(on_time.until(phase, to_ticks(wait)));
+            arriving[lane] = wrap(phases[lane] + self.offsets[lane], period);
+        }
+        let random = self.streams.next();
+        let mut on_waits = Words::all(0);
+        for lane in 0..LANES {
+            let wait = exponential(random[lane]) * self.mean_wait_ticks;
+            on_waits[lane] = to_ticks(wait);
+        }
+        let elapsed = self.on_time.until(&arriving, &on_waits);
+        for lane in 0..LANES {
+            waits[lane] = waits[lane].min(elapsed[lane]);
         }
     }
 }
@@ -121,7 +139,8 @@ mod tests {
                     elapsed += 1;
                 }
                 let expected = if wait < 12 { elapsed } else { 28 };
-                assert_eq!(on_time.until(phase, wait), expected, "{phase} {wait}");
+                let found = on_time.until(&Words::all(phase), &Words::all(wait));
+                assert_eq!(found, Words::all(expected), "{phase} {wait}");
             }
         }
     }

@@ -1,5 +1,7 @@
 //! Time in whole ticks.
 
+use super::arithmetic::{CHIP_TABLE, LANES, Words};
+
 /// Ticks of a power of two per chip, and the period after which everything that
 /// a lane looks up repeats.
 ///
@@ -19,7 +21,7 @@ pub struct Grid {
 /// and a cut costs an iteration.
 const LEAST_PERIOD_CHIPS: u64 = 1024;
 /// Period of the codes, together, that a grid can have.
-pub const LONGEST_PERIOD_CHIPS: u64 = super::arithmetic::CHIP_TABLE as u64;
+pub const LONGEST_PERIOD_CHIPS: u64 = CHIP_TABLE as u64;
 /// Finer ticks gain nothing: 2^-20 of 8 ns is 8 fs.
 const MOST_CHIP_BITS: u32 = 20;
 
@@ -54,6 +56,16 @@ impl Grid {
     #[inline(always)]
     pub fn fraction_mask(&self) -> u32 {
         self.chip_ticks() - 1
+    }
+
+    /// The chips that phases lie in.
+    #[inline(always)]
+    pub fn chips(&self, phases: &Words) -> Words {
+        let mut chips = Words::all(0);
+        for lane in 0..LANES {
+            chips[lane] = phases[lane] >> self.chip_bits;
+        }
+        chips
     }
 
     /// The nearest number of ticks.

@@ -1,7 +1,7 @@
 //! The inner loop: one wait, and mostly one detection, in every lane.
 
 use super::afterpulses::Afterpulses;
-use super::arithmetic::{LANES, Words, wrap};
+use super::arithmetic::{Integers, LANES, Words, wrap};
 use super::constant::ConstantLight;
 use super::domain::Tables;
 use super::excess::ExcessLight;
@@ -23,7 +23,7 @@ pub struct Lanes<'t> {
     pub afterpulses: Option<Afterpulses>,
     pub sign: Sign<'t>,
     pub phases: Words,
-    pub periods: [i32; LANES],
+    pub periods: Integers,
     /// 1 where the last iteration was an avalanche, 0 where a wait was cut.
     pub fired: Words,
     /// Detections since the lane's counts were taken.
@@ -47,11 +47,11 @@ impl<'t> Lanes<'t> {
                 .afterpulsing
                 .map(|a| Afterpulses::new(a.mean_per_avalanche, grid.ticks(a.time_constant_chips))),
             sign: Sign::new(&tables.sign),
-            phases: [0; LANES],
-            periods: [i32::MIN; LANES],
-            fired: [0; LANES],
-            totals: [0; LANES],
-            ups: [0; LANES],
+            phases: Words::all(0),
+            periods: Integers::all(i32::MIN),
+            fired: Words::all(0),
+            totals: Words::all(0),
+            ups: Words::all(0),
         }
     }
 
@@ -79,14 +79,14 @@ impl<'t> Lanes<'t> {
         let period = self.tables.grid.period_ticks;
         let dead_time = self.tables.dead_time_ticks;
 
-        let mut ready = [0; LANES];
+        let mut ready = Words::all(0);
         for (lane, ready) in ready.iter_mut().enumerate() {
             let end = self.phases[lane] + self.fired[lane] * dead_time;
             *ready = wrap(end, period);
             self.periods[lane] = self.periods[lane].wrapping_add(i32::from(end >= period));
         }
 
-        let mut waits = [period; LANES];
+        let mut waits = Words::all(period);
         for path in &mut self.paths {
             path.shorten(&ready, &mut waits);
         }
@@ -105,7 +105,7 @@ impl<'t> Lanes<'t> {
         }
         if let Some(afterpulses) = &mut self.afterpulses {
             let mut elapsed = waits;
-            for (elapsed, fired) in elapsed.iter_mut().zip(&self.fired) {
+            for (elapsed, fired) in elapsed.iter_mut().zip(self.fired.iter()) {
                 *elapsed += fired * dead_time;
             }
             afterpulses.decay(&elapsed, &self.fired);

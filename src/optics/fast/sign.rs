@@ -14,7 +14,7 @@
 //! table holds the mean of Phi at x - w and x + w. Rising and falling edges have
 //! different delays but the same table.
 
-use super::arithmetic::{ChipTable, LANES, Words, wrap};
+use super::arithmetic::{ChipTable, Integers, LANES, Words, wrap};
 use super::grid::Grid;
 use super::normal::{self, NORMAL_REACH};
 use super::streams::LaneStreams;
@@ -106,15 +106,26 @@ impl SignTable {
         })
     }
 
-    /// The level (0 or 1) that counts at a phase of the cells.
+    /// The levels (0 or 1) that count at phases of the cells.
     #[inline(always)]
-    fn level(&self, phase: u32, uniform: i32) -> u32 {
-        let cell = self.cells.at(phase >> self.grid.chip_bits);
-        let offset = phase & self.grid.fraction_mask();
-        let into_table = (offset as i32 - (cell >> 2) as i32).max(0) as u32;
-        let entry = (into_table >> self.entry_bits).min(LAST);
-        let before_edge = u32::from(uniform <= self.thresholds[entry as usize]);
-        (cell ^ ((cell >> 1) & before_edge)) & 1
+    fn levels(&self, phases: &Words, uniforms: &Integers) -> Words {
+        let cells = self.cells.at(&self.grid.chips(phases));
+        let mut entries = Words::all(0);
+        for lane in 0..LANES {
+            let offset = (phases[lane] & self.grid.fraction_mask()) as i32;
+            let into_table = (offset - (cells[lane] >> 2) as i32).max(0) as u32;
+            entries[lane] = (into_table >> self.entry_bits).min(LAST);
+        }
+        let mut thresholds = Integers::all(0);
+        for lane in 0..LANES {
+            thresholds[lane] = self.thresholds[(entries[lane] % ENTRIES as u32) as usize];
+        }
+        let mut levels = Words::all(0);
+        for lane in 0..LANES {
+            let before_edge = u32::from(uniforms[lane] <= thresholds[lane]);
+            levels[lane] = (cells[lane] ^ ((cells[lane] >> 1) & before_edge)) & 1;
+        }
+        levels
     }
 }
 
@@ -139,7 +150,7 @@ pub struct Sign<'t> {
     /// Phase of the cells where a lane's phase is zero, by lane.
     pub offsets: Words,
     /// The number that decided, 31 bits, by lane.
-    pub uniforms: [i32; LANES],
+    pub uniforms: Integers,
     /// The level that counts, by lane.
     pub levels: Words,
 }
@@ -149,9 +160,9 @@ impl<'t> Sign<'t> {
         Sign {
             table,
             streams: LaneStreams::new(),
-            offsets: [0; LANES],
-            uniforms: [0; LANES],
-            levels: [0; LANES],
+            offsets: Words::all(0),
+            uniforms: Integers::all(0),
+            levels: Words::all(0),
         }
     }
 
@@ -159,14 +170,16 @@ impl<'t> Sign<'t> {
     #[inline(always)]
     pub fn decide(&mut self, phases: &Words) {
         if self.table.is_random {
+            let random = self.streams.next();
             for lane in 0..LANES {
-                self.uniforms[lane] = (self.streams.next(lane) >> 1) as i32;
+                self.uniforms[lane] = (random[lane] >> 1) as i32;
             }
         }
-        let period = self.table.grid.period_ticks;
+        let mut in_cells = Words::all(0);
         for lane in 0..LANES {
-            let phase = wrap(phases[lane] + self.offsets[lane], period);
-            self.levels[lane] = self.table.level(phase, self.uniforms[lane]);
+            let phase = phases[lane] + self.offsets[lane];
+            in_cells[lane] = wrap(phase, self.table.grid.period_ticks);
         }
+        self.levels = self.table.levels(&in_cells, &self.uniforms);
     }
 }
