@@ -169,3 +169,111 @@ impl<'m> StepCounter<'m> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::code::{Code, Generator};
+    use crate::optics::LightRates;
+    use crate::optics::afterpulsing::Afterpulsing;
+    use crate::optics::light::ExcessLight;
+    use crate::scene;
+
+    fn table_i() -> DetectorModel {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper-single.toml");
+        let mut scene = scene::load(&file).expect("the scene is sound");
+        scene.sources[0].mean_power_w *= 3.0;
+        DetectorModel::new(&scene, 0)
+    }
+
+    fn counts(counter: &StepCounter) -> Vec<StepCount> {
+        let mut counts = vec![StepCount::ZERO; 100];
+        counter.count(1, 0..1, 0..100, &mut counts);
+        assert!(counter.outside_domain().is_none());
+        assert!(counts.iter().any(|count| count.total > 0));
+        counts
+    }
+
+    /// A part left out against the same part, at work but neutral.
+    fn assert_same(without: &DetectorModel, neutral: &DetectorModel) {
+        let [without, neutral] = [without, neutral].map(|m| counts(&StepCounter::new(m)));
+        assert_eq!(without, neutral);
+    }
+
+    #[test]
+    fn afterpulses_of_no_number_change_nothing() {
+        let mut without = table_i();
+        without.afterpulsing = None;
+        let mut neutral = without.clone();
+        neutral.afterpulsing = Some(Afterpulsing {
+            mean_per_avalanche: 0.0,
+            time_constant_chips: 0.6,
+        });
+        assert_same(&without, &neutral);
+    }
+
+    #[test]
+    fn constant_light_of_no_rate_changes_nothing() {
+        let mut without = table_i();
+        without.constant_per_chip = 0.0;
+        let mut neutral = without.clone();
+        neutral.constant_per_chip = 1e-300;
+        assert_same(&without, &neutral);
+    }
+
+    #[test]
+    fn a_path_without_light_changes_nothing() {
+        let without = table_i();
+        let mut neutral = without.clone();
+        let chips = vec![1; 89];
+        let code = Arc::new(Code {
+            generator: Generator::Chips(chips.clone()),
+            interleave: 0,
+            chips,
+        });
+        let rates = LightRates {
+            on_hz: 1e-290,
+            off_hz: 0.0,
+        };
+        // Of the period 2047 = 23 x 89, so that the grid stays as it is.
+        let dark = ExcessLight::new(1, rates, &code, 333.0, neutral.chip_period_ps);
+        neutral.excess.extend(dark);
+        assert_eq!(neutral.excess.len(), 2);
+        assert_same(&without, &neutral);
+    }
+
+    #[test]
+    fn jitter_of_no_width_and_a_draw_that_decides_nothing_change_nothing() {
+        let mut without = table_i();
+        without.jitter_chips = None;
+        without.counter.transition_ps = 0.0;
+        let mut neutral = without.clone();
+        neutral.jitter_chips = Some(0.0);
+        assert_same(&without, &neutral);
+
+        let left_out = StepCounter::new(&without);
+        let mut drawn = left_out.clone();
+        let tables = drawn.tables.as_mut().expect("the lanes can do it");
+        assert!(!tables.sign.is_random);
+        tables.sign.is_random = true;
+        assert_eq!(counts(&left_out), counts(&drawn));
+    }
+
+    #[test]
+    fn each_part_left_out_leaves_the_draws_of_the_others() {
+        // Jitter decides signs only, so totals stay where no border is near.
+        let with = table_i();
+        let mut without = with.clone();
+        without.jitter_chips = None;
+        let [with, without] = [&with, &without].map(|m| counts(&StepCounter::new(m)));
+        let same = with
+            .iter()
+            .zip(&without)
+            .filter(|(a, b)| a.total == b.total);
+        assert!(same.count() > 90);
+        assert_ne!(with, without);
+    }
+}
