@@ -15,6 +15,27 @@ pub struct StepCount {
     pub total: u64,
 }
 
+impl StepCount {
+    /// Nothing counted.
+    pub const ZERO: StepCount = StepCount {
+        signed: 0,
+        total: 0,
+    };
+
+    /// `total` detections, `ups` of them while the reference was 1.
+    pub(super) fn of(ups: u32, total: u32) -> StepCount {
+        StepCount {
+            signed: 2 * i64::from(ups) - i64::from(total),
+            total: u64::from(total),
+        }
+    }
+
+    pub(super) fn add(&mut self, other: StepCount) {
+        self.signed += other.signed;
+        self.total += other.total;
+    }
+}
+
 /// Counts phase step `step` of scan number `repetition`, with the reference
 /// delayed by k T_s (k from the scan) and by the counter's own edge delays.
 pub fn count_step(model: &DetectorModel, seed: u64, repetition: u64, step: u64) -> StepCount {

@@ -13,6 +13,7 @@
 mod afterpulsing;
 mod counter;
 mod detector;
+pub mod fast;
 mod light;
 mod mean_response;
 mod random;

@@ -49,10 +49,14 @@ pub struct StreamKey {
 impl StreamKey {
     /// The stream of one part: the same for the same key, whatever else exists.
     pub fn stream(&self, part: Part) -> StreamRng {
-        let hash = [self.detector, self.step, self.repetition, part.number()]
+        StreamRng::seed_from_u64(self.hash(part))
+    }
+
+    /// The number that a part's stream is seeded with.
+    pub fn hash(&self, part: Part) -> u64 {
+        [self.detector, self.step, self.repetition, part.number()]
             .into_iter()
-            .fold(mix(self.seed), |hash, word| mix(hash ^ word));
-        StreamRng::seed_from_u64(hash)
+            .fold(mix(self.seed), |hash, word| mix(hash ^ word))
     }
 }
 

@@ -1,0 +1,224 @@
+//! Arithmetic of one lane, in plain operations that the compiler vectorises.
+//!
+//! Nothing here is a library call or a fused multiply-add, so that a value is
+//! the same, bit for bit, on every processor and at every vector width.
+
+use std::ops::{Deref, DerefMut};
+
+/// Lanes, each of which simulates a phase step of its own.
+pub const LANES: usize = 32;
+
+/// One value per lane, aligned to the widest vector: one that lies across two
+/// cache lines costs twice.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(align(64))]
+pub struct PerLane<T>([T; LANES]);
+
+/// One 32-bit word per lane.
+pub type Words = PerLane<u32>;
+/// One signed 32-bit word per lane.
+pub type Integers = PerLane<i32>;
+/// One number per lane.
+pub type Floats = PerLane<f32>;
+
+impl<T: Copy> PerLane<T> {
+    /// The same value in every lane.
+    #[inline(always)]
+    pub fn all(value: T) -> PerLane<T> {
+        PerLane([value; LANES])
+    }
+}
+
+impl<T> Deref for PerLane<T> {
+    type Target = [T; LANES];
+
+    #[inline(always)]
+    fn deref(&self) -> &[T; LANES] {
+        &self.0
+    }
+}
+
+impl<T> DerefMut for PerLane<T> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [T; LANES] {
+        &mut self.0
+    }
+}
+
+/// Entries of a table that is indexed by chip.
+pub const CHIP_TABLE: usize = 1 << 15;
+
+/// A table indexed by chip; the part beyond the code is never looked up. Its
+/// fixed size spares the look-ups in the inner loop a check.
+#[derive(Debug, Clone)]
+pub struct ChipTable(Box<[u32; CHIP_TABLE]>);
+
+impl ChipTable {
+    /// A table that begins with `entries`, of which at most [`CHIP_TABLE`] fit.
+    pub fn new(entries: impl Iterator<Item = u32>) -> ChipTable {
+        let mut table = Box::new([0; CHIP_TABLE]);
+        for (place, entry) in table.iter_mut().zip(entries) {
+            *place = entry;
+        }
+        ChipTable(table)
+    }
+
+    /// The entries of one chip per lane. A loop of its own, because the compiler
+    /// makes vector loads of it only if nothing else is stored between them.
+    #[inline(always)]
+    pub fn at(&self, chips: &Words) -> Words {
+        let mut entries = Words::all(0);
+        for lane in 0..LANES {
+            entries[lane] = self.0[(chips[lane] % CHIP_TABLE as u32) as usize];
+        }
+        entries
+    }
+}
+
+/// `ticks` modulo `period`, for ticks below two periods and a period of at most
+/// 2^31: the subtraction wraps round to a larger number if there is nothing to
+/// subtract.
+#[inline(always)]
+pub fn wrap(ticks: u32, period: u32) -> u32 {
+    ticks.min(ticks.wrapping_sub(period))
+}
+
+/// The longest wait in ticks; longer ones are cut to it.
+pub const LONGEST_WAIT: u32 = 1 << 30;
+
+/// The nearest whole number, cut to 0..=[`LONGEST_WAIT`] (also if not a number).
+///
+/// Rounding, where truncation would do, matters for the rate: half a tick is
+/// 10^-7 of the mean wait at ten million detections per second.
+#[inline(always)]
+pub fn to_ticks(wait: f32) -> u32 {
+    let longest = LONGEST_WAIT as f32;
+    let rounded = wait + 0.5;
+    let below = if rounded < longest { rounded } else { longest };
+    let within = if below > 0.0 { below } else { 0.0 };
+    // SAFETY: finite, and from 0 to 2^30, as the two lines before make sure.
+    unsafe { within.to_int_unchecked::<i32>() as u32 }
+}
+
+/// A unit exponential from 32 random bits: -ln((i + 1/2) / 2^31) with i the
+/// upper 31 bits, which reaches from 0 to 22.
+///
+/// Rounding (i + 1/2) to 24 bits keeps the tail fine: the exponential's own
+/// resolution is about 10^-7 at any length.
+#[inline(always)]
+pub fn exponential(bits: u32) -> f32 {
+    let scaled = (bits >> 1) as i32 as f32 + 0.5;
+    minus_ln(scaled, 31)
+}
+
+/// -ln(x / 2^scale) for x > 0, within 2e-7 of the result or 4e-8, whichever is
+/// more. Zero gives a large number, anything else nonsense, but never a trap.
+///
+/// x = 2^e (1 + f) with 1 + f between sqrt(1/2) and sqrt(2), and the minimax
+/// polynomial of degree 8 for ln(1 + f), which is 4e-8 off at most.
+#[inline(always)]
+pub fn minus_ln(x: f32, scale: i32) -> f32 {
+    const SQRT_HALF_BITS: u32 = 0x3f35_04f3;
+    let bits = x.to_bits();
+    let exponent = (bits.wrapping_sub(SQRT_HALF_BITS) as i32) >> 23;
+    let f = f32::from_bits(bits.wrapping_sub((exponent << 23) as u32)) - 1.0;
+    let mut q = -0.100_345_19_f32;
+    q = q * f + 0.163_356_27;
+    q = q * f - 0.173_260_18;
+    q = q * f + 0.198_882_79;
+    q = q * f - 0.249_614_63;
+    q = q * f + 0.333_352_61;
+    q = q * f - 0.500_005_84;
+    let ln_mantissa = q * (f * f) + f;
+    (scale - exponent) as f32 * std::f32::consts::LN_2 - ln_mantissa
+}
+
+/// 2^x for x <= 0, within a share of 3e-7; below 2^-100 it stays there.
+///
+/// The whole part, cut towards zero, goes to the exponent; the rest, in -1..=0,
+/// through the minimax polynomial of degree 5, which is 6e-8 off at most.
+#[inline(always)]
+pub fn exp2_of_negative(x: f32) -> f32 {
+    let x = if x > -100.0 { x } else { -100.0 };
+    let x = if x < 0.0 { x } else { 0.0 };
+    // SAFETY: finite, and from -100 to 0, as the two lines before make sure.
+    let whole = unsafe { x.to_int_unchecked::<i32>() };
+    let f = x - whole as f32;
+    let mut q = 9.542_652_7e-4_f32;
+    q = q * f + 9.228_978e-3;
+    q = q * f + 5.531_724e-2;
+    q = q * f + 0.240_186_92;
+    q = q * f + 0.693_144_45;
+    let scale = f32::from_bits(((whole + 127) << 23) as u32);
+    (q * f + 1.0) * scale
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn logarithm_agrees_with_the_library_over_all_exponentials() {
+        for i in 0..2_000_000_u32 {
+            let bits = i.wrapping_mul(2_654_435_761);
+            let expected = -((f64::from(bits >> 1) + 0.5) / 2_f64.powi(31)).ln();
+            let found = f64::from(exponential(bits));
+            let bound = 2e-7 * expected + 1.2e-7;
+            assert!(
+                (found - expected).abs() < bound,
+                "{bits}: {found} {expected}"
+            );
+        }
+        for bits in [0, 1, 2, 3, u32::MAX] {
+            let expected = -((f64::from(bits >> 1) + 0.5) / 2_f64.powi(31)).ln();
+            assert!(
+                (f64::from(exponential(bits)) - expected).abs() < 4e-6,
+                "{bits}"
+            );
+        }
+    }
+
+    #[test]
+    fn exponentials_have_the_unit_mean_and_second_moment() {
+        // A grid of all bits' upper 20: the midpoint rule for the integrals of
+        // -ln x and its square, 1 and 2, whose error is below 2^-18.
+        let n = 1 << 20;
+        let (mut mean, mut second) = (0.0, 0.0);
+        for i in 0..n {
+            let e = f64::from(exponential((i << 12) + (1 << 11)));
+            mean += e / f64::from(n);
+            second += e * e / f64::from(n);
+        }
+        assert!((mean - 1.0).abs() < 1e-6, "{mean}");
+        assert!((second - 2.0).abs() < 3e-5, "{second}");
+    }
+
+    #[test]
+    fn power_of_two_agrees_with_the_library() {
+        for i in 0..1_000_000 {
+            let x = -1e-4 * f64::from(i);
+            let x = x as f32;
+            let expected = f64::from(x).max(-100.0).exp2();
+            let found = f64::from(exp2_of_negative(x));
+            assert!((found / expected - 1.0).abs() < 3e-7, "{x}");
+        }
+        assert_eq!(exp2_of_negative(0.0), 1.0);
+    }
+
+    #[test]
+    fn ticks_are_rounded_and_cut() {
+        let cases = [(-3.0, 0), (0.4, 0), (0.6, 1), (7.5, 8), (2e9, LONGEST_WAIT)];
+        for (wait, ticks) in cases {
+            assert_eq!(to_ticks(wait), ticks, "{wait}");
+        }
+        assert_eq!(to_ticks(f32::NAN), LONGEST_WAIT);
+        assert_eq!(to_ticks(f32::INFINITY), LONGEST_WAIT);
+    }
+
+    #[test]
+    fn wrapping_is_the_modulus() {
+        for (ticks, wrapped) in [(0, 0), (9, 9), (10, 0), (19, 9)] {
+            assert_eq!(wrap(ticks, 10), wrapped);
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! The counter's sign, without drawing a normal.
+//!
+//! Time is cut into cells of a chip, each with one possible edge of the
+//! reference: it goes from the chip before to the chip of the cell, and does
+//! nothing if these are alike. A detection in the cell is counted by the level
+//! before the edge if jitter carries it there, which has the probability
+//! Phi(-x / sigma), x being how far behind the edge it is before jitter. That
+//! probability is a table over x, and one uniform number decides. Jitter j is
+//! thereby sigma times the quantile of that number, so other questions to the
+//! same jitter (is it still before the end of the step?) are answered by the same
+//! number, with their true joint probability.
+//!
+//! Within the transition time w of an edge either sign is equally likely, so the
+//! table holds the mean of Phi at x - w and x + w. Rising and falling edges have
+//! different delays but the same table.
+
+use super::arithmetic::{ChipTable, Integers, LANES, Words, wrap};
+use super::grid::Grid;
+use super::normal::{self, NORMAL_REACH};
+use super::streams::LaneStreams;
+
+/// Entries of the table of probabilities.
+const ENTRIES: usize = 1024;
+const LAST: u32 = ENTRIES as u32 - 1;
+
+/// When the sign changes, in chips.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EdgeTiming {
+    pub rising_delay_chips: f64,
+    pub falling_delay_chips: f64,
+    pub transition_chips: f64,
+    /// Standard deviation of the detections' jitter.
+    pub jitter_chips: f64,
+}
+
+/// Levels of the reference and probabilities near its edges.
+#[derive(Debug, Clone)]
+pub struct SignTable {
+    grid: Grid,
+    /// By cell: where the table of probabilities begins, in ticks into the cell
+    /// (times 4); whether there is an edge (times 2); the level after it.
+    cells: ChipTable,
+    /// Thresholds to 31 random bits, of which `threshold + 1` in 2^31 leave the
+    /// detection before the edge.
+    thresholds: Box<[i32; ENTRIES]>,
+    /// An entry is for 2^entry_bits ticks.
+    entry_bits: u32,
+    /// Phase of the reference where its first cell begins, in ticks (not
+    /// positive where cells begin before their chip).
+    pub first_cell: i64,
+    /// Whether chance plays a part at all.
+    pub is_random: bool,
+}
+
+impl SignTable {
+    /// `None` if one cell cannot hold both kinds of edges with all that jitter
+    /// and transition can reach.
+    pub fn new(grid: Grid, reference: &[u8], timing: &EdgeTiming) -> Option<SignTable> {
+        let reach = grid.ticks(NORMAL_REACH * timing.jitter_chips + timing.transition_chips) + 1.0;
+        if reach >= f64::from(grid.chip_ticks()) {
+            return None;
+        }
+        // The first and the last entry must be certain.
+        let mut entry_bits = 0;
+        while f64::from((ENTRIES as u32 / 2 - 1) << entry_bits) < reach {
+            entry_bits += 1;
+        }
+        let half = i64::from((ENTRIES as u32 / 2) << entry_bits);
+        let rising = grid.round(timing.rising_delay_chips);
+        let falling = grid.round(timing.falling_delay_chips);
+        let lag = (rising - falling).abs();
+        if lag + 2 * half > i64::from(grid.chip_ticks()) {
+            return None;
+        }
+
+        let first_cell = rising.min(falling) - half;
+        let cells = (0..grid.period_chips as usize).map(|cell| {
+            let length = reference.len();
+            let after = reference[cell % length];
+            let before = reference[(cell + length - 1) % length];
+            let edge = if after == 1 { rising } else { falling };
+            let table_start = (edge - half - first_cell) as u32;
+            (table_start << 2) | (u32::from(before != after) << 1) | u32::from(after)
+        });
+
+        let sigma = grid.ticks(timing.jitter_chips);
+        let transition = grid.ticks(timing.transition_chips);
+        let mut thresholds = Box::new([0; ENTRIES]);
+        for (entry, threshold) in thresholds.iter_mut().enumerate() {
+            let from = ((entry as i64) << entry_bits) - half;
+            let to = ((entry as i64 + 1) << entry_bits) - half;
+            let below = [-transition, transition].map(|shift| {
+                normal::mean_below_zero(from as f64 + shift, to as f64 + shift, sigma)
+            });
+            *threshold = threshold_of(0.5 * (below[0] + below[1]));
+        }
+        Some(SignTable {
+            grid,
+            cells: ChipTable::new(cells),
+            is_random: thresholds
+                .iter()
+                .any(|&t| t != threshold_of(0.0) && t != threshold_of(1.0)),
+            thresholds,
+            entry_bits,
+            first_cell,
+        })
+    }
+
+    /// The levels (0 or 1) that count at phases of the cells.
+    #[inline(always)]
+    fn levels(&self, phases: &Words, uniforms: &Integers) -> Words {
+        let cells = self.cells.at(&self.grid.chips(phases));
+        let mut entries = Words::all(0);
+        for lane in 0..LANES {
+            let offset = (phases[lane] & self.grid.fraction_mask()) as i32;
+            let into_table = (offset - (cells[lane] >> 2) as i32).max(0) as u32;
+            entries[lane] = (into_table >> self.entry_bits).min(LAST);
+        }
+        let mut thresholds = Integers::all(0);
+        for lane in 0..LANES {
+            thresholds[lane] = self.thresholds[(entries[lane] % ENTRIES as u32) as usize];
+        }
+        let mut levels = Words::all(0);
+        for lane in 0..LANES {
+            let before_edge = u32::from(uniforms[lane] <= thresholds[lane]);
+            levels[lane] = (cells[lane] ^ ((cells[lane] >> 1) & before_edge)) & 1;
+        }
+        levels
+    }
+}
+
+/// The threshold that 31 random bits do not exceed with a probability.
+fn threshold_of(probability: f64) -> i32 {
+    ((probability.clamp(0.0, 1.0) * 2_f64.powi(31)).round() - 1.0) as i32
+}
+
+/// Whether jitter takes a detection `behind` ticks behind a border back over it.
+pub fn is_before(behind: i64, sigma_ticks: f64, uniform: i32) -> bool {
+    if sigma_ticks == 0.0 {
+        return behind < 0;
+    }
+    uniform <= threshold_of(normal::cumulative(-(behind as f64) / sigma_ticks))
+}
+
+/// The counter's sign in all lanes.
+#[derive(Debug, Clone)]
+pub struct Sign<'t> {
+    table: &'t SignTable,
+    pub streams: LaneStreams,
+    /// Phase of the cells where a lane's phase is zero, by lane.
+    pub offsets: Words,
+    /// The number that decided, 31 bits, by lane.
+    pub uniforms: Integers,
+    /// The level that counts, by lane.
+    pub levels: Words,
+}
+
+impl<'t> Sign<'t> {
+    pub fn new(table: &'t SignTable) -> Sign<'t> {
+        Sign {
+            table,
+            streams: LaneStreams::new(),
+            offsets: Words::all(0),
+            uniforms: Integers::all(0),
+            levels: Words::all(0),
+        }
+    }
+
+    /// Finds the levels at `phases`.
+    #[inline(always)]
+    pub fn decide(&mut self, phases: &Words) {
+        if self.table.is_random {
+            let random = self.streams.next();
+            for lane in 0..LANES {
+                self.uniforms[lane] = (random[lane] >> 1) as i32;
+            }
+        }
+        let mut in_cells = Words::all(0);
+        for lane in 0..LANES {
+            let phase = phases[lane] + self.offsets[lane];
+            in_cells[lane] = wrap(phase, self.table.grid.period_ticks);
+        }
+        self.levels = self.table.levels(&in_cells, &self.uniforms);
+    }
+}

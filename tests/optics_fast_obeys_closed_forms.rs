@@ -1,0 +1,138 @@
+//! The fast engine under constant light, against exact results.
+
+mod optics_support;
+
+use std::num::NonZero;
+use std::thread::available_parallelism;
+
+use goldtof::optics::fast::StepCounter;
+use goldtof::optics::{DetectorModel, MeanResponse, StepCount};
+use goldtof::scene::{Scan, Scene};
+use optics_support::{Moments, assert_within_standard_errors, code, ideal_scene, table_i_scene};
+
+const STEP_CHIPS: u64 = 13_100;
+const STEP_S: f64 = STEP_CHIPS as f64 * 8e-9;
+
+/// Total counts of so many steps.
+fn totals(scene: &Scene, steps: u64) -> Moments {
+    let model = DetectorModel::new(scene, 0);
+    let counter = StepCounter::new(&model);
+    assert_eq!(counter.outside_domain(), None, "the lanes must be used");
+    let mut counts = vec![StepCount::ZERO; steps as usize];
+    let threads = available_parallelism().unwrap_or(NonZero::<usize>::MIN);
+    counter.count_on_threads(threads, 5, 0..steps, 0..1, &mut counts);
+    Moments::of(counts.iter().map(|count| count.total as f64))
+}
+
+/// Constant light on a detector that adds nothing.
+fn constant_light(rate_cps: f64) -> Scene {
+    let mut scene = ideal_scene(code(&[1, 0, 1]), 0.0, STEP_CHIPS);
+    scene.detectors[0].background_rate_cps = rate_cps;
+    scene.scan = Scan {
+        steps: 1,
+        ..scene.scan
+    };
+    scene
+}
+
+/// The same light from a source whose code is always on.
+fn always_on(rate_cps: f64) -> Scene {
+    let mut scene = ideal_scene(code(&[1]), rate_cps, STEP_CHIPS);
+    scene.scan.steps = 1;
+    scene
+}
+
+/// Mean lambda T / (1 + lambda D), and Fano factor 1 / (1 + lambda D)^2 up to
+/// terms of D / T, which are added: a stationary renewal process has the
+/// variance V T / M^3 + 1/6 + V^2 / (2 M^4) - S / (3 M^3), for waits of mean M,
+/// variance V and third central moment S (Cox, Renewal Theory, 1962, section
+/// 4.5, with the equilibrium start).
+fn assert_renewal(scene: &Scene, rate: f64, dead_time: f64, steps: u64) {
+    let counts = totals(scene, steps);
+    let mean_wait = 1.0 / rate + dead_time;
+    let what = format!("{rate:.0e} cps");
+    assert_within_standard_errors(
+        counts.z(STEP_S / mean_wait),
+        3.0,
+        &format!("{what}: mean count"),
+    );
+    let (v, s) = (rate.powi(-2), 2.0 * rate.powi(-3));
+    let variance = v * STEP_S / mean_wait.powi(3) + 1.0 / 6.0 + v * v / (2.0 * mean_wait.powi(4))
+        - s / (3.0 * mean_wait.powi(3));
+    let z = counts.variance_z(variance);
+    assert_within_standard_errors(z, 3.0, &format!("{what}: variance"));
+}
+
+fn assert_dead_time_alone(scale: u64) {
+    for (rate, steps) in [(1e6, 4_000), (10e6, 1_500), (50e6, 700)] {
+        for mut scene in [constant_light(rate), always_on(rate)] {
+            scene.detectors[0].dead_time_ps = 14e3;
+            assert_renewal(&scene, rate, 14e-9, steps * scale);
+        }
+    }
+}
+
+#[test]
+fn dead_time_alone_gives_the_renewal_rate_and_fano_factor() {
+    assert_dead_time_alone(1);
+}
+
+#[test]
+#[ignore = "hundreds of millions of detections; run with --release"]
+fn dead_time_alone_does_so_over_hundreds_of_millions_of_detections() {
+    assert_dead_time_alone(240);
+}
+
+/// Total progeny of a Poisson branching process (Borel): each primary avalanche
+/// makes 1 / (1 - m) detections, and the Fano factor is 1 / (1 - m)^2.
+fn assert_afterpulses_alone(scale: u64) {
+    for (rate, probability, steps) in [(1e6, 0.137, 4_000), (10e6, 0.3, 1_000)] {
+        let mut scene = constant_light(rate);
+        let spad = &mut scene.detectors[0];
+        spad.afterpulsing_probability = probability;
+        spad.afterpulsing_time_constant_ps = 5e3;
+        let counts = totals(&scene, steps * scale);
+        let m = -(1.0 - probability).ln();
+        let mean = rate * STEP_S / (1.0 - m);
+        assert_within_standard_errors(counts.z(mean), 3.0, "mean count");
+        // Clusters cut by the ends of the step cost some 10^-4 of the variance.
+        let variance = mean * (1.0 - m).powi(-2);
+        assert_within_standard_errors(counts.variance_z(variance), 3.0, "variance");
+    }
+}
+
+#[test]
+fn afterpulses_alone_give_the_rate_and_fano_factor_of_a_branching_process() {
+    assert_afterpulses_alone(1);
+}
+
+#[test]
+#[ignore = "a hundred million detections; run with --release"]
+fn afterpulses_alone_do_so_over_a_hundred_million_detections() {
+    assert_afterpulses_alone(60);
+}
+
+/// Constant light on the detector of Table I, against the detector's chain.
+fn assert_table_i(scale: u64) {
+    for (rate, steps) in [(1e6, 4_000), (10e6, 1_500), (50e6, 700)] {
+        let mut scene = table_i_scene(code(&[1, 1, 1, 0, 1, 0, 0]), 0.0, STEP_CHIPS);
+        scene.detectors[0].background_rate_cps = rate / 0.31;
+        let model = DetectorModel::new(&scene, 0);
+        let response = MeanResponse::new(&model).expect("it can be solved");
+        let expected = response.detection_rate_hz() * STEP_S;
+        let counts = totals(&scene, steps * scale);
+        let what = format!("{rate:.0e} cps: mean count");
+        assert_within_standard_errors(counts.z(expected), 3.0, &what);
+    }
+}
+
+#[test]
+fn dead_time_and_afterpulses_together_give_the_rate_of_the_markov_chain() {
+    assert_table_i(1);
+}
+
+#[test]
+#[ignore = "a hundred million detections per rate; run with --release"]
+fn dead_time_and_afterpulses_do_so_over_a_hundred_million_detections() {
+    assert_table_i(300);
+}
