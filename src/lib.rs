@@ -29,6 +29,7 @@ pub mod cli;
 pub mod code;
 pub mod cosim;
 pub mod estimate;
+pub mod fidelity;
 pub mod hdl;
 pub mod model;
 pub mod optics;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use crate::cosim::StimulusKind;
+use crate::fidelity::Tier;
 
 /// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
 /// time-of-flight sensors.
@@ -36,6 +37,8 @@ pub(super) enum Command {
     Emit(EmitArguments),
     /// Run Verilog and the reference model in lock-step
     Cosim(CosimArguments),
+    /// Photons to distance, many times: bias and standard deviation
+    Simulate(SimulateArguments),
 }
 
 #[derive(Debug, Args)]
@@ -82,6 +85,19 @@ pub(super) struct CosimArguments {
     /// the first clocks when there is none)
     #[arg(long, value_name = "FILE")]
     pub vcd: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct SimulateArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    /// Scans to simulate
+    #[arg(long, value_name = "R", default_value_t = 100,
+          value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub repeat: u64,
+    /// How much of the sensor to simulate
+    #[arg(long, value_name = "T", value_enum, default_value_t = Tier::Events)]
+    pub fidelity: Tier,
 }
 
 #[derive(Debug, Args)]

@@ -11,6 +11,7 @@ mod output;
 pub mod plan;
 mod rtl;
 mod run;
+mod simulate;
 
 use std::process::ExitCode;
 
@@ -47,6 +48,7 @@ pub fn main() -> ExitCode {
         Command::Codes(arguments) => codes::run(&arguments, &mut output),
         Command::Emit(arguments) => emit::run(&arguments, &mut output),
         Command::Cosim(arguments) => cosim::run(&arguments, cli.seed, &mut output),
+        Command::Simulate(arguments) => simulate::run(&arguments, cli.seed, &mut output),
     };
     match ending {
         Ok(Ending::Done) => ExitCode::SUCCESS,

@@ -7,7 +7,7 @@ use super::random::Part;
 use super::step::Detection;
 
 /// What the counter shows at the end of a phase step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StepCount {
     /// Detections while the reference was 1, less those while it was 0.
     pub signed: i64,

@@ -1,0 +1,18 @@
+//! `goldtof simulate`.
+
+use super::Ending;
+use super::arguments::SimulateArguments;
+use super::output::Output;
+use crate::fidelity::simulate::simulate;
+use crate::scene;
+
+pub(super) fn run(
+    arguments: &SimulateArguments,
+    seed: u64,
+    output: &mut Output,
+) -> anyhow::Result<Ending> {
+    let scene = scene::load(&arguments.scene.scene)?;
+    let simulation = simulate(&scene, arguments.fidelity, seed, arguments.repeat)?;
+    output.answer(&simulation, &simulation.to_text())?;
+    Ok(Ending::Done)
+}

@@ -1,0 +1,216 @@
+//! Counts of whole scans, one tier or another.
+
+use std::num::NonZero;
+use std::thread::available_parallelism;
+
+use super::Tier;
+use crate::cosim::TOP;
+use crate::cosim::blocks::{Block, BlockMaker};
+use crate::cosim::build::{SourceFile, build, cache_dir};
+use crate::cosim::error::CosimError;
+use crate::cosim::lockstep::Lockstep;
+use crate::cosim::photons::Photons;
+use crate::cosim::stimulus::clocks_for_scans;
+use crate::cosim::verilated::Verilated;
+use crate::hdl::{self, HdlError};
+use crate::model::contract::Contract;
+use crate::model::layout::Layout;
+use crate::model::reference::{Reference, ReferenceError, StepResult};
+use crate::optics::fast::StepCounter;
+use crate::optics::{DetectorModel, StepCount};
+use crate::scene::Scene;
+
+/// Phase steps whose counts are held at once, about.
+const STEPS_AT_ONCE: u64 = 1 << 20;
+
+/// Why scans could not be simulated.
+#[derive(Debug, thiserror::Error)]
+pub enum ScansError {
+    /// The scene's hardware is not modelled.
+    #[error(transparent)]
+    Reference(#[from] ReferenceError),
+    /// The scene's hardware cannot be emitted.
+    #[error(transparent)]
+    Hdl(#[from] HdlError),
+    /// The co-simulation could not be done.
+    #[error(transparent)]
+    Cosim(#[from] CosimError),
+    /// Verilog and reference model differ.
+    #[error(
+        "the Verilog and the reference model differ; `goldtof cosim` with the same scene and seed \
+         shows where"
+    )]
+    Mismatch,
+    /// A tier for one detector was asked for another.
+    #[error(
+        "tier {tier} simulates the hardware, which has one detector; the scene has {detectors}: \
+         use --fidelity events"
+    )]
+    Detectors {
+        /// The tier.
+        tier: Tier,
+        /// Detectors of the scene.
+        detectors: usize,
+    },
+}
+
+/// Simulates `repetitions` scans of one detector. `on_scan` gets the counts of
+/// each, those of the scan's steps in order.
+///
+/// Returns the number of detections that were counted, up and down together,
+/// where the tier sees them.
+///
+/// # Errors
+/// When the tier cannot do the scene.
+pub fn scans(
+    scene: &Scene,
+    detector: usize,
+    tier: Tier,
+    seed: u64,
+    repetitions: u64,
+    on_scan: impl FnMut(&[i64]),
+) -> Result<Option<u64>, ScansError> {
+    if tier != Tier::Events && scene.detectors.len() > 1 {
+        return Err(ScansError::Detectors {
+            tier,
+            detectors: scene.detectors.len(),
+        });
+    }
+    match tier {
+        Tier::Events => Ok(Some(events(scene, detector, seed, repetitions, on_scan))),
+        Tier::Sampled => sampled(scene, seed, repetitions, on_scan).map(Some),
+        Tier::Rtl => rtl(scene, seed, repetitions, on_scan).map(|()| None),
+    }
+}
+
+fn events(
+    scene: &Scene,
+    detector: usize,
+    seed: u64,
+    repetitions: u64,
+    mut on_scan: impl FnMut(&[i64]),
+) -> u64 {
+    let model = DetectorModel::new(scene, detector);
+    let counter = StepCounter::new(&model);
+    let threads = available_parallelism().unwrap_or(NonZero::<usize>::MIN);
+    let steps = scene.scan.steps;
+    let at_once = (STEPS_AT_ONCE / steps).max(1);
+    let mut counted = Vec::new();
+    let mut scan = vec![0; steps as usize];
+    let mut detections = 0;
+    let mut first = 0;
+    while first < repetitions {
+        let batch = first..(first + at_once).min(repetitions);
+        first = batch.end;
+        counted.resize(
+            ((batch.end - batch.start) * steps) as usize,
+            StepCount::default(),
+        );
+        counter.count_on_threads(threads, seed, batch, 0..steps, &mut counted);
+        for counts in counted.chunks_exact(steps as usize) {
+            for (signed, count) in scan.iter_mut().zip(counts) {
+                *signed = count.signed;
+                detections += count.total;
+            }
+            on_scan(&scan);
+        }
+    }
+    detections
+}
+
+fn sampled(
+    scene: &Scene,
+    seed: u64,
+    repetitions: u64,
+    on_scan: impl FnMut(&[i64]),
+) -> Result<u64, ScansError> {
+    let contract = Contract::of(scene);
+    let layout = Layout::of(&contract);
+    let detector = DetectorModel::new(scene, 0);
+    let mut reference = Reference::new(contract.clone())?;
+    let mut photons = Photons::new(&detector, &contract, seed);
+    let mut collector = Collector::new(&contract, repetitions, on_scan);
+    let clocks = clocks_for_scans(&contract, repetitions);
+    let lanes = contract.lanes;
+    let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, lanes, clocks);
+    let mut hits = 0;
+    let mut block = Block::default();
+    while maker.make(&mut block) {
+        hits += maker.hits().len() as u64;
+        maker
+            .take_finished()
+            .for_each(|result| collector.take(result));
+    }
+    Ok(hits)
+}
+
+fn rtl(
+    scene: &Scene,
+    seed: u64,
+    repetitions: u64,
+    on_scan: impl FnMut(&[i64]),
+) -> Result<(), ScansError> {
+    let contract = Contract::of(scene);
+    let layout = Layout::of(&contract);
+    let files = hdl::emit(scene, "goldtof simulate")?.files;
+    let sources: Vec<SourceFile> = files
+        .into_iter()
+        .map(|file| SourceFile {
+            name: file.name,
+            text: file.text,
+        })
+        .collect();
+    let mut reference = Reference::new(contract.clone())?;
+    let library = build(TOP, &sources, &contract, &cache_dir())?;
+    let mut model = Verilated::load(&library, &layout)?;
+    let detector = DetectorModel::new(scene, 0);
+    let mut collector = Collector::new(&contract, repetitions, on_scan);
+    let outcome = Lockstep {
+        model: &mut model,
+        reference: &mut reference,
+        stimulus: &mut Photons::new(&detector, &contract, seed),
+        layout: &layout,
+        lanes: contract.lanes,
+    }
+    .run(
+        clocks_for_scans(&contract, repetitions),
+        |result| collector.take(result),
+        |_| (),
+    )?;
+    match outcome.first {
+        None => Ok(()),
+        Some(_) => Err(ScansError::Mismatch),
+    }
+}
+
+/// Gathers results, which come in order, into scans.
+struct Collector<F> {
+    steps: u64,
+    repetitions: u64,
+    scan: Vec<i64>,
+    on_scan: F,
+}
+
+impl<F: FnMut(&[i64])> Collector<F> {
+    fn new(contract: &Contract, repetitions: u64, on_scan: F) -> Collector<F> {
+        Collector {
+            steps: contract.scan.steps,
+            repetitions,
+            scan: Vec::new(),
+            on_scan,
+        }
+    }
+
+    /// Takes the next result. Those beyond the last scan that was asked for are
+    /// the start of one more, which the run's last clocks reach into.
+    fn take(&mut self, result: StepResult) {
+        if result.scan >= self.repetitions {
+            return;
+        }
+        self.scan.push(result.count);
+        if self.scan.len() as u64 == self.steps {
+            (self.on_scan)(&self.scan);
+            self.scan.clear();
+        }
+    }
+}
