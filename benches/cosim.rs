@@ -12,7 +12,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use goldtof::cosim::TOP;
-use goldtof::cosim::build::{SourceFile, build, cache_dir};
+use goldtof::cosim::build::{build, cache_dir, sources_of};
 use goldtof::cosim::lockstep::Lockstep;
 use goldtof::cosim::photons::Photons;
 use goldtof::cosim::verilated::Verilated;
@@ -27,14 +27,7 @@ const ROUNDS: usize = 7;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let scene = scene::load(Path::new("scenes/paper-single.toml"))?;
-    let sources: Vec<SourceFile> = hdl::emit(&scene, "goldtof emit paper-single.toml")?
-        .files
-        .into_iter()
-        .map(|file| SourceFile {
-            name: file.name,
-            text: file.text,
-        })
-        .collect();
+    let sources = sources_of(&hdl::emit(&scene, "goldtof emit paper-single.toml")?);
     let contract = Contract::of(&scene);
     let layout = Layout::of(&contract);
     let library = build(TOP, &sources, &contract, &cache_dir())?;

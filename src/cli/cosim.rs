@@ -1,12 +1,10 @@
 //! `goldtof cosim`.
 
-use std::path::Path;
-
 use super::arguments::CosimArguments;
 use super::emit::command_line;
 use super::output::Output;
 use super::{Ending, rtl};
-use crate::cosim::build::{SourceFile, cache_dir};
+use crate::cosim::build::{cache_dir, sources_of};
 use crate::cosim::{Cosimulation, Report, Request, cosimulate};
 use crate::hdl;
 use crate::scene::{self, Scene};
@@ -19,7 +17,7 @@ pub(super) fn run(
     let scene = scene::load(&arguments.scene.scene)?;
     let sources = match &arguments.rtl {
         Some(folder) => rtl::read(folder)?,
-        None => emitted_sources(&scene, &arguments.scene.scene)?,
+        None => sources_of(&hdl::emit(&scene, &command_line(&arguments.scene.scene))?),
     };
     let request = Request {
         sources,
@@ -34,16 +32,6 @@ pub(super) fn run(
     }
     output.answer(&cosimulation.report, &text(&cosimulation.report))?;
     Ok(ending(&cosimulation))
-}
-
-/// The Verilog that `emit` would write.
-pub(super) fn emitted_sources(scene: &Scene, path: &Path) -> anyhow::Result<Vec<SourceFile>> {
-    let emission = hdl::emit(scene, &command_line(path))?;
-    let sources = emission.files.into_iter().map(|file| SourceFile {
-        name: file.name,
-        text: file.text,
-    });
-    Ok(sources.collect())
 }
 
 /// Co-simulates and shows how far it is.

@@ -12,7 +12,7 @@ use super::arguments::RunArguments;
 use super::cosim::{ending, text as cosim_text, with_progress};
 use super::emit::{command_line, text as emit_text};
 use super::output::Output;
-use crate::cosim::build::{SourceFile, cache_dir};
+use crate::cosim::build::{cache_dir, sources_of};
 use crate::cosim::{self, Request, StimulusKind};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::hdl::{self, Emission};
@@ -54,14 +54,7 @@ pub(super) fn run(
     );
 
     let request = Request {
-        sources: emission
-            .files
-            .iter()
-            .map(|file| SourceFile {
-                name: file.name.clone(),
-                text: file.text.clone(),
-            })
-            .collect(),
+        sources: sources_of(&emission),
         cache: cache_dir(),
         stimulus: StimulusKind::Photons,
         clocks: None,

@@ -14,6 +14,7 @@ use sha2::{Digest, Sha256};
 use super::error::CosimError;
 use super::ports;
 use super::tools::{Tools, must_run};
+use crate::hdl::Emission;
 use crate::model::contract::Contract;
 use crate::model::layout::Layout;
 
@@ -59,6 +60,18 @@ pub struct SourceFile {
     pub name: String,
     /// Its text.
     pub text: String,
+}
+
+/// The Verilog of an emission.
+pub fn sources_of(emission: &Emission) -> Vec<SourceFile> {
+    emission
+        .files
+        .iter()
+        .map(|file| SourceFile {
+            name: file.name.clone(),
+            text: file.text.clone(),
+        })
+        .collect()
 }
 
 /// Builds a model, or finds it built, and gives the shared library's path.

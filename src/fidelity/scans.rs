@@ -6,7 +6,7 @@ use std::thread::available_parallelism;
 use super::Tier;
 use crate::cosim::TOP;
 use crate::cosim::blocks::{Block, BlockMaker};
-use crate::cosim::build::{SourceFile, build, cache_dir};
+use crate::cosim::build::{build, cache_dir, sources_of};
 use crate::cosim::error::CosimError;
 use crate::cosim::lockstep::Lockstep;
 use crate::cosim::photons::Photons;
@@ -152,14 +152,7 @@ fn rtl(
 ) -> Result<(), ScansError> {
     let contract = Contract::of(scene);
     let layout = Layout::of(&contract);
-    let files = hdl::emit(scene, "goldtof simulate")?.files;
-    let sources: Vec<SourceFile> = files
-        .into_iter()
-        .map(|file| SourceFile {
-            name: file.name,
-            text: file.text,
-        })
-        .collect();
+    let sources = sources_of(&hdl::emit(scene, "goldtof simulate")?);
     let mut reference = Reference::new(contract.clone())?;
     let library = build(TOP, &sources, &contract, &cache_dir())?;
     let mut model = Verilated::load(&library, &layout)?;
