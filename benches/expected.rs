@@ -28,9 +28,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         measure("tables alone (another delay)", || response.delayed(10.0));
         measure("means of all steps", || response.mean_counts());
         measure("variances of the total count", || {
-            SecondMoments::new(&response).of_step(0).total_variance
+            SecondMoments::new(&response)
         });
-        let second = SecondMoments::new(&response);
+        let second = SecondMoments::new(&response)?;
         measure("second moments of one step", || second.of_step(1000));
         measure("second moments of all steps", || second.of_scan());
     }

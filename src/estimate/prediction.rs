@@ -61,7 +61,7 @@ pub fn predict(scene: &Scene, detector: usize, path: usize) -> Result<Prediction
 
     let measurement = Measurement::new(scene, &[]);
     let fundamental = fundamental(&expected, peak, &measurement)?;
-    let moments = SecondMoments::new(&response);
+    let moments = SecondMoments::new(&response)?;
     let mut phase_variance = 0.0;
     for (offset, index) in window_indices(peak, &measurement)? {
         let angle = PI * offset as f64 / f64::from(scene.samples_per_chip) + fundamental.arg();

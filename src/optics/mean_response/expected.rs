@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::chain::{Chain, states_needed};
 use super::correlator::{Correlator, MeanCount};
 use super::forward::{self, Detections};
-use super::grid::Grid;
+use super::grid::{Grid, Kinks};
 use super::light::Light;
 use super::tier::{CountingTier, EdgeTiming};
 use super::{MAX_STATES, MeanResponseError, with_states};
@@ -55,7 +55,7 @@ impl<'m> MeanResponse<'m> {
                 chip_period_ps: model.chip_period_ps,
             });
         }
-        let grid = Grid::new(model, &light)?;
+        let grid = Grid::new(model, &light, Kinks::Later)?;
         let detections = detections(model, &grid)?;
         let correlator = Correlator::new(model, &grid, &light, &detections, timing, 0.0);
         Ok(MeanResponse {

@@ -28,6 +28,15 @@ pub struct Grid {
     constant_per_chip: f64,
 }
 
+/// Where an edge of the light leaves kinks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kinks {
+    /// Whole dead times later: in the detector's state.
+    Later,
+    /// Also whole dead times earlier: in the value of being in a state.
+    LaterAndEarlier,
+}
+
 /// One step of integration.
 #[derive(Debug, Clone)]
 pub struct GridCell {
@@ -60,12 +69,16 @@ struct GridPath {
 }
 
 impl Grid {
-    pub fn new(model: &DetectorModel, light: &Light) -> Result<Grid, MeanResponseError> {
+    pub fn new(
+        model: &DetectorModel,
+        light: &Light,
+        kinks: Kinks,
+    ) -> Result<Grid, MeanResponseError> {
         check(model)?;
         let period_chips = common_period(model, light)? as usize;
         let frame = frame_chips(light);
         let delays: Vec<f64> = light.paths.iter().map(|p| p.delay_chips - frame).collect();
-        let edges = edges(model, light, &delays);
+        let edges = edges(model, light, &delays, kinks);
         let dead_time = model.dead_time_chips;
         let cells = edges
             .windows(2)
@@ -92,11 +105,15 @@ impl Grid {
                 }
             })
             .collect();
-        let paths = light.paths.iter().zip(&delays).map(|(path, delay)| GridPath {
-            rate_per_chip: path.rate_per_chip,
-            chips: path.code.chips.clone(),
-            offset: (-delay).floor() as i64,
-        });
+        let paths = light
+            .paths
+            .iter()
+            .zip(&delays)
+            .map(|(path, delay)| GridPath {
+                rate_per_chip: path.rate_per_chip,
+                chips: path.code.chips.clone(),
+                offset: (-delay).floor() as i64,
+            });
         Ok(Grid {
             period_chips,
             cells,
@@ -204,18 +221,25 @@ fn gcd(a: u64, b: u64) -> u64 {
 /// cut at 10^5 dead times.
 fn memory_chips(model: &DetectorModel, brightest_per_chip: f64) -> usize {
     let saturation = brightest_per_chip * model.dead_time_chips;
-    let dead_times = (24.0 + 2.0 * saturation * saturation).min(1e5);
+    let dead_times = (48.0 + 3.0 * saturation * saturation).min(1e5);
     let release = model.afterpulsing.map_or(0.0, |a| a.time_constant_chips);
-    (dead_times * model.dead_time_chips).max(30.0 * release).ceil() as usize + 1
+    (dead_times * model.dead_time_chips)
+        .max(30.0 * release)
+        .ceil() as usize
+        + 1
 }
 
 /// Edges of the cells of one chip, 0 and 1 included: every edge of light, and
-/// the kinks that those edges leave one, two and three dead times later; then
-/// divided until the cells are short enough.
-fn edges(model: &DetectorModel, light: &Light, delays: &[f64]) -> Vec<f64> {
+/// the kinks that those edges leave up to three dead times away; then divided
+/// until the cells are short enough.
+fn edges(model: &DetectorModel, light: &Light, delays: &[f64], kinks: Kinks) -> Vec<f64> {
     let mut breaks = vec![0.0, 1.0];
+    let first = match kinks {
+        Kinks::Later => 0,
+        Kinks::LaterAndEarlier => -3,
+    };
     for delay in delays {
-        for kink in 0..4 {
+        for kink in first..=3 {
             let time = delay + f64::from(kink) * model.dead_time_chips;
             breaks.push(time - time.floor());
         }

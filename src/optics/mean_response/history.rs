@@ -39,8 +39,6 @@ impl<const M: usize> History<M> {
         let index = (chip % self.chips) * self.cells_per_chip + place.cell;
         let [start, end, start_slope, end_slope] = &self.cells[index];
         let [a, b, c, d] = place.weights;
-        std::array::from_fn(|m| {
-            a * start[m] + b * end[m] + c * start_slope[m] + d * end_slope[m]
-        })
+        std::array::from_fn(|m| a * start[m] + b * end[m] + c * start_slope[m] + d * end_slope[m])
     }
 }

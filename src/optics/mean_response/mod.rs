@@ -28,6 +28,8 @@ mod history;
 mod integrator;
 mod light;
 mod moments;
+mod pairs;
+mod scan_moments;
 mod tier;
 mod variance;
 

@@ -48,9 +48,8 @@ pub fn excess<const M: usize>(
                 step.pass_backwards(&value)
             });
             // Time runs backwards here: the cell's end comes first.
-            let gains = [2, 1, 0].map(|node| {
-                std::array::from_fn(|m| sign * step.exit[m] + later[node][m])
-            });
+            let gains =
+                [2, 1, 0].map(|node| std::array::from_fn(|m| sign * step.exit[m] + later[node][m]));
             let start = step.advance(&end, &gains);
             let end_slope = step.slope(&end, &gains[0]).map(|slope| -slope);
             let start_slope = step.slope(&start, &gains[2]).map(|slope| -slope);
@@ -63,9 +62,7 @@ pub fn excess<const M: usize>(
             ];
             let hits = detections.cumulative[in_period + 1] - detections.cumulative[in_period];
             let first_half = cell.width
-                * (13.0 / 32.0 * rates[0]
-                    + 3.0 / 32.0 * rates[1]
-                    + 11.0 / 192.0 * rates[2]
+                * (13.0 / 32.0 * rates[0] + 3.0 / 32.0 * rates[1] + 11.0 / 192.0 * rates[2]
                     - 5.0 / 192.0 * rates[3]);
             let expected = [
                 expected_end + sign * hits,
@@ -78,10 +75,13 @@ pub fn excess<const M: usize>(
                     let pairs: f64 = ready.iter().zip(&later[node]).map(|(p, w)| p * w).sum();
                     pairs - mean[node] * expected[node]
                 };
-                excess[in_period] =
-                    cell.width / 6.0 * (density(0) + 4.0 * density(1) + density(2));
+                excess[in_period] = cell.width / 6.0 * (density(0) + 4.0 * density(1) + density(2));
             }
-            history.put(chips - 1 - chip, index, [start, end, start_slope, end_slope]);
+            history.put(
+                chips - 1 - chip,
+                index,
+                [start, end, start_slope, end_slope],
+            );
             end = start;
             expected_end = expected[0];
         }
