@@ -21,6 +21,7 @@
 mod chain;
 mod column;
 mod correlator;
+mod counts;
 mod expected;
 mod forward;
 mod grid;
@@ -34,6 +35,7 @@ mod tier;
 mod variance;
 
 pub use correlator::MeanCount;
+pub use counts::CountSampler;
 pub use expected::MeanResponse;
 pub use light::{Light, LightPath};
 pub use moments::{CountMoments, SecondMoments};
