@@ -70,7 +70,7 @@ fn the_table_i_sensor_errs_and_scatters_as_predicted() {
     for (rate, scans) in [(4.888e6, 200), (20e6, 60)] {
         let mut scene = table_i_scene(gold_11(), rate, 13_100);
         scan_around(&mut scene, 32);
-        let predicted = predict(&scene, 0, 0).expect("a prediction");
+        let predicted = predict(&scene, 0, 0, CountingTier::Sampled).expect("a prediction");
         let errors = errors_m(&scene, CountingTier::Sampled, scans);
         assert_within_standard_errors(errors.z(predicted.bias_m), 5.0, "bias");
         let z = errors.variance_z(predicted.std_m.powi(2));
@@ -82,7 +82,7 @@ fn the_table_i_sensor_errs_and_scatters_as_predicted() {
 fn strong_light_on_a_short_code_errs_and_scatters_as_predicted() {
     let mut scene = table_i_scene(gold_5(), 40e6, 31 * 40);
     scan_around(&mut scene, 32);
-    let predicted = predict(&scene, 0, 0).expect("a prediction");
+    let predicted = predict(&scene, 0, 0, CountingTier::Sampled).expect("a prediction");
     let errors = errors_m(&scene, CountingTier::Sampled, 1_000);
     assert!(
         predicted.bias_m.abs() > 10.0 * errors.standard_error(),
@@ -97,8 +97,14 @@ fn strong_light_on_a_short_code_errs_and_scatters_as_predicted() {
 fn constant_light_alone_has_no_prediction() {
     let mut scene = ideal_scene(gold_5(), 0.0, 31);
     scene.detectors[0].background_rate_cps = 1e6;
-    assert_eq!(predict(&scene, 0, 0), Err(PredictionError::Flat));
+    assert_eq!(
+        predict(&scene, 0, 0, CountingTier::Sampled),
+        Err(PredictionError::Flat)
+    );
     let mut scene = ideal_scene(code(&[1, 1, 0]), 0.0, 31);
     scene.detectors[0].dead_time_ps = 14e3;
-    assert_eq!(predict(&scene, 0, 0), Err(PredictionError::Flat));
+    assert_eq!(
+        predict(&scene, 0, 0, CountingTier::Sampled),
+        Err(PredictionError::Flat)
+    );
 }

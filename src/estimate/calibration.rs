@@ -1,16 +1,7 @@
 //! The constant part of a measured delay that is not light.
 
+use crate::optics::CountingTier;
 use crate::scene::Scene;
-
-/// How detections are turned into counts; each way has its own offset.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CountingTier {
-    /// The article's continuous-time counter, with its edge delays.
-    Events,
-    /// The hardware's: a detection counts at the first sample at or after its
-    /// registered time, with the reference of that sample.
-    Sampled,
-}
 
 /// What the correlation's peak stands later than the light's delay, in ps.
 ///

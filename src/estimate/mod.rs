@@ -5,7 +5,8 @@ mod phase;
 mod prediction;
 pub mod report;
 
-pub use calibration::{CountingTier, calibration_offset_ps};
+pub use crate::optics::CountingTier;
+pub use calibration::calibration_offset_ps;
 pub use phase::{CoarseOnly, Estimate, Measurement, NoEstimate, estimate};
 pub use prediction::{Prediction, PredictionError, predict};
 

@@ -6,10 +6,10 @@ use super::phase::{
     CoarseOnly, Estimate, Measurement, estimate_at, first_maximum, fundamental, window_indices,
 };
 use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m};
-use crate::optics::{DetectorModel, MeanResponse, MeanResponseError};
+use crate::optics::{DetectorModel, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::Scene;
 
-/// The estimate that the expected counts of the sampled correlator give.
+/// The estimate that the expected counts give.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prediction {
     /// Estimated less true distance, in metres: dead-time walk, circular error,
@@ -39,8 +39,7 @@ pub enum PredictionError {
 }
 
 /// Predicts the phase estimator's bias against path `path`, and its standard
-/// deviation, for the sampled tier (without jitter: see
-/// [`MeanResponse`]).
+/// deviation, for counts of tier `counting`.
 ///
 /// The standard deviation comes from the phase's linearisation: with Z the
 /// fundamental and v_i the variance of the count at offset i, Var phi is the sum
@@ -48,14 +47,18 @@ pub enum PredictionError {
 ///
 /// # Panics
 /// If the scene has no such detector or path.
-pub fn predict(scene: &Scene, detector: usize, path: usize) -> Result<Prediction, PredictionError> {
+pub fn predict(
+    scene: &Scene,
+    detector: usize,
+    path: usize,
+    counting: CountingTier,
+) -> Result<Prediction, PredictionError> {
     let model = DetectorModel::new(scene, detector);
-    let response = MeanResponse::new(&model)?;
-    let expected: Vec<f64> = (0..scene.scan.steps)
-        .map(|step| response.expected_count(step))
-        .collect();
+    let response = MeanResponse::of_tier(&model, counting)?;
+    let means = response.mean_counts();
+    let expected: Vec<f64> = means.iter().map(|mean| mean.signed).collect();
     let smallest = expected.iter().copied().fold(f64::INFINITY, f64::min);
-    let offset_ps = calibration_offset_ps(scene, detector, CountingTier::Sampled);
+    let offset_ps = calibration_offset_ps(scene, detector, counting);
     let peak = peak_of_path(&expected, scene, path, offset_ps);
     // Equal up to rounding: the sums run over thousands of chips.
     if expected[peak] - smallest <= 1e-9 * expected[peak].abs() {
@@ -64,10 +67,12 @@ pub fn predict(scene: &Scene, detector: usize, path: usize) -> Result<Prediction
 
     let measurement = Measurement::new(scene, &[]);
     let fundamental = fundamental(&expected, peak, &measurement)?;
+    let moments = SecondMoments::new(&response)?;
     let mut phase_variance = 0.0;
     for (offset, index) in window_indices(peak, &measurement)? {
         let angle = PI * offset as f64 / f64::from(scene.samples_per_chip) + fundamental.arg();
-        phase_variance += response.count_variance(index as u64) * angle.sin().powi(2);
+        let variance = moments.of_step(index as u64).signed_variance;
+        phase_variance += variance * angle.sin().powi(2);
     }
     let phase_std = phase_variance.sqrt() / fundamental.norm();
 

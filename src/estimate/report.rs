@@ -106,7 +106,7 @@ pub fn estimate_scan(scene: &Scene, detector: usize, counts: &[i64]) -> Estimate
 
 impl EstimateReport {
     fn add_expectation(&mut self, scene: &Scene, detector: usize, path: usize) {
-        match predict(scene, detector, path) {
+        match predict(scene, detector, path, CountingTier::Sampled) {
             Ok(expected) => {
                 self.expected_bias_m = Some(expected.bias_m);
                 self.expected_std_m = Some(expected.std_m);

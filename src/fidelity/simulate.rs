@@ -55,9 +55,9 @@ pub struct PathStatistics {
     pub std_error_m: Option<f64>,
     /// Standard error of `std_m`, for normal errors.
     pub std_std_error_m: Option<f64>,
-    /// The bias that the exact mean response gives (sampled tiers).
+    /// The bias that the exact mean response gives.
     pub expected_bias_m: Option<f64>,
-    /// The standard deviation that it gives (sampled tiers).
+    /// The standard deviation that it gives.
     pub expected_std_m: Option<f64>,
     /// Rate of counted detections.
     pub detected_rate_cps: Option<f64>,
@@ -164,10 +164,7 @@ impl<'a> PathErrors<'a> {
             let true_ps = self.scene.paths[path].delay_ps;
             let true_m = distance_m(true_ps.rem_euclid(self.code_period_ps));
             let moments = Moments::of(errors_m);
-            let expected = match self.counting {
-                CountingTier::Sampled => predict(self.scene, self.detector, path).ok(),
-                CountingTier::Events => None,
-            };
+            let expected = predict(self.scene, self.detector, path, self.counting).ok();
             PathStatistics {
                 detector: self.scene.detectors[self.detector].name.clone(),
                 path,

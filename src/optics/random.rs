@@ -17,6 +17,8 @@ pub enum Part {
     Jitter,
     /// The counter's sign near an edge.
     Transition,
+    /// Counts drawn as such, without photons.
+    Counts,
     /// The on-light of one path, by its index in the scene.
     Path(usize),
 }
@@ -28,6 +30,8 @@ impl Part {
             Part::Afterpulsing => 1,
             Part::Jitter => 2,
             Part::Transition => 3,
+            // Beyond any index of a path.
+            Part::Counts => u64::MAX,
             Part::Path(index) => 4 + index as u64,
         }
     }

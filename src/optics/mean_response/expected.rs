@@ -1,161 +1,176 @@
-//! Expected counts of the sampled correlator.
+//! The mean response of one detector to one light.
 
-use super::chain::Chain;
-use super::forward::{self, ForwardSolution};
-use super::grid::Grid;
-use super::{MeanResponseError, variance};
+use std::sync::Arc;
+
+use super::chain::{Chain, states_needed};
+use super::correlator::{Correlator, MeanCount};
+use super::forward::{self, Detections};
+use super::grid::{Grid, Kinks};
+use super::light::Light;
+use super::tier::{CountingTier, EdgeTiming};
+use super::{MAX_STATES, MeanResponseError, with_states};
 use crate::optics::DetectorModel;
 
-/// Expected hits of one detector, and what follows for signed counts.
+/// From this many steps on, all steps of the code period by FFT cost less.
+const STEPS_FOR_FFT: u64 = 200;
+
+/// Expected counts of one detector.
 #[derive(Debug, Clone)]
 pub struct MeanResponse<'m> {
-    model: &'m DetectorModel,
-    grid: Grid,
-    chain: Chain,
-    /// `None` without dead time, where detections are a Poisson process.
-    forward: Option<ForwardSolution>,
-    /// Expected hits before each sample of the common code period, and in all.
-    cumulative_hits: Vec<f64>,
+    pub(super) model: &'m DetectorModel,
+    pub(super) light: Light,
+    pub(super) timing: EdgeTiming,
+    pub(super) grid: Arc<Grid>,
+    pub(super) detections: Arc<Detections>,
+    pub(super) correlator: Correlator,
+    /// Added to every path's time of flight.
+    pub(super) delay_chips: f64,
 }
 
 impl<'m> MeanResponse<'m> {
-    /// Solves the detector's state equation over one code period.
+    /// The response of the sampled correlator to the scene's own light.
     pub fn new(model: &'m DetectorModel) -> Result<MeanResponse<'m>, MeanResponseError> {
-        let grid = Grid::new(model)?;
-        let chain = Chain::new(model.afterpulsing, model.dead_time_chips);
-        let forward = (model.dead_time_chips > 0.0).then(|| forward::solve(&grid, &chain));
-        let hits = match &forward {
-            Some(solution) => solution.hits.clone(),
-            None => poisson_hits(&grid),
-        };
-        let cumulative_hits = cumulative(&grid, &hits, u64::from(model.samples_per_chip));
+        MeanResponse::of_tier(model, CountingTier::Sampled)
+    }
+
+    /// The response of either correlator to the scene's own light.
+    pub fn of_tier(
+        model: &'m DetectorModel,
+        tier: CountingTier,
+    ) -> Result<MeanResponse<'m>, MeanResponseError> {
+        MeanResponse::to_light(model, Light::of(model), tier)
+    }
+
+    /// Solves the detector's state equation over one code period of `light`.
+    pub fn to_light(
+        model: &'m DetectorModel,
+        light: Light,
+        tier: CountingTier,
+    ) -> Result<MeanResponse<'m>, MeanResponseError> {
+        let timing = EdgeTiming::of(model, tier);
+        let lag = (timing.rising - timing.falling).abs();
+        if lag + 2.0 * timing.transition >= 1.0 {
+            return Err(MeanResponseError::EdgesTooFarApart {
+                apart_ps: (lag + 2.0 * timing.transition) * model.chip_period_ps,
+                chip_period_ps: model.chip_period_ps,
+            });
+        }
+        let grid = Grid::new(model, &light, Kinks::Later)?;
+        let detections = detections(model, &grid)?;
+        let correlator = Correlator::new(model, &grid, &light, &detections, timing, 0.0);
         Ok(MeanResponse {
             model,
-            grid,
-            chain,
-            forward,
-            cumulative_hits,
+            light,
+            timing,
+            grid: Arc::new(grid),
+            detections: Arc::new(detections),
+            correlator,
+            delay_chips: 0.0,
         })
     }
 
-    /// Expected hits at each sample of the common code period of all codes,
-    /// S times as many as chips. A detection is a hit at the first sample at or
-    /// after its registered time.
+    /// The response to the same light, every path `delay_ps` later. The state
+    /// equation need not be solved again.
+    pub fn delayed(&self, delay_ps: f64) -> MeanResponse<'m> {
+        let delay_chips = self.delay_chips + delay_ps / self.model.chip_period_ps;
+        let correlator = Correlator::new(
+            self.model,
+            &self.grid,
+            &self.light,
+            &self.detections,
+            self.timing,
+            delay_chips,
+        );
+        MeanResponse {
+            correlator,
+            delay_chips,
+            grid: Arc::clone(&self.grid),
+            detections: Arc::clone(&self.detections),
+            light: self.light.clone(),
+            ..*self
+        }
+    }
+
+    /// Expected hits between consecutive sample instants of the common code
+    /// period of all codes, S times as many as chips. For the sampled tier a
+    /// detection is a hit at the first sample at or after its registered time.
     pub fn hits_per_sample(&self) -> Vec<f64> {
-        self.cumulative_hits
-            .windows(2)
-            .map(|edge| edge[1] - edge[0])
-            .collect()
+        self.correlator.hits_per_sample()
     }
 
     /// Mean detection rate.
     pub fn detection_rate_hz(&self) -> f64 {
         let seconds = self.grid.period_chips as f64 * self.model.chip_period_ps * 1e-12;
-        self.hits_until(self.period_samples()) / seconds
+        self.correlator.hits_per_period() / seconds
+    }
+
+    /// Expected counts of step number `step` of the first scan.
+    pub fn mean_count(&self, step: u64) -> MeanCount {
+        let phase_step = self.model.scan.step(step);
+        let whole = self.correlator.signed_per_period(phase_step);
+        self.with_partial_period(step, whole)
+    }
+
+    /// Expected counts of every step of the first scan.
+    pub fn mean_counts(&self) -> Vec<MeanCount> {
+        let steps = self.model.scan.steps;
+        if steps < STEPS_FOR_FFT {
+            return (0..steps).map(|step| self.mean_count(step)).collect();
+        }
+        let whole = self.correlator.signed_per_period_of_all();
+        (0..steps)
+            .map(|step| {
+                let phase_step = self.model.scan.step(step) as usize;
+                self.with_partial_period(step, whole[phase_step])
+            })
+            .collect()
     }
 
     /// Expected signed count of step number `step` of the first scan.
     pub fn expected_count(&self, step: u64) -> f64 {
-        let phase_step = self.model.scan.step(step);
-        let (periods, first, rest) = self.chips_of(step);
-        let whole = if periods > 0 {
-            periods as f64 * self.signed_hits(phase_step, 0, self.grid.period_chips)
-        } else {
-            0.0
-        };
-        whole + self.signed_hits(phase_step, first, rest)
+        self.mean_count(step).signed
     }
 
-    /// Variance of the signed count of step number `step`, for steps that last
-    /// much longer than the detector's memory.
-    pub fn count_variance(&self, step: u64) -> f64 {
+    /// The counts of a step whose phase step counts `whole` in a code period.
+    fn with_partial_period(&self, step: u64, whole: f64) -> MeanCount {
         let (periods, first, rest) = self.chips_of(step);
-        let Some(forward) = &self.forward else {
-            // Poisson: the variance is the mean number of detections.
-            let samples_per_chip = u64::from(self.model.samples_per_chip);
-            return periods as f64 * self.hits_until(self.period_samples())
-                + self.hits_until((first + rest) * samples_per_chip)
-                - self.hits_until(first * samples_per_chip);
+        let phase_step = self.model.scan.step(step);
+        let correlator = &self.correlator;
+        let mut count = MeanCount {
+            signed: periods * whole,
+            total: periods * correlator.hits_per_period(),
         };
-        let per_chip = variance::per_chip(&self.grid, &self.chain, forward, |sample| {
-            self.sign(self.model.scan.step(step), sample)
-        });
-        let period = self.grid.period_chips;
-        let partial = (first..first + rest).map(|chip| per_chip[(chip % period) as usize]);
-        periods as f64 * per_chip.iter().sum::<f64>() + partial.sum::<f64>()
+        if rest > 0 {
+            count.signed += correlator.signed_between(phase_step, first, rest, whole);
+            count.total += correlator.hits_between(first, rest);
+        }
+        count
     }
 
     /// Whole periods in a step, its first chip, and the chips left over.
-    fn chips_of(&self, step: u64) -> (u64, u64, u64) {
-        let period = self.grid.period_chips;
+    pub(super) fn chips_of(&self, step: u64) -> (f64, usize, usize) {
+        let period = self.grid.period_chips as u64;
         let chips = self.model.scan.integration_chips;
         let first = self.model.first_chip(0, step) % u128::from(period);
-        (chips / period, first as u64, chips % period)
-    }
-
-    /// Sign of the reference, delayed by `phase_step` samples, at a sample.
-    fn sign(&self, phase_step: u64, sample: i64) -> f64 {
-        let chips = &self.model.reference.chips;
-        let chip = (sample - phase_step as i64).div_euclid(i64::from(self.model.samples_per_chip));
-        f64::from(chips[chip.rem_euclid(chips.len() as i64) as usize]) * 2.0 - 1.0
-    }
-
-    /// Expected signed hits in `chips` chips from chip `first` on.
-    fn signed_hits(&self, phase_step: u64, first: u64, chips: u64) -> f64 {
-        let samples_per_chip = u64::from(self.model.samples_per_chip);
-        let mut sample = first * samples_per_chip;
-        let end = (first + chips) * samples_per_chip;
-        let mut before = self.hits_until(sample);
-        let mut sum = 0.0;
-        while sample < end {
-            // The reference changes where (sample - k) is a multiple of S.
-            let into_chip = (sample as i64 - phase_step as i64).rem_euclid(samples_per_chip as i64);
-            let next = (sample + samples_per_chip - into_chip as u64).min(end);
-            let hits = self.hits_until(next);
-            sum += self.sign(phase_step, sample as i64) * (hits - before);
-            before = hits;
-            sample = next;
-        }
-        sum
-    }
-
-    /// Expected hits at samples 0..sample.
-    fn hits_until(&self, sample: u64) -> f64 {
-        let period = self.period_samples();
-        let all = self.cumulative_hits[period as usize];
-        (sample / period) as f64 * all + self.cumulative_hits[(sample % period) as usize]
-    }
-
-    fn period_samples(&self) -> u64 {
-        self.grid.period_chips * u64::from(self.model.samples_per_chip)
+        (
+            (chips / period) as f64,
+            first as usize,
+            (chips % period) as usize,
+        )
     }
 }
 
-/// Hits per cell of a detector without dead time and afterpulses.
-fn poisson_hits(grid: &Grid) -> Vec<f64> {
-    (0..grid.period_chips as i64)
-        .flat_map(|chip| {
-            let cells = grid.cells.iter().enumerate();
-            cells.map(move |(index, cell)| grid.lambda(chip, index) * cell.width)
-        })
-        .collect()
-}
-
-/// Running sum of hits at samples 0, 1, ..., from the hits of cells.
-fn cumulative(grid: &Grid, hits: &[f64], samples_per_chip: u64) -> Vec<f64> {
-    let samples = grid.period_chips * samples_per_chip;
-    let mut per_sample = vec![0.0; samples as usize];
-    for (chip, cells) in hits.chunks(grid.cells.len()).enumerate() {
-        for (cell, hits) in grid.cells.iter().zip(cells) {
-            let sample = (chip as u64 * samples_per_chip + cell.sample) % samples;
-            per_sample[sample as usize] += hits;
-        }
+/// Mean detections of one code period.
+fn detections(model: &DetectorModel, grid: &Grid) -> Result<Detections, MeanResponseError> {
+    if model.dead_time_chips <= 0.0 {
+        return Ok(Detections::poisson(grid));
     }
-    let mut sums = vec![0.0];
-    let mut sum = 0.0;
-    for hits in per_sample {
-        sum += hits;
-        sums.push(sum);
+    let needed = states_needed(model.afterpulsing, model.dead_time_chips);
+    if needed > MAX_STATES {
+        return Err(MeanResponseError::TooManyAfterpulses { limit: MAX_STATES });
     }
-    sums
+    Ok(with_states!(needed, M => {
+        let chain = Chain::<M>::new(model.afterpulsing, model.dead_time_chips);
+        forward::solve(grid, &chain, None)
+    }))
 }

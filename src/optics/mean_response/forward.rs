@@ -1,93 +1,104 @@
 //! The state of the detector through one code period.
 
-use super::cells::{History, SolvedCell};
-use super::chain::{Chain, STATES, State};
-use super::grid::{Grid, Place};
-use super::integrator::Propagators;
+use super::chain::{Chain, State};
+use super::grid::Grid;
+use super::history::History;
+use super::integrator::CellSteps;
 
-/// Probabilities of the ready states, and what they fire.
+/// Mean detections over one common code period.
 #[derive(Debug, Clone)]
-pub struct ForwardSolution {
-    /// Cells of the code period, chip by chip.
-    pub cells: Vec<SolvedCell>,
-    /// Expected detections in each cell.
-    pub hits: Vec<f64>,
+pub struct Detections {
+    /// For each cell: the rate at its start and end, and its slope there times
+    /// the cell's width.
+    pub rates: Vec<[f64; 4]>,
+    /// Expected detections before each cell, and in all.
+    pub cumulative: Vec<f64>,
 }
 
-/// Solves from a ready detector through the memory time and one code period;
-/// the code period is kept.
-pub fn solve(grid: &Grid, chain: &Chain) -> ForwardSolution {
-    let per_chip = grid.cells.len();
-    let warm_up = grid.memory_chips as usize;
-    let chips = warm_up + grid.period_chips as usize;
-    let mut history = History::new(per_chip, grid.reach_chips);
-    let mut hits = Vec::with_capacity(grid.period_chips as usize * per_chip);
-    let mut known = Propagators::new(per_chip);
-    let mut state: State = [0.0; STATES];
-    state[0] = 1.0;
-    for chip in 0..chips {
-        let code_chip = chip as i64 - warm_up as i64;
-        if code_chip < 0 {
-            history.forget();
+/// Probabilities of the ready states at each cell's start, middle and end.
+pub type ReadyStates<const M: usize> = Vec<[State<M>; 3]>;
+
+impl Detections {
+    fn of(grid: &Grid, rates: Vec<[f64; 4]>) -> Detections {
+        let mut cumulative = Vec::with_capacity(rates.len() + 1);
+        let mut sum = 0.0;
+        cumulative.push(sum);
+        for (rate, cell) in rates.iter().zip(grid.cells.iter().cycle()) {
+            sum += cell.width * integral_of_cubic(rate);
+            cumulative.push(sum);
         }
-        for (index, cell) in grid.cells.iter().enumerate() {
-            let lambda = grid.lambda(code_chip, index);
-            let inflow = cell
-                .before
-                .map(|place| ready_again(grid, chain, &history, chip, code_chip, place));
-            let mut end = [0.0; STATES];
-            let propagators = known.get(chain, index, cell.width, lambda);
-            let mut start_slope = [0.0; STATES];
-            let mut end_slope = [0.0; STATES];
-            for m in 0..STATES {
-                let rate = chain.exit_rate(lambda, m);
-                let g = [inflow[0][m], inflow[1][m], inflow[2][m]];
-                end[m] = propagators[m].advance(state[m], g);
-                start_slope[m] = g[0] - rate * state[m];
-                end_slope[m] = g[2] - rate * end[m];
-            }
-            if code_chip >= 0 {
-                // Detections are what has left the ready states.
-                let came: [f64; 3] = inflow.map(|g| g.iter().sum());
-                let came = cell.width / 6.0 * (came[0] + 4.0 * came[1] + came[2]);
-                let left = state.iter().sum::<f64>() - end.iter().sum::<f64>();
-                hits.push(came + left);
-            }
-            history.push(SolvedCell {
-                start: state,
-                end,
-                start_slope,
-                end_slope,
-                width: cell.width,
-            });
-            state = end;
-        }
+        Detections { rates, cumulative }
     }
-    ForwardSolution {
-        cells: history.into_cells_from(warm_up),
-        hits,
+
+    /// Without dead time and afterpulses every primary event is a detection.
+    pub fn poisson(grid: &Grid) -> Detections {
+        let mut lambdas = Vec::new();
+        let mut rates = Vec::with_capacity(grid.period_chips * grid.cells.len());
+        for chip in 0..grid.period_chips {
+            grid.fill_rates(chip as i64, &mut lambdas);
+            rates.extend(lambdas.iter().map(|&lambda| [lambda, lambda, 0.0, 0.0]));
+        }
+        Detections::of(grid, rates)
+    }
+
+    /// Expected detections in a whole code period.
+    pub fn per_period(&self) -> f64 {
+        self.cumulative[self.cumulative.len() - 1]
     }
 }
 
-/// Rate at which detectors come back from their dead times into each state.
-fn ready_again(
+/// The integral over 0..1 of the cubic with values and slopes `[y0, y1, s0, s1]`.
+fn integral_of_cubic([start, end, start_slope, end_slope]: &[f64; 4]) -> f64 {
+    0.5 * (start + end) + (start_slope - end_slope) / 12.0
+}
+
+/// Solves from a ready detector through the memory time and one code period, of
+/// which the mean detections are returned; `states`, if given, receives the
+/// ready states.
+pub fn solve<const M: usize>(
     grid: &Grid,
-    chain: &Chain,
-    history: &History,
-    chip: usize,
-    code_chip: i64,
-    place: Place,
-) -> State {
-    let Ok(past_chip) = usize::try_from(chip as i64 + place.chips) else {
-        // The detector starts ready: nothing is dead yet.
-        return [0.0; STATES];
-    };
-    let past = history.get(past_chip, place.cell).at(place.position);
-    let lambda = grid.lambda(code_chip + place.chips, place.cell);
-    let avalanches = chain.avalanche_rates(lambda, &past);
-    std::array::from_fn(|m| {
-        (0..STATES)
-            .map(|j| avalanches[j] * chain.transition[j][m])
-            .sum()
-    })
+    chain: &Chain<M>,
+    mut states: Option<&mut ReadyStates<M>>,
+) -> Detections {
+    let per_chip = grid.cells.len();
+    let warm_up = grid.memory_chips;
+    let mut history = History::<M>::new(per_chip, grid.reach_chips);
+    let mut rates = Vec::with_capacity(grid.period_chips * per_chip);
+    let mut steps = CellSteps::new(chain, per_chip);
+    let mut lambdas = Vec::new();
+    let mut start: State<M> = [0.0; M];
+    start[0] = 1.0;
+    for chip in 0..warm_up + grid.period_chips {
+        grid.fill_rates(chip as i64 - warm_up as i64, &mut lambdas);
+        for (index, cell) in grid.cells.iter().enumerate() {
+            let step = steps.get(index, cell.width, lambdas[index]);
+            let inflow = std::array::from_fn(|node| {
+                let place = &cell.before[node];
+                match usize::try_from(chip as i64 + place.chips) {
+                    Ok(past) => history.read(past, place),
+                    // The detector starts ready: nothing is dead yet.
+                    Err(_) => [0.0; M],
+                }
+            });
+            let end = step.advance(&start, &inflow);
+            let start_slope = step.slope(&start, &inflow[0]);
+            let end_slope = step.slope(&end, &inflow[2]);
+            // What comes back one dead time later; linear, so slopes pass alike.
+            let passing = [&start, &end, &start_slope, &end_slope].map(|y| step.pass_forwards(y));
+            if chip >= warm_up {
+                let [a, b, c, d] = passing.each_ref().map(|y| y.iter().sum::<f64>());
+                rates.push([a, b, c * cell.width, d * cell.width]);
+                if let Some(states) = states.as_deref_mut() {
+                    let eighth = cell.width / 8.0;
+                    let middle = std::array::from_fn(|m| {
+                        0.5 * (start[m] + end[m]) + eighth * (start_slope[m] - end_slope[m])
+                    });
+                    states.push([start, middle, end]);
+                }
+            }
+            history.put(chip, index, passing);
+            start = end;
+        }
+    }
+    Detections::of(grid, rates)
 }

@@ -1,42 +1,52 @@
 //! Where integration steps end: the same places in every chip.
 
 use super::MeanResponseError;
+use super::light::Light;
 use crate::optics::DetectorModel;
 
 /// The finest step of integration, as a share of a chip.
 const FINEST_CELL_CHIPS: f64 = 1.0 / 128.0;
 
 /// The longest common code period that is solved.
-const LONGEST_PERIOD_CHIPS: u64 = 1 << 16;
+const LONGEST_PERIOD_CHIPS: u64 = 1 << 18;
 
-/// Cells of integration. The time frame is that of registered times, so that
-/// samples are taken at multiples of 1 / S.
+/// Cells of integration. The time frame is that of avalanches, with the first
+/// path's edges at whole chips: only differences of delays matter here.
 #[derive(Debug, Clone)]
 pub struct Grid {
-    /// Common period of all codes at the detector, in chips.
-    pub period_chips: u64,
+    /// Common period of all codes and the reference, in chips.
+    pub period_chips: usize,
     /// Cells of one chip.
     pub cells: Vec<GridCell>,
+    /// Their edges, 0 and 1 included.
+    pub edges: Vec<f64>,
     /// Chips that one dead time reaches into, backwards or forwards.
     pub reach_chips: usize,
     /// Chips that make the detector forget how it started.
-    pub memory_chips: u64,
+    pub memory_chips: usize,
     paths: Vec<GridPath>,
     constant_per_chip: f64,
+}
+
+/// Where an edge of the light leaves kinks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kinks {
+    /// Whole dead times later: in the detector's state.
+    Later,
+    /// Also whole dead times earlier: in the value of being in a state.
+    LaterAndEarlier,
 }
 
 /// One step of integration.
 #[derive(Debug, Clone)]
 pub struct GridCell {
     pub width: f64,
-    /// Sample that sees this cell's detections, 1..=S from the chip's start.
-    pub sample: u64,
     /// Places one dead time before the start, middle and end.
     pub before: [Place; 3],
     /// Places one dead time after the start, middle and end.
     pub after: [Place; 3],
-    /// For each path, code chip that lights the cell, minus chip number.
-    code_offsets: Vec<i64>,
+    /// For each path, whether its chip changes before this cell.
+    changed: Vec<bool>,
 }
 
 /// A place in another cell.
@@ -46,103 +56,125 @@ pub struct Place {
     pub chips: i64,
     /// Cell in that chip.
     pub cell: usize,
-    /// Position in that cell, 0..=1.
-    pub position: f64,
+    /// Weights of the value at the cell's start and end, and of the slope there.
+    pub weights: [f64; 4],
 }
 
 #[derive(Debug, Clone)]
 struct GridPath {
     rate_per_chip: f64,
     chips: Vec<u8>,
+    /// Code chip at the start of frame chip 0.
+    offset: i64,
 }
 
 impl Grid {
-    pub fn new(model: &DetectorModel) -> Result<Grid, MeanResponseError> {
+    pub fn new(
+        model: &DetectorModel,
+        light: &Light,
+        kinks: Kinks,
+    ) -> Result<Grid, MeanResponseError> {
         check(model)?;
-        let period_chips = common_period(model)?;
-        let edges = edges(model);
+        let period_chips = common_period(model, light)? as usize;
+        let frame = frame_chips(light);
+        let delays: Vec<f64> = light.paths.iter().map(|p| p.delay_chips - frame).collect();
+        let edges = edges(model, light, &delays, kinks);
         let dead_time = model.dead_time_chips;
         let cells = edges
             .windows(2)
             .map(|edge| {
                 let (start, width) = (edge[0], edge[1] - edge[0]);
-                let nodes = [0.0, 0.5, 1.0];
                 let place = |offset: f64| {
-                    // Looked up just inside the cell: at an edge of the light
-                    // the rate has two values, and this cell's is meant.
-                    nodes.map(|x: f64| {
+                    [0.0, 0.5, 1.0].map(|x: f64| {
+                        // Looked up just inside the cell: at an edge of the
+                        // light the rate has two values, and this cell's is meant.
                         let inside = x.clamp(1e-6, 1.0 - 1e-6);
-                        locate(&edges, start + inside * width + offset)
-                            .at(&edges, start + x * width + offset)
+                        let time = start + x * width + offset;
+                        Place::new(&edges, start + inside * width + offset, time)
                     })
                 };
                 let middle = start + 0.5 * width;
+                let changed = delays
+                    .iter()
+                    .map(|delay| (middle - delay).floor() > (-delay).floor());
                 GridCell {
                     width,
-                    sample: (middle * f64::from(model.samples_per_chip)) as u64 + 1,
                     before: place(-dead_time),
                     after: place(dead_time),
-                    code_offsets: model
-                        .excess
-                        .iter()
-                        .map(|light| (middle - light.delay() - model.delay_chips).floor() as i64)
-                        .collect(),
+                    changed: changed.collect(),
                 }
             })
             .collect();
+        let paths = light
+            .paths
+            .iter()
+            .zip(&delays)
+            .map(|(path, delay)| GridPath {
+                rate_per_chip: path.rate_per_chip,
+                chips: path.code.chips.clone(),
+                offset: (-delay).floor() as i64,
+            });
         Ok(Grid {
             period_chips,
             cells,
+            edges,
             reach_chips: dead_time.ceil() as usize + 1,
-            memory_chips: model.warm_up_chips as u64,
-            paths: model
-                .excess
-                .iter()
-                .map(|light| GridPath {
-                    rate_per_chip: light.rate_per_chip,
-                    chips: light.code.chips.clone(),
-                })
-                .collect(),
-            constant_per_chip: model.constant_per_chip,
+            memory_chips: memory_chips(model, light.brightest_per_chip()),
+            paths: paths.collect(),
+            constant_per_chip: light.constant_per_chip,
         })
     }
 
-    /// Primary rate in a cell of a chip, per chip.
-    pub fn lambda(&self, chip: i64, cell: usize) -> f64 {
-        let offsets = &self.cells[cell].code_offsets;
-        self.constant_per_chip
-            + self
-                .paths
-                .iter()
-                .zip(offsets)
-                .map(|(path, offset)| {
-                    let position = (chip + offset).rem_euclid(path.chips.len() as i64);
-                    path.rate_per_chip * f64::from(path.chips[position as usize])
-                })
-                .sum::<f64>()
+    /// Primary rate in every cell of a chip, per chip.
+    pub fn fill_rates(&self, chip: i64, rates: &mut Vec<f64>) {
+        rates.clear();
+        rates.resize(self.cells.len(), self.constant_per_chip);
+        for (index, path) in self.paths.iter().enumerate() {
+            let [before, after] = [0, 1].map(|later| {
+                let position = (chip + path.offset + later).rem_euclid(path.chips.len() as i64);
+                path.rate_per_chip * f64::from(path.chips[position as usize])
+            });
+            for (rate, cell) in rates.iter_mut().zip(&self.cells) {
+                *rate += if cell.changed[index] { after } else { before };
+            }
+        }
+    }
+
+    /// Chip, cell and position 0..1 inside the cell of a time in chips.
+    pub fn locate(&self, time: f64) -> (i64, usize, f64) {
+        let (chip, cell) = locate(&self.edges, time);
+        let inside = time - chip as f64 - self.edges[cell];
+        (chip, cell, inside / self.cells[cell].width)
     }
 }
 
 impl Place {
-    /// The same cell, with the position of `time`.
-    fn at(self, edges: &[f64], time: f64) -> Place {
-        let start = edges[self.cell];
-        let width = edges[self.cell + 1] - start;
+    /// The place of `time` in the cell that holds `inside`.
+    fn new(edges: &[f64], inside: f64, time: f64) -> Place {
+        let (chips, cell) = locate(edges, inside);
+        let width = edges[cell + 1] - edges[cell];
+        let x = (time - chips as f64 - edges[cell]) / width;
+        // The cubic that fits values and slopes.
+        let end = x * x * (3.0 - 2.0 * x);
+        let start_slope = x * (1.0 - x) * (1.0 - x) * width;
+        let end_slope = x * x * (x - 1.0) * width;
         Place {
-            position: (time - self.chips as f64 - start) / width,
-            ..self
+            chips,
+            cell,
+            weights: [1.0 - end, end, start_slope, end_slope],
         }
     }
 }
 
-fn locate(edges: &[f64], time: f64) -> Place {
+/// The time of flight that the frame's whole chips stand for.
+pub fn frame_chips(light: &Light) -> f64 {
+    light.paths.first().map_or(0.0, |path| path.delay_chips)
+}
+
+fn locate(edges: &[f64], time: f64) -> (i64, usize) {
     let chip = time.floor();
     let cell = edges.partition_point(|&edge| edge <= time - chip) - 1;
-    Place {
-        chips: chip as i64,
-        cell: cell.min(edges.len() - 2),
-        position: 0.0,
-    }
+    (chip as i64, cell.min(edges.len() - 2))
 }
 
 fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
@@ -165,10 +197,10 @@ fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
     Ok(())
 }
 
-fn common_period(model: &DetectorModel) -> Result<u64, MeanResponseError> {
+fn common_period(model: &DetectorModel, light: &Light) -> Result<u64, MeanResponseError> {
     let mut period = model.reference.len();
-    for light in &model.excess {
-        let length = light.code.len();
+    for path in &light.paths {
+        let length = path.code.len();
         period = period / gcd(period, length) * length;
         if period > LONGEST_PERIOD_CHIPS {
             return Err(MeanResponseError::PeriodTooLong {
@@ -184,24 +216,38 @@ fn gcd(a: u64, b: u64) -> u64 {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 
-/// Edges of the cells of one chip, 0 and 1 included: every sample, every edge
-/// of light, and the kinks that those edges leave one, two and three dead times
-/// later; then halved until the cells are short enough.
-fn edges(model: &DetectorModel) -> Vec<f64> {
-    let samples_per_chip = f64::from(model.samples_per_chip);
-    let mut breaks: Vec<f64> = (0..=model.samples_per_chip)
-        .map(|sample| f64::from(sample) / samples_per_chip)
-        .collect();
-    for light in &model.excess {
-        for kink in 0..4 {
-            let time = light.delay() + model.delay_chips + f64::from(kink) * model.dead_time_chips;
+/// How long a detector remembers that it started ready: a saturated one fires
+/// like a clock, and forgets after the square of (rate x dead time) dead times;
+/// cut at 10^5 dead times.
+fn memory_chips(model: &DetectorModel, brightest_per_chip: f64) -> usize {
+    let saturation = brightest_per_chip * model.dead_time_chips;
+    let dead_times = (48.0 + 3.0 * saturation * saturation).min(1e5);
+    let release = model.afterpulsing.map_or(0.0, |a| a.time_constant_chips);
+    (dead_times * model.dead_time_chips)
+        .max(30.0 * release)
+        .ceil() as usize
+        + 1
+}
+
+/// Edges of the cells of one chip, 0 and 1 included: every edge of light, and
+/// the kinks that those edges leave up to three dead times away; then divided
+/// until the cells are short enough.
+fn edges(model: &DetectorModel, light: &Light, delays: &[f64], kinks: Kinks) -> Vec<f64> {
+    let mut breaks = vec![0.0, 1.0];
+    let first = match kinks {
+        Kinks::Later => 0,
+        Kinks::LaterAndEarlier => -3,
+    };
+    for delay in delays {
+        for kink in first..=3 {
+            let time = delay + f64::from(kink) * model.dead_time_chips;
             breaks.push(time - time.floor());
         }
     }
     breaks.sort_by(f64::total_cmp);
     breaks.dedup_by(|later, earlier| *later - *earlier < 1e-7);
 
-    let widest = widest_cell(model);
+    let widest = widest_cell(model, light);
     let mut edges = vec![0.0];
     for gap in breaks.windows(2) {
         let parts = ((gap[1] - gap[0]) / widest - 1e-9).ceil().max(1.0);
@@ -216,14 +262,9 @@ fn edges(model: &DetectorModel) -> Vec<f64> {
     edges
 }
 
-fn widest_cell(model: &DetectorModel) -> f64 {
-    let brightest = model.constant_per_chip
-        + model
-            .excess
-            .iter()
-            .map(|light| light.rate_per_chip)
-            .sum::<f64>();
-    let mut widest = (1.0 / f64::from(model.samples_per_chip)).min(0.125);
+fn widest_cell(model: &DetectorModel, light: &Light) -> f64 {
+    let brightest = light.brightest_per_chip();
+    let mut widest: f64 = 0.125;
     if brightest > 0.0 {
         widest = widest.min(0.25 / brightest);
     }

@@ -1,67 +1,109 @@
 //! y' = -rate y + g(t) over one cell, exactly for a parabola g.
 
-use super::chain::{Chain, STATES};
+use super::chain::{Chain, State};
 
-/// The propagators of every state, for each cell and brightness that has come
-/// up: a code has few brightnesses, but many chips.
+/// What one cell does to the states at one brightness.
 #[derive(Debug, Clone)]
-pub struct Propagators {
-    known: Vec<Vec<(f64, [Propagator; STATES])>>,
+pub struct CellStep<const M: usize> {
+    lambda: f64,
+    decay: State<M>,
+    /// Weights of g at the cell's start, middle and end.
+    weights: [State<M>; 3],
+    /// Rate at which each ready state is left.
+    pub exit: State<M>,
+    /// Rates from a ready state to the state after the dead time.
+    pub passage: [State<M>; M],
 }
 
-impl Propagators {
-    pub fn new(cells: usize) -> Propagators {
-        Propagators {
+impl<const M: usize> CellStep<M> {
+    fn new(chain: &Chain<M>, width: f64, lambda: f64) -> CellStep<M> {
+        let mut step = CellStep {
+            lambda,
+            decay: [0.0; M],
+            weights: [[0.0; M]; 3],
+            exit: [0.0; M],
+            passage: chain.passage_rates(lambda),
+        };
+        for m in 0..M {
+            let rate = chain.exit_rate(lambda, m);
+            let [phi_1, phi_2, phi_3] = phi(-rate * width);
+            // g = g0 + b x + c x^2 with x in 0..1 through the three values; the
+            // integral of exp(-rate (width - s)) x^k is width k! phi_(k+1).
+            step.decay[m] = (-rate * width).exp();
+            step.weights[0][m] = width * (phi_1 - 3.0 * phi_2 + 4.0 * phi_3);
+            step.weights[1][m] = width * (4.0 * phi_2 - 8.0 * phi_3);
+            step.weights[2][m] = width * (4.0 * phi_3 - phi_2);
+            step.exit[m] = rate;
+        }
+        step
+    }
+
+    /// y at the cell's end, from y at its start and g at start, middle, end.
+    #[inline]
+    pub fn advance(&self, start: &State<M>, g: &[State<M>; 3]) -> State<M> {
+        let [a, b, c] = &self.weights;
+        std::array::from_fn(|m| {
+            self.decay[m] * start[m] + a[m] * g[0][m] + b[m] * g[1][m] + c[m] * g[2][m]
+        })
+    }
+
+    /// y' at a place where y and g are known.
+    #[inline]
+    pub fn slope(&self, y: &State<M>, g: &State<M>) -> State<M> {
+        std::array::from_fn(|m| g[m] - self.exit[m] * y[m])
+    }
+
+    /// Rates at which avalanches out of `ready` lead into each state.
+    #[inline]
+    pub fn pass_forwards(&self, ready: &State<M>) -> State<M> {
+        let mut into = [0.0; M];
+        for (row, &probability) in self.passage.iter().zip(ready) {
+            for m in 0..M {
+                into[m] += probability * row[m];
+            }
+        }
+        into
+    }
+
+    /// For each ready state, rate of leaving it times the value found after the
+    /// dead time.
+    #[inline]
+    pub fn pass_backwards(&self, later: &State<M>) -> State<M> {
+        std::array::from_fn(|i| {
+            let row = &self.passage[i];
+            (0..M).map(|m| row[m] * later[m]).sum()
+        })
+    }
+}
+
+/// The steps of every cell at every brightness that has come up: a code has few
+/// brightnesses, but many chips.
+#[derive(Debug, Clone)]
+pub struct CellSteps<'c, const M: usize> {
+    chain: &'c Chain<M>,
+    known: Vec<Vec<CellStep<M>>>,
+}
+
+impl<'c, const M: usize> CellSteps<'c, M> {
+    pub fn new(chain: &'c Chain<M>, cells: usize) -> CellSteps<'c, M> {
+        CellSteps {
+            chain,
             known: vec![Vec::new(); cells],
         }
     }
 
-    /// Propagators of cell `cell`, `width` wide, at primary rate `lambda`.
-    pub fn get(
-        &mut self,
-        chain: &Chain,
-        cell: usize,
-        width: f64,
-        lambda: f64,
-    ) -> [Propagator; STATES] {
+    /// The step of cell `cell`, `width` wide, at primary rate `lambda`.
+    #[inline]
+    pub fn get(&mut self, cell: usize, width: f64, lambda: f64) -> &CellStep<M> {
         let known = &mut self.known[cell];
-        if let Some((_, propagators)) = known.iter().find(|(rate, _)| *rate == lambda) {
-            return *propagators;
-        }
-        let propagators =
-            std::array::from_fn(|m| Propagator::new(chain.exit_rate(lambda, m), width));
-        known.push((lambda, propagators));
-        propagators
-    }
-}
-
-/// Weights of one cell for one decay rate: stable for any rate.
-#[derive(Debug, Clone, Copy)]
-pub struct Propagator {
-    decay: f64,
-    /// Weights of g at the cell's start, middle and end.
-    weights: [f64; 3],
-}
-
-impl Propagator {
-    pub fn new(rate: f64, width: f64) -> Propagator {
-        let [phi_1, phi_2, phi_3] = phi(-rate * width);
-        // g = g0 + b x + c x^2 with x in 0..1 through the three values; the
-        // integral of exp(-rate (width - s)) x^k is width k! phi_(k+1).
-        Propagator {
-            decay: (-rate * width).exp(),
-            weights: [
-                width * (phi_1 - 3.0 * phi_2 + 4.0 * phi_3),
-                width * (4.0 * phi_2 - 8.0 * phi_3),
-                width * (4.0 * phi_3 - phi_2),
-            ],
-        }
-    }
-
-    /// y at the cell's end, from y at its start and g at start, middle, end.
-    pub fn advance(&self, start: f64, g: [f64; 3]) -> f64 {
-        let [a, b, c] = self.weights;
-        self.decay * start + a * g[0] + b * g[1] + c * g[2]
+        let place = match known.iter().position(|step| step.lambda == lambda) {
+            Some(place) => place,
+            None => {
+                known.push(CellStep::new(self.chain, width, lambda));
+                known.len() - 1
+            }
+        };
+        &known[place]
     }
 }
 
@@ -92,10 +134,11 @@ mod tests {
     fn a_parabola_is_integrated_exactly_at_any_rate() {
         // y = 1 + 2 t - 3 t^2 solves y' = -rate y + g.
         let y = |t: f64| 1.0 + 2.0 * t - 3.0 * t * t;
+        let chain = Chain::<1>::new(None, 1.0);
         for rate in [0.0, 1e-6, 0.5, 1.4, 3.0, 40.0, 1e4] {
             let width = 0.7;
-            let g = [0.0, 0.35, 0.7].map(|t| 2.0 - 6.0 * t + rate * y(t));
-            let found = Propagator::new(rate, width).advance(y(0.0), g);
+            let g = [0.0, 0.35, 0.7].map(|t| [2.0 - 6.0 * t + rate * y(t)]);
+            let [found] = CellStep::new(&chain, width, rate).advance(&[y(0.0)], &g);
             assert!((found - y(width)).abs() < 1e-11, "rate {rate}: {found}");
         }
     }

@@ -1,5 +1,5 @@
 //! The mean response of a detector to its periodic light, without random
-//! numbers: expected hits per sample, and the variance of signed counts.
+//! numbers: means, variances and covariance of the counts of every phase step.
 //!
 //! The detector is a Markov chain with memory of one dead time. Ready with m
 //! afterpulses pending it has probability p_m(t), and
@@ -13,19 +13,62 @@
 //! ends: Binomial(j, exp(-D / tau)) survivors and a Poisson number of new ones.
 //! The mean detection rate is the sum of a_j.
 //!
-//! Jitter is left out: it is symmetric and smooths the counts over its standard
-//! deviation, which matters only where that is not small against T_s. Two
-//! pulses that merge into one rising edge count twice here.
+//! It is solved once per light, on cells that end where the light changes
+//! ([`grid`]); the correlator's edges then fall where they will, on the
+//! cumulative mean, smoothed by the jitter ([`column`]). Two pulses that merge
+//! into one rising edge of the sampled level count twice here.
 
-mod cells;
 mod chain;
+mod column;
+mod correlator;
+mod counts;
 mod expected;
 mod forward;
 mod grid;
+mod history;
 mod integrator;
+mod light;
+mod moments;
+mod pairs;
+mod scan_moments;
+mod tier;
 mod variance;
 
+pub use correlator::MeanCount;
+pub use counts::CountSampler;
 pub use expected::MeanResponse;
+pub use light::{Light, LightPath};
+pub use moments::{CountMoments, SecondMoments};
+pub use tier::CountingTier;
+
+/// Most states of pending afterpulses.
+const MAX_STATES: usize = 16;
+
+/// Evaluates an expression with `$m` the number of states to calculate with, for
+/// a number of states needed.
+macro_rules! with_states {
+    ($needed:expr, $m:ident => $body:expr) => {
+        match $needed {
+            0..=1 => {
+                const $m: usize = 1;
+                $body
+            }
+            2..=4 => {
+                const $m: usize = 4;
+                $body
+            }
+            5..=8 => {
+                const $m: usize = 8;
+                $body
+            }
+            _ => {
+                const $m: usize = $crate::optics::mean_response::MAX_STATES;
+                $body
+            }
+        }
+    };
+}
+use with_states;
 
 /// Why there is no mean response for a scene.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -62,5 +105,25 @@ pub enum MeanResponseError {
         time_constant_ps: f64,
         /// The shortest that is solved.
         least_ps: f64,
+    },
+    /// More afterpulses are pending at a time than there are states for.
+    #[error(
+        "more than {limit} afterpulses are pending at a time; the mean response needs weaker \
+         afterpulsing, or a shorter time constant beside the dead time"
+    )]
+    TooManyAfterpulses {
+        /// Most that are told apart.
+        limit: usize,
+    },
+    /// The counter's edge delays differ by a chip or more.
+    #[error(
+        "the counter's edges lie up to {apart_ps} ps apart (rising against falling delay, and \
+         transition); the mean response needs less than the chip period of {chip_period_ps} ps"
+    )]
+    EdgesTooFarApart {
+        /// Their distance.
+        apart_ps: f64,
+        /// The chip period.
+        chip_period_ps: f64,
     },
 }

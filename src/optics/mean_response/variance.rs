@@ -1,143 +1,122 @@
-//! Variance of signed counts, from the value of being in a state.
+//! Second moments of the counts, from the value of being in a state.
 //!
-//! U_m(t) is the expected signed count still to come for a detector that is
-//! ready with m afterpulses pending; W_j(t) = sum over m of K\[j\]\[m\] U_m(t + D)
-//! the same right after an avalanche. Counts so far plus value so far is a
-//! martingale, so the variance is the sum of its squared jumps: at avalanches,
-//! and where the dead time's end shows how many afterpulses are pending.
+//! U_m(t) is the expected count still to come, after t, for a detector that is
+//! ready with m afterpulses pending, and W the same right after an avalanche;
+//! u(t) is its plain expectation. A detection at t thus goes with W - u(t) more
+//! counts later than there would be on average, and since every pair of
+//! detections has one that comes first,
+//!
+//! Var r = integral of m + 2 s Q_r, Var N = integral of m + 2 Q_N,
+//! Cov(r, N) = integral of s m + s Q_N + Q_r,
+//!
+//! with m the detection rate, s the sign, and Q the rate of detections times
+//! that excess, for counts with the sign (Q_r) and without (Q_N).
 
-use super::cells::{History, SolvedCell};
-use super::chain::{Chain, STATES, State};
-use super::forward::ForwardSolution;
+use super::chain::Chain;
+use super::forward::{Detections, ReadyStates};
 use super::grid::{Grid, Place};
-use super::integrator::Propagators;
+use super::history::History;
+use super::integrator::CellSteps;
 
-/// Variance that each chip of the common code period adds to the count.
-/// `sign` is the reference's sign at a sample of that period.
-pub fn per_chip(
+/// Q integrated over each cell of the code period. `signs` has the mean sign of
+/// every cell of the period.
+pub fn excess<const M: usize>(
     grid: &Grid,
-    chain: &Chain,
-    forward: &ForwardSolution,
-    sign: impl Fn(i64) -> f64,
+    chain: &Chain<M>,
+    states: &ReadyStates<M>,
+    detections: &Detections,
+    signs: &[f64],
 ) -> Vec<f64> {
     let per_chip = grid.cells.len();
-    let period = grid.period_chips as usize;
-    let chips = period + grid.memory_chips as usize;
-    let samples_per_chip = grid.cells[per_chip - 1].sample as i64;
-    let mut variance = vec![0.0; period];
+    let period = grid.period_chips;
+    let chips = period + grid.memory_chips;
+    let mut excess = vec![0.0; signs.len()];
     // From the last cell to the first: chip 0 of the history is the last chip.
-    let mut history = History::new(per_chip, grid.reach_chips);
-    let mut known = Propagators::new(per_chip);
-    let mut value: State = [0.0; STATES];
+    let mut history = History::<M>::new(per_chip, grid.reach_chips);
+    let mut steps = CellSteps::new(chain, per_chip);
+    let mut lambdas = Vec::new();
+    let mut end = [0.0; M];
+    let mut expected_end = 0.0;
     for chip in (0..chips).rev() {
-        history.forget();
+        grid.fill_rates(chip as i64, &mut lambdas);
         for (index, cell) in grid.cells.iter().enumerate().rev() {
-            let lambda = grid.lambda(chip as i64, index);
-            let sign = sign(chip as i64 * samples_per_chip + cell.sample as i64);
-            let later = cell
-                .after
-                .map(|place| After::new(chain, value_at(grid, &history, chips, chip, place)));
-            let gain = |node: usize, m: usize| {
-                let released = m as f64 * chain.release_per_chip;
-                let after_release = if m > 0 { later[node].mean[m - 1] } else { 0.0 };
-                lambda * (sign + later[node].mean[m]) + released * (sign + after_release)
-            };
-            let mut start = [0.0; STATES];
-            let propagators = known.get(chain, index, cell.width, lambda);
-            let mut start_slope = [0.0; STATES];
-            let mut end_slope = [0.0; STATES];
-            for m in 0..STATES {
-                let rate = chain.exit_rate(lambda, m);
-                // Time runs backwards here: the cell's end comes first.
-                let g = [gain(2, m), gain(1, m), gain(0, m)];
-                start[m] = propagators[m].advance(value[m], g);
-                end_slope[m] = rate * value[m] - g[0];
-                start_slope[m] = rate * start[m] - g[2];
-            }
-            let solved = SolvedCell {
-                start,
-                end: value,
-                start_slope,
-                end_slope,
-                width: cell.width,
-            };
+            let in_period = (chip % period) * per_chip + index;
+            let sign = signs[in_period];
+            let step = steps.get(index, cell.width, lambdas[index]);
+            let later = cell.after.each_ref().map(|place| {
+                let value = value_at(&history, chips, chip, place);
+                step.pass_backwards(&value)
+            });
+            // Time runs backwards here: the cell's end comes first.
+            let gains =
+                [2, 1, 0].map(|node| std::array::from_fn(|m| sign * step.exit[m] + later[node][m]));
+            let start = step.advance(&end, &gains);
+            let end_slope = step.slope(&end, &gains[0]).map(|slope| -slope);
+            let start_slope = step.slope(&start, &gains[2]).map(|slope| -slope);
+
+            let rates = &detections.rates[in_period];
+            let mean = [
+                rates[0],
+                0.5 * (rates[0] + rates[1]) + (rates[2] - rates[3]) / 8.0,
+                rates[1],
+            ];
+            let hits = detections.cumulative[in_period + 1] - detections.cumulative[in_period];
+            let first_half = cell.width
+                * (13.0 / 32.0 * rates[0] + 3.0 / 32.0 * rates[1] + 11.0 / 192.0 * rates[2]
+                    - 5.0 / 192.0 * rates[3]);
+            let expected = [
+                expected_end + sign * hits,
+                expected_end + sign * (hits - first_half),
+                expected_end,
+            ];
             if chip < period {
-                let probabilities = &forward.cells[chip * per_chip + index];
-                let density = [(0.0, 1.0), (0.5, 4.0), (1.0, 1.0)].map(|(x, weight)| {
-                    let node = (2.0 * x) as usize;
-                    weight
-                        * jumps_squared(
-                            chain,
-                            lambda,
-                            sign,
-                            &probabilities.at(x),
-                            &solved.at(x),
-                            &later[node],
-                        )
-                });
-                variance[chip] += cell.width / 6.0 * density.iter().sum::<f64>();
+                let density = |node: usize| {
+                    let ready = &states[in_period][node];
+                    let pairs: f64 = ready.iter().zip(&later[node]).map(|(p, w)| p * w).sum();
+                    pairs - mean[node] * expected[node]
+                };
+                excess[in_period] = cell.width / 6.0 * (density(0) + 4.0 * density(1) + density(2));
             }
-            history.push(solved);
-            value = start;
+            history.put(
+                chips - 1 - chip,
+                index,
+                [start, end, start_slope, end_slope],
+            );
+            end = start;
+            expected_end = expected[0];
         }
     }
-    variance
-}
-
-/// Mean and variance of the value one dead time later, by afterpulses pending
-/// right after the avalanche.
-struct After {
-    mean: State,
-    variance: State,
-}
-
-impl After {
-    fn new(chain: &Chain, value: State) -> After {
-        let mean: State =
-            std::array::from_fn(|j| (0..STATES).map(|m| chain.transition[j][m] * value[m]).sum());
-        let variance = std::array::from_fn(|j| {
-            (0..STATES)
-                .map(|m| chain.transition[j][m] * (value[m] - mean[j]).powi(2))
-                .sum()
-        });
-        After { mean, variance }
-    }
-}
-
-/// Rate of the martingale's squared jumps.
-fn jumps_squared(
-    chain: &Chain,
-    lambda: f64,
-    sign: f64,
-    probabilities: &State,
-    value: &State,
-    later: &After,
-) -> f64 {
-    let at_avalanches: f64 = (0..STATES)
-        .map(|m| {
-            let photon = (sign + later.mean[m] - value[m]).powi(2);
-            let released = m as f64 * chain.release_per_chip;
-            let afterpulse = if m > 0 {
-                (sign + later.mean[m - 1] - value[m]).powi(2)
-            } else {
-                0.0
-            };
-            probabilities[m] * (lambda * photon + released * afterpulse)
-        })
-        .sum();
-    let avalanches = chain.avalanche_rates(lambda, probabilities);
-    let at_ends: f64 = (0..STATES).map(|j| avalanches[j] * later.variance[j]).sum();
-    at_avalanches + at_ends
+    excess
 }
 
 /// U at a place later than the cell; zero after the last chip.
-fn value_at(grid: &Grid, history: &History, chips: usize, chip: usize, place: Place) -> State {
+fn value_at<const M: usize>(
+    history: &History<M>,
+    chips: usize,
+    chip: usize,
+    place: &Place,
+) -> [f64; M] {
     let later_chip = chip + place.chips as usize;
     if later_chip >= chips {
-        return [0.0; STATES];
+        return [0.0; M];
     }
-    let reversed_cell = grid.cells.len() - 1 - place.cell;
-    history
-        .get(chips - 1 - later_chip, reversed_cell)
-        .at(place.position)
+    history.read(chips - 1 - later_chip, place)
+}
+
+#[cfg(test)]
+mod tests {
+    /// The first half of the cubic y0 (1 - 3x^2 + 2x^3) + y1 (3x^2 - 2x^3)
+    /// + s0 (x - 2x^2 + x^3) + s1 (x^3 - x^2), term by term.
+    #[test]
+    fn half_a_cubic_has_these_weights() {
+        let integral = |c: [f64; 4]| -> f64 {
+            (0..4)
+                .map(|n| c[n] * 0.5_f64.powi(n as i32 + 1) / (n + 1) as f64)
+                .sum()
+        };
+        assert!((integral([1.0, 0.0, -3.0, 2.0]) - 13.0 / 32.0).abs() < 1e-15);
+        assert!((integral([0.0, 0.0, 3.0, -2.0]) - 3.0 / 32.0).abs() < 1e-15);
+        assert!((integral([0.0, 1.0, -2.0, 1.0]) - 11.0 / 192.0).abs() < 1e-15);
+        assert!((integral([0.0, 0.0, -1.0, 1.0]) + 5.0 / 192.0).abs() < 1e-15);
+    }
 }

@@ -1,0 +1,147 @@
+//! Expected detections registered before one instant of every chip.
+//!
+//! M(t), the expected avalanches before t, is piecewise a quartic: known by the
+//! cumulative at the cell's start and the cell's [`rates`](Detections::rates).
+//! Jitter smooths it with a Gaussian. Since cells are the same in every chip,
+//! the smoothed value at one place in the chip is the same few weights for every
+//! chip; they are worked out once.
+
+use super::forward::Detections;
+use super::grid::Grid;
+
+/// The Gaussian is cut here (probability 2e-9), and scaled to make up for it.
+const CUT_SIGMAS: f64 = 6.0;
+
+/// Nodes and weights of Gauss-Legendre quadrature on -1..1, positive half.
+const LEGENDRE: [(f64, f64); 4] = [
+    (0.183_434_642_495_649_8, 0.362_683_783_378_362),
+    (0.525_532_409_916_329, 0.313_706_645_877_887_3),
+    (0.796_666_477_413_626_7, 0.222_381_034_453_374_5),
+    (0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
+];
+
+/// One instant of every chip.
+#[derive(Debug, Clone)]
+pub struct Column {
+    terms: Vec<Term>,
+}
+
+/// What one cell contributes.
+#[derive(Debug, Clone)]
+struct Term {
+    chips: i64,
+    cell: usize,
+    /// Weight of the cumulative at the cell's start.
+    cumulative: f64,
+    /// Weights of the cell's rates.
+    rates: [f64; 4],
+}
+
+impl Column {
+    /// The instant `time_chips` (in the grid's frame) after a chip's start, seen
+    /// through jitter, on average over the transition time.
+    pub fn new(grid: &Grid, time_chips: f64, sigma_chips: f64, transition_chips: f64) -> Column {
+        let mut column = Column { terms: Vec::new() };
+        if transition_chips > 0.0 {
+            for side in [-transition_chips, transition_chips] {
+                column.add_smoothed(grid, time_chips + side, sigma_chips, 0.5);
+            }
+        } else {
+            column.add_smoothed(grid, time_chips, sigma_chips, 1.0);
+        }
+        column
+    }
+
+    fn add_smoothed(&mut self, grid: &Grid, centre: f64, sigma: f64, weight: f64) {
+        if sigma <= 0.0 {
+            let (chips, cell, position) = grid.locate(centre);
+            self.add(grid, chips, cell, position, weight);
+            return;
+        }
+        let reach = CUT_SIGMAS * sigma;
+        let mut nodes = Vec::new();
+        let mut total = 0.0;
+        let mut from = centre - reach;
+        while from < centre + reach - 1e-12 {
+            // Up to the end of the cell, and no further than the rule is good for.
+            let (chip, cell, _) = grid.locate(from + 1e-12);
+            let cell_end = chip as f64 + grid.edges[cell + 1];
+            let to = cell_end.min(from + 2.0 * sigma).min(centre + reach);
+            let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+            for (node, node_weight) in LEGENDRE {
+                for side in [-node, node] {
+                    let time = middle + half * side;
+                    let density = (-0.5 * ((time - centre) / sigma).powi(2)).exp();
+                    nodes.push((chip, cell, time, half * node_weight * density));
+                    total += half * node_weight * density;
+                }
+            }
+            from = to;
+        }
+        for (chip, cell, time, node_weight) in nodes {
+            let inside = time - chip as f64 - grid.edges[cell];
+            let position = inside / grid.cells[cell].width;
+            self.add(grid, chip, cell, position, weight * node_weight / total);
+        }
+    }
+
+    /// Adds `weight` times M at a position 0..1 inside a cell.
+    fn add(&mut self, grid: &Grid, chips: i64, cell: usize, position: f64, weight: f64) {
+        let known = self
+            .terms
+            .iter()
+            .position(|term| (term.chips, term.cell) == (chips, cell));
+        let index = known.unwrap_or_else(|| {
+            self.terms.push(Term {
+                chips,
+                cell,
+                cumulative: 0.0,
+                rates: [0.0; 4],
+            });
+            self.terms.len() - 1
+        });
+        let term = &mut self.terms[index];
+        term.cumulative += weight;
+        let x = position;
+        let (square, cube) = (x * x, x * x * x);
+        // Integrals over 0..x of the cubic's four basis functions.
+        let basis = [
+            x - cube + 0.5 * square * square,
+            cube - 0.5 * square * square,
+            0.5 * square - 2.0 / 3.0 * cube + 0.25 * square * square,
+            0.25 * square * square - cube / 3.0,
+        ];
+        let width = grid.cells[cell].width;
+        for (sum, basis) in term.rates.iter_mut().zip(basis) {
+            *sum += weight * width * basis;
+        }
+    }
+
+    /// The expected detections registered before this instant of chips
+    /// 0..=period, from some common origin on.
+    pub fn cumulative(&self, grid: &Grid, detections: &Detections) -> Vec<f64> {
+        let period = grid.period_chips as i64;
+        let per_chip = grid.cells.len();
+        let mut sums = vec![0.0; grid.period_chips + 1];
+        for term in &self.terms {
+            let [a, b, c, d] = term.rates;
+            let turns = term.chips.div_euclid(period);
+            let mut turned = turns as f64 * detections.per_period() * term.cumulative;
+            let mut chip = term.chips.rem_euclid(period) as usize;
+            for sum in &mut sums {
+                let index = chip * per_chip + term.cell;
+                let rate = &detections.rates[index];
+                *sum += turned
+                    + term.cumulative * detections.cumulative[index]
+                    + (a * rate[0] + b * rate[1])
+                    + (c * rate[2] + d * rate[3]);
+                chip += 1;
+                if chip == grid.period_chips {
+                    chip = 0;
+                    turned += detections.per_period() * term.cumulative;
+                }
+            }
+        }
+        sums
+    }
+}

@@ -1,0 +1,44 @@
+//! The last chips of a solution, as far back as one dead time reads.
+
+use super::chain::State;
+use super::grid::Place;
+
+/// Values and slopes at the borders of one cell: value at start and end, slope
+/// at start and end.
+pub type Borders<const M: usize> = [State<M>; 4];
+
+/// A ring of solved cells, in the order of solving.
+#[derive(Debug, Clone)]
+pub struct History<const M: usize> {
+    cells: Vec<Borders<M>>,
+    cells_per_chip: usize,
+    chips: usize,
+}
+
+impl<const M: usize> History<M> {
+    /// Nothing solved yet; `reach_chips` is how far back it will be read.
+    pub fn new(cells_per_chip: usize, reach_chips: usize) -> History<M> {
+        let chips = reach_chips + 2;
+        History {
+            cells: vec![[[0.0; M]; 4]; chips * cells_per_chip],
+            cells_per_chip,
+            chips,
+        }
+    }
+
+    /// Keeps cell `cell` of chip `chip`, in place of the oldest.
+    #[inline]
+    pub fn put(&mut self, chip: usize, cell: usize, borders: Borders<M>) {
+        let index = (chip % self.chips) * self.cells_per_chip + cell;
+        self.cells[index] = borders;
+    }
+
+    /// The value at a place of chip `chip`.
+    #[inline]
+    pub fn read(&self, chip: usize, place: &Place) -> State<M> {
+        let index = (chip % self.chips) * self.cells_per_chip + place.cell;
+        let [start, end, start_slope, end_slope] = &self.cells[index];
+        let [a, b, c, d] = place.weights;
+        std::array::from_fn(|m| a * start[m] + b * end[m] + c * start_slope[m] + d * end_slope[m])
+    }
+}

@@ -1,0 +1,48 @@
+//! The light that a mean response is worked out for.
+
+use std::sync::Arc;
+
+use crate::code::Code;
+use crate::optics::DetectorModel;
+
+/// Primary rates at a detector: the modulated light of each path, and one
+/// constant rate that holds everything else.
+#[derive(Debug, Clone)]
+pub struct Light {
+    /// Modulated light, one entry per path that has any.
+    pub paths: Vec<LightPath>,
+    /// Off-light, background and dark counts, per chip.
+    pub constant_per_chip: f64,
+}
+
+/// The modulated light of one path.
+#[derive(Debug, Clone)]
+pub struct LightPath {
+    /// The code that keys it.
+    pub code: Arc<Code>,
+    /// What an on-chip adds to the primary rate, per chip.
+    pub rate_per_chip: f64,
+    /// Time of flight in chips.
+    pub delay_chips: f64,
+}
+
+impl Light {
+    /// The light that the scene says reaches the detector, path by path in the
+    /// scene's order, without those that carry no modulated light.
+    pub fn of(model: &DetectorModel) -> Light {
+        let paths = model.excess.iter().map(|light| LightPath {
+            code: Arc::clone(&light.code),
+            rate_per_chip: light.rate_per_chip,
+            delay_chips: light.delay(),
+        });
+        Light {
+            paths: paths.collect(),
+            constant_per_chip: model.constant_per_chip,
+        }
+    }
+
+    /// Largest primary rate, with every path's chip on.
+    pub fn brightest_per_chip(&self) -> f64 {
+        self.constant_per_chip + self.paths.iter().map(|p| p.rate_per_chip).sum::<f64>()
+    }
+}
