@@ -39,6 +39,8 @@ pub(super) enum Command {
     Cosim(CosimArguments),
     /// Photons to distance, many times: bias and standard deviation
     Simulate(SimulateArguments),
+    /// Error against run time for every way of simulating
+    Fidelity(FidelityArguments),
 }
 
 #[derive(Debug, Args)]
@@ -98,6 +100,21 @@ pub(super) struct SimulateArguments {
     /// How much of the sensor to simulate
     #[arg(long, value_name = "T", value_enum, default_value_t = Tier::Events)]
     pub fidelity: Tier,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct FidelityArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    /// Relative error of the standard deviation to recommend a tier for: 1% or
+    /// 0.01
+    #[arg(long, value_name = "E", default_value = "1%",
+          value_parser = super::fidelity::parse_error)]
+    pub target_error: f64,
+    /// Seconds to spend, about
+    #[arg(long, value_name = "S", default_value_t = 60,
+          value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    pub budget_s: u64,
 }
 
 #[derive(Debug, Args)]

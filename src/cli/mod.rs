@@ -7,6 +7,7 @@ mod arguments;
 pub mod codes;
 mod cosim;
 mod emit;
+mod fidelity;
 mod output;
 pub mod plan;
 mod rtl;
@@ -48,6 +49,7 @@ pub fn main() -> ExitCode {
         Command::Codes(arguments) => codes::run(&arguments, &mut output),
         Command::Emit(arguments) => emit::run(&arguments, &mut output),
         Command::Cosim(arguments) => cosim::run(&arguments, cli.seed, &mut output),
+        Command::Fidelity(arguments) => fidelity::run(&arguments, cli.seed, &mut output),
         Command::Simulate(arguments) => simulate::run(&arguments, cli.seed, &mut output),
     };
     match ending {

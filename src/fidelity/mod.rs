@@ -1,5 +1,6 @@
 //! Ways of simulating a scene, from exact to cheap, and what they say.
 
+pub mod compare;
 pub mod scans;
 pub mod simulate;
 
