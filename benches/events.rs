@@ -122,22 +122,12 @@ fn scaling(scene: &Scene) {
 
 fn ns_per_detection(counts: &mut [StepCount], work: impl FnOnce(&mut [StepCount])) -> f64 {
     let started = Instant::now();
-    let cpu = thread_cpu_ns();
     work(counts);
-    let ns = match (cpu, thread_cpu_ns()) {
-        (Some(a), Some(b)) if std::env::var_os("CPU").is_some() => b - a,
-        _ => started.elapsed().as_secs_f64() * 1e9,
-    };
-    ns / total(counts)
+    started.elapsed().as_secs_f64() * 1e9 / total(counts)
 }
 
 /// Sorts, too.
 fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
-}
-
-fn thread_cpu_ns() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    text.split(' ').next()?.parse().ok()
 }

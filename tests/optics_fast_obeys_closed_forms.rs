@@ -74,7 +74,7 @@ fn assert_dead_time_alone(scale: u64) {
 
 #[test]
 fn dead_time_alone_gives_the_renewal_rate_and_fano_factor() {
-    assert_dead_time_alone(1);
+    assert_dead_time_alone(10);
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn assert_afterpulses_alone(scale: u64) {
 
 #[test]
 fn afterpulses_alone_give_the_rate_and_fano_factor_of_a_branching_process() {
-    assert_afterpulses_alone(1);
+    assert_afterpulses_alone(10);
 }
 
 #[test]
@@ -128,7 +128,7 @@ fn assert_table_i(scale: u64) {
 
 #[test]
 fn dead_time_and_afterpulses_together_give_the_rate_of_the_markov_chain() {
-    assert_table_i(1);
+    assert_table_i(10);
 }
 
 #[test]
