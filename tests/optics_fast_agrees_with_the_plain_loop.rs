@@ -111,9 +111,9 @@ fn table_i_window(detected_rate_cps: f64) -> Scene {
 
 #[test]
 fn table_i_counts_agree_from_1_to_45_million_detections_per_second() {
-    for (rate, scans) in [(1e6, 600), (10e6, 300), (45e6, 80)] {
+    for (rate, scans) in [(1e6, 4_200), (10e6, 420), (45e6, 100)] {
         let comparison = Comparison::of(&table_i_window(rate), scans);
-        assert!(comparison.detections() > 1_000_000);
+        assert!(comparison.detections() > 10_000_000);
         comparison.assert_same_distribution(&format!("{rate:.0e}"));
     }
 }

@@ -74,7 +74,7 @@ fn assert_dead_time_alone(scale: u64) {
 
 #[test]
 fn dead_time_alone_gives_the_renewal_rate_and_fano_factor() {
-    assert_dead_time_alone(1);
+    assert_dead_time_alone(10);
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn assert_afterpulses_alone(scale: u64) {
 
 #[test]
 fn afterpulses_alone_give_the_rate_and_fano_factor_of_a_branching_process() {
-    assert_afterpulses_alone(1);
+    assert_afterpulses_alone(10);
 }
 
 #[test]
@@ -128,11 +128,51 @@ fn assert_table_i(scale: u64) {
 
 #[test]
 fn dead_time_and_afterpulses_together_give_the_rate_of_the_markov_chain() {
-    assert_table_i(1);
+    assert_table_i(10);
 }
 
 #[test]
 #[ignore = "a hundred million detections per rate; run with --release"]
 fn dead_time_and_afterpulses_do_so_over_a_hundred_million_detections() {
     assert_table_i(300);
+}
+
+/// Light whose edges meet the sign's, so that every detection counts up, less
+/// what jitter and transition take to the wrong side. Mean signed count of so
+/// many steps, over that without either.
+fn share_that_counts_up(change: impl Fn(&mut Scene)) -> (f64, f64) {
+    let mut scene = ideal_scene(code(&[1, 1, 0, 0]), 50e6, STEP_CHIPS);
+    scene.scan.steps = 1;
+    // Both edges of the reference come as late as the light.
+    scene.detectors[0].delay_ps = 1_750.0;
+    scene.detectors[0].counter.rising_delay_ps = 1_750.0;
+    scene.detectors[0].counter.falling_delay_ps = 1_750.0;
+    change(&mut scene);
+    let model = DetectorModel::new(&scene, 0);
+    let counter = StepCounter::new(&model);
+    assert_eq!(counter.outside_domain(), None, "the lanes must be used");
+    let mut counts = vec![StepCount::ZERO; 2500];
+    counter.count(6, 0..2500, 0..1, &mut counts);
+    let signed = Moments::of(counts.iter().map(|count| count.signed as f64));
+    let all = 50e6 * STEP_S;
+    (signed.mean / all, signed.standard_error() / all)
+}
+
+#[test]
+fn jitter_and_transition_cost_what_they_take_to_the_wrong_side() {
+    // Two chips of light, 16 ns, have two edges; a wrong sign costs twice.
+    let cost = |wrong_ps: f64| 1.0 - 2.0 * 2.0 * wrong_ps / 16_000.0;
+    let (found, error) = share_that_counts_up(|_| ());
+    assert_within_standard_errors((found - 1.0) / error, 3.0, "sharp");
+    // The integral of Phi(-x / sigma) over x > 0 is sigma / sqrt(2 pi).
+    let (found, error) = share_that_counts_up(|scene| {
+        scene.detectors[0].jitter_ps = vec![120.0, 160.0];
+    });
+    let wrong_ps = 200.0 / (2.0 * std::f64::consts::PI).sqrt();
+    assert_within_standard_errors((found - cost(wrong_ps)) / error, 3.0, "jitter");
+    // Half of the detections within the transition.
+    let (found, error) = share_that_counts_up(|scene| {
+        scene.detectors[0].counter.transition_ps = 300.0;
+    });
+    assert_within_standard_errors((found - cost(150.0)) / error, 3.0, "transition");
 }

@@ -127,7 +127,7 @@ pub fn minus_ln(x: f32, scale: i32) -> f32 {
     q = q * f - 0.173_260_18;
     q = q * f + 0.198_882_79;
     q = q * f - 0.249_614_63;
-    q = q * f + 0.333_352_61;
+    q = q * f + 0.333_352_6;
     q = q * f - 0.500_005_84;
     let ln_mantissa = q * (f * f) + f;
     (scale - exponent) as f32 * std::f32::consts::LN_2 - ln_mantissa
@@ -144,7 +144,7 @@ pub fn exp2_of_negative(x: f32) -> f32 {
     // SAFETY: finite, and from -100 to 0, as the two lines before make sure.
     let whole = unsafe { x.to_int_unchecked::<i32>() };
     let f = x - whole as f32;
-    let mut q = 9.542_652_7e-4_f32;
+    let mut q = 9.542_653e-4_f32;
     q = q * f + 9.228_978e-3;
     q = q * f + 5.531_724e-2;
     q = q * f + 0.240_186_92;

@@ -70,10 +70,8 @@ pub struct PathTable {
 impl Tables {
     /// The tables of a model, or why there are none.
     pub fn new(model: &DetectorModel) -> Result<Tables, OutsideDomain> {
-        let codes = model.excess.iter().map(|light| light.code.len());
-        let period = codes.fold(Some(model.reference.len()), |period, length| {
-            least_common_multiple(period?, length)
-        });
+        let mut codes = model.excess.iter().map(|light| light.code.len());
+        let period = codes.try_fold(model.reference.len(), least_common_multiple);
         let grid = period
             .and_then(Grid::new)
             .ok_or(OutsideDomain::PeriodTooLong {
