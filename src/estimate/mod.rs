@@ -1,6 +1,8 @@
 //! From the counts of a scan to a distance.
 
+pub mod bound;
 mod calibration;
+pub mod model;
 mod phase;
 mod prediction;
 pub mod report;

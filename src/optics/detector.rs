@@ -125,6 +125,11 @@ impl DetectorModel {
         (self.first_chip(repetition, step) % u128::from(length)) as i64
     }
 
+    /// Chip period T_c.
+    pub fn chip_period_ps(&self) -> f64 {
+        self.chip_period_ps
+    }
+
     /// The scan that the model's steps belong to.
     pub fn scan(&self) -> &Scan {
         &self.scan
