@@ -132,7 +132,11 @@ targets:
         version = env!("CARGO_PKG_VERSION"),
         rtl = listed(files),
         bench_files = listed(&bench.files),
-        vectors = listed(&bench.vectors),
+        vectors = bench
+            .vectors
+            .iter()
+            .map(|file| format!("      - {0}: {{copyto: {0}}}\n", file.name))
+            .collect::<String>(),
         sdc = sdc.name,
         xdc = xdc.name,
         lpf = lpf.name,
