@@ -72,7 +72,7 @@ pub(super) fn bench(
         top: TOP,
         file_list: bench_file_list(design_files, &files, made_by),
         files,
-        clocks: recording.clocks(),
+        clocks: recording.clocks,
         phase_steps: recording.phase_steps,
         scans: recording.scans,
         vectors: vectors
@@ -99,7 +99,7 @@ fn top(recording: &Recording, vectors: &[VectorFile], made_by: &str) -> String {
     let _ = write!(
         text,
         "`default_nettype none\n\nmodule {TOP};\n\n    localparam CLOCKS = {};\n\n",
-        recording.clocks()
+        recording.clocks
     );
     text += "    // Inputs of the sensor, and its outputs\n    reg          i_clk;\n";
     for port in inputs {
@@ -147,7 +147,7 @@ fn header(recording: &Recording, made_by: &str) -> String {
 // the list of pulses: no part of the design has a share in the expected values.
 //
 // Inputs   hostile: the most and the fewest hits, edges at word borders, a receiver that stalls,
-//          {runs} runs that each begin with a reset
+//          {resets} resets
 // Length   {clocks} clocks; {results}
 // Ends     with PASS and exit status 0, or at the first clock at which a port differs with that
 //          clock, the port, the expected value and the one seen, and a non-zero exit status
@@ -164,8 +164,8 @@ fn header(recording: &Recording, made_by: &str) -> String {
 // a clock takes two ticks.
 
 ",
-        runs = recording.run_clocks.len(),
-        clocks = recording.clocks(),
+        resets = recording.resets,
+        clocks = recording.clocks,
     )
 }
 

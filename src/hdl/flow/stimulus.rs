@@ -1,25 +1,31 @@
-//! Recorded runs: hostile inputs and what the reference model makes of them.
+//! A recorded run: hostile inputs and what the reference model makes of them.
+
+use std::ops::{Range, RangeInclusive};
 
 use super::run_length::Runs;
 use crate::cosim::adversarial::Adversarial;
 use crate::cosim::blocks::{Block, BlockMaker};
-use crate::cosim::stimulus::clocks_for_scans;
+use crate::cosim::stimulus::{Drive, Stimulus};
 use crate::model::contract::{Contract, Port};
 use crate::model::layout::{Layout, Record};
-use crate::model::reference::{Reference, ReferenceError};
+use crate::model::reference::{Reference, ReferenceError, StepResult, Surroundings};
 
-/// Clocks of the long run, where a phase step does not need more.
-const LONG_RUN_CLOCKS: u64 = 40_000;
-/// Clocks of the long run at most: an interpreting simulator takes seconds.
-const MOST_LONG_RUN_CLOCKS: u64 = 65_536;
-/// Phase steps that the long run should see the end of.
-const LONG_RUN_STEPS: u64 = 3;
-/// Short runs after it: other inputs, and a reset in the middle of a scan each.
-const SHORT_RUNS: u64 = 8;
-/// Clocks of a short run.
-const SHORT_RUN_CLOCKS: u64 = 1_000;
-/// Seed of the first run; the others count up from it. Any number.
-const FIRST_SEED: u64 = 1;
+/// Clocks before the first reset of a run that cannot be whole.
+const CALM_CLOCKS: u64 = 40_000;
+/// The same at most: an interpreting simulator takes seconds.
+const MOST_CALM_CLOCKS: u64 = 65_536;
+/// Phase steps that should end before the first reset.
+const CALM_STEPS: u64 = 3;
+/// Resets after that, each in the middle of a scan.
+const RESETS: u64 = 8;
+/// Clocks from one to the next where a phase step takes longer.
+const RESET_SPACING_CLOCKS: u64 = 1_000;
+/// Clocks of a phase step that can end between two resets.
+const SHORT_STEP_CLOCKS: u64 = 3_000;
+/// Clocks of a phase step that can end after the last reset.
+const MOST_STEP_CLOCKS: u64 = 16_000;
+/// Seeds tried for inputs that lose a result to a stalled receiver.
+const SEEDS: RangeInclusive<u64> = 1..=16;
 
 /// Ports that share a vector file, from bit 0 up.
 #[derive(Debug, Clone)]
@@ -84,15 +90,17 @@ pub struct Recording {
     pub chips: Group,
     /// The other outputs, which change from phase step to phase step.
     pub results: Group,
-    /// Clocks of each run; each starts in reset.
-    pub run_clocks: Vec<u64>,
-    /// Phase steps whose integration ends in a run.
+    /// Clocks of the run.
+    pub clocks: u64,
+    /// Times that it enters reset.
+    pub resets: u64,
+    /// Phase steps whose integration ends in it.
     pub phase_steps: u64,
-    /// Scans whose last phase step ends in a run.
+    /// Scans whose last phase step ends in it.
     pub scans: u64,
 }
 
-/// Records a long run and several short ones.
+/// Records a run that begins in reset.
 ///
 /// # Errors
 /// When the reference model cannot predict the ports.
@@ -103,80 +111,135 @@ pub fn record(contract: &Contract) -> Result<Recording, ReferenceError> {
     let (chips, results) = ports_of(&layout.outputs)
         .into_iter()
         .partition(|port| matches!(port.name.as_str(), "o_laser" | "o_epoch"));
+    let run = Run::of(contract);
     let mut recording = Recording {
         inputs: Group::new(ports_of(&layout.inputs)),
         chips: Group::new(chips),
         results: Group::new(results),
-        run_clocks: vec![long_run_clocks(contract)],
+        clocks: run.clocks,
+        resets: 0,
         phase_steps: 0,
         scans: 0,
     };
-    for outputs in [&mut recording.chips, &mut recording.results] {
-        outputs.push_zero();
-    }
-    recording
-        .run_clocks
-        .extend((0..SHORT_RUNS).map(|_| SHORT_RUN_CLOCKS));
-    for (seed, clocks) in (FIRST_SEED..).zip(recording.run_clocks.clone()) {
-        recording.run(contract, &layout, seed, clocks)?;
-    }
+    recording.chips.push_zero();
+    recording.results.push_zero();
+    let seed = first_seed(contract, &layout, &run)?;
+    let (inputs, outputs) = (&layout.inputs, &layout.outputs);
+    let reset = inputs.field("i_rst");
+    let mut in_reset = false;
+    run.each_block(contract, &layout, seed, |block, finished| {
+        for words in block.records.inputs.chunks_exact(inputs.words) {
+            recording.inputs.push(inputs, words);
+            let was_in_reset = std::mem::replace(&mut in_reset, reset.read(words) == [1]);
+            recording.resets += u64::from(in_reset && !was_in_reset);
+        }
+        for words in block.records.expected.chunks_exact(outputs.words) {
+            recording.chips.push(outputs, words);
+            recording.results.push(outputs, words);
+        }
+        for result in finished {
+            recording.phase_steps += 1;
+            recording.scans += u64::from(result.step + 1 == contract.scan.steps);
+        }
+    })?;
     Ok(recording)
 }
 
-/// Two scans and their like with resets where they are short; otherwise as
-/// many phase steps as the limits leave.
-fn long_run_clocks(contract: &Contract) -> u64 {
-    let hostile = Adversarial::default_clocks(contract);
-    if hostile <= LONG_RUN_CLOCKS {
-        return hostile;
+/// The first seed whose run loses a result, or the first of all where none does.
+fn first_seed(contract: &Contract, layout: &Layout, run: &Run) -> Result<u64, ReferenceError> {
+    let overrun = layout.outputs.field("o_overrun");
+    for seed in SEEDS {
+        let mut loses = false;
+        run.each_block(contract, layout, seed, |block, _| {
+            let expected = &block.records.expected;
+            let mut outputs = expected.chunks_exact(layout.outputs.words);
+            loses |= outputs.any(|words| overrun.read(words) != [0]);
+        })?;
+        if loses {
+            return Ok(seed);
+        }
     }
-    let step_clocks = contract.scan.integration_chips;
-    let margin = 2 * u64::from(contract.result_latency_clocks) + 100;
-    let steps = step_clocks
-        .saturating_mul(LONG_RUN_STEPS)
-        .saturating_add(margin)
-        .clamp(LONG_RUN_CLOCKS, MOST_LONG_RUN_CLOCKS);
-    steps.min(clocks_for_scans(contract, 2))
+    Ok(*SEEDS.start())
 }
 
-impl Recording {
-    /// Clocks of all runs.
-    pub fn clocks(&self) -> u64 {
-        self.run_clocks.iter().sum()
+/// How long to run, and where to reset besides.
+#[derive(Debug, Clone)]
+struct Run {
+    clocks: u64,
+    resets: Vec<Range<u64>>,
+}
+
+impl Run {
+    /// All that the adversary has where scans are short; otherwise as many
+    /// phase steps as the limits leave, then resets, then one more step.
+    fn of(contract: &Contract) -> Run {
+        let whole = Adversarial::default_clocks(contract);
+        if whole <= CALM_CLOCKS {
+            return Run {
+                clocks: whole,
+                resets: Vec::new(),
+            };
+        }
+        let margin = 2 * u64::from(contract.result_latency_clocks) + 100;
+        let steps = |number: u64| {
+            let clocks = contract.scan.integration_chips.saturating_mul(number);
+            clocks.saturating_add(margin)
+        };
+        let calm = steps(CALM_STEPS).clamp(CALM_CLOCKS, MOST_CALM_CLOCKS);
+        let spacing = if steps(1) <= SHORT_STEP_CLOCKS {
+            steps(1).max(RESET_SPACING_CLOCKS)
+        } else {
+            RESET_SPACING_CLOCKS
+        };
+        let last = calm + (RESETS - 1) * spacing;
+        let tail = steps(1).clamp(spacing, MOST_STEP_CLOCKS);
+        Run {
+            clocks: last + tail,
+            // Of several lengths, down to a single clock.
+            resets: (calm..=last)
+                .step_by(spacing as usize)
+                .zip((1..=4).cycle())
+                .map(|(at, length)| at..at + length)
+                .collect(),
+        }
     }
 
-    fn run(
-        &mut self,
+    /// Runs the reference model under hostile inputs.
+    fn each_block(
+        &self,
         contract: &Contract,
         layout: &Layout,
         seed: u64,
-        clocks: u64,
+        mut each: impl FnMut(&Block, &[StepResult]),
     ) -> Result<(), ReferenceError> {
         let mut reference = Reference::new(contract.clone())?;
-        let mut adversary = Adversarial::new(contract, seed);
-        let mut maker = BlockMaker::new(
-            &mut reference,
-            &mut adversary,
-            layout,
-            contract.lanes,
-            clocks,
-        );
+        let mut stimulus = WithResets {
+            adversary: Adversarial::new(contract, seed),
+            resets: &self.resets,
+        };
+        let (lanes, clocks) = (contract.lanes, self.clocks);
+        let mut maker = BlockMaker::new(&mut reference, &mut stimulus, layout, lanes, clocks);
         let mut block = Block::default();
-        let (inputs, outputs) = (&layout.inputs, &layout.outputs);
         while maker.make(&mut block) {
-            for words in block.records.inputs.chunks_exact(inputs.words) {
-                self.inputs.push(inputs, words);
-            }
-            for words in block.records.expected.chunks_exact(outputs.words) {
-                self.chips.push(outputs, words);
-                self.results.push(outputs, words);
-            }
-            for result in maker.take_finished() {
-                self.phase_steps += 1;
-                self.scans += u64::from(result.step + 1 == contract.scan.steps);
-            }
+            let finished: Vec<StepResult> = maker.take_finished().collect();
+            each(&block, &finished);
         }
         Ok(())
+    }
+}
+
+/// The adversary with resets before it has any of its own.
+struct WithResets<'a> {
+    adversary: Adversarial,
+    resets: &'a [Range<u64>],
+}
+
+impl Stimulus for WithResets<'_> {
+    fn drive(&mut self, drive: &mut Drive) {
+        self.adversary.drive(drive);
+        let Surroundings { clocks, resets, .. } = &mut drive.surroundings;
+        let in_block = |reset: &&Range<u64>| reset.end > clocks.start && reset.start < clocks.end;
+        resets.extend(self.resets.iter().filter(in_block).cloned());
     }
 }
 
