@@ -104,11 +104,11 @@ mod tests {
 
     #[test]
     fn a_word_is_the_repeats_and_the_value() {
-        let words = runs(&[(1, 0x2a), (16, 0x3), (1, 0x3)]).encode(7);
-        assert_eq!(words.text, "02a f03 003\n");
+        let words = runs(&[(1, 0x2a), (16, 0x3)]).encode(7);
+        assert_eq!(words.text, "02a f03\n");
         assert_eq!(
             (words.count, words.repeat_bits, words.value_bits),
-            (3, 4, 8)
+            (2, 4, 8)
         );
     }
 

@@ -228,7 +228,7 @@ impl Run {
     }
 }
 
-/// The adversary with resets before it has any of its own.
+/// The adversary with more resets than its own.
 struct WithResets<'a> {
     adversary: Adversarial,
     resets: &'a [Range<u64>],
@@ -240,12 +240,32 @@ impl Stimulus for WithResets<'_> {
         let Surroundings { clocks, resets, .. } = &mut drive.surroundings;
         let in_block = |reset: &&Range<u64>| reset.end > clocks.start && reset.start < clocks.end;
         resets.extend(self.resets.iter().filter(in_block).cloned());
+        merge(resets);
     }
+}
+
+/// Orders ranges by their start and joins those that touch.
+fn merge(ranges: &mut Vec<Range<u64>>) {
+    ranges.sort_by_key(|range| range.start);
+    ranges.dedup_by(|later, earlier| {
+        let joined = later.start <= earlier.end;
+        if joined {
+            earlier.end = earlier.end.max(later.end);
+        }
+        joined
+    });
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn resets_that_touch_are_one() {
+        let mut ranges = vec![5..9, 20..21, 9..10, 1..2, 6..7];
+        merge(&mut ranges);
+        assert_eq!(ranges, [1..2, 5..10, 20..21]);
+    }
 
     #[test]
     fn values_are_packed_across_words() {
