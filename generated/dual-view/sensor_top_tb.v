@@ -46,12 +46,9 @@ module sensor_top_tb;
     wire         expected_m_axis_tvalid;
     wire         expected_m_axis_tlast;
     wire         expected_o_overrun;
-    wire [11:0]  inputs_value;
-    wire [1:0]   inputs_spare_unused;
-    wire [3:0]   chips_value;
-    wire         chips_spare_unused;
-    wire [27:0]  results_value;
-    wire         results_spare_unused;
+    wire [9:0]   inputs_value;
+    wire [2:0]   chips_value;
+    wire [26:0]  results_value;
 
     integer      clock;
     reg          failed;
@@ -73,13 +70,12 @@ module sensor_top_tb;
         .FILE      ("sensor_top_tb_inputs.hex"),
         .WORDS     (36217),
         .W_REPEATS (4),
-        .W_VALUE   (12)
+        .W_VALUE   (10)
     ) inputs_file (
         .i_clk     (i_clk),
         .o_value   (inputs_value)
     );
     assign {
-        inputs_spare_unused,
         m_axis_tready,
         i_samples,
         i_rst
@@ -89,13 +85,12 @@ module sensor_top_tb;
         .FILE      ("sensor_top_tb_chips.hex"),
         .WORDS     (44891),
         .W_REPEATS (4),
-        .W_VALUE   (4)
+        .W_VALUE   (3)
     ) chips_file (
         .i_clk     (i_clk),
         .o_value   (chips_value)
     );
     assign {
-        chips_spare_unused,
         expected_o_epoch,
         expected_o_laser
     } = chips_value;
@@ -104,13 +99,12 @@ module sensor_top_tb;
         .FILE      ("sensor_top_tb_results.hex"),
         .WORDS     (7),
         .W_REPEATS (16),
-        .W_VALUE   (28)
+        .W_VALUE   (27)
     ) results_file (
         .i_clk     (i_clk),
         .o_value   (results_value)
     );
     assign {
-        results_spare_unused,
         expected_o_overrun,
         expected_m_axis_tlast,
         expected_m_axis_tvalid,

@@ -1,6 +1,6 @@
 // sensor_top_tb_vectors: values of a vector file, clock by clock
 //
-// A word of the file is {repeats, value}: value holds for repeats + 1 clocks. It changes with the
+// A word of the file is {value, repeats}: value holds for repeats + 1 clocks. It changes with the
 // rising edge of i_clk.
 //
 // Made by  goldtof emit paper-interleaved.toml (goldtof 0.1.0)
@@ -17,13 +17,13 @@ module sensor_top_tb_vectors #(
     output wire [W_VALUE-1:0] o_value
 );
 
-    reg  [W_REPEATS+W_VALUE-1:0] words [0:WORDS-1];
-    reg  [W_REPEATS+W_VALUE-1:0] word_r;
+    reg  [W_VALUE+W_REPEATS-1:0] words [0:WORDS-1];
+    reg  [W_VALUE+W_REPEATS-1:0] word_r;
     reg  [W_REPEATS-1:0]         repeated_r;
     wire [W_REPEATS-1:0]         repeats;
     integer                      next;
 
-    assign {repeats, o_value} = word_r;
+    assign {o_value, repeats} = word_r;
 
     initial begin
         $readmemh(FILE, words);

@@ -113,15 +113,8 @@ fn top(recording: &Recording, vectors: &[VectorFile], made_by: &str) -> String {
         text += &declared("wire", port.width, &format!("expected_{}", port.name));
     }
     for vector in vectors {
-        text += &declared(
-            "wire",
-            vector.words.value_bits,
-            &format!("{}_value", vector.name),
-        );
-        let spare = vector.words.value_bits - vector.group.bits();
-        if spare > 0 {
-            text += &declared("wire", spare, &format!("{}_spare_unused", vector.name));
-        }
+        let name = format!("{}_value", vector.name);
+        text += &declared("wire", vector.group.bits(), &name);
     }
     text += "\n    integer      clock;\n    reg          failed;\n";
     text += &instance(inputs.iter().chain(outputs()));
@@ -185,10 +178,7 @@ fn instance<'a>(ports: impl Iterator<Item = &'a Port>) -> String {
 
 fn reader_instance(vector: &VectorFile) -> String {
     let name = vector.name;
-    let mut parts: Vec<String> = vector.nets().rev().collect();
-    if vector.words.value_bits > vector.group.bits() {
-        parts.insert(0, format!("{name}_spare_unused"));
-    }
+    let parts: Vec<String> = vector.nets().rev().collect();
     let file_name = vector.file_name();
     format!(
         "
@@ -207,7 +197,7 @@ fn reader_instance(vector: &VectorFile) -> String {
 ",
         words = vector.words.count,
         repeat_bits = vector.words.repeat_bits,
-        value_bits = vector.words.value_bits,
+        value_bits = vector.group.bits(),
         parts = parts.join(",\n        "),
     )
 }
@@ -281,7 +271,7 @@ fn reader(made_by: &str) -> String {
         "\
 // {READER}: values of a vector file, clock by clock
 //
-// A word of the file is {{repeats, value}}: value holds for repeats + 1 clocks. It changes with the
+// A word of the file is {{value, repeats}}: value holds for repeats + 1 clocks. It changes with the
 // rising edge of i_clk.
 //
 // Made by  {made_by}
@@ -298,13 +288,13 @@ module {READER} #(
     output wire [W_VALUE-1:0] o_value
 );
 
-    reg  [W_REPEATS+W_VALUE-1:0] words [0:WORDS-1];
-    reg  [W_REPEATS+W_VALUE-1:0] word_r;
+    reg  [W_VALUE+W_REPEATS-1:0] words [0:WORDS-1];
+    reg  [W_VALUE+W_REPEATS-1:0] word_r;
     reg  [W_REPEATS-1:0]         repeated_r;
     wire [W_REPEATS-1:0]         repeats;
     integer                      next;
 
-    assign {{repeats, o_value}} = word_r;
+    assign {{o_value, repeats}} = word_r;
 
     initial begin
         $readmemh(FILE, words);

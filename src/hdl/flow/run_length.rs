@@ -6,16 +6,14 @@ pub struct Runs {
     runs: Vec<(u64, Vec<u64>)>,
 }
 
-/// Words `{repeats, value}`: `value` holds for `repeats` + 1 clocks. Both parts
-/// fill whole hexadecimal digits.
+/// Words `{value, repeats}`: `value` holds for `repeats` + 1 clocks. `repeats`
+/// fills whole hexadecimal digits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Words {
     /// Number of words.
     pub count: u64,
     /// Bits of `repeats`.
     pub repeat_bits: u32,
-    /// Bits of `value`, a multiple of four.
-    pub value_bits: u32,
     /// The words in hexadecimal, several to a line.
     pub text: String,
 }
@@ -51,8 +49,8 @@ impl Runs {
                 if !line.is_empty() {
                     line.push(' ');
                 }
-                line += &format!("{:0width$x}", run - 1, width = repeat_digits as usize);
                 line += &hexadecimal(value, value_digits);
+                line += &format!("{:0width$x}", run - 1, width = repeat_digits as usize);
                 if line.len() >= LINE_CHARACTERS {
                     text += &line;
                     text.push('\n');
@@ -67,7 +65,6 @@ impl Runs {
         Words {
             count: self.words_with(repeat_digits),
             repeat_bits: 4 * repeat_digits,
-            value_bits: 4 * value_digits,
             text,
         }
     }
@@ -105,17 +102,14 @@ mod tests {
     #[test]
     fn a_word_is_the_repeats_and_the_value() {
         let words = runs(&[(1, 0x2a), (16, 0x3)]).encode(7);
-        assert_eq!(words.text, "02a f03\n");
-        assert_eq!(
-            (words.count, words.repeat_bits, words.value_bits),
-            (2, 4, 8)
-        );
+        assert_eq!(words.text, "2a0 03f\n");
+        assert_eq!((words.count, words.repeat_bits), (2, 4));
     }
 
     #[test]
     fn long_runs_get_wider_repeats() {
         let words = runs(&[(4096, 1), (300, 0)]).encode(1);
-        assert_eq!(words.text, "fff1 12b0\n");
+        assert_eq!(words.text, "1fff 012b\n");
     }
 
     #[test]
@@ -123,7 +117,6 @@ mod tests {
         let mut runs = Runs::default();
         runs.push(&[0x0123_4567_89ab_cdef, 0x5]);
         let words = runs.encode(68);
-        assert_eq!(words.text, "050123456789abcdef\n");
-        assert_eq!(words.value_bits, 68);
+        assert_eq!(words.text, "50123456789abcdef0\n");
     }
 }
