@@ -125,7 +125,8 @@ fn a_second_emission_removes_the_files_that_only_the_first_had() {
         })
         .collect();
     found.sort();
-    let mut expected: Vec<String> = second.files.iter().map(|f| f.name.clone()).collect();
+    let all = second.files.iter().chain(second.flow.files());
+    let mut expected: Vec<String> = all.map(|f| f.name.clone()).collect();
     expected.extend(["manifest.json".to_owned(), "mine.v".to_owned()]);
     expected.sort();
     assert_eq!(found, expected);

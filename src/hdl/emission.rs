@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::back::verilog_of;
 use super::blocks::SensorTop;
 use super::error::HdlError;
+use super::flow::Flow;
 use crate::code::{Generator, Lfsr};
 use crate::model::contract::{Contract, Port};
 use crate::scene::Scene;
@@ -31,9 +32,12 @@ pub struct Emission {
     pub result_latency_clocks: u32,
     /// What the hardware was built for.
     pub parameters: Parameters,
+    /// What goes with the design: bench, constraints, file list, core.
+    #[serde(flatten)]
+    pub flow: Flow,
 }
 
-/// A Verilog file. In JSON it is its name.
+/// A file that `emit` writes. In JSON it is its name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EmittedFile {
     /// File name.
@@ -92,13 +96,14 @@ pub fn emit(scene: &Scene, command: &str) -> Result<Emission, HdlError> {
     let contract = Contract::of(scene);
     check_limits(scene, &contract)?;
     let made_by = format!("{command} (goldtof {})", env!("CARGO_PKG_VERSION"));
-    let files = verilog_of(&SensorTop::new(&contract), &made_by)?
+    let files: Vec<EmittedFile> = verilog_of(&SensorTop::new(&contract), &made_by)?
         .into_iter()
         .map(|module| EmittedFile {
             name: format!("{}.v", module.name),
             text: module.text,
         })
         .collect();
+    let flow = Flow::of(scene, &contract, &files, &made_by)?;
     Ok(Emission {
         scene: scene.name.clone(),
         command: command.to_owned(),
@@ -109,6 +114,7 @@ pub fn emit(scene: &Scene, command: &str) -> Result<Emission, HdlError> {
         left_out: left_out(&contract),
         result_latency_clocks: contract.result_latency_clocks,
         parameters: parameters(&contract),
+        flow,
     })
 }
 

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use super::back::Refusal;
+use crate::model::reference::ReferenceError;
 
 /// Why a scene's hardware cannot be emitted.
 #[derive(Debug, Error)]
@@ -40,6 +41,9 @@ pub enum HdlError {
     /// The back end refused a block.
     #[error("the hardware description is not sound, please report it: {0}")]
     Refused(#[from] Refusal),
+    /// The bench's vectors could not be made.
+    #[error("no vectors for the bench: {0}")]
+    Vectors(#[from] ReferenceError),
     /// A file could not be written.
     #[error("cannot write {}: {error}", path.display())]
     Write {

@@ -1,12 +1,14 @@
 //! The sensor's hardware, described in rust-hdl and emitted as Verilog.
 //!
 //! [`blocks`] describes the circuits in the language of [`front`], [`back`]
-//! writes Verilog from them, and [`emit`] does it for a scene.
+//! writes Verilog from them, and [`emit`] does it for a scene, with what [`flow`]
+//! puts beside it for an FPGA team's tools.
 
 pub mod back;
 pub mod blocks;
 mod emission;
 mod error;
+pub mod flow;
 pub mod front;
 mod write;
 

@@ -8,11 +8,12 @@ use super::error::HdlError;
 
 const MANIFEST: &str = "manifest.json";
 
-/// Writes every Verilog file, then `manifest.json`, into `folder`.
+/// Writes the design, what goes with it, then `manifest.json`, into `folder`.
 ///
 /// Each file is written under another name and renamed, the manifest last, so
-/// that a folder with a manifest has all that it names. Verilog files that an
-/// older manifest names and this one does not are removed.
+/// that a folder with a manifest has all that it names. Verilog files of the
+/// design that an older manifest names and this one does not are removed; the
+/// other files have the same names for every scene.
 pub fn write(emission: &Emission, folder: &Path) -> Result<(), HdlError> {
     fs::create_dir_all(folder).map_err(|error| failed(folder, error))?;
     let manifest_path = folder.join(MANIFEST);
@@ -20,7 +21,7 @@ pub fn write(emission: &Emission, folder: &Path) -> Result<(), HdlError> {
     if manifest_path.exists() {
         fs::remove_file(&manifest_path).map_err(|error| failed(&manifest_path, error))?;
     }
-    for file in &emission.files {
+    for file in emission.files.iter().chain(emission.flow.files()) {
         write_whole(&folder.join(&file.name), &file.text)?;
     }
     for stale in old_files {

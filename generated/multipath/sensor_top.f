@@ -1,0 +1,9 @@
+// Verilog of sensor_top, the top module last; paths are relative to this folder
+// Made by  goldtof emit multipath.toml (goldtof 0.1.0)
+gold_generator.v
+scan_controller.v
+phase_stepper.v
+edge_detector.v
+updown_correlator.v
+result_stream.v
+sensor_top.v

@@ -1,0 +1,58 @@
+// interleaver: a code with every chip repeated and every other repetition inverted
+//
+// The code and its inverse take turns chip by chip, which removes the side lobes' mean from the
+// correlation near the peak.
+//
+// Depth    1: each chip of the generator 2 times
+// Latency  0 clocks from register to o_chip
+// Rate     one chip per clock with i_advance high
+// Made by  goldtof emit paper-interleaved.toml (goldtof 0.1.0)
+
+`default_nettype none
+
+module interleaver (
+    // Clock and reset
+    input  wire  i_clk,     // one chip per cycle at most
+    input  wire  i_rst,     // synchronous, active high
+
+    // Inputs
+    input  wire  i_advance, // go on to the next chip
+
+    // Outputs
+    output wire  o_chip,    // present chip
+    output wire  o_epoch    // the present chip is the one that reset gives
+);
+
+    // Sub-chip that reset gives
+    localparam SUBCHIP_LOAD = 1'b0;
+
+    reg  subchip_r;           // repetition of the generator's chip
+    wire generator_i_advance; // go on to the next chip
+    wire generator_chip;      // present chip
+    wire generator_epoch;     // the present chip is the one that reset gives
+
+    assign generator_i_advance = i_advance & subchip_r;
+    assign o_chip = generator_chip ^ subchip_r;
+    assign o_epoch = generator_epoch & (subchip_r == SUBCHIP_LOAD);
+
+    gold_generator generator (
+        .i_clk     (i_clk),
+        .i_rst     (i_rst),
+        .i_advance (generator_i_advance),
+        .o_chip    (generator_chip),
+        .o_epoch   (generator_epoch)
+    );
+
+    always @(posedge i_clk) begin
+        if (i_rst) begin
+            subchip_r <= SUBCHIP_LOAD;
+        end else begin
+            if (i_advance) begin
+                subchip_r <= subchip_r + 1'b1;
+            end
+        end
+    end
+
+endmodule
+
+`default_nettype wire

@@ -1,0 +1,131 @@
+// sensor_top: DS-CDMA indirect time-of-flight sensor, lasers out, SPAD samples in
+//
+// One clock cycle is one chip of 8 samples. The sample word of a chip is expected on i_samples
+// one cycle after o_laser shows the chip. In reset all 6 outputs are 0.
+//
+// Scan     32752 phase steps from step 0, 13100 chips each
+// Counts   17 bits, signed; no stimulus can overflow them
+// Latency  m_axis_tvalid 5 clocks after the one at which a step's last word is on i_samples
+// Rate     one chip per clock
+// Made by  goldtof emit paper-interleaved.toml (goldtof 0.1.0)
+
+`default_nettype none
+
+module sensor_top (
+    // Clock and reset
+    input  wire        i_clk,         // one cycle per chip
+    input  wire        i_rst,         // synchronous, active high
+
+    // Lasers
+    output reg         o_laser,       // chip of each source, bit m for source m
+    output reg         o_epoch,       // o_laser shows the first chip of the reference's code
+
+    // Detector
+    input  wire [7:0]  i_samples,     // SPAD level, bit 0 earliest
+
+    // Results, AXI4-Stream
+    output wire [23:0] m_axis_tdata,  // count of a phase step, signed
+    output wire        m_axis_tvalid, // a result waits
+    input  wire        m_axis_tready, // the receiver takes it
+    output wire        m_axis_tlast,  // it is the scan's last
+
+    // Flags, high until reset
+    output wire        o_overrun      // a result was lost since reset
+);
+
+    wire        chips;                  // next chip of each source
+    wire        transmit_chip;          // present chip
+    wire        transmit_epoch;         // the present chip is the one that reset gives
+    wire        reference_chip;         // present chip
+    wire        reference_epoch_unused; // the present chip is the one that reset gives
+    wire        controller_run;         // the present clock belongs to a scan
+    wire        controller_step_end;    // last clock of a phase step
+    wire        controller_scan_end;    // last clock of a scan
+    wire        stepper_advance;        // the reference generator goes on to its next chip
+    wire [7:0]  stepper_reference;      // reference of each sample, bit 0 earliest
+    wire [7:0]  edges_hits;             // samples that are high after a low one
+    wire [16:0] correlator_total;       // sum over all hits, modulo its width
+    wire        correlator_dump;        // o_total has just taken in a step's last hits
+    wire        correlator_last;        // the step is the scan's last
+
+    assign chips = transmit_chip;
+
+    interleaver transmit (
+        .i_clk     (i_clk),
+        .i_rst     (i_rst),
+        .i_advance (1'b1),
+        .o_chip    (transmit_chip),
+        .o_epoch   (transmit_epoch)
+    );
+
+    interleaver reference (
+        .i_clk     (i_clk),
+        .i_rst     (i_rst),
+        .i_advance (stepper_advance),
+        .o_chip    (reference_chip),
+        .o_epoch   (reference_epoch_unused)
+    );
+
+    scan_controller controller (
+        .i_clk      (i_clk),
+        .i_rst      (i_rst),
+        .o_run      (controller_run),
+        .o_step_end (controller_step_end),
+        .o_scan_end (controller_scan_end)
+    );
+
+    phase_stepper stepper (
+        .i_clk       (i_clk),
+        .i_rst       (i_rst),
+        .i_chip      (reference_chip),
+        .i_step_end  (controller_step_end),
+        .o_advance   (stepper_advance),
+        .o_reference (stepper_reference)
+    );
+
+    edge_detector edges (
+        .i_clk     (i_clk),
+        .i_rst     (i_rst),
+        .i_samples (i_samples),
+        .i_run     (controller_run),
+        .o_hits    (edges_hits)
+    );
+
+    updown_correlator correlator (
+        .i_clk       (i_clk),
+        .i_rst       (i_rst),
+        .i_hits      (edges_hits),
+        .i_reference (stepper_reference),
+        .i_step_end  (controller_step_end),
+        .i_scan_end  (controller_scan_end),
+        .o_total     (correlator_total),
+        .o_dump      (correlator_dump),
+        .o_last      (correlator_last)
+    );
+
+    result_stream results (
+        .i_clk     (i_clk),
+        .i_rst     (i_rst),
+        .i_total   (correlator_total),
+        .i_dump    (correlator_dump),
+        .i_last    (correlator_last),
+        .i_ready   (m_axis_tready),
+        .o_data    (m_axis_tdata),
+        .o_valid   (m_axis_tvalid),
+        .o_last    (m_axis_tlast),
+        .o_overrun (o_overrun)
+    );
+
+    always @(posedge i_clk) begin
+        if (i_rst) begin
+            o_laser <= 1'b0;
+            o_epoch <= 1'b0;
+        end else begin
+            o_laser <= chips;
+            o_epoch <= transmit_epoch;
+        end
+    end
+
+endmodule
+
+`default_nettype wire

@@ -1,0 +1,11 @@
+// Verilog of sensor_top_tb, the top module last; paths are relative to this folder
+// Made by  goldtof emit quick.toml (goldtof 0.1.0)
+gold_generator.v
+scan_controller.v
+phase_stepper.v
+edge_detector.v
+updown_correlator.v
+result_stream.v
+sensor_top.v
+sensor_top_tb_vectors.v
+sensor_top_tb.v

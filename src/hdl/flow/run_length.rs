@@ -1,0 +1,122 @@
+//! Run-length words for `$readmemh`: values that hold for many clocks are short.
+
+/// Values of consecutive clocks, run by run.
+#[derive(Debug, Clone, Default)]
+pub struct Runs {
+    runs: Vec<(u64, Vec<u64>)>,
+}
+
+/// Words `{value, repeats}`: `value` holds for `repeats` + 1 clocks. `repeats`
+/// fills whole hexadecimal digits.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Words {
+    /// Number of words.
+    pub count: u64,
+    /// Bits of `repeats`.
+    pub repeat_bits: u32,
+    /// The words in hexadecimal, several to a line.
+    pub text: String,
+}
+
+/// Words are put on a line until it is at least this long.
+const LINE_CHARACTERS: usize = 90;
+
+impl Runs {
+    /// Adds one clock's value, least significant word first.
+    pub fn push(&mut self, value: &[u64]) {
+        match self.runs.last_mut() {
+            Some((clocks, last)) if last == value => *clocks += 1,
+            _ => self.runs.push((1, value.to_vec())),
+        }
+    }
+
+    /// Encodes values of `bits` bits, with `repeats` as wide as makes the text
+    /// shortest.
+    pub fn encode(&self, bits: u32) -> Words {
+        let value_digits = bits.div_ceil(4);
+        let shortest = (1..=4).min_by_key(|&repeat_digits| {
+            self.words_with(repeat_digits) * u64::from(repeat_digits + value_digits + 1)
+        });
+        let repeat_digits = shortest.unwrap_or(1);
+        let longest = 1u64 << (4 * repeat_digits);
+        let mut text = String::new();
+        let mut line = String::new();
+        for (clocks, value) in &self.runs {
+            let mut left = *clocks;
+            while left > 0 {
+                let run = left.min(longest);
+                left -= run;
+                if !line.is_empty() {
+                    line.push(' ');
+                }
+                line += &hexadecimal(value, value_digits);
+                line += &format!("{:0width$x}", run - 1, width = repeat_digits as usize);
+                if line.len() >= LINE_CHARACTERS {
+                    text += &line;
+                    text.push('\n');
+                    line.clear();
+                }
+            }
+        }
+        if !line.is_empty() {
+            text += &line;
+            text.push('\n');
+        }
+        Words {
+            count: self.words_with(repeat_digits),
+            repeat_bits: 4 * repeat_digits,
+            text,
+        }
+    }
+
+    fn words_with(&self, repeat_digits: u32) -> u64 {
+        let longest = 1u64 << (4 * repeat_digits);
+        self.runs.iter().map(|(run, _)| run.div_ceil(longest)).sum()
+    }
+}
+
+/// The lowest `digits` hexadecimal digits of a number, the first word lowest.
+fn hexadecimal(words: &[u64], digits: u32) -> String {
+    (0..digits)
+        .rev()
+        .map(|digit| {
+            let word = words.get(digit as usize / 16).copied().unwrap_or(0);
+            let nibble = (word >> (4 * (digit % 16)) & 15) as u32;
+            char::from_digit(nibble, 16).unwrap_or('0')
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn runs(values: &[(u64, u64)]) -> Runs {
+        let mut runs = Runs::default();
+        for &(clocks, value) in values {
+            (0..clocks).for_each(|_| runs.push(&[value]));
+        }
+        runs
+    }
+
+    #[test]
+    fn a_word_is_the_repeats_and_the_value() {
+        let words = runs(&[(1, 0x2a), (16, 0x3)]).encode(7);
+        assert_eq!(words.text, "2a0 03f\n");
+        assert_eq!((words.count, words.repeat_bits), (2, 4));
+    }
+
+    #[test]
+    fn long_runs_get_wider_repeats() {
+        let words = runs(&[(4096, 1), (300, 0)]).encode(1);
+        assert_eq!(words.text, "1fff 012b\n");
+    }
+
+    #[test]
+    fn values_wider_than_a_word_keep_their_order() {
+        let mut runs = Runs::default();
+        runs.push(&[0x0123_4567_89ab_cdef, 0x5]);
+        let words = runs.encode(68);
+        assert_eq!(words.text, "50123456789abcdef0\n");
+    }
+}
