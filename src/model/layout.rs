@@ -19,10 +19,15 @@ pub struct Field {
 }
 
 impl Field {
+    /// The port's lowest 64 bits in a record: all of it unless it is wider.
+    pub fn low_word(&self, record: &[u64]) -> u64 {
+        (record[self.word] >> self.shift) & mask(self.port.width)
+    }
+
     /// The port's value in a record, most significant word last.
     pub fn read(&self, record: &[u64]) -> Vec<u64> {
         if self.port.width <= 64 {
-            return vec![(record[self.word] >> self.shift) & mask(self.port.width)];
+            return vec![self.low_word(record)];
         }
         let words = self.port.width.div_ceil(64) as usize;
         record[self.word..self.word + words].to_vec()

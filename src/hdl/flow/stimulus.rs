@@ -1,13 +1,13 @@
 //! A recorded run: hostile inputs and what the reference model makes of them.
 
-use std::ops::{Range, RangeInclusive};
+use std::ops::Range;
 
 use super::run_length::Runs;
 use crate::cosim::adversarial::Adversarial;
 use crate::cosim::blocks::{Block, BlockMaker};
 use crate::cosim::stimulus::{Drive, Stimulus};
 use crate::model::contract::{Contract, Port};
-use crate::model::layout::{Layout, Record};
+use crate::model::layout::{Field, Layout};
 use crate::model::reference::{Reference, ReferenceError, StepResult, Surroundings};
 
 /// Clocks before the first reset of a run that cannot be whole.
@@ -24,8 +24,8 @@ const RESET_SPACING_CLOCKS: u64 = 1_000;
 const SHORT_STEP_CLOCKS: u64 = 3_000;
 /// Clocks of a phase step that can end after the last reset.
 const MOST_STEP_CLOCKS: u64 = 16_000;
-/// Seeds tried for inputs that lose a result to a stalled receiver.
-const SEEDS: RangeInclusive<u64> = 1..=16;
+/// Seed of the adversary.
+const SEED: u64 = 1;
 
 /// Ports that share a vector file, from bit 0 up.
 #[derive(Debug, Clone)]
@@ -34,13 +34,21 @@ pub struct Group {
     pub ports: Vec<Port>,
     /// Their values, clock by clock.
     pub runs: Runs,
+    /// Where they lie in a record, in the same order.
+    fields: Vec<Field>,
+    /// The value being put together.
+    packed: Vec<u64>,
 }
 
 impl Group {
-    fn new(ports: Vec<Port>) -> Group {
+    fn new(fields: Vec<Field>) -> Group {
+        let ports: Vec<Port> = fields.iter().map(|field| field.port.clone()).collect();
+        let bits: u32 = ports.iter().map(|port| port.width).sum();
         Group {
             ports,
             runs: Runs::default(),
+            fields,
+            packed: vec![0; bits.div_ceil(64) as usize],
         }
     }
 
@@ -50,22 +58,22 @@ impl Group {
     }
 
     fn push_zero(&mut self) {
-        self.runs.push(&vec![0; self.words()]);
+        self.packed.fill(0);
+        self.runs.push(&self.packed);
     }
 
-    fn words(&self) -> usize {
-        self.bits().div_ceil(64) as usize
-    }
-
-    fn push(&mut self, record: &Record, words: &[u64]) {
-        let mut packed = vec![0; self.words()];
+    fn push(&mut self, words: &[u64]) {
+        self.packed.fill(0);
         let mut at = 0;
-        for port in &self.ports {
-            let value = record.field(&port.name).read(words);
-            put(&mut packed, at, &value);
-            at += port.width;
+        for field in &self.fields {
+            if field.port.width <= 64 {
+                put(&mut self.packed, at, &[field.low_word(words)]);
+            } else {
+                put(&mut self.packed, at, &field.read(words));
+            }
+            at += field.port.width;
         }
-        self.runs.push(&packed);
+        self.runs.push(&self.packed);
     }
 }
 
@@ -106,14 +114,15 @@ pub struct Recording {
 /// When the reference model cannot predict the ports.
 pub fn record(contract: &Contract) -> Result<Recording, ReferenceError> {
     let layout = Layout::of(contract);
-    let ports_of =
-        |record: &Record| -> Vec<Port> { record.fields.iter().map(|f| f.port.clone()).collect() };
-    let (chips, results) = ports_of(&layout.outputs)
-        .into_iter()
-        .partition(|port| matches!(port.name.as_str(), "o_laser" | "o_epoch"));
+    let (chips, results) = layout
+        .outputs
+        .fields
+        .iter()
+        .cloned()
+        .partition(|field| matches!(field.port.name.as_str(), "o_laser" | "o_epoch"));
     let run = Run::of(contract);
     let mut recording = Recording {
-        inputs: Group::new(ports_of(&layout.inputs)),
+        inputs: Group::new(layout.inputs.fields.clone()),
         chips: Group::new(chips),
         results: Group::new(results),
         clocks: run.clocks,
@@ -123,19 +132,18 @@ pub fn record(contract: &Contract) -> Result<Recording, ReferenceError> {
     };
     recording.chips.push_zero();
     recording.results.push_zero();
-    let seed = first_seed(contract, &layout, &run)?;
     let (inputs, outputs) = (&layout.inputs, &layout.outputs);
     let reset = inputs.field("i_rst");
     let mut in_reset = false;
-    run.each_block(contract, &layout, seed, |block, finished| {
+    run.each_block(contract, &layout, |block, finished| {
         for words in block.records.inputs.chunks_exact(inputs.words) {
-            recording.inputs.push(inputs, words);
-            let was_in_reset = std::mem::replace(&mut in_reset, reset.read(words) == [1]);
+            recording.inputs.push(words);
+            let was_in_reset = std::mem::replace(&mut in_reset, reset.low_word(words) == 1);
             recording.resets += u64::from(in_reset && !was_in_reset);
         }
         for words in block.records.expected.chunks_exact(outputs.words) {
-            recording.chips.push(outputs, words);
-            recording.results.push(outputs, words);
+            recording.chips.push(words);
+            recording.results.push(words);
         }
         for result in finished {
             recording.phase_steps += 1;
@@ -145,28 +153,13 @@ pub fn record(contract: &Contract) -> Result<Recording, ReferenceError> {
     Ok(recording)
 }
 
-/// The first seed whose run loses a result, or the first of all where none does.
-fn first_seed(contract: &Contract, layout: &Layout, run: &Run) -> Result<u64, ReferenceError> {
-    let overrun = layout.outputs.field("o_overrun");
-    for seed in SEEDS {
-        let mut loses = false;
-        run.each_block(contract, layout, seed, |block, _| {
-            let expected = &block.records.expected;
-            let mut outputs = expected.chunks_exact(layout.outputs.words);
-            loses |= outputs.any(|words| overrun.read(words) != [0]);
-        })?;
-        if loses {
-            return Ok(seed);
-        }
-    }
-    Ok(*SEEDS.start())
-}
-
 /// How long to run, and where to reset besides.
 #[derive(Debug, Clone)]
 struct Run {
     clocks: u64,
     resets: Vec<Range<u64>>,
+    /// Clocks at which the receiver stalls, long enough to lose a result.
+    stall: Range<u64>,
 }
 
 impl Run {
@@ -178,6 +171,7 @@ impl Run {
             return Run {
                 clocks: whole,
                 resets: Vec::new(),
+                stall: losing_stall(contract, whole / 2),
             };
         }
         let margin = 2 * u64::from(contract.result_latency_clocks) + 100;
@@ -195,6 +189,7 @@ impl Run {
         let tail = steps(1).clamp(spacing, MOST_STEP_CLOCKS);
         Run {
             clocks: last + tail,
+            stall: losing_stall(contract, calm),
             // Of several lengths, down to a single clock.
             resets: (calm..=last)
                 .step_by(spacing as usize)
@@ -209,13 +204,13 @@ impl Run {
         &self,
         contract: &Contract,
         layout: &Layout,
-        seed: u64,
         mut each: impl FnMut(&Block, &[StepResult]),
     ) -> Result<(), ReferenceError> {
         let mut reference = Reference::new(contract.clone())?;
         let mut stimulus = WithResets {
-            adversary: Adversarial::new(contract, seed),
+            adversary: Adversarial::new(contract, SEED),
             resets: &self.resets,
+            stall: &self.stall,
         };
         let (lanes, clocks) = (contract.lanes, self.clocks);
         let mut maker = BlockMaker::new(&mut reference, &mut stimulus, layout, lanes, clocks);
@@ -228,19 +223,39 @@ impl Run {
     }
 }
 
-/// The adversary with more resets than its own.
+/// A stall at the end of the `calm` clocks in which at least two results arrive,
+/// the second of which is lost: two steps, and what a scan may wait for its
+/// code's first chip.
+fn losing_stall(contract: &Contract, calm: u64) -> Range<u64> {
+    let step = contract.scan.integration_chips;
+    let wait = if contract.realigns() {
+        contract.reference_codes[0].len()
+    } else {
+        0
+    };
+    calm.saturating_sub(step.saturating_add(wait).saturating_mul(2))..calm
+}
+
+/// The adversary with more resets than its own, and a stall.
 struct WithResets<'a> {
     adversary: Adversarial,
     resets: &'a [Range<u64>],
+    stall: &'a Range<u64>,
 }
 
 impl Stimulus for WithResets<'_> {
     fn drive(&mut self, drive: &mut Drive) {
         self.adversary.drive(drive);
-        let Surroundings { clocks, resets, .. } = &mut drive.surroundings;
-        let in_block = |reset: &&Range<u64>| reset.end > clocks.start && reset.start < clocks.end;
+        let Surroundings {
+            clocks,
+            resets,
+            stalls,
+        } = &mut drive.surroundings;
+        let in_block = |range: &&Range<u64>| range.end > clocks.start && range.start < clocks.end;
         resets.extend(self.resets.iter().filter(in_block).cloned());
         merge(resets);
+        stalls.extend(std::iter::once(self.stall).filter(in_block).cloned());
+        merge(stalls);
     }
 }
 
