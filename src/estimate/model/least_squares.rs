@@ -40,6 +40,22 @@ impl Weights {
         }
     }
 
+    /// As if detections had no memory: both variances are the mean of N, the
+    /// covariance is the mean of r.
+    pub fn of_poisson(means: &[MeanCount]) -> Weights {
+        let moments: Vec<CountMoments> = means
+            .iter()
+            .map(|mean| CountMoments {
+                signed_mean: mean.signed,
+                total_mean: mean.total,
+                signed_variance: mean.total,
+                total_variance: mean.total,
+                covariance: mean.signed,
+            })
+            .collect();
+        Weights::of(&moments)
+    }
+
     /// Sum of squared whitened residuals.
     pub fn chi_square(&self, measured: &[MeanCount], expected: &[MeanCount]) -> f64 {
         self.residuals(measured, expected)
@@ -137,6 +153,18 @@ impl Normal {
             .collect()
     }
 
+    /// The Gauss-Newton step with the last unknown held where it is.
+    pub fn solution_with_last_held(&self) -> Vec<f64> {
+        let mut step = self.solution();
+        let last = step.len() - 1;
+        let excess = step[last] / (self.inverse[last][last] * self.scales[last]);
+        for ((step, row), scale) in step.iter_mut().zip(&self.inverse).zip(&self.scales) {
+            *step -= row[last] * scale * excess;
+        }
+        step[last] = 0.0;
+        step
+    }
+
     /// Standard deviation of each unknown, the others unknown too.
     pub fn standard_deviations(&self) -> Vec<f64> {
         (0..self.scales.len())
@@ -222,6 +250,17 @@ mod tests {
             .expect("it is regular");
         let found = normal.solution();
         assert!((found[0] - 2.0).abs() < 1e-12 && (found[1] - 3.0).abs() < 1e-12);
+        // Through the origin's constant held at 0: sum of x y over sum of x x.
+        let swapped = [jacobian[1].clone(), jacobian[0].clone()];
+        let held = Weights::of(&moments)
+            .normal(&swapped, &measured, &expected)
+            .expect("it is regular")
+            .solution_with_last_held();
+        let slope = (2.0 * 4.0 + 3.0 * 18.0) / 18.0;
+        assert!(
+            (held[0] - slope).abs() < 1e-12 && held[1] == 0.0,
+            "{held:?}"
+        );
         // Mean of x is 1, sum of squares round it 14.
         let std = normal.standard_deviations();
         assert!((std[1] - (4.0_f64 / 14.0).sqrt()).abs() < 1e-12);

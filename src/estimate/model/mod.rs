@@ -20,7 +20,7 @@ mod start;
 
 use std::sync::Arc;
 
-pub(super) use least_squares::Normal;
+use least_squares::{Normal, Weights};
 pub(super) use problem::{Parameters, PathParameters, Problem, window};
 
 use super::{CountingTier, NoEstimate, distance_m};
@@ -222,8 +222,9 @@ struct Fitted {
 }
 
 impl Fitted {
-    /// Weights from the start's moments, twice where the start was far off; then
-    /// Gauss-Newton, with shorter steps where a full one makes matters worse.
+    /// Gauss-Newton, with shorter steps where a full one makes matters worse:
+    /// first with the weights of a Poisson process, then, within a standard
+    /// deviation of the end, with those of this detector.
     fn new(problem: &Problem, start: Parameters, counts: &[MeanCount]) -> Result<Fitted, FitError> {
         let undetermined = || FitError::Undetermined {
             steps: problem.steps.len(),
@@ -231,8 +232,8 @@ impl Fitted {
         };
         let measured: Vec<MeanCount> = problem.steps.iter().map(|&s| counts[s as usize]).collect();
         let mut parameters = start.clone();
-        let mut weights = problem.weights(&parameters)?;
         let mut expected = problem.means(&parameters)?;
+        let mut weights = Weights::of_poisson(&expected);
         let mut chi_square = weights.chi_square(&measured, &expected);
         let mut reweighted = false;
         for iteration in 1..=MOST_ITERATIONS {
@@ -240,7 +241,11 @@ impl Fitted {
             let normal = weights
                 .normal(&jacobian, &measured, &expected)
                 .ok_or_else(undetermined)?;
-            let full = normal.solution();
+            let mut full = normal.solution();
+            if parameters.constant <= 0.0 && full.last().is_some_and(|&step| step < 0.0) {
+                full = normal.solution_with_last_held();
+            }
+            let before = parameters.clone();
             let mut share = 1.0;
             loop {
                 let tried = parameters.moved(&full, share);
@@ -252,7 +257,7 @@ impl Fitted {
                 }
                 share *= 0.4;
             }
-            let moved = normal.largest_step_sigmas(&full) * share;
+            let moved = normal.largest_step_sigmas(&parameters.minus(&before));
             if !reweighted && moved < 1.0 {
                 reweighted = true;
                 weights = problem.weights(&parameters)?;

@@ -86,6 +86,16 @@ impl Parameters {
         moved
     }
 
+    /// The differences of all unknowns.
+    pub fn minus(&self, other: &Parameters) -> Vec<f64> {
+        let pairs = self.paths.iter().zip(&other.paths);
+        let mut differences: Vec<f64> = pairs
+            .flat_map(|(a, b)| [a.delay_chips - b.delay_chips, a.ln_rate - b.ln_rate])
+            .collect();
+        differences.push(self.constant - other.constant);
+        differences
+    }
+
     /// Adds a path, whose mean is taken from the constant light.
     pub fn add_path(&mut self, path: PathParameters, problem: &Problem) {
         if let Some(code) = problem.codes.get(self.paths.len()) {

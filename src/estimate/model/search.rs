@@ -13,12 +13,13 @@ use super::problem::{Parameters, PathParameters, Problem};
 use super::{FitError, OtherLight};
 use crate::code::{Code, Generator, GoldSet};
 use crate::estimate::calibration_offset_ps;
+use crate::estimate::phase::first_maximum;
 use crate::optics::MeanCount;
 use crate::scene::Scene;
 
-/// A peak counts from this many standard deviations of its surroundings on: of
-/// some 2^22 places searched, none reaches it by chance.
-const SIGNIFICANT_SIGMAS: f64 = 6.5;
+/// How far above the largest value that noise is expected to have among all
+/// places searched a peak must stand to count, in standard deviations.
+const MARGIN_SIGMAS: f64 = 1.2;
 
 /// A path that the residual shows.
 pub struct Found {
@@ -80,7 +81,7 @@ fn other_members(code: &Code) -> Result<Vec<Arc<Code>>, FitError> {
 }
 
 /// The candidate, and its delay and strength, that stands out most in the
-/// residual of a fit; `None` if none stands out.
+/// residual of a fit; `None` if there are several and none stands out.
 pub fn strongest(
     scene: &Scene,
     detector: usize,
@@ -115,7 +116,12 @@ pub fn strongest(
             }
         }
     }
-    let Some(best) = best.filter(|peak| peak.sigmas > SIGNIFICANT_SIGMAS) else {
+    // Of n normal numbers the largest is about sqrt(2 ln n). Light that is known
+    // to be there, with a single candidate, is where its peak is.
+    let places = candidates.len() as f64 * own.len() as f64;
+    let significant = (2.0 * places.ln()).sqrt() + MARGIN_SIGMAS;
+    let is_known = candidates.len() == 1;
+    let Some(best) = best.filter(|peak| is_known || peak.sigmas > significant) else {
         return Ok(None);
     };
 
@@ -159,14 +165,20 @@ struct Peak {
 }
 
 impl Peak {
+    /// The largest value, against the spread of those more than a chip away.
     fn of(code: &Arc<Code>, values: &[f64]) -> Peak {
-        let number = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / number;
-        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / number;
-        let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let place = first_maximum(values);
+        let length = values.len();
+        let others = || {
+            let offsets = 2..length.saturating_sub(1);
+            offsets.map(|offset| values[(place + offset) % length])
+        };
+        let number = others().count().max(1) as f64;
+        let mean = others().sum::<f64>() / number;
+        let variance = others().map(|v| (v - mean).powi(2)).sum::<f64>() / number;
         Peak {
             code: Arc::clone(code),
-            sigmas: (largest - mean) / variance.sqrt().max(f64::MIN_POSITIVE),
+            sigmas: (values[place] - mean) / variance.sqrt().max(f64::MIN_POSITIVE),
         }
     }
 }
