@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let contract = Contract::of(&scene);
     let layout = Layout::of(&contract);
     let library = build(TOP, &sources, &contract, &cache_dir())?;
-    let detector = DetectorModel::new(&scene, 0);
+    let detectors = [DetectorModel::new(&scene, 0)];
 
     let mut ratios = Vec::new();
     for round in 0..ROUNDS {
@@ -47,9 +47,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let outcome = Lockstep {
             model: &mut model,
             reference: &mut Reference::new(contract.clone())?,
-            stimulus: &mut Photons::new(&detector, &contract, round as u64),
+            stimulus: &mut Photons::new(&detectors, &contract, round as u64),
             layout: &layout,
-            lanes: contract.lanes,
         }
         .run(CLOCKS, |_| (), |_| ())?;
         if outcome.first.is_some() {

@@ -34,21 +34,20 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let contract = Contract::of(&scene);
         let layout = Layout::of(&contract);
-        let detector = DetectorModel::new(&scene, 0);
+        let detectors = [DetectorModel::new(&scene, 0)];
         let mut reference = Reference::new(contract.clone())?;
-        let mut photons = Photons::new(&detector, &contract, round as u64);
+        let mut photons = Photons::new(&detectors, &contract, round as u64);
         let mut maker = BlockMaker::new(
             &mut reference,
             &mut photons,
             &layout,
-            contract.lanes,
             CLOCKS,
         );
         let mut block = Block::default();
         let mut hits = 0;
         let started = Instant::now();
         while maker.make(&mut block) {
-            hits += maker.hits().len();
+            hits += maker.hits()[0].len();
         }
         let work_s = started.elapsed().as_secs_f64();
         let sensor_s = CLOCKS as f64 * scene.chip_period_ps * 1e-12;

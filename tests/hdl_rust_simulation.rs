@@ -8,7 +8,7 @@ use goldtof::hdl::front::Word;
 use goldtof::model::contract::Contract;
 use goldtof::scene::Scene;
 use hdl_support::naive_sensor::{Inputs, Outputs};
-use hdl_support::{Family, code, naive_sensor, scene, stimulus};
+use hdl_support::{Family, code, naive_sensor, random_scene, scene, stimulus};
 use rust_hdl::core::block::Block;
 use rust_hdl::core::simulate::simulate;
 
@@ -21,7 +21,7 @@ fn settle<B: Block>(block: &mut B) {
 fn clock(sensor: &mut SensorTop, input: &Inputs) -> Outputs {
     sensor.i_rst.next = input.reset;
     sensor.m_axis_tready.next = input.ready;
-    sensor.i_samples.next = Word::new(u128::from(input.samples), 32);
+    sensor.i_samples.next = Word::new(input.samples, 128);
     settle(sensor);
     sensor.i_clk.next = true;
     settle(sensor);
@@ -42,7 +42,11 @@ fn clock(sensor: &mut SensorTop, input: &Inputs) -> Outputs {
 
 fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {
     let contract = Contract::of(scene);
-    let inputs = stimulus::inputs(contract.lanes, cycles, seed);
+    let inputs = stimulus::inputs(
+        contract.lanes * contract.reference_codes.len() as u32,
+        cycles,
+        seed,
+    );
     let expected = naive_sensor::outputs(&contract, &inputs);
     assert!(expected.iter().any(|o| o.valid), "the run is too short");
     let mut sensor = SensorTop::new(&contract);
@@ -72,6 +76,15 @@ fn the_sensor_agrees_at_every_clock() {
                 agrees_with_the_definition(&scene, 800, seed);
             }
         }
+    }
+}
+
+#[test]
+fn any_sensor_agrees_at_every_clock() {
+    let mut noise = stimulus::Noise::new(7);
+    for case in 0..24 {
+        let scene = random_scene(&mut noise, case);
+        agrees_with_the_definition(&scene, 700, u64::from(case));
     }
 }
 

@@ -24,7 +24,8 @@ struct Ports {
 
 /// Everything that is known of the inputs, sample by sample and clock by clock.
 struct Inputs {
-    level: Vec<bool>,
+    /// For each detector.
+    level: Vec<Vec<bool>>,
     reset: Vec<bool>,
     ready: Vec<bool>,
 }
@@ -33,14 +34,15 @@ struct Inputs {
 fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
     let clocks = inputs.reset.len();
     let lanes = contract.lanes as usize;
-    let code = &contract.reference_codes[0].chips;
     let scan = contract.scan;
     let dwell = scan.integration_chips as usize;
-    let period = code.len();
+    let parallel = contract.parallel as usize;
+    let steps = scan.steps as usize;
+    let period = contract.reference_codes[0].chips.len();
     let steps_per_period = period * lanes;
     let mut out = vec![Ports::default(); clocks];
-    // Results by the clock at which they arrive.
-    let mut arrivals: Vec<Option<(i64, bool)>> = vec![None; clocks];
+    // A group's results by the clock at which they arrive.
+    let mut arrivals: Vec<Option<(Vec<i64>, bool)>> = vec![None; clocks];
     let mut t = 0;
     while t < clocks {
         if inputs.reset[t] {
@@ -52,53 +54,68 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
         arrivals.fill(None);
         let mut start = 0;
         'scans: loop {
-            for j in 0..scan.steps as usize {
-                let k = (scan.first_step as usize + j) % steps_per_period;
-                let mut count = 0i64;
-                for cycle in start + j * dwell..start + (j + 1) * dwell {
-                    let word = released + 1 + cycle;
-                    if word >= end {
-                        break 'scans;
-                    }
-                    for lane in 0..lanes {
-                        let sample = word * lanes + lane;
-                        if inputs.level[sample] && !inputs.level[sample - 1] {
-                            let delayed = (cycle * lanes + lane + steps_per_period * (1 + k) - k)
-                                % steps_per_period;
-                            count += 2 * i64::from(code[delayed / lanes]) - 1;
+            let groups = steps.div_ceil(parallel);
+            for group in 0..groups {
+                let first = start + group * dwell;
+                let word = released + first + dwell;
+                if word >= end {
+                    break 'scans;
+                }
+                let mut counts = Vec::new();
+                for (code, level) in contract.reference_codes.iter().zip(&inputs.level) {
+                    for j in group * parallel..((group + 1) * parallel).min(steps) {
+                        let k = (scan.first_step as usize + j) % steps_per_period;
+                        let mut count = 0i64;
+                        for cycle in first..first + dwell {
+                            for lane in 0..lanes {
+                                let sample = (released + 1 + cycle) * lanes + lane;
+                                if level[sample] && !level[sample - 1] {
+                                    let delayed = (cycle * lanes + lane
+                                        + steps_per_period * (1 + k)
+                                        - k)
+                                        % steps_per_period;
+                                    count += 2 * i64::from(code.chips[delayed / lanes]) - 1;
+                                }
+                            }
                         }
+                        counts.push(count);
                     }
                 }
-                let last_word = released + start + (j + 1) * dwell;
-                let arrival = last_word + contract.result_latency_clocks as usize;
+                let arrival = word + contract.result_latency_clocks as usize;
                 if arrival < end {
-                    arrivals[arrival] = Some((count, j as u64 + 1 == scan.steps));
+                    arrivals[arrival] = Some((counts, group + 1 == groups));
                 }
             }
-            let over = start + scan.steps as usize * dwell;
-            start = if scan.is_full() {
+            let over = start + groups * dwell;
+            start = if scan.is_full() && steps % parallel == 0 {
                 over
             } else {
                 (over..).find(|n| n % period == 0).unwrap()
             };
         }
         let mut axis = Ports::default();
+        let bits = contract.count_bits;
+        let (low, high) = (-(1i64 << (bits - 1)), (1i64 << (bits - 1)) - 1);
+        // What is still to be sent, the next count last, and whether it ends a
+        // scan.
+        let mut unsent: (Vec<i64>, bool) = Default::default();
         for c in released..end {
-            let ready = inputs.ready[c];
-            if let Some((count, last)) = arrivals[c] {
-                let bits = contract.count_bits;
-                let (low, high) = (-(1i64 << (bits - 1)), (1i64 << (bits - 1)) - 1);
-                axis.saturated |= u64::from(count < low || count > high);
-                if axis.tvalid == 1 && !ready {
-                    axis.overrun = 1;
+            if axis.tvalid == 1 && inputs.ready[c] {
+                unsent.0.pop();
+            }
+            if let Some((counts, last)) = arrivals[c].take() {
+                axis.saturated |= u64::from(counts.iter().any(|&n| n < low || n > high));
+                if unsent.0.is_empty() {
+                    unsent = (counts.into_iter().rev().collect(), last);
                 } else {
-                    let mask = u64::MAX >> (64 - contract.tdata_bits);
-                    axis.tdata = count.clamp(low, high) as u64 & mask;
-                    axis.tlast = u64::from(last);
-                    axis.tvalid = 1;
+                    axis.overrun = 1;
                 }
-            } else if ready {
-                axis.tvalid = 0;
+            }
+            axis.tvalid = u64::from(!unsent.0.is_empty());
+            if let Some(count) = unsent.0.last() {
+                let mask = u64::MAX >> (64 - contract.tdata_bits);
+                axis.tdata = (*count).clamp(low, high) as u64 & mask;
+                axis.tlast = u64::from(unsent.1 && unsent.0.len() == 1);
             }
             let cycle = c - released;
             out[c] = axis.clone();
@@ -120,22 +137,25 @@ fn event_driven(contract: &Contract, seed: u64, clocks: u64, block: u64) -> (Inp
     let lanes = contract.lanes as usize;
     let mut adversary = Adversarial::new(contract, seed);
     let mut reference = Reference::new(contract.clone()).unwrap();
-    let mut level = Level::new(contract.lanes);
+    let detectors = contract.reference_codes.len();
+    let mut levels = vec![Level::new(contract.lanes); detectors];
     let mut inputs = Inputs {
-        level: vec![false; clocks as usize * lanes],
+        level: vec![vec![false; clocks as usize * lanes]; detectors],
         reset: vec![false; clocks as usize],
         ready: vec![true; clocks as usize],
     };
     let mut ports = Vec::new();
-    let mut drive = Drive::default();
+    let mut drive = Drive::new(detectors);
     let mut start = 0;
     while start < clocks {
         let end = (start + block).min(clocks);
         drive.start(start..end);
         adversary.drive(&mut drive);
-        for pulse in &drive.pulses {
-            let to = (pulse.end as usize).min(inputs.level.len());
-            inputs.level[pulse.first as usize..to].fill(true);
+        for (level, pulses) in inputs.level.iter_mut().zip(&drive.pulses) {
+            for pulse in pulses {
+                let to = (pulse.end as usize).min(level.len());
+                level[pulse.first as usize..to].fill(true);
+            }
         }
         for reset in &drive.surroundings.resets {
             inputs.reset[reset.start as usize..reset.end.min(clocks) as usize].fill(true);
@@ -143,8 +163,10 @@ fn event_driven(contract: &Contract, seed: u64, clocks: u64, block: u64) -> (Inp
         for stall in &drive.surroundings.stalls {
             inputs.ready[stall.start as usize..stall.end.min(clocks) as usize].fill(false);
         }
-        let mut hits = Vec::new();
-        level.paint(start..end, &drive.pulses, |_, _| (), &mut hits);
+        let mut hits = vec![Vec::new(); detectors];
+        for ((level, pulses), hits) in levels.iter_mut().zip(&drive.pulses).zip(&mut hits) {
+            level.paint(start..end, pulses, |_, _| (), hits);
+        }
         let words = layout.outputs.words;
         let mut expected = vec![0; (end - start) as usize * words];
         reference.predict(&drive.surroundings, &hits, &mut expected);
@@ -197,6 +219,22 @@ fn scene(samples_per_chip: u32, code: &str, scan: &str, hardware: &str) -> Scene
     scene::parse("test.toml", &text).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
+/// Further detectors, each with another Gold code of the first one's length.
+fn with_detectors(mut scene: Scene, count: usize) -> Scene {
+    for number in 1..count {
+        let code = format!(r#"{{ family = "gold", degree = 5, index = {} }}"#, 7 + number);
+        let other = self::scene(8, &code, "integration = \"80 ns\"", "");
+        let mut source = other.sources[1].clone();
+        source.name = format!("laser-{number}");
+        scene.sources.push(source);
+        let mut detector = scene.detectors[0].clone();
+        detector.name = format!("spad-{number}");
+        detector.reference = scene.sources.len() - 1;
+        scene.detectors.push(detector);
+    }
+    scene
+}
+
 #[test]
 fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
     let gold = r#"{ family = "gold", degree = 5, index = 3 }"#;
@@ -224,6 +262,25 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
             gold,
             "integration = \"24 ns\"\nsteps = { first = 120, count = 1 }",
             "counter_width = 3",
+        ),
+        // Groups: whole, partial, longer than the code's samples per chip.
+        scene(8, gold, "integration = \"320 ns\"", "parallel = 4"),
+        scene(4, gold, "integration = \"160 ns\"", "parallel = 3\ncounter_width = 4"),
+        scene(
+            8,
+            gold,
+            "integration = \"248 ns\"\nsteps = { first = 13, count = 30 }",
+            "parallel = 13",
+        ),
+        with_detectors(scene(8, gold, "integration = \"320 ns\"", ""), 3),
+        with_detectors(
+            scene(
+                2,
+                gold,
+                "integration = \"400 ns\"\nsteps = { first = 3, count = 41 }",
+                "parallel = 7\ncounter_width = 4",
+            ),
+            2,
         ),
     ];
     for (i, scene) in scenes.iter().enumerate() {

@@ -65,12 +65,17 @@ pub(super) fn run(
         cosimulation.write_vcd(&out.join("mismatch.vcd"))?;
     }
     output.note(cosim_text(&cosimulation.report).trim_end());
-    let estimates = [estimate_scan(&scene, 0, &cosimulation.counts)];
+    let estimates: Vec<EstimateReport> = cosimulation
+        .counts
+        .iter()
+        .enumerate()
+        .map(|(detector, counts)| estimate_scan(&scene, detector, counts))
+        .collect();
 
     let distances_m = distances_m(&scene, estimates[0].calibration_offset_ps);
     write_file(
         &out.join("counts.csv"),
-        &counts_csv(&scene, &distances_m, &cosimulation.counts),
+        &counts_csv(&scene, &distances_m, &cosimulation.counts[0]),
     )?;
     let page = Page {
         scene: &scene,
@@ -79,7 +84,7 @@ pub(super) fn run(
         emission: &emission,
         cosim: &cosimulation.report,
         distances_m: &distances_m,
-        counts: &cosimulation.counts,
+        counts: &cosimulation.counts[0],
         estimates: &estimates,
     };
     write_file(&out.join("report.html"), &page.html()?)?;

@@ -55,16 +55,16 @@ impl Lfsr {
             .exponents
             .iter()
             .filter(|&&e| e > 0)
-            .fold(0u32, |taps, e| taps | 1 << (self.degree - e));
+            .fold(0u64, |taps, e| taps | 1u64 << (self.degree - e));
         let mut window = self
             .seed
             .iter()
             .rev()
-            .fold(0u32, |window, &chip| window << 1 | u32::from(chip));
+            .fold(0u64, |window, &chip| window << 1 | u64::from(chip));
         (0..count)
             .map(|_| {
                 let chip = (window & 1) as u8;
-                let next = (window & taps).count_ones() & 1;
+                let next = u64::from((window & taps).count_ones() & 1);
                 window = window >> 1 | next << (self.degree - 1);
                 chip
             })

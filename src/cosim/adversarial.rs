@@ -7,13 +7,11 @@
 
 use std::collections::VecDeque;
 use std::ops::Range;
-use std::sync::Arc;
 
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::stimulus::{Drive, RESET_CLOCKS, Stimulus, clocks_for_scans, scan_start};
-use crate::code::Code;
 use crate::model::contract::Contract;
 use crate::optics::Pulse;
 
@@ -36,7 +34,11 @@ enum Pattern {
     /// Rising edge on the last lane of every word.
     LastLane,
     /// Every hit where the present reference has one sign: the largest count.
-    OneSided { up: bool },
+    OneSided {
+        up: bool,
+        /// Which of the steps at once, so that each has its turn.
+        lane: u64,
+    },
     /// Runs of random length.
     Random { longest: u64 },
 }
@@ -45,13 +47,13 @@ enum Pattern {
 pub struct Adversarial {
     rng: Xoshiro256PlusPlus,
     contract: Contract,
-    code: Arc<Code>,
     calm_until: u64,
     /// Resets and stalls that have been decided, in order.
     resets: VecDeque<Range<u64>>,
     stalls: VecDeque<Range<u64>>,
-    /// Pulses that have been decided, in order of their first sample.
-    pulses: VecDeque<Pulse>,
+    /// For each detector the pulses that have been decided, in order of their
+    /// first sample.
+    pulses: Vec<VecDeque<Pulse>>,
     /// First clock that is not decided yet.
     decided: u64,
     /// End of the last reset decided.
@@ -64,11 +66,10 @@ impl Adversarial {
         Adversarial {
             rng: Xoshiro256PlusPlus::seed_from_u64(seed),
             contract: contract.clone(),
-            code: contract.reference_codes[0].clone(),
             calm_until: Self::default_clocks(contract) / 2,
             resets: std::iter::once(0..RESET_CLOCKS).collect(),
             stalls: VecDeque::new(),
-            pulses: VecDeque::new(),
+            pulses: vec![VecDeque::new(); contract.reference_codes.len()],
             decided: RESET_CLOCKS,
             released: RESET_CLOCKS,
         }
@@ -91,7 +92,7 @@ impl Adversarial {
     fn decide_episode(&mut self) {
         // Several results long, so that a stall can lose some, but short enough
         // that a run sees many patterns.
-        let between_results = scan_start(&self.contract, 1).div_ceil(self.contract.scan.steps);
+        let between_results = scan_start(&self.contract, 1).div_ceil(self.contract.groups());
         let start = self.decided;
         let longest = between_results.saturating_mul(6).clamp(16, 1 << 16);
         let mut end = start + self.length(longest);
@@ -102,8 +103,10 @@ impl Adversarial {
             self.resets.push_back(reset);
         }
         self.decide_stalls(start..end);
-        let pattern = self.pattern();
-        self.decide_pulses(pattern, start..end);
+        for detector in 0..self.pulses.len() {
+            let pattern = self.pattern();
+            self.decide_pulses(detector, pattern, start..end);
+        }
         self.decided = end;
     }
 
@@ -118,6 +121,7 @@ impl Adversarial {
             6 => Pattern::LastLane,
             7 | 8 => Pattern::OneSided {
                 up: self.rng.random(),
+                lane: self.rng.random_range(0..u64::from(self.contract.parallel)),
             },
             _ => Pattern::Random {
                 longest: 1 + self.length(3 * u64::from(self.contract.lanes)),
@@ -145,10 +149,10 @@ impl Adversarial {
         }
     }
 
-    fn decide_pulses(&mut self, pattern: Pattern, clocks: Range<u64>) {
+    fn decide_pulses(&mut self, detector: usize, pattern: Pattern, clocks: Range<u64>) {
         let lanes = u64::from(self.contract.lanes);
         let samples = clocks.start * lanes..clocks.end * lanes;
-        let out = &mut self.pulses;
+        let out = &mut self.pulses[detector];
         let mut pulse = |first: u64, end: u64| out.push_back(Pulse { first, end });
         match pattern {
             Pattern::EveryOther { odd } => (samples.start + u64::from(odd)..samples.end)
@@ -163,11 +167,11 @@ impl Adversarial {
                 clocks.for_each(|c| pulse(c * lanes, c * lanes + (lanes - 1).max(1)));
             }
             Pattern::LastLane => clocks.for_each(|c| pulse((c + 1) * lanes - 1, (c + 1) * lanes)),
-            Pattern::OneSided { up } => {
+            Pattern::OneSided { up, lane } => {
                 let mut s = samples.start;
                 while s < samples.end {
-                    if self.sign_is_up(s) == Some(up) {
-                        self.pulses.push_back(Pulse {
+                    if self.sign_is_up(detector, lane, s) == Some(up) {
+                        self.pulses[detector].push_back(Pulse {
                             first: s,
                             end: s + 1,
                         });
@@ -180,27 +184,30 @@ impl Adversarial {
                 let mut s = samples.start + self.rng.random_range(0..=longest);
                 while s < samples.end {
                     let end = s + self.rng.random_range(1..=longest);
-                    self.pulses.push_back(Pulse { first: s, end });
+                    self.pulses[detector].push_back(Pulse { first: s, end });
                     s = end + self.rng.random_range(1..=longest);
                 }
             }
         }
     }
 
-    /// The reference's sign at a sample, if a scan is running then.
-    fn sign_is_up(&self, sample: u64) -> Option<bool> {
+    /// The reference's sign at a sample for one of the steps at once, if a scan
+    /// is running then.
+    fn sign_is_up(&self, detector: usize, lane: u64, sample: u64) -> Option<bool> {
         let lanes = u64::from(self.contract.lanes);
         let cycle = (sample / lanes).checked_sub(self.released + 1)?;
         let in_scan = cycle % scan_start(&self.contract, 1);
-        let number = in_scan / self.contract.scan.integration_chips;
-        if number >= self.contract.scan.steps {
+        let group = in_scan / self.contract.scan.integration_chips;
+        if group >= self.contract.groups() {
             return None;
         }
+        let number = group * u64::from(self.contract.parallel) + lane;
         let step = self.contract.scan.step(number);
-        let period = self.code.len() * lanes;
-        let in_period = (cycle % self.code.len()) * lanes + sample % lanes;
+        let code = &self.contract.reference_codes[detector];
+        let period = code.len() * lanes;
+        let in_period = (cycle % code.len()) * lanes + sample % lanes;
         let chip = (in_period + period - step) % period / lanes;
-        Some(self.code.chips[chip as usize] == 1)
+        Some(code.chips[chip as usize] == 1)
     }
 }
 
@@ -211,8 +218,10 @@ impl Stimulus for Adversarial {
             self.decide_episode();
         }
         let lanes = u64::from(self.contract.lanes);
-        while let Some(pulse) = self.pulses.pop_front_if(|p| p.first < clocks.end * lanes) {
-            drive.pulses.push(pulse);
+        for (decided, pulses) in self.pulses.iter_mut().zip(&mut drive.pulses) {
+            while let Some(pulse) = decided.pop_front_if(|p| p.first < clocks.end * lanes) {
+                pulses.push(pulse);
+            }
         }
         // What reaches beyond the block is told again in the next.
         let tell = |queue: &mut VecDeque<Range<u64>>, out: &mut Vec<Range<u64>>| {

@@ -36,9 +36,12 @@ pub struct Block {
 
 /// Makes blocks: stimulus, input records, expected records.
 pub struct BlockMaker<'a> {
-    level: Level,
+    /// For each detector.
+    levels: Vec<Level>,
     drive: Drive,
-    hits: Vec<u64>,
+    /// For each detector.
+    hits: Vec<Vec<u64>>,
+    lanes: u32,
     reference: &'a mut Reference,
     stimulus: &'a mut dyn Stimulus,
     layout: &'a Layout,
@@ -47,18 +50,20 @@ pub struct BlockMaker<'a> {
 }
 
 impl<'a> BlockMaker<'a> {
-    /// Makes blocks for a run of `clocks` clocks with `lanes` samples each.
+    /// Makes blocks for a run of `clocks` clocks.
     pub fn new(
         reference: &'a mut Reference,
         stimulus: &'a mut dyn Stimulus,
         layout: &'a Layout,
-        lanes: u32,
         clocks: u64,
     ) -> BlockMaker<'a> {
+        let lanes = reference.contract().lanes;
+        let detectors = reference.contract().reference_codes.len();
         BlockMaker {
-            level: Level::new(lanes),
-            drive: Drive::default(),
-            hits: Vec::new(),
+            levels: vec![Level::new(lanes); detectors],
+            drive: Drive::new(detectors),
+            hits: vec![Vec::new(); detectors],
+            lanes,
             reference,
             stimulus,
             layout,
@@ -67,8 +72,9 @@ impl<'a> BlockMaker<'a> {
         }
     }
 
-    /// First samples of the runs of high samples in the last block made.
-    pub fn hits(&self) -> &[u64] {
+    /// First samples of the runs of high samples in the last block made, for
+    /// each detector.
+    pub fn hits(&self) -> &[Vec<u64>] {
         &self.hits
     }
 
@@ -133,12 +139,18 @@ impl<'a> BlockMaker<'a> {
             }
         }
         let (sample_word, sample_shift) = place("i_samples");
-        self.hits.clear();
-        self.level.paint(
-            clocks,
-            &self.drive.pulses,
-            |clock, bits| inputs[clock * words + sample_word] |= bits << sample_shift,
-            &mut self.hits,
-        );
+        let detectors = self.levels.iter_mut().zip(&self.drive.pulses);
+        for (detector, ((level, pulses), hits)) in detectors.zip(&mut self.hits).enumerate() {
+            // S divides 64, so a detector's samples never cross words.
+            let bit = sample_shift + detector as u32 * self.lanes;
+            let (word, shift) = (sample_word + (bit / 64) as usize, bit % 64);
+            hits.clear();
+            level.paint(
+                clocks.clone(),
+                pulses,
+                |clock, bits| inputs[clock * words + word] |= bits << shift,
+                hits,
+            );
+        }
     }
 }

@@ -61,8 +61,6 @@ pub struct Lockstep<'a> {
     pub stimulus: &'a mut dyn Stimulus,
     /// The records' layout.
     pub layout: &'a Layout,
-    /// Samples per clock.
-    pub lanes: u32,
 }
 
 impl Lockstep<'_> {
@@ -82,7 +80,6 @@ impl Lockstep<'_> {
             self.reference,
             self.stimulus,
             self.layout,
-            self.lanes,
             clocks,
         );
         let mut judge = Judge::new(self.layout);

@@ -137,9 +137,9 @@ impl std::fmt::Display for PortValue {
 pub struct Cosimulation {
     /// What it found.
     pub report: Report,
-    /// Counts of the first scan's steps, in order; complete when the run was
-    /// long enough.
-    pub counts: Vec<i64>,
+    /// For each detector the counts of the first scan's steps, in order;
+    /// complete when the run was long enough.
+    pub counts: Vec<Vec<i64>>,
     outcome: Outcome,
     layout: Layout,
     chip_period_ps: f64,
@@ -199,12 +199,14 @@ fn run(
         StimulusKind::Photons => clocks_for_scans(&contract, 1),
         StimulusKind::Adversarial => Adversarial::default_clocks(&contract),
     });
-    let detector = DetectorModel::new(scene, 0);
+    let detectors: Vec<DetectorModel> = (0..scene.detectors.len())
+        .map(|detector| DetectorModel::new(scene, detector))
+        .collect();
     let mut photons;
     let mut adversarial;
     let stimulus: &mut dyn Stimulus = match request.stimulus {
         StimulusKind::Photons => {
-            photons = Photons::new(&detector, &contract, request.seed);
+            photons = Photons::new(&detectors, &contract, request.seed);
             &mut photons
         }
         StimulusKind::Adversarial => {
@@ -212,19 +214,19 @@ fn run(
             &mut adversarial
         }
     };
-    let mut counts = Vec::new();
+    let mut counts = vec![Vec::new(); scene.detectors.len()];
     let mut phase_steps = 0;
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut reference,
         stimulus,
         layout: &layout,
-        lanes: contract.lanes,
     }
     .run(
         clocks,
         |result: StepResult| {
-            phase_steps += 1;
+            phase_steps += u64::from(result.detector == 0);
+            let counts: &mut Vec<i64> = &mut counts[result.detector];
             if result.scan == 0 && counts.len() as u64 == result.step {
                 counts.push(result.count);
             }

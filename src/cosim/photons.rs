@@ -4,25 +4,33 @@ use super::stimulus::{Drive, RESET_CLOCKS, Stimulus, first_sample, scan_start};
 use crate::model::contract::Contract;
 use crate::optics::{DetectorModel, PulseStream};
 
-/// The sampled pulses of a detector, scan after scan.
+/// The sampled pulses of every detector, scan after scan.
 pub struct Photons<'a> {
-    model: &'a DetectorModel,
+    models: &'a [DetectorModel],
     contract: &'a Contract,
     seed: u64,
     scan: u64,
-    stream: PulseStream<'a>,
+    streams: Vec<PulseStream<'a>>,
 }
 
 impl<'a> Photons<'a> {
-    /// Streams for a detector. The n-th scan is the n-th repetition of the seed.
-    pub fn new(model: &'a DetectorModel, contract: &'a Contract, seed: u64) -> Photons<'a> {
-        Photons {
-            model,
+    /// Streams for the scene's detectors, in their order. The n-th scan is the
+    /// n-th repetition of the seed.
+    pub fn new(models: &'a [DetectorModel], contract: &'a Contract, seed: u64) -> Photons<'a> {
+        let mut photons = Photons {
+            models,
             contract,
             seed,
             scan: 0,
-            stream: PulseStream::new(model, seed, 0),
-        }
+            streams: Vec::new(),
+        };
+        photons.start_scan();
+        photons
+    }
+
+    fn start_scan(&mut self) {
+        let stream = |model| PulseStream::new(model, self.seed, self.scan);
+        self.streams = self.models.iter().map(stream).collect();
     }
 }
 
@@ -38,20 +46,22 @@ impl Stimulus for Photons<'_> {
         loop {
             // A full scan's stream runs on into the next scan by itself.
             let start = origin + scan_start(self.contract, self.scan) * lanes;
-            let from = drive.pulses.len();
             if until > start {
-                self.stream.advance(until - start, &mut drive.pulses);
-            }
-            for pulse in &mut drive.pulses[from..] {
-                pulse.first += start;
-                pulse.end += start;
+                for (stream, pulses) in self.streams.iter_mut().zip(&mut drive.pulses) {
+                    let from = pulses.len();
+                    stream.advance(until - start, pulses);
+                    for pulse in &mut pulses[from..] {
+                        pulse.first += start;
+                        pulse.end += start;
+                    }
+                }
             }
             let next = origin + scan_start(self.contract, self.scan + 1) * lanes;
             if !self.contract.realigns() || next >= until {
                 return;
             }
             self.scan += 1;
-            self.stream = PulseStream::new(self.model, self.seed, self.scan);
+            self.start_scan();
         }
     }
 }

@@ -14,18 +14,26 @@ pub const RESET_CLOCKS: u64 = 4;
 pub struct Drive {
     /// Reset and the result consumer.
     pub surroundings: Surroundings,
-    /// Pulses whose first sample lies in the block, in order; clock t holds
-    /// samples t S .. (t + 1) S.
-    pub pulses: Vec<Pulse>,
+    /// For each detector the pulses whose first sample lies in the block, in
+    /// order; clock t holds samples t S .. (t + 1) S.
+    pub pulses: Vec<Vec<Pulse>>,
 }
 
 impl Drive {
+    /// For a sensor with `detectors` detectors.
+    pub fn new(detectors: usize) -> Drive {
+        Drive {
+            pulses: vec![Vec::new(); detectors],
+            ..Drive::default()
+        }
+    }
+
     /// Empties it for the next block, keeping its memory.
     pub fn start(&mut self, clocks: Range<u64>) {
         self.surroundings.clocks = clocks;
         self.surroundings.resets.clear();
         self.surroundings.stalls.clear();
-        self.pulses.clear();
+        self.pulses.iter_mut().for_each(Vec::clear);
     }
 }
 
@@ -43,7 +51,7 @@ pub fn first_sample(contract: &Contract, released: u64) -> u64 {
 
 /// First cycle of the `scan`-th scan after reset.
 pub fn scan_start(contract: &Contract, scan: u64) -> u64 {
-    let cycles = contract.scan.steps * contract.scan.integration_chips;
+    let cycles = contract.scan_clocks();
     let spacing = if contract.realigns() {
         cycles.next_multiple_of(contract.reference_codes[0].len())
     } else {
@@ -55,7 +63,7 @@ pub fn scan_start(contract: &Contract, scan: u64) -> u64 {
 /// Clocks from the start of the run until the last result of the first `scans`
 /// scans has been on the stream for a clock.
 pub fn clocks_for_scans(contract: &Contract, scans: u64) -> u64 {
-    let cycles = contract.scan.steps * contract.scan.integration_chips;
-    let last_word = RESET_CLOCKS + scan_start(contract, scans - 1) + cycles;
-    last_word + u64::from(contract.result_latency_clocks) + 2
+    let last_word = RESET_CLOCKS + scan_start(contract, scans - 1) + contract.scan_clocks();
+    let beats = u64::from(contract.parallel) * contract.reference_codes.len() as u64;
+    last_word + u64::from(contract.result_latency_clocks) + beats + 1
 }

@@ -136,19 +136,22 @@ fn parameters(contract: &Contract) -> Parameters {
 }
 
 fn check_limits(scene: &Scene, contract: &Contract) -> Result<(), HdlError> {
-    let detectors = contract.reference_codes.len() as u64;
-    if detectors != 1 {
-        return Err(HdlError::NotBuilt {
-            what: "hardware for more or fewer than one detector",
-            found: detectors,
-            limit: "1",
+    let periods = contract.reference_codes.iter().map(|code| code.len());
+    if periods.clone().any(|period| period != contract.reference_codes[0].len()) {
+        return Err(HdlError::CodeLengths {
+            found: periods.collect(),
         });
     }
-    if contract.parallel != 1 {
-        return Err(HdlError::NotBuilt {
-            what: "hardware that correlates several phase steps at once",
-            found: u64::from(contract.parallel),
-            limit: "1",
+    within("parallel", contract.parallel, "1 to 64", |parallel| {
+        (1..=64).contains(&parallel)
+    })?;
+    let most_held = u64::from(contract.parallel.div_ceil(contract.lanes));
+    if contract.scan.integration_chips < most_held {
+        return Err(HdlError::ShortStep {
+            chips: contract.scan.integration_chips,
+            parallel: contract.parallel,
+            lanes: contract.lanes,
+            needed: most_held,
         });
     }
     within(
@@ -262,10 +265,6 @@ fn left_out(contract: &Contract) -> Vec<LeftOut> {
             part: "peak_detector".into(),
             reason: "the host finds the peak in the results".into(),
         },
-        LeftOut {
-            part: "parallel correlators".into(),
-            reason: "phase steps are correlated one at a time (parallel = 1)".into(),
-        },
     ];
     let mut leave_out = |condition: bool, part: &str, reason: &str| {
         if condition {
@@ -275,6 +274,11 @@ fn left_out(contract: &Contract) -> Vec<LeftOut> {
             });
         }
     };
+    leave_out(
+        contract.parallel == 1,
+        "parallel correlators",
+        "phase steps are correlated one at a time (parallel = 1)",
+    );
     let codes = &contract.source_codes;
     leave_out(
         codes.iter().all(|c| c.interleave == 0),

@@ -10,15 +10,30 @@ use crate::model::reference::ReferenceError;
 /// Why a scene's hardware cannot be emitted.
 #[derive(Debug, Error)]
 pub enum HdlError {
-    /// Something that no block does yet.
-    #[error("{what} is not built yet: {found} asked for, {limit} possible")]
-    NotBuilt {
-        /// What.
-        what: &'static str,
-        /// How many the scene asks for.
-        found: u64,
-        /// How many there can be.
-        limit: &'static str,
+    /// Detectors whose references have periods of different lengths.
+    #[error(
+        "the detectors' reference codes have {found:?} chips per period; one scan walks all of \
+         them, so they need one length"
+    )]
+    CodeLengths {
+        /// Chips per period of each detector's reference.
+        found: Vec<u64>,
+    },
+    /// A group of phase steps too short for the reference to go back.
+    #[error(
+        "the integration time is {chips} chips; with parallel = {parallel} and {lanes} samples per \
+         chip the reference goes back by up to {needed} chips after each group, so integrate over \
+         at least {needed} chips"
+    )]
+    ShortStep {
+        /// Chips per phase step.
+        chips: u64,
+        /// Phase steps at once.
+        parallel: u32,
+        /// Samples per chip.
+        lanes: u32,
+        /// Chips that are needed.
+        needed: u64,
     },
     /// A value beyond what the blocks are made for.
     #[error("{what} is {found}, but the hardware takes {limit}")]

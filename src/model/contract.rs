@@ -8,7 +8,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::code::Code;
-use crate::scene::{Scan, Scene};
+use crate::scene::{Scan, Scene, Target};
 
 /// The hardware that a scene needs, as seen from outside.
 #[derive(Debug, Clone)]
@@ -32,9 +32,50 @@ pub struct Contract {
     pub count_bits: u32,
     /// Bits of `m_axis_tdata`: the count, sign-extended to whole bytes.
     pub tdata_bits: u32,
+    /// How the exact count's adder is split.
+    pub count_segments: CountSegments,
     /// Clocks from the one at which a step's last sample word is on
     /// `i_samples` to the one after which `m_axis_tvalid` shows its count.
     pub result_latency_clocks: u32,
+}
+
+/// A count's carry chain in segments, each one clock behind the one below it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CountSegments {
+    /// Number of segments, at least 1.
+    pub count: u32,
+    /// Bits of every segment but the top one; without effect if there is one.
+    pub lower_bits: u32,
+    /// Bits of the top segment.
+    pub top_bits: u32,
+}
+
+impl CountSegments {
+    /// As few segments of at most `longest` bits as hold `bits` bits, the lower
+    /// ones of one length.
+    fn of(bits: u32, longest: u32) -> CountSegments {
+        let count = bits.div_ceil(longest);
+        let lower_bits = bits.div_ceil(count);
+        CountSegments {
+            count,
+            lower_bits,
+            top_bits: bits - lower_bits * (count - 1),
+        }
+    }
+
+    /// Bits of all segments.
+    pub fn bits(&self) -> u32 {
+        self.lower_bits * (self.count - 1) + self.top_bits
+    }
+}
+
+/// Longest carry chain that keeps a target's clock: 300 MHz in ECP5, 180 MHz
+/// in iCE40.
+fn longest_carry_chain(target: Target) -> u32 {
+    match target {
+        Target::Ecp525k6 | Target::Xc7 => 22,
+        Target::Ice40Hx8k => 16,
+    }
 }
 
 /// A port of `sensor_top`.
@@ -68,6 +109,8 @@ impl Contract {
             .hardware
             .counter_width
             .map_or(exact_count_bits, |bits| bits.min(exact_count_bits));
+        let count_segments =
+            CountSegments::of(exact_count_bits, longest_carry_chain(scene.hardware.target));
         Contract {
             lanes,
             source_codes: scene.sources.iter().map(|s| s.code.clone()).collect(),
@@ -81,17 +124,34 @@ impl Contract {
             exact_count_bits,
             count_bits,
             tdata_bits: count_bits.div_ceil(8) * 8,
-            result_latency_clocks: Self::result_latency(lanes, count_bits < exact_count_bits),
+            count_segments,
+            result_latency_clocks: Self::clocks_to_dump(lanes) + count_segments.count,
         }
     }
 
-    /// The pipeline, stage by stage: hits, lane pairs, one adder level per
-    /// halving of the pairs, total, result, and the clamp where it exists.
-    fn result_latency(lanes: u32, saturates: bool) -> u32 {
+    /// Clocks from a step's last one until the lowest segment of the total
+    /// holds its hits: hits, lane pairs, one adder level per halving of the
+    /// pairs, total. The segments of the count follow, and the result.
+    pub(crate) fn clocks_to_dump(lanes: u32) -> u32 {
         let pairs = lanes.div_ceil(2);
         let adder_levels = pairs.next_power_of_two().trailing_zeros();
-        let (hits, lane_pairs, total, result) = (1, 1, 1, 1);
-        hits + lane_pairs + adder_levels + total + result + u32::from(saturates) - 1
+        let (hits, lane_pairs, total) = (1, 1, 1);
+        hits + lane_pairs + adder_levels + total
+    }
+
+    /// Groups of phase steps in a scan: `parallel` steps share their light.
+    pub fn groups(&self) -> u64 {
+        self.scan.steps.div_ceil(u64::from(self.parallel))
+    }
+
+    /// Phase steps of a scan's last group.
+    pub fn last_group_steps(&self) -> u64 {
+        self.scan.steps - (self.groups() - 1) * u64::from(self.parallel)
+    }
+
+    /// Clocks of a scan.
+    pub fn scan_clocks(&self) -> u64 {
+        self.groups() * self.scan.integration_chips
     }
 
     /// Whether counts can saturate, so that the clamp and its flag exist.
@@ -100,9 +160,9 @@ impl Contract {
     }
 
     /// Whether a scan is followed by a pause until the next epoch. Only scans
-    /// over the whole period end where they began.
+    /// over the whole period, in whole groups, end where they began.
     pub fn realigns(&self) -> bool {
-        !self.scan.is_full()
+        !self.scan.is_full() || !self.scan.steps.is_multiple_of(u64::from(self.parallel))
     }
 
     /// Ports of `sensor_top`, in the order of the Verilog.

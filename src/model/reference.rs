@@ -29,6 +29,8 @@ pub struct Surroundings {
 pub struct StepResult {
     /// Number of the scan since the last reset.
     pub scan: u64,
+    /// The detector.
+    pub detector: usize,
     /// Number of the step within the scan, 0..steps.
     pub step: u64,
     /// The count, saturated as the hardware does.
@@ -38,32 +40,28 @@ pub struct StepResult {
 /// Why a contract cannot be predicted.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ReferenceError {
-    /// More than one detector.
+    /// References of different length.
     #[error(
-        "the scene has {0} detectors; the reference model predicts the ports of a sensor with one \
-         detector: keep one [[detector]]"
+        "the detectors' reference codes have {0:?} chips per period; one scan walks all of them, \
+         so they need one length"
     )]
-    Detectors(usize),
-    /// More than one phase step at a time.
-    #[error(
-        "hardware.parallel is {0}; the reference model predicts one phase step at a time: set it \
-         to 1"
-    )]
-    Parallel(u32),
+    CodeLengths(Vec<u64>),
 }
 
 /// The reference model. One per run; it starts in reset.
 #[derive(Debug, Clone)]
 pub struct Reference {
     contract: Contract,
-    /// chi of the reference's chips (eq. 10).
-    signs: Vec<i8>,
+    /// chi of the chips of each detector's reference (eq. 10).
+    signs: Vec<Vec<i8>>,
     chips: Vec<ChipPattern>,
     words: usize,
     stream: ResultStream,
     /// First clock without reset; before it every output is 0.
     released: u64,
     scan: ScanState,
+    /// Counts of the present group: detector by detector, step by step.
+    counts: Vec<i64>,
     finished: Vec<StepResult>,
 }
 
@@ -71,10 +69,9 @@ pub struct Reference {
 #[derive(Debug, Clone, Copy, Default)]
 struct ScanState {
     scan: u64,
-    step: u64,
-    /// First cycle of the step.
+    group: u64,
+    /// First cycle of the group of steps.
     from: u64,
-    count: i64,
 }
 
 impl Reference {
@@ -83,11 +80,9 @@ impl Reference {
     /// # Errors
     /// When the contract asks for hardware that is not modelled.
     pub fn new(contract: Contract) -> Result<Reference, ReferenceError> {
-        if contract.reference_codes.len() != 1 {
-            return Err(ReferenceError::Detectors(contract.reference_codes.len()));
-        }
-        if contract.parallel != 1 {
-            return Err(ReferenceError::Parallel(contract.parallel));
+        let lengths = contract.reference_codes.iter().map(|code| code.len());
+        if lengths.clone().any(|length| length != contract.reference_codes[0].len()) {
+            return Err(ReferenceError::CodeLengths(lengths.collect()));
         }
         let layout = Layout::of(&contract);
         let place = |name| {
@@ -95,19 +90,25 @@ impl Reference {
             (field.word, field.shift)
         };
         Ok(Reference {
-            signs: contract.reference_codes[0]
-                .chips
+            signs: contract
+                .reference_codes
                 .iter()
-                .map(|&chip| 2 * chip as i8 - 1)
+                .map(|code| code.chips.iter().map(|&chip| 2 * chip as i8 - 1).collect())
                 .collect(),
             chips: chip_patterns(&contract, place("o_laser"), place("o_epoch")),
             words: layout.outputs.words,
             stream: ResultStream::new(&contract, &layout),
             released: 0,
             scan: ScanState::default(),
+            counts: vec![0; contract.reference_codes.len() * contract.parallel as usize],
             finished: Vec::new(),
             contract,
         })
+    }
+
+    /// What it predicts.
+    pub fn contract(&self) -> &Contract {
+        &self.contract
     }
 
     /// Words per clock of the expected outputs.
@@ -123,12 +124,12 @@ impl Reference {
 
     /// Predicts a block. Blocks follow one another without a gap.
     ///
-    /// `hits` are the first samples of the runs of high samples that start in
-    /// the block, in order, numbered as in [`super::level::Level::paint`].
-    /// `expected` has `words()` entries per clock and is overwritten.
-    pub fn predict(&mut self, block: &Surroundings, hits: &[u64], expected: &mut [u64]) {
+    /// `hits` are, for each detector, the first samples of the runs of high
+    /// samples that start in the block, in order, numbered as in
+    /// [`super::level::Level::paint`]. `expected` has `words()` entries per
+    /// clock and is overwritten.
+    pub fn predict(&mut self, block: &Surroundings, hits: &[Vec<u64>], expected: &mut [u64]) {
         expected.fill(0);
-        let lanes = u64::from(self.contract.lanes);
         let mut clock = block.clocks.start;
         let mut resets = block.resets.iter().peekable();
         while resets.next_if(|r| r.end <= clock).is_some() {}
@@ -143,9 +144,7 @@ impl Reference {
             let until = resets
                 .peek()
                 .map_or(block.clocks.end, |r| r.start.min(block.clocks.end));
-            let from = hits.partition_point(|&s| s < clock * lanes);
-            let to = hits.partition_point(|&s| s < until * lanes);
-            self.predict_released(clock..until, block, &hits[from..to], expected);
+            self.predict_released(clock..until, block, hits, expected);
             clock = until;
         }
     }
@@ -153,6 +152,7 @@ impl Reference {
     fn reset(&mut self, released: u64) {
         self.released = released;
         self.scan = ScanState::default();
+        self.counts.fill(0);
         self.stream.reset();
     }
 
@@ -161,7 +161,7 @@ impl Reference {
         &mut self,
         clocks: Range<u64>,
         block: &Surroundings,
-        hits: &[u64],
+        hits: &[Vec<u64>],
         expected: &mut [u64],
     ) {
         let at = (clocks.start - block.clocks.start) as usize * self.words;
@@ -169,80 +169,111 @@ impl Reference {
         for pattern in &self.chips {
             pattern.or_into(expected, self.words, clocks.start - self.released);
         }
-        self.count(hits);
-        self.finish_steps(|last_word| last_word < clocks.end);
+        self.count(clocks.clone(), hits);
         self.stream.predict(clocks, &block.stalls, expected);
     }
 
-    /// Counts hits up or down (eq. 11). The word of cycle n is presented one
-    /// clock after the chip of cycle n shows on `o_laser`.
-    fn count(&mut self, hits: &[u64]) {
+    /// Counts the hits of a stretch of clocks, group by group, and ends the
+    /// groups whose last word is among them. The word of cycle n is presented
+    /// one clock after the chip of cycle n shows on `o_laser`.
+    fn count(&mut self, clocks: Range<u64>, hits: &[Vec<u64>]) {
         let lanes = u64::from(self.contract.lanes);
-        let period = self.signs.len() as u64;
-        let steps_per_period = period * lanes;
-        for &sample in hits {
-            let Some(cycle) = (sample / lanes).checked_sub(self.released + 1) else {
-                continue;
-            };
-            self.finish_steps_before(cycle);
-            if cycle < self.scan.from {
-                continue;
+        let first_word = self.released + 1;
+        let mut counted = clocks.start.max(first_word);
+        loop {
+            let group_end = first_word + self.scan.from + self.contract.scan.integration_chips;
+            let until = group_end.min(clocks.end);
+            let from = counted.max(first_word + self.scan.from);
+            if from < until {
+                for (detector, hits) in hits.iter().enumerate() {
+                    let first = hits.partition_point(|&s| s < from * lanes);
+                    let end = first + hits[first..].partition_point(|&s| s < until * lanes);
+                    self.count_detector(detector, &hits[first..end]);
+                }
             }
-            let step = self.contract.scan.step(self.scan.step);
-            let in_period = (cycle % period) * lanes + sample % lanes;
-            let delayed = (in_period + steps_per_period - step) % steps_per_period;
-            self.scan.count += i64::from(self.signs[(delayed / lanes) as usize]);
+            if group_end > clocks.end {
+                return;
+            }
+            self.finish_group();
+            counted = until;
         }
     }
 
-    fn finish_steps_before(&mut self, cycle: u64) {
-        let released = self.released;
-        self.finish_steps(|last_word| last_word < released + 1 + cycle);
+    /// Counts one detector's hits up or down (eq. 11) in the present group.
+    fn count_detector(&mut self, detector: usize, hits: &[u64]) {
+        let lanes_log2 = self.contract.lanes.trailing_zeros();
+        let signs = &self.signs[detector][..];
+        let steps_per_period = (signs.len() as u64) << lanes_log2;
+        let parallel = u64::from(self.contract.parallel);
+        let step = self.contract.scan.step(self.scan.group * parallel);
+        let first_sample = (self.released + 1) << lanes_log2;
+        let counts = &mut self.counts[detector * parallel as usize..][..parallel as usize];
+        for &sample in hits {
+            let in_period = (sample - first_sample) % steps_per_period;
+            let mut delayed = in_period + steps_per_period - step;
+            if delayed >= steps_per_period {
+                delayed -= steps_per_period;
+            }
+            for count in counts.iter_mut() {
+                *count += i64::from(signs[(delayed >> lanes_log2) as usize]);
+                delayed = delayed.checked_sub(1).unwrap_or(steps_per_period - 1);
+            }
+        }
     }
 
-    /// Ends every step whose last word is presented at a clock that `over`
-    /// accepts.
-    fn finish_steps(&mut self, over: impl Fn(u64) -> bool) {
-        let dwell = self.contract.scan.integration_chips;
-        while over(self.released + self.scan.from + dwell) {
-            let end = self.scan.from + dwell;
-            let last = self.scan.step + 1 == self.contract.scan.steps;
-            let limit = 1i128 << (self.contract.count_bits - 1);
-            let exact = i128::from(self.scan.count);
-            let count = exact.clamp(-limit, limit - 1);
-            self.stream.push(Arrival {
-                clock: self.released + end + u64::from(self.contract.result_latency_clocks),
-                count: count as i64,
-                saturated: count != exact,
-                last,
-            });
-            self.finished.push(StepResult {
-                scan: self.scan.scan,
-                step: self.scan.step,
-                count: count as i64,
-            });
-            self.scan = if last {
-                ScanState {
-                    scan: self.scan.scan + 1,
-                    step: 0,
-                    from: self.next_scan(end),
-                    count: 0,
-                }
-            } else {
-                ScanState {
-                    step: self.scan.step + 1,
-                    from: end,
-                    count: 0,
-                    ..self.scan
-                }
-            };
+    /// Sends the present group's counts on their way and goes on to the next.
+    fn finish_group(&mut self) {
+        let scan = &self.contract.scan;
+        let parallel = u64::from(self.contract.parallel);
+        let end = self.scan.from + scan.integration_chips;
+        let last = self.scan.group + 1 == self.contract.groups();
+        let steps = if last {
+            self.contract.last_group_steps()
+        } else {
+            parallel
+        };
+        let limit = 1i128 << (self.contract.count_bits - 1);
+        let mut results = Vec::with_capacity(self.counts.len());
+        let mut saturated = false;
+        for (detector, counts) in self.counts.chunks_exact(parallel as usize).enumerate() {
+            for (step, &exact) in counts[..steps as usize].iter().enumerate() {
+                let count = i128::from(exact).clamp(-limit, limit - 1) as i64;
+                saturated |= count != exact;
+                results.push(count);
+                self.finished.push(StepResult {
+                    scan: self.scan.scan,
+                    detector,
+                    step: self.scan.group * parallel + step as u64,
+                    count,
+                });
+            }
         }
+        self.stream.push(Arrival {
+            clock: self.released + end + u64::from(self.contract.result_latency_clocks),
+            counts: results,
+            saturated,
+            last,
+        });
+        self.counts.fill(0);
+        self.scan = if last {
+            ScanState {
+                scan: self.scan.scan + 1,
+                group: 0,
+                from: self.next_scan(end),
+            }
+        } else {
+            ScanState {
+                group: self.scan.group + 1,
+                from: end,
+                ..self.scan
+            }
+        };
     }
 
     /// First cycle of the scan that follows one which ended before cycle `end`.
     fn next_scan(&self, end: u64) -> u64 {
         if self.contract.realigns() {
-            end.next_multiple_of(self.signs.len() as u64)
+            end.next_multiple_of(self.contract.reference_codes[0].len())
         } else {
             end
         }

@@ -26,24 +26,43 @@ struct StreamFields {
     saturated: Option<(usize, u32)>,
 }
 
-/// A result on its way through the pipeline.
-#[derive(Debug, Clone, Copy)]
+/// A group's results on their way through the pipeline.
+#[derive(Debug, Clone)]
 pub(super) struct Arrival {
-    /// Clock after whose rising edge it shows.
+    /// Clock after whose rising edge the first shows.
     pub(super) clock: u64,
-    pub(super) count: i64,
+    /// In the order in which they are sent; at least one.
+    pub(super) counts: Vec<i64>,
+    /// One of them was clamped.
     pub(super) saturated: bool,
+    /// They are the scan's last.
     pub(super) last: bool,
 }
 
 /// The result stream's registers.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 struct AxisState {
     data: i64,
     valid: bool,
     last: bool,
+    /// Results behind the one on the stream.
+    waiting: VecDeque<i64>,
+    /// They are the scan's last.
+    waiting_last: bool,
     overrun: bool,
     saturated: bool,
+}
+
+impl AxisState {
+    /// The receiver took what was on the stream: the next result, if any,
+    /// comes on it.
+    fn take(&mut self) {
+        self.valid = !self.waiting.is_empty();
+        if let Some(data) = self.waiting.pop_front() {
+            self.data = data;
+            self.last = self.waiting_last && self.waiting.is_empty();
+        }
+    }
 }
 
 impl ResultStream {
@@ -105,20 +124,23 @@ impl ResultStream {
             self.fill(clocks.start, filled..event, expected);
             filled = event;
             next = event + 1;
+            let blocked = self.axis.valid && (taken != event || !self.axis.waiting.is_empty());
+            if self.axis.valid && taken == event {
+                self.axis.take();
+            }
             if arrival > event {
-                self.axis.valid = false;
                 continue;
             }
-            let Some(result) = self.arriving.pop_front() else {
+            let Some(results) = self.arriving.pop_front() else {
                 break;
             };
-            self.axis.saturated |= result.saturated;
-            if self.axis.valid && taken != event {
+            self.axis.saturated |= results.saturated;
+            if blocked {
                 self.axis.overrun = true;
             } else {
-                self.axis.valid = true;
-                self.axis.data = result.count;
-                self.axis.last = result.last;
+                self.axis.waiting.extend(results.counts);
+                self.axis.waiting_last = results.last;
+                self.axis.take();
             }
         }
         self.fill(clocks.start, filled..clocks.end, expected);

@@ -18,6 +18,8 @@ use crate::scene::{CounterTiming, Scan, Scene};
 pub struct DetectorModel {
     pub(super) index: usize,
     pub(super) scan: Scan,
+    /// Phase steps that share their light.
+    parallel: u64,
     pub(super) samples_per_chip: u32,
     pub(super) reference: Arc<Code>,
     /// Excess on-light, one entry per path that has any.
@@ -75,6 +77,7 @@ impl DetectorModel {
         let mut model = DetectorModel {
             index: detector,
             scan: scene.scan,
+            parallel: u64::from(scene.hardware.parallel),
             samples_per_chip: scene.samples_per_chip,
             excess,
             constant_per_chip: per_chip(constant_hz),
@@ -89,15 +92,16 @@ impl DetectorModel {
             counter: spad.counter,
             chip_period_ps: scene.chip_period_ps,
             warm_up_chips: 0,
-            scan_pitch_chips: scan_pitch_chips(&scene.scan, reference.len()),
+            scan_pitch_chips: 0,
             reference,
         };
         model.warm_up_chips = model.warm_up();
+        model.scan_pitch_chips = model.scan_pitch();
         model
     }
 
-    /// Simulates phase step `step` (0-based number in the scan) of scan number
-    /// `repetition`. The result depends on the arguments alone.
+    /// Simulates phase step `step` (0-based number in the scan; with `parallel`
+    /// steps at once, number of the group) of scan number `repetition`. The result depends on the arguments alone.
     pub fn step(&self, seed: u64, repetition: u64, step: u64) -> StepDetections<'_> {
         StepDetections::new(self, self.key(seed, repetition, step))
     }
@@ -111,7 +115,19 @@ impl DetectorModel {
         }
     }
 
-    /// Index, in the running transmit code, of the first chip of a step.
+    /// Steps of a scan with light of their own: groups of `parallel` phase steps.
+    pub(super) fn groups(&self) -> u64 {
+        self.scan.steps.div_ceil(self.parallel)
+    }
+
+    /// Whether scans follow one another without a gap: when the reference ends
+    /// where it began.
+    pub(super) fn runs_on(&self) -> bool {
+        self.scan.is_full() && self.scan.steps.is_multiple_of(self.parallel)
+    }
+
+    /// Index, in the running transmit code, of the first chip of a step (of a
+    /// group, with several steps at once).
     ///
     /// Scans over the whole code period follow one another without a gap; after
     /// any other scan the hardware waits for the reference's next first chip.
@@ -158,13 +174,13 @@ impl DetectorModel {
         let chips = memory + margin;
         chips.ceil() as i64
     }
-}
 
-fn scan_pitch_chips(scan: &Scan, reference_length: u64) -> u128 {
-    let scan_chips = u128::from(scan.steps) * u128::from(scan.integration_chips);
-    if scan.is_full() {
-        scan_chips
-    } else {
-        scan_chips.next_multiple_of(u128::from(reference_length))
+    fn scan_pitch(&self) -> u128 {
+        let scan_chips = u128::from(self.groups()) * u128::from(self.scan.integration_chips);
+        if self.runs_on() {
+            scan_chips
+        } else {
+            scan_chips.next_multiple_of(u128::from(self.reference.len()))
+        }
     }
 }

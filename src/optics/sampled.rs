@@ -16,7 +16,8 @@ pub struct Pulse {
     pub end: u64,
 }
 
-/// The pulses of a running scan, step after step.
+/// The pulses of a running scan, step after step (with `parallel` steps at
+/// once, group after group: the steps of a group share their light).
 ///
 /// There is one pulse per detection: pulses may touch or overlap, and the level
 /// is high where any of them is. A pulse that lies between two samples leaves no
@@ -93,8 +94,8 @@ impl<'m> PulseStream<'m> {
     fn start_next_step(&mut self) {
         let scan = &self.model.scan;
         self.step += 1;
-        if self.step == scan.steps {
-            if !scan.is_full() {
+        if self.step == self.model.groups() {
+            if !self.model.runs_on() {
                 self.ended = true;
                 return;
             }

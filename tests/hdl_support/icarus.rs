@@ -21,7 +21,7 @@ pub fn simulate(
     let mut stimulus = String::new();
     for input in inputs {
         let word =
-            u64::from(input.samples) << 2 | u64::from(input.ready) << 1 | u64::from(input.reset);
+            input.samples << 2 | u128::from(input.ready) << 1 | u128::from(input.reset);
         let _ = writeln!(stimulus, "{word:x}");
     }
     fs::write(folder.join("stimulus.hex"), stimulus).expect("the stimulus can be written");
@@ -54,7 +54,8 @@ pub fn simulate(
 }
 
 fn bench(contract: &Contract, cycles: usize) -> String {
-    let (lanes, sources) = (contract.lanes, contract.source_codes.len());
+    let samples = contract.lanes as usize * contract.reference_codes.len();
+    let sources = contract.source_codes.len();
     let data = contract.tdata_bits;
     let (connection, saturated) = if contract.saturates() {
         (",\n        .o_saturated(saturated)", "saturated")
@@ -87,7 +88,7 @@ module bench;
     end
 endmodule
 "#,
-        stimulus_top = lanes + 1,
+        stimulus_top = samples + 1,
         last = cycles - 1,
         laser_top = sources - 1,
         data_top = data - 1,

@@ -187,3 +187,62 @@ pub fn run(folder: &Path, tool: &str, arguments: &[&str]) -> String {
     );
     said
 }
+
+/// Any scene of the contract that is small enough to be simulated: all
+/// families, depths, windows, widths, several detectors and steps at once.
+pub fn random_scene(noise: &mut stimulus::Noise, case: u32) -> Scene {
+    let family = match noise.below(6) {
+        0 => Family::Square,
+        1 => Family::Chips(1 + noise.below(70) as usize),
+        2 => Family::MSequence(3 + noise.below(4) as u32),
+        _ => Family::Gold(3 + noise.below(4) as u32),
+    };
+    let interleave = noise.below(5) as u32;
+    let lanes = 1 << noise.below(5);
+    let mut codes = vec![code(family, interleave, case)];
+    for other in 0..noise.below(3) as u32 {
+        let same = noise.below(3) == 0;
+        codes.push(if same {
+            codes[0].clone()
+        } else {
+            code(Family::Gold(3 + other), other, case + 7)
+        });
+    }
+    let reference = noise.below(codes.len() as u64) as usize;
+    let length = codes[reference].len();
+    let period = length * lanes;
+    let is_full = period < 300 && noise.below(3) == 0;
+    let steps = (!is_full).then(|| 1 + noise.below(period.min(40)));
+    let first = noise.below(period);
+    let parallel = match noise.below(3) {
+        0 => 1,
+        1 => 1 + noise.below(6),
+        _ => 1 + noise.below(40),
+    };
+    let parallel = parallel.min(steps.unwrap_or(period));
+    let dwell = match noise.below(4) {
+        0 => 1 + noise.below(3),
+        _ => 1 + noise.below(40),
+    }
+    .max(parallel.div_ceil(lanes));
+    let width = (noise.below(3) == 0).then(|| 2 + noise.below(4) as u32);
+    let mut scene = scene(&codes, reference, lanes as u32, first, steps, dwell, width);
+    scene.hardware.parallel = parallel as u32;
+    if noise.below(3) == 0 {
+        scene.hardware.target = Target::Ice40Hx8k;
+    }
+    for number in 0..noise.below(3) as u32 {
+        // Another code of the same length.
+        scene.sources.push(Source {
+            name: format!("further-{number}"),
+            code: code(Family::Chips(length as usize), 0, case + 31 * number + 3),
+            ..scene.sources[0].clone()
+        });
+        scene.detectors.push(Detector {
+            name: format!("spad-{number}"),
+            reference: scene.sources.len() - 1,
+            ..scene.detectors[0].clone()
+        });
+    }
+    scene
+}

@@ -1,6 +1,8 @@
 //! The sensor from its definition, clock by clock, without pipelines: what
 //! the ports have to show.
 
+use std::collections::VecDeque;
+
 use goldtof::model::contract::Contract;
 
 /// Inputs at one rising clock edge.
@@ -8,7 +10,8 @@ use goldtof::model::contract::Contract;
 pub struct Inputs {
     pub reset: bool,
     pub ready: bool,
-    pub samples: u32,
+    /// Detector d's samples from bit d S on.
+    pub samples: u128,
 }
 
 /// Outputs after one rising clock edge.
@@ -23,11 +26,11 @@ pub struct Outputs {
     pub saturated: bool,
 }
 
-/// A count and the edge, counted from the first after reset, at which the
-/// stream takes it over.
-struct Result {
+/// A group's counts, in the order in which they are sent, and the edge,
+/// counted from the first after reset, at which the stream takes them over.
+struct Results {
     edge: u64,
-    count: i64,
+    counts: Vec<i64>,
     is_last: bool,
     saturates: bool,
 }
@@ -51,6 +54,9 @@ pub fn outputs(contract: &Contract, inputs: &[Inputs]) -> Vec<Outputs> {
 fn run(contract: &Contract, inputs: &[Inputs]) -> Vec<Outputs> {
     let results = results(contract, inputs);
     let mut shown = Outputs::default();
+    // Counts behind the one shown.
+    let mut behind: VecDeque<i64> = VecDeque::new();
+    let mut behind_is_last = false;
     let mut next = results.iter().peekable();
     inputs
         .iter()
@@ -62,65 +68,81 @@ fn run(contract: &Contract, inputs: &[Inputs]) -> Vec<Outputs> {
                 shown.laser |= u64::from(chip) << m;
             }
             shown.epoch = n % contract.reference_codes[0].len() == 0;
-            let blocked = shown.valid && !input.ready;
-            shown.valid = blocked;
-            if let Some(result) = next.next_if(|r| r.edge == n) {
+            let mut refill = shown.valid && input.ready;
+            let blocked = shown.valid && (!input.ready || !behind.is_empty());
+            if let Some(results) = next.next_if(|r| r.edge == n) {
                 if blocked {
                     shown.overrun = true;
                 } else {
-                    let mask = u64::MAX >> (64 - contract.tdata_bits);
-                    shown.data = result.count as u64 & mask;
-                    shown.last = result.is_last;
+                    behind.extend(&results.counts);
+                    behind_is_last = results.is_last;
+                    refill = true;
                 }
-                shown.valid = true;
-                shown.saturated |= result.saturates;
+                shown.saturated |= results.saturates;
+            }
+            if refill {
+                shown.valid = !behind.is_empty();
+                if let Some(count) = behind.pop_front() {
+                    shown.data = count as u64 & (u64::MAX >> (64 - contract.tdata_bits));
+                    shown.last = behind_is_last && behind.is_empty();
+                }
             }
             shown
         })
         .collect()
 }
 
-fn results(contract: &Contract, inputs: &[Inputs]) -> Vec<Result> {
+fn results(contract: &Contract, inputs: &[Inputs]) -> Vec<Results> {
     let period = contract.reference_codes[0].len();
     let (dwell, steps) = (contract.scan.integration_chips, contract.scan.steps);
+    let parallel = u64::from(contract.parallel);
     let mut found = Vec::new();
     let mut start = 0;
     loop {
-        for j in 0..steps {
-            let first = start + j * dwell;
+        let groups = steps.div_ceil(parallel);
+        for group in 0..groups {
+            let first = start + group * dwell;
             // The word of cycle n comes at edge n + 1.
             let edge = first + dwell + u64::from(contract.result_latency_clocks);
             if edge >= inputs.len() as u64 {
                 return found;
             }
-            let exact = (first..first + dwell)
-                .map(|n| signed_hits(contract, inputs, n, contract.scan.step(j)))
-                .sum::<i64>();
             let half = 1i64 << (contract.count_bits - 1);
-            let count = exact.clamp(-half, half - 1);
-            found.push(Result {
+            let (mut counts, mut saturates) = (Vec::new(), false);
+            for detector in 0..contract.reference_codes.len() {
+                for j in group * parallel..((group + 1) * parallel).min(steps) {
+                    let step = contract.scan.step(j);
+                    let exact = (first..first + dwell)
+                        .map(|n| signed_hits(contract, inputs, detector, n, step))
+                        .sum::<i64>();
+                    counts.push(exact.clamp(-half, half - 1));
+                    saturates |= counts.last() != Some(&exact);
+                }
+            }
+            found.push(Results {
                 edge,
-                count,
-                is_last: j + 1 == steps,
-                saturates: count != exact,
+                counts,
+                is_last: group + 1 == groups,
+                saturates,
             });
         }
-        start += steps * dwell;
-        if !contract.scan.is_full() {
+        start += groups * dwell;
+        if !contract.scan.is_full() || steps % parallel != 0 {
             start = start.div_ceil(period) * period;
         }
     }
 }
 
-/// Hits of the word of cycle `n` with the sign of the reference delayed by
-/// `k` samples.
-fn signed_hits(contract: &Contract, inputs: &[Inputs], n: u64, k: u64) -> i64 {
-    let code = &contract.reference_codes[0];
+/// Hits of a detector in the word of cycle `n` with the sign of its reference
+/// delayed by `k` samples.
+fn signed_hits(contract: &Contract, inputs: &[Inputs], detector: usize, n: u64, k: u64) -> i64 {
+    let code = &contract.reference_codes[detector];
     let lanes = i128::from(contract.lanes);
     let level = |lane: i128| {
         // Sample `lane` of cycle n; lane -1 is the last of the word before.
         let edge = (n + 1) as usize - usize::from(lane < 0);
-        inputs[edge].samples >> lane.rem_euclid(lanes) & 1 == 1
+        let bit = detector as i128 * lanes + lane.rem_euclid(lanes);
+        inputs[edge].samples >> bit & 1 == 1
     };
     (0..lanes)
         .filter(|&l| level(l) && !level(l - 1))

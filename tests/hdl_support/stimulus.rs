@@ -23,10 +23,11 @@ impl Noise {
     }
 }
 
-/// `cycles` inputs that begin with a reset and have one more in the middle.
+/// `cycles` inputs of `lanes` samples, all detectors together, that begin with
+/// a reset and have one more in the middle.
 pub fn inputs(lanes: u32, cycles: usize, seed: u64) -> Vec<Inputs> {
     let mut noise = Noise::new(seed);
-    let mask = (1u32 << lanes) - 1;
+    let mask = u128::MAX >> (128 - lanes);
     let second_reset = cycles / 2 + noise.below(17) as usize;
     let mut mood = 0;
     (0..cycles)
@@ -34,13 +35,14 @@ pub fn inputs(lanes: u32, cycles: usize, seed: u64) -> Vec<Inputs> {
             if noise.below(40) == 0 {
                 mood = noise.below(6);
             }
-            let random = noise.next() as u32;
+            let mut wide = || u128::from(noise.next()) << 64 | u128::from(noise.next());
+            let random = wide();
             let samples = match mood {
                 0 => random,
-                1 => random & noise.next() as u32 & noise.next() as u32,
-                2 => 0x5555_5555,
+                1 => random & wide() & wide(),
+                2 => u128::MAX / 3,
                 3 => mask * (random & 1),
-                4 => 0xaaaa_aaaa,
+                4 => u128::MAX / 3 * 2,
                 _ => mask,
             };
             Inputs {

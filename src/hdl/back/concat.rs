@@ -5,6 +5,12 @@ use super::fault::Fault;
 
 /// Inverts every bit.
 pub fn not(operand: Expr) -> Expr {
+    if let Expr::Literal { value, width } = operand {
+        return Expr::Literal {
+            value: !value & (u128::MAX >> (128 - width)),
+            width,
+        };
+    }
     Expr::Unary(UnaryOp::Not, Box::new(operand))
 }
 
@@ -17,6 +23,21 @@ pub fn repeat(bit: Expr, count: u32) -> Expr {
         count,
         bit: Box::new(bit),
     }
+}
+
+/// Puts single bits side by side, most significant first; runs of one bit
+/// become repetitions.
+pub fn concat_bits(bits: Vec<Expr>) -> Expr {
+    let mut runs: Vec<(Expr, u32)> = Vec::new();
+    for bit in bits {
+        match runs.last_mut() {
+            Some((last, count)) if *last == bit && !matches!(bit, Expr::Literal { .. }) => {
+                *count += 1;
+            }
+            _ => runs.push((bit, 1)),
+        }
+    }
+    concat(runs.into_iter().map(|(bit, count)| repeat(bit, count)).collect())
 }
 
 /// Puts parts side by side, most significant first, and joins neighbours that

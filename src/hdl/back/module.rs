@@ -1,6 +1,6 @@
 //! One Verilog module, ready to print.
 
-use super::concat::concat;
+use super::concat::concat_bits;
 use super::drive::drives_of;
 use super::expr::{Expr, SignalId};
 use super::fault::{Fault, Refusal};
@@ -144,7 +144,7 @@ fn translate(scope: &Scope, named: &mut String) -> Result<Module, Fault> {
         wires.push(wiring.output);
         assigns.push(Assign {
             target: wiring.output,
-            value: concat(wiring.sources.iter().rev().map(value_of).collect()),
+            value: concat_bits(wiring.sources.iter().rev().map(value_of).collect()),
             comments: Vec::new(),
         });
     }

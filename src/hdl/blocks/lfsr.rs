@@ -127,7 +127,7 @@ fn exponents(lfsr: &Lfsr) -> String {
 
 /// Bits of the state whose XOR is the chip that comes in: c[t + n] is the XOR
 /// of c[t + n - e] over the exponents e > 0, and bit i holds c[t + i].
-fn tap_mask(lfsr: &Lfsr) -> u128 {
+pub(super) fn tap_mask(lfsr: &Lfsr) -> u128 {
     lfsr.exponents
         .iter()
         .filter(|&&e| e > 0)
@@ -135,7 +135,7 @@ fn tap_mask(lfsr: &Lfsr) -> u128 {
 }
 
 /// The state whose bit 0 is chip `position`.
-fn state_at(lfsr: &Lfsr, position: u64) -> u128 {
+pub(super) fn state_at(lfsr: &Lfsr, position: u64) -> u128 {
     let chips = lfsr.advanced(position).seed;
     chips
         .iter()

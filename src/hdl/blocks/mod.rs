@@ -5,24 +5,31 @@
 //! `i_samples` at posedge t + 1, and the reference chips that belong to it
 //! stand in the phase stepper after t.
 
+mod accumulator;
 mod chip_table;
 mod code_source;
+mod count_clamp;
 mod edge_detector;
 mod interleaver;
 mod lfsr;
 mod phase_stepper;
+mod quad_counter;
 mod result_stream;
 mod scan_controller;
 mod sensor_top;
+mod sequence_counter;
 mod square;
 mod updown_correlator;
 
+pub use accumulator::Accumulator;
 pub use chip_table::ChipTableGenerator;
 pub use code_source::{CodePorts, CodeSource};
+pub use count_clamp::CountClamp;
 pub use edge_detector::EdgeDetector;
 pub use interleaver::Interleaver;
 pub use lfsr::LfsrGenerator;
 pub use phase_stepper::PhaseStepper;
+pub use quad_counter::QuadCounter;
 pub use result_stream::ResultStream;
 pub use scan_controller::ScanController;
 pub use sensor_top::SensorTop;

@@ -1,8 +1,10 @@
 //! Counts chips and phase steps.
 
+use super::sequence_counter::SequenceCounter;
 use crate::hdl::front::prelude::*;
 
-/// Says when a phase step, and when a scan, ends.
+/// Says when a phase step, and when a scan, ends. With several steps at once
+/// a step here is a group of them.
 #[derive(Debug, Clone, LogicBlock)]
 pub struct ScanController {
     /// Clock.
@@ -13,39 +15,90 @@ pub struct ScanController {
     pub i_epoch: Optional<Input<bool>>,
     /// The present clock belongs to a scan.
     pub o_run: Output<bool>,
+    /// The next clock is the last of a phase step.
+    pub o_step_ends: Optional<Output<bool>>,
     /// Last clock of a phase step.
     pub o_step_end: Output<bool>,
-    /// Last clock of a scan.
-    pub o_scan_end: Output<bool>,
     /// A scan begins with the next clock.
     pub o_start: Optional<Output<bool>>,
+    /// A step's last hits are in the total; a bit for each of its segments.
+    pub o_dump: Output<Word>,
+    /// The step's count is there.
+    pub o_counted: Output<bool>,
+    /// It is the scan's last.
+    pub o_last: Output<bool>,
     about: About,
-    dwell_reload: Constant,
-    steps_reload: Constant,
+    dwell_load: Optional<Constant>,
+    dwell_taps: Optional<Constant>,
+    dwell_ending: Optional<Constant>,
+    steps_load: Optional<Constant>,
+    steps_taps: Optional<Constant>,
+    steps_ending: Optional<Constant>,
     run: Register<bool>,
-    dwell: Register<Word>,
-    steps: Register<Word>,
-    dwell_increment: Local<Word>,
-    steps_increment: Local<Word>,
-    _dwell_bits: usize,
-    _steps_bits: usize,
+    dwell: Optional<Register<Word>>,
+    step_ends: Optional<Register<bool>>,
+    step_end: Optional<Register<bool>>,
+    steps: Optional<Register<Word>>,
+    last_step: Optional<Register<bool>>,
+    scan_end: Optional<Register<bool>>,
+    step_ended: Register<Word>,
+    scan_ended: Register<Word>,
+    ends_step: Local<bool>,
+    ends_scan: Local<bool>,
+    dumps: Wiring,
+    _toggles: usize,
+    _single_chips: usize,
+    _single_step: usize,
+    _dwell_top: usize,
+    _steps_top: usize,
+    _to_dump: usize,
+    _segments: usize,
+}
+
+/// What a scan controller counts.
+#[derive(Debug, Clone, Copy)]
+pub struct ScanPlan {
+    /// Chips per phase step.
+    pub dwell_chips: u64,
+    /// Steps, or groups of steps at once, per scan.
+    pub steps: u64,
+    /// A scan waits for the code's epoch.
+    pub realigns: bool,
+    /// Clocks from a step's last one until its hits are in the total.
+    pub clocks_to_dump: u32,
+    /// Segments of the total.
+    pub segments: u32,
 }
 
 impl ScanController {
-    /// `dwell_chips` chips per step, `steps` steps per scan; with `realigns`
-    /// a scan waits for the code's epoch.
-    pub fn new(dwell_chips: u64, steps: u64, realigns: bool) -> ScanController {
-        let (dwell_bits, dwell_reload) = carry_counter(dwell_chips);
-        let (steps_bits, steps_reload) = carry_counter(steps);
-        // Without an epoch to wait for, counting runs on from reset, so reset
-        // stands one before the first chip.
-        let dwell_reset = dwell_reload - u128::from(!realigns);
+    /// A controller.
+    pub fn new(plan: ScanPlan) -> ScanController {
+        let ScanPlan {
+            dwell_chips,
+            steps,
+            realigns,
+            ..
+        } = plan;
+        let counts_chips = dwell_chips > 2;
+        let counts_steps = steps > 1;
+        let looks_ahead = dwell_chips > 1;
+        let dwell = SequenceCounter::new(dwell_chips.saturating_sub(2));
+        let step = SequenceCounter::new(steps.saturating_sub(1));
+        let dwell_ending = dwell.state(dwell_chips.saturating_sub(3));
+        let steps_ending = step.state(steps.saturating_sub(2));
+        let chips = |part| Optional::new(counts_chips, part);
+        let of_steps = |part| Optional::new(counts_steps, part);
+        let constant = |value: u128, counter: &SequenceCounter, about: &str| {
+            Constant::new(value, counter.width(), about)
+        };
         let order = if realigns {
             "A scan begins with a code period; until it does, run is low."
         } else {
             "Scans follow one another without a gap, because a scan over the whole code period \
              ends where it began."
         };
+        let pipeline = plan.clocks_to_dump + plan.segments;
+        let line = |about: &str| Register::word(pipeline, 0, about);
         ScanController {
             i_clk: Input::bit("one chip per cycle"),
             i_rst: Input::bit("synchronous, active high"),
@@ -54,122 +107,192 @@ impl ScanController {
                 Input::bit("the next clock is the first of a code period"),
             ),
             o_run: Output::bit("the present clock belongs to a scan"),
+            o_step_ends: Optional::new(
+                looks_ahead,
+                Output::bit("the next clock is the last of a phase step"),
+            ),
             o_step_end: Output::bit("last clock of a phase step"),
-            o_scan_end: Output::bit("last clock of a scan"),
             o_start: Optional::new(realigns, Output::bit("a scan begins with the next clock")),
-            about: About::new(
-                "scan_controller",
-                "counts chips per phase step and steps per scan",
-            )
-            .note(
-                "Both counters end when their top bit comes up, so that no comparator is \
-                     needed, and begin again by adding the reload value instead of 1, so that no \
-                     multiplexer stands before the carry chain.",
-            )
-            .note(order)
-            .fact("Dwell", format!("{dwell_chips} chips per phase step"))
-            .fact("Scan", format!("{steps} phase steps"))
-            .fact("Latency", "0 clocks"),
-            dwell_reload: Constant::new(
-                dwell_reload,
-                dwell_bits + 1,
-                "Dwell counter at a step's first chip",
+            o_dump: Output::word(
+                plan.segments,
+                "the total has just taken in a step's last hits, segment by segment",
             ),
-            steps_reload: Constant::new(
-                steps_reload,
-                steps_bits + 1,
-                "Step counter at a scan's first step",
-            ),
+            o_counted: Output::bit("the step's count is there"),
+            o_last: Output::bit("it is the scan's last"),
+            about: about(plan).note(order),
+            dwell_load: chips(constant(dwell.state(0), &dwell, "Chip counter at a step's first chip")),
+            dwell_taps: chips(constant(dwell.taps(), &dwell, "Taps of the chip counter")),
+            dwell_ending: chips(constant(
+                dwell_ending,
+                &dwell,
+                "Chip counter two chips before a step's last",
+            )),
+            steps_load: of_steps(constant(step.state(0), &step, "Step counter at a scan's first step")),
+            steps_taps: of_steps(constant(step.taps(), &step, "Taps of the step counter")),
+            steps_ending: of_steps(constant(
+                steps_ending,
+                &step,
+                "Step counter one step before a scan's last",
+            )),
             run: Register::bit(false, "the present clock belongs to a scan"),
-            dwell: Register::word(
-                dwell_bits + 1,
-                dwell_reset,
-                "chips of the present step; the top bit marks the last",
+            dwell: Optional::new(
+                counts_chips,
+                Register::word(dwell.width(), dwell.state(0), "chips of the present step")
+                    .reset_to("dwell_load$0"),
             ),
-            steps: Register::word(
-                steps_bits + 1,
-                steps_reload,
-                "steps of the present scan; the top bit marks the last",
+            step_ends: Optional::new(
+                looks_ahead,
+                Register::bit(false, "the next clock is the last of a phase step"),
             ),
-            dwell_increment: Local::word(dwell_bits + 1, "1, or the reload value"),
-            steps_increment: Local::word(steps_bits + 1, "1, or the reload value"),
-            _dwell_bits: dwell_bits as usize,
-            _steps_bits: steps_bits as usize,
+            step_end: Optional::new(
+                looks_ahead,
+                Register::bit(false, "last clock of a phase step"),
+            ),
+            steps: Optional::new(
+                counts_steps,
+                Register::word(step.width(), step.state(0), "steps of the present scan")
+                    .reset_to("steps_load$0"),
+            ),
+            last_step: Optional::new(counts_steps, Register::bit(false, "the present step is the scan's last")),
+            scan_end: Optional::new(
+                looks_ahead && counts_steps,
+                Register::bit(false, "last clock of a scan"),
+            ),
+            step_ended: line("the end of a step on its way through the correlator"),
+            scan_ended: line("the end of a scan on its way through the correlator"),
+            ends_step: Local::bit("last clock of a phase step"),
+            ends_scan: Local::bit("last clock of a scan"),
+            dumps: Wiring::new(
+                plan.segments as usize,
+                (0..plan.segments as usize).collect(),
+                "dump of each segment",
+            ),
+            _toggles: usize::from(dwell_chips == 2),
+            _single_chips: usize::from(!looks_ahead),
+            _single_step: usize::from(!counts_steps),
+            _dwell_top: dwell.width() as usize - 1,
+            _steps_top: step.width() as usize - 1,
+            _to_dump: plan.clocks_to_dump as usize,
+            _segments: plan.segments as usize,
         }
     }
 }
 
-/// Width w without the carry, and first value, of a counter that reaches 2^w
-/// with the last of `count` counts.
-fn carry_counter(count: u64) -> (u32, u128) {
-    let increments = count - 1;
-    let bits = (64 - increments.leading_zeros()).max(1);
-    (bits, (1u128 << bits) - u128::from(increments))
+fn about(plan: ScanPlan) -> About {
+    let mut about = About::new(
+        "scan_controller",
+        "counts chips per phase step and steps per scan",
+    );
+    if plan.dwell_chips > 2 || plan.steps > 1 {
+        about = about.note(
+            "Both counters are LFSRs, which pass through as many states as a binary counter and \
+             need no carry chain. The states in which they end were computed beforehand, and \
+             are recognised a clock early, so that every flag comes from a register.",
+        );
+    }
+    about
+        .fact("Dwell", format!("{} chips per phase step", plan.dwell_chips))
+        .fact("Scan", format!("{} phase steps", plan.steps))
+        .fact(
+            "Latency",
+            format!(
+                "{} clocks from a step's last one to o_dump",
+                plan.clocks_to_dump
+            ),
+        )
 }
 
 impl Logic for ScanController {
     #[hdl_gen]
     fn update(&mut self) {
-        dff_setup!(self, i_clk, run, dwell, steps);
+        dff_setup!(self, i_clk, run, step_ended, scan_ended);
         self.o_run.next = self.run.q.val();
-        for carry in self._dwell_bits..(self._dwell_bits + 1) {
-            for _waits in 0..self.i_epoch.count() {
-                self.o_step_end.next = self.run.q.val() & self.dwell.q.val().get_bit(carry);
+
+        for _single_chips in 0..self._single_chips {
+            self.ends_step.next = self.run.q.val();
+            for _single_step in 0..self._single_step {
+                self.ends_scan.next = self.run.q.val();
             }
-            for _runs_on in self.i_epoch.count()..1 {
-                self.o_step_end.next = self.dwell.q.val().get_bit(carry);
-            }
-            if self.dwell.q.val().get_bit(carry) {
-                self.dwell_increment.next = self.dwell_reload.val();
-            } else {
-                self.dwell_increment.next = 1.into();
+            for _several_steps in self._single_step..1 {
+                self.ends_scan.next = self.run.q.val() & self.last_step[0].q.val();
             }
         }
-        self.dwell.d.next = bit_cast(
-            bit_cast(self.dwell.q.val(), self._dwell_bits),
-            self._dwell_bits + 1,
-        ) + self.dwell_increment.val();
-        for carry in self._steps_bits..(self._steps_bits + 1) {
-            self.o_scan_end.next = self.o_step_end.val() & self.steps.q.val().get_bit(carry);
-            if self.steps.q.val().get_bit(carry) {
-                self.steps_increment.next = self.steps_reload.val();
-            } else {
-                self.steps_increment.next = 1.into();
+        for _looks_ahead in self._single_chips..1 {
+            dff_setup!(self, i_clk, step_ends[0], step_end[0]);
+            self.step_end[0].d.next = self.step_ends[0].q.val();
+            self.ends_step.next = self.step_end[0].q.val();
+            self.o_step_ends[0].next = self.step_ends[0].q.val();
+            for _single_step in 0..self._single_step {
+                self.ends_scan.next = self.step_end[0].q.val();
+            }
+            for _several_steps in self._single_step..1 {
+                dff_setup!(self, i_clk, scan_end[0]);
+                self.scan_end[0].d.next = self.step_ends[0].q.val() & self.last_step[0].q.val();
+                self.ends_scan.next = self.scan_end[0].q.val();
             }
         }
-        if self.o_step_end.val() {
-            self.steps.d.next = bit_cast(
-                bit_cast(self.steps.q.val(), self._steps_bits),
-                self._steps_bits + 1,
-            ) + self.steps_increment.val();
-        }
+        self.o_step_end.next = self.ends_step.val();
+
         for _waits in 0..self.i_epoch.count() {
-            self.o_start[0].next =
-                self.i_epoch[0].val() & (!self.run.q.val() | self.o_scan_end.val());
+            self.o_start[0].next = self.i_epoch[0].val() & (!self.run.q.val() | self.ends_scan.val());
             if self.o_start[0].val() {
                 self.run.d.next = true;
-                self.dwell.d.next = self.dwell_reload.val();
-                self.steps.d.next = self.steps_reload.val();
-            } else if self.o_scan_end.val() {
+            } else if self.ends_scan.val() {
                 self.run.d.next = false;
+            }
+            for _toggles in 0..self._toggles {
+                self.step_ends[0].d.next =
+                    self.o_start[0].val() | (self.ends_step.val() & !self.ends_scan.val());
             }
         }
         for _runs_on in self.i_epoch.count()..1 {
             self.run.d.next = true;
+            for _toggles in 0..self._toggles {
+                self.step_ends[0].d.next = !self.step_ends[0].q.val();
+            }
         }
-    }
-}
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_carry_counter_carries_with_its_last_count() {
-        for count in [1, 2, 3, 4, 5, 127, 128, 129, 13_100, u64::MAX] {
-            let (bits, first) = carry_counter(count);
-            assert!(first >= 1, "reset stands one before it");
-            assert_eq!(first + u128::from(count - 1), 1 << bits);
+        for _counts_chips in 0..self.dwell.count() {
+            dff_setup!(self, i_clk, dwell[0]);
+            self.step_ends[0].d.next =
+                self.run.q.val() & (self.dwell[0].q.val() == self.dwell_ending[0].val());
+            for top in self._dwell_top..(self._dwell_top + 1) {
+                if self.ends_step.val() {
+                    self.dwell[0].d.next = self.dwell_load[0].val();
+                } else if self.run.q.val() {
+                    self.dwell[0].d.next = (self.dwell[0].q.val() >> 1)
+                        .replace_bit(top, (self.dwell[0].q.val() & self.dwell_taps[0].val()).xor());
+                }
+            }
         }
+        for _counts_steps in 0..self.steps.count() {
+            dff_setup!(self, i_clk, steps[0], last_step[0]);
+            if self.ends_step.val() {
+                self.last_step[0].d.next = self.steps[0].q.val() == self.steps_ending[0].val();
+            }
+            for top in self._steps_top..(self._steps_top + 1) {
+                if self.ends_scan.val() {
+                    self.steps[0].d.next = self.steps_load[0].val();
+                } else if self.ends_step.val() {
+                    self.steps[0].d.next = (self.steps[0].q.val() >> 1)
+                        .replace_bit(top, (self.steps[0].q.val() & self.steps_taps[0].val()).xor());
+                }
+            }
+        }
+
+        self.step_ended.d.next =
+            (self.step_ended.q.val() << 1).replace_bit(0, self.ends_step.val());
+        self.scan_ended.d.next =
+            (self.scan_ended.q.val() << 1).replace_bit(0, self.ends_scan.val());
+        for dump in self._to_dump..(self._to_dump + 1) {
+            for s in 0..self._segments {
+                self.dumps.i[s].next = self.step_ended.q.val().get_bit(dump - 1 + s);
+            }
+            for segments in self._segments..(self._segments + 1) {
+                self.o_counted.next = self.step_ended.q.val().get_bit(dump + segments - 1);
+                self.o_last.next = self.scan_ended.q.val().get_bit(dump + segments - 1);
+            }
+        }
+        self.o_dump.next = self.dumps.o.val();
     }
 }

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use super::phase_stepper::ReferenceStart;
+use super::phase_stepper::{PhaseGeometry, ReferenceStart};
+use super::result_stream::StreamPlan;
+use super::scan_controller::ScanPlan;
 use super::{
     CodeSource, EdgeDetector, PhaseStepper, ResultStream, ScanController, UpdownCorrelator,
 };
@@ -10,7 +12,7 @@ use crate::code::Code;
 use crate::hdl::front::prelude::*;
 use crate::model::contract::{Contract, Direction};
 
-/// Transmit generators, one detector's correlator, and the result stream.
+/// Transmit generators, each detector's correlators, and the result stream.
 #[derive(Debug, Clone, LogicBlock)]
 pub struct SensorTop {
     /// Clock, one cycle per chip.
@@ -40,25 +42,40 @@ pub struct SensorTop {
     epoch: Register<bool>,
     transmit: Vec<CodeSource>,
     chips: Wiring,
-    reference: CodeSource,
+    samples: Vec<Wiring>,
+    reference: Vec<CodeSource>,
     controller: ScanController,
-    stepper: PhaseStepper,
-    edges: EdgeDetector,
-    correlator: UpdownCorrelator,
+    stepper: Vec<PhaseStepper>,
+    edges: Vec<EdgeDetector>,
+    correlator: Vec<UpdownCorrelator>,
     results: ResultStream,
     _generators: usize,
     _realigns: usize,
+    _lanes: usize,
+    _detectors: usize,
+    _parallel: usize,
 }
 
 impl SensorTop {
-    /// The hardware that keeps `contract`, which has one detector and
-    /// `parallel` = 1.
+    /// The hardware that keeps `contract`.
     pub fn new(contract: &Contract) -> SensorTop {
         let lanes = contract.lanes;
         let realigns = contract.realigns();
-        let reference_code = &contract.reference_codes[0];
-        let (codes, source_codes) = distinct_codes(reference_code, &contract.source_codes);
-        let (start, generator_start) = reference_start(contract);
+        let parallel = contract.parallel;
+        let detectors = contract.reference_codes.len();
+        let (codes, source_codes) =
+            distinct_codes(&contract.reference_codes[0], &contract.source_codes);
+        let geometry = PhaseGeometry::new(
+            lanes,
+            parallel,
+            (contract.scan.first_step % u64::from(lanes)) as u32,
+        );
+        let starts: Vec<(ReferenceStart, u64)> = contract
+            .reference_codes
+            .iter()
+            .map(|code| reference_start(contract, code, geometry.kept_chips()))
+            .collect();
+        let looks_ahead = contract.scan.integration_chips > 1;
         let width = |name: &str| {
             let port = contract.ports().into_iter().find(|p| p.name == name);
             port.map_or(1, |p| p.width)
@@ -71,7 +88,7 @@ impl SensorTop {
                 .under("Lasers"),
             o_epoch: Output::bit("o_laser shows the first chip of the reference's code")
                 .under("Lasers"),
-            i_samples: Input::word(width("i_samples"), "SPAD level, bit 0 earliest")
+            i_samples: Input::word(width("i_samples"), samples_about(detectors, lanes))
                 .under("Detector"),
             m_axis_tdata: Output::word(width("m_axis_tdata"), "count of a phase step, signed")
                 .under("Results, AXI4-Stream"),
@@ -92,23 +109,54 @@ impl SensorTop {
                 .map(|code| CodeSource::new(code, 0, realigns))
                 .collect(),
             chips: Wiring::new(codes.len(), source_codes, "next chip of each source"),
-            reference: CodeSource::new(reference_code, generator_start, realigns),
-            controller: ScanController::new(
-                contract.scan.integration_chips,
-                contract.scan.steps,
+            samples: (0..if detectors > 1 { detectors } else { 0 })
+                .map(|_| {
+                    let lanes = lanes as usize;
+                    Wiring::new(lanes, (0..lanes).collect(), "samples of a detector")
+                })
+                .collect(),
+            reference: contract
+                .reference_codes
+                .iter()
+                .zip(&starts)
+                .map(|(code, &(_, start))| CodeSource::new(code, start, realigns))
+                .collect(),
+            controller: ScanController::new(ScanPlan {
+                dwell_chips: contract.scan.integration_chips,
+                steps: contract.groups(),
                 realigns,
-            ),
-            stepper: PhaseStepper::new(lanes, start, realigns),
-            edges: EdgeDetector::new(lanes),
-            correlator: UpdownCorrelator::new(lanes, contract.exact_count_bits),
-            results: ResultStream::new(
-                contract.exact_count_bits,
-                contract.count_bits,
-                contract.tdata_bits,
-            ),
+                clocks_to_dump: Contract::clocks_to_dump(lanes),
+                segments: contract.count_segments.count,
+            }),
+            stepper: starts
+                .iter()
+                .map(|&(start, _)| PhaseStepper::new(geometry, start, looks_ahead, realigns))
+                .collect(),
+            edges: (0..detectors).map(|_| EdgeDetector::new(lanes)).collect(),
+            correlator: (0..detectors * parallel as usize)
+                .map(|_| UpdownCorrelator::new(lanes, contract.count_segments))
+                .collect(),
+            results: ResultStream::new(StreamPlan {
+                total_bits: contract.exact_count_bits,
+                count_bits: contract.count_bits,
+                data_bits: contract.tdata_bits,
+                detectors: detectors as u32,
+                steps: parallel,
+                last_steps: contract.last_group_steps() as u32,
+            }),
             _generators: codes.len(),
             _realigns: usize::from(realigns),
+            _lanes: lanes as usize,
+            _detectors: detectors,
+            _parallel: parallel as usize,
         }
+    }
+}
+
+fn samples_about(detectors: usize, lanes: u32) -> String {
+    match detectors {
+        1 => "SPAD level, bit 0 earliest".to_owned(),
+        _ => format!("SPAD levels, {lanes} samples per detector, bit 0 earliest"),
     }
 }
 
@@ -179,8 +227,7 @@ fn distinct_codes(reference: &Arc<Code>, sources: &[Arc<Code>]) -> (Vec<Arc<Code
 /// Where the reference stands in reset, which with realignment is also where
 /// a scan's start puts it: chips and delayed lanes, and the chip that the
 /// generator gives next.
-fn reference_start(contract: &Contract) -> (ReferenceStart, u64) {
-    let code = &contract.reference_codes[0];
+fn reference_start(contract: &Contract, code: &Code, kept_chips: u32) -> (ReferenceStart, u64) {
     let lanes = u64::from(contract.lanes);
     let whole_chips = contract.scan.first_step / lanes;
     let chip_at = |cycle: i128| {
@@ -191,11 +238,10 @@ fn reference_start(contract: &Contract) -> (ReferenceStart, u64) {
     // scan's start loads what that first clock needs.
     let present_cycle = if contract.realigns() { 0 } else { -1 };
     let is_high = |cycle: i128| code.chips[chip_at(cycle) as usize] == 1;
-    let start = ReferenceStart {
-        present: is_high(present_cycle),
-        previous: is_high(present_cycle - 1),
-        delayed_lanes: (contract.scan.first_step % lanes) as u32,
-    };
+    let chips = (0..kept_chips)
+        .filter(|&back| is_high(present_cycle - i128::from(back)))
+        .fold(0, |chips, back| chips | 1 << back);
+    let start = ReferenceStart { chips };
     (start, chip_at(present_cycle + 1))
 }
 
@@ -217,41 +263,67 @@ impl Logic for SensorTop {
         self.controller.i_clk.next = self.i_clk.val();
         self.controller.i_rst.next = self.i_rst.val();
 
-        self.reference.i_clk.next = self.i_clk.val();
-        self.reference.i_rst.next = self.i_rst.val();
-        self.reference.i_advance.next = self.stepper.o_advance.val();
+        for d in 0..self._detectors {
+            self.reference[d].i_clk.next = self.i_clk.val();
+            self.reference[d].i_rst.next = self.i_rst.val();
+            self.reference[d].i_advance.next = self.stepper[d].o_advance.val();
 
-        self.stepper.i_clk.next = self.i_clk.val();
-        self.stepper.i_rst.next = self.i_rst.val();
-        self.stepper.i_chip.next = self.reference.o_chip.val();
-        self.stepper.i_step_end.next = self.controller.o_step_end.val();
+            self.stepper[d].i_clk.next = self.i_clk.val();
+            self.stepper[d].i_rst.next = self.i_rst.val();
+            self.stepper[d].i_chip.next = self.reference[d].o_chip.val();
+            self.stepper[d].i_step_end.next = self.controller.o_step_end.val();
+            for _ahead in 0..(self.stepper[0].i_step_ends.count()) {
+                self.stepper[d].i_step_ends[0].next = self.controller.o_step_ends[0].val();
+            }
+
+            self.edges[d].i_clk.next = self.i_clk.val();
+            self.edges[d].i_rst.next = self.i_rst.val();
+            self.edges[d].i_run.next = self.controller.o_run.val();
+
+            for p in 0..self._parallel {
+                for parallel in self._parallel..(self._parallel + 1) {
+                    self.correlator[d * parallel + p].i_clk.next = self.i_clk.val();
+                    self.correlator[d * parallel + p].i_rst.next = self.i_rst.val();
+                    self.correlator[d * parallel + p].i_hits.next = self.edges[d].o_hits.val();
+                    for _pairs in 0..(self.edges[0].o_early.count()) {
+                        self.correlator[d * parallel + p].i_early[0].next =
+                            self.edges[d].o_early[0].val();
+                    }
+                    self.correlator[d * parallel + p].i_reference.next =
+                        self.stepper[d].o_reference[p].val();
+                    self.correlator[d * parallel + p].i_dump.next = self.controller.o_dump.val();
+                    self.results.i_count[d * parallel + p].next =
+                        self.correlator[d * parallel + p].o_count.val();
+                }
+            }
+        }
+        for _one_detector in (self.samples.len())..1 {
+            self.edges[0].i_samples.next = self.i_samples.val();
+        }
+        for lanes in self._lanes..(self._lanes + 1) {
+            for d in 0..(self.samples.len()) {
+                for l in 0..self._lanes {
+                    self.samples[d].i[l].next = self.i_samples.val().get_bit(lanes * d + l);
+                }
+                self.edges[d].i_samples.next = self.samples[d].o.val();
+            }
+        }
 
         for _realigns in 0..self._realigns {
             for g in 0..self._generators {
                 self.transmit[g].i_load[0].next = false;
             }
             self.controller.i_epoch[0].next = self.transmit[0].o_epoch.val();
-            self.reference.i_load[0].next = self.controller.o_start[0].val();
-            self.stepper.i_start[0].next = self.controller.o_start[0].val();
+            for d in 0..self._detectors {
+                self.reference[d].i_load[0].next = self.controller.o_start[0].val();
+                self.stepper[d].i_start[0].next = self.controller.o_start[0].val();
+            }
         }
-
-        self.edges.i_clk.next = self.i_clk.val();
-        self.edges.i_rst.next = self.i_rst.val();
-        self.edges.i_samples.next = self.i_samples.val();
-        self.edges.i_run.next = self.controller.o_run.val();
-
-        self.correlator.i_clk.next = self.i_clk.val();
-        self.correlator.i_rst.next = self.i_rst.val();
-        self.correlator.i_hits.next = self.edges.o_hits.val();
-        self.correlator.i_reference.next = self.stepper.o_reference.val();
-        self.correlator.i_step_end.next = self.controller.o_step_end.val();
-        self.correlator.i_scan_end.next = self.controller.o_scan_end.val();
 
         self.results.i_clk.next = self.i_clk.val();
         self.results.i_rst.next = self.i_rst.val();
-        self.results.i_total.next = self.correlator.o_total.val();
-        self.results.i_dump.next = self.correlator.o_dump.val();
-        self.results.i_last.next = self.correlator.o_last.val();
+        self.results.i_counted.next = self.controller.o_counted.val();
+        self.results.i_last.next = self.controller.o_last.val();
         self.results.i_ready.next = self.m_axis_tready.val();
         self.m_axis_tdata.next = self.results.o_data.val();
         self.m_axis_tvalid.next = self.results.o_valid.val();
