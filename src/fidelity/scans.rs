@@ -126,17 +126,16 @@ fn sampled(
 ) -> Result<u64, ScansError> {
     let contract = Contract::of(scene);
     let layout = Layout::of(&contract);
-    let detector = DetectorModel::new(scene, 0);
+    let detectors = [DetectorModel::new(scene, 0)];
     let mut reference = Reference::new(contract.clone())?;
-    let mut photons = Photons::new(&detector, &contract, seed);
+    let mut photons = Photons::new(&detectors, &contract, seed);
     let mut collector = Collector::new(&contract, repetitions, on_scan);
     let clocks = clocks_for_scans(&contract, repetitions);
-    let lanes = contract.lanes;
-    let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, lanes, clocks);
+    let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, clocks);
     let mut hits = 0;
     let mut block = Block::default();
     while maker.make(&mut block) {
-        hits += maker.hits().len() as u64;
+        hits += maker.hits()[0].len() as u64;
         maker
             .take_finished()
             .for_each(|result| collector.take(result));
@@ -156,14 +155,13 @@ fn rtl(
     let mut reference = Reference::new(contract.clone())?;
     let library = build(TOP, &sources, &contract, &cache_dir())?;
     let mut model = Verilated::load(&library, &layout)?;
-    let detector = DetectorModel::new(scene, 0);
+    let detectors = [DetectorModel::new(scene, 0)];
     let mut collector = Collector::new(&contract, repetitions, on_scan);
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut reference,
-        stimulus: &mut Photons::new(&detector, &contract, seed),
+        stimulus: &mut Photons::new(&detectors, &contract, seed),
         layout: &layout,
-        lanes: contract.lanes,
     }
     .run(
         clocks_for_scans(&contract, repetitions),

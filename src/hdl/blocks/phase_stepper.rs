@@ -146,16 +146,19 @@ impl PhaseStepper {
         let mask = (1 << geometry.first_delay) - 1;
         let reload = "after reset and at a scan's start";
         let by_samples = |part| Optional::new(grows_by_samples, part);
-        let replays = |about: &str| {
-            Optional::new(replayed > 0, Register::word(replayed.max(1), 0, about))
-        };
+        let replays =
+            |about: &str| Optional::new(replayed > 0, Register::word(replayed.max(1), 0, about));
         let taps: Vec<(u32, u32)> = (0..window).map(|sample| geometry.tap(sample)).collect();
         // Where the delay stays within a chip, which lanes take the previous
         // chip is known beforehand.
         let one_more = |place: u32| u32::from(geometry.may_be_delayed(place));
         let fixed = |place: u32| if grows_by_samples { 0 } else { one_more(place) };
-        let present = taps.iter().map(|&(back, place)| (back + fixed(place)) as usize);
-        let previous = taps.iter().map(|&(back, place)| (back + one_more(place)) as usize);
+        let present = taps
+            .iter()
+            .map(|&(back, place)| (back + fixed(place)) as usize);
+        let previous = taps
+            .iter()
+            .map(|&(back, place)| (back + one_more(place)) as usize);
         let places = taps.iter().map(|&(_, place)| place as usize);
         // The mask with `samples` more lanes: ones come in from an input that
         // follows its own bits.
@@ -192,7 +195,10 @@ impl PhaseStepper {
             ),
             wraps: Optional::new(
                 looks_ahead && grows_by_samples,
-                Register::bit(false, "this clock ends a step, and the next delays by a chip more"),
+                Register::bit(
+                    false,
+                    "this clock ends a step, and the next delays by a chip more",
+                ),
             ),
             saved: replays("chips that the reference went back by, the next one on top"),
             replays: replays("which of them are still to come again"),
@@ -220,7 +226,11 @@ impl PhaseStepper {
             window: Register::word(window, 0, "reference of each sample"),
             taps: if parallel > 1 {
                 let wiring = || {
-                    Wiring::new(lanes as usize, (0..lanes as usize).collect(), "samples of a step")
+                    Wiring::new(
+                        lanes as usize,
+                        (0..lanes as usize).collect(),
+                        "samples of a step",
+                    )
                 };
                 (0..parallel).map(|_| wiring()).collect()
             } else {
@@ -243,12 +253,7 @@ impl PhaseStepper {
     }
 }
 
-fn by_samples_constant(
-    present: bool,
-    mask: u128,
-    width: u32,
-    reload: &str,
-) -> Optional<Constant> {
+fn by_samples_constant(present: bool, mask: u128, width: u32, reload: &str) -> Optional<Constant> {
     Optional::new(
         present,
         Constant::new(mask, width, format!("Delayed lanes {reload}")),
@@ -358,8 +363,7 @@ impl Logic for PhaseStepper {
             for _replays in 0..self.saved.count() {
                 dff_setup!(self, i_clk, saved[0], replays[0]);
                 for top in (self._replayed.saturating_sub(1))..self._replayed {
-                    self.hold.next =
-                        self.i_step_end.val() | self.replays[0].q.val().get_bit(top);
+                    self.hold.next = self.i_step_end.val() | self.replays[0].q.val().get_bit(top);
                     if self.replays[0].q.val().get_bit(top) {
                         self.chip.next = self.saved[0].q.val().get_bit(top);
                     } else {

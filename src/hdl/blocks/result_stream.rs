@@ -95,9 +95,8 @@ impl ResultStream {
                 format!("count of detector {detector}, step {step} of the group, signed")
             }
         };
-        let token = |count: u32, about: &str| {
-            Optional::new(count > 1, Register::word(count, 1, about))
-        };
+        let token =
+            |count: u32, about: &str| Optional::new(count > 1, Register::word(count, 1, about));
         ResultStream {
             i_clk: Input::bit("at most one group of counts per cycle"),
             i_rst: Input::bit("synchronous, active high"),
@@ -111,10 +110,7 @@ impl ResultStream {
             o_valid: Output::bit("a result waits"),
             o_last: Output::bit("the result is the scan's last"),
             o_overrun: Output::bit("a result was lost since reset"),
-            o_saturated: Optional::new(
-                saturates,
-                Output::bit("a count was clamped since reset"),
-            ),
+            o_saturated: Optional::new(saturates, Output::bit("a count was clamped since reset")),
             about: describe(plan),
             count: (0..counts)
                 .map(|count| Register::word(count_bits, 0, count_about(count)))

@@ -54,10 +54,16 @@ impl UpdownCorrelator {
         let whole_bits = segments.bits();
         let lower_bits = segments.lower_bits;
         let sum = |bits: u32| {
-            Register::word(bits, 0, format!("signed count of samples 0 to {}", lanes - 1))
+            Register::word(
+                bits,
+                0,
+                format!("signed count of samples 0 to {}", lanes - 1),
+            )
         };
         let of_quads = |about: &str| -> Vec<Wiring> {
-            (0..quads).map(|_| Wiring::new(4, vec![0, 1, 2, 3], about)).collect()
+            (0..quads)
+                .map(|_| Wiring::new(4, vec![0, 1, 2, 3], about))
+                .collect()
         };
         UpdownCorrelator {
             i_clk: Input::bit("one word per cycle"),

@@ -212,8 +212,7 @@ impl Run {
             resets: &self.resets,
             stall: &self.stall,
         };
-        let (lanes, clocks) = (contract.lanes, self.clocks);
-        let mut maker = BlockMaker::new(&mut reference, &mut stimulus, layout, lanes, clocks);
+        let mut maker = BlockMaker::new(&mut reference, &mut stimulus, layout, self.clocks);
         let mut block = Block::default();
         while maker.make(&mut block) {
             let finished: Vec<StepResult> = maker.take_finished().collect();
