@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::cosim::StimulusKind;
 use crate::fidelity::Tier;
+use crate::reproduce::FigureId;
 
 /// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
 /// time-of-flight sensors.
@@ -39,6 +40,8 @@ pub(super) enum Command {
     Cosim(CosimArguments),
     /// Photons to distance, many times: bias and standard deviation
     Simulate(SimulateArguments),
+    /// The article's figures and claims, and the errors it leaves out
+    Reproduce(ReproduceArguments),
 }
 
 #[derive(Debug, Args)]
@@ -98,6 +101,20 @@ pub(super) struct SimulateArguments {
     /// How much of the sensor to simulate
     #[arg(long, value_name = "T", value_enum, default_value_t = Tier::Events)]
     pub fidelity: Tier,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ReproduceArguments {
+    /// The one figure to make, with the claims that it decides [default: all]
+    #[arg(long, value_name = "N", value_enum)]
+    pub figure: Option<FigureId>,
+    /// Folder for the figures (SVG) and their data (CSV); made when missing
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Scans behind each standard deviation and bias
+    #[arg(long, value_name = "R", default_value_t = 1000,
+          value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
+    pub repeat: u64,
 }
 
 #[derive(Debug, Args)]

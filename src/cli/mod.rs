@@ -9,6 +9,7 @@ mod cosim;
 mod emit;
 mod output;
 pub mod plan;
+mod reproduce;
 mod rtl;
 mod run;
 mod simulate;
@@ -49,6 +50,7 @@ pub fn main() -> ExitCode {
         Command::Emit(arguments) => emit::run(&arguments, &mut output),
         Command::Cosim(arguments) => cosim::run(&arguments, cli.seed, &mut output),
         Command::Simulate(arguments) => simulate::run(&arguments, cli.seed, &mut output),
+        Command::Reproduce(arguments) => reproduce::run(&arguments, cli.seed, &mut output),
     };
     match ending {
         Ok(Ending::Done) => ExitCode::SUCCESS,
