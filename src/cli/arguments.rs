@@ -111,8 +111,8 @@ pub(super) struct ReproduceArguments {
     /// Folder for the figures (SVG) and their data (CSV); made when missing
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Scans behind each standard deviation and bias
-    #[arg(long, value_name = "R", default_value_t = 1000,
+    /// Scans of 1.04 ms per phase step behind each standard deviation and bias
+    #[arg(long, value_name = "R", default_value_t = 500,
           value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     pub repeat: u64,
 }

@@ -40,6 +40,9 @@ pub struct Panel {
     pub series: Vec<Series>,
     /// Where the legend stands.
     pub legend: Legend,
+    /// Free space above the data, as a share of their height: for a legend that
+    /// would hide some.
+    pub headroom: f64,
 }
 
 /// Corner of the legend.
@@ -78,6 +81,8 @@ pub struct Series {
     pub label: String,
     /// How the points are drawn.
     pub mark: Mark,
+    /// Number of its colour; those of one number look alike.
+    pub colour: usize,
     /// The points, in order of x.
     pub points: Vec<Point>,
 }
@@ -156,12 +161,12 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 impl Panel {
     fn draw(&self, area: &Area<'_>) -> Result<(), Box<dyn std::error::Error>> {
         let points = || self.series.iter().flat_map(|series| &series.points);
-        let x = Coordinate::of(self.x.scale, 0.0, points().map(|p| p.x));
+        let x = Coordinate::of(self.x.scale, [0.0; 2], points().map(|p| p.x));
         let ends = |p: &Point| {
             let (low, high) = p.interval.unwrap_or((p.y, p.y));
             [low, p.y, high]
         };
-        let y = Coordinate::of(self.y.scale, 0.06, points().flat_map(ends));
+        let y = Coordinate::of(self.y.scale, [0.06, self.headroom], points().flat_map(ends));
         let mut chart = ChartBuilder::on(area)
             .margin(12)
             .x_label_area_size(42)
@@ -176,8 +181,8 @@ impl Panel {
             .light_line_style(TRANSPARENT)
             .bold_line_style(BLACK.mix(0.13))
             .draw()?;
-        for (number, series) in self.series.iter().enumerate() {
-            let colour = COLOURS[number % COLOURS.len()];
+        for series in self.series.iter().filter(|s| !s.points.is_empty()) {
+            let colour = COLOURS[series.colour % COLOURS.len()];
             let shown: Vec<&Point> = series
                 .points
                 .iter()
@@ -235,8 +240,8 @@ struct Coordinate {
 }
 
 impl Coordinate {
-    /// The range of `values`, and `margin` times as much on either side.
-    fn of(scale: Scale, margin: f64, values: impl Iterator<Item = f64>) -> Coordinate {
+    /// The range of `values`, and so many times as much below and above.
+    fn of(scale: Scale, margins: [f64; 2], values: impl Iterator<Item = f64>) -> Coordinate {
         let drawn = values.filter(|&v| v.is_finite() && (scale == Scale::Linear || v > 0.0));
         let (low, high) = drawn.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
             (low.min(v), high.max(v))
@@ -244,11 +249,11 @@ impl Coordinate {
         let (low, high) = if low > high { (1.0, 1.0) } else { (low, high) };
         let (from, to) = (place(scale, low), place(scale, high));
         // A single value still needs an axis round it.
-        let extra = if to > from { (to - from) * margin } else { 0.5 };
+        let extra = margins.map(|m| if to > from { (to - from) * m } else { 0.5 });
         Coordinate {
             scale,
-            low: value(scale, from - extra),
-            high: value(scale, to + extra),
+            low: value(scale, from - extra[0]),
+            high: value(scale, to + extra[1]),
         }
     }
 
@@ -365,9 +370,9 @@ mod tests {
 
     #[test]
     fn values_without_logarithm_and_lone_values_still_give_an_axis() {
-        let log = Coordinate::of(Scale::Log, 0.0, [0.0, -1.0, 10.0].into_iter());
+        let log = Coordinate::of(Scale::Log, [0.0; 2], [0.0, -1.0, 10.0].into_iter());
         assert!(log.low < 10.0 && log.high > 10.0 && !log.holds(0.0));
-        let empty = Coordinate::of(Scale::Linear, 0.0, std::iter::empty());
+        let empty = Coordinate::of(Scale::Linear, [0.0; 2], std::iter::empty());
         assert!(empty.low < empty.high);
     }
 }

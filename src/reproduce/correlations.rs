@@ -29,11 +29,12 @@ impl Correlation {
         })
     }
 
-    fn series(&self) -> Series {
+    fn series(&self, colour: usize) -> Series {
         let points = self.delays_chips.iter().zip(&self.counts);
         Series {
             label: self.label.clone(),
             mark: Mark::LineAndDots,
+            colour,
             points: points
                 .map(|(&x, count)| Point {
                     x,
@@ -63,8 +64,13 @@ fn figure(title: &str, correlations: &[Correlation], claims: Vec<Claim>) -> Figu
             label: "mean count of a phase step".to_owned(),
             scale: Scale::Linear,
         },
-        series: correlations.iter().map(Correlation::series).collect(),
+        series: correlations
+            .iter()
+            .enumerate()
+            .map(|(number, correlation)| correlation.series(number))
+            .collect(),
         legend: Legend::UpperRight,
+        headroom: 0.06,
     };
     Figure {
         chart: Chart {
@@ -94,7 +100,7 @@ pub fn interferer(run: &mut Run) -> Result<Figure, RunError> {
     const FIXED_CHIPS: f64 = 12.0;
     let (own, other) = (gold(0, 0)?, gold(2, 0)?);
     let mut correlations = Vec::new();
-    for target_chips in [4.0, 8.0, 12.0, 16.0, 20.0] {
+    for target_chips in [2.0, 5.0, 8.0, 11.0, 14.0] {
         let lights = [
             Light::new(&own, POWER_PW).at(target_chips * CHIP_PERIOD_PS),
             Light::new(&other, POWER_PW).at(FIXED_CHIPS * CHIP_PERIOD_PS),
@@ -112,7 +118,7 @@ pub fn interferer(run: &mut Run) -> Result<Figure, RunError> {
 pub fn two_paths(run: &mut Run) -> Result<Figure, RunError> {
     const FIXED_CHIPS: f64 = 12.0;
     let mut correlations = Vec::new();
-    for moving_chips in [6.0, 9.0, 12.0, 15.0, 18.0] {
+    for moving_chips in [3.0, 6.0, 9.0, 12.0, 15.0] {
         let scene = paths_apart(moving_chips, FIXED_CHIPS, 12)?;
         let label = format!("moving path at {moving_chips} chips");
         correlations.push(Correlation::measure(run, label, &scene)?);

@@ -14,7 +14,9 @@ const INTEGRATION_S: f64 = 1.04e-3;
 /// Phase steps within this many chips of the target are scanned.
 const HALF_WINDOW_CHIPS: u64 = 3;
 
-/// Simulated points and the exact curve of one bias.
+/// Simulated points and the exact curve of one bias. The curve is that of the
+/// sampled correlator, whose edges do not differ in delay: rising and falling
+/// edges 50 ps apart move the simulated points by a millimetre or two.
 struct Bias {
     label: String,
     /// x, bias in metres.
@@ -48,7 +50,7 @@ impl Bias {
         })
     }
 
-    fn series(&self) -> [Series; 2] {
+    fn series(&self, colour: usize) -> [Series; 2] {
         let millimetres = |m: f64| m * 1e3;
         let theory = self
             .theory
@@ -66,18 +68,26 @@ impl Bias {
             Series {
                 label: format!("{}, exact mean counts", self.label),
                 mark: Mark::Line,
+                colour,
                 points: theory.collect(),
             },
             Series {
                 label: format!("{}, simulated", self.label),
                 mark: Mark::Dots,
+                colour,
                 points: simulated.collect(),
             },
         ]
     }
 }
 
-fn figure(title: &str, x: Axis, x_column: &str, legend: Legend, biases: &[Bias]) -> Figure {
+fn figure(
+    title: &str,
+    x: Axis,
+    x_column: &str,
+    (legend, headroom): (Legend, f64),
+    biases: &[Bias],
+) -> Figure {
     let columns = ["series", x_column, "bias_m", "bias_low_m", "bias_high_m"];
     let mut table = Table::new(&columns);
     for bias in biases {
@@ -97,8 +107,13 @@ fn figure(title: &str, x: Axis, x_column: &str, legend: Legend, biases: &[Bias])
             label: "bias of the distance (mm)".to_owned(),
             scale: Scale::Linear,
         },
-        series: biases.iter().flat_map(Bias::series).collect(),
+        series: biases
+            .iter()
+            .enumerate()
+            .flat_map(|(number, bias)| bias.series(number))
+            .collect(),
         legend,
+        headroom,
     };
     Figure {
         chart: Chart {
@@ -133,12 +148,18 @@ pub fn dead_time_walk(run: &mut Run) -> Result<Figure, RunError> {
         scale: Scale::Log,
     };
     let title = "Dead-time walk: the phase estimate moves with the light level";
-    Ok(figure(title, x, "power_pw", Legend::LowerLeft, &biases))
+    Ok(figure(
+        title,
+        x,
+        "power_pw",
+        (Legend::LowerLeft, 0.06),
+        &biases,
+    ))
 }
 
 /// Bias against the delay of another code's light relative to the target's.
 pub fn interference(run: &mut Run) -> Result<Figure, RunError> {
-    let fine: Vec<f64> = (0..=128).map(|i| f64::from(i) / 4.0).collect();
+    let fine: Vec<f64> = (0..=64).map(|i| f64::from(i) / 2.0).collect();
     let coarse: Vec<f64> = (0..=8).map(|i| 4.0 * f64::from(i)).collect();
     let (own, other) = (gold(0, 0)?, gold(2, 0)?);
     let relative = |chips: f64| TARGET_PS + chips * CHIP_PERIOD_PS;
@@ -164,7 +185,7 @@ pub fn interference(run: &mut Run) -> Result<Figure, RunError> {
         title,
         x,
         "relative_delay_chips",
-        Legend::LowerLeft,
+        (Legend::UpperLeft, 0.35),
         &biases,
     ))
 }
@@ -203,6 +224,7 @@ pub fn coarse_search(run: &mut Run) -> Result<Figure, RunError> {
         series.push(Series {
             label,
             mark: Mark::LineAndDots,
+            colour: nu as usize,
             points,
         });
     }
@@ -217,6 +239,7 @@ pub fn coarse_search(run: &mut Run) -> Result<Figure, RunError> {
         },
         series,
         legend: Legend::UpperRight,
+        headroom: 0.06,
     };
     Ok(Figure {
         chart: Chart {

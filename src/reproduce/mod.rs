@@ -14,6 +14,7 @@ mod correlations;
 mod errors;
 mod figure;
 mod precision;
+mod printed;
 mod run;
 mod sensor;
 mod statistics;
@@ -36,9 +37,10 @@ use crate::report::write_file;
 pub struct Options {
     /// Seed of all random numbers.
     pub seed: u64,
-    /// Scans behind each standard deviation and bias, at least 2. Mean
+    /// Scans of 1.04 ms per phase step behind each standard deviation and bias,
+    /// at least 2; of shorter ones so many more as they are shorter. Mean
     /// correlations take at most 100 (as in the article), searches over whole
-    /// code periods at most 300.
+    /// code periods at most 200.
     pub repetitions: u64,
     /// Figures to make.
     pub figures: Vec<FigureId>,
@@ -49,7 +51,7 @@ pub struct Options {
 pub struct Reproduction {
     /// Seed of all random numbers.
     pub seed: u64,
-    /// Scans behind each standard deviation and bias.
+    /// Scans of 1.04 ms per phase step behind each standard deviation and bias.
     pub repetitions: u64,
     /// How intervals were got.
     pub confidence: &'static str,
@@ -161,7 +163,7 @@ impl Reproduction {
         }
         let _ = writeln!(
             text,
-            "intervals {}; {} scans per point, seed {}, {:.1} s",
+            "intervals {}; {} scans of 1.04 ms per point, seed {}, {:.1} s",
             self.confidence, self.repetitions, self.seed, self.run_time_s
         );
         text

@@ -90,18 +90,17 @@ fn degradation(losses: &[(f64, Measured)]) -> Option<Claim> {
     let values: Vec<Measured> = losses.iter().map(|(_, loss)| *loss).collect();
     let (first, last) = (losses.first()?, losses.last()?);
     let loss = mean(&values);
-    let agree = losses.iter().filter(|(_, loss)| {
-        loss.high >= CLAIMED_DB - TOLERANCE_DB && loss.low <= CLAIMED_DB + TOLERANCE_DB
-    });
+    let near = |db: f64| (db - CLAIMED_DB).abs() <= TOLERANCE_DB;
+    let agree = losses.iter().filter(|(_, loss)| near(loss.value));
     Some(Claim {
         id: "C1",
         article: "a Gold code costs 3.24 dB of precision against a square wave (104.8 us)",
         criterion: "mean of 10 log10(ratio of standard deviations) over the compared powers \
-                    within 0.25 dB of 3.24 dB, interval included in part",
+                    within 0.25 dB of 3.24 dB",
         measured: loss.value,
         unit: "dB",
         ci: Some(loss.interval()),
-        holds: loss.high >= CLAIMED_DB - TOLERANCE_DB && loss.low <= CLAIMED_DB + TOLERANCE_DB,
+        holds: near(loss.value),
         remark: format!(
             "{:.2} dB at {} pW, {:.2} dB at {} pW; {} of {} powers are within 0.25 dB of the \
              claim. Powers at which the coarse stage misses more than 1 % of the scans are left \
@@ -201,8 +200,15 @@ pub fn two_sources(run: &mut Run) -> Result<Figure, RunError> {
     let by_square = curve("second source, square wave", Some(&square))?;
     let by_path = curve("second path, same code, 20 chips later", Some(&first))?;
 
+    let brightest = Light::new(&first, single.best().0);
+    let scene = window(
+        sensor(&[brightest], INTEGRATION_S),
+        TARGET_PS,
+        HALF_WINDOW_CHIPS,
+    );
+    let printed = run.printed_std_m(&scene)?;
     let unique = unique_peak(run)?;
-    let mut claims = precisions(&single).to_vec();
+    let mut claims = precisions(&single, printed).to_vec();
     claims.extend(multi_view(
         &by_gold.decibels_above(&single),
         &by_gold,
@@ -221,11 +227,13 @@ fn unique_peak(run: &mut Run) -> Result<Measured, RunError> {
     run.search(&sensor(&[own, other], 104.8e-6))
 }
 
-/// C2 and C3, from the curve of a single source at 1.04 ms.
-fn precisions(single: &Curve) -> [Claim; 2] {
+/// C2 and C3, from the curve of a single source at 1.04 ms, and what the
+/// estimator as printed scatters at its best power.
+fn precisions(single: &Curve, printed_m: Measured) -> [Claim; 2] {
     let (power, best) = single.best();
     let std = best.std_m.scaled(1e3);
     let bias = best.bias_m.scaled(1e3);
+    let printed = printed_m.scaled(1e3);
     let below = |limit: f64| {
         let powers = POWERS_PW
             .into_iter()
@@ -240,12 +248,17 @@ fn precisions(single: &Curve) -> [Claim; 2] {
     let remark = |limit: f64| {
         format!(
             "least of the powers, at {power} pW ({:.1} Mcps detected); below {limit} mm at {}. \
-             There the mean is off by {:.1} mm ({:.1} to {:.1}): precise is not accurate",
+             There the mean is off by {:.1} mm ({:.1} to {:.1}): precise is not accurate. The \
+             estimator as printed (eqs. 16, 17) scatters by {:.2} mm ({:.2} to {:.2}) on the same \
+             light, but only because it returns the grid of coarse steps, 150 mm apart",
             best.detected_rate_cps / 1e6,
             below(limit),
             bias.value,
             bias.low,
             bias.high,
+            printed.value,
+            printed.low,
+            printed.high,
         )
     };
     [
@@ -276,7 +289,8 @@ fn precisions(single: &Curve) -> [Claim; 2] {
 
 /// C6, from what an interferer costs at each power.
 fn multi_view(losses: &[(f64, Measured)], by_gold: &Curve, unique: Measured) -> Option<Claim> {
-    const LITTLE_DB: f64 = 1.5;
+    /// Twice the light at the same signal: 10 log10(sqrt(2)).
+    const LITTLE_DB: f64 = 1.505;
     let values: Vec<Measured> = losses.iter().map(|(_, loss)| *loss).collect();
     let (first, last) = (losses.first()?, losses.last()?);
     let loss = mean(&values);
@@ -289,15 +303,16 @@ fn multi_view(losses: &[(f64, Measured)], by_gold: &Curve, unique: Measured) -> 
         id: "C6",
         article: "an equal-power second source with another code of the set costs little \
                   precision and leaves the coarse peak unique",
-        criterion: "mean loss over the powers below 1.5 dB, and the largest count of every scan \
-                    over the whole code period is the target's",
+        criterion: "mean loss over the powers at most 1.51 dB, what twice the light costs by its \
+                    shot noise alone, and the largest count of every scan over the whole code \
+                    period is the target's",
         measured: loss.value,
         unit: "dB",
         ci: Some(loss.interval()),
-        holds: loss.high < LITTLE_DB && unique.value >= 1.0,
+        holds: loss.value <= LITTLE_DB && unique.value >= 1.0,
         remark: format!(
-            "{:.2} dB at {} pW of each, {:.2} dB at {} pW: at high levels the dead time fills. \
-             Coarse peak right in {:.1} % of the scans ({:.1} to {:.1}) at 104.8 us and 4 pW \
+            "{:.2} dB at {} pW of each, {:.2} dB at {} pW: the dead time fills at \
+             high levels. Coarse peak right in {:.1} % of the scans ({:.1} to {:.1}) at 104.8 us and 4 pW \
              each, ten times shorter than the article's. The mean is off by up to {worst:.0} mm, \
              in part by an interference bias that depends on the relative delay (figure \
              interference)",
@@ -338,7 +353,7 @@ fn figure(title: &str, curves: &[Curve], claims: Vec<Claim>) -> Figure {
         }
     }
     let panel = |label: &str, scale, legend, value: fn(&Errors) -> Measured| {
-        let series = curves.iter().map(|curve| {
+        let series = curves.iter().enumerate().map(|(number, curve)| {
             let points = POWERS_PW.iter().zip(&curve.errors).map(|(&x, e)| {
                 let shown = value(e).scaled(1e3);
                 Point {
@@ -350,6 +365,7 @@ fn figure(title: &str, curves: &[Curve], claims: Vec<Claim>) -> Figure {
             Series {
                 label: curve.label.clone(),
                 mark: Mark::LineAndDots,
+                colour: number,
                 points: points.collect(),
             }
         });
@@ -364,6 +380,7 @@ fn figure(title: &str, curves: &[Curve], claims: Vec<Claim>) -> Figure {
             },
             series: series.collect(),
             legend,
+            headroom: 0.06,
         }
     };
     Figure {
@@ -441,7 +458,9 @@ mod tests {
 
     #[test]
     fn millimetres_decide_precision() {
-        let verdicts = |std_m: f64| precisions(&curve(std_m)).map(|claim| claim.holds);
+        let verdicts = |std_m: f64| {
+            precisions(&curve(std_m), Measured::normal(1e-4, 1e-5)).map(|claim| claim.holds)
+        };
         assert_eq!(verdicts(1.1e-3), [true, true]);
         assert_eq!(verdicts(1.4e-3), [true, false]);
         assert_eq!(verdicts(1.6e-3), [false, false]);

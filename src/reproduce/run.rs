@@ -2,7 +2,8 @@
 
 use super::Options;
 use super::figure::FigureId;
-use super::statistics::{Measured, rate, sample_mean};
+use super::printed::printed_distance_m;
+use super::statistics::{Measured, rate, sample_mean, sample_std};
 use crate::code::CodeError;
 use crate::estimate::PredictionError;
 use crate::fidelity::Tier;
@@ -14,7 +15,9 @@ use crate::scene::Scene;
 /// Scans behind a mean correlation, as in the article.
 const CORRELATION_SCANS: u64 = 100;
 /// Scans over whole code periods behind a rate.
-const SEARCH_SCANS: u64 = 300;
+const SEARCH_SCANS: u64 = 200;
+/// Integration time that the asked number of scans is for.
+const USUAL_INTEGRATION_PS: f64 = 1.04e9;
 
 /// Why a figure could not be made.
 #[derive(Debug, thiserror::Error)]
@@ -73,12 +76,7 @@ impl Run {
         self.seed
     }
 
-    /// Errors of the estimates of the scene's first path.
-    pub fn errors(&mut self, scene: &Scene) -> Result<Errors, RunError> {
-        self.errors_of(scene, self.repetitions)
-    }
-
-    /// The same over whole code periods.
+    /// Share of scans over whole code periods that find the target.
     pub fn search(&mut self, scene: &Scene) -> Result<Measured, RunError> {
         let seed = self.next_seed();
         let scans = self.repetitions.min(SEARCH_SCANS);
@@ -86,8 +84,16 @@ impl Run {
         Ok(rate(path.estimates, scans))
     }
 
-    fn errors_of(&mut self, scene: &Scene, scans: u64) -> Result<Errors, RunError> {
+    /// Scans behind a standard deviation: the same light for each.
+    fn scans_of(&self, scene: &Scene) -> u64 {
+        let shorter = USUAL_INTEGRATION_PS / scene.scan.requested_integration_ps;
+        self.repetitions * (shorter.round() as u64).max(1)
+    }
+
+    /// Errors of the estimates of the scene's first path.
+    pub fn errors(&mut self, scene: &Scene) -> Result<Errors, RunError> {
         let seed = self.next_seed();
+        let scans = self.scans_of(scene);
         let path = &simulate(scene, Tier::Events, seed, scans)?.estimates[0];
         let statistics = (
             path.std_m.zip(path.std_std_error_m),
@@ -102,6 +108,19 @@ impl Run {
             correct_coarse: rate(path.estimates, scans),
             detected_rate_cps: path.detected_rate_cps.unwrap_or_default(),
         })
+    }
+
+    /// Standard deviation, in metres, of the estimator as the article prints it.
+    pub fn printed_std_m(&mut self, scene: &Scene) -> Result<Measured, RunError> {
+        let scans = self.scans_of(scene);
+        let mut distances = Vec::new();
+        self.each_scan(scene, scans, |counts| {
+            distances.extend(printed_distance_m(scene, counts));
+        })?;
+        if distances.len() < 2 {
+            return Err(RunError::NoStatistics { scans });
+        }
+        Ok(sample_std(&distances))
     }
 
     /// Mean count of each phase step.

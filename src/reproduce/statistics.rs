@@ -73,6 +73,16 @@ pub fn sample_mean(sum: f64, sum_of_squares: f64, n: u64) -> Measured {
     Measured::normal(mean, (variance / n).sqrt())
 }
 
+/// Standard deviation of a sample of two or more, with its standard error for
+/// normal values.
+pub fn sample_std(values: &[f64]) -> Measured {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    let std = (squares / (n - 1.0)).sqrt();
+    Measured::normal(std, std / (2.0 * (n - 1.0)).sqrt())
+}
+
 /// A rate with the exact binomial interval (Clopper and Pearson 1934).
 pub fn rate(successes: u64, trials: u64) -> Measured {
     let half_alpha = 0.025;
@@ -155,6 +165,10 @@ mod tests {
         assert!(
             (sample.value - 2.0).abs() < 1e-12 && (sample.standard_error() - 1.0).abs() < 1e-12
         );
+        // Standard deviation sqrt(2), standard error sqrt(2) / sqrt(2 (n - 1)) = 1.
+        let std = sample_std(&[1.0, 3.0]);
+        assert!((std.value - 2f64.sqrt()).abs() < 1e-12);
+        assert!((std.standard_error() - 1.0).abs() < 1e-12);
         let both = mean(&[Measured::normal(1.0, 0.3), Measured::normal(2.0, 0.4)]);
         assert!((both.value - 1.5).abs() < 1e-12 && (both.standard_error() - 0.25).abs() < 1e-12);
     }

@@ -33,6 +33,7 @@ pub fn code_correlation(run: &mut Run) -> Result<Figure, RunError> {
         near.push(Series {
             label: label.clone(),
             mark: Mark::LineAndDots,
+            colour: nu as usize,
             points: points
                 .iter()
                 .copied()
@@ -42,6 +43,7 @@ pub fn code_correlation(run: &mut Run) -> Result<Figure, RunError> {
         whole.push(Series {
             label,
             mark: Mark::Line,
+            colour: nu as usize,
             points,
         });
     }
@@ -58,6 +60,7 @@ pub fn code_correlation(run: &mut Run) -> Result<Figure, RunError> {
         },
         series,
         legend: Legend::UpperRight,
+        headroom: 0.06,
     };
     let near = panel(near, "lag (chips), near the peak");
     let whole = panel(whole, "lag (chips), the whole period");
@@ -168,7 +171,7 @@ pub fn circular_error() -> Result<Figure, RunError> {
     let code = spec.build().map(Arc::new)?;
     let mut table = Table::new(&["series", "sub_step_delay", "error_m"]);
     let mut series = Vec::new();
-    for zeta in 0..=4 {
+    for zeta in 0..=4_usize {
         let label = format!("ζ = {zeta}");
         let mut points = Vec::new();
         for sixtieth in 0..=60 {
@@ -183,6 +186,7 @@ pub fn circular_error() -> Result<Figure, RunError> {
         series.push(Series {
             label,
             mark: Mark::Line,
+            colour: zeta,
             points,
         });
     }
@@ -200,6 +204,7 @@ pub fn circular_error() -> Result<Figure, RunError> {
                 },
                 series,
                 legend: Legend::UpperRight,
+                headroom: 0.3,
             }],
         },
         table,
