@@ -35,6 +35,7 @@ pub mod model;
 pub mod optics;
 pub mod plan;
 pub mod report;
+pub mod reproduce;
 pub mod scene;
 
 /// Speed of light in vacuum (exact, SI).

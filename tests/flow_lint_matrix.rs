@@ -102,7 +102,7 @@ fn two_hundred_random_scenes_are_clean_under_four_tools() {
     while emissions.len() < SCENES {
         match emit(&draw(&mut rng), "goldtof emit random.toml") {
             Ok(emission) => emissions.push(emission),
-            Err(limit @ (HdlError::Limit { .. } | HdlError::NotBuilt { .. })) => {
+            Err(limit @ (HdlError::Limit { .. } | HdlError::ShortStep { .. })) => {
                 let reason = limit.to_string();
                 let kind = reason.split([':', ',']).next().unwrap_or_default();
                 let kind = kind.trim_end_matches(|c: char| c.is_ascii_digit());

@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::cosim::StimulusKind;
 use crate::fidelity::Tier;
+use crate::reproduce::FigureId;
 
 /// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
 /// time-of-flight sensors.
@@ -41,6 +42,8 @@ pub(super) enum Command {
     Simulate(SimulateArguments),
     /// Error against run time for every way of simulating
     Fidelity(FidelityArguments),
+    /// The article's figures and claims, and the errors it leaves out
+    Reproduce(ReproduceArguments),
 }
 
 #[derive(Debug, Args)]
@@ -115,6 +118,20 @@ pub(super) struct FidelityArguments {
     #[arg(long, value_name = "S", default_value_t = 60,
           value_parser = clap::value_parser!(u64).range(1..=86_400))]
     pub budget_s: u64,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ReproduceArguments {
+    /// The one figure to make, with the claims that it decides [default: all]
+    #[arg(long, value_name = "N", value_enum)]
+    pub figure: Option<FigureId>,
+    /// Folder for the figures (SVG) and their data (CSV); made when missing
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Scans of 1.04 ms per phase step behind each standard deviation and bias
+    #[arg(long, value_name = "R", default_value_t = 500,
+          value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
+    pub repeat: u64,
 }
 
 #[derive(Debug, Args)]

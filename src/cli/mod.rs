@@ -10,6 +10,7 @@ mod emit;
 mod fidelity;
 mod output;
 pub mod plan;
+mod reproduce;
 mod rtl;
 mod run;
 mod simulate;
@@ -51,6 +52,7 @@ pub fn main() -> ExitCode {
         Command::Cosim(arguments) => cosim::run(&arguments, cli.seed, &mut output),
         Command::Fidelity(arguments) => fidelity::run(&arguments, cli.seed, &mut output),
         Command::Simulate(arguments) => simulate::run(&arguments, cli.seed, &mut output),
+        Command::Reproduce(arguments) => reproduce::run(&arguments, cli.seed, &mut output),
     };
     match ending {
         Ok(Ending::Done) => ExitCode::SUCCESS,

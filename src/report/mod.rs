@@ -1,5 +1,6 @@
 //! What people read: plots, tables, the report page.
 
+pub mod chart;
 pub mod page;
 pub mod plot;
 

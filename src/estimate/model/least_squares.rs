@@ -221,9 +221,9 @@ mod tests {
             vec![-0.25, 0.125, 1.0],
         ];
         let inverse = inverse(matrix.clone()).expect("it is regular");
-        for i in 0..3 {
+        for (i, row) in matrix.iter().enumerate() {
             for j in 0..3 {
-                let product: f64 = (0..3).map(|k| matrix[i][k] * inverse[k][j]).sum();
+                let product: f64 = row.iter().zip(&inverse).map(|(m, n)| m * n[j]).sum();
                 assert!((product - f64::from(u8::from(i == j))).abs() < 1e-12);
             }
         }

@@ -1,0 +1,165 @@
+//! Simulated scans behind the points of one figure.
+
+use super::Options;
+use super::figure::FigureId;
+use super::printed::printed_distance_m;
+use super::statistics::{Measured, rate, sample_mean, sample_std};
+use crate::code::CodeError;
+use crate::estimate::PredictionError;
+use crate::fidelity::Tier;
+use crate::fidelity::scans::{ScansError, scans};
+use crate::fidelity::simulate::simulate;
+use crate::optics::MeanResponseError;
+use crate::scene::Scene;
+
+/// Scans behind a mean correlation, as in the article.
+const CORRELATION_SCANS: u64 = 100;
+/// Scans over whole code periods behind a rate.
+const SEARCH_SCANS: u64 = 200;
+/// Integration time that the asked number of scans is for.
+const USUAL_INTEGRATION_PS: f64 = 1.04e9;
+
+/// Why a figure could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// A code could not be made.
+    #[error(transparent)]
+    Code(#[from] CodeError),
+    /// Scans could not be simulated.
+    #[error(transparent)]
+    Scans(#[from] ScansError),
+    /// The mean response could not be had.
+    #[error(transparent)]
+    MeanResponse(#[from] MeanResponseError),
+    /// The estimator's mean answer could not be had.
+    #[error(transparent)]
+    Prediction(#[from] PredictionError),
+    /// No statistics came of the scans.
+    #[error("fewer than two of {scans} scans found the target; use more --repeat")]
+    NoStatistics {
+        /// Scans simulated.
+        scans: u64,
+    },
+}
+
+/// Statistics of the distances of many scans.
+#[derive(Debug, Clone, Copy)]
+pub struct Errors {
+    /// Standard deviation, in metres.
+    pub std_m: Measured,
+    /// Mean error, in metres.
+    pub bias_m: Measured,
+    /// Share of scans within a chip of the target.
+    pub correct_coarse: Measured,
+    /// Detections per second.
+    pub detected_rate_cps: f64,
+}
+
+/// Makes the scans of one figure; every call has random numbers of its own.
+#[derive(Debug)]
+pub struct Run {
+    seed: u64,
+    repetitions: u64,
+}
+
+impl Run {
+    /// A run for one figure.
+    pub fn new(id: FigureId, options: &Options) -> Run {
+        Run {
+            seed: options.seed ^ (id.ordinal() + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15),
+            repetitions: options.repetitions.max(2),
+        }
+    }
+
+    fn next_seed(&mut self) -> u64 {
+        self.seed = self.seed.wrapping_add(1);
+        self.seed
+    }
+
+    /// Share of scans over whole code periods that find the target.
+    pub fn search(&mut self, scene: &Scene) -> Result<Measured, RunError> {
+        let seed = self.next_seed();
+        let scans = self.repetitions.min(SEARCH_SCANS);
+        let path = &simulate(scene, Tier::Events, seed, scans)?.estimates[0];
+        Ok(rate(path.estimates, scans))
+    }
+
+    /// Scans behind a standard deviation: the same light for each.
+    fn scans_of(&self, scene: &Scene) -> u64 {
+        let shorter = USUAL_INTEGRATION_PS / scene.scan.requested_integration_ps;
+        self.repetitions * (shorter.round() as u64).max(1)
+    }
+
+    /// Errors of the estimates of the scene's first path.
+    pub fn errors(&mut self, scene: &Scene) -> Result<Errors, RunError> {
+        let seed = self.next_seed();
+        let scans = self.scans_of(scene);
+        let path = &simulate(scene, Tier::Events, seed, scans)?.estimates[0];
+        let statistics = (
+            path.std_m.zip(path.std_std_error_m),
+            path.bias_m.zip(path.std_error_m),
+        );
+        let (Some((std_m, std_error)), Some((bias_m, bias_error))) = statistics else {
+            return Err(RunError::NoStatistics { scans });
+        };
+        Ok(Errors {
+            std_m: Measured::normal(std_m, std_error),
+            bias_m: Measured::normal(bias_m, bias_error),
+            correct_coarse: rate(path.estimates, scans),
+            detected_rate_cps: path.detected_rate_cps.unwrap_or_default(),
+        })
+    }
+
+    /// Standard deviation, in metres, of the estimator as the article prints it.
+    pub fn printed_std_m(&mut self, scene: &Scene) -> Result<Measured, RunError> {
+        let scans = self.scans_of(scene);
+        let mut distances = Vec::new();
+        self.each_scan(scene, scans, |counts| {
+            distances.extend(printed_distance_m(scene, counts));
+        })?;
+        if distances.len() < 2 {
+            return Err(RunError::NoStatistics { scans });
+        }
+        Ok(sample_std(&distances))
+    }
+
+    /// Mean count of each phase step.
+    pub fn mean_counts(&mut self, scene: &Scene) -> Result<Vec<Measured>, RunError> {
+        let n = self.repetitions.min(CORRELATION_SCANS);
+        let steps = scene.scan.steps as usize;
+        let (mut sums, mut squares) = (vec![0.0; steps], vec![0.0; steps]);
+        self.each_scan(scene, n, |counts| {
+            for ((sum, square), &count) in sums.iter_mut().zip(&mut squares).zip(counts) {
+                *sum += count as f64;
+                *square += (count as f64).powi(2);
+            }
+        })?;
+        let moments = sums.iter().zip(&squares);
+        Ok(moments
+            .map(|(&sum, &squares)| sample_mean(sum, squares, n))
+            .collect())
+    }
+
+    /// Share of scans whose counts have a property.
+    pub fn share(
+        &mut self,
+        scene: &Scene,
+        mut property: impl FnMut(&[i64]) -> bool,
+    ) -> Result<Measured, RunError> {
+        let n = self.repetitions.min(SEARCH_SCANS);
+        let mut successes = 0;
+        self.each_scan(scene, n, |counts| successes += u64::from(property(counts)))?;
+        Ok(rate(successes, n))
+    }
+
+    fn each_scan(
+        &mut self,
+        scene: &Scene,
+        n: u64,
+        on_scan: impl FnMut(&[i64]),
+    ) -> Result<(), RunError> {
+        let seed = self.next_seed();
+        scans(scene, 0, Tier::Events, seed, n, on_scan)?;
+        Ok(())
+    }
+}

@@ -1,0 +1,175 @@
+//! Confidence intervals, all at 95 %.
+
+/// Normal quantile of a two-sided 95 % interval.
+const Z: f64 = 1.959_963_984_540_054;
+
+/// A measured value with its 95 % interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measured {
+    /// The value.
+    pub value: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+impl Measured {
+    /// A value with a standard error, for normal errors.
+    pub fn normal(value: f64, standard_error: f64) -> Measured {
+        Measured {
+            value,
+            low: value - Z * standard_error,
+            high: value + Z * standard_error,
+        }
+    }
+
+    /// In another unit, `factor` (positive) of which make one of this.
+    pub fn scaled(self, factor: f64) -> Measured {
+        Measured {
+            value: self.value * factor,
+            low: self.low * factor,
+            high: self.high * factor,
+        }
+    }
+
+    /// Standard error of a normal interval.
+    pub fn standard_error(self) -> f64 {
+        (self.high - self.low) / (2.0 * Z)
+    }
+
+    /// Both ends.
+    pub fn interval(self) -> [f64; 2] {
+        [self.low, self.high]
+    }
+}
+
+/// 10 log10 of the ratio of two independent standard deviations, with the error
+/// of each carried to first order.
+pub fn decibels(over: Measured, under: Measured) -> Measured {
+    let relative = |m: Measured| m.standard_error() / m.value;
+    let error = relative(over).hypot(relative(under));
+    Measured::normal(
+        10.0 * (over.value / under.value).log10(),
+        10.0 / std::f64::consts::LN_10 * error,
+    )
+}
+
+/// Mean of independent measurements, each with the same weight.
+pub fn mean(values: &[Measured]) -> Measured {
+    let n = values.len() as f64;
+    let squares: f64 = values.iter().map(|m| m.standard_error().powi(2)).sum();
+    Measured::normal(
+        values.iter().map(|m| m.value).sum::<f64>() / n,
+        squares.sqrt() / n,
+    )
+}
+
+/// Mean and its standard error of a sample of two or more.
+pub fn sample_mean(sum: f64, sum_of_squares: f64, n: u64) -> Measured {
+    let n = n as f64;
+    let mean = sum / n;
+    let variance = (sum_of_squares / n - mean * mean).max(0.0) * n / (n - 1.0);
+    Measured::normal(mean, (variance / n).sqrt())
+}
+
+/// Standard deviation of a sample of two or more, with its standard error for
+/// normal values.
+pub fn sample_std(values: &[f64]) -> Measured {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    let std = (squares / (n - 1.0)).sqrt();
+    Measured::normal(std, std / (2.0 * (n - 1.0)).sqrt())
+}
+
+/// A rate with the exact binomial interval (Clopper and Pearson 1934).
+pub fn rate(successes: u64, trials: u64) -> Measured {
+    let half_alpha = 0.025;
+    let low = match successes {
+        0 => 0.0,
+        _ => bisect(|p| at_least(successes, trials, p) - half_alpha),
+    };
+    let high = match successes {
+        all if all == trials => 1.0,
+        // At most k is not at least k + 1.
+        _ => bisect(|p| at_least(successes + 1, trials, p) - (1.0 - half_alpha)),
+    };
+    Measured {
+        value: successes as f64 / trials as f64,
+        low,
+        high,
+    }
+}
+
+/// Chance of `least` or more successes in `trials`.
+fn at_least(least: u64, trials: u64, p: f64) -> f64 {
+    let mut log_choose = 0.0;
+    let mut sum = 0.0;
+    for k in 0..=trials {
+        if k >= least {
+            sum += (log_choose + k as f64 * p.ln() + (trials - k) as f64 * (-p).ln_1p()).exp();
+        }
+        log_choose += ((trials - k) as f64 / (k + 1) as f64).ln();
+    }
+    sum
+}
+
+/// Zero in 0..1 of a function that increases.
+fn bisect(f: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if f(middle) < 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_binomial_intervals_have_their_closed_forms_at_the_ends() {
+        // With no success in n the upper end solves (1 - p)^n = 0.025.
+        for n in [1_u64, 10, 300] {
+            let expected = 1.0 - 0.025_f64.powf(1.0 / n as f64);
+            let none = rate(0, n);
+            assert!((none.high - expected).abs() < 1e-10, "{n}: {}", none.high);
+            assert_eq!(none.low, 0.0);
+            let all = rate(n, n);
+            assert!((all.low - (1.0 - expected)).abs() < 1e-10);
+            assert_eq!(all.high, 1.0);
+        }
+        // 5 of 10, in every table of Clopper-Pearson limits: 0.1871 to 0.8129.
+        let half = rate(5, 10);
+        assert!((half.low - 0.1871).abs() < 5e-5 && (half.high - 0.8129).abs() < 5e-5);
+    }
+
+    #[test]
+    fn a_factor_of_two_is_three_decibels_with_the_errors_of_both() {
+        let db = decibels(Measured::normal(2.0, 0.02), Measured::normal(1.0, 0.0));
+        assert!((db.value - 3.0103).abs() < 1e-4);
+        // d(10 log10 x) = 10 / ln 10 dx / x = 4.3429 x 1 %.
+        assert!((db.standard_error() - 0.043_429).abs() < 1e-6);
+    }
+
+    #[test]
+    fn means_carry_the_error_of_the_mean() {
+        // 1 and 3: mean 2, variance 2, standard error 1.
+        let sample = sample_mean(4.0, 10.0, 2);
+        assert!(
+            (sample.value - 2.0).abs() < 1e-12 && (sample.standard_error() - 1.0).abs() < 1e-12
+        );
+        // Standard deviation sqrt(2), standard error sqrt(2) / sqrt(2 (n - 1)) = 1.
+        let std = sample_std(&[1.0, 3.0]);
+        assert!((std.value - 2f64.sqrt()).abs() < 1e-12);
+        assert!((std.standard_error() - 1.0).abs() < 1e-12);
+        let both = mean(&[Measured::normal(1.0, 0.3), Measured::normal(2.0, 0.4)]);
+        assert!((both.value - 1.5).abs() < 1e-12 && (both.standard_error() - 0.25).abs() < 1e-12);
+    }
+}
