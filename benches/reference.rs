@@ -37,12 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let detectors = [DetectorModel::new(&scene, 0)];
         let mut reference = Reference::new(contract.clone())?;
         let mut photons = Photons::new(&detectors, &contract, round as u64);
-        let mut maker = BlockMaker::new(
-            &mut reference,
-            &mut photons,
-            &layout,
-            CLOCKS,
-        );
+        let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, CLOCKS);
         let mut block = Block::default();
         let mut hits = 0;
         let started = Instant::now();

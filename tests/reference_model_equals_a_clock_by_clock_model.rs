@@ -70,10 +70,9 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
                             for lane in 0..lanes {
                                 let sample = (released + 1 + cycle) * lanes + lane;
                                 if level[sample] && !level[sample - 1] {
-                                    let delayed = (cycle * lanes + lane
-                                        + steps_per_period * (1 + k)
-                                        - k)
-                                        % steps_per_period;
+                                    let delayed =
+                                        (cycle * lanes + lane + steps_per_period * (1 + k) - k)
+                                            % steps_per_period;
                                     count += 2 * i64::from(code.chips[delayed / lanes]) - 1;
                                 }
                             }
@@ -222,7 +221,10 @@ fn scene(samples_per_chip: u32, code: &str, scan: &str, hardware: &str) -> Scene
 /// Further detectors, each with another Gold code of the first one's length.
 fn with_detectors(mut scene: Scene, count: usize) -> Scene {
     for number in 1..count {
-        let code = format!(r#"{{ family = "gold", degree = 5, index = {} }}"#, 7 + number);
+        let code = format!(
+            r#"{{ family = "gold", degree = 5, index = {} }}"#,
+            7 + number
+        );
         let other = self::scene(8, &code, "integration = \"80 ns\"", "");
         let mut source = other.sources[1].clone();
         source.name = format!("laser-{number}");
@@ -265,7 +267,12 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
         ),
         // Groups: whole, partial, longer than the code's samples per chip.
         scene(8, gold, "integration = \"320 ns\"", "parallel = 4"),
-        scene(4, gold, "integration = \"160 ns\"", "parallel = 3\ncounter_width = 4"),
+        scene(
+            4,
+            gold,
+            "integration = \"160 ns\"",
+            "parallel = 3\ncounter_width = 4",
+        ),
         scene(
             8,
             gold,

@@ -76,12 +76,7 @@ impl Lockstep<'_> {
         mut on_progress: impl FnMut(u64),
     ) -> Result<Outcome, CosimError> {
         let started = Instant::now();
-        let mut maker = BlockMaker::new(
-            self.reference,
-            self.stimulus,
-            self.layout,
-            clocks,
-        );
+        let mut maker = BlockMaker::new(self.reference, self.stimulus, self.layout, clocks);
         let mut judge = Judge::new(self.layout);
         let model = self.model;
         thread::scope(|scope| {

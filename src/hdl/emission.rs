@@ -131,7 +131,10 @@ fn parameters(contract: &Contract) -> Parameters {
 
 fn check_limits(scene: &Scene, contract: &Contract) -> Result<(), HdlError> {
     let periods = contract.reference_codes.iter().map(|code| code.len());
-    if periods.clone().any(|period| period != contract.reference_codes[0].len()) {
+    if periods
+        .clone()
+        .any(|period| period != contract.reference_codes[0].len())
+    {
         return Err(HdlError::CodeLengths {
             found: periods.collect(),
         });
@@ -254,12 +257,10 @@ fn within(
 }
 
 fn left_out(contract: &Contract) -> Vec<LeftOut> {
-    let mut parts = vec![
-        LeftOut {
-            part: "peak_detector".into(),
-            reason: "the host finds the peak in the results".into(),
-        },
-    ];
+    let mut parts = vec![LeftOut {
+        part: "peak_detector".into(),
+        reason: "the host finds the peak in the results".into(),
+    }];
     let mut leave_out = |condition: bool, part: &str, reason: &str| {
         if condition {
             parts.push(LeftOut {

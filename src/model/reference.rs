@@ -81,7 +81,10 @@ impl Reference {
     /// When the contract asks for hardware that is not modelled.
     pub fn new(contract: Contract) -> Result<Reference, ReferenceError> {
         let lengths = contract.reference_codes.iter().map(|code| code.len());
-        if lengths.clone().any(|length| length != contract.reference_codes[0].len()) {
+        if lengths
+            .clone()
+            .any(|length| length != contract.reference_codes[0].len())
+        {
             return Err(ReferenceError::CodeLengths(lengths.collect()));
         }
         let layout = Layout::of(&contract);

@@ -20,8 +20,7 @@ pub fn simulate(
     goldtof::hdl::write(emission, folder).expect("the files can be written");
     let mut stimulus = String::new();
     for input in inputs {
-        let word =
-            input.samples << 2 | u128::from(input.ready) << 1 | u128::from(input.reset);
+        let word = input.samples << 2 | u128::from(input.ready) << 1 | u128::from(input.reset);
         let _ = writeln!(stimulus, "{word:x}");
     }
     fs::write(folder.join("stimulus.hex"), stimulus).expect("the stimulus can be written");

@@ -37,7 +37,11 @@ pub fn concat_bits(bits: Vec<Expr>) -> Expr {
             _ => runs.push((bit, 1)),
         }
     }
-    concat(runs.into_iter().map(|(bit, count)| repeat(bit, count)).collect())
+    concat(
+        runs.into_iter()
+            .map(|(bit, count)| repeat(bit, count))
+            .collect(),
+    )
 }
 
 /// Puts parts side by side, most significant first, and joins neighbours that

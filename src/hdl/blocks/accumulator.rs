@@ -47,14 +47,17 @@ impl Accumulator {
     pub fn new(bits: u32, addend_bits: u32, place: Place) -> Accumulator {
         let difference_bits = bits + u32::from(place.has_lower) + u32::from(place.has_higher);
         let when_higher = |bit| Optional::new(place.has_higher, bit);
-        let mut about = About::new("accumulator", "a running total and its growth per phase step")
-            .note(
-                "The total is never cleared: a step's count is the difference of two totals, \
+        let mut about = About::new(
+            "accumulator",
+            "a running total and its growth per phase step",
+        )
+        .note(
+            "The total is never cleared: a step's count is the difference of two totals, \
                  which keeps multiplexers out of the carry chain, and wrapping does no harm to a \
                  difference.",
-            )
-            .fact("Latency", "1 clock to the total, 1 more to o_count")
-            .fact("Rate", "one addend per clock");
+        )
+        .fact("Latency", "1 clock to the total, 1 more to o_count")
+        .fact("Rate", "one addend per clock");
         if place.has_lower || place.has_higher {
             about = about.note(
                 "It is a segment of a wider total: carry and borrow reach the next segment one \

@@ -37,8 +37,8 @@ pub struct PhaseStepper {
     window: Register<Word>,
     taps: Vec<Wiring>,
     wrap: Optional<Local<bool>>,
-    hold: Local<bool>,
-    chip: Local<bool>,
+    hold: Optional<Local<bool>>,
+    chip: Optional<Local<bool>>,
     _chips: usize,
     _lanes: usize,
     _parallel: usize,
@@ -146,16 +146,19 @@ impl PhaseStepper {
         let mask = (1 << geometry.first_delay) - 1;
         let reload = "after reset and at a scan's start";
         let by_samples = |part| Optional::new(grows_by_samples, part);
-        let replays = |about: &str| {
-            Optional::new(replayed > 0, Register::word(replayed.max(1), 0, about))
-        };
+        let replays =
+            |about: &str| Optional::new(replayed > 0, Register::word(replayed.max(1), 0, about));
         let taps: Vec<(u32, u32)> = (0..window).map(|sample| geometry.tap(sample)).collect();
         // Where the delay stays within a chip, which lanes take the previous
         // chip is known beforehand.
         let one_more = |place: u32| u32::from(geometry.may_be_delayed(place));
         let fixed = |place: u32| if grows_by_samples { 0 } else { one_more(place) };
-        let present = taps.iter().map(|&(back, place)| (back + fixed(place)) as usize);
-        let previous = taps.iter().map(|&(back, place)| (back + one_more(place)) as usize);
+        let present = taps
+            .iter()
+            .map(|&(back, place)| (back + fixed(place)) as usize);
+        let previous = taps
+            .iter()
+            .map(|&(back, place)| (back + one_more(place)) as usize);
         let places = taps.iter().map(|&(_, place)| place as usize);
         // The mask with `samples` more lanes: ones come in from an input that
         // follows its own bits.
@@ -192,7 +195,10 @@ impl PhaseStepper {
             ),
             wraps: Optional::new(
                 looks_ahead && grows_by_samples,
-                Register::bit(false, "this clock ends a step, and the next delays by a chip more"),
+                Register::bit(
+                    false,
+                    "this clock ends a step, and the next delays by a chip more",
+                ),
             ),
             saved: replays("chips that the reference went back by, the next one on top"),
             replays: replays("which of them are still to come again"),
@@ -220,7 +226,11 @@ impl PhaseStepper {
             window: Register::word(window, 0, "reference of each sample"),
             taps: if parallel > 1 {
                 let wiring = || {
-                    Wiring::new(lanes as usize, (0..lanes as usize).collect(), "samples of a step")
+                    Wiring::new(
+                        lanes as usize,
+                        (0..lanes as usize).collect(),
+                        "samples of a step",
+                    )
                 };
                 (0..parallel).map(|_| wiring()).collect()
             } else {
@@ -230,8 +240,8 @@ impl PhaseStepper {
                 grows_by_samples,
                 Local::bit("the next step delays by a whole chip more"),
             ),
-            hold: Local::bit("the reference generator waits"),
-            chip: Local::bit("chip that comes next"),
+            hold: Optional::new(replayed > 0, Local::bit("the reference generator waits")),
+            chip: Optional::new(replayed > 0, Local::bit("chip that comes next")),
             _chips: kept as usize,
             _lanes: lanes as usize,
             _parallel: parallel as usize,
@@ -243,12 +253,7 @@ impl PhaseStepper {
     }
 }
 
-fn by_samples_constant(
-    present: bool,
-    mask: u128,
-    width: u32,
-    reload: &str,
-) -> Optional<Constant> {
+fn by_samples_constant(present: bool, mask: u128, width: u32, reload: &str) -> Optional<Constant> {
     Optional::new(
         present,
         Constant::new(mask, width, format!("Delayed lanes {reload}")),
@@ -343,29 +348,28 @@ impl Logic for PhaseStepper {
         }
 
         for _within_a_chip in 0..self._advances_at_step_end {
-            self.hold.next = self.wrap[0].val();
-            self.chip.next = self.i_chip.val();
-            if !self.hold.val() {
+            self.o_advance.next = !self.wrap[0].val();
+            if !self.wrap[0].val() {
                 self.chips.d.next =
-                    (self.chips.q.val() << 1) | bit_cast(self.chip.val(), self._chips);
+                    (self.chips.q.val() << 1) | bit_cast(self.i_chip.val(), self._chips);
             }
         }
         for _whole_chips in self._advances_at_step_end..1 {
             for _one_chip in self.saved.count()..1 {
-                self.hold.next = self.i_step_end.val();
-                self.chip.next = self.i_chip.val();
+                self.o_advance.next = !self.i_step_end.val();
             }
             for _replays in 0..self.saved.count() {
                 dff_setup!(self, i_clk, saved[0], replays[0]);
                 for top in (self._replayed.saturating_sub(1))..self._replayed {
-                    self.hold.next =
+                    self.hold[0].next =
                         self.i_step_end.val() | self.replays[0].q.val().get_bit(top);
                     if self.replays[0].q.val().get_bit(top) {
-                        self.chip.next = self.saved[0].q.val().get_bit(top);
+                        self.chip[0].next = self.saved[0].q.val().get_bit(top);
                     } else {
-                        self.chip.next = self.i_chip.val();
+                        self.chip[0].next = self.i_chip.val();
                     }
                 }
+                self.o_advance.next = !self.hold[0].val();
                 self.saved[0].d.next = self.saved[0].q.val() << 1;
                 self.replays[0].d.next = self.replays[0].q.val() << 1;
             }
@@ -384,8 +388,14 @@ impl Logic for PhaseStepper {
                         }
                     }
                 } else {
-                    self.chips.d.next =
-                        (self.chips.q.val() << 1) | bit_cast(self.chip.val(), self._chips);
+                    for _one_chip in self.saved.count()..1 {
+                        self.chips.d.next =
+                            (self.chips.q.val() << 1) | bit_cast(self.i_chip.val(), self._chips);
+                    }
+                    for _replays in 0..self.saved.count() {
+                        self.chips.d.next =
+                            (self.chips.q.val() << 1) | bit_cast(self.chip[0].val(), self._chips);
+                    }
                 }
                 for _by_samples in 0..self.delayed.count() {
                     if self.wrap[0].val() {
@@ -397,7 +407,6 @@ impl Logic for PhaseStepper {
             }
         }
 
-        self.o_advance.next = !self.hold.val();
         for _realigns in 0..self.i_start.count() {
             if self.i_start[0].val() {
                 self.chips.d.next = self.chips_load.val();

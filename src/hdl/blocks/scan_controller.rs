@@ -120,14 +120,22 @@ impl ScanController {
             o_counted: Output::bit("the step's count is there"),
             o_last: Output::bit("it is the scan's last"),
             about: about(plan).note(order),
-            dwell_load: chips(constant(dwell.state(0), &dwell, "Chip counter at a step's first chip")),
+            dwell_load: chips(constant(
+                dwell.state(0),
+                &dwell,
+                "Chip counter at a step's first chip",
+            )),
             dwell_taps: chips(constant(dwell.taps(), &dwell, "Taps of the chip counter")),
             dwell_ending: chips(constant(
                 dwell_ending,
                 &dwell,
                 "Chip counter two chips before a step's last",
             )),
-            steps_load: of_steps(constant(step.state(0), &step, "Step counter at a scan's first step")),
+            steps_load: of_steps(constant(
+                step.state(0),
+                &step,
+                "Step counter at a scan's first step",
+            )),
             steps_taps: of_steps(constant(step.taps(), &step, "Taps of the step counter")),
             steps_ending: of_steps(constant(
                 steps_ending,
@@ -153,7 +161,10 @@ impl ScanController {
                 Register::word(step.width(), step.state(0), "steps of the present scan")
                     .reset_to("steps_load$0"),
             ),
-            last_step: Optional::new(counts_steps, Register::bit(false, "the present step is the scan's last")),
+            last_step: Optional::new(
+                counts_steps,
+                Register::bit(false, "the present step is the scan's last"),
+            ),
             scan_end: Optional::new(
                 looks_ahead && counts_steps,
                 Register::bit(false, "last clock of a scan"),
@@ -191,7 +202,10 @@ fn about(plan: ScanPlan) -> About {
         );
     }
     about
-        .fact("Dwell", format!("{} chips per phase step", plan.dwell_chips))
+        .fact(
+            "Dwell",
+            format!("{} chips per phase step", plan.dwell_chips),
+        )
         .fact("Scan", format!("{} phase steps", plan.steps))
         .fact(
             "Latency",
@@ -234,7 +248,8 @@ impl Logic for ScanController {
         self.o_step_end.next = self.ends_step.val();
 
         for _waits in 0..self.i_epoch.count() {
-            self.o_start[0].next = self.i_epoch[0].val() & (!self.run.q.val() | self.ends_scan.val());
+            self.o_start[0].next =
+                self.i_epoch[0].val() & (!self.run.q.val() | self.ends_scan.val());
             if self.o_start[0].val() {
                 self.run.d.next = true;
             } else if self.ends_scan.val() {
@@ -260,8 +275,10 @@ impl Logic for ScanController {
                 if self.ends_step.val() {
                     self.dwell[0].d.next = self.dwell_load[0].val();
                 } else if self.run.q.val() {
-                    self.dwell[0].d.next = (self.dwell[0].q.val() >> 1)
-                        .replace_bit(top, (self.dwell[0].q.val() & self.dwell_taps[0].val()).xor());
+                    self.dwell[0].d.next = (self.dwell[0].q.val() >> 1).replace_bit(
+                        top,
+                        (self.dwell[0].q.val() & self.dwell_taps[0].val()).xor(),
+                    );
                 }
             }
         }
@@ -274,8 +291,10 @@ impl Logic for ScanController {
                 if self.ends_scan.val() {
                     self.steps[0].d.next = self.steps_load[0].val();
                 } else if self.ends_step.val() {
-                    self.steps[0].d.next = (self.steps[0].q.val() >> 1)
-                        .replace_bit(top, (self.steps[0].q.val() & self.steps_taps[0].val()).xor());
+                    self.steps[0].d.next = (self.steps[0].q.val() >> 1).replace_bit(
+                        top,
+                        (self.steps[0].q.val() & self.steps_taps[0].val()).xor(),
+                    );
                 }
             }
         }

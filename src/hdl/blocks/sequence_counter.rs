@@ -126,9 +126,15 @@ mod tests {
         let mut product: Vec<u64> = (0..n).map(|bit| 1 << bit).collect();
         while count > 0 {
             if count & 1 == 1 {
-                product = product.iter().map(|&column| apply(&square, column)).collect();
+                product = product
+                    .iter()
+                    .map(|&column| apply(&square, column))
+                    .collect();
             }
-            square = square.iter().map(|&column| apply(&square, column)).collect();
+            square = square
+                .iter()
+                .map(|&column| apply(&square, column))
+                .collect();
             count >>= 1;
         }
         (0..n).all(|bit| product[bit] == 1 << bit)
