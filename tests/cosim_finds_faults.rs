@@ -30,37 +30,61 @@ const QUICK: &[Fault] = &[
     // Scan: one chip or one step more or fewer, a lost strobe.
     (
         "scan_controller.v",
-        "DWELL_RELOAD = 13'h63d",
-        "DWELL_RELOAD = 13'h63c",
+        "DWELL_ENDING = 12'h7ee",
+        "DWELL_ENDING = 12'hff7",
     ),
     (
         "scan_controller.v",
-        "DWELL_RELOAD = 13'h63d",
-        "DWELL_RELOAD = 13'h63e",
+        "DWELL_TAPS = 12'h941",
+        "DWELL_TAPS = 12'h841",
     ),
     (
         "scan_controller.v",
-        "dwell_r <= 13'h63c",
-        "dwell_r <= 13'h63d",
+        "DWELL_LOAD = 12'hfff",
+        "DWELL_LOAD = 12'h7ff",
     ),
     (
         "scan_controller.v",
-        "STEPS_RELOAD = 9'd9",
-        "STEPS_RELOAD = 9'd10",
+        "STEPS_ENDING = 8'h42",
+        "STEPS_ENDING = 8'h84",
     ),
-    ("scan_controller.v", "steps_r <= 9'd9", "steps_r <= 9'd8"),
+    (
+        "scan_controller.v",
+        "STEPS_LOAD = 8'hff",
+        "STEPS_LOAD = 8'h7f",
+    ),
     ("scan_controller.v", "o_run <= 1'b0", "o_run <= 1'b1"),
+    (
+        "scan_controller.v",
+        "o_step_ends & last_step_r",
+        "o_step_ends",
+    ),
+    (
+        "scan_controller.v",
+        "dumps = step_ended_r[4]",
+        "dumps = step_ended_r[3]",
+    ),
+    (
+        "scan_controller.v",
+        "o_counted = step_ended_r[5]",
+        "o_counted = step_ended_r[4]",
+    ),
+    (
+        "scan_controller.v",
+        "o_last = scan_ended_r[5]",
+        "o_last = scan_ended_r[4]",
+    ),
     // Phase: lanes, the held chip.
     (
         "phase_stepper.v",
-        "wrap = i_step_end & delayed_r[6]",
-        "wrap = i_step_end & delayed_r[5]",
+        "i_step_ends & delayed_r[6]",
+        "i_step_ends & delayed_r[5]",
     ),
     ("phase_stepper.v", "o_advance = ~wrap", "o_advance = 1'b1"),
     (
         "phase_stepper.v",
-        "previous_r <= present_r",
-        "previous_r <= i_chip",
+        "chips_r <= {chips_r[0], i_chip}",
+        "chips_r <= {i_chip, i_chip}",
     ),
     (
         "phase_stepper.v",
@@ -84,45 +108,38 @@ const QUICK: &[Fault] = &[
         "i_samples & ~{i_samples[6:0]",
         "~i_samples & {i_samples[6:0]",
     ),
-    // Counting: a sign, a pair, a width one short.
+    ("edge_detector.v", "rising[2] | rising[3]", "rising[2]"),
+    (
+        "edge_detector.v",
+        "{i_samples[6], i_samples[4]",
+        "{i_samples[7], i_samples[4]",
+    ),
+    // Counting: a sign, a pair, a width one short, a missed dump.
     (
         "updown_correlator.v",
-        "down = i_hits & ~i_reference",
-        "down = i_hits & i_reference",
+        "i_hits & ~((i_early",
+        "i_hits & ((i_early",
     ),
     (
         "updown_correlator.v",
-        "{down[2] | down[3], i_hits[2] | i_hits[3]}",
-        "{down[2], i_hits[2]}",
+        "late_reference = {i_reference[7]",
+        "late_reference = {i_reference[6]",
     ),
+    ("quad_counter.v", "{&i_hit, two_hits", "{1'b0, two_hits"),
+    ("quad_counter.v", "{downs_r, 1'b0}", "{1'b0, downs_r}"),
     (
-        "updown_correlator.v",
-        "{sum_4_7_r[2], sum_4_7_r}",
-        "{1'b0, sum_4_7_r}",
+        "accumulator.v",
+        "{{11{i_addend[3]}}, i_addend}",
+        "{{12{i_addend[2]}}, i_addend[2:0]}",
     ),
-    (
-        "updown_correlator.v",
-        "{{11{sum_0_7_r[3]}}, sum_0_7_r}",
-        "{{12{sum_0_7_r[2]}}, sum_0_7_r[2:0]}",
-    ),
-    (
-        "updown_correlator.v",
-        "o_dump = step_end_r[4]",
-        "o_dump = step_end_r[3]",
-    ),
-    (
-        "updown_correlator.v",
-        "o_last = scan_end_r[4]",
-        "o_last = scan_end_r[3]",
-    ),
-    // Results: a missed dump, the handshake, the flag, the sign's extension.
-    ("result_stream.v", "base_r <= i_total;", "base_r <= base_r;"),
+    ("accumulator.v", "base_r <= total_r;", "base_r <= base_r;"),
+    // Results: the handshake, the flag, the sign's extension.
     (
         "result_stream.v",
         "blocked = o_valid & ~i_ready",
         "blocked = o_valid",
     ),
-    ("result_stream.v", "new_result | blocked;", "new_result;"),
+    ("result_stream.v", "i_counted | blocked;", "i_counted;"),
     ("result_stream.v", "o_overrun <= 1'b1", "o_overrun <= 1'b0"),
     (
         "result_stream.v",
@@ -147,24 +164,24 @@ const WINDOW: &[Fault] = &[
     ),
     (
         "scan_controller.v",
-        "i_epoch & (~o_run | o_scan_end)",
-        "~o_run | o_scan_end",
+        "i_epoch & (~o_run | ends_scan)",
+        "~o_run | ends_scan",
     ),
     (
         "scan_controller.v",
-        "steps_r <= STEPS_RELOAD",
-        "steps_r <= STEPS_RELOAD + 6'd1",
+        "STEPS_ENDING = 5'd1",
+        "STEPS_ENDING = 5'd2",
     ),
     (
         "phase_stepper.v",
         "DELAYED_LOAD = 3'd3",
         "DELAYED_LOAD = 3'd1",
     ),
-    ("result_stream.v", "LARGEST = 5'hf", "LARGEST = 5'he"),
+    ("count_clamp.v", "LARGEST = 5'hf", "LARGEST = 5'he"),
     (
         "result_stream.v",
-        "if (new_result & ~fits)",
-        "if (new_result & fits)",
+        "clamped = clamp_clamped",
+        "clamped = ~clamp_clamped",
     ),
 ];
 
@@ -172,7 +189,7 @@ const WINDOW: &[Fault] = &[
 /// tests/scenes/window-in-step.toml.
 const WINDOW_IN_STEP: &[Fault] = &[(
     "scan_controller.v",
-    "i_epoch & (~o_run | o_scan_end)",
+    "i_epoch & (~o_run | ends_scan)",
     "i_epoch & ~o_run",
 )];
 

@@ -21,23 +21,28 @@ fn refusal(scene: &Scene) -> String {
 }
 
 #[test]
-fn more_than_one_detector_is_not_built_yet() {
-    let mut scene = plain();
+fn references_of_different_lengths_are_refused() {
+    let codes = [code(Family::Gold(5), 0, 3), code(Family::Gold(6), 0, 3)];
+    let mut scene = scene(&codes, 0, 8, 0, None, 40, None);
     scene.detectors.push(scene.detectors[0].clone());
+    scene.detectors[1].reference = 1;
     assert_eq!(
         refusal(&scene),
-        "hardware for more or fewer than one detector is not built yet: 2 asked for, 1 possible"
+        "the detectors' reference codes have [31, 63] chips per period; one scan walks all of \
+         them, so they need one length"
     );
 }
 
 #[test]
-fn parallel_correlation_is_not_built_yet() {
-    let mut scene = plain();
-    scene.hardware.parallel = 4;
+fn steps_at_once_need_time_for_the_reference_to_go_back() {
+    let mut scene = scene(&[code(Family::Gold(5), 0, 3)], 0, 8, 0, None, 2, None);
+    scene.hardware.parallel = 16;
+    assert!(emit(&scene, "goldtof emit test.toml").is_ok());
+    scene.hardware.parallel = 17;
     assert_eq!(
         refusal(&scene),
-        "hardware that correlates several phase steps at once is not built yet: 4 asked for, \
-         1 possible"
+        "the integration time is 2 chips; with parallel = 17 and 8 samples per chip the reference \
+         goes back by up to 3 chips after each group, so integrate over at least 3 chips"
     );
 }
 
@@ -54,8 +59,7 @@ fn limits_are_named_with_the_value_that_breaks_them() {
     );
     assert_eq!(
         refusal(&scene(&codes, 0, 8, 0, None, u64::MAX / 2, None)),
-        "the width of a count that cannot overflow is 66, but the hardware takes at most 64 \
-         bits; integrate over fewer chips"
+        "the integration time in chips is 9223372036854775807, but the hardware takes at most 2^60"
     );
     assert_eq!(
         refusal(&scene(

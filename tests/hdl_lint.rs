@@ -4,7 +4,7 @@ mod hdl_support;
 
 use goldtof::hdl::{Emission, emit, write};
 use goldtof::scene::Scene;
-use hdl_support::{Family, code, run, scene};
+use hdl_support::{Family, code, random_scene, run, scene, stimulus};
 
 /// Every family, depth, number of samples, kind of scan and width at least
 /// once, most of them together with several of the others.
@@ -75,6 +75,19 @@ fn forty_scenes_are_clean_under_verilator_icarus_and_yosys() {
     assert_eq!(scenes.len(), 40);
     for scene in &scenes {
         lint(&emit(scene, "goldtof emit test.toml --out build").expect("the scene is fine"));
+    }
+}
+
+#[test]
+fn sixty_random_scenes_are_clean_too() {
+    let mut noise = stimulus::Noise::new(42);
+    for case in 0..60 {
+        let mut scene = random_scene(&mut noise, case);
+        if case % 4 == 0 {
+            // Counters of up to 60 bits.
+            scene.scan.integration_chips <<= noise.below(50);
+        }
+        lint(&emit(&scene, "goldtof emit test.toml --out build").expect("the scene is fine"));
     }
 }
 

@@ -5,7 +5,7 @@ mod hdl_support;
 
 use goldtof::hdl::blocks::{CodeSource, SensorTop};
 use goldtof::hdl::front::Word;
-use goldtof::model::contract::Contract;
+use goldtof::model::contract::{Contract, CountSegments};
 use goldtof::scene::Scene;
 use hdl_support::naive_sensor::{Inputs, Outputs};
 use hdl_support::{Family, code, naive_sensor, random_scene, scene, stimulus};
@@ -41,15 +41,18 @@ fn clock(sensor: &mut SensorTop, input: &Inputs) -> Outputs {
 }
 
 fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {
-    let contract = Contract::of(scene);
+    keeps(&Contract::of(scene), cycles, seed);
+}
+
+fn keeps(contract: &Contract, cycles: usize, seed: u64) {
     let inputs = stimulus::inputs(
         contract.lanes * contract.reference_codes.len() as u32,
         cycles,
         seed,
     );
-    let expected = naive_sensor::outputs(&contract, &inputs);
+    let expected = naive_sensor::outputs(contract, &inputs);
     assert!(expected.iter().any(|o| o.valid), "the run is too short");
-    let mut sensor = SensorTop::new(&contract);
+    let mut sensor = SensorTop::new(contract);
     sensor.connect_all();
     for (cycle, (input, expected)) in inputs.iter().zip(&expected).enumerate() {
         let got = clock(&mut sensor, input);
@@ -85,6 +88,24 @@ fn any_sensor_agrees_at_every_clock() {
     for case in 0..24 {
         let scene = random_scene(&mut noise, case);
         agrees_with_the_definition(&scene, 700, u64::from(case));
+    }
+}
+
+#[test]
+fn a_total_in_segments_counts_as_one_in_a_piece() {
+    for (segment_bits, dwell, lanes) in [(2, 40, 1), (3, 60, 4), (4, 200, 8), (5, 300, 16)] {
+        let codes = [code(Family::Gold(5), 0, 2)];
+        let mut contract = Contract::of(&scene(&codes, 0, lanes, 3, Some(9), dwell, None));
+        let bits = contract.exact_count_bits;
+        let count = bits.div_ceil(segment_bits);
+        assert!(count > 1 && contract.count_segments.count == 1);
+        contract.count_segments = CountSegments {
+            count,
+            lower_bits: segment_bits,
+            top_bits: bits - segment_bits * (count - 1),
+        };
+        contract.result_latency_clocks += count - 1;
+        keeps(&contract, 4000, u64::from(lanes));
     }
 }
 

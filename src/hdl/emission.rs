@@ -90,6 +90,9 @@ pub struct Parameters {
     pub exact_count_bits: u32,
 }
 
+/// Longest integration, as in a scene file.
+const MOST_DWELL_CHIPS: u64 = 1 << 60;
+
 /// Makes the Verilog that `scene` needs. `command` is what the user typed; it
 /// stands in every file.
 pub fn emit(scene: &Scene, command: &str) -> Result<Emission, HdlError> {
@@ -148,6 +151,13 @@ fn check_limits(scene: &Scene, contract: &Contract) -> Result<(), HdlError> {
     within("parallel", contract.parallel, "1 to 64", |parallel| {
         (1..=64).contains(&parallel)
     })?;
+    if contract.scan.integration_chips > MOST_DWELL_CHIPS {
+        return Err(HdlError::Limit {
+            what: "the integration time in chips".into(),
+            found: contract.scan.integration_chips,
+            limit: "at most 2^60",
+        });
+    }
     let most_held = u64::from(contract.parallel.div_ceil(contract.lanes));
     if contract.scan.integration_chips < most_held {
         return Err(HdlError::ShortStep {

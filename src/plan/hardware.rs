@@ -15,6 +15,7 @@ pub(super) fn parts(scene: &Scene) -> Vec<Part> {
         edge_detector(scene),
         updown_correlator(scene, &contract),
         parallel_correlators(scene),
+        count_segments(&contract),
         saturation_clamp(&contract),
         scan_controller(scene),
         scan_realignment(scene, &contract),
@@ -128,6 +129,23 @@ fn parallel_correlators(scene: &Scene) -> Part {
     }
 }
 
+fn count_segments(contract: &Contract) -> Part {
+    let (bits, segments) = (contract.exact_count_bits, contract.count_segments.count);
+    match segments {
+        1 => left_out(
+            "count_segments",
+            format!("one carry chain holds {bits} bits at full clock; saves pipeline stages"),
+        ),
+        _ => kept(
+            "count_segments",
+            format!(
+                "the carry chain of {bits} bits is cut into {segments}, each a clock behind the \
+                 one below, so that the clock does not fall with the width"
+            ),
+        ),
+    }
+}
+
 fn saturation_clamp(contract: &Contract) -> Part {
     let (count, exact) = (contract.count_bits, contract.exact_count_bits);
     if contract.saturates() {
@@ -158,6 +176,17 @@ fn scan_controller(scene: &Scene) -> Part {
 
 fn scan_realignment(scene: &Scene, contract: &Contract) -> Part {
     let (steps, period) = (scene.scan.steps, scene.scan.steps_per_period);
+    if scene.scan.is_full() && contract.realigns() {
+        return kept(
+            "scan_realignment",
+            format!(
+                "{steps} phase steps are no whole number of groups of {}, so a scan does not end \
+                 where it began: the next one waits for the code's first chip and loads the \
+                 reference anew",
+                contract.parallel
+            ),
+        );
+    }
     if contract.realigns() {
         kept(
             "scan_realignment",

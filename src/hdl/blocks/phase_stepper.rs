@@ -37,8 +37,8 @@ pub struct PhaseStepper {
     window: Register<Word>,
     taps: Vec<Wiring>,
     wrap: Optional<Local<bool>>,
-    hold: Local<bool>,
-    chip: Local<bool>,
+    hold: Optional<Local<bool>>,
+    chip: Optional<Local<bool>>,
     _chips: usize,
     _lanes: usize,
     _parallel: usize,
@@ -240,8 +240,8 @@ impl PhaseStepper {
                 grows_by_samples,
                 Local::bit("the next step delays by a whole chip more"),
             ),
-            hold: Local::bit("the reference generator waits"),
-            chip: Local::bit("chip that comes next"),
+            hold: Optional::new(replayed > 0, Local::bit("the reference generator waits")),
+            chip: Optional::new(replayed > 0, Local::bit("chip that comes next")),
             _chips: kept as usize,
             _lanes: lanes as usize,
             _parallel: parallel as usize,
@@ -348,28 +348,28 @@ impl Logic for PhaseStepper {
         }
 
         for _within_a_chip in 0..self._advances_at_step_end {
-            self.hold.next = self.wrap[0].val();
-            self.chip.next = self.i_chip.val();
-            if !self.hold.val() {
+            self.o_advance.next = !self.wrap[0].val();
+            if !self.wrap[0].val() {
                 self.chips.d.next =
-                    (self.chips.q.val() << 1) | bit_cast(self.chip.val(), self._chips);
+                    (self.chips.q.val() << 1) | bit_cast(self.i_chip.val(), self._chips);
             }
         }
         for _whole_chips in self._advances_at_step_end..1 {
             for _one_chip in self.saved.count()..1 {
-                self.hold.next = self.i_step_end.val();
-                self.chip.next = self.i_chip.val();
+                self.o_advance.next = !self.i_step_end.val();
             }
             for _replays in 0..self.saved.count() {
                 dff_setup!(self, i_clk, saved[0], replays[0]);
                 for top in (self._replayed.saturating_sub(1))..self._replayed {
-                    self.hold.next = self.i_step_end.val() | self.replays[0].q.val().get_bit(top);
+                    self.hold[0].next =
+                        self.i_step_end.val() | self.replays[0].q.val().get_bit(top);
                     if self.replays[0].q.val().get_bit(top) {
-                        self.chip.next = self.saved[0].q.val().get_bit(top);
+                        self.chip[0].next = self.saved[0].q.val().get_bit(top);
                     } else {
-                        self.chip.next = self.i_chip.val();
+                        self.chip[0].next = self.i_chip.val();
                     }
                 }
+                self.o_advance.next = !self.hold[0].val();
                 self.saved[0].d.next = self.saved[0].q.val() << 1;
                 self.replays[0].d.next = self.replays[0].q.val() << 1;
             }
@@ -388,8 +388,14 @@ impl Logic for PhaseStepper {
                         }
                     }
                 } else {
-                    self.chips.d.next =
-                        (self.chips.q.val() << 1) | bit_cast(self.chip.val(), self._chips);
+                    for _one_chip in self.saved.count()..1 {
+                        self.chips.d.next =
+                            (self.chips.q.val() << 1) | bit_cast(self.i_chip.val(), self._chips);
+                    }
+                    for _replays in 0..self.saved.count() {
+                        self.chips.d.next =
+                            (self.chips.q.val() << 1) | bit_cast(self.chip[0].val(), self._chips);
+                    }
                 }
                 for _by_samples in 0..self.delayed.count() {
                     if self.wrap[0].val() {
@@ -401,7 +407,6 @@ impl Logic for PhaseStepper {
             }
         }
 
-        self.o_advance.next = !self.hold.val();
         for _realigns in 0..self.i_start.count() {
             if self.i_start[0].val() {
                 self.chips.d.next = self.chips_load.val();

@@ -16,15 +16,16 @@ pub struct QuadCounter {
     /// Hits that count up less hits that count down.
     pub o_sum: Output<Word>,
     about: About,
-    pairs: Vec<Local<Word>>,
-    ones: Vec<Register<Word>>,
+    two_hits: Local<bool>,
+    two_downs: Local<bool>,
+    hits: Register<Word>,
+    downs: Register<Word>,
     sum: Register<Word>,
 }
 
 impl QuadCounter {
     /// The counter.
     pub fn new() -> QuadCounter {
-        let ones = |name: &str, about: &str| Register::word(3, 0, about).named(name);
         QuadCounter {
             i_clk: Input::bit("four pairs per cycle"),
             i_rst: Input::bit("synchronous, active high"),
@@ -33,19 +34,15 @@ impl QuadCounter {
             o_sum: Output::word(4, "hits that count up less hits that count down, signed"),
             about: About::new("quad_counter", "signed count of four pairs of samples")
                 .note(
-                    "Ones are counted as carry-save adders do: two half adders, whose sums and \
-                     carries are added.",
+                    "A hit adds 1, and a hit that counts down takes 2 off again. Four ones are \
+                     counted by two half adders whose sums and carries meet in one gate each.",
                 )
                 .fact("Latency", "2 clocks")
                 .fact("Rate", "four pairs per clock"),
-            pairs: vec![
-                Local::word(4, "pairs with a hit"),
-                Local::word(4, "pairs whose hit counts down"),
-            ],
-            ones: vec![
-                ones("hits", "number of hits"),
-                ones("downs", "number of hits that count down"),
-            ],
+            two_hits: Local::bit("two or three hits"),
+            two_downs: Local::bit("two or three hits that count down"),
+            hits: Register::word(3, 0, "number of hits"),
+            downs: Register::word(3, 0, "number of hits that count down"),
             sum: Register::word(4, 0, "hits that count up less hits that count down"),
         }
     }
@@ -60,24 +57,22 @@ impl Default for QuadCounter {
 impl Logic for QuadCounter {
     #[hdl_gen]
     fn update(&mut self) {
-        dff_setup!(self, i_clk, sum);
-        self.pairs[0].next = self.i_hit.val();
-        self.pairs[1].next = self.i_down.val();
-        for w in 0..2 {
-            dff_setup!(self, i_clk, ones[w]);
-            self.ones[w].d.next = bit_cast(false, 3)
-                .replace_bit(0, self.pairs[w].val().xor())
-                .replace_bit(
-                    1,
-                    (self.pairs[w].val().get_bit(0) & self.pairs[w].val().get_bit(1))
-                        ^ (self.pairs[w].val().get_bit(2) & self.pairs[w].val().get_bit(3))
-                        ^ ((self.pairs[w].val().get_bit(0) ^ self.pairs[w].val().get_bit(1))
-                            & (self.pairs[w].val().get_bit(2) ^ self.pairs[w].val().get_bit(3))),
-                )
-                .replace_bit(2, self.pairs[w].val().all());
-        }
-        self.sum.d.next =
-            bit_cast(self.ones[0].q.val(), 4) - (bit_cast(self.ones[1].q.val(), 4) << 1);
+        dff_setup!(self, i_clk, hits, downs, sum);
+        self.two_hits.next = (self.i_hit.val().get_bit(0) & self.i_hit.val().get_bit(1))
+            ^ (self.i_hit.val().get_bit(2) & self.i_hit.val().get_bit(3))
+            ^ ((self.i_hit.val().get_bit(0) ^ self.i_hit.val().get_bit(1))
+                & (self.i_hit.val().get_bit(2) ^ self.i_hit.val().get_bit(3)));
+        self.two_downs.next = (self.i_down.val().get_bit(0) & self.i_down.val().get_bit(1))
+            ^ (self.i_down.val().get_bit(2) & self.i_down.val().get_bit(3))
+            ^ ((self.i_down.val().get_bit(0) ^ self.i_down.val().get_bit(1))
+                & (self.i_down.val().get_bit(2) ^ self.i_down.val().get_bit(3)));
+        self.hits.d.next = bit_cast(self.i_hit.val().xor(), 3)
+            .replace_bit(1, self.two_hits.val())
+            .replace_bit(2, self.i_hit.val().all());
+        self.downs.d.next = bit_cast(self.i_down.val().xor(), 3)
+            .replace_bit(1, self.two_downs.val())
+            .replace_bit(2, self.i_down.val().all());
+        self.sum.d.next = bit_cast(self.hits.q.val(), 4) - (bit_cast(self.downs.q.val(), 4) << 1);
         self.o_sum.next = self.sum.q.val();
     }
 }

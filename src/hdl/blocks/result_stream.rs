@@ -256,6 +256,14 @@ impl Logic for ResultStream {
 
         self.load.next = self.i_counted.val() & !self.blocked.val();
         if self.load.val() {
+            for c in 0..(self.count.len()) {
+                for _exact in self.o_saturated.count()..1 {
+                    self.count[c].d.next = self.i_count[c].val();
+                }
+                for _saturates in 0..self.o_saturated.count() {
+                    self.count[c].d.next = self.clamp[c].o_count.val();
+                }
+            }
             self.last.d.next = self.i_last.val();
             for _steps in 0..self.step.count() {
                 self.step[0].d.next = 1.into();
@@ -269,9 +277,6 @@ impl Logic for ResultStream {
             for c in 0..(self.count.len()) {
                 self.clamp[c].i_count.next = self.i_count[c].val();
                 self.clamped[0].i[c].next = self.clamp[c].o_clamped.val();
-                if self.load.val() {
-                    self.count[c].d.next = self.clamp[c].o_count.val();
-                }
             }
             for _whole in self._partial..1 {
                 if self.i_counted.val() & self.clamped[0].o.val().any() {
@@ -290,13 +295,6 @@ impl Logic for ResultStream {
                 }
             }
             self.o_saturated[0].next = self.saturated[0].q.val();
-        }
-        for _exact in self.o_saturated.count()..1 {
-            for c in 0..(self.count.len()) {
-                if self.load.val() {
-                    self.count[c].d.next = self.i_count[c].val();
-                }
-            }
         }
         self.valid.d.next = self.i_counted.val() | self.blocked.val();
         if self.i_counted.val() & self.blocked.val() {

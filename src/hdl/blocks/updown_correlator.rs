@@ -23,7 +23,8 @@ pub struct UpdownCorrelator {
     /// Count of the last step.
     pub o_count: Output<Word>,
     about: About,
-    down_pairs: Wiring,
+    early_reference: Optional<Wiring>,
+    late_reference: Optional<Wiring>,
     hit: Register<Word>,
     down: Register<Word>,
     hit_of_quad: Vec<Wiring>,
@@ -59,6 +60,10 @@ impl UpdownCorrelator {
                 0,
                 format!("signed count of samples 0 to {}", lanes - 1),
             )
+        };
+        let of_pairs = |about: &str| {
+            let pairs = pairs as usize;
+            Optional::new(lanes > 1, Wiring::new(pairs, (0..pairs).collect(), about))
         };
         let of_quads = |about: &str| -> Vec<Wiring> {
             (0..quads)
@@ -96,11 +101,8 @@ impl UpdownCorrelator {
                 ),
             )
             .fact("Rate", "one word per clock"),
-            down_pairs: Wiring::new(
-                pairs as usize,
-                (0..pairs as usize).collect(),
-                "pairs whose hit counts down",
-            ),
+            early_reference: of_pairs("reference of each pair's earlier sample"),
+            late_reference: of_pairs("reference of each pair's later sample"),
             hit: Register::word(pairs, 0, "pairs with a hit"),
             down: Register::word(pairs, 0, "pairs whose hit counts down"),
             hit_of_quad: of_quads("four pairs with a hit"),
@@ -150,18 +152,19 @@ impl Logic for UpdownCorrelator {
     #[hdl_gen]
     fn update(&mut self) {
         dff_setup!(self, i_clk, hit, down);
-        for j in 0..(self._lanes / 2) {
-            self.down_pairs.i[j].next = self.i_hits.val().get_bit(j)
-                & !((self.i_early[0].val().get_bit(j) & self.i_reference.val().get_bit(2 * j))
-                    | (!self.i_early[0].val().get_bit(j)
-                        & self.i_reference.val().get_bit(2 * j + 1)));
+        for _pairs in 0..self.i_early.count() {
+            for j in 0..(self._lanes / 2) {
+                self.early_reference[0].i[j].next = self.i_reference.val().get_bit(2 * j);
+                self.late_reference[0].i[j].next = self.i_reference.val().get_bit(2 * j + 1);
+            }
+            self.down.d.next = self.i_hits.val()
+                & !((self.i_early[0].val() & self.early_reference[0].o.val())
+                    | (!self.i_early[0].val() & self.late_reference[0].o.val()));
         }
-        for _single in 0..(self._lanes % 2) {
-            self.down_pairs.i[0].next =
-                self.i_hits.val().get_bit(0) & !self.i_reference.val().get_bit(0);
+        for _single in self.i_early.count()..1 {
+            self.down.d.next = self.i_hits.val() & !self.i_reference.val();
         }
         self.hit.d.next = self.i_hits.val();
-        self.down.d.next = self.down_pairs.o.val();
         for q in 0..self._quads {
             self.quad[q].i_clk.next = self.i_clk.val();
             self.quad[q].i_rst.next = self.i_rst.val();
