@@ -1,0 +1,24 @@
+// ecp5_laser: a laser's chip from the register of its pin, on Lattice ECP5
+//
+// A chip lasts a whole clock, so both halves of the output gear carry it.
+
+`default_nettype none
+
+module ecp5_laser (
+    input  wire i_clk,
+    input  wire i_rst,
+    input  wire i_chip,
+    output wire o_pin
+);
+
+    ODDRX1F gear (
+        .SCLK (i_clk),
+        .RST  (i_rst),
+        .D0   (i_chip),
+        .D1   (i_chip),
+        .Q    (o_pin)
+    );
+
+endmodule
+
+`default_nettype wire

@@ -1,0 +1,101 @@
+// xc7_board: example of a top for one laser, one detector and S = 8 on Xilinx 7-series
+//
+// The board gives a bit clock of four times the chip rate at a clock-capable pin, for a chip of
+// 8 ns 500 MHz. BUFIO and BUFR reach the pins and logic of that pin's clock region.
+
+`default_nettype none
+
+module xc7_board #(
+    parameter W_TDATA = 24          // width of m_axis_tdata of the emitted sensor_top
+) (
+    input  wire               i_bit_clk,
+    input  wire               i_rst,       // asynchronous, active high
+    input  wire               i_spad,
+    output wire               o_laser,
+
+    // Results, on o_clk: to the user's logic
+    output wire               o_clk,
+    output wire [W_TDATA-1:0] m_axis_tdata,
+    output wire               m_axis_tvalid,
+    input  wire               m_axis_tready,
+    output wire               m_axis_tlast,
+    output wire               o_epoch,
+    output wire               o_overrun
+);
+
+    wire       pin_clk;
+    wire       bit_clk;
+    wire       clk;
+    wire       spad;
+    wire       chip;
+    wire [7:0] samples;
+    reg  [1:0] reset_r;
+
+    assign o_clk = clk;
+
+    IBUF clock_pad (
+        .I (i_bit_clk),
+        .O (pin_clk)
+    );
+
+    IBUF spad_pad (
+        .I (i_spad),
+        .O (spad)
+    );
+
+    BUFIO bit_clock (
+        .I (pin_clk),
+        .O (bit_clk)
+    );
+
+    BUFR #(
+        .BUFR_DIVIDE ("4")
+    ) chip_clock (
+        .I   (pin_clk),
+        .CE  (1'b1),
+        .CLR (1'b0),
+        .O   (clk)
+    );
+
+    // Reset begins at once and ends with the clock.
+    always @(posedge clk or posedge i_rst) begin
+        if (i_rst) begin
+            reset_r <= 2'b11;
+        end else begin
+            reset_r <= {reset_r[0], 1'b0};
+        end
+    end
+
+    xc7_sampler #(
+        .S (8)
+    ) sampler (
+        .i_bit_clk (bit_clk),
+        .i_clk     (clk),
+        .i_rst     (reset_r[1]),
+        .i_pin     (spad),
+        .o_samples (samples)
+    );
+
+    xc7_laser laser (
+        .i_clk  (clk),
+        .i_rst  (reset_r[1]),
+        .i_chip (chip),
+        .o_pin  (o_laser)
+    );
+
+    sensor_top sensor (
+        .i_clk         (clk),
+        .i_rst         (reset_r[1]),
+        .o_laser       (chip),
+        .o_epoch       (o_epoch),
+        .i_samples     (samples),
+        .m_axis_tdata  (m_axis_tdata),
+        .m_axis_tvalid (m_axis_tvalid),
+        .m_axis_tready (m_axis_tready),
+        .m_axis_tlast  (m_axis_tlast),
+        .o_overrun     (o_overrun)
+    );
+
+endmodule
+
+`default_nettype wire
