@@ -5,7 +5,7 @@
 //
 // Scan     16376 phase steps from step 0, 13100 chips each
 // Counts   17 bits, signed; no stimulus can overflow them
-// Latency  m_axis_tvalid 5 clocks after the one at which a step's last word is on i_samples
+// Latency  m_axis_tvalid 6 clocks after the one at which a step's last word is on i_samples
 // Rate     one chip per clock
 // Made by  goldtof emit dual-view.toml (goldtof 0.1.0)
 
@@ -41,14 +41,16 @@ module sensor_top (
     wire        reference_chip;          // present chip
     wire        reference_epoch_unused;  // the present chip is the one that reset gives
     wire        controller_run;          // the present clock belongs to a scan
+    wire        controller_step_ends;    // the next clock is the last of a phase step
     wire        controller_step_end;     // last clock of a phase step
-    wire        controller_scan_end;     // last clock of a scan
+    wire        controller_dump;         // the total has just taken in a step's last hits, segment by segment
+    wire        controller_counted;      // the step's count is there
+    wire        controller_last;         // it is the scan's last
     wire        stepper_advance;         // the reference generator goes on to its next chip
     wire [7:0]  stepper_reference;       // reference of each sample, bit 0 earliest
-    wire [7:0]  edges_hits;              // samples that are high after a low one
-    wire [16:0] correlator_total;        // sum over all hits, modulo its width
-    wire        correlator_dump;         // o_total has just taken in a step's last hits
-    wire        correlator_last;         // the step is the scan's last
+    wire [3:0]  edges_hits;              // pairs of samples with a high one after a low one
+    wire [3:0]  edges_early;             // the hit is the earlier sample of its pair
+    wire [16:0] correlator_count;        // count of the last step, signed
 
     assign chips = {transmit_1_chip, transmit_0_chip};
 
@@ -83,17 +85,21 @@ module sensor_top (
     );
 
     scan_controller controller (
-        .i_clk      (i_clk),
-        .i_rst      (i_rst),
-        .o_run      (controller_run),
-        .o_step_end (controller_step_end),
-        .o_scan_end (controller_scan_end)
+        .i_clk       (i_clk),
+        .i_rst       (i_rst),
+        .o_run       (controller_run),
+        .o_step_ends (controller_step_ends),
+        .o_step_end  (controller_step_end),
+        .o_dump      (controller_dump),
+        .o_counted   (controller_counted),
+        .o_last      (controller_last)
     );
 
     phase_stepper stepper (
         .i_clk       (i_clk),
         .i_rst       (i_rst),
         .i_chip      (reference_chip),
+        .i_step_ends (controller_step_ends),
         .i_step_end  (controller_step_end),
         .o_advance   (stepper_advance),
         .o_reference (stepper_reference)
@@ -104,27 +110,26 @@ module sensor_top (
         .i_rst     (i_rst),
         .i_samples (i_samples),
         .i_run     (controller_run),
-        .o_hits    (edges_hits)
+        .o_hits    (edges_hits),
+        .o_early   (edges_early)
     );
 
     updown_correlator correlator (
         .i_clk       (i_clk),
         .i_rst       (i_rst),
         .i_hits      (edges_hits),
+        .i_early     (edges_early),
         .i_reference (stepper_reference),
-        .i_step_end  (controller_step_end),
-        .i_scan_end  (controller_scan_end),
-        .o_total     (correlator_total),
-        .o_dump      (correlator_dump),
-        .o_last      (correlator_last)
+        .i_dump      (controller_dump),
+        .o_count     (correlator_count)
     );
 
     result_stream results (
         .i_clk     (i_clk),
         .i_rst     (i_rst),
-        .i_total   (correlator_total),
-        .i_dump    (correlator_dump),
-        .i_last    (correlator_last),
+        .i_count   (correlator_count),
+        .i_counted (controller_counted),
+        .i_last    (controller_last),
         .i_ready   (m_axis_tready),
         .o_data    (m_axis_tdata),
         .o_valid   (m_axis_tvalid),

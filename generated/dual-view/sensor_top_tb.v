@@ -6,7 +6,7 @@
 //
 // Inputs   hostile: the most and the fewest hits, edges at word borders, a receiver that stalls,
 //          9 resets
-// Length   60210 clocks; 4 phase steps end in them, no scan does
+// Length   60212 clocks; 4 phase steps end in them, no scan does
 // Ends     with PASS and exit status 0, or at the first clock at which a port differs with that
 //          clock, the port, the expected value and the one seen, and a non-zero exit status
 // Language Verilog-2005, and the system task $fatal of IEEE 1800, which gives the exit status
@@ -25,7 +25,7 @@
 
 module sensor_top_tb;
 
-    localparam CLOCKS = 60210;
+    localparam CLOCKS = 60212;
 
     // Inputs of the sensor, and its outputs
     reg          i_clk;
@@ -68,7 +68,7 @@ module sensor_top_tb;
 
     sensor_top_tb_vectors #(
         .FILE      ("sensor_top_tb_inputs.hex"),
-        .WORDS     (36217),
+        .WORDS     (21084),
         .W_REPEATS (4),
         .W_VALUE   (10)
     ) inputs_file (
@@ -83,7 +83,7 @@ module sensor_top_tb;
 
     sensor_top_tb_vectors #(
         .FILE      ("sensor_top_tb_chips.hex"),
-        .WORDS     (44891),
+        .WORDS     (44892),
         .W_REPEATS (4),
         .W_VALUE   (3)
     ) chips_file (
@@ -97,7 +97,7 @@ module sensor_top_tb;
 
     sensor_top_tb_vectors #(
         .FILE      ("sensor_top_tb_results.hex"),
-        .WORDS     (7),
+        .WORDS     (8),
         .W_REPEATS (16),
         .W_VALUE   (27)
     ) results_file (

@@ -1,10 +1,9 @@
 // updown_correlator: hits counted up or down as the reference says
 //
-// Of two neighbouring samples at most one is a rising edge, so a pair counts -1, 0 or +1 in two
-// bits. The total is never cleared: a step's count is the difference of two totals, which keeps
-// multiplexers out of the carry chain, and wrapping does no harm to a difference.
+// A hit adds 1 where the reference is 1, and subtracts 1 where it is 0 (eq. 11): the sum over a
+// word is the number of hits less twice the number of those that count down.
 //
-// Latency  4 clocks from i_hits to o_total
+// Latency  5 clocks from i_hits to o_count
 // Rate     one word per clock
 // Made by  goldtof emit multipath.toml (goldtof 0.1.0)
 
@@ -16,55 +15,51 @@ module updown_correlator (
     input  wire        i_rst,       // synchronous, active high
 
     // Inputs
-    input  wire [7:0]  i_hits,      // samples that begin a pulse, bit 0 earliest
-    input  wire [7:0]  i_reference, // 1 counts a hit up, 0 down
-    input  wire        i_step_end,  // last clock of a phase step, one clock before its hits
-    input  wire        i_scan_end,  // the step is the scan's last
+    input  wire [3:0]  i_hits,      // pairs of samples with a hit
+    input  wire [3:0]  i_early,     // the hit is the earlier sample of its pair
+    input  wire [7:0]  i_reference, // 1 counts a hit up, 0 down; bit 0 earliest
+    input  wire        i_dump,      // the total has just taken in a step's last hits, segment by segment
 
     // Outputs
-    output reg  [16:0] o_total,     // sum over all hits, modulo its width
-    output wire        o_dump,      // o_total has just taken in a step's last hits
-    output wire        o_last       // the step is the scan's last
+    output wire [16:0] o_count      // count of the last step, signed
 );
 
-    reg  [1:0] sum_0_1_r;  // signed count of lanes 0 to 1
-    reg  [1:0] sum_2_3_r;  // signed count of lanes 2 to 3
-    reg  [1:0] sum_4_5_r;  // signed count of lanes 4 to 5
-    reg  [1:0] sum_6_7_r;  // signed count of lanes 6 to 7
-    reg  [2:0] sum_0_3_r;  // signed count of lanes 0 to 3
-    reg  [2:0] sum_4_7_r;  // signed count of lanes 4 to 7
-    reg  [3:0] sum_0_7_r;  // signed count of lanes 0 to 7
-    reg  [4:0] step_end_r; // i_step_end on its way through the pipeline
-    reg  [4:0] scan_end_r; // i_scan_end on its way through the pipeline
-    wire [7:0] down;       // hits that count down
+    reg  [3:0] hit_r;           // pairs with a hit
+    reg  [3:0] down_r;          // pairs whose hit counts down
+    wire [3:0] addend;          // signed count of one word
+    wire [3:0] early_reference; // reference of each pair's earlier sample
+    wire [3:0] late_reference;  // reference of each pair's later sample
+    wire [3:0] hit_of_quad;     // four pairs with a hit
+    wire [3:0] down_of_quad;    // four pairs whose hit counts down
 
-    assign down = i_hits & ~i_reference;
-    assign o_dump = step_end_r[4];
-    assign o_last = scan_end_r[4];
+    assign early_reference = {i_reference[6], i_reference[4], i_reference[2], i_reference[0]};
+    assign late_reference = {i_reference[7], i_reference[5], i_reference[3], i_reference[1]};
+    assign hit_of_quad = hit_r[3:0];
+    assign down_of_quad = down_r[3:0];
+
+    quad_counter quad (
+        .i_clk  (i_clk),
+        .i_rst  (i_rst),
+        .i_hit  (hit_of_quad),
+        .i_down (down_of_quad),
+        .o_sum  (addend)
+    );
+
+    accumulator total (
+        .i_clk    (i_clk),
+        .i_rst    (i_rst),
+        .i_addend (addend),
+        .i_dump   (i_dump),
+        .o_count  (o_count)
+    );
 
     always @(posedge i_clk) begin
         if (i_rst) begin
-            sum_0_1_r <= 2'd0;
-            sum_2_3_r <= 2'd0;
-            sum_4_5_r <= 2'd0;
-            sum_6_7_r <= 2'd0;
-            sum_0_3_r <= 3'd0;
-            sum_4_7_r <= 3'd0;
-            sum_0_7_r <= 4'd0;
-            o_total <= 17'd0;
-            step_end_r <= 5'd0;
-            scan_end_r <= 5'd0;
+            hit_r <= 4'd0;
+            down_r <= 4'd0;
         end else begin
-            sum_0_1_r <= {down[0] | down[1], i_hits[0] | i_hits[1]};
-            sum_2_3_r <= {down[2] | down[3], i_hits[2] | i_hits[3]};
-            sum_4_5_r <= {down[4] | down[5], i_hits[4] | i_hits[5]};
-            sum_6_7_r <= {down[6] | down[7], i_hits[6] | i_hits[7]};
-            sum_0_3_r <= {sum_0_1_r[1], sum_0_1_r} + {sum_2_3_r[1], sum_2_3_r};
-            sum_4_7_r <= {sum_4_5_r[1], sum_4_5_r} + {sum_6_7_r[1], sum_6_7_r};
-            sum_0_7_r <= {sum_0_3_r[2], sum_0_3_r} + {sum_4_7_r[2], sum_4_7_r};
-            o_total <= o_total + {{13{sum_0_7_r[3]}}, sum_0_7_r};
-            step_end_r <= {step_end_r[3:0], i_step_end};
-            scan_end_r <= {scan_end_r[3:0], i_scan_end};
+            down_r <= i_hits & ~((i_early & early_reference) | (~i_early & late_reference));
+            hit_r <= i_hits;
         end
     end
 

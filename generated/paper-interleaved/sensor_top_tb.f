@@ -5,6 +5,8 @@ interleaver.v
 scan_controller.v
 phase_stepper.v
 edge_detector.v
+quad_counter.v
+accumulator.v
 updown_correlator.v
 result_stream.v
 sensor_top.v

@@ -1,9 +1,10 @@
 // phase_stepper: the reference, delayed by one more sample with every phase step
 //
-// Lanes below the delay take the previous chip, the others the present one. When all but the
-// last lane are delayed, the next step holds the reference for one chip instead and starts
-// again without delayed lanes. The mask of delayed lanes is a thermometer, so that no lane
-// needs a comparator.
+// Lanes below the delay take the previous chip, the others the present one; whole chips of
+// delay come from holding the reference's generator.
+//
+// The mask of delayed lanes is a thermometer, so that no lane needs a comparator. When it is
+// full, the next step holds the reference for one chip more.
 //
 // Latency  1 clock from the chips to o_reference
 // Rate     one chip per clock
@@ -18,6 +19,7 @@ module phase_stepper (
 
     // Inputs
     input  wire       i_chip,      // next chip of the reference
+    input  wire       i_step_ends, // the next clock is the last of a phase step
     input  wire       i_step_end,  // last clock of a phase step
 
     // Outputs
@@ -25,41 +27,44 @@ module phase_stepper (
     output reg  [7:0] o_reference  // reference of each sample, bit 0 earliest
 );
 
-    // Present chip after reset and at a scan's start
-    localparam PRESENT_LOAD = 1'b0;
-
-    // Previous chip after reset and at a scan's start
-    localparam PREVIOUS_LOAD = 1'b0;
+    // Reference chips after reset and at a scan's start
+    localparam [1:0] CHIPS_LOAD = 2'd0;
 
     // Delayed lanes after reset and at a scan's start
     localparam [6:0] DELAYED_LOAD = 7'd0;
 
-    reg        present_r;  // reference chip of the present cycle
-    reg        previous_r; // reference chip before it
-    reg  [6:0] delayed_r;  // lanes that take the previous chip
-    wire       wrap;       // the next step delays by a whole chip more
+    reg  [1:0] chips_r;        // reference chips, the present one in bit 0, those before it above
+    reg  [6:0] delayed_r;      // lanes that take the previous chip
+    reg        wraps_r;        // this clock ends a step, and the next delays by a chip more
+    wire       wrap;           // the next step delays by a whole chip more
+    wire [6:0] longer;         // delayed lanes of the next step
+    wire [7:0] present;        // chip of a sample
+    wire [7:0] previous;       // chip of a sample that is delayed
+    wire [7:0] takes_previous; // samples that are delayed
 
-    assign wrap = i_step_end & delayed_r[6];
+    assign wrap = wraps_r;
     assign o_advance = ~wrap;
+    assign longer = {delayed_r[5:0], 1'b1};
+    assign present = {8{chips_r[0]}};
+    assign previous = {chips_r[0], {7{chips_r[1]}}};
+    assign takes_previous = {1'b0, delayed_r[6:0]};
 
     always @(posedge i_clk) begin
         if (i_rst) begin
-            present_r <= PRESENT_LOAD;
-            previous_r <= PREVIOUS_LOAD;
+            chips_r <= CHIPS_LOAD;
             delayed_r <= DELAYED_LOAD;
+            wraps_r <= 1'b0;
             o_reference <= 8'd0;
         end else begin
-            o_reference <=
-                ({1'b0, delayed_r} & {8{previous_r}})
-                | (~{1'b0, delayed_r} & {8{present_r}});
+            o_reference <= (takes_previous & previous) | (~takes_previous & present);
+            wraps_r <= i_step_ends & delayed_r[6];
             if (wrap) begin
                 delayed_r <= 7'd0;
             end else if (i_step_end) begin
-                delayed_r <= {delayed_r[5:0], 1'b1};
+                delayed_r <= longer;
             end
             if (~wrap) begin
-                present_r <= i_chip;
-                previous_r <= present_r;
+                chips_r <= {chips_r[0], i_chip};
             end
         end
     end

@@ -4,6 +4,8 @@ square_generator.v
 scan_controller.v
 phase_stepper.v
 edge_detector.v
+quad_counter.v
+accumulator.v
 updown_correlator.v
 result_stream.v
 sensor_top.v
