@@ -114,7 +114,7 @@ endmodule
     let said = run(
         folder.path(),
         "yosys",
-        &["-p", "read_verilog +/ice40/cells_sim.v"],
+        &["-p", "read_verilog -lib +/ice40/cells_sim.v"],
     );
     let cells = said
         .split(['`', '\''])
