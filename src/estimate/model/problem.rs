@@ -115,7 +115,7 @@ impl Parameters {
     fn nudged(&self, index: usize, sign: f64) -> (Parameters, f64) {
         let mut nudged = self.clone();
         let step = match nudged.paths.get_mut(index / 2) {
-            Some(path) if index % 2 == 0 => {
+            Some(path) if index.is_multiple_of(2) => {
                 path.delay_chips += sign * DELAY_STEP_CHIPS;
                 DELAY_STEP_CHIPS
             }
