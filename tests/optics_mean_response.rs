@@ -3,7 +3,7 @@
 mod optics_support;
 
 use goldtof::optics::{
-    CountingTier, DetectorModel, MeanResponse, MeanResponseError, SecondMoments, StepCount,
+    CountingTier, DetectorModel, Light, MeanResponse, MeanResponseError, SecondMoments, StepCount,
     count_step,
 };
 use goldtof::scene::Scene;
@@ -201,9 +201,122 @@ fn the_continuous_time_counter_counts_as_the_mean_response_says() {
     }
 }
 
-/// What interpolation between a few steps makes of the second moments.
+/// The detector's probabilities, stepped through time: exit and return of each
+/// state, by Heun's rule, with a delay line for the dead time. Up to eight
+/// afterpulses pending, `steps_per_chip` steps a chip, light that is on with
+/// chips of `lit`.
+fn stepped_hits(lit: &[f64], steps_per_chip: usize, dead_steps: usize, chips: usize) -> Vec<f64> {
+    const M: usize = 9;
+    let dt = 1.0 / steps_per_chip as f64;
+    let release = 8.0 / 5.0;
+    let mean = -(0.863_f64.ln());
+    let survival = (-14.0_f64 / 5.0).exp();
+    let choose = |n: usize, k: usize| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
+    let kernel = |j: usize, m: usize| -> f64 {
+        (0..=j.min(m))
+            .map(|kept| {
+                let new = m - kept;
+                let factorial: f64 = (1..=new).map(|n| n as f64).product();
+                let poisson = (-mean).exp() * mean.powi(new as i32) / factorial;
+                let binomial = choose(j, kept)
+                    * survival.powi(kept as i32)
+                    * (1.0 - survival).powi((j - kept) as i32);
+                poisson * binomial
+            })
+            .sum()
+    };
+    let kernel: Vec<Vec<f64>> = (0..M)
+        .map(|j| (0..M).map(|m| kernel(j, m)).collect())
+        .collect();
+    let avalanches = |p: &[f64; M], light: f64| -> [f64; M] {
+        std::array::from_fn(|j| {
+            light * p[j]
+                + p.get(j + 1)
+                    .map_or(0.0, |next| release * (j + 1) as f64 * next)
+        })
+    };
+    let slope = |p: &[f64; M], light: f64, back: &[f64; M]| -> [f64; M] {
+        std::array::from_fn(|m| {
+            let returned: f64 = (0..M).map(|j| kernel[j][m] * back[j]).sum();
+            returned - (light + m as f64 * release) * p[m]
+        })
+    };
+    let mut p = [0.0; M];
+    p[0] = 1.0;
+    // Avalanche rates at both ends of each step of one dead time, since the light
+    // may jump between steps.
+    let mut line = vec![[[0.0; M]; 2]; dead_steps];
+    let mut hits = vec![0.0; lit.len() * 8];
+    let warm_up = chips - lit.len();
+    for step in 0..chips * steps_per_chip {
+        let light = lit[(step / steps_per_chip + 31 * 8 - warm_up) % lit.len()];
+        let [back_start, back_end] = line[step % dead_steps];
+        let first = slope(&p, light, &back_start);
+        let guess: [f64; M] = std::array::from_fn(|m| p[m] + dt * first[m]);
+        let second = slope(&guess, light, &back_end);
+        let next: [f64; M] = std::array::from_fn(|m| p[m] + 0.5 * dt * (first[m] + second[m]));
+        let ends = [avalanches(&p, light), avalanches(&next, light)];
+        line[step % dead_steps] = ends;
+        if let Some(counted) = step.checked_sub(warm_up * steps_per_chip) {
+            let rate: f64 = ends.iter().flatten().sum();
+            hits[counted * 8 / steps_per_chip] += 0.5 * dt * rate;
+        }
+        p = next;
+    }
+    hits
+}
+
 #[test]
-fn moments_of_a_scan_are_those_of_its_steps_within_a_per_cent() {
+fn means_agree_with_a_time_stepped_detector_to_a_hundred_thousandth_of_the_peak() {
+    for rate in [2e6, 25e6, 90e6] {
+        // Ten periods exactly.
+        let mut scene = table_i_scene(gold_5(), rate, 310);
+        scene.detectors[0].jitter_ps.clear();
+        scene.detectors[0].delay_ps = 0.0;
+        // Half a sample off, so that no light edge coincides with a sample.
+        scene.paths[0].delay_ps = 16_500.0;
+        let model = DetectorModel::new(&scene, 0);
+        let light = Light::of(&model);
+        let code = &light.paths[0].code;
+        let lit: Vec<f64> = code
+            .chips
+            .iter()
+            .map(|&chip| light.constant_per_chip + light.paths[0].rate_per_chip * f64::from(chip))
+            .collect();
+        // Steps of 8 ps; the dead time is 1,750 of them.
+        let stepped = stepped_hits(&lit, 1_000, 1_750, 31 * 9);
+        // Undelayed light, so the sub-sample offset is given to the response.
+        let response = MeanResponse::new(&model)
+            .expect("it can be solved")
+            .delayed(-16_500.0);
+        let found = response.hits_per_sample();
+        let largest = stepped.iter().copied().fold(0.0, f64::max);
+        // Sample s sees the detections of the eighth of a chip before it.
+        for (sample, &hits) in stepped.iter().enumerate() {
+            let error = found[(sample + 1) % found.len()] - hits;
+            assert!(error.abs() < 1e-5 * largest, "{rate} {sample}: {error}");
+        }
+        let chips = &scene.sources[0].code.chips;
+        let naive = |k: usize| -> f64 {
+            (0..31 * 8)
+                .map(|s| {
+                    // The interval before sample s counts with the sign at s.
+                    let chip = chips[((s + 31 * 8 - k) % (31 * 8)) / 8];
+                    10.0 * (2.0 * f64::from(chip) - 1.0) * stepped[(s + 31 * 8 - 1) % (31 * 8)]
+                })
+                .sum()
+        };
+        let peak = naive(1);
+        for (k, mean) in response.mean_counts().iter().enumerate() {
+            let error = mean.signed - naive(k);
+            assert!(error.abs() < 1e-5 * peak, "{rate} {k}: {error} of {peak}");
+        }
+    }
+}
+
+/// What fast sums over all steps make of the second moments.
+#[test]
+fn moments_of_a_scan_are_those_of_its_steps_within_two_per_cent() {
     for rate in [2e6, 20e6, 80e6] {
         let scene = table_i_scene(gold_11(), rate, 13_100);
         let model = DetectorModel::new(&scene, 0);
@@ -216,9 +329,10 @@ fn moments_of_a_scan_are_those_of_its_steps_within_a_per_cent() {
             let (found, exact) = (scan[step as usize], second.of_step(step));
             let scale = (exact.signed_variance * exact.total_variance).sqrt();
             assert!((found.signed_mean - exact.signed_mean).abs() < 1e-6);
-            assert!((found.signed_variance / exact.signed_variance - 1.0).abs() < 0.01);
+            assert!((found.signed_variance / exact.signed_variance - 1.0).abs() < 0.02);
             assert!((found.total_variance / exact.total_variance - 1.0).abs() < 1e-9);
-            assert!((found.covariance - exact.covariance).abs() < 0.01 * scale);
+            let error = (found.covariance - exact.covariance) / scale;
+            assert!(error.abs() < 0.02, "{rate} {step}: {error}");
         }
     }
 }

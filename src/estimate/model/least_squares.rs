@@ -153,15 +153,15 @@ impl Normal {
             .collect()
     }
 
-    /// The Gauss-Newton step with the last unknown held where it is.
-    pub fn solution_with_last_held(&self) -> Vec<f64> {
+    /// The best step of those that move the last unknown by `last_step`.
+    pub fn solution_with_last(&self, last_step: f64) -> Vec<f64> {
         let mut step = self.solution();
         let last = step.len() - 1;
-        let excess = step[last] / (self.inverse[last][last] * self.scales[last]);
+        let excess = (step[last] - last_step) / (self.inverse[last][last] * self.scales[last]);
         for ((step, row), scale) in step.iter_mut().zip(&self.inverse).zip(&self.scales) {
             *step -= row[last] * scale * excess;
         }
-        step[last] = 0.0;
+        step[last] = last_step;
         step
     }
 
@@ -222,9 +222,11 @@ mod tests {
         ];
         let inverse = inverse(matrix.clone()).expect("it is regular");
         for (i, row) in matrix.iter().enumerate() {
+            let product =
+                |j: usize| -> f64 { row.iter().zip(&inverse).map(|(a, b)| a * b[j]).sum() };
             for j in 0..3 {
-                let product: f64 = row.iter().zip(&inverse).map(|(m, n)| m * n[j]).sum();
-                assert!((product - f64::from(u8::from(i == j))).abs() < 1e-12);
+                let expected = f64::from(u8::from(i == j));
+                assert!((product(j) - expected).abs() < 1e-12);
             }
         }
         assert!(super::inverse(vec![vec![1.0, 1.0], vec![1.0, 1.0]]).is_none());
@@ -255,7 +257,7 @@ mod tests {
         let held = Weights::of(&moments)
             .normal(&swapped, &measured, &expected)
             .expect("it is regular")
-            .solution_with_last_held();
+            .solution_with_last(0.0);
         let slope = (2.0 * 4.0 + 3.0 * 18.0) / 18.0;
         assert!(
             (held[0] - slope).abs() < 1e-12 && held[1] == 0.0,

@@ -242,8 +242,12 @@ impl Fitted {
                 .normal(&jacobian, &measured, &expected)
                 .ok_or_else(undetermined)?;
             let mut full = normal.solution();
-            if parameters.constant <= 0.0 && full.last().is_some_and(|&step| step < 0.0) {
-                full = normal.solution_with_last_held();
+            if full
+                .last()
+                .is_some_and(|step| parameters.constant + step < 0.0)
+            {
+                // There is no less than no constant light.
+                full = normal.solution_with_last(-parameters.constant);
             }
             let before = parameters.clone();
             let mut share = 1.0;

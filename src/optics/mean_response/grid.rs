@@ -266,7 +266,7 @@ fn widest_cell(model: &DetectorModel, light: &Light) -> f64 {
     let brightest = light.brightest_per_chip();
     let mut widest: f64 = 0.125;
     if brightest > 0.0 {
-        widest = widest.min(0.25 / brightest);
+        widest = widest.min(0.125 / brightest);
     }
     if let Some(afterpulsing) = model.afterpulsing {
         widest = widest.min(0.25 * afterpulsing.time_constant_chips);
