@@ -128,14 +128,18 @@ impl Table {
         }
     }
 
-    /// Adds a row: its series, then a number for each other column. `None` is an
+    /// Adds a row: its series (in quotes if it has a comma), then a number for each other column. `None` is an
     /// empty field.
     ///
     /// # Panics
     /// If the row has another number of columns than the table.
     pub fn row(&mut self, series: &str, values: &[Option<f64>]) {
         assert_eq!(values.len() + 1, self.columns, "one value for each column");
-        self.text += series;
+        if series.contains(',') {
+            let _ = write!(self.text, "\"{series}\"");
+        } else {
+            self.text += series;
+        }
         for value in values {
             self.text.push(',');
             if let Some(value) = value {
@@ -194,10 +198,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_missing_value_is_an_empty_field() {
+    fn missing_values_are_empty_fields_and_commas_stay_in_quotes() {
         let mut table = Table::new(&["series", "x_ps", "y"]);
         table.row("gold", &[Some(1.5), None]);
-        assert_eq!(table.csv(), "series,x_ps,y\ngold,1.5,\n");
+        table.row("gold, again", &[None, Some(2.0)]);
+        let rows = ["series,x_ps,y", "gold,1.5,", "\"gold, again\",,2", ""];
+        assert_eq!(table.csv(), rows.join("\n"));
     }
 
     #[test]
