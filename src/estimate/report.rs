@@ -7,7 +7,11 @@ use serde::Serialize;
 use super::{
     CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate, predict,
 };
-use crate::scene::{Path, Scene};
+use crate::scene::{EstimatorKind, Path, Scene};
+
+/// Said when a scene asks for the estimator that these counts do not suffice for.
+const PHASE_FOR_MODEL: &str = "estimator = \"model\" needs the total counts beside the signed ones, \
+                               which the hardware does not send: this is the phase estimate";
 
 /// What a scan's counts say about the distance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -81,9 +85,11 @@ pub fn estimate_scan(scene: &Scene, detector: usize, counts: &[i64]) -> Estimate
         Ok(estimate) => {
             report.distance_m = Some(estimate.distance_m);
             report.coarse_step = Some(estimate.coarse_step);
-            report.remark = estimate
-                .coarse_only
-                .map(|reason| format!("coarse estimate only: {reason}"));
+            report.remark = match (estimate.coarse_only, scene.estimator) {
+                (Some(reason), _) => Some(format!("coarse estimate only: {reason}")),
+                (None, EstimatorKind::Model) => Some(PHASE_FOR_MODEL.to_owned()),
+                (None, EstimatorKind::Fft) => None,
+            };
             measured_ps = Some(estimate.delay_ps);
         }
     }
