@@ -104,6 +104,15 @@ impl Logic for Accumulator {
     #[hdl_gen]
     fn update(&mut self) {
         dff_setup!(self, i_clk, total, base, count);
+        for _lower in 0..self.i_borrow.count() {
+            self.difference.next = (bit_cast(self.total.q.val(), self._difference_bits) << 1)
+                - ((bit_cast(self.base.q.val(), self._difference_bits) << 1)
+                    | bit_cast(self.i_borrow[0].val(), self._difference_bits));
+        }
+        for _lowest in self.i_borrow.count()..1 {
+            self.difference.next = bit_cast(self.total.q.val(), self._difference_bits)
+                - bit_cast(self.base.q.val(), self._difference_bits);
+        }
         for _higher in 0..self.grown.count() {
             dff_setup!(self, i_clk, carry[0], borrow[0]);
             self.grown[0].next =
@@ -122,15 +131,6 @@ impl Logic for Accumulator {
         }
         for _top in self.grown.count()..1 {
             self.total.d.next = self.total.q.val() + signed_cast(self.i_addend.val());
-        }
-        for _lower in 0..self.i_borrow.count() {
-            self.difference.next = (bit_cast(self.total.q.val(), self._difference_bits) << 1)
-                - ((bit_cast(self.base.q.val(), self._difference_bits) << 1)
-                    | bit_cast(self.i_borrow[0].val(), self._difference_bits));
-        }
-        for _lowest in self.i_borrow.count()..1 {
-            self.difference.next = bit_cast(self.total.q.val(), self._difference_bits)
-                - bit_cast(self.base.q.val(), self._difference_bits);
         }
         if self.i_dump.val() {
             self.base.d.next = self.total.q.val();
