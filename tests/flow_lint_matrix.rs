@@ -14,9 +14,9 @@ use hdl_support::{Family, code, run, scene};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Scenes that are linted; those that `emit` refuses are drawn again.
 /// Widest total that is one carry chain.
 const WIDEST_UNSEGMENTED_BITS: u32 = 22;
+/// Scenes that are linted; those that `emit` refuses are drawn again.
 const SCENES: usize = 200;
 const SEED: u64 = 20_231_115;
 
