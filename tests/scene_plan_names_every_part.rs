@@ -35,6 +35,7 @@ fn the_plan_of_paper_single() {
       kept      edge_detector         finds rising edges in 8 samples per clock of 1 detector
       kept      updown_correlator     17 bits hold any count of 13100 chips with at most 4 edges each
       left out  parallel_correlators  parallel = 1: phase steps are correlated one after another
+      left out  count_segments        one carry chain holds 17 bits at full clock; saves pipeline stages
       left out  saturation_clamp      no stimulus can overflow 17 bits; saves a pipeline stage and a port
       kept      scan_controller       walks 16376 phase steps of 13100 chips each
       left out  scan_realignment      a scan of all 16376 phase steps ends where it began
