@@ -86,7 +86,7 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
                 }
             }
             let over = start + groups * dwell;
-            start = if scan.is_full() && steps % parallel == 0 {
+            start = if scan.is_full() && steps.is_multiple_of(parallel) {
                 over
             } else {
                 (over..).find(|n| n % period == 0).unwrap()
