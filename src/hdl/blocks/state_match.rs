@@ -31,7 +31,7 @@ pub struct StateMatch {
 
 impl StateMatch {
     /// Widest state for which comparing at once keeps the clock.
-    pub const WIDEST_AT_ONCE: u32 = 14;
+    pub const WIDEST_AT_ONCE: u32 = 12;
 
     /// For states of `width` bits.
     pub fn new(width: u32) -> StateMatch {
