@@ -23,8 +23,8 @@ const QUICK: &[Fault] = &[
     ("gold_generator.v", "u_r[0] ^ v_r[0]", "u_r[0] ^ v_r[1]"),
     (
         "gold_generator.v",
-        "o_epoch = u_r == U_LOAD",
-        "o_epoch = v_r == 5'd1",
+        "o_epoch <= u_r == U_LAST",
+        "o_epoch <= v_r == 5'd1",
     ),
     ("gold_generator.v", "if (i_advance)", "if (1'b1)"),
     // Scan: one chip or one step more or fewer, a lost strobe.

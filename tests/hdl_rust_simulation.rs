@@ -104,7 +104,7 @@ fn a_total_in_segments_counts_as_one_in_a_piece() {
             lower_bits: segment_bits,
             top_bits: bits - segment_bits * (count - 1),
         };
-        contract.result_latency_clocks += count - 1;
+        contract.result_latency_clocks += contract.count_segments.clocks() - 1;
         keeps(&contract, 4000, u64::from(lanes));
     }
 }

@@ -51,10 +51,13 @@ pub struct CountSegments {
 }
 
 impl CountSegments {
-    /// As few segments of at most `longest` bits as hold `bits` bits, the lower
-    /// ones of one length.
+    /// One segment if `longest` bits hold the count, else as many as are needed
+    /// with the lower ones of one length.
     fn of(bits: u32, longest: u32) -> CountSegments {
-        let count = bits.div_ceil(longest);
+        let count = match bits > longest {
+            true => bits.div_ceil(LONGEST_SEGMENT),
+            false => 1,
+        };
         let lower_bits = bits.div_ceil(count);
         CountSegments {
             count,
@@ -63,18 +66,27 @@ impl CountSegments {
         }
     }
 
+    /// Clocks from the dump of the lowest segment to the whole count: one each,
+    /// and one to pay what the lower ones owe.
+    pub fn clocks(&self) -> u32 {
+        self.count + u32::from(self.count > 1)
+    }
+
     /// Bits of all segments.
     pub fn bits(&self) -> u32 {
         self.lower_bits * (self.count - 1) + self.top_bits
     }
 }
 
-/// Longest carry chain that keeps a target's clock: 300 MHz in ECP5, 180 MHz
+/// Longest segment of a total in several: its carry has a way to go.
+const LONGEST_SEGMENT: u32 = 12;
+
+/// Longest carry chain in one piece that keeps a target's clock: 300 MHz in ECP5, 180 MHz
 /// in iCE40.
 fn longest_carry_chain(target: Target) -> u32 {
     match target {
         Target::Ecp525k6 | Target::Xc7 => 22,
-        Target::Ice40Hx8k => 16,
+        Target::Ice40Hx8k => 20,
     }
 }
 
@@ -125,7 +137,7 @@ impl Contract {
             count_bits,
             tdata_bits: count_bits.div_ceil(8) * 8,
             count_segments,
-            result_latency_clocks: Self::clocks_to_dump(lanes) + count_segments.count,
+            result_latency_clocks: Self::clocks_to_dump(lanes) + count_segments.clocks(),
         }
     }
 

@@ -26,6 +26,8 @@ pub struct Accumulator {
     difference: Local<Word>,
     total: Register<Word>,
     base: Register<Word>,
+    growth: Optional<Register<Word>>,
+    settled: Optional<Local<Word>>,
     count: Register<Word>,
     carry: Optional<Register<Word>>,
     borrow: Optional<Register<bool>>,
@@ -45,7 +47,7 @@ pub struct Place {
 impl Accumulator {
     /// A segment of `bits` bits that adds `addend_bits` signed bits a clock.
     pub fn new(bits: u32, addend_bits: u32, place: Place) -> Accumulator {
-        let difference_bits = bits + u32::from(place.has_lower) + u32::from(place.has_higher);
+        let difference_bits = bits + u32::from(place.has_higher);
         let when_higher = |bit| Optional::new(place.has_higher, bit);
         let mut about = About::new(
             "accumulator",
@@ -61,8 +63,7 @@ impl Accumulator {
         if place.has_lower || place.has_higher {
             about = about.note(
                 "It is a segment of a wider total: carry and borrow reach the next segment one \
-                 clock later, and so does i_dump. A borrow that comes in is subtracted half a place \
-                 below bit 0.",
+                 clock later, and so does i_dump.",
             );
         }
         Accumulator {
@@ -85,6 +86,14 @@ impl Accumulator {
             difference: Local::word(difference_bits, "growth since the last dump"),
             total: Register::word(bits, 0, "sum of all addends, modulo its width"),
             base: Register::word(bits, 0, "total at the last dump"),
+            growth: Optional::new(
+                place.has_lower,
+                Register::word(difference_bits, 0, "growth, before the borrow is paid"),
+            ),
+            settled: Optional::new(
+                place.has_lower,
+                Local::word(difference_bits, "growth, less what the segment below owes"),
+            ),
             count: Register::word(bits, 0, "growth within the last phase step"),
             carry: Optional::new(
                 place.has_higher,
@@ -104,15 +113,6 @@ impl Logic for Accumulator {
     #[hdl_gen]
     fn update(&mut self) {
         dff_setup!(self, i_clk, total, base, count);
-        for _lower in 0..self.i_borrow.count() {
-            self.difference.next = (bit_cast(self.total.q.val(), self._difference_bits) << 1)
-                - ((bit_cast(self.base.q.val(), self._difference_bits) << 1)
-                    | bit_cast(self.i_borrow[0].val(), self._difference_bits));
-        }
-        for _lowest in self.i_borrow.count()..1 {
-            self.difference.next = bit_cast(self.total.q.val(), self._difference_bits)
-                - bit_cast(self.base.q.val(), self._difference_bits);
-        }
         for _higher in 0..self.grown.count() {
             dff_setup!(self, i_clk, carry[0], borrow[0]);
             self.grown[0].next =
@@ -123,22 +123,37 @@ impl Logic for Accumulator {
                     .replace_bit(0, self.grown[0].val().get_bit(bits))
                     .replace_bit(1, self.grown[0].val().get_bit(bits + 1));
             }
-            for top in (self._difference_bits - 1)..self._difference_bits {
-                self.borrow[0].d.next = self.difference.val().get_bit(top);
-            }
             self.o_carry[0].next = self.carry[0].q.val();
             self.o_borrow[0].next = self.borrow[0].q.val();
         }
         for _top in self.grown.count()..1 {
             self.total.d.next = self.total.q.val() + signed_cast(self.i_addend.val());
         }
+        self.difference.next = bit_cast(self.total.q.val(), self._difference_bits)
+            - bit_cast(self.base.q.val(), self._difference_bits);
+        for _lower in 0..self.growth.count() {
+            dff_setup!(self, i_clk, growth[0]);
+            self.settled[0].next =
+                self.growth[0].q.val() - bit_cast(self.i_borrow[0].val(), self._difference_bits);
+            self.count.d.next = bit_cast(self.settled[0].val(), self._bits);
+            for _higher in 0..self.grown.count() {
+                for top in (self._difference_bits - 1)..self._difference_bits {
+                    self.borrow[0].d.next = self.settled[0].val().get_bit(top);
+                }
+            }
+        }
         if self.i_dump.val() {
             self.base.d.next = self.total.q.val();
-            for _lower in 0..self.i_borrow.count() {
-                self.count.d.next = bit_cast(self.difference.val() >> 1, self._bits);
+            for _lower in 0..self.growth.count() {
+                self.growth[0].d.next = self.difference.val();
             }
-            for _lowest in self.i_borrow.count()..1 {
+            for _lowest in self.growth.count()..1 {
                 self.count.d.next = bit_cast(self.difference.val(), self._bits);
+                for _higher in 0..self.grown.count() {
+                    for top in (self._difference_bits - 1)..self._difference_bits {
+                        self.borrow[0].d.next = self.difference.val().get_bit(top);
+                    }
+                }
             }
         }
         self.o_count.next = self.count.q.val();

@@ -12,9 +12,11 @@ pub struct LfsrGenerator {
     about: About,
     u_taps: Constant,
     u_load: Constant,
+    u_last: Constant,
     v_taps: Optional<Constant>,
     v_load: Optional<Constant>,
     u: Register<Word>,
+    epoch: Register<bool>,
     v: Optional<Register<Word>>,
     _top: usize,
 }
@@ -49,7 +51,8 @@ impl LfsrGenerator {
             .note(
                 "Bit 0 of a register is its present chip, bit i the chip i clocks later; the \
                  feedback enters at the top. The epoch needs u only, because both registers \
-                 have the same period.",
+                 have the same period, and is recognised one chip early, so that it comes from a \
+                 register.",
             )
             .fact("Period", format!("{period} chips"))
             .fact("Latency", "0 clocks from register to o_chip")
@@ -78,7 +81,13 @@ impl LfsrGenerator {
             u_load: load(u, "u"),
             v_taps: Optional::new(v.is_some(), taps(v_or_u, "v")),
             v_load: Optional::new(v.is_some(), load(v_or_u, "v")),
+            u_last: Constant::new(
+                state_at(u, start + period - 1),
+                width,
+                "LFSR u one chip before that",
+            ),
             u: register(u, "u"),
+            epoch: Register::bit(true, "the present chip is the one that reset gives"),
             v: Optional::new(
                 v.is_some(),
                 Register::word(width, state_at(v_or_u, start), "LFSR v").reset_to("v_load$0"),
@@ -91,7 +100,7 @@ impl LfsrGenerator {
 impl Logic for LfsrGenerator {
     #[hdl_gen]
     fn update(&mut self) {
-        dff_setup!(self, io.i_clk, u);
+        dff_setup!(self, io.i_clk, u, epoch);
         for _two in 0..self.v.count() {
             dff_setup!(self, io.i_clk, v[0]);
             self.io.o_chip.next = self.u.q.val().get_bit(0) ^ self.v[0].q.val().get_bit(0);
@@ -99,9 +108,10 @@ impl Logic for LfsrGenerator {
         for _one in self.v.count()..1 {
             self.io.o_chip.next = self.u.q.val().get_bit(0);
         }
-        self.io.o_epoch.next = self.u.q.val() == self.u_load.val();
+        self.io.o_epoch.next = self.epoch.q.val();
         for top in self._top..(self._top + 1) {
             if self.io.i_advance.val() {
+                self.epoch.d.next = self.u.q.val() == self.u_last.val();
                 self.u.d.next = (self.u.q.val() >> 1)
                     .replace_bit(top, (self.u.q.val() & self.u_taps.val()).xor());
                 for _two in 0..self.v.count() {
@@ -112,6 +122,7 @@ impl Logic for LfsrGenerator {
         }
         for _reloads in 0..self.io.i_load.count() {
             if self.io.i_load[0].val() {
+                self.epoch.d.next = true;
                 self.u.d.next = self.u_load.val();
                 for _two in 0..self.v.count() {
                     self.v[0].d.next = self.v_load[0].val();

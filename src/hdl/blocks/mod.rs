@@ -19,6 +19,7 @@ mod scan_controller;
 mod sensor_top;
 mod sequence_counter;
 mod square;
+mod state_match;
 mod updown_correlator;
 
 pub use accumulator::Accumulator;
@@ -34,4 +35,5 @@ pub use result_stream::ResultStream;
 pub use scan_controller::ScanController;
 pub use sensor_top::SensorTop;
 pub use square::SquareGenerator;
+pub use state_match::StateMatch;
 pub use updown_correlator::UpdownCorrelator;

@@ -1,5 +1,6 @@
 //! Counts chips and phase steps.
 
+use super::StateMatch;
 use super::sequence_counter::SequenceCounter;
 use crate::hdl::front::prelude::*;
 
@@ -41,6 +42,8 @@ pub struct ScanController {
     steps: Optional<Register<Word>>,
     last_step: Optional<Register<bool>>,
     scan_end: Optional<Register<bool>>,
+    dwell_match: Optional<StateMatch>,
+    steps_match: Optional<StateMatch>,
     step_ended: Register<Word>,
     scan_ended: Register<Word>,
     ends_step: Local<bool>,
@@ -53,6 +56,7 @@ pub struct ScanController {
     _steps_top: usize,
     _to_dump: usize,
     _segments: usize,
+    _to_count: usize,
 }
 
 /// What a scan controller counts.
@@ -68,6 +72,8 @@ pub struct ScanPlan {
     pub clocks_to_dump: u32,
     /// Segments of the total.
     pub segments: u32,
+    /// Clocks from the dump of the lowest segment to the whole count.
+    pub clocks_to_count: u32,
 }
 
 impl ScanController {
@@ -84,7 +90,9 @@ impl ScanController {
         let looks_ahead = dwell_chips > 1;
         let dwell = SequenceCounter::new(dwell_chips.saturating_sub(2));
         let step = SequenceCounter::new(steps.saturating_sub(1));
-        let dwell_ending = dwell.state(dwell_chips.saturating_sub(3));
+        // A comparison in pieces takes a clock more.
+        let dwell_in_pieces = dwell.width() > StateMatch::WIDEST_AT_ONCE;
+        let dwell_ending = dwell.state(dwell_chips.saturating_sub(3 + u64::from(dwell_in_pieces)));
         let steps_ending = step.state(steps.saturating_sub(2));
         let chips = |part| Optional::new(counts_chips, part);
         let of_steps = |part| Optional::new(counts_steps, part);
@@ -97,7 +105,7 @@ impl ScanController {
             "Scans follow one another without a gap, because a scan over the whole code period \
              ends where it began."
         };
-        let pipeline = plan.clocks_to_dump + plan.segments;
+        let pipeline = plan.clocks_to_dump + plan.clocks_to_count;
         let line = |about: &str| Register::word(pipeline, 0, about);
         ScanController {
             i_clk: Input::bit("one chip per cycle"),
@@ -129,7 +137,11 @@ impl ScanController {
             dwell_ending: chips(constant(
                 dwell_ending,
                 &dwell,
-                "Chip counter two chips before a step's last",
+                if dwell_in_pieces {
+                    "Chip counter three chips before a step's last"
+                } else {
+                    "Chip counter two chips before a step's last"
+                },
             )),
             steps_load: of_steps(constant(
                 step.state(0),
@@ -169,6 +181,11 @@ impl ScanController {
                 looks_ahead && counts_steps,
                 Register::bit(false, "last clock of a scan"),
             ),
+            dwell_match: Optional::new(dwell_in_pieces, StateMatch::new(dwell.width())),
+            steps_match: Optional::new(
+                looks_ahead && step.width() > StateMatch::WIDEST_AT_ONCE,
+                StateMatch::new(step.width()),
+            ),
             step_ended: line("the end of a step on its way through the correlator"),
             scan_ended: line("the end of a scan on its way through the correlator"),
             ends_step: Local::bit("last clock of a phase step"),
@@ -185,6 +202,7 @@ impl ScanController {
             _steps_top: step.width() as usize - 1,
             _to_dump: plan.clocks_to_dump as usize,
             _segments: plan.segments as usize,
+            _to_count: plan.clocks_to_count as usize,
         }
     }
 }
@@ -269,8 +287,17 @@ impl Logic for ScanController {
 
         for _counts_chips in 0..self.dwell.count() {
             dff_setup!(self, i_clk, dwell[0]);
-            self.step_ends[0].d.next =
-                self.run.q.val() & (self.dwell[0].q.val() == self.dwell_ending[0].val());
+            for _at_once in self.dwell_match.count()..1 {
+                self.step_ends[0].d.next =
+                    self.run.q.val() & (self.dwell[0].q.val() == self.dwell_ending[0].val());
+            }
+            for _in_pieces in 0..self.dwell_match.count() {
+                self.dwell_match[0].i_clk.next = self.i_clk.val();
+                self.dwell_match[0].i_rst.next = self.i_rst.val();
+                self.dwell_match[0].i_state.next = self.dwell[0].q.val();
+                self.dwell_match[0].i_wanted.next = self.dwell_ending[0].val();
+                self.step_ends[0].d.next = self.run.q.val() & self.dwell_match[0].o_matched.val();
+            }
             for top in self._dwell_top..(self._dwell_top + 1) {
                 if self.ends_step.val() {
                     self.dwell[0].d.next = self.dwell_load[0].val();
@@ -284,8 +311,19 @@ impl Logic for ScanController {
         }
         for _counts_steps in 0..self.steps.count() {
             dff_setup!(self, i_clk, steps[0], last_step[0]);
-            if self.ends_step.val() {
-                self.last_step[0].d.next = self.steps[0].q.val() == self.steps_ending[0].val();
+            for _at_once in self.steps_match.count()..1 {
+                if self.ends_step.val() {
+                    self.last_step[0].d.next = self.steps[0].q.val() == self.steps_ending[0].val();
+                }
+            }
+            for _in_pieces in 0..self.steps_match.count() {
+                self.steps_match[0].i_clk.next = self.i_clk.val();
+                self.steps_match[0].i_rst.next = self.i_rst.val();
+                self.steps_match[0].i_state.next = self.steps[0].q.val();
+                self.steps_match[0].i_wanted.next = self.steps_ending[0].val();
+                if self.ends_step.val() {
+                    self.last_step[0].d.next = self.steps_match[0].o_matched.val();
+                }
             }
             for top in self._steps_top..(self._steps_top + 1) {
                 if self.ends_scan.val() {
@@ -307,9 +345,9 @@ impl Logic for ScanController {
             for s in 0..self._segments {
                 self.dumps.i[s].next = self.step_ended.q.val().get_bit(dump - 1 + s);
             }
-            for segments in self._segments..(self._segments + 1) {
-                self.o_counted.next = self.step_ended.q.val().get_bit(dump + segments - 1);
-                self.o_last.next = self.scan_ended.q.val().get_bit(dump + segments - 1);
+            for count in self._to_count..(self._to_count + 1) {
+                self.o_counted.next = self.step_ended.q.val().get_bit(dump + count - 1);
+                self.o_last.next = self.scan_ended.q.val().get_bit(dump + count - 1);
             }
         }
         self.o_dump.next = self.dumps.o.val();

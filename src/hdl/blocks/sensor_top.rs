@@ -127,6 +127,7 @@ impl SensorTop {
                 realigns,
                 clocks_to_dump: Contract::clocks_to_dump(lanes),
                 segments: contract.count_segments.count,
+                clocks_to_count: contract.count_segments.clocks(),
             }),
             stepper: starts
                 .iter()

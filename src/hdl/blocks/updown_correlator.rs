@@ -97,7 +97,7 @@ impl UpdownCorrelator {
                 "Latency",
                 format!(
                     "{} clocks from i_hits to o_count",
-                    levels + 2 + segments.count
+                    levels + 2 + segments.clocks()
                 ),
             )
             .fact("Rate", "one word per clock"),
