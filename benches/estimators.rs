@@ -129,7 +129,7 @@ fn walk(scene: &Scene) -> Outcome {
     println!(
         "  detected |  phase bias   std |   model bias  +-s.e.   std  bound  ratio | chi2 alarm"
     );
-    for rate in [45e6, 30e6, 20e6, 10e6, 5e6, 1e6] {
+    for rate in [1e6, 5e6, 10e6, 20e6, 30e6, 45e6] {
         let mut scene = scene.clone();
         set_detection_rate(&mut scene, rate)?;
         cut_scan(&mut scene, 14);
