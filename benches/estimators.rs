@@ -15,7 +15,9 @@ use goldtof::estimate::model::{OtherLight, fit};
 use goldtof::estimate::{
     CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate,
 };
-use goldtof::optics::{DetectorModel, MeanResponse, StepCount, count_step};
+use goldtof::optics::{
+    CountSampler, DetectorModel, MeanResponse, SecondMoments, StepCount, count_step,
+};
 use goldtof::scene::{self, Path as LightPath, Scene, Source};
 
 type Outcome<T = ()> = Result<T, Box<dyn Error>>;
@@ -221,16 +223,16 @@ fn wrong(scene: &Scene) -> Outcome {
 }
 
 fn interference(scene: &Scene) -> Outcome {
-    println!("equal-power interferer at 10 Mcps, 104.8 us a step: errors in mm");
+    println!("equal-power interferer at 10 Mcps, 104.8 ms a step, counts tier: errors in mm");
     println!("  relative delay |   phase   given  (std)   found  (std)  code right | s a fit");
     let mut spec = CodeSpec::new(Family::Gold);
     spec.degree = Some(11);
     spec.index = Some(417);
     let code = Arc::new(spec.build()?);
-    for (index, chips) in [-700.37, -3.1, -0.5, 0.0, 0.25, 1.7, 12.45, 333.3]
-        .iter()
-        .enumerate()
-    {
+    for index in 0..20 {
+        // Whole, half and odd parts of a chip, near and far.
+        let chips = [-700.37, -3.1, -0.5, 0.0, 0.25, 1.7, 12.45, 333.3][index % 8]
+            + 61.0 * (index / 8) as f64;
         let mut scene = scene.clone();
         scene.sources.push(Source {
             name: "other".to_owned(),
@@ -244,7 +246,11 @@ fn interference(scene: &Scene) -> Outcome {
             ..scene.paths[0].clone()
         });
         set_detection_rate(&mut scene, 10e6)?;
-        let counts = count(&scene, index as u64);
+        scene.scan.integration_chips *= 1_000;
+        let model = DetectorModel::new(&scene, 0);
+        let response = MeanResponse::of_tier(&model, TIER)?;
+        let moments = SecondMoments::new(&response)?.of_scan();
+        let counts = CountSampler::new(&model, &moments).scan(20_231, index as u64);
         let phase = phase_error_mm(&scene, &counts)?;
         let start = Instant::now();
         let given = fit(&scene, 0, TIER, &counts, OtherLight::Given)?;

@@ -2,7 +2,7 @@
 //! light, fitted to the counts.
 //!
 //! The mean response of this very detector to this very light can be worked out
-//! ([`MeanResponse`]), so nothing need be read off a phase: weighted least
+//! ([`MeanResponse`](crate::optics::MeanResponse)), so nothing need be read off a phase: weighted least
 //! squares of (r\[k\], N\[k\]) with the full 2 x 2 covariance of each step, by
 //! Gauss-Newton. Dead-time walk, circular error and interference are in the model
 //! and do not bias the fit. The constant light is always unknown, which makes
@@ -28,8 +28,9 @@ use crate::code::Code;
 use crate::optics::{DetectorModel, MeanCount, MeanResponseError, StepCount};
 use crate::scene::Scene;
 
-/// Most Gauss-Newton steps.
-const MOST_ITERATIONS: usize = 15;
+/// Most Gauss-Newton steps: half a dozen are enough, save where noise is so large
+/// that the peak's curvature shows within it.
+const MOST_ITERATIONS: usize = 50;
 
 /// A fit has converged when no unknown moves by more than this share of its
 /// standard deviation.
@@ -255,11 +256,16 @@ impl Fitted {
                 let tried = parameters.moved(&full, share);
                 let means = problem.means(&tried)?;
                 let found = weights.chi_square(&measured, &means);
-                if found <= chi_square * (1.0 + 1e-9) + 1e-6 || share < 0.02 {
+                if found <= chi_square * (1.0 + 1e-9) + 1e-6 {
                     (parameters, expected, chi_square) = (tried, means, found);
                     break;
                 }
                 share *= 0.4;
+                if share < 0.01 {
+                    // No way leads down: this is the minimum, as far as one-sided
+                    // derivatives can tell.
+                    break;
+                }
             }
             let moved = normal.largest_step_sigmas(&parameters.minus(&before));
             if !reweighted && moved < 1.0 {

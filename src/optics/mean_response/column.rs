@@ -6,7 +6,7 @@
 //! the smoothed value at one place in the chip is the same few weights for every
 //! chip; they are worked out once.
 
-use super::forward::Detections;
+use super::forward::{Detections, integrated_basis};
 use super::grid::Grid;
 
 /// The Gaussian is cut here (probability 2e-9), and scaled to make up for it.
@@ -102,15 +102,7 @@ impl Column {
         });
         let term = &mut self.terms[index];
         term.cumulative += weight;
-        let x = position;
-        let (square, cube) = (x * x, x * x * x);
-        // Integrals over 0..x of the cubic's four basis functions.
-        let basis = [
-            x - cube + 0.5 * square * square,
-            cube - 0.5 * square * square,
-            0.5 * square - 2.0 / 3.0 * cube + 0.25 * square * square,
-            0.25 * square * square - cube / 3.0,
-        ];
+        let basis = integrated_basis(position);
         let width = grid.cells[cell].width;
         for (sum, basis) in term.rates.iter_mut().zip(basis) {
             *sum += weight * width * basis;

@@ -52,6 +52,77 @@ fn integral_of_cubic([start, end, start_slope, end_slope]: &[f64; 4]) -> f64 {
     0.5 * (start + end) + (start_slope - end_slope) / 12.0
 }
 
+/// The integral of that cubic over 0..x.
+fn integral_until(cubic: &[f64; 4], x: f64) -> f64 {
+    let basis = integrated_basis(x);
+    cubic.iter().zip(basis).map(|(y, basis)| y * basis).sum()
+}
+
+/// Integrals over 0..x of the cubic's four basis functions: one for each of the
+/// values at start and end, and of the slopes there.
+pub fn integrated_basis(x: f64) -> [f64; 4] {
+    let (square, cube) = (x * x, x * x * x);
+    [
+        x - cube + 0.5 * square * square,
+        cube - 0.5 * square * square,
+        0.5 * square - 2.0 / 3.0 * cube + 0.25 * square * square,
+        0.25 * square * square - cube / 3.0,
+    ]
+}
+
+/// Detections within the last dead time.
+struct DeadTime {
+    /// Rates of the last chips' cells, a ring.
+    rates: Vec<[f64; 4]>,
+    chips: usize,
+    /// Chips put so far.
+    next: usize,
+    /// Whole chips before now, cell, and position of where the dead time began
+    /// that ends now.
+    begin: (i64, usize, f64),
+}
+
+impl DeadTime {
+    fn new(grid: &Grid) -> DeadTime {
+        let chips = grid.reach_chips + 1;
+        DeadTime {
+            rates: vec![[0.0; 4]; chips * grid.cells.len()],
+            chips,
+            next: 0,
+            begin: grid.locate(-grid.dead_time_chips),
+        }
+    }
+
+    fn put(&mut self, chip: usize, cell: usize, rate: [f64; 4]) {
+        let cells = self.rates.len() / self.chips;
+        self.rates[(chip % self.chips) * cells + cell] = rate;
+        self.next = chip + 1;
+    }
+
+    /// Probability to be dead at the end of the last chip.
+    fn probability(&self, grid: &Grid) -> f64 {
+        let (chip, first_cell, position) = self.begin;
+        let cells = grid.cells.len();
+        let mut sum = 0.0;
+        for back in (chip..0).map(|chip| chip.unsigned_abs() as usize) {
+            // Before the beginning nothing was detected.
+            let Some(chip_number) = self.next.checked_sub(back) else {
+                continue;
+            };
+            let is_first = back == chip.unsigned_abs() as usize;
+            for cell in if is_first { first_cell } else { 0 }..cells {
+                let rate = &self.rates[(chip_number % self.chips) * cells + cell];
+                let mut share = integral_of_cubic(rate);
+                if is_first && cell == first_cell {
+                    share -= integral_until(rate, position);
+                }
+                sum += grid.cells[cell].width * share;
+            }
+        }
+        sum
+    }
+}
+
 /// Solves from a ready detector through the memory time and one code period, of
 /// which the mean detections are returned; `states`, if given, receives the
 /// ready states.
@@ -68,7 +139,12 @@ pub fn solve<const M: usize>(
     let mut lambdas = Vec::new();
     let mut start: State<M> = [0.0; M];
     start[0] = 1.0;
+    let mut dead = DeadTime::new(grid);
     for chip in 0..warm_up + grid.period_chips {
+        // Steps of finite length lose or gain some 10^-8 of probability at a time,
+        // and nothing would ever bring it back: what is not dead is ready.
+        let ready = (1.0 - dead.probability(grid)) / start.iter().sum::<f64>();
+        start = start.map(|probability| probability * ready);
         grid.fill_rates(chip as i64 - warm_up as i64, &mut lambdas);
         for (index, cell) in grid.cells.iter().enumerate() {
             let step = steps.get(index, cell.width, lambdas[index]);
@@ -85,9 +161,11 @@ pub fn solve<const M: usize>(
             let end_slope = step.slope(&end, &inflow[2]);
             // What comes back one dead time later; linear, so slopes pass alike.
             let passing = [&start, &end, &start_slope, &end_slope].map(|y| step.pass_forwards(y));
+            let [a, b, c, d] = passing.each_ref().map(|y| y.iter().sum::<f64>());
+            let rate = [a, b, c * cell.width, d * cell.width];
+            dead.put(chip, index, rate);
             if chip >= warm_up {
-                let [a, b, c, d] = passing.each_ref().map(|y| y.iter().sum::<f64>());
-                rates.push([a, b, c * cell.width, d * cell.width]);
+                rates.push(rate);
                 if let Some(states) = states.as_deref_mut() {
                     let eighth = cell.width / 8.0;
                     let middle = std::array::from_fn(|m| {

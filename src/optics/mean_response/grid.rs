@@ -20,6 +20,8 @@ pub struct Grid {
     pub cells: Vec<GridCell>,
     /// Their edges, 0 and 1 included.
     pub edges: Vec<f64>,
+    /// Dead time.
+    pub dead_time_chips: f64,
     /// Chips that one dead time reaches into, backwards or forwards.
     pub reach_chips: usize,
     /// Chips that make the detector forget how it started.
@@ -118,6 +120,7 @@ impl Grid {
             period_chips,
             cells,
             edges,
+            dead_time_chips: dead_time,
             reach_chips: dead_time.ceil() as usize + 1,
             memory_chips: memory_chips(model, light.brightest_per_chip()),
             paths: paths.collect(),
