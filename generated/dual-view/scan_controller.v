@@ -34,8 +34,8 @@ module scan_controller (
     // Taps of the chip counter
     localparam [13:0] DWELL_TAPS = 14'h2a01;
 
-    // Chip counter two chips before a step's last
-    localparam [13:0] DWELL_ENDING = 14'h2ce2;
+    // Chip counter three chips before a step's last
+    localparam [13:0] DWELL_ENDING = 14'h19c4;
 
     // Step counter at a scan's first step
     localparam [13:0] STEPS_LOAD = 14'h3fff;
@@ -46,16 +46,18 @@ module scan_controller (
     // Step counter one step before a scan's last
     localparam [13:0] STEPS_ENDING = 14'h3e00;
 
-    reg  [13:0] dwell_r;      // chips of the present step
-    reg         step_end_r;   // last clock of a phase step
-    reg  [13:0] steps_r;      // steps of the present scan
-    reg         last_step_r;  // the present step is the scan's last
-    reg         scan_end_r;   // last clock of a scan
-    reg  [5:0]  step_ended_r; // the end of a step on its way through the correlator
-    reg  [5:0]  scan_ended_r; // the end of a scan on its way through the correlator
-    wire        ends_step;    // last clock of a phase step
-    wire        ends_scan;    // last clock of a scan
-    wire        dumps;        // dump of each segment
+    reg  [13:0] dwell_r;             // chips of the present step
+    reg         step_end_r;          // last clock of a phase step
+    reg  [13:0] steps_r;             // steps of the present scan
+    reg         last_step_r;         // the present step is the scan's last
+    reg         scan_end_r;          // last clock of a scan
+    reg  [5:0]  step_ended_r;        // the end of a step on its way through the correlator
+    reg  [5:0]  scan_ended_r;        // the end of a scan on its way through the correlator
+    wire        ends_step;           // last clock of a phase step
+    wire        ends_scan;           // last clock of a scan
+    wire        dumps;               // dump of each segment
+    wire        dwell_match_matched; // they were equal one clock ago
+    wire        steps_match_matched; // they were equal one clock ago
 
     assign ends_step = step_end_r;
     assign ends_scan = scan_end_r;
@@ -64,6 +66,22 @@ module scan_controller (
     assign o_last = scan_ended_r[5];
     assign o_dump = dumps;
     assign dumps = step_ended_r[4];
+
+    state_match dwell_match (
+        .i_clk     (i_clk),
+        .i_rst     (i_rst),
+        .i_state   (dwell_r),
+        .i_wanted  (DWELL_ENDING),
+        .o_matched (dwell_match_matched)
+    );
+
+    state_match steps_match (
+        .i_clk     (i_clk),
+        .i_rst     (i_rst),
+        .i_state   (steps_r),
+        .i_wanted  (STEPS_ENDING),
+        .o_matched (steps_match_matched)
+    );
 
     always @(posedge i_clk) begin
         if (i_rst) begin
@@ -80,14 +98,14 @@ module scan_controller (
             step_end_r <= o_step_ends;
             scan_end_r <= o_step_ends & last_step_r;
             o_run <= 1'b1;
-            o_step_ends <= o_run & (dwell_r == DWELL_ENDING);
+            o_step_ends <= o_run & dwell_match_matched;
             if (ends_step) begin
                 dwell_r <= DWELL_LOAD;
             end else if (o_run) begin
                 dwell_r <= {^(dwell_r & DWELL_TAPS), dwell_r[13:1]};
             end
             if (ends_step) begin
-                last_step_r <= steps_r == STEPS_ENDING;
+                last_step_r <= steps_match_matched;
             end
             if (ends_scan) begin
                 steps_r <= STEPS_LOAD;

@@ -1,6 +1,7 @@
 // Verilog of sensor_top_tb, the top module last; paths are relative to this folder
 // Made by  goldtof emit multipath.toml (goldtof 0.1.0)
 gold_generator.v
+state_match.v
 scan_controller.v
 phase_stepper.v
 edge_detector.v

@@ -2,6 +2,8 @@
 // Made by  goldtof emit paper-interleaved.toml (goldtof 0.1.0)
 gold_generator.v
 interleaver.v
+state_match.v
+state_match_2.v
 scan_controller.v
 phase_stepper.v
 edge_detector.v

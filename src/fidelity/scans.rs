@@ -41,24 +41,10 @@ pub enum ScansError {
          shows where"
     )]
     Mismatch,
-    /// A tier for one detector was asked for another.
-    #[error(
-        "tier {tier} simulates the hardware, which has one detector; the scene has {detectors}: \
-         use --fidelity events"
-    )]
-    Detectors {
-        /// The tier.
-        tier: Tier,
-        /// Detectors of the scene.
-        detectors: usize,
-    },
 }
 
 /// Simulates `repetitions` scans of one detector. `on_scan` gets the counts of
 /// each, those of the scan's steps in order.
-///
-/// Returns the number of detections that were counted, up and down together,
-/// where the tier sees them.
 ///
 /// # Errors
 /// When the tier cannot do the scene.
@@ -68,18 +54,15 @@ pub fn scans(
     tier: Tier,
     seed: u64,
     repetitions: u64,
-    on_scan: impl FnMut(&[i64]),
-) -> Result<Option<u64>, ScansError> {
-    if tier != Tier::Events && scene.detectors.len() > 1 {
-        return Err(ScansError::Detectors {
-            tier,
-            detectors: scene.detectors.len(),
-        });
-    }
+    on_scan: impl FnMut(&[StepCount]),
+) -> Result<(), ScansError> {
     match tier {
-        Tier::Events => Ok(Some(events(scene, detector, seed, repetitions, on_scan))),
-        Tier::Sampled => sampled(scene, seed, repetitions, on_scan).map(Some),
-        Tier::Rtl => rtl(scene, seed, repetitions, on_scan).map(|()| None),
+        Tier::Events => {
+            events(scene, detector, seed, repetitions, on_scan);
+            Ok(())
+        }
+        Tier::Sampled => sampled(scene, detector, seed, repetitions, on_scan),
+        Tier::Rtl => rtl(scene, detector, seed, repetitions, on_scan),
     }
 }
 
@@ -88,16 +71,14 @@ fn events(
     detector: usize,
     seed: u64,
     repetitions: u64,
-    mut on_scan: impl FnMut(&[i64]),
-) -> u64 {
+    mut on_scan: impl FnMut(&[StepCount]),
+) {
     let model = DetectorModel::new(scene, detector);
     let counter = StepCounter::new(&model);
     let threads = available_parallelism().unwrap_or(NonZero::<usize>::MIN);
     let steps = scene.scan.steps;
     let at_once = (STEPS_AT_ONCE / steps).max(1);
     let mut counted = Vec::new();
-    let mut scan = vec![0; steps as usize];
-    let mut detections = 0;
     let mut first = 0;
     while first < repetitions {
         let batch = first..(first + at_once).min(repetitions);
@@ -107,47 +88,46 @@ fn events(
             StepCount::default(),
         );
         counter.count_on_threads(threads, seed, batch, 0..steps, &mut counted);
-        for counts in counted.chunks_exact(steps as usize) {
-            for (signed, count) in scan.iter_mut().zip(counts) {
-                *signed = count.signed;
-                detections += count.total;
-            }
-            on_scan(&scan);
-        }
+        counted.chunks_exact(steps as usize).for_each(&mut on_scan);
     }
-    detections
 }
 
 fn sampled(
     scene: &Scene,
+    detector: usize,
     seed: u64,
     repetitions: u64,
-    on_scan: impl FnMut(&[i64]),
-) -> Result<u64, ScansError> {
+    on_scan: impl FnMut(&[StepCount]),
+) -> Result<(), ScansError> {
     let contract = Contract::of(scene);
     let layout = Layout::of(&contract);
-    let detectors = [DetectorModel::new(scene, 0)];
+    let detectors = models(scene);
     let mut reference = Reference::new(contract.clone())?;
     let mut photons = Photons::new(&detectors, &contract, seed);
-    let mut collector = Collector::new(&contract, repetitions, on_scan);
+    let mut collector = Collector::new(&contract, detector, repetitions, on_scan);
     let clocks = clocks_for_scans(&contract, repetitions);
     let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, clocks);
-    let mut hits = 0;
     let mut block = Block::default();
     while maker.make(&mut block) {
-        hits += maker.hits()[0].len() as u64;
         maker
             .take_finished()
             .for_each(|result| collector.take(result));
     }
-    Ok(hits)
+    Ok(())
+}
+
+fn models(scene: &Scene) -> Vec<DetectorModel> {
+    (0..scene.detectors.len())
+        .map(|detector| DetectorModel::new(scene, detector))
+        .collect()
 }
 
 fn rtl(
     scene: &Scene,
+    detector: usize,
     seed: u64,
     repetitions: u64,
-    on_scan: impl FnMut(&[i64]),
+    on_scan: impl FnMut(&[StepCount]),
 ) -> Result<(), ScansError> {
     let contract = Contract::of(scene);
     let layout = Layout::of(&contract);
@@ -155,8 +135,8 @@ fn rtl(
     let mut reference = Reference::new(contract.clone())?;
     let library = build(TOP, &sources, &contract, &cache_dir())?;
     let mut model = Verilated::load(&library, &layout)?;
-    let detectors = [DetectorModel::new(scene, 0)];
-    let mut collector = Collector::new(&contract, repetitions, on_scan);
+    let detectors = models(scene);
+    let mut collector = Collector::new(&contract, detector, repetitions, on_scan);
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut reference,
@@ -174,17 +154,19 @@ fn rtl(
     }
 }
 
-/// Gathers results, which come in order, into scans.
+/// Gathers a detector's results, which come in order, into scans.
 struct Collector<F> {
+    detector: usize,
     steps: u64,
     repetitions: u64,
-    scan: Vec<i64>,
+    scan: Vec<StepCount>,
     on_scan: F,
 }
 
-impl<F: FnMut(&[i64])> Collector<F> {
-    fn new(contract: &Contract, repetitions: u64, on_scan: F) -> Collector<F> {
+impl<F: FnMut(&[StepCount])> Collector<F> {
+    fn new(contract: &Contract, detector: usize, repetitions: u64, on_scan: F) -> Collector<F> {
         Collector {
+            detector,
             steps: contract.scan.steps,
             repetitions,
             scan: Vec::new(),
@@ -195,10 +177,13 @@ impl<F: FnMut(&[i64])> Collector<F> {
     /// Takes the next result. Those beyond the last scan that was asked for are
     /// the start of one more, which the run's last clocks reach into.
     fn take(&mut self, result: StepResult) {
-        if result.scan >= self.repetitions {
+        if result.scan >= self.repetitions || result.detector != self.detector {
             return;
         }
-        self.scan.push(result.count);
+        self.scan.push(StepCount {
+            signed: result.count,
+            total: result.total,
+        });
         if self.scan.len() as u64 == self.steps {
             (self.on_scan)(&self.scan);
             self.scan.clear();

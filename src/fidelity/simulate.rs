@@ -60,7 +60,7 @@ pub struct PathStatistics {
     /// The standard deviation that it gives.
     pub expected_std_m: Option<f64>,
     /// Rate of counted detections.
-    pub detected_rate_cps: Option<f64>,
+    pub detected_rate_cps: f64,
     /// Why there is no fine estimate, where that is so.
     pub remark: Option<String>,
 }
@@ -79,13 +79,17 @@ pub fn simulate(
     let mut estimates = Vec::new();
     for detector in 0..scene.detectors.len() {
         let mut errors = PathErrors::new(scene, detector, tier.counting());
-        let detections = scans(scene, detector, tier, seed, repetitions, |counts| {
-            errors.take(counts);
+        let mut detections = 0;
+        let mut signed = Vec::new();
+        scans(scene, detector, tier, seed, repetitions, |counts| {
+            detections += counts.iter().map(|count| count.total).sum::<u64>();
+            signed.clear();
+            signed.extend(counts.iter().map(|count| count.signed));
+            errors.take(&signed);
         })?;
         let integration_s = scene.scan.integration_chips as f64 * scene.chip_period_ps * 1e-12;
         let measured_s = repetitions as f64 * scene.scan.steps as f64 * integration_s;
-        let rate = detections.map(|n| n as f64 / measured_s);
-        estimates.extend(errors.statistics(rate));
+        estimates.extend(errors.statistics(detections as f64 / measured_s));
     }
     Ok(Simulation {
         scene: scene.name.clone(),
@@ -159,7 +163,7 @@ impl<'a> PathErrors<'a> {
         }
     }
 
-    fn statistics(&self, detected_rate_cps: Option<f64>) -> Vec<PathStatistics> {
+    fn statistics(&self, detected_rate_cps: f64) -> Vec<PathStatistics> {
         let of_path = |(&path, errors_m): (&usize, &Vec<f64>)| {
             let true_ps = self.scene.paths[path].delay_ps;
             let true_m = distance_m(true_ps.rem_euclid(self.code_period_ps));
@@ -246,9 +250,11 @@ impl Simulation {
                     millimetres(e.expected_std_m)
                 );
             }
-            if let Some(rate) = e.detected_rate_cps {
-                let _ = writeln!(text, "  {:.3} million detections per second", rate / 1e6);
-            }
+            let _ = writeln!(
+                text,
+                "  {:.3} million detections per second",
+                e.detected_rate_cps / 1e6
+            );
             if let Some(remark) = &e.remark {
                 let _ = writeln!(text, "  {remark}");
             }

@@ -35,6 +35,8 @@ pub struct StepResult {
     pub step: u64,
     /// The count, saturated as the hardware does.
     pub count: i64,
+    /// The hits that were counted, up and down together.
+    pub total: u64,
 }
 
 /// Why a contract cannot be predicted.
@@ -62,6 +64,8 @@ pub struct Reference {
     scan: ScanState,
     /// Counts of the present group: detector by detector, step by step.
     counts: Vec<i64>,
+    /// Hits of the present group, detector by detector: all steps see the same.
+    totals: Vec<u64>,
     finished: Vec<StepResult>,
 }
 
@@ -104,6 +108,7 @@ impl Reference {
             released: 0,
             scan: ScanState::default(),
             counts: vec![0; contract.reference_codes.len() * contract.parallel as usize],
+            totals: vec![0; contract.reference_codes.len()],
             finished: Vec::new(),
             contract,
         })
@@ -156,6 +161,7 @@ impl Reference {
         self.released = released;
         self.scan = ScanState::default();
         self.counts.fill(0);
+        self.totals.fill(0);
         self.stream.reset();
     }
 
@@ -210,6 +216,7 @@ impl Reference {
         let parallel = u64::from(self.contract.parallel);
         let step = self.contract.scan.step(self.scan.group * parallel);
         let first_sample = (self.released + 1) << lanes_log2;
+        self.totals[detector] += hits.len() as u64;
         let counts = &mut self.counts[detector * parallel as usize..][..parallel as usize];
         for &sample in hits {
             let in_period = (sample - first_sample) % steps_per_period;
@@ -248,6 +255,7 @@ impl Reference {
                     detector,
                     step: self.scan.group * parallel + step as u64,
                     count,
+                    total: self.totals[detector],
                 });
             }
         }
@@ -258,6 +266,7 @@ impl Reference {
             last,
         });
         self.counts.fill(0);
+        self.totals.fill(0);
         self.scan = if last {
             ScanState {
                 scan: self.scan.scan + 1,

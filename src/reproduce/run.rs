@@ -106,7 +106,7 @@ impl Run {
             std_m: Measured::normal(std_m, std_error),
             bias_m: Measured::normal(bias_m, bias_error),
             correct_coarse: rate(path.estimates, scans),
-            detected_rate_cps: path.detected_rate_cps.unwrap_or_default(),
+            detected_rate_cps: path.detected_rate_cps,
         })
     }
 
@@ -156,10 +156,15 @@ impl Run {
         &mut self,
         scene: &Scene,
         n: u64,
-        on_scan: impl FnMut(&[i64]),
+        mut on_scan: impl FnMut(&[i64]),
     ) -> Result<(), RunError> {
         let seed = self.next_seed();
-        scans(scene, 0, Tier::Events, seed, n, on_scan)?;
+        let mut signed = Vec::new();
+        scans(scene, 0, Tier::Events, seed, n, |counts| {
+            signed.clear();
+            signed.extend(counts.iter().map(|count| count.signed));
+            on_scan(&signed);
+        })?;
         Ok(())
     }
 }
