@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::afterpulsing::Afterpulsing;
 use super::light::{ExcessLight, LightRates};
+use super::movement::Movement;
 use super::random::StreamKey;
 use super::step::StepDetections;
 use crate::code::Code;
@@ -63,13 +64,15 @@ impl DetectorModel {
             let source = &scene.sources[path.source];
             let rates = LightRates::of(source, path, spad);
             constant_hz += rates.off_hz;
-            excess.extend(ExcessLight::new(
+            let light = ExcessLight::new(
                 index,
                 rates,
                 &source.code,
                 path.delay_ps,
                 scene.chip_period_ps,
-            ));
+            );
+            let movement = Movement::new(path, scene.chip_period_ps);
+            excess.extend(light.map(|light| light.moving(movement)));
         }
 
         let reference = scene.sources[spad.reference].code.clone();
@@ -134,6 +137,13 @@ impl DetectorModel {
     pub fn first_chip(&self, repetition: u64, step: u64) -> u128 {
         u128::from(repetition) * self.scan_pitch_chips
             + u128::from(step) * u128::from(self.scan.integration_chips)
+    }
+
+    /// Chips from the start of a scan to the start of a step (of a group, with
+    /// several steps at once).
+    pub(super) fn start_in_scan(&self, step: u64) -> i64 {
+        let chips = u128::from(step) * u128::from(self.scan.integration_chips);
+        i64::try_from(chips).unwrap_or(i64::MAX)
     }
 
     /// Position in a code of `length` chips at which a step starts.

@@ -9,7 +9,7 @@ use super::reader::{Bounds, Section};
 use super::units::Quantity;
 use super::wording::{alternatives, nearest, quoted};
 use super::{Detector, EstimatorKind, Hardware, Path, Scan, Scene, SceneErrors, Source, Target};
-use super::{detector, scan, source};
+use super::{detector, movement, scan, source};
 
 /// Most samples per chip.
 const MAX_SAMPLES_PER_CHIP: i64 = 64;
@@ -144,7 +144,7 @@ fn read_scene(root: &Section, name: String) -> Option<Scene> {
 
     let sources: Option<Vec<Source>> = all(source_sections, source::read);
     let paths: Option<Vec<Path>> = all(path_sections, |section| {
-        source::read_path(section, &source_names, &detector_names)
+        source::read_path(section, &source_names, &detector_names, clock)
     });
     let references: Vec<Option<usize>> = detector_sections
         .iter()
@@ -165,7 +165,7 @@ fn read_scene(root: &Section, name: String) -> Option<Scene> {
     let hardware = read_hardware(root, scan.as_ref());
 
     let clock = clock?;
-    Some(Scene {
+    let scene = Scene {
         name,
         chip_period_ps: clock.chip_period_ps,
         samples_per_chip: clock.samples_per_chip,
@@ -175,7 +175,9 @@ fn read_scene(root: &Section, name: String) -> Option<Scene> {
         scan: scan?,
         estimator,
         hardware,
-    })
+    };
+    movement::check_distances(&root.sections("path"), &scene);
+    Some(scene)
 }
 
 /// Reads every section, so that every error is reported; `None` if one fails.
