@@ -146,6 +146,20 @@ impl DetectorModel {
         i64::try_from(chips).unwrap_or(i64::MAX)
     }
 
+    /// How far the delay of a path moves within a scan, and how far it may for
+    /// paths to count as standing still: a thousandth of a phase step. In chips.
+    pub(super) fn movement_in_scan(&self) -> (f64, f64) {
+        let scan_chips = self.groups() as f64 * self.scan.integration_chips as f64;
+        let movements = self
+            .excess
+            .iter()
+            .filter_map(|light| light.movement.as_ref());
+        let moved = movements
+            .map(|movement| movement.range_chips(scan_chips))
+            .fold(0.0, f64::max);
+        (moved, 1e-3 / f64::from(self.samples_per_chip))
+    }
+
     /// Position in a code of `length` chips at which a step starts.
     pub(super) fn code_position(&self, repetition: u64, step: u64, length: u64) -> i64 {
         (self.first_chip(repetition, step) % u128::from(length)) as i64

@@ -277,8 +277,13 @@ mod tests {
             step: 0,
             repetition: 0,
         };
-        let mut arrivals =
-            ExcessArrivals::new(&light, key.stream(Part::Path(0)), None, 5, ChipTime::at_chip(-9));
+        let mut arrivals = ExcessArrivals::new(
+            &light,
+            key.stream(Part::Path(0)),
+            None,
+            5,
+            ChipTime::at_chip(-9),
+        );
         let mut per_chip = [0_u32; 7];
         let draws = 60_000;
         for _ in 0..draws {

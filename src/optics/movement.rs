@@ -66,8 +66,8 @@ impl Movement {
         })
     }
 
-    /// How far the delay moves in `duration_chips`: its mean, and one standard
-    /// deviation to either side.
+    /// How far the delay moves in `duration_chips`: its mean, and two standard
+    /// deviations.
     pub fn range_chips(&self, duration_chips: f64) -> f64 {
         let std_chips = self.fluctuation.as_ref().map_or(0.0, |f| f.std_chips);
         (self.delay_rate * duration_chips).abs() + 2.0 * std_chips
@@ -236,9 +236,15 @@ mod tests {
                 let error = 5.0 / (scans as f64).sqrt();
                 assert!(sums[0].abs() < error, "{start} {lag}: mean {}", sums[0]);
                 let variance_error = error * 2_f64.sqrt();
-                assert!((sums[1] - 1.0).abs() < variance_error, "{start} {lag}: {sums:?}");
+                assert!(
+                    (sums[1] - 1.0).abs() < variance_error,
+                    "{start} {lag}: {sums:?}"
+                );
                 let product_error = error * (1.0 + correlation * correlation).sqrt();
-                assert!((sums[2] - correlation).abs() < product_error, "{start} {lag}: {sums:?}");
+                assert!(
+                    (sums[2] - correlation).abs() < product_error,
+                    "{start} {lag}: {sums:?}"
+                );
             }
         }
     }
@@ -290,7 +296,15 @@ mod tests {
         let others = [
             Trajectory::new(&movement, &KEY, 2, 1_000_000),
             Trajectory::new(&movement, &StreamKey { seed: 6, ..KEY }, 3, 1_000_000),
-            Trajectory::new(&movement, &StreamKey { repetition: 1, ..KEY }, 3, 1_000_000),
+            Trajectory::new(
+                &movement,
+                &StreamKey {
+                    repetition: 1,
+                    ..KEY
+                },
+                3,
+                1_000_000,
+            ),
         ];
         for mut other in others {
             assert_ne!(other.displacement(time(0)), walked[3_000]);
