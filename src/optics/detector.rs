@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::afterpulsing::Afterpulsing;
 use super::light::{ExcessLight, LightRates};
+use super::movement::Movement;
 use super::random::StreamKey;
 use super::step::StepDetections;
 use crate::code::Code;
@@ -64,13 +65,15 @@ impl DetectorModel {
             let source = &scene.sources[path.source];
             let rates = LightRates::of(source, path, spad);
             constant_hz += rates.off_hz;
-            excess.extend(ExcessLight::new(
+            let light = ExcessLight::new(
                 index,
                 rates,
                 &source.code,
                 path.delay_ps,
                 scene.chip_period_ps,
-            ));
+            );
+            let movement = Movement::new(path, scene.chip_period_ps);
+            excess.extend(light.map(|light| light.moving(movement)));
         }
 
         let reference = scene.sources[spad.reference].code.clone();
@@ -152,6 +155,26 @@ impl DetectorModel {
     pub fn first_chip(&self, repetition: u64, group: u64) -> u128 {
         u128::from(repetition) * self.scan_pitch_chips
             + u128::from(group) * u128::from(self.scan.integration_chips)
+    }
+
+    /// Chips from the start of a scan to the start of a group of phase steps.
+    pub(super) fn start_in_scan(&self, group: u64) -> i64 {
+        let chips = u128::from(group) * u128::from(self.scan.integration_chips);
+        i64::try_from(chips).unwrap_or(i64::MAX)
+    }
+
+    /// How far the delay of a path moves within a scan, and how far it may for
+    /// paths to count as standing still: a thousandth of a phase step. In chips.
+    pub(super) fn movement_in_scan(&self) -> (f64, f64) {
+        let scan_chips = self.groups() as f64 * self.scan.integration_chips as f64;
+        let movements = self
+            .excess
+            .iter()
+            .filter_map(|light| light.movement.as_ref());
+        let moved = movements
+            .map(|movement| movement.range_chips(scan_chips))
+            .fold(0.0, f64::max);
+        (moved, 1e-3 / f64::from(self.samples_per_chip))
     }
 
     /// Position in a code of `length` chips at which a group starts.

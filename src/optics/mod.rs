@@ -16,6 +16,7 @@ mod detector;
 pub mod fast;
 mod light;
 mod mean_response;
+mod movement;
 mod random;
 mod reorder;
 mod sampled;
