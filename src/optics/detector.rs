@@ -3,10 +3,12 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use rand::RngExt;
+
 use super::afterpulsing::Afterpulsing;
 use super::light::{ExcessLight, LightRates};
 use super::movement::Movement;
-use super::random::StreamKey;
+use super::random::{Part, StreamKey};
 use super::step::StepDetections;
 use crate::code::Code;
 use crate::scene::{CounterTiming, Scan, Scene};
@@ -44,6 +46,9 @@ pub struct DetectorModel {
 /// Jitter is cut at this many standard deviations (probability 1.5e-23), so
 /// that the reorder buffer is bounded.
 pub(super) const JITTER_BOUND_SIGMAS: f64 = 10.0;
+
+/// Longest warm-up.
+const MOST_WARM_UP_DEAD_TIMES: f64 = 1e5;
 
 impl DetectorModel {
     /// The model of detector `detector` (an index into the scene's detectors).
@@ -192,20 +197,14 @@ impl DetectorModel {
         &self.scan
     }
 
-    /// How long before a step its simulation starts, with a ready detector, so
-    /// that the step does not remember.
+    /// How long before a step its simulation starts, so that the step does not
+    /// remember.
     ///
     /// A saturated detector fires like a clock, and forgets its start after the
-    /// square of (rate x dead time) dead times; cut at 10^5 dead times.
+    /// square of (rate x dead time) dead times. Where that is too long, it starts
+    /// as if it had run before ([`Self::first_ready_chips`]).
     fn warm_up(&self) -> i64 {
-        let on_per_chip = self.constant_per_chip
-            + self
-                .excess
-                .iter()
-                .map(|light| light.rate_per_chip)
-                .sum::<f64>();
-        let saturation = on_per_chip * self.dead_time_chips;
-        let dead_times = (32.0 + 2.0 * saturation * saturation).min(1e5);
+        let dead_times = self.dead_times_to_forget().min(MOST_WARM_UP_DEAD_TIMES);
         let afterpulsing = self.afterpulsing.map_or(0.0, |a| a.time_constant_chips);
         let memory = (dead_times * self.dead_time_chips).max(30.0 * afterpulsing);
         let jitter = self.jitter_chips.unwrap_or(0.0);
@@ -214,6 +213,26 @@ impl DetectorModel {
         let margin = (self.delay_chips + 2.0 * JITTER_BOUND_SIGMAS * jitter).max(4.0);
         let chips = memory + margin;
         chips.ceil() as i64
+    }
+
+    fn dead_times_to_forget(&self) -> f64 {
+        let excess_per_chip: f64 = self.excess.iter().map(|light| light.rate_per_chip).sum();
+        let saturation = (self.constant_per_chip + excess_per_chip) * self.dead_time_chips;
+        32.0 + 2.0 * saturation * saturation
+    }
+
+    /// When the detector is first ready, in chips after its simulation starts.
+    ///
+    /// At once, if the warm-up makes it forget. Else anywhere within a dead time,
+    /// with equal chance: under constant light the wait for the end of a dead time
+    /// that is going on has that distribution, and the detector is ready for only
+    /// 1 / (rate x dead time) of the time, less than half a per cent here.
+    pub(super) fn first_ready_chips(&self, key: &StreamKey) -> f64 {
+        if self.dead_times_to_forget() <= MOST_WARM_UP_DEAD_TIMES {
+            return 0.0;
+        }
+        let share: f64 = key.stream(Part::Start).random();
+        share * self.dead_time_chips
     }
 
     fn scan_pitch(&self) -> u128 {

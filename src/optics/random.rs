@@ -19,6 +19,8 @@ pub enum Part {
     Transition,
     /// Counts drawn as such, without photons.
     Counts,
+    /// When a detector that is nearly always blind is first ready.
+    Start,
     /// The on-light of one path, by its index in the scene.
     Path(usize),
 }
@@ -32,6 +34,7 @@ impl Part {
             Part::Transition => 3,
             // Beyond any index of a path.
             Part::Counts => u64::MAX,
+            Part::Start => u64::MAX - 1,
             Part::Path(index) => 4 + index as u64,
         }
     }

@@ -39,7 +39,7 @@ pub struct StepDetections<'m> {
 
 impl<'m> StepDetections<'m> {
     pub(super) fn new(model: &'m DetectorModel, key: StreamKey) -> StepDetections<'m> {
-        let start = ChipTime::at_chip(-model.warm_up_chips);
+        let start = ChipTime::at_chip(-model.warm_up_chips).after(model.first_ready_chips(&key));
         let excess = model
             .excess
             .iter()
