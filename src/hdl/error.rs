@@ -1,5 +1,6 @@
 //! Why a scene's hardware cannot be emitted.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 use thiserror::Error;
@@ -43,7 +44,7 @@ pub enum HdlError {
         /// The scene's value.
         found: u64,
         /// What is possible.
-        limit: &'static str,
+        limit: Cow<'static, str>,
     },
     /// A code whose parts do not agree.
     #[error("source `{source_name}`: {problem}")]
