@@ -9,7 +9,7 @@ use super::reader::{Bounds, Section};
 use super::units::Quantity;
 use super::wording::{alternatives, nearest, quoted};
 use super::{Detector, EstimatorKind, Hardware, Path, Scan, Scene, SceneErrors, Source, Target};
-use super::{detector, scan, source};
+use super::{detector, movement, scan, source};
 use crate::code::MAX_CODE_CHIPS;
 use crate::files::read_text;
 
@@ -152,7 +152,7 @@ fn read_scene(root: &Section, name: String) -> Option<Scene> {
 
     let sources = read_sources(source_sections);
     let paths: Option<Vec<Path>> = all(path_sections, |section| {
-        source::read_path(section, &source_names, &detector_names)
+        source::read_path(section, &source_names, &detector_names, clock)
     });
     let references: Vec<Option<usize>> = detector_sections
         .iter()
@@ -173,7 +173,7 @@ fn read_scene(root: &Section, name: String) -> Option<Scene> {
     let hardware = read_hardware(root, scan.as_ref());
 
     let clock = clock?;
-    Some(Scene {
+    let scene = Scene {
         name,
         chip_period_ps: clock.chip_period_ps,
         samples_per_chip: clock.samples_per_chip,
@@ -183,7 +183,9 @@ fn read_scene(root: &Section, name: String) -> Option<Scene> {
         scan: scan?,
         estimator,
         hardware,
-    })
+    };
+    movement::check_distances(&root.sections("path", usize::MAX), &scene);
+    Some(scene)
 }
 
 /// Reads the sources, as long as their codes fit into memory together.

@@ -16,6 +16,8 @@ pub(super) type Value<'r, 't> = &'r Spanned<DeValue<'t>>;
 /// A range that a number must lie in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Bounds {
+    /// Either sign.
+    Any,
     /// 0 or more.
     NotNegative,
     /// Above 0.
@@ -29,6 +31,7 @@ pub(super) enum Bounds {
 impl Bounds {
     fn contains(self, value: f64) -> bool {
         match self {
+            Bounds::Any => true,
             Bounds::NotNegative => value >= 0.0,
             Bounds::Positive => value > 0.0,
             Bounds::Share => (0.0..=1.0).contains(&value),
@@ -38,6 +41,7 @@ impl Bounds {
 
     fn text(self) -> &'static str {
         match self {
+            Bounds::Any => "finite",
             Bounds::NotNegative => "0 or more",
             Bounds::Positive => "greater than 0",
             Bounds::Share => "from 0 to 1",
