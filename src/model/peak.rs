@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn the_pieces_make_up_the_count() {
-        for count_bits in 2..=64 {
+        for count_bits in 2..=64u32 {
             let pieces = count_bits.div_ceil(PIECE_BITS);
             let plan = PeakPlan {
                 step_bits: 1,

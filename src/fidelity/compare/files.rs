@@ -7,7 +7,7 @@ use super::points::worst;
 use super::{FidelityReport, TierPoint};
 use crate::fidelity::Tier;
 use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
-use crate::report::write_file;
+use crate::files;
 
 /// Colour of the Pareto front: the last, black.
 const FRONT_COLOUR: usize = 6;
@@ -30,7 +30,7 @@ impl FidelityReport {
         let mut written = Vec::new();
         for (name, text) in files {
             let path = folder.join(name);
-            write_file(&path, &text)?;
+            files::write(&path, &text)?;
             written.push(path);
         }
         Ok(written)
