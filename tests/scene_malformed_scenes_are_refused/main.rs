@@ -3,6 +3,7 @@
 use goldtof::scene::{SceneErrors, load, parse};
 
 mod codes;
+mod movement;
 mod quantities;
 mod structure;
 
