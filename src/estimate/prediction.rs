@@ -1,5 +1,6 @@
 //! What the phase estimator will say on average, and how much it will scatter.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use super::phase::{
@@ -55,9 +56,10 @@ pub enum PredictionError {
 /// deviation, for counts of tier `counting`.
 ///
 /// The standard deviation comes from the phase's linearisation: with Z the
-/// fundamental and v_i the variance of the count at offset i, Var phi is the sum
-/// of v_i sin^2(pi i / S + phi) over |Z|^2, because steps are independent. Paths
-/// may move, slowly beside the phase steps; the bias is against their
+/// fundamental, the phase's error is the sum over offsets i of the count's error
+/// times sin(pi i / S + phi) / |Z|. Steps of one group (`parallel` in the scene)
+/// see the same detections, so their counts go together; groups are independent.
+/// Paths may move, slowly beside the phase steps; the bias is against their
 /// [`true_delay`](super::true_delay).
 ///
 /// # Panics
@@ -98,13 +100,15 @@ pub(super) fn predict_still(
     let measurement = Measurement::new(scene, &[]);
     let fundamental = fundamental(&expected, peak, &measurement)?;
     let moments = SecondMoments::new(&response)?;
-    let mut phase_variance = 0.0;
+    let mut groups: BTreeMap<u64, Vec<(u64, f64)>> = BTreeMap::new();
     for (offset, index) in window_indices(peak, &measurement)? {
         let angle = PI * offset as f64 / f64::from(scene.samples_per_chip) + fundamental.arg();
-        let variance = moments.of_step(index as u64).signed_variance;
-        phase_variance += variance * angle.sin().powi(2);
+        let step = index as u64;
+        let group = groups.entry(model.group_of(step)).or_default();
+        group.push((step, angle.sin()));
     }
-    let phase_std = phase_variance.sqrt() / fundamental.norm();
+    let variances = groups.values().map(|steps| moments.variance_of_sum(steps));
+    let phase_std = variances.sum::<f64>().sqrt() / fundamental.norm();
 
     let estimate = estimate_at(&expected, peak, &measurement, offset_ps);
     let code_period_ps = scene.scan.steps_per_period as f64 * scene.chip_period_ps

@@ -1,5 +1,6 @@
 //! What one detector sees of a scene, in chips.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use rand::RngExt;
@@ -108,24 +109,42 @@ impl DetectorModel {
         model
     }
 
-    /// Simulates phase step `step` (0-based number in the scan; with `parallel`
-    /// steps at once, number of the group) of scan number `repetition`. The result depends on the arguments alone.
-    pub fn step(&self, seed: u64, repetition: u64, step: u64) -> StepDetections<'_> {
-        StepDetections::new(self, self.key(seed, repetition, step))
+    /// Simulates group `group` (0-based number in the scan; the number of the
+    /// phase step, unless several are correlated at once) of scan number
+    /// `repetition`. The result depends on the arguments alone.
+    pub fn step(&self, seed: u64, repetition: u64, group: u64) -> StepDetections<'_> {
+        StepDetections::new(self, self.key(seed, repetition, group))
     }
 
-    pub(super) fn key(&self, seed: u64, repetition: u64, step: u64) -> StreamKey {
+    pub(super) fn key(&self, seed: u64, repetition: u64, group: u64) -> StreamKey {
         StreamKey {
             seed,
             detector: self.index as u64,
-            step,
+            step: group,
             repetition,
         }
     }
 
-    /// Steps of a scan with light of their own: groups of `parallel` phase steps.
-    pub(super) fn groups(&self) -> u64 {
+    /// Groups of a scan: the `parallel` phase steps of a group see the same
+    /// light at the same time.
+    pub fn groups(&self) -> u64 {
         self.scan.steps.div_ceil(self.parallel)
+    }
+
+    /// The group that step number `step` of the scan belongs to.
+    pub fn group_of(&self, step: u64) -> u64 {
+        step / self.parallel
+    }
+
+    /// Steps that a group may have.
+    pub fn parallel(&self) -> u64 {
+        self.parallel
+    }
+
+    /// The steps of a group; the last group may have fewer than the others.
+    pub fn steps_of_group(&self, group: u64) -> Range<u64> {
+        let first = group * self.parallel;
+        first..(first + self.parallel).min(self.scan.steps)
     }
 
     /// Whether scans follow one another without a gap: when the reference ends
@@ -134,20 +153,18 @@ impl DetectorModel {
         self.scan.is_full() && self.scan.steps.is_multiple_of(self.parallel)
     }
 
-    /// Index, in the running transmit code, of the first chip of a step (of a
-    /// group, with several steps at once).
+    /// Index, in the running transmit code, of the first chip of a group.
     ///
     /// Scans over the whole code period follow one another without a gap; after
     /// any other scan the hardware waits for the reference's next first chip.
-    pub fn first_chip(&self, repetition: u64, step: u64) -> u128 {
+    pub fn first_chip(&self, repetition: u64, group: u64) -> u128 {
         u128::from(repetition) * self.scan_pitch_chips
-            + u128::from(step) * u128::from(self.scan.integration_chips)
+            + u128::from(group) * u128::from(self.scan.integration_chips)
     }
 
-    /// Chips from the start of a scan to the start of a step (of a group, with
-    /// several steps at once).
-    pub(super) fn start_in_scan(&self, step: u64) -> i64 {
-        let chips = u128::from(step) * u128::from(self.scan.integration_chips);
+    /// Chips from the start of a scan to the start of a group of phase steps.
+    pub(super) fn start_in_scan(&self, group: u64) -> i64 {
+        let chips = u128::from(group) * u128::from(self.scan.integration_chips);
         i64::try_from(chips).unwrap_or(i64::MAX)
     }
 
@@ -165,9 +182,9 @@ impl DetectorModel {
         (moved, 1e-3 / f64::from(self.samples_per_chip))
     }
 
-    /// Position in a code of `length` chips at which a step starts.
-    pub(super) fn code_position(&self, repetition: u64, step: u64, length: u64) -> i64 {
-        (self.first_chip(repetition, step) % u128::from(length)) as i64
+    /// Position in a code of `length` chips at which a group starts.
+    pub(super) fn code_position(&self, repetition: u64, group: u64, length: u64) -> i64 {
+        (self.first_chip(repetition, group) % u128::from(length)) as i64
     }
 
     /// Chip period T_c.

@@ -114,6 +114,13 @@ impl<'r, 't> Section<'r, 't> {
         self.diagnostics.report(self.span.clone(), message);
     }
 
+    /// [`Section::complain`] for when the section has been read.
+    pub(super) fn complaint(&self) -> impl Fn(&str) + use<'r, 't> {
+        let (diagnostics, span) = (self.diagnostics, self.span.clone());
+        let path = self.path.clone();
+        move |message| diagnostics.report(span.clone(), format!("{path}: {message}"))
+    }
+
     /// Reports something wrong with `value`, which belongs to `key`.
     pub(super) fn report_at(&self, key: &str, value: Value, message: &str) {
         let path = self.path_of(key);
@@ -339,12 +346,20 @@ impl<'r, 't> Section<'r, 't> {
         Some(Section::new(self.diagnostics, table, value.span(), path))
     }
 
-    /// The tables of an array of tables, `[[key]]`.
-    pub(super) fn sections(&self, key: &'static str) -> Vec<Section<'r, 't>> {
+    /// The tables of an array of tables, `[[key]]`; of more than `most` of them
+    /// only the first so many, and a complaint.
+    pub(super) fn sections(&self, key: &'static str, most: usize) -> Vec<Section<'r, 't>> {
         let example = format!("[[{key}]]");
-        self.array(key, &example)
+        let array = self.array(key, &example);
+        let count = array.map_or(0, |array| array.len());
+        if count > most {
+            let message = format!("{count} tables [[{key}]] are more than {most}; use fewer");
+            self.report(key, &message);
+        }
+        array
             .into_iter()
             .flat_map(|array| array.iter())
+            .take(most)
             .filter_map(|value| self.section_of(key, value, &example))
             .collect()
     }

@@ -43,6 +43,17 @@ pub enum OutsideDomain {
     /// Jitter, transition and edge delays reach beyond one chip.
     #[error("jitter, transition and edge delays together reach from one edge to the next")]
     EdgesTooWide,
+    /// Steps of one group share a detection's jitter, and each lane of theirs
+    /// decides by the same number: that is exact while no detection is near edges
+    /// of two steps.
+    #[error(
+        "with {parallel} phase steps at once, jitter, transition and edge delays together reach \
+         from one step's edge to the next one's"
+    )]
+    StepsTooClose {
+        /// Steps of a group.
+        parallel: u64,
+    },
 }
 
 /// With so many ticks in a time constant, rounding a wait to ticks adds 10^-7
@@ -104,6 +115,13 @@ impl Tables {
         };
         let sign = SignTable::new(grid, &model.reference.chips, &timing)
             .ok_or(OutsideDomain::EdgesTooWide)?;
+        let zone = 2.0 * (NORMAL_REACH * timing.jitter_chips + timing.transition_chips)
+            + (timing.rising_delay_chips - timing.falling_delay_chips).abs();
+        if model.parallel() > 1 && zone * f64::from(model.samples_per_chip) >= 1.0 {
+            return Err(OutsideDomain::StepsTooClose {
+                parallel: model.parallel(),
+            });
+        }
         let paths = model.excess.iter().map(|light| PathTable {
             on_time: OnTime::new(grid, &light.code.chips),
             mean_wait_ticks: grid.ticks(1.0 / light.rate_per_chip),

@@ -158,7 +158,8 @@ impl<'m> MeanResponse<'m> {
     pub(super) fn chips_of(&self, step: u64) -> (f64, usize, usize) {
         let period = self.grid.period_chips as u64;
         let chips = self.model.scan.integration_chips;
-        let first = self.model.first_chip(0, step) % u128::from(period);
+        let group = self.model.group_of(step);
+        let first = self.model.first_chip(0, group) % u128::from(period);
         (
             (chips / period) as f64,
             first as usize,

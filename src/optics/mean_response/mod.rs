@@ -25,6 +25,7 @@ mod counts;
 mod expected;
 mod forward;
 mod grid;
+mod group_counts;
 mod history;
 mod integrator;
 mod light;
@@ -38,7 +39,7 @@ pub use correlator::MeanCount;
 pub use counts::CountSampler;
 pub use expected::MeanResponse;
 pub use light::{Light, LightPath};
-pub use moments::{CountMoments, SecondMoments};
+pub use moments::{CountMoments, GroupMoments, SecondMoments};
 pub use tier::CountingTier;
 
 /// Most states of pending afterpulses.
