@@ -7,7 +7,9 @@ use std::collections::BinaryHeap;
 
 use goldtof::optics::{Detection, DetectorModel};
 use goldtof::scene::Scene;
-use optics_support::{Moments, assert_within_standard_errors, code, ideal_scene, table_i_scene};
+use optics_support::{
+    Moments, assert_within_standard_errors, code, gold_5, ideal_scene, table_i_scene,
+};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
