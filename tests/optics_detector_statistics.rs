@@ -7,7 +7,9 @@ use std::collections::BinaryHeap;
 
 use goldtof::optics::{Detection, DetectorModel};
 use goldtof::scene::Scene;
-use optics_support::{Moments, assert_within_standard_errors, code, ideal_scene, table_i_scene};
+use optics_support::{
+    Moments, assert_within_standard_errors, code, gold_5, ideal_scene, table_i_scene,
+};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
@@ -226,4 +228,26 @@ fn strong_jitter_still_gives_ordered_times_and_loses_none() {
     for count in [without, times.len() as f64] {
         assert_within_standard_errors((count - mean) / mean.sqrt(), 5.0, "count");
     }
+}
+
+/// Saturated beyond any warm-up: the first detection of a step comes anywhere in
+/// a dead time, as it would to a detector that has run for ever.
+#[test]
+fn steps_of_a_blinded_detector_start_anywhere_in_its_dead_time() {
+    // 10^4 photons in a dead time of an eighth of a chip.
+    let mut scene = ideal_scene(gold_5(), 1e13, 20);
+    scene.sources[0].extinction_ratio = 1.0;
+    scene.detectors[0].dead_time_ps = 1_000.0;
+    let model = DetectorModel::new(&scene, 0);
+    let steps = 200;
+    let mut eighths = [0.0; 8];
+    for step in 0..steps {
+        let first = model.step(2, 0, step).next().expect("it fires");
+        let dead_times = (first.chip as f64 + first.fraction) * 8.0;
+        eighths[((dead_times * 8.0) as usize).min(7)] += 1.0;
+    }
+    let mean = steps as f64 / 8.0;
+    let chi_square: f64 = eighths.iter().map(|n| (n - mean).powi(2) / mean).sum();
+    // Seven degrees of freedom: 24.3 has a chance of one in a thousand.
+    assert!(chi_square < 24.3, "{eighths:?}");
 }

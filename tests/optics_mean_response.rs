@@ -362,4 +362,19 @@ fn what_cannot_be_solved_says_what_would_be_right() {
             least_ps: 125.0
         })
     );
+    // A photon in every cell of 62.5 ps.
+    assert!(matches!(
+        refused(&constant_light(16.1e9, 14e3)),
+        Some(MeanResponseError::TooBright { .. })
+    ));
+    assert_eq!(refused(&constant_light(15.9e9, 14e3)), None);
+    // 256 photons in a dead time.
+    assert_eq!(
+        refused(&constant_light(1e10, 100e3)).map(|e| e.to_string()),
+        Some(
+            "the brightest light fires a ready detector 10000 million times per second; the mean \
+             response needs at most 2560 million at this dead time"
+                .to_owned()
+        )
+    );
 }

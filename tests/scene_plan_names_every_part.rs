@@ -4,7 +4,7 @@ use std::path::Path;
 
 use goldtof::cli::plan::to_text;
 use goldtof::plan::{Part, plan};
-use goldtof::scene::{Scene, load};
+use goldtof::scene::{Fluctuation, Movement, Scene, load};
 
 fn standard(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -44,6 +44,7 @@ fn the_plan_of_paper_single() {
     Simulation
       kept      modulated_light       mean power 4 pW, keyed by a code of 992 on-chips in 2047
       kept      off_state_light       extinction_ratio = 10: constant light of 1/10 of the on-rate
+      left out  moving_paths          every path keeps its delay: phase steps run side by side in vector lanes
       left out  interference          no light of any other source reaches the detector
       left out  multipath             one path leads from the reference's source to the detector
       kept      photon_detection      photon_detection_probability = 0.31: scales the rates, no photon is drawn in vain
@@ -158,4 +159,28 @@ fn sources_of_one_code_share_a_generator() {
     let mut scene = standard("dual-view");
     scene.sources[1].code = scene.sources[0].code.clone();
     assert!(!part(&scene, "code_generator (other)").kept);
+}
+
+#[test]
+fn a_path_that_moves_is_followed_and_one_of_no_speed_is_not() {
+    let mut scene = standard("paper-single");
+    let moving = |velocity_m_per_s, std_m| {
+        Some(Movement {
+            velocity_m_per_s,
+            fluctuation: Some(Fluctuation {
+                std_m,
+                correlation_time_ps: 1e9,
+            }),
+        })
+    };
+    scene.paths[0].movement = moving(1.5, 2e-3);
+    let kept = part(&scene, "moving_paths");
+    assert!(kept.kept);
+    assert_eq!(
+        kept.reason,
+        "path 0 moves at 1.5 m/s and by 2 mm at random with a correlation time of 1000 us; \
+         photon by photon, in the plain loop"
+    );
+    scene.paths[0].movement = moving(0.0, 0.0);
+    assert!(!part(&scene, "moving_paths").kept);
 }

@@ -1,6 +1,6 @@
 //! Every key of a right scene arrives with its meaning and its default.
 
-use goldtof::scene::{EstimatorKind, Scan, Scene, Target, parse};
+use goldtof::scene::{EstimatorKind, Fluctuation, Movement, Scan, Scene, Target, parse};
 use proptest::prelude::*;
 
 /// Only what a scene cannot do without: L' = 31, S = 8, T_s = 1 ns, K = 248.
@@ -53,6 +53,7 @@ fn what_is_left_out_has_the_documented_default() {
     assert!(detector.jitter_ps.is_empty());
     assert_eq!(detector.counter.rising_delay_ps, 0.0);
     assert_eq!(scene.paths[0].transmission, 1.0);
+    assert_eq!(scene.paths[0].movement, None);
     assert!(scene.scan.is_full());
     assert_eq!(scene.scan.steps_per_period, 248);
     assert_eq!(scene.estimator, EstimatorKind::Fft);
@@ -200,4 +201,41 @@ proptest! {
             prop_assert!(error.to_string().starts_with("x.toml:"));
         }
     }
+}
+
+/// The movement of the least scene's path with more keys.
+fn movement(keys: &str) -> Option<Movement> {
+    let distance = "distance = \"3.2 m\"";
+    let scene = scene(&LEAST.replace(distance, &format!("{distance}\n{keys}")));
+    scene.paths[0].movement
+}
+
+#[test]
+fn a_path_moves_at_its_speed_and_fluctuates() {
+    let speed = |velocity_m_per_s| Movement {
+        velocity_m_per_s,
+        fluctuation: None,
+    };
+    assert_eq!(movement("velocity = \"-3 mm/s\""), Some(speed(-3e-3)));
+    assert_eq!(movement("velocity = \"36 km/h\""), Some(speed(10.0)));
+    let fluctuation = Some(Fluctuation {
+        std_m: 2e-3,
+        correlation_time_ps: 1e9,
+    });
+    let keys = "velocity = \"1.5 m/s\"\n\
+                fluctuation = { std = \"2 mm\", correlation_time = \"1 ms\" }";
+    assert_eq!(
+        movement(keys),
+        Some(Movement {
+            fluctuation,
+            ..speed(1.5)
+        })
+    );
+}
+
+#[test]
+fn a_path_that_does_neither_stands_still() {
+    assert_eq!(movement("velocity = \"0 m/s\""), None);
+    let keys = "fluctuation = { std = \"0 mm\", correlation_time = \"1 ms\" }";
+    assert_eq!(movement(keys), None);
 }

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use super::phase::{Measurement, estimate_at, fundamental, window_indices};
 use super::prediction::{Prediction, PredictionError, predict_still};
 use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, true_delay};
-use crate::optics::{DetectorModel, MeanResponse};
+use crate::optics::{DetectorModel, MeanResponse, SecondMoments};
 use crate::scene::{Fluctuation, Scene};
 
 /// Within a phase step delays may move by at most this share of it.
@@ -17,10 +17,10 @@ const NUDGE_STEPS: f64 = 0.02;
 /// Predicts for a scene in which paths to the detector move.
 ///
 /// Each phase step of the peak's window is expected to count what it would count
-/// if every path stood still where it is in the middle of the step; variances are
-/// those at the moment when the scan comes by the path. A fluctuation adds the
-/// variance of the estimate's linear response to the mean displacements of the
-/// steps.
+/// if every path stood still where it is in the middle of the step, with that
+/// count's variance; with several steps at once the variance is that of paths that
+/// stand still. A fluctuation adds the variance of the estimate's linear response
+/// to the mean displacements of the steps.
 pub(super) fn predict(
     scene: &Scene,
     detector: usize,
@@ -36,8 +36,13 @@ pub(super) fn predict(
     let peak = peak_in_scan(scene, still.estimate.coarse_step);
     let window: Vec<(i64, usize)> = window_indices(peak, &measurement)?.collect();
     let mut expected = vec![0.0; scene.scan.steps as usize];
+    let mut variances = Vec::with_capacity(window.len());
     for &(_, index) in &window {
-        expected[index] = mean_of_step(scene, detector, counting, index, None)?;
+        let model = DetectorModel::new(&scene_in_step(scene, index), detector);
+        let response = MeanResponse::of_tier(&model, counting)?;
+        let moments = SecondMoments::new(&response)?.of_step(index as u64);
+        expected[index] = moments.signed_mean;
+        variances.push(moments.signed_variance);
     }
     let offset_ps = calibration_offset_ps(scene, detector, counting);
     let estimate = estimate_at(&expected, peak, &measurement, offset_ps);
@@ -55,7 +60,15 @@ pub(super) fn predict(
             angle.sin() / fundamental.norm() / PI * scene.chip_period_ps
         })
         .collect();
-    let mut variance_ps2: f64 = 0.0;
+    let mut variance_ps2 = if scene.hardware.parallel == 1 {
+        let of_steps = weights.iter().zip(&variances);
+        of_steps
+            .map(|(weight, variance)| weight * weight * variance)
+            .sum()
+    } else {
+        // Steps that share their light know of each other.
+        (still.std_m / distance_m(1.0)).powi(2)
+    };
     for (index, other) in scene.paths.iter().enumerate() {
         let fluctuation = other.movement.and_then(|movement| movement.fluctuation);
         let Some(fluctuation) = fluctuation.filter(|_| other.detector == detector) else {
@@ -76,7 +89,7 @@ pub(super) fn predict(
     }
     Ok(Prediction {
         bias_m: distance_m(delay_error_ps(estimate.delay_ps, truth.delay_ps, period_ps)),
-        std_m: still.std_m.hypot(distance_m(variance_ps2.sqrt())),
+        std_m: distance_m(f64::sqrt(variance_ps2)),
         estimate,
         detection_rate_hz: still.detection_rate_hz,
         phase_std_rad: still
@@ -109,22 +122,9 @@ fn peak_in_scan(scene: &Scene, phase_step: u64) -> usize {
     ((phase_step + scan.steps_per_period - scan.first_step) % scan.steps_per_period) as usize
 }
 
-/// Expected count of a step whose paths stand still where they are in its middle,
-/// with path `nudged.0` later by `nudged.1` ps.
-fn mean_of_step(
-    scene: &Scene,
-    detector: usize,
-    counting: CountingTier,
-    step: usize,
-    nudged: Option<(usize, f64)>,
-) -> Result<f64, PredictionError> {
-    let mut still = scene.still_at(scene.middle_of_step_ps(step as u64));
-    if let Some((path, later_ps)) = nudged {
-        still.paths[path].delay_ps += later_ps;
-    }
-    let model = DetectorModel::new(&still, detector);
-    let response = MeanResponse::of_tier(&model, counting)?;
-    Ok(response.expected_count(step as u64))
+/// The scene with every path standing still where it is in the middle of a step.
+fn scene_in_step(scene: &Scene, step: usize) -> Scene {
+    scene.still_at(scene.middle_of_step_ps(step as u64))
 }
 
 /// d(count) / d(delay of a path) of a step, per ps.
@@ -136,7 +136,13 @@ fn slope_of_step(
     path: usize,
 ) -> Result<f64, PredictionError> {
     let nudge_ps = NUDGE_STEPS * scene.chip_period_ps / f64::from(scene.samples_per_chip);
-    let nudged = |by_ps| mean_of_step(scene, detector, counting, step, Some((path, by_ps)));
+    let nudged = |by_ps: f64| -> Result<f64, PredictionError> {
+        let mut still = scene_in_step(scene, step);
+        still.paths[path].delay_ps += by_ps;
+        let model = DetectorModel::new(&still, detector);
+        let response = MeanResponse::of_tier(&model, counting)?;
+        Ok(response.expected_count(step as u64))
+    };
     Ok((nudged(nudge_ps)? - nudged(-nudge_ps)?) / (2.0 * nudge_ps))
 }
 

@@ -331,4 +331,43 @@ mod tests {
             assert!(error.abs() < 1e-7, "{chip}: {error}");
         }
     }
+
+    /// The way of light that moves, at no speed, against the way of light that
+    /// stands still: bit for bit.
+    #[test]
+    fn a_movement_at_no_speed_changes_no_arrival() {
+        use std::sync::Arc;
+
+        use crate::code::{Code, Generator};
+        use crate::optics::light::{ExcessArrivals, ExcessLight, LightRates};
+        use crate::optics::random::Part;
+
+        let chips = vec![1, 1, 0, 1, 0, 0, 0];
+        let code = Arc::new(Code {
+            generator: Generator::Chips(chips.clone()),
+            interleave: 0,
+            chips,
+        });
+        let rates = LightRates {
+            on_hz: 60e6,
+            off_hz: 6e6,
+        };
+        let still = ExcessLight::new(0, rates, &code, 21_350.0, 8_000.0).expect("there is light");
+        let at_no_speed = Movement {
+            delay_rate: 0.0,
+            fluctuation: None,
+        };
+        let start = ChipTime::at_chip(-40);
+        let arrivals = |trajectory| {
+            ExcessArrivals::new(&still, KEY.stream(Part::Path(0)), trajectory, 5, start)
+        };
+        let mut plain = arrivals(None);
+        let mut full = arrivals(Some(Trajectory::new(&at_no_speed, &KEY, 0, 1 << 40)));
+        for _ in 0..10_000 {
+            assert_eq!(plain.next, full.next);
+            let ready = plain.next.after(1.75);
+            plain.redraw(ready);
+            full.redraw(ready);
+        }
+    }
 }

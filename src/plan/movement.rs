@@ -29,7 +29,7 @@ fn describe(index: usize, path: &Path) -> Option<String> {
     }
     if let Some(fluctuation) = movement.fluctuation.filter(|f| f.std_m > 0.0) {
         parts.push(format!(
-            "fluctuating by {} mm with a correlation time of {} us",
+            "by {} mm at random with a correlation time of {} us",
             fluctuation.std_m * 1e3,
             fluctuation.correlation_time_ps / 1e6
         ));

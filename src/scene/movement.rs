@@ -99,14 +99,13 @@ impl Scene {
 
 /// The movement of a path; `None` for one that stands still.
 pub(super) fn read(path: &Section, clock: Option<Clock>) -> Option<Movement> {
-    let velocity = path.quantity("velocity", Quantity::Speed, Bounds::Any, "1.5 m/s");
+    const KEY: &str = "velocity";
+    let mut velocity = path.quantity(KEY, Quantity::Speed, Bounds::Any, "1.5 m/s");
     let limit = LARGEST_SPEED_SHARE * SPEED_OF_LIGHT_M_PER_S;
     if velocity.is_some_and(|velocity| velocity.abs() > limit) {
-        let message = format!(
-            "more than a thousandth of the speed of light; write at most \"{:.0} km/s\"",
-            (limit / 1e3).floor()
-        );
-        path.report("velocity", &message);
+        let advice = format!("at most \"{:.0} km/s\"", (limit / 1e3).floor());
+        refuse(path, KEY, "faster than a thousandth of light", &advice);
+        velocity = None;
     }
     let movement = Movement {
         velocity_m_per_s: velocity.unwrap_or(0.0),
@@ -115,34 +114,49 @@ pub(super) fn read(path: &Section, clock: Option<Clock>) -> Option<Movement> {
     (!movement.is_neutral()).then_some(movement)
 }
 
+/// Reports a value that is out of range; `advice` is a right one.
+fn refuse(section: &Section, key: &'static str, what: &str, advice: &str) {
+    if let Some(value) = section.get(key) {
+        let message = format!("{} is {what}; write {advice}", section.excerpt(value));
+        section.report_at(key, value, &message);
+    }
+}
+
 fn read_fluctuation(path: &Section, clock: Option<Clock>) -> Option<Fluctuation> {
     const EXAMPLE: &str = "{ std = \"2 mm\", correlation_time = \"1 ms\" }";
+    const STD: &str = "std";
     const TIME: &str = "correlation_time";
     let section = path.section("fluctuation", EXAMPLE)?;
-    section.require("std", "\"2 mm\"");
+    section.require(STD, "\"2 mm\"");
     section.require(TIME, "\"1 ms\"");
-    let std_m = section.quantity("std", Quantity::Distance, Bounds::NotNegative, "2 mm");
+    let std_m = section.quantity(STD, Quantity::Distance, Bounds::NotNegative, "2 mm");
     let time_ps = section.quantity(TIME, Quantity::Time, Bounds::Positive, "1 ms");
     if let (Some(time_ps), Some(clock)) = (time_ps, clock) {
         let chips = time_ps / clock.chip_period_ps;
-        if !(LEAST_CORRELATION_CHIPS..=MOST_CORRELATION_CHIPS).contains(&chips) {
-            let message = format!(
-                "{chips:.3e} chip periods; a fluctuation is followed with \
-                 {LEAST_CORRELATION_CHIPS} to {MOST_CORRELATION_CHIPS:.1e}"
+        if chips < LEAST_CORRELATION_CHIPS {
+            let least_us = LEAST_CORRELATION_CHIPS * clock.chip_period_ps / 1e6;
+            let what = format!("shorter than {LEAST_CORRELATION_CHIPS} chips");
+            refuse(
+                &section,
+                TIME,
+                &what,
+                &format!("at least \"{least_us} us\""),
             );
-            section.report(TIME, &message);
+        } else if chips > MOST_CORRELATION_CHIPS {
+            let most_h = MOST_CORRELATION_CHIPS * clock.chip_period_ps / 3600e12;
+            let advice = format!("at most \"{:.0} h\"", most_h.floor());
+            refuse(&section, TIME, "longer than 2^50 chips", &advice);
         }
     }
     if let (Some(std_m), Some(time_ps)) = (std_m, time_ps) {
-        let speed = std_m / (time_ps * 1e-12);
-        let limit = LARGEST_FLUCTUATION_SHARE * SPEED_OF_LIGHT_M_PER_S;
-        if speed > limit {
-            let message = format!(
-                "so large a fluctuation in the correlation time is {:.3e} m/s; \
-                 at most {limit:.0} m/s are followed",
-                speed
+        let most_m = LARGEST_FLUCTUATION_SHARE * SPEED_OF_LIGHT_M_PER_S * time_ps * 1e-12;
+        if std_m > most_m {
+            let what = "too much for so short a correlation time";
+            let advice = format!(
+                "at most \"{:.0} um\", or a longer `{TIME}`",
+                (most_m * 1e6).floor()
             );
-            section.report("std", &message);
+            refuse(&section, STD, what, &advice);
         }
     }
     section.finish();
@@ -155,6 +169,7 @@ fn read_fluctuation(path: &Section, clock: Option<Clock>) -> Option<Fluctuation>
 /// Reports paths that come to the sensor, or behind it, within a scan.
 pub(super) fn check_distances(sections: &[Section], scene: &Scene) {
     let scan_s = scene.scan_duration_ps() * 1e-12;
+    let ms = |seconds: f64| seconds * 1e3;
     for (section, path) in sections.iter().zip(&scene.paths) {
         let Some(movement) = path.movement else {
             continue;
@@ -163,9 +178,10 @@ pub(super) fn check_distances(sections: &[Section], scene: &Scene) {
         let end_m = start_m + movement.velocity_m_per_s * scan_s;
         if end_m < 0.0 {
             let message = format!(
-                "the target reaches the sensor after {:.4} s, before the scan of {scan_s:.4} s \
+                "the target reaches the sensor after {:.3} ms, before the scan of {:.3} ms \
                  ends; start farther away, or scan fewer steps",
-                -start_m / movement.velocity_m_per_s
+                ms(-start_m / movement.velocity_m_per_s),
+                ms(scan_s)
             );
             section.report("velocity", &message);
             continue;

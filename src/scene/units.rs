@@ -268,6 +268,15 @@ mod tests {
         ] {
             assert_eq!(value(text, Quantity::Distance), metres, "{text}");
         }
+        for (text, metres_per_second) in [
+            ("1.5 m/s", 1.5),
+            ("-3 mm/s", -3e-3),
+            ("12 um/s", 12e-6),
+            ("0.2 km/s", 200.0),
+            ("36 km/h", 10.0),
+        ] {
+            assert_eq!(value(text, Quantity::Speed), metres_per_second, "{text}");
+        }
         assert_eq!(value("783 nm", Quantity::Wavelength), 783.0);
         assert_eq!(value("1.55 um", Quantity::Wavelength), 1550.0);
         for (text, cps) in [

@@ -5,6 +5,7 @@ use goldtof::scene::{SceneErrors, load, parse};
 mod by_table;
 mod codes;
 mod large;
+mod movement;
 mod quantities;
 mod structure;
 

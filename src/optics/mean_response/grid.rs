@@ -7,6 +7,10 @@ use crate::optics::DetectorModel;
 /// The finest step of integration, as a share of a chip.
 const FINEST_CELL_CHIPS: f64 = 1.0 / 128.0;
 
+/// Rate x dead time up to which 10^5 dead times are enough to forget a start:
+/// what is left of it is exp(-10^5 2 pi^2 / 256^2), below 10^-12.
+const LARGEST_SATURATION: f64 = 256.0;
+
 /// The longest common code period that is solved.
 const LONGEST_PERIOD_CHIPS: u64 = 1 << 18;
 
@@ -77,6 +81,7 @@ impl Grid {
         kinks: Kinks,
     ) -> Result<Grid, MeanResponseError> {
         check(model)?;
+        check_brightness(model, light.brightest_per_chip())?;
         let period_chips = common_period(model, light)? as usize;
         let frame = frame_chips(light);
         let delays: Vec<f64> = light.paths.iter().map(|p| p.delay_chips - frame).collect();
@@ -217,6 +222,26 @@ fn common_period(model: &DetectorModel, light: &Light) -> Result<u64, MeanRespon
 
 fn gcd(a: u64, b: u64) -> u64 {
     if b == 0 { a } else { gcd(b, a % b) }
+}
+
+/// Refuses light so bright that the finest cells are longer than the wait for a
+/// photon, or that the detector does not forget its start.
+fn check_brightness(
+    model: &DetectorModel,
+    brightest_per_chip: f64,
+) -> Result<(), MeanResponseError> {
+    if model.dead_time_chips <= 0.0 {
+        return Ok(());
+    }
+    let limit_per_chip = (LARGEST_SATURATION / model.dead_time_chips).min(1.0 / FINEST_CELL_CHIPS);
+    if brightest_per_chip <= limit_per_chip {
+        return Ok(());
+    }
+    let mcps = |per_chip: f64| per_chip / model.chip_period_ps * 1e6;
+    Err(MeanResponseError::TooBright {
+        rate_mcps: mcps(brightest_per_chip),
+        limit_mcps: mcps(limit_per_chip),
+    })
 }
 
 /// How long a detector remembers that it started ready: a saturated one fires

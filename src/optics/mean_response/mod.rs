@@ -107,6 +107,17 @@ pub enum MeanResponseError {
         /// The shortest that is solved.
         least_ps: f64,
     },
+    /// A detector that fires like a clock, again and again at once.
+    #[error(
+        "the brightest light fires a ready detector {rate_mcps:.0} million times per second; \
+         the mean response needs at most {limit_mcps:.0} million at this dead time"
+    )]
+    TooBright {
+        /// Primary rate with every path's chip on.
+        rate_mcps: f64,
+        /// The largest that is solved.
+        limit_mcps: f64,
+    },
     /// Afterpulses come faster than the finest step of integration follows.
     #[error(
         "the afterpulsing time constant is {time_constant_ps} ps; \
