@@ -17,6 +17,7 @@ pub mod fast;
 mod light;
 mod mean_response;
 mod movement;
+mod paths;
 mod random;
 mod reorder;
 mod sampled;

@@ -353,7 +353,7 @@ fn overwhelming_background_counts() -> anyhow::Result<Measured> {
     };
     let sampler = CountSampler::new(&model, &[moments]);
     let scans = 500_000;
-    let found = (0..scans).map(|scan| sampler.count_step(SEED, scan, 0).signed as f64);
+    let found = (0..scans).map(|scan| sampler.scan(SEED, scan)[0].signed as f64);
     let expected = MeanResponse::of_tier(&model, CountingTier::Events)?.mean_counts()[0];
     anyhow::ensure!(
         ((expected.signed - mean) / variance.sqrt()).abs() < 1e-3,

@@ -191,7 +191,7 @@ fn drawn_totals() -> anyhow::Result<Measured> {
     let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
     let moments = SecondMoments::new(&response)?.of_step(0);
     let sampler = CountSampler::new(&model, &[moments]);
-    let totals = Sample::of((0..20_000).map(|scan| sampler.count_step(SEED, scan, 0).total as f64));
+    let totals = Sample::of((0..20_000).map(|scan| sampler.scan(SEED, scan)[0].total as f64));
     Measured::deviation(worst([totals.z(mean), totals.variance_z(mean)]))
 }
 
