@@ -90,6 +90,17 @@ pub enum CoarseOnly {
 /// Why there is no estimate at all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum NoEstimate {
+    /// Hardly anything was detected, and none of it counted up.
+    #[error(
+        "no phase step counted above zero, and {zeros} of {steps} counted exactly that: the \
+         correlation has no peak"
+    )]
+    NothingCountedUp {
+        /// Steps that counted zero.
+        zeros: usize,
+        /// Steps of the scan.
+        steps: usize,
+    },
     /// All counts are equal (all zero, if nothing was detected).
     #[error("every phase step counted {count}: the correlation has no peak")]
     Flat {
@@ -117,7 +128,21 @@ pub fn estimate(
     {
         return Err(NoEstimate::Flat { count: first });
     }
-    let values: Vec<f64> = counts.iter().map(|&count| count as f64).collect();
+    // With so little light the first of many zeros is no peak.
+    let zeros = counts.iter().filter(|&&count| count == 0).count();
+    if counts.iter().all(|&count| count <= 0) && 2 * zeros > counts.len() {
+        return Err(NoEstimate::NothingCountedUp {
+            zeros,
+            steps: counts.len(),
+        });
+    }
+    // What all steps have in common cancels in the phase, exactly in whole numbers
+    // but not in floating point.
+    let least = counts.iter().copied().min().unwrap_or(0);
+    let values: Vec<f64> = counts
+        .iter()
+        .map(|&count| count.abs_diff(least) as f64)
+        .collect();
     Ok(estimate_values(&values, measurement, calibration_offset_ps))
 }
 

@@ -8,6 +8,7 @@ use rand::RngExt;
 use super::afterpulsing::Afterpulsing;
 use super::light::{ExcessLight, LightRates};
 use super::movement::Movement;
+use super::paths::{number_of, paths_to};
 use super::random::{Part, StreamKey};
 use super::step::StepDetections;
 use crate::code::Code;
@@ -20,7 +21,8 @@ use crate::scene::{CounterTiming, Scan, Scene};
 /// Parts with a neutral parameter do not exist here, and draw nothing.
 #[derive(Debug, Clone)]
 pub struct DetectorModel {
-    pub(super) index: usize,
+    /// What its random streams are told apart by.
+    number: u64,
     pub(super) scan: Scan,
     /// Phase steps that share their light.
     parallel: u64,
@@ -63,15 +65,13 @@ impl DetectorModel {
         let mut excess = Vec::new();
         let mut constant_hz =
             spad.background_rate_cps * spad.photon_detection_probability + spad.dark_count_rate_cps;
-        for (index, path) in scene.paths.iter().enumerate() {
-            if path.detector != detector {
-                continue;
-            }
+        for numbered in paths_to(scene, detector) {
+            let path = &scene.paths[numbered.index];
             let source = &scene.sources[path.source];
             let rates = LightRates::of(source, path, spad);
             constant_hz += rates.off_hz;
             let light = ExcessLight::new(
-                index,
+                numbered,
                 rates,
                 &source.code,
                 path.delay_ps,
@@ -84,7 +84,7 @@ impl DetectorModel {
         let reference = scene.sources[spad.reference].code.clone();
         let jitter_ps = spad.jitter_ps.iter().map(|s| s * s).sum::<f64>().sqrt();
         let mut model = DetectorModel {
-            index: detector,
+            number: number_of(&spad.name),
             scan: scene.scan,
             parallel: u64::from(scene.hardware.parallel),
             samples_per_chip: scene.samples_per_chip,
@@ -119,7 +119,7 @@ impl DetectorModel {
     pub(super) fn key(&self, seed: u64, repetition: u64, group: u64) -> StreamKey {
         StreamKey {
             seed,
-            detector: self.index as u64,
+            detector: self.number,
             step: group,
             repetition,
         }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rand_distr::{Distribution, Exp1};
 
 use super::movement::{Movement, Trajectory};
+use super::paths::NumberedPath;
 use super::random::StreamRng;
 use super::time::ChipTime;
 use crate::SPEED_OF_LIGHT_M_PER_S;
@@ -92,6 +93,8 @@ pub struct ExcessLight {
     delay_fraction: f64,
     /// Index of the path in the scene.
     pub path: usize,
+    /// What its random streams are told apart by.
+    pub number: u64,
     /// Rate during on-chips, per chip.
     pub rate_per_chip: f64,
     /// The code that modulates it.
@@ -103,7 +106,7 @@ pub struct ExcessLight {
 impl ExcessLight {
     /// `None` if the path adds nothing to the constant light.
     pub fn new(
-        path: usize,
+        path: NumberedPath,
         rates: LightRates,
         code: &Arc<Code>,
         delay_ps: f64,
@@ -119,7 +122,8 @@ impl ExcessLight {
             mean_wait_chips: 1.0 / rate_per_chip,
             delay_chips: delay.floor() as i64,
             delay_fraction: delay - delay.floor(),
-            path,
+            path: path.index,
+            number: path.number,
             rate_per_chip,
             code: Arc::clone(code),
             movement: None,
@@ -270,7 +274,11 @@ mod tests {
             off_hz: 0.1e12,
         };
         let delay_ps = 17.25;
-        let light = ExcessLight::new(0, rates, &code, delay_ps, 1.0).expect("there is light");
+        let path = NumberedPath {
+            index: 0,
+            number: 0,
+        };
+        let light = ExcessLight::new(path, rates, &code, delay_ps, 1.0).expect("there is light");
         let key = StreamKey {
             seed: 1,
             detector: 0,

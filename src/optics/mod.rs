@@ -18,6 +18,7 @@ mod full;
 mod light;
 mod mean_response;
 mod movement;
+mod paths;
 mod random;
 mod reorder;
 mod sampled;

@@ -134,14 +134,9 @@ pub struct Trajectory<'m> {
 }
 
 impl<'m> Trajectory<'m> {
-    /// The displacement of path `path` in the scan of `key`; time 0 is `origin`
+    /// The displacement of the path with number `path` in the scan of `key`; time 0 is `origin`
     /// chips after the scan's start.
-    pub fn new(
-        movement: &'m Movement,
-        key: &StreamKey,
-        path: usize,
-        origin: i64,
-    ) -> Trajectory<'m> {
+    pub fn new(movement: &'m Movement, key: &StreamKey, path: u64, origin: i64) -> Trajectory<'m> {
         let mut trajectory = Trajectory {
             movement,
             stream: key.hash_of_movement(path),

@@ -21,8 +21,8 @@ pub enum Part {
     Counts,
     /// When a detector that is nearly always blind is first ready.
     Start,
-    /// The on-light of one path, by its index in the scene.
-    Path(usize),
+    /// The on-light of one path, by its number ([`paths_to`](super::paths::paths_to)).
+    Path(u64),
 }
 
 impl Part {
@@ -32,10 +32,10 @@ impl Part {
             Part::Afterpulsing => 1,
             Part::Jitter => 2,
             Part::Transition => 3,
-            // Beyond any index of a path.
-            Part::Counts => u64::MAX,
-            Part::Start => u64::MAX - 1,
-            Part::Path(index) => 4 + index as u64,
+            Part::Counts => 4,
+            Part::Start => 5,
+            // As good as random: none of the above.
+            Part::Path(number) => scatter(6, number),
         }
     }
 }
@@ -45,7 +45,7 @@ impl Part {
 pub struct StreamKey {
     /// The user's seed.
     pub seed: u64,
-    /// Index of the detector in the scene.
+    /// The number of the detector's name.
     pub detector: u64,
     /// Number of the phase step in the scan, from 0.
     pub step: u64,
@@ -68,7 +68,7 @@ impl StreamKey {
 
     /// The number that a path's movement is drawn by: the same for every detector
     /// and phase step of a scan, because it is the scene that moves.
-    pub fn hash_of_movement(&self, path: usize) -> u64 {
+    pub fn hash_of_movement(&self, path: u64) -> u64 {
         let of_scan = StreamKey {
             // No detector and no step has this number.
             detector: u64::MAX,

@@ -46,9 +46,9 @@ impl<'m> StepDetections<'m> {
             .map(|light| {
                 let position = model.code_position(key.repetition, key.step, light.code.len());
                 let trajectory = light.movement.as_ref().map(|movement| {
-                    Trajectory::new(movement, &key, light.path, model.start_in_scan(key.step))
+                    Trajectory::new(movement, &key, light.number, model.start_in_scan(key.step))
                 });
-                let rng = key.stream(Part::Path(light.path));
+                let rng = key.stream(Part::Path(light.number));
                 ExcessArrivals::new(light, rng, trajectory, position, start)
             })
             .collect();

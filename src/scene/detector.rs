@@ -19,8 +19,15 @@ pub(super) fn read(
         section.number("photon_detection_probability", Bounds::Share, "0.31");
     let dark_count_rate_cps = rate("dark_count_rate", "71 kcps").unwrap_or(0.0);
     let background_rate_cps = rate("background_rate", "1 Mcps").unwrap_or(0.0);
-    let dead_time_ps = time("dead_time", "14 ns").unwrap_or(0.0);
-    let (afterpulsing_probability, afterpulsing_time_constant_ps) = read_afterpulsing(&section);
+    let dead_time_ps = time("dead_time", "14 ns");
+    let has_dead_time = match dead_time_ps {
+        Some(dead_time_ps) => dead_time_ps > 0.0,
+        // One that cannot be read is complained about already.
+        None => section.get("dead_time").is_some(),
+    };
+    let dead_time_ps = dead_time_ps.unwrap_or(0.0);
+    let (afterpulsing_probability, afterpulsing_time_constant_ps) =
+        read_afterpulsing(&section, has_dead_time);
     let pulse_width_ps = section.quantity("pulse_width", Quantity::Time, Bounds::Positive, "7 ns");
     let delay_ps = time("delay", "1.75 ns").unwrap_or(0.0);
     let jitter_ps = read_jitter(&section);
@@ -46,7 +53,11 @@ pub(super) fn read(
 }
 
 /// Probability and time constant in picoseconds; (0, 0) for no afterpulsing.
-fn read_afterpulsing(detector: &Section) -> (f64, f64) {
+///
+/// An avalanche begets -ln(1 - p) afterpulses on average. Without a dead time all
+/// of them are avalanches, so that from one each on their number has no mean;
+/// with one, those within it are lost, and no rate goes beyond one per dead time.
+fn read_afterpulsing(detector: &Section, has_dead_time: bool) -> (f64, f64) {
     const EXAMPLE: &str = "{ probability = 0.137, time_constant = \"5 ns\" }";
     let Some(section) = detector.section("afterpulsing", EXAMPLE) else {
         return (0.0, 0.0);
@@ -55,6 +66,17 @@ fn read_afterpulsing(detector: &Section) -> (f64, f64) {
     section.require("time_constant", "\"5 ns\"");
     let probability = section.number("probability", Bounds::ProperShare, "0.137");
     let time_constant = section.quantity("time_constant", Quantity::Time, Bounds::Positive, "5 ns");
+    if let Some(probability) = probability
+        && !has_dead_time
+        && -(-probability).ln_1p() >= 1.0
+    {
+        let message = format!(
+            "with {probability} and no dead time every avalanche begets {:.2} others on average, \
+             without end; use less than 0.632 (1 - 1/e), or give the detector a dead_time",
+            -(-probability).ln_1p()
+        );
+        section.report("probability", &message);
+    }
     section.finish();
     (
         probability.unwrap_or_default(),

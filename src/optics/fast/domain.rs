@@ -95,8 +95,8 @@ pub struct PathTable {
     pub on_time: OnTime,
     pub mean_wait_ticks: f64,
     pub delay_ticks: i64,
-    /// Index of the path in the scene.
-    pub path: usize,
+    /// What its random streams are told apart by.
+    pub number: u64,
 }
 
 impl Tables {
@@ -143,7 +143,7 @@ impl Tables {
             on_time: OnTime::new(grid, &light.code.chips),
             mean_wait_ticks: grid.ticks(1.0 / light.rate_per_chip),
             delay_ticks: grid.round(light.delay()),
-            path: light.path,
+            number: light.number,
         });
         Ok(Tables {
             grid,

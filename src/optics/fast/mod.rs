@@ -180,6 +180,7 @@ mod tests {
     use crate::optics::LightRates;
     use crate::optics::afterpulsing::Afterpulsing;
     use crate::optics::light::ExcessLight;
+    use crate::optics::paths::NumberedPath;
     use crate::scene;
 
     fn table_i() -> DetectorModel {
@@ -239,7 +240,11 @@ mod tests {
             off_hz: 0.0,
         };
         // Of the period 2047 = 23 x 89, so that the grid stays as it is.
-        let dark = ExcessLight::new(1, rates, &code, 333.0, neutral.chip_period_ps);
+        let other = NumberedPath {
+            index: 1,
+            number: 1,
+        };
+        let dark = ExcessLight::new(other, rates, &code, 333.0, neutral.chip_period_ps);
         neutral.excess.extend(dark);
         assert_eq!(neutral.excess.len(), 2);
         assert_same(&without, &neutral);

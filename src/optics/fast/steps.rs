@@ -232,7 +232,8 @@ impl<'t> StepRunner<'t> {
         let key = self.model.key(self.jobs.seed, repetition, group);
         let lanes = &mut self.lanes;
         for (path, table) in lanes.paths.iter_mut().zip(&self.tables.paths) {
-            path.streams.restart(lane, key.hash(Part::Path(table.path)));
+            path.streams
+                .restart(lane, key.hash(Part::Path(table.number)));
         }
         if let Some(constant) = &mut lanes.constant {
             constant
