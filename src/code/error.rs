@@ -27,7 +27,7 @@ pub enum CodeError {
         example: &'static str,
     },
     /// The degree is too small or too large.
-    #[error("degree {degree} is outside {MIN_DEGREE}..={MAX_DEGREE}")]
+    #[error("degree {degree} is outside {MIN_DEGREE} to {MAX_DEGREE}")]
     DegreeOutOfRange {
         /// The degree asked for.
         degree: u32,
@@ -78,8 +78,9 @@ pub enum CodeError {
     },
     /// Exponents that are not a polynomial of the degree in descending order.
     #[error(
-        "polynomial {polynomial} does not list exponents in descending order \
-         from the degree {degree} down to 0, as {example} does"
+        "polynomial {} does not list exponents in descending order \
+         from the degree {degree} down to 0, as {example} does",
+        if polynomial.is_empty() { "[]" } else { polynomial }
     )]
     MalformedPolynomial {
         /// The exponents as given.
@@ -126,7 +127,7 @@ pub enum CodeError {
         seed: String,
     },
     /// A Gold index that names no code of the set.
-    #[error("index {index} is outside -2..={last} (-2 is u, -1 is v, i is u XOR v advanced by i)")]
+    #[error("index {index} is outside -2 to {last} (-2 is u, -1 is v, i is u XOR v advanced by i)")]
     IndexOutOfRange {
         /// The index asked for.
         index: i64,
@@ -143,7 +144,7 @@ pub enum CodeError {
         chip: u8,
     },
     /// The interleaving depth is too large.
-    #[error("interleave {interleave} is outside 0..={MAX_INTERLEAVE}")]
+    #[error("interleave {interleave} is outside 0 to {MAX_INTERLEAVE}")]
     InterleaveOutOfRange {
         /// The depth asked for.
         interleave: u32,

@@ -12,7 +12,7 @@ pub(super) fn read(
     reference: Option<usize>,
     clock: Option<Clock>,
 ) -> Option<Detector> {
-    let name = section.string("name", "\"spad\"");
+    let name = section.get("name").and_then(|name| name.get_ref().as_str());
     let time = |key, example| section.quantity(key, Quantity::Time, Bounds::NotNegative, example);
     let rate = |key, example| section.quantity(key, Quantity::Rate, Bounds::NotNegative, example);
     let photon_detection_probability =

@@ -49,7 +49,8 @@ pub fn parse(file_name: &str, text: &str) -> Result<Scene, SceneErrors> {
         Ok(document) => document,
         Err(error) => {
             let span = error.span().unwrap_or(0..0);
-            diagnostics.report(span, format!("not TOML: {}", error.message().trim()));
+            let message = error.message().trim();
+            diagnostics.report(span, format!("not TOML: {}", with_advice(message)));
             return diagnostics.finish(None);
         }
     };
@@ -60,6 +61,23 @@ pub fn parse(file_name: &str, text: &str) -> Result<Scene, SceneErrors> {
     let scene = read_scene(&root, name);
     root.finish();
     diagnostics.finish(scene)
+}
+
+/// The parser's complaint, with what would be right where it does not say so.
+fn with_advice(message: &str) -> String {
+    let advice = match message {
+        "duplicate key" => "a key or table may stand only once; leave one of them out",
+        _ if message.starts_with("string values must be quoted") => {
+            return "here a value is needed: a number, true or false, or text or a quantity in \
+                    quotation marks"
+                .to_owned();
+        }
+        _ if message.starts_with("unexpected leading zero") => {
+            return "a number may not begin with 0; leave the zero out".to_owned();
+        }
+        _ => return message.to_owned(),
+    };
+    format!("{message}: {advice}")
 }
 
 /// Chip period, and the phase steps that it is divided into.
@@ -88,11 +106,15 @@ impl Names {
     fn read(kind: &'static str, sections: &[Section]) -> Names {
         let mut names: Vec<String> = Vec::new();
         for section in sections {
-            let example = format!("\"my-{kind}\"");
-            section.require("name", &example);
-            let name = section.string("name", &example).unwrap_or_default();
-            if section.get("name").is_some() && name.is_empty() {
-                section.report("name", &format!("a {kind} needs a name that is not empty"));
+            let example = format!("my-{kind}");
+            section.require("name", &format!("\"{example}\""));
+            let given = section.string("name", &example);
+            let name = given.unwrap_or_default();
+            if given.is_some() && name.is_empty() {
+                let message = format!(
+                    "a {kind} needs a name that is not empty; write for example \"{example}\""
+                );
+                section.report("name", &message);
             } else if !name.is_empty() && names.iter().any(|other| other == name) {
                 let message =
                     format!("\"{name}\" already names another {kind}; choose another name");
@@ -106,11 +128,12 @@ impl Names {
     /// Index of the table that `key` of `section` refers to.
     pub(super) fn resolve(&self, section: &Section, key: &'static str) -> Option<usize> {
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        let example = format!("\"{}\"", names.first().unwrap_or(&self.kind));
-        section.require(key, &example);
-        let wanted = section.string(key, &example)?;
+        let example = names.first().unwrap_or(&self.kind);
+        section.require(key, &format!("\"{example}\""));
+        let wanted = section.string(key, example)?;
         let index = names.iter().position(|name| *name == wanted);
-        if index.is_none() {
+        // A name that could not be read may be the one that is wanted.
+        if index.is_none() && !names.contains(&"") {
             let advice = match nearest(wanted, &names) {
                 Some(nearest) => format!("did you mean \"{nearest}\"?"),
                 None => format!("there is {}", alternatives(&quoted(&names))),
@@ -248,7 +271,7 @@ fn read_clock(section: Section) -> Option<Clock> {
     let chip_period_ps = section.quantity("chip_period", Quantity::Time, Bounds::Positive, "8 ns");
     let samples = match section.get("samples_per_chip") {
         None => Some(DEFAULT_SAMPLES_PER_CHIP),
-        Some(_) => section.integer("samples_per_chip", 1..=MAX_SAMPLES_PER_CHIP),
+        Some(_) => section.integer("samples_per_chip", 1..=MAX_SAMPLES_PER_CHIP, 8),
     };
     let samples = samples.and_then(|samples| u32::try_from(samples).ok());
     if let Some(samples) = samples.filter(|samples| !samples.is_power_of_two()) {
@@ -294,7 +317,7 @@ fn read_hardware(root: &Section, scan: Option<&Scan>) -> Hardware {
     if let Some(target) = section.choice("target", &targets) {
         hardware.target = target;
     }
-    if let Some(parallel) = section.integer("parallel", 1..=MAX_PARALLEL) {
+    if let Some(parallel) = section.integer("parallel", 1..=MAX_PARALLEL, 8) {
         hardware.parallel = parallel as u32;
         if let Some(scan) = scan.filter(|scan| scan.steps < parallel as u64) {
             let message = format!(
@@ -306,7 +329,7 @@ fn read_hardware(root: &Section, scan: Option<&Scan>) -> Hardware {
         }
     }
     hardware.counter_width = section
-        .integer("counter_width", 2..=64)
+        .integer("counter_width", 2..=64, 20)
         .map(|bits| bits as u32);
     hardware.peak_detector = section.boolean("peak_detector").unwrap_or(false);
     section.finish();

@@ -1,7 +1,7 @@
 //! Reads keys of one TOML table, and reports what is wrong with them.
 
 use std::cell::RefCell;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
@@ -47,6 +47,20 @@ impl Bounds {
             Bounds::Share => "from 0 to 1",
             Bounds::ProperShare => "from 0 to less than 1",
         }
+    }
+}
+
+/// What is wrong with a number that `range` does not hold; `None` is one that 64
+/// bits do not hold either. No end beyond which nothing is counted is named.
+fn outside(number: Option<i64>, range: &RangeInclusive<i64>) -> String {
+    const ENDLESS: i64 = i64::MAX / 4;
+    let (least, most) = (*range.start(), *range.end());
+    if most < ENDLESS {
+        format!("outside {least} to {most}")
+    } else if number.is_some_and(|number| number < least) {
+        format!("less than {least}")
+    } else {
+        "beyond what can be counted".to_owned()
     }
 }
 
@@ -229,10 +243,11 @@ impl<'r, 't> Section<'r, 't> {
     pub(super) fn integer(
         &self,
         key: &'static str,
-        range: std::ops::RangeInclusive<i64>,
+        range: RangeInclusive<i64>,
+        example: i64,
     ) -> Option<i64> {
         let value = self.get(key)?;
-        self.integer_of(key, value, range)
+        self.integer_of(key, value, range, example)
     }
 
     /// Like [`Section::integer`], for a value already found.
@@ -240,23 +255,27 @@ impl<'r, 't> Section<'r, 't> {
         &self,
         key: &str,
         value: Value,
-        range: std::ops::RangeInclusive<i64>,
+        range: RangeInclusive<i64>,
+        example: i64,
     ) -> Option<i64> {
-        let (least, most) = (range.start(), range.end());
         let message = match value.get_ref() {
             DeValue::Integer(digits) => {
                 match i64::from_str_radix(digits.as_str(), digits.radix()) {
                     Ok(number) if range.contains(&number) => return Some(number),
-                    _ => format!("{} is outside {least}..={most}", self.excerpt(value)),
+                    read => format!(
+                        "{} is {}; write for example {example}",
+                        self.excerpt(value),
+                        outside(read.ok(), &range)
+                    ),
                 }
             }
-            _ => self.wrong_type(value, "a whole number", &least.to_string()),
+            _ => self.wrong_type(value, "a whole number", &example.to_string()),
         };
         self.report_at(key, value, &message);
         None
     }
 
-    /// A string.
+    /// A string; `example` without its quotation marks.
     pub(super) fn string(&self, key: &'static str, example: &str) -> Option<&'r str> {
         let value = self.get(key)?;
         self.string_of(key, value, example)

@@ -92,17 +92,19 @@ fn read_window(
     clock: Option<Clock>,
     steps_per_period: Option<u64>,
 ) -> Option<(u64, u64)> {
-    let first = section.integer("first", 0..=i64::MAX);
-    let count = section.integer("count", 1..=i64::MAX);
+    let first = section.integer("first", 0..=i64::MAX, 0);
+    let count = section.integer("count", 1..=i64::MAX, 64);
     let around = section.get("around");
-    let halfwidth = section.integer("halfwidth", 0..=i64::MAX / 4);
+    let halfwidth = section.integer("halfwidth", 0..=i64::MAX / 4, 16);
     let given = |keys: [&'static str; 2]| keys.map(|key| section.get(key).is_some());
     match (given(["first", "count"]), given(["around", "halfwidth"])) {
         ([true, true], [false, false]) => {
             let (first, count, period) = (first? as u64, count? as u64, steps_per_period?);
             if first >= period {
-                let message =
-                    format!("{first} is outside 0..{period}, the phase steps of a period");
+                let message = format!(
+                    "{first} is outside 0 to {}, the phase steps of a period",
+                    period - 1
+                );
                 section.report("first", &message);
             }
             check_count(section, "count", count, period)?;

@@ -9,7 +9,7 @@ use super::read::{Clock, Names};
 use super::reader::{Bounds, Section};
 use super::units::Quantity;
 use super::{Path, Source};
-use crate::code::{Code, CodeSpec, Family};
+use crate::code::{Code, CodeSpec, Family, MAX_DEGREE, MAX_INTERLEAVE, MIN_DEGREE};
 
 const CODE_EXAMPLE: &str = "{ family = \"gold\", degree = 11 }";
 const RATIO_EXAMPLE: &str = "10";
@@ -22,7 +22,7 @@ pub(super) fn read(section: Section) -> Option<Source> {
     ] {
         section.require(key, example);
     }
-    let name = section.string("name", "\"laser\"");
+    let name = section.get("name").and_then(|name| name.get_ref().as_str());
     let code = section.section("code", CODE_EXAMPLE).and_then(read_code);
     let wavelength_nm = section.quantity(
         "wavelength",
@@ -104,23 +104,28 @@ fn read_extinction_ratio(section: &Section) -> f64 {
 }
 
 fn read_code(section: Section) -> Option<Code> {
-    const NUMBERS: std::ops::RangeInclusive<i64> = 0..=u32::MAX as i64;
     section.require("family", "\"gold\"");
     let family = section.choice("family", &Family::NAMES);
-    let number = |key| section.integer(key, NUMBERS).map(|number| number as u32);
+    let number = |key, range: std::ops::RangeInclusive<u32>, example| {
+        let range = i64::from(*range.start())..=i64::from(*range.end());
+        let number = section.integer(key, range, example)?;
+        u32::try_from(number).ok()
+    };
+    let interleave = number("interleave", 0..=MAX_INTERLEAVE, 1);
     let spec = CodeSpec {
         // The other keys are read even if the family is not known.
         family: family.unwrap_or(Family::Gold),
-        degree: number("degree"),
-        index: section.integer("index", i64::MIN..=i64::MAX),
-        interleave: number("interleave").unwrap_or(0),
+        degree: number("degree", MIN_DEGREE..=MAX_DEGREE, 11),
+        index: section.integer("index", i64::MIN..=i64::MAX, 0),
+        interleave: interleave.unwrap_or(0),
         polynomials: read_polynomials(&section),
         seeds: read_seeds(&section),
         allow_non_preferred: section.boolean("allow_non_preferred"),
-        chips: section.string("chips", "\"0110\"").map(str::to_owned),
+        chips: section.string("chips", "0110").map(str::to_owned),
     };
     let misread = [
         (section.get("degree").is_some(), spec.degree.is_some()),
+        (section.get("interleave").is_some(), interleave.is_some()),
         (section.get("index").is_some(), spec.index.is_some()),
         (
             section.get("polynomials").is_some(),
@@ -152,7 +157,7 @@ fn read_code(section: Section) -> Option<Code> {
 fn read_polynomials(section: &Section) -> Option<Vec<Vec<u32>>> {
     const KEY: &str = "polynomials";
     const EXAMPLE: &str = "[[11, 2, 0], [11, 8, 5, 2, 0]]";
-    const EXPONENTS: std::ops::RangeInclusive<i64> = 0..=crate::code::MAX_DEGREE as i64;
+    const EXPONENTS: std::ops::RangeInclusive<i64> = 0..=MAX_DEGREE as i64;
     section
         .array(KEY, EXAMPLE)?
         .iter()
@@ -161,7 +166,7 @@ fn read_polynomials(section: &Section) -> Option<Vec<Vec<u32>>> {
                 .array_of(KEY, polynomial, EXAMPLE)?
                 .iter()
                 .map(|exponent| {
-                    let exponent = section.integer_of(KEY, exponent, EXPONENTS)?;
+                    let exponent = section.integer_of(KEY, exponent, EXPONENTS, 2)?;
                     u32::try_from(exponent).ok()
                 })
                 .collect()

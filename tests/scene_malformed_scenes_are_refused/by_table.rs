@@ -351,6 +351,44 @@ fn path() {
 }
 
 #[test]
+fn path_that_moves() {
+    const AT: &str = r#"distance = "3.2 m""#;
+    const CASES: [Case; 6] = [
+        (
+            "a velocity that is a distance",
+            AT,
+            "distance = \"3.2 m\"\nvelocity = \"1.5 m\"",
+        ),
+        (
+            "a velocity near that of light",
+            AT,
+            "distance = \"3.2 m\"\nvelocity = \"300 km/s\"",
+        ),
+        (
+            "a fluctuation that is a number",
+            AT,
+            "distance = \"3.2 m\"\nfluctuation = 3",
+        ),
+        (
+            "a fluctuation without its correlation time",
+            AT,
+            "distance = \"3.2 m\"\nfluctuation = { std = \"1 mm\" }",
+        ),
+        (
+            "a fluctuation as long as the path",
+            AT,
+            "distance = \"3.2 m\"\nfluctuation = { std = \"3 m\", correlation_time = \"1 s\" }",
+        ),
+        (
+            "a fluctuation faster than chips",
+            AT,
+            "distance = \"3.2 m\"\nfluctuation = { std = \"1 nm\", correlation_time = \"8 ns\" }",
+        ),
+    ];
+    insta::assert_snapshot!(refusals(&CASES));
+}
+
+#[test]
 fn scan() {
     const AT: &str = r#"integration = "20 us""#;
     const CASES: [Case; 12] = [

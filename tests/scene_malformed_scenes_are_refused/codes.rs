@@ -43,7 +43,7 @@ fn a_degree_out_of_range() {
     insta::assert_snapshot!(
         refusal("degree = 5", "degree = 25"),
         @r#"
-    scenes/x.toml:7:36: source.code.degree: degree 25 is outside 3..=20
+    scenes/x.toml:7:36: source.code.degree: 25 is outside 3 to 20; write for example 11
       7 | code = { family = "gold", degree = 25 }
         |                                    ^^
     "#
@@ -79,7 +79,7 @@ fn an_index_outside_the_set() {
     insta::assert_snapshot!(
         refusal("degree = 5 }", "degree = 5, index = 31 }"),
         @r#"
-    scenes/x.toml:7:47: source.code.index: index 31 is outside -2..=30 (-2 is u, -1 is v, i is u XOR v advanced by i)
+    scenes/x.toml:7:47: source.code.index: index 31 is outside -2 to 30 (-2 is u, -1 is v, i is u XOR v advanced by i)
       7 | code = { family = "gold", degree = 5, index = 31 }
         |                                               ^^
     "#
@@ -163,7 +163,7 @@ fn an_interleaving_depth_out_of_range() {
     insta::assert_snapshot!(
         refusal("degree = 5 }", "degree = 5, interleave = 9 }"),
         @r#"
-    scenes/x.toml:7:52: source.code.interleave: interleave 9 is outside 0..=8
+    scenes/x.toml:7:52: source.code.interleave: 9 is outside 0 to 8; write for example 1
       7 | code = { family = "gold", degree = 5, interleave = 9 }
         |                                                    ^
     "#

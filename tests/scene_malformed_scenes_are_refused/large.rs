@@ -35,7 +35,11 @@ fn of_a_very_long_line_only_what_surrounds_the_error_is_shown() {
         r#"{ family = "gold", degree = 5 }"#,
         &format!(r#"{{ family = "chips", chips = "{digits}", index = 3 }}"#),
     );
-    insta::assert_snapshot!(text, @"");
+    insta::assert_snapshot!(text, @r#"
+    scenes/x.toml:7:1048: source.code.index: `index` does not belong to family "chips"; leave it out
+      7 | ... 1010101010101010101010101010101010101010101010101", index = 3 }
+        |                                                                 ^
+    "#);
 }
 
 #[test]
@@ -52,7 +56,11 @@ fn of_a_very_long_value_only_start_and_end_are_quoted() {
 fn very_many_tables_are_refused_with_the_limit() {
     let path = "[[path]]\nsource = \"laser\"\ndetector = \"spad\"\ndistance = \"3.2 m\"\n";
     let text = refusal("[scan]", &format!("{}\n[scan]", path.repeat(256)));
-    insta::assert_snapshot!(text, @"");
+    insta::assert_snapshot!(text, @r#"
+    scenes/x.toml:16:1: path: 257 tables [[path]] are more than 256; use fewer
+      16 | [[path]]
+         | ^^^^^^^^
+    "#);
 }
 
 #[test]
@@ -64,7 +72,11 @@ fn codes_that_fill_the_memory_together_are_refused() {
         )
     };
     let sources: String = (0..4).map(source).collect();
-    insta::assert_snapshot!(refusal("[[detector]]", &format!("{sources}[[detector]]")), @"");
+    insta::assert_snapshot!(refusal("[[detector]]", &format!("{sources}[[detector]]")), @r#"
+    scenes/x.toml:23:1: source: with this source the scene's codes have 50330911 chips in all, more than 33554432; use fewer sources, smaller degrees or interleaving depths
+      23 | [[source]]
+         | ^^^^^^^^^^
+    "#);
 }
 
 #[test]

@@ -115,7 +115,7 @@ fn samples_per_chip_too_large() {
     insta::assert_snapshot!(
         refusal("samples_per_chip = 8", "samples_per_chip = 128"),
         @r#"
-    scenes/x.toml:3:20: clock.samples_per_chip: 128 is outside 1..=64
+    scenes/x.toml:3:20: clock.samples_per_chip: 128 is outside 1 to 64; write for example 8
       3 | samples_per_chip = 128
         |                    ^^^
     "#
@@ -259,7 +259,7 @@ fn a_first_step_outside_the_period() {
     insta::assert_snapshot!(
         refusal(r#"integration = "20 us""#, "integration = \"20 us\"\nsteps = { first = 248, count = 2 }"),
         @r#"
-    scenes/x.toml:23:19: scan.steps.first: 248 is outside 0..248, the phase steps of a period
+    scenes/x.toml:23:19: scan.steps.first: 248 is outside 0 to 247, the phase steps of a period
       23 | steps = { first = 248, count = 2 }
          |                   ^^^
     "#

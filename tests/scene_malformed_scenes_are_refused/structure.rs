@@ -151,7 +151,7 @@ fn text_that_is_not_toml() {
     insta::assert_snapshot!(
         refusal(r#"name = "laser""#, "name = laser"),
         @r#"
-    scenes/x.toml:6:8: not TOML: string values must be quoted, expected literal string
+    scenes/x.toml:6:8: not TOML: here a value is needed: a number, true or false, or text or a quantity in quotation marks
       6 | name = laser
         |        ^^^^^
     "#
@@ -163,7 +163,7 @@ fn a_key_given_twice() {
     insta::assert_snapshot!(
         refusal(r#"dead_time = "14 ns""#, "dead_time = \"14 ns\"\ndead_time = \"15 ns\""),
         @r#"
-    scenes/x.toml:15:1: not TOML: duplicate key
+    scenes/x.toml:15:1: not TOML: duplicate key: a key or table may stand only once; leave one of them out
       15 | dead_time = "15 ns"
          | ^^^^^^^^^
     "#
