@@ -39,7 +39,8 @@ pub(super) fn run(
 ) -> anyhow::Result<Ending> {
     let path = &arguments.scene.scene;
     let out = &arguments.out;
-    let scene = scene::load(path)?;
+    let mut scene = scene::load(path)?;
+    scene.estimator = arguments.estimator.unwrap_or(scene.estimator);
     let plan = plan::plan(&scene);
     let emission = hdl::emit(&scene, &command_line(path))?;
     fs::create_dir_all(out)
@@ -72,10 +73,14 @@ pub(super) fn run(
         .map(|(detector, counts)| estimate_scan(&scene, detector, counts))
         .collect();
 
+    let signed: Vec<i64> = cosimulation.counts[0]
+        .iter()
+        .map(|count| count.signed)
+        .collect();
     let distances_m = distances_m(&scene, estimates[0].calibration_offset_ps);
     write_file(
         &out.join("counts.csv"),
-        &counts_csv(&scene, &distances_m, &cosimulation.counts[0]),
+        &counts_csv(&scene, &distances_m, &signed),
     )?;
     let page = Page {
         scene: &scene,
@@ -84,7 +89,7 @@ pub(super) fn run(
         emission: &emission,
         cosim: &cosimulation.report,
         distances_m: &distances_m,
-        counts: &cosimulation.counts[0],
+        counts: &signed,
         estimates: &estimates,
     };
     write_file(&out.join("report.html"), &page.html()?)?;

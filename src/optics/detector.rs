@@ -100,6 +100,11 @@ impl DetectorModel {
         model
     }
 
+    /// The scene's paths that carry modulated light to this detector, in order.
+    pub fn modulated_paths(&self) -> impl Iterator<Item = usize> + '_ {
+        self.excess.iter().map(|light| light.path)
+    }
+
     /// Simulates phase step `step` (0-based number in the scan; with `parallel`
     /// steps at once, number of the group) of scan number `repetition`. The result depends on the arguments alone.
     pub fn step(&self, seed: u64, repetition: u64, step: u64) -> StepDetections<'_> {
