@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::model::{FitError, Parameters, PathParameters, Problem, window};
+use super::model::{FitError, Parameters, PathParameters, Problem, check_independent, window};
 use super::phase::first_maximum;
 use super::{CountingTier, distance_m};
 use crate::optics::{DetectorModel, Light, MeanResponse};
@@ -47,6 +47,7 @@ impl Bound {
 /// # Panics
 /// If the scene has no such detector.
 pub fn bound(scene: &Scene, detector: usize, tier: CountingTier) -> Result<Bound, FitError> {
+    check_independent(scene, detector)?;
     let model = DetectorModel::new(scene, detector);
     let light = Light::of(&model);
     if light.paths.is_empty() {

@@ -1,13 +1,14 @@
 //! What the phase estimator will say on average, and how much it will scatter.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use super::phase::{
     CoarseOnly, Estimate, Measurement, estimate_at, first_maximum, fundamental, window_indices,
 };
-use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m};
+use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, moving};
 use crate::optics::{DetectorModel, MeanResponse, MeanResponseError, SecondMoments};
-use crate::scene::Scene;
+use crate::scene::{Path, Scene};
 
 /// The estimate that the expected counts give.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,18 +37,49 @@ pub enum PredictionError {
     /// The estimate would be as coarse as a phase step.
     #[error("only a coarse estimate is possible: {0}")]
     CoarseOnly(#[from] CoarseOnly),
+    /// A path does not stand still within a phase step.
+    #[error(
+        "within a phase step the delay of path {path} moves by {moved_ps:.1} ps (walk, and twice \
+         the fluctuation's standard deviation); the prediction needs at most {limit_ps:.1} ps"
+    )]
+    MovesTooFast {
+        /// Index of the path.
+        path: usize,
+        /// How far it moves.
+        moved_ps: f64,
+        /// How far it may.
+        limit_ps: f64,
+    },
 }
 
 /// Predicts the phase estimator's bias against path `path`, and its standard
 /// deviation, for counts of tier `counting`.
 ///
 /// The standard deviation comes from the phase's linearisation: with Z the
-/// fundamental and v_i the variance of the count at offset i, Var phi is the sum
-/// of v_i sin^2(pi i / S + phi) over |Z|^2, because steps are independent.
+/// fundamental, the phase's error is the sum over offsets i of the count's error
+/// times sin(pi i / S + phi) / |Z|. Steps of one group (`parallel` in the scene)
+/// see the same detections, so their counts go together; groups are independent.
+/// Paths may move, slowly beside the phase steps; the bias is against their
+/// [`true_delay`](super::true_delay).
 ///
 /// # Panics
 /// If the scene has no such detector or path.
 pub fn predict(
+    scene: &Scene,
+    detector: usize,
+    path: usize,
+    counting: CountingTier,
+) -> Result<Prediction, PredictionError> {
+    let moves = |p: &Path| p.detector == detector && p.movement.is_some();
+    if scene.paths.iter().any(moves) {
+        moving::predict(scene, detector, path, counting)
+    } else {
+        predict_still(scene, detector, path, counting)
+    }
+}
+
+/// The same for paths that stand still.
+pub(super) fn predict_still(
     scene: &Scene,
     detector: usize,
     path: usize,
@@ -68,13 +100,15 @@ pub fn predict(
     let measurement = Measurement::new(scene, &[]);
     let fundamental = fundamental(&expected, peak, &measurement)?;
     let moments = SecondMoments::new(&response)?;
-    let mut phase_variance = 0.0;
+    let mut groups: BTreeMap<u64, Vec<(u64, f64)>> = BTreeMap::new();
     for (offset, index) in window_indices(peak, &measurement)? {
         let angle = PI * offset as f64 / f64::from(scene.samples_per_chip) + fundamental.arg();
-        let variance = moments.of_step(index as u64).signed_variance;
-        phase_variance += variance * angle.sin().powi(2);
+        let step = index as u64;
+        let group = groups.entry(model.group_of(step)).or_default();
+        group.push((step, angle.sin()));
     }
-    let phase_std = phase_variance.sqrt() / fundamental.norm();
+    let variances = groups.values().map(|steps| moments.variance_of_sum(steps));
+    let phase_std = variances.sum::<f64>().sqrt() / fundamental.norm();
 
     let estimate = estimate_at(&expected, peak, &measurement, offset_ps);
     let code_period_ps = scene.scan.steps_per_period as f64 * scene.chip_period_ps

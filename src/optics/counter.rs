@@ -37,7 +37,8 @@ impl StepCount {
 }
 
 /// Counts phase step `step` of scan number `repetition`, with the reference
-/// delayed by k T_s (k from the scan) and by the counter's own edge delays.
+/// delayed by k T_s (k from the scan) and by the counter's own edge delays. Steps
+/// of one group count the same detections.
 pub fn count_step(model: &DetectorModel, seed: u64, repetition: u64, step: u64) -> StepCount {
     let reference = CounterReference::new(model, repetition, step);
     let mut transition = model.key(seed, repetition, step).stream(Part::Transition);
@@ -45,7 +46,7 @@ pub fn count_step(model: &DetectorModel, seed: u64, repetition: u64, step: u64) 
         signed: 0,
         total: 0,
     };
-    for detection in model.step(seed, repetition, step) {
+    for detection in model.step(seed, repetition, model.group_of(step)) {
         count.total += 1;
         let up = reference
             .level(detection)
@@ -78,9 +79,10 @@ impl<'m> CounterReference<'m> {
         let whole_chips = (phase_step / samples_per_chip) as i64;
         let part_chips = (phase_step % samples_per_chip) as f64 / samples_per_chip as f64;
         let first_edge_ps = timing.rising_delay_ps.min(timing.falling_delay_ps);
+        let group = model.group_of(step);
         CounterReference {
             chips: &model.reference.chips,
-            offset: model.code_position(repetition, step, model.reference.len()) - whole_chips,
+            offset: model.code_position(repetition, group, model.reference.len()) - whole_chips,
             delay_chips: part_chips + chips(first_edge_ps),
             lag_chips: chips((timing.rising_delay_ps - timing.falling_delay_ps).abs()),
             rising_lags: timing.rising_delay_ps > timing.falling_delay_ps,

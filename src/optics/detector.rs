@@ -1,10 +1,14 @@
 //! What one detector sees of a scene, in chips.
 
+use std::ops::Range;
 use std::sync::Arc;
+
+use rand::RngExt;
 
 use super::afterpulsing::Afterpulsing;
 use super::light::{ExcessLight, LightRates};
-use super::random::StreamKey;
+use super::movement::Movement;
+use super::random::{Part, StreamKey};
 use super::step::StepDetections;
 use crate::code::Code;
 use crate::scene::{CounterTiming, Scan, Scene};
@@ -43,6 +47,9 @@ pub struct DetectorModel {
 /// that the reorder buffer is bounded.
 pub(super) const JITTER_BOUND_SIGMAS: f64 = 10.0;
 
+/// Longest warm-up.
+const MOST_WARM_UP_DEAD_TIMES: f64 = 1e5;
+
 impl DetectorModel {
     /// The model of detector `detector` (an index into the scene's detectors).
     ///
@@ -63,13 +70,15 @@ impl DetectorModel {
             let source = &scene.sources[path.source];
             let rates = LightRates::of(source, path, spad);
             constant_hz += rates.off_hz;
-            excess.extend(ExcessLight::new(
+            let light = ExcessLight::new(
                 index,
                 rates,
                 &source.code,
                 path.delay_ps,
                 scene.chip_period_ps,
-            ));
+            );
+            let movement = Movement::new(path, scene.chip_period_ps);
+            excess.extend(light.map(|light| light.moving(movement)));
         }
 
         let reference = scene.sources[spad.reference].code.clone();
@@ -105,24 +114,42 @@ impl DetectorModel {
         self.excess.iter().map(|light| light.path)
     }
 
-    /// Simulates phase step `step` (0-based number in the scan; with `parallel`
-    /// steps at once, number of the group) of scan number `repetition`. The result depends on the arguments alone.
-    pub fn step(&self, seed: u64, repetition: u64, step: u64) -> StepDetections<'_> {
-        StepDetections::new(self, self.key(seed, repetition, step))
+    /// Simulates group `group` (0-based number in the scan; the number of the
+    /// phase step, unless several are correlated at once) of scan number
+    /// `repetition`. The result depends on the arguments alone.
+    pub fn step(&self, seed: u64, repetition: u64, group: u64) -> StepDetections<'_> {
+        StepDetections::new(self, self.key(seed, repetition, group))
     }
 
-    pub(super) fn key(&self, seed: u64, repetition: u64, step: u64) -> StreamKey {
+    pub(super) fn key(&self, seed: u64, repetition: u64, group: u64) -> StreamKey {
         StreamKey {
             seed,
             detector: self.index as u64,
-            step,
+            step: group,
             repetition,
         }
     }
 
-    /// Steps of a scan with light of their own: groups of `parallel` phase steps.
-    pub(super) fn groups(&self) -> u64 {
+    /// Groups of a scan: the `parallel` phase steps of a group see the same
+    /// light at the same time.
+    pub fn groups(&self) -> u64 {
         self.scan.steps.div_ceil(self.parallel)
+    }
+
+    /// The group that step number `step` of the scan belongs to.
+    pub fn group_of(&self, step: u64) -> u64 {
+        step / self.parallel
+    }
+
+    /// Steps that a group may have.
+    pub fn parallel(&self) -> u64 {
+        self.parallel
+    }
+
+    /// The steps of a group; the last group may have fewer than the others.
+    pub fn steps_of_group(&self, group: u64) -> Range<u64> {
+        let first = group * self.parallel;
+        first..(first + self.parallel).min(self.scan.steps)
     }
 
     /// Whether scans follow one another without a gap: when the reference ends
@@ -131,19 +158,38 @@ impl DetectorModel {
         self.scan.is_full() && self.scan.steps.is_multiple_of(self.parallel)
     }
 
-    /// Index, in the running transmit code, of the first chip of a step (of a
-    /// group, with several steps at once).
+    /// Index, in the running transmit code, of the first chip of a group.
     ///
     /// Scans over the whole code period follow one another without a gap; after
     /// any other scan the hardware waits for the reference's next first chip.
-    pub fn first_chip(&self, repetition: u64, step: u64) -> u128 {
+    pub fn first_chip(&self, repetition: u64, group: u64) -> u128 {
         u128::from(repetition) * self.scan_pitch_chips
-            + u128::from(step) * u128::from(self.scan.integration_chips)
+            + u128::from(group) * u128::from(self.scan.integration_chips)
     }
 
-    /// Position in a code of `length` chips at which a step starts.
-    pub(super) fn code_position(&self, repetition: u64, step: u64, length: u64) -> i64 {
-        (self.first_chip(repetition, step) % u128::from(length)) as i64
+    /// Chips from the start of a scan to the start of a group of phase steps.
+    pub(super) fn start_in_scan(&self, group: u64) -> i64 {
+        let chips = u128::from(group) * u128::from(self.scan.integration_chips);
+        i64::try_from(chips).unwrap_or(i64::MAX)
+    }
+
+    /// How far the delay of a path moves within a scan, and how far it may for
+    /// paths to count as standing still: a thousandth of a phase step. In chips.
+    pub(super) fn movement_in_scan(&self) -> (f64, f64) {
+        let scan_chips = self.groups() as f64 * self.scan.integration_chips as f64;
+        let movements = self
+            .excess
+            .iter()
+            .filter_map(|light| light.movement.as_ref());
+        let moved = movements
+            .map(|movement| movement.range_chips(scan_chips))
+            .fold(0.0, f64::max);
+        (moved, 1e-3 / f64::from(self.samples_per_chip))
+    }
+
+    /// Position in a code of `length` chips at which a group starts.
+    pub(super) fn code_position(&self, repetition: u64, group: u64, length: u64) -> i64 {
+        (self.first_chip(repetition, group) % u128::from(length)) as i64
     }
 
     /// Chip period T_c.
@@ -156,20 +202,14 @@ impl DetectorModel {
         &self.scan
     }
 
-    /// How long before a step its simulation starts, with a ready detector, so
-    /// that the step does not remember.
+    /// How long before a step its simulation starts, so that the step does not
+    /// remember.
     ///
     /// A saturated detector fires like a clock, and forgets its start after the
-    /// square of (rate x dead time) dead times; cut at 10^5 dead times.
+    /// square of (rate x dead time) dead times. Where that is too long, it starts
+    /// as if it had run before ([`Self::first_ready_chips`]).
     fn warm_up(&self) -> i64 {
-        let on_per_chip = self.constant_per_chip
-            + self
-                .excess
-                .iter()
-                .map(|light| light.rate_per_chip)
-                .sum::<f64>();
-        let saturation = on_per_chip * self.dead_time_chips;
-        let dead_times = (32.0 + 2.0 * saturation * saturation).min(1e5);
+        let dead_times = self.dead_times_to_forget().min(MOST_WARM_UP_DEAD_TIMES);
         let afterpulsing = self.afterpulsing.map_or(0.0, |a| a.time_constant_chips);
         let memory = (dead_times * self.dead_time_chips).max(30.0 * afterpulsing);
         let jitter = self.jitter_chips.unwrap_or(0.0);
@@ -178,6 +218,26 @@ impl DetectorModel {
         let margin = (self.delay_chips + 2.0 * JITTER_BOUND_SIGMAS * jitter).max(4.0);
         let chips = memory + margin;
         chips.ceil() as i64
+    }
+
+    fn dead_times_to_forget(&self) -> f64 {
+        let excess_per_chip: f64 = self.excess.iter().map(|light| light.rate_per_chip).sum();
+        let saturation = (self.constant_per_chip + excess_per_chip) * self.dead_time_chips;
+        32.0 + 2.0 * saturation * saturation
+    }
+
+    /// When the detector is first ready, in chips after its simulation starts.
+    ///
+    /// At once, if the warm-up makes it forget. Else anywhere within a dead time,
+    /// with equal chance: under constant light the wait for the end of a dead time
+    /// that is going on has that distribution, and the detector is ready for only
+    /// 1 / (rate x dead time) of the time, less than half a per cent here.
+    pub(super) fn first_ready_chips(&self, key: &StreamKey) -> f64 {
+        if self.dead_times_to_forget() <= MOST_WARM_UP_DEAD_TIMES {
+            return 0.0;
+        }
+        let share: f64 = key.stream(Part::Start).random();
+        share * self.dead_time_chips
     }
 
     fn scan_pitch(&self) -> u128 {

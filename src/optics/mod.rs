@@ -16,6 +16,7 @@ mod detector;
 pub mod fast;
 mod light;
 mod mean_response;
+mod movement;
 mod random;
 mod reorder;
 mod sampled;
@@ -26,8 +27,8 @@ pub use counter::{StepCount, count_step};
 pub use detector::DetectorModel;
 pub use light::{LightRates, photon_rate_hz};
 pub use mean_response::{
-    CountMoments, CountSampler, CountingTier, Light, LightPath, MeanCount, MeanResponse,
-    MeanResponseError, SecondMoments,
+    CountMoments, CountSampler, CountingTier, GroupMoments, Light, LightPath, MeanCount,
+    MeanResponse, MeanResponseError, SecondMoments,
 };
 pub use sampled::{Pulse, PulseStream};
 pub use step::{Detection, StepDetections};

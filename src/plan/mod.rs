@@ -4,6 +4,7 @@
 //! so that what was left out is never a surprise.
 
 mod hardware;
+mod movement;
 mod simulation;
 
 use serde::Serialize;

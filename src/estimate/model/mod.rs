@@ -122,6 +122,23 @@ pub enum FitError {
     /// The reference is no code of a Gold set.
     #[error("the reference's code is of no Gold set in which an interferer could be looked for")]
     NoGoldSet,
+    /// Precision is worked out for steps with light of their own.
+    #[error(
+        "with parallel = {parallel} the phase steps of a group see the same light; precision of \
+         the model estimator is worked out for parallel = 1"
+    )]
+    SharedLight {
+        /// Steps of a group.
+        parallel: u32,
+    },
+    /// Precision is worked out for light that stands still.
+    #[error(
+        "path {path} moves; precision of the model estimator is worked out for paths that stand still"
+    )]
+    Moves {
+        /// Index of the path.
+        path: usize,
+    },
     /// There is nothing to range.
     #[error("nothing modulated reaches the detector")]
     Dark,
@@ -232,7 +249,7 @@ pub fn fit_means(
 /// scene says: its average answer, to first order in the noise.
 ///
 /// # Errors
-/// As [`fit`].
+/// As [`fit`]; and for paths that move, and phase steps that share their light.
 ///
 /// # Panics
 /// If the scene has no such detector.
@@ -241,9 +258,28 @@ pub fn expected_fit(
     detector: usize,
     tier: CountingTier,
 ) -> Result<ModelEstimate, FitError> {
+    check_independent(scene, detector)?;
     let model = DetectorModel::new(scene, detector);
     let means = MeanResponse::of_tier(&model, tier)?.mean_counts();
     fit_means(scene, detector, tier, &means, scene.other_light)
+}
+
+/// Whether standard deviations of a fit mean anything: steps must be independent,
+/// and their light the same.
+pub(super) fn check_independent(scene: &Scene, detector: usize) -> Result<(), FitError> {
+    if scene.hardware.parallel > 1 {
+        return Err(FitError::SharedLight {
+            parallel: scene.hardware.parallel,
+        });
+    }
+    let moves = |p: &usize| {
+        let path = &scene.paths[*p];
+        path.detector == detector && path.movement.is_some()
+    };
+    match (0..scene.paths.len()).find(moves) {
+        Some(path) => Err(FitError::Moves { path }),
+        None => Ok(()),
+    }
 }
 
 /// A finished fit.

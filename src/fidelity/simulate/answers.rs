@@ -5,7 +5,8 @@ use std::thread::{self, available_parallelism};
 
 use crate::estimate::model::{ALARM_SIGMAS, ModelEstimate, fit};
 use crate::estimate::{
-    CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate,
+    CountingTier, Measurement, TrueDelay, calibration_offset_ps, delay_error_ps, distance_m,
+    estimate, true_delay,
 };
 use crate::optics::{DetectorModel, StepCount};
 use crate::scene::{EstimatorKind, OtherLight, Scene};
@@ -17,6 +18,8 @@ pub struct Ranging<'a> {
     pub counting: CountingTier,
     /// Paths that the estimator can speak of.
     pub paths: Vec<usize>,
+    /// What each of them should be found at.
+    pub truths: Vec<TrueDelay>,
     pub code_period_ps: f64,
     offset_ps: f64,
 }
@@ -26,7 +29,8 @@ pub struct Ranging<'a> {
 pub struct Answer {
     /// Places in [`Ranging::paths`], and the error of the distance.
     pub found: Vec<(usize, f64)>,
-    /// Whether chi-square is too large; none without a fit.
+    /// Whether chi-square is too large; none without a fit, or where steps are
+    /// not independent.
     pub alarm: Option<bool>,
     /// What went wrong.
     pub remark: Option<String>,
@@ -49,6 +53,10 @@ impl<'a> Ranging<'a> {
             paths.sort_unstable();
         }
         Ranging {
+            truths: paths
+                .iter()
+                .map(|&path| true_delay(scene, path, counting))
+                .collect(),
             scene,
             detector,
             counting,
@@ -70,7 +78,8 @@ impl<'a> Ranging<'a> {
                             .into_iter()
                             .map(|(_, place, error_m)| (place, error_m))
                             .collect(),
-                        alarm: Some(fitted.alarm_sigmas() > ALARM_SIGMAS),
+                        alarm: (scene.hardware.parallel == 1)
+                            .then(|| fitted.alarm_sigmas() > ALARM_SIGMAS),
                         remark: None,
                     },
                     Err(reason) => Answer {
@@ -119,8 +128,7 @@ impl<'a> Ranging<'a> {
     /// The nearest path of some, if it is within a chip.
     fn nearest(&self, delay_ps: f64, among: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
         let error_ps = |place: usize| {
-            let true_ps = self.scene.paths[self.paths[place]].delay_ps;
-            delay_error_ps(delay_ps, true_ps, self.code_period_ps)
+            delay_error_ps(delay_ps, self.truths[place].delay_ps, self.code_period_ps)
         };
         let places = (0..self.paths.len()).filter(|&place| among(place));
         let (place, error_ps) = places

@@ -52,8 +52,12 @@ pub struct PathStatistics {
     pub source: String,
     /// Index of the path in the scene.
     pub path: usize,
-    /// True distance, folded into the unambiguous range.
+    /// True distance, folded into the unambiguous range; without a fluctuation,
+    /// whose effect belongs to the scatter.
     pub true_m: f64,
+    /// When a path that moves has it, from the start of the scan: as the scan comes
+    /// by the path. None for a path that stands still.
+    pub true_at_s: Option<f64>,
     /// Repetitions that count for the path.
     pub estimates: u64,
     /// Their share of all repetitions: how often the coarse stage is right.

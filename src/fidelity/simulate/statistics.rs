@@ -22,10 +22,8 @@ pub fn statistics(
     let expected = expectations(ranging);
     let of_path = |place: usize| {
         let path = ranging.paths[place];
-        let true_ps = scene.paths[path]
-            .delay_ps
-            .rem_euclid(ranging.code_period_ps);
-        let true_m = distance_m(true_ps);
+        let truth = &ranging.truths[place];
+        let true_m = distance_m(truth.delay_ps.rem_euclid(ranging.code_period_ps));
         let errors_m = &answers.errors_m[place];
         let moments = Moments::of(errors_m);
         let bound_m = bound.as_ref().ok().and_then(|bound| bound.of_path(path));
@@ -41,6 +39,7 @@ pub fn statistics(
             source: scene.sources[scene.paths[path].source].name.clone(),
             path,
             true_m,
+            true_at_s: truth.at_ps.map(|ps| ps * 1e-12),
             estimates: errors_m.len() as u64,
             correct_coarse_fraction: errors_m.len() as f64 / answers.scans as f64,
             mean_m: moments.mean.map(|mean| true_m + mean),

@@ -38,6 +38,13 @@ impl PathStatistics {
             millimetres(self.std_std_error_m),
             self.correct_coarse_fraction * 100.0,
         );
+        if let Some(at_s) = self.true_at_s {
+            let _ = writeln!(
+                text,
+                "  moving: the distance is that of {:.4} ms after the start of the scan",
+                at_s * 1e3
+            );
+        }
         if self.expected_bias_m.is_some() {
             let _ = writeln!(
                 text,

@@ -9,6 +9,12 @@ use crate::optics::DetectorModel;
 /// Why a model is left to the plain loop.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum OutsideDomain {
+    /// The tables are for delays that stay.
+    #[error("path {path} of the scene moves; the lanes take paths that stand still")]
+    MovingPath {
+        /// Its index.
+        path: usize,
+    },
     /// The codes repeat together too late for the tables.
     #[error("the codes repeat together after more than {limit} chips")]
     PeriodTooLong {
@@ -37,6 +43,17 @@ pub enum OutsideDomain {
     /// Jitter, transition and edge delays reach beyond one chip.
     #[error("jitter, transition and edge delays together reach from one edge to the next")]
     EdgesTooWide,
+    /// Steps of one group share a detection's jitter, and each lane of theirs
+    /// decides by the same number: that is exact while no detection is near edges
+    /// of two steps.
+    #[error(
+        "with {parallel} phase steps at once, jitter, transition and edge delays together reach \
+         from one step's edge to the next one's"
+    )]
+    StepsTooClose {
+        /// Steps of a group.
+        parallel: u64,
+    },
 }
 
 /// With so many ticks in a time constant, rounding a wait to ticks adds 10^-7
@@ -70,6 +87,9 @@ pub struct PathTable {
 impl Tables {
     /// The tables of a model, or why there are none.
     pub fn new(model: &DetectorModel) -> Result<Tables, OutsideDomain> {
+        if let Some(light) = model.excess.iter().find(|light| light.movement.is_some()) {
+            return Err(OutsideDomain::MovingPath { path: light.path });
+        }
         let mut codes = model.excess.iter().map(|light| light.code.len());
         let period = codes.try_fold(model.reference.len(), least_common_multiple);
         let grid = period
@@ -95,6 +115,13 @@ impl Tables {
         };
         let sign = SignTable::new(grid, &model.reference.chips, &timing)
             .ok_or(OutsideDomain::EdgesTooWide)?;
+        let zone = 2.0 * (NORMAL_REACH * timing.jitter_chips + timing.transition_chips)
+            + (timing.rising_delay_chips - timing.falling_delay_chips).abs();
+        if model.parallel() > 1 && zone * f64::from(model.samples_per_chip) >= 1.0 {
+            return Err(OutsideDomain::StepsTooClose {
+                parallel: model.parallel(),
+            });
+        }
         let paths = model.excess.iter().map(|light| PathTable {
             on_time: OnTime::new(grid, &light.code.chips),
             mean_wait_ticks: grid.ticks(1.0 / light.rate_per_chip),

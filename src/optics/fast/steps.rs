@@ -222,12 +222,14 @@ impl<'t> StepRunner<'t> {
             count: StepCount::ZERO,
         };
         let (repetition, step) = self.jobs.repetition_and_step(number);
-        self.restart_streams(lane, repetition, step);
+        self.restart_streams(lane, repetition, self.model.group_of(step));
         self.aim_at_start(lane, repetition, step);
     }
 
-    fn restart_streams(&mut self, lane: usize, repetition: u64, step: u64) {
-        let key = self.model.key(self.jobs.seed, repetition, step);
+    /// Steps of one group get the same streams: the same detections, in each of
+    /// their lanes.
+    fn restart_streams(&mut self, lane: usize, repetition: u64, group: u64) {
+        let key = self.model.key(self.jobs.seed, repetition, group);
         let lanes = &mut self.lanes;
         for (path, table) in lanes.paths.iter_mut().zip(&self.tables.paths) {
             path.streams.restart(lane, key.hash(Part::Path(table.path)));
@@ -252,7 +254,8 @@ impl<'t> StepRunner<'t> {
         // All in avalanche time: a detection is registered `delay` later.
         let delay = grid.round(model.delay_chips);
         let border = -delay - i64::from(self.tables.reach_ticks);
-        let code = model.code_position(repetition, step, u64::from(grid.period_chips));
+        let group = model.group_of(step);
+        let code = model.code_position(repetition, group, u64::from(grid.period_chips));
         let code = i64::from(grid.ticks_of_chips(code as u32)) + border;
         for (path, table) in self.lanes.paths.iter_mut().zip(&self.tables.paths) {
             path.offsets[lane] = grid.phase(code - table.delay_ticks);
@@ -264,7 +267,9 @@ impl<'t> StepRunner<'t> {
         self.lanes.sign.offsets[lane] =
             grid.phase(code + delay - phase_step - self.tables.sign.first_cell);
 
-        let start = -model.warm_up_chips * i64::from(grid.chip_ticks()) - border;
+        let first_ready = model.first_ready_chips(&model.key(self.jobs.seed, repetition, step));
+        let start =
+            grid.round(first_ready) - model.warm_up_chips * i64::from(grid.chip_ticks()) - border;
         self.lanes.phases[lane] = grid.phase(start);
         self.lanes.periods[lane] = start.div_euclid(i64::from(grid.period_ticks)) as i32;
         self.lanes.fired[lane] = 0;

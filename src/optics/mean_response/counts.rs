@@ -2,7 +2,9 @@
 
 use rand_distr::{Binomial, Distribution, Gamma, Poisson, StandardNormal};
 
-use super::moments::CountMoments;
+use super::group_counts::GroupLaw;
+use super::moments::{CountMoments, SecondMoments};
+use super::scan_moments::in_parallel;
 use crate::optics::counter::StepCount;
 use crate::optics::detector::DetectorModel;
 use crate::optics::random::{Part, StreamRng};
@@ -10,7 +12,7 @@ use crate::optics::random::{Part, StreamRng};
 /// Up and down counts whose means are this many standard deviations above zero
 /// are drawn as a pair of normal values: less than one in a million would have
 /// been negative.
-const NORMAL_FROM_SIGMAS: f64 = 5.0;
+pub(super) const NORMAL_FROM_SIGMAS: f64 = 5.0;
 
 /// Draws the counts of phase steps from their means, variances and covariance.
 ///
@@ -22,10 +24,20 @@ const NORMAL_FROM_SIGMAS: f64 = 5.0;
 /// the variance is below, at or above the mean: means and variances of U and W
 /// are kept, their covariance is not. [`CountSampler::steps_without_covariance`]
 /// tells how many steps those are.
+///
+/// Phase steps that are correlated at once share their detections: their counts
+/// are drawn together, always as normal numbers.
 #[derive(Debug, Clone)]
 pub struct CountSampler<'m> {
     model: &'m DetectorModel,
-    steps: Vec<Law>,
+    laws: Laws,
+}
+
+/// The distributions of a scan's counts.
+#[derive(Debug, Clone)]
+enum Laws {
+    Steps(Vec<Law>),
+    Groups(Vec<GroupLaw>),
 }
 
 /// The distribution of one step's counts.
@@ -54,40 +66,62 @@ enum Single {
 }
 
 impl<'m> CountSampler<'m> {
-    /// A sampler for scans with these moments, one per step of the scan.
+    /// A sampler for scans with these moments, one per step of the scan, each
+    /// step with light of its own.
     pub fn new(model: &'m DetectorModel, moments: &[CountMoments]) -> CountSampler<'m> {
         CountSampler {
             model,
-            steps: moments.iter().map(Law::of).collect(),
+            laws: Laws::Steps(moments.iter().map(Law::of).collect()),
         }
     }
 
-    /// Steps at the low end, whose r and N have the right variances only as far
-    /// as the counts upwards and downwards do not know of each other.
+    /// A sampler for scans with these moments, whatever the number of phase steps
+    /// at once.
+    pub fn of(model: &'m DetectorModel, moments: &SecondMoments) -> CountSampler<'m> {
+        if model.parallel() == 1 {
+            return CountSampler::new(model, &moments.of_scan());
+        }
+        let groups = in_parallel(model.groups() as usize, |group| {
+            GroupLaw::of(&moments.of_group(group as u64))
+        });
+        CountSampler {
+            model,
+            laws: Laws::Groups(groups),
+        }
+    }
+
+    /// Steps at the low end, whose counts upwards and downwards are so small that
+    /// their joint distribution is not normal: r and N have the right variances
+    /// only as far as the two do not know of each other.
     pub fn steps_without_covariance(&self) -> usize {
-        let separate = |law: &&Law| matches!(law, Law::Separate { .. });
-        self.steps.iter().filter(separate).count()
-    }
-
-    /// Counts of step number `step` of scan number `repetition`. The result
-    /// depends on the arguments alone.
-    ///
-    /// # Panics
-    /// If there are no moments for the step.
-    pub fn count_step(&self, seed: u64, repetition: u64, step: u64) -> StepCount {
-        let mut rng = self.model.key(seed, repetition, step).stream(Part::Counts);
-        let (up, down) = self.steps[step as usize].draw(&mut rng);
-        StepCount {
-            signed: up as i64 - down as i64,
-            total: up + down,
+        match &self.laws {
+            Laws::Steps(laws) => {
+                let separate = |law: &&Law| matches!(law, Law::Separate { .. });
+                laws.iter().filter(separate).count()
+            }
+            Laws::Groups(laws) => laws
+                .iter()
+                .zip(0..)
+                .filter(|(law, _)| !law.is_normal)
+                .map(|(_, group)| self.model.steps_of_group(group).count())
+                .sum(),
         }
     }
 
-    /// Counts of all steps of scan number `repetition`.
+    /// Counts of all steps of scan number `repetition`. They depend on the
+    /// arguments alone.
     pub fn scan(&self, seed: u64, repetition: u64) -> Vec<StepCount> {
-        (0..self.steps.len() as u64)
-            .map(|step| self.count_step(seed, repetition, step))
-            .collect()
+        let stream = |group| self.model.key(seed, repetition, group).stream(Part::Counts);
+        match &self.laws {
+            Laws::Steps(laws) => {
+                let draw = |(law, step): (&Law, u64)| law.draw(&mut stream(step)).into();
+                laws.iter().zip(0..).map(draw).collect()
+            }
+            Laws::Groups(laws) => {
+                let draw = |(law, group): (&GroupLaw, u64)| law.draw(&mut stream(group));
+                laws.iter().zip(0..).flat_map(draw).collect()
+            }
+        }
     }
 }
 
@@ -133,6 +167,16 @@ impl Law {
                 )
             }
             Law::Separate { up, down } => (up.draw(rng), down.draw(rng)),
+        }
+    }
+}
+
+impl From<(u64, u64)> for StepCount {
+    /// From counts upwards and downwards.
+    fn from((up, down): (u64, u64)) -> StepCount {
+        StepCount {
+            signed: up as i64 - down as i64,
+            total: up + down,
         }
     }
 }

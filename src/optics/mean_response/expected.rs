@@ -47,6 +47,13 @@ impl<'m> MeanResponse<'m> {
         light: Light,
         tier: CountingTier,
     ) -> Result<MeanResponse<'m>, MeanResponseError> {
+        let (moved_chips, limit_chips) = model.movement_in_scan();
+        if moved_chips > limit_chips {
+            return Err(MeanResponseError::Moving {
+                moved_ps: moved_chips * model.chip_period_ps,
+                limit_ps: limit_chips * model.chip_period_ps,
+            });
+        }
         let timing = EdgeTiming::of(model, tier);
         let lag = (timing.rising - timing.falling).abs();
         if lag + 2.0 * timing.transition >= 1.0 {
@@ -151,7 +158,8 @@ impl<'m> MeanResponse<'m> {
     pub(super) fn chips_of(&self, step: u64) -> (f64, usize, usize) {
         let period = self.grid.period_chips as u64;
         let chips = self.model.scan.integration_chips;
-        let first = self.model.first_chip(0, step) % u128::from(period);
+        let group = self.model.group_of(step);
+        let first = self.model.first_chip(0, group) % u128::from(period);
         (
             (chips / period) as f64,
             first as usize,

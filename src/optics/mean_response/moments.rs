@@ -21,6 +21,17 @@ pub struct CountMoments {
     pub covariance: f64,
 }
 
+/// Moments of the counts of one group of phase steps, which share their light.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GroupMoments {
+    /// Mean of r of each step.
+    pub signed_means: Vec<f64>,
+    /// Mean of N, which is one and the same for all of them.
+    pub total_mean: f64,
+    /// Covariances of r of each step and, last, of N.
+    pub covariance: Vec<Vec<f64>>,
+}
+
 /// Second moments of the counts around a mean response, for steps that last much
 /// longer than the detector's memory. Signs are taken without jitter.
 pub struct SecondMoments<'r, 'm> {
@@ -71,6 +82,68 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     /// as [`scan_moments`] has it.
     pub fn of_scan(&self) -> Vec<CountMoments> {
         scan_moments::of_scan(self)
+    }
+
+    /// Variance of the sum of weight x r over steps of one group, which count the
+    /// same detections: that of one count with the weighted sum of their signs.
+    ///
+    /// # Panics
+    /// If there are no steps.
+    pub fn variance_of_sum(&self, steps: &[(u64, f64)]) -> f64 {
+        let mut sign = vec![0.0; self.pairs.hits.len()];
+        // Mean of the squared sign: that of one step is 1 also in a cell that an
+        // edge divides, where its mean is not. Cells are no wider than an eighth
+        // of a chip, so edges of two steps seldom lie in one.
+        let mut spread = sign.clone();
+        for &(step, weight) in steps {
+            let signs = self.signs(self.response.model.scan.step(step));
+            for ((sum, spread), s) in sign.iter_mut().zip(&mut spread).zip(signs) {
+                *sum += weight * s;
+                *spread += weight * weight * (1.0 - s * s);
+            }
+        }
+        let excess = self.pairs.excess(&sign);
+        let cells = self.pairs.hits.iter().zip(&sign).zip(&spread).zip(&excess);
+        let variance = cells.map(|(((hits, s), spread), q)| hits * (s * s + spread) + 2.0 * s * q);
+        self.over_step(steps[0].0, &before_chips(&self.pairs.grid, variance))
+    }
+
+    /// Moments of the counts of a whole group.
+    pub fn of_group(&self, group: u64) -> GroupMoments {
+        let model = self.response.model;
+        let steps: Vec<u64> = model.steps_of_group(group).collect();
+        let first = steps[0];
+        let signs: Vec<Vec<f64>> = steps
+            .iter()
+            .map(|&step| self.signs(model.scan.step(step)))
+            .collect();
+        let excess: Vec<Vec<f64>> = signs.iter().map(|s| self.pairs.excess(s)).collect();
+        let grid = &self.pairs.grid;
+        let hits = &self.pairs.hits;
+        let over_step = |of_cell: &dyn Fn(usize) -> f64| {
+            self.over_step(first, &before_chips(grid, (0..hits.len()).map(of_cell)))
+        };
+        let count = steps.len();
+        let mut covariance = vec![vec![0.0; count + 1]; count + 1];
+        for a in 0..count {
+            for b in 0..=a {
+                let (sa, sb, qa, qb) = (&signs[a], &signs[b], &excess[a], &excess[b]);
+                let product = |cell: usize| if a == b { 1.0 } else { sa[cell] * sb[cell] };
+                covariance[a][b] =
+                    over_step(&|c| hits[c] * product(c) + sa[c] * qb[c] + sb[c] * qa[c]);
+                covariance[b][a] = covariance[a][b];
+            }
+            let all = &self.pairs.excess_of_all;
+            covariance[a][count] = over_step(&|c| signs[a][c] * (hits[c] + all[c]) + excess[a][c]);
+            covariance[count][a] = covariance[a][count];
+        }
+        covariance[count][count] = self.total_variance(first);
+        let means = steps.iter().map(|&step| self.response.mean_count(step));
+        GroupMoments {
+            signed_means: means.map(|mean| mean.signed).collect(),
+            total_mean: self.response.mean_count(first).total,
+            covariance,
+        }
     }
 
     /// Variance of N of a step.

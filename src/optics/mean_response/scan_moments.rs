@@ -292,7 +292,7 @@ fn transform(planner: &mut FftPlanner<f64>, values: &[f64], length: usize) -> Ve
 }
 
 /// `work` for every index below `count`, on all processors, in order.
-fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+pub fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let threads = thread::available_parallelism().map_or(1, |n| n.get());
     let share = count.div_ceil(threads).max(1);
     let ranges: Vec<Range<usize>> = (0..count)
