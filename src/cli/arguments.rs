@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand};
 use crate::cosim::StimulusKind;
 use crate::fidelity::Tier;
 use crate::reproduce::FigureId;
+use crate::scene::EstimatorKind;
 
 /// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
 /// time-of-flight sensors.
@@ -61,6 +62,9 @@ pub(super) struct RunArguments {
     /// Folder for the Verilog, counts.csv and report.html; made when missing
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// How counts become distances [default: the scene's]
+    #[arg(long, value_name = "E", value_enum)]
+    pub estimator: Option<EstimatorKind>,
 }
 
 #[derive(Debug, Args)]
@@ -105,6 +109,9 @@ pub(super) struct SimulateArguments {
     /// How much of the sensor to simulate
     #[arg(long, value_name = "T", value_enum, default_value_t = Tier::Events)]
     pub fidelity: Tier,
+    /// How counts become distances [default: the scene's]
+    #[arg(long, value_name = "E", value_enum)]
+    pub estimator: Option<EstimatorKind>,
 }
 
 #[derive(Debug, Args)]

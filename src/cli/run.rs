@@ -42,7 +42,8 @@ pub(super) fn run(
 ) -> anyhow::Result<Ending> {
     let path = &arguments.scene.scene;
     let out = &arguments.out;
-    let scene = scene::load(path)?;
+    let mut scene = scene::load(path)?;
+    scene.estimator = arguments.estimator.unwrap_or(scene.estimator);
     let plan = plan::plan(&scene);
     let emission = hdl::emit(&scene, &command_line(path))?;
     let folder = output.folder(out)?;
@@ -78,11 +79,12 @@ pub(super) fn run(
         .map(|(detector, counts)| estimate_scan(&scene, detector, counts))
         .collect();
 
+    let signed: Vec<i64> = cosimulation.counts[0]
+        .iter()
+        .map(|count| count.signed)
+        .collect();
     let distances_m = distances_m(&scene, estimates[0].calibration_offset_ps);
-    folder.write(
-        COUNTS,
-        &counts_csv(&scene, &distances_m, &cosimulation.counts[0]),
-    )?;
+    folder.write(COUNTS, &counts_csv(&scene, &distances_m, &signed))?;
     let page = Page {
         scene: &scene,
         seed,
@@ -90,7 +92,7 @@ pub(super) fn run(
         emission: &emission,
         cosim: &cosimulation.report,
         distances_m: &distances_m,
-        counts: &cosimulation.counts[0],
+        counts: &signed,
         estimates: &estimates,
     };
     folder.write(REPORT, &page.html()?)?;

@@ -27,7 +27,7 @@ use self::verilated::Verilated;
 use crate::model::contract::Contract;
 use crate::model::layout::Layout;
 use crate::model::reference::{Reference, StepResult};
-use crate::optics::DetectorModel;
+use crate::optics::{DetectorModel, StepCount};
 use crate::scene::Scene;
 
 /// Name of the module that is compared.
@@ -139,8 +139,9 @@ pub struct Cosimulation {
     /// What it found.
     pub report: Report,
     /// For each detector the counts of the first scan's steps, in order;
-    /// complete when the run was long enough.
-    pub counts: Vec<Vec<i64>>,
+    /// complete when the run was long enough. The total counts are the reference
+    /// model's: the hardware sends the signed ones alone.
+    pub counts: Vec<Vec<StepCount>>,
     outcome: Outcome,
     layout: Layout,
     chip_period_ps: f64,
@@ -226,9 +227,12 @@ fn run(
         clocks,
         |result: StepResult| {
             phase_steps += u64::from(result.detector == 0);
-            let counts: &mut Vec<i64> = &mut counts[result.detector];
+            let counts: &mut Vec<StepCount> = &mut counts[result.detector];
             if result.scan == 0 && counts.len() as u64 == result.step {
-                counts.push(result.count);
+                counts.push(StepCount {
+                    signed: result.count,
+                    total: result.total,
+                });
             }
         },
         |done| on_progress(done, clocks),

@@ -2,32 +2,57 @@
 
 use std::sync::Arc;
 
-use super::model::{FitError, Parameters, PathParameters, Problem, window};
+use super::model::{FitError, Parameters, PathParameters, Problem, check_independent, window};
 use super::phase::first_maximum;
 use super::{CountingTier, distance_m};
 use crate::optics::{DetectorModel, Light, MeanResponse};
 use crate::scene::Scene;
 
-/// What the counts of one scan can tell of a distance.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// What the counts of one scan can tell of distances.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Bound {
-    /// Least standard deviation of the distance, with delay and strength of
-    /// every path and the constant light unknown.
-    pub bound_m: f64,
-    /// Phase steps that take part: 3 S round the peak for one path, the whole
-    /// scan for more.
+    /// One entry per path that carries modulated light, in the scene's order.
+    pub paths: Vec<PathBound>,
+    /// Phase steps that take part: 3 S round the peak for one path of the
+    /// detector's own source, the whole scan for other light.
     pub steps: usize,
 }
 
-/// The bound for the first path of the scene that carries modulated light to the
-/// detector, from derivatives of the means and the exact covariance of r and N at
-/// each step. What the variances alone would tell of the delay is left out.
+/// What the counts can tell of one path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathBound {
+    /// Index of the path in the scene.
+    pub path: usize,
+    /// Least standard deviation of its distance, with delay and strength of
+    /// every path and the constant light unknown.
+    pub bound_m: f64,
+}
+
+impl Bound {
+    /// The bound of path `path` of the scene, if it carries modulated light.
+    pub fn of_path(&self, path: usize) -> Option<f64> {
+        let entry = self.paths.iter().find(|entry| entry.path == path)?;
+        Some(entry.bound_m)
+    }
+}
+
+/// The bound for all light of a detector, from derivatives of the means and the
+/// exact covariance of r and N at each step. What the variances alone would tell
+/// of the delay is left out.
+///
+/// # Errors
+/// When the mean response cannot be had, or the scan does not determine all
+/// unknowns.
 ///
 /// # Panics
 /// If the scene has no such detector.
 pub fn bound(scene: &Scene, detector: usize, tier: CountingTier) -> Result<Bound, FitError> {
+    check_independent(scene, detector)?;
     let model = DetectorModel::new(scene, detector);
     let light = Light::of(&model);
+    if light.paths.is_empty() {
+        return Err(FitError::Dark);
+    }
     let parameters = Parameters {
         paths: light
             .paths
@@ -39,31 +64,48 @@ pub fn bound(scene: &Scene, detector: usize, tier: CountingTier) -> Result<Bound
             .collect(),
         constant: light.constant_per_chip,
     };
-    let steps = if parameters.paths.len() == 1 {
-        let means = MeanResponse::to_light(&model, light.clone(), tier)?.mean_counts();
-        let signed: Vec<f64> = means.iter().map(|mean| mean.signed).collect();
-        let peak = first_maximum(&signed) as u64;
-        window(&scene.scan, scene.samples_per_chip, peak)
-    } else {
-        (0..scene.scan.steps).collect()
-    };
     let problem = Problem {
         model: &model,
         tier,
         codes: light.paths.iter().map(|p| Arc::clone(&p.code)).collect(),
-        steps,
+        steps: steps(scene, detector, tier, &model, &light)?,
     };
     let jacobian = problem.central_jacobian(&parameters)?;
-    let information = problem.weights(&parameters)?.information(&jacobian);
+    let response = problem.response(&parameters)?;
+    let information = problem.weights(&response)?.information(&jacobian);
     let steps = problem.steps.len();
-    match information {
-        Some(information) if !parameters.paths.is_empty() => Ok(Bound {
-            bound_m: distance_m(information.standard_deviations()[0] * scene.chip_period_ps),
-            steps,
-        }),
-        _ => Err(FitError::Undetermined {
-            steps,
-            unknowns: parameters.len(),
-        }),
+    let undetermined = FitError::Undetermined {
+        steps,
+        unknowns: parameters.len(),
+    };
+    let deviations = information.ok_or(undetermined)?.standard_deviations();
+    let paths = model.modulated_paths().zip(deviations.chunks(2));
+    Ok(Bound {
+        paths: paths
+            .map(|(path, deviations)| PathBound {
+                path,
+                bound_m: distance_m(deviations[0] * scene.chip_period_ps),
+            })
+            .collect(),
+        steps,
+    })
+}
+
+/// The steps that the model estimator would use for this light.
+fn steps(
+    scene: &Scene,
+    detector: usize,
+    tier: CountingTier,
+    model: &DetectorModel,
+    light: &Light,
+) -> Result<Vec<u64>, FitError> {
+    let own = scene.detectors[detector].reference;
+    let mut sources = model.modulated_paths().map(|path| scene.paths[path].source);
+    if light.paths.len() != 1 || sources.next() != Some(own) {
+        return Ok((0..scene.scan.steps).collect());
     }
+    let means = MeanResponse::to_light(model, light.clone(), tier)?.mean_counts();
+    let signed: Vec<f64> = means.iter().map(|mean| mean.signed).collect();
+    let peak = first_maximum(&signed) as u64;
+    Ok(window(&scene.scan, scene.samples_per_chip, peak))
 }

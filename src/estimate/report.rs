@@ -4,15 +4,18 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::bound::bound;
+use super::model::{ALARM_SIGMAS, FittedPath, ModelEstimate, expected_fit, fit};
 use super::{
     CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate,
     predict, true_delay,
 };
+use crate::optics::StepCount;
 use crate::scene::{EstimatorKind, Path, Scene};
 
-/// Said when a scene asks for the estimator that these counts do not suffice for.
-const PHASE_FOR_MODEL: &str = "estimator = \"model\" needs the total counts beside the signed ones, \
-                               which the hardware does not send: this is the phase estimate";
+/// Where a fit's total counts come from.
+const TOTALS_OF_THE_REFERENCE_MODEL: &str =
+    "the total counts are the reference model's: the hardware sends signed counts alone";
 
 /// What a scan's counts say about the distance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -21,6 +24,8 @@ pub struct EstimateReport {
     pub detector: String,
     /// The source whose light it ranges.
     pub source: String,
+    /// How the distance was got from the counts.
+    pub estimator: EstimatorKind,
     /// Index of the path that the estimate is held against: of all paths of its
     /// reference's source, the nearest to the estimate; without an estimate the
     /// first.
@@ -34,13 +39,22 @@ pub struct EstimateReport {
     pub true_at_s: Option<f64>,
     /// Estimate less truth, the shorter way round the unambiguous range.
     pub error_m: Option<f64>,
-    /// The estimator's bias on the exact mean counts of this scene (dead-time
-    /// walk, interference, circular error).
+    /// The estimator's bias on the exact mean counts of this scene (for the
+    /// phase: dead-time walk, interference, circular error).
     pub expected_bias_m: Option<f64>,
     /// Its standard deviation from the counts' variances.
     pub expected_std_m: Option<f64>,
     /// (error - expected bias) / expected standard deviation.
     pub deviation_in_std: Option<f64>,
+    /// Cramer-Rao bound: the least standard deviation of any unbiased estimate
+    /// from these counts ([`crate::estimate::bound`]).
+    pub bound_m: Option<f64>,
+    /// `expected_std_m` in bounds.
+    pub std_over_bound: Option<f64>,
+    /// Why there is no bound, where that is so.
+    pub bound_remark: Option<String>,
+    /// The fit behind the estimate; none for the phase estimator.
+    pub fit: Option<FitReport>,
     /// Phase step of the largest count.
     pub coarse_step: Option<u64>,
     /// Subtracted from the measured delay: everything constant that is not light.
@@ -51,31 +65,46 @@ pub struct EstimateReport {
     pub remark: Option<String>,
 }
 
-/// Estimates the distance that a detector's counts of one scan give.
+/// What the model estimator says beside the distance.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FitReport {
+    /// Every path that was fitted, the strongest of the detector's source first.
+    pub paths: Vec<FittedPathReport>,
+    /// Primary rate of all light that is not modulated, dark counts included.
+    pub constant_rate_cps: f64,
+    /// Weighted sum of squared residuals.
+    pub chi_square: f64,
+    /// What it is expected to be.
+    pub degrees_of_freedom: usize,
+    /// How many standard deviations it is above that.
+    pub alarm_sigmas: f64,
+    /// Whether that is too much: the light or the detector is not as modelled
+    /// (never with phase steps that share their light, whose counts go together).
+    pub alarm: bool,
+    /// Phase steps that took part.
+    pub steps: usize,
+}
+
+/// One path of a fit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FittedPathReport {
+    /// The source with this path's code; none if the scene has no such source.
+    pub source: Option<String>,
+    /// Distance, folded into the unambiguous range.
+    pub distance_m: f64,
+    /// Its standard deviation, by the fit itself.
+    pub std_m: f64,
+    /// Primary rate that on-chips add.
+    pub rate_cps: f64,
+}
+
+/// Estimates the distance that a detector's counts of one scan give, with the
+/// scene's estimator.
 ///
 /// `counts` are those of the steps in order; fewer than the scan's steps give no
 /// estimate.
-pub fn estimate_scan(scene: &Scene, detector: usize, counts: &[i64]) -> EstimateReport {
-    let spad = &scene.detectors[detector];
-    let source = &scene.sources[spad.reference];
-    let code_period_ps = scene.chip_period_ps * source.code.len() as f64;
-    let offset_ps = calibration_offset_ps(scene, detector, CountingTier::Sampled);
-    let mut report = EstimateReport {
-        detector: spad.name.clone(),
-        source: source.name.clone(),
-        path: None,
-        distance_m: None,
-        true_distance_m: None,
-        true_at_s: None,
-        error_m: None,
-        expected_bias_m: None,
-        expected_std_m: None,
-        deviation_in_std: None,
-        coarse_step: None,
-        calibration_offset_ps: offset_ps,
-        unambiguous_range_m: distance_m(code_period_ps),
-        remark: None,
-    };
+pub fn estimate_scan(scene: &Scene, detector: usize, counts: &[StepCount]) -> EstimateReport {
+    let mut report = EstimateReport::without_estimate(scene, detector);
     if (counts.len() as u64) < scene.scan.steps {
         report.remark = Some(format!(
             "no estimate: {} of the scan's {} phase steps were measured",
@@ -84,62 +113,124 @@ pub fn estimate_scan(scene: &Scene, detector: usize, counts: &[i64]) -> Estimate
         ));
         return report;
     }
-    let mut measured_ps = None;
-    match estimate(&Measurement::new(scene, counts), offset_ps) {
-        Err(reason) => report.remark = Some(format!("no estimate: {reason}")),
-        Ok(estimate) => {
-            report.distance_m = Some(estimate.distance_m);
-            report.coarse_step = Some(estimate.coarse_step);
-            report.remark = match (estimate.coarse_only, scene.estimator) {
-                (Some(reason), _) => Some(format!("coarse estimate only: {reason}")),
-                (None, EstimatorKind::Model) => Some(PHASE_FOR_MODEL.to_owned()),
-                (None, EstimatorKind::Fft) => None,
-            };
-            measured_ps = Some(estimate.delay_ps);
-        }
-    }
-    let truth = |p: usize| true_delay(scene, p, CountingTier::Sampled);
-    let error_ps = |p: usize| {
-        let true_ps = truth(p).delay_ps;
-        delay_error_ps(measured_ps.unwrap_or(true_ps), true_ps, code_period_ps)
+    let measured_ps = match scene.estimator {
+        EstimatorKind::Fft => report.take_phase(scene, counts),
+        EstimatorKind::Model => report.take_fit(scene, detector, counts),
     };
-    let is_own = |path: &Path| path.detector == detector && path.source == spad.reference;
-    report.path = (0..scene.paths.len())
-        .filter(|&p| is_own(&scene.paths[p]))
-        .min_by(|&a, &b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
-    if let Some(path) = report.path {
-        let truth = truth(path);
-        let true_ps = truth.delay_ps.rem_euclid(code_period_ps);
-        report.true_distance_m = Some(distance_m(true_ps));
-        report.true_at_s = truth.at_ps.map(|ps| ps * 1e-12);
-        report.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
-        report.add_expectation(scene, detector, path);
-    }
+    report.compare(scene, detector, measured_ps);
     report
 }
 
 impl EstimateReport {
-    fn add_expectation(&mut self, scene: &Scene, detector: usize, path: usize) {
-        match predict(scene, detector, path, CountingTier::Sampled) {
-            Ok(expected) => {
-                self.expected_bias_m = Some(expected.bias_m);
-                self.expected_std_m = Some(expected.std_m);
-                self.deviation_in_std = self
-                    .error_m
-                    .map(|error_m| (error_m - expected.bias_m) / expected.std_m);
+    fn without_estimate(scene: &Scene, detector: usize) -> EstimateReport {
+        let spad = &scene.detectors[detector];
+        let source = &scene.sources[spad.reference];
+        EstimateReport {
+            detector: spad.name.clone(),
+            source: source.name.clone(),
+            estimator: scene.estimator,
+            path: None,
+            distance_m: None,
+            true_distance_m: None,
+            true_at_s: None,
+            error_m: None,
+            expected_bias_m: None,
+            expected_std_m: None,
+            deviation_in_std: None,
+            bound_m: None,
+            std_over_bound: None,
+            bound_remark: None,
+            fit: None,
+            coarse_step: None,
+            calibration_offset_ps: calibration_offset_ps(scene, detector, CountingTier::Sampled),
+            unambiguous_range_m: distance_m(scene.chip_period_ps * source.code.len() as f64),
+            remark: None,
+        }
+    }
+
+    /// The phase's answer; gives the time of flight.
+    fn take_phase(&mut self, scene: &Scene, counts: &[StepCount]) -> Option<f64> {
+        let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
+        let measurement = Measurement::new(scene, &signed);
+        match estimate(&measurement, self.calibration_offset_ps) {
+            Err(reason) => {
+                self.remark = Some(format!("no estimate: {reason}"));
+                None
+            }
+            Ok(estimate) => {
+                self.distance_m = Some(estimate.distance_m);
+                self.coarse_step = Some(estimate.coarse_step);
+                self.remark = estimate
+                    .coarse_only
+                    .map(|reason| format!("coarse estimate only: {reason}"));
+                Some(estimate.delay_ps)
+            }
+        }
+    }
+
+    /// The fit's answer; gives the time of flight.
+    fn take_fit(&mut self, scene: &Scene, detector: usize, counts: &[StepCount]) -> Option<f64> {
+        let tier = CountingTier::Sampled;
+        match fit(scene, detector, tier, counts, scene.other_light) {
+            Err(reason) => {
+                self.remark = Some(format!("no estimate: {reason}"));
+                None
+            }
+            Ok(fitted) => {
+                self.distance_m = Some(fitted.distance_m);
+                self.remark = Some(TOTALS_OF_THE_REFERENCE_MODEL.to_owned());
+                self.fit = Some(FitReport::of(scene, &fitted));
+                Some(fitted.delay_ps)
+            }
+        }
+    }
+
+    /// Puts truth and expectation beside the time of flight, if there is one.
+    fn compare(&mut self, scene: &Scene, detector: usize, measured_ps: Option<f64>) {
+        let own = scene.detectors[detector].reference;
+        let code_period_ps = scene.chip_period_ps * scene.sources[own].code.len() as f64;
+        let truth = |p: usize| true_delay(scene, p, CountingTier::Sampled);
+        let error_ps = |p: usize| {
+            let true_ps = truth(p).delay_ps;
+            delay_error_ps(measured_ps.unwrap_or(true_ps), true_ps, code_period_ps)
+        };
+        let is_own = |path: &Path| path.detector == detector && path.source == own;
+        self.path = (0..scene.paths.len())
+            .filter(|&p| is_own(&scene.paths[p]))
+            .min_by(|&a, &b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
+        let Some(path) = self.path else { return };
+        let truth = truth(path);
+        let true_ps = truth.delay_ps.rem_euclid(code_period_ps);
+        self.true_distance_m = Some(distance_m(true_ps));
+        self.true_at_s = truth.at_ps.map(|ps| ps * 1e-12);
+        self.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
+        match expectation(scene, detector, path) {
+            Ok((bias_m, std_m)) => {
+                self.expected_bias_m = Some(bias_m);
+                self.expected_std_m = Some(std_m);
+                self.deviation_in_std = self.error_m.map(|error_m| (error_m - bias_m) / std_m);
             }
             Err(reason) if self.remark.is_none() => {
                 self.remark = Some(format!("no expectation: {reason}"));
             }
             Err(_) => {}
         }
+        match bound(scene, detector, CountingTier::Sampled) {
+            Ok(bound) => self.bound_m = bound.of_path(path),
+            Err(reason) => self.bound_remark = Some(format!("no bound: {reason}")),
+        }
+        let ratio = self.expected_std_m.zip(self.bound_m);
+        self.std_over_bound = ratio.map(|(std_m, bound_m)| std_m / bound_m);
     }
 
     /// Name and value of everything that is known, for a table.
     pub fn rows(&self) -> Vec<(&'static str, String)> {
         let metres = |value: f64| format!("{value:.4} m");
         let millimetres = |value: f64| format!("{:.2} mm", value * 1e3);
-        let mut rows = vec![("detector", self.detector.clone())];
+        let mut rows = vec![
+            ("detector", self.detector.clone()),
+            ("estimator", self.estimator.to_string()),
+        ];
         let mut row = |name, value: Option<String>| {
             if let Some(value) = value {
                 rows.push((name, value));
@@ -163,6 +254,29 @@ impl EstimateReport {
             self.deviation_in_std
                 .map(|d| format!("{d:+.2} standard deviations")),
         );
+        row(
+            "Cramer-Rao bound of the standard deviation",
+            self.bound_m.map(millimetres),
+        );
+        row(
+            "expected standard deviation over bound",
+            self.std_over_bound.map(|ratio| format!("{ratio:.3}")),
+        );
+        row("Cramer-Rao bound", self.bound_remark.clone());
+        if let Some(fit) = &self.fit {
+            let chi_square = format!(
+                "{:.1} for {} degrees of freedom{}",
+                fit.chi_square,
+                fit.degrees_of_freedom,
+                if fit.alarm { ": alarm" } else { "" }
+            );
+            row("chi-square of the fit", Some(chi_square));
+            for path in &fit.paths[1..] {
+                let name = path.source.as_deref().unwrap_or("a code of the set");
+                let value = format!("{:.4} m +- {:.2} mm", path.distance_m, path.std_m * 1e3);
+                row("other light", Some(format!("{name} at {value}")));
+            }
+        }
         row("coarse phase step", self.coarse_step.map(|k| k.to_string()));
         row(
             "calibration offset",
@@ -172,6 +286,56 @@ impl EstimateReport {
         row("remark", self.remark.clone());
         rows
     }
+}
+
+impl FitReport {
+    fn of(scene: &Scene, fitted: &ModelEstimate) -> FitReport {
+        let of_path = |path: &FittedPath| FittedPathReport {
+            source: scene
+                .sources
+                .iter()
+                .find(|source| source.code.chips == path.code.chips)
+                .map(|source| source.name.clone()),
+            distance_m: distance_m(path.delay_ps),
+            std_m: distance_m(path.delay_std_ps),
+            rate_cps: path.rate_hz,
+        };
+        FitReport {
+            paths: fitted.paths.iter().map(of_path).collect(),
+            constant_rate_cps: fitted.constant_rate_hz,
+            chi_square: fitted.chi_square,
+            degrees_of_freedom: fitted.degrees_of_freedom,
+            alarm_sigmas: fitted.alarm_sigmas(),
+            alarm: scene.hardware.parallel == 1 && fitted.alarm_sigmas() > ALARM_SIGMAS,
+            steps: fitted.steps,
+        }
+    }
+}
+
+/// Bias and standard deviation, in metres, that the scene's estimator is expected
+/// to have against a path.
+fn expectation(scene: &Scene, detector: usize, path: usize) -> Result<(f64, f64), String> {
+    let tier = CountingTier::Sampled;
+    if scene.estimator == EstimatorKind::Fft {
+        let expected = predict(scene, detector, path, tier).map_err(|e| e.to_string())?;
+        return Ok((expected.bias_m, expected.std_m));
+    }
+    let fitted = expected_fit(scene, detector, tier).map_err(|e| e.to_string())?;
+    let code = &scene.sources[scene.paths[path].source].code;
+    let code_period_ps = scene.chip_period_ps * code.len() as f64;
+    let error_ps = |fitted: &FittedPath| {
+        delay_error_ps(fitted.delay_ps, scene.paths[path].delay_ps, code_period_ps)
+    };
+    let nearest = fitted
+        .paths
+        .iter()
+        .filter(|fitted| fitted.code.chips == code.chips)
+        .min_by(|a, b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
+    let nearest = nearest.ok_or("the expected counts do not show the path")?;
+    Ok((
+        distance_m(error_ps(nearest)),
+        distance_m(nearest.delay_std_ps),
+    ))
 }
 
 impl fmt::Display for EstimateReport {
@@ -191,8 +355,17 @@ impl fmt::Display for EstimateReport {
                 std_m * 1e3
             )?;
         }
+        if let Some(bound_m) = self.bound_m {
+            write!(f, ", bound {:.2} mm", bound_m * 1e3)?;
+        }
+        if let Some(fit) = &self.fit
+            && fit.alarm
+        {
+            write!(f, ", chi-square alarm")?;
+        }
+        let separator = if self.distance_m.is_some() { ";" } else { "" };
         match &self.remark {
-            Some(remark) => write!(f, " {remark}"),
+            Some(remark) => write!(f, "{separator} {remark}"),
             None => Ok(()),
         }
     }

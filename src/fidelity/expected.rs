@@ -26,6 +26,7 @@ pub(super) fn answer(
     for path in statistics {
         path.bias_m = path.expected_bias_m;
         path.std_m = path.expected_std_m;
+        path.std_over_bound = path.std_m.zip(path.bound_m).map(|(std, bound)| std / bound);
         path.mean_m = path.bias_m.map(|bias_m| path.true_m + bias_m);
         path.detected_rate_cps = detected_rate_cps;
         match predict(scene, detector, path.path, counting) {

@@ -109,6 +109,11 @@ impl DetectorModel {
         model
     }
 
+    /// The scene's paths that carry modulated light to this detector, in order.
+    pub fn modulated_paths(&self) -> impl Iterator<Item = usize> + '_ {
+        self.excess.iter().map(|light| light.path)
+    }
+
     /// Simulates group `group` (0-based number in the scan; the number of the
     /// phase step, unless several are correlated at once) of scan number
     /// `repetition`. The result depends on the arguments alone.

@@ -10,6 +10,8 @@ use std::sync::Arc;
 use super::afterpulsing::Afterpulsing;
 use super::detector::DetectorModel;
 use super::light::{ExcessLight, LightRates};
+use super::paths::NumberedPath;
+use super::random::scatter;
 
 /// A rate at which nothing ever arrives.
 const NEVER_HZ: f64 = 1e-290;
@@ -53,11 +55,14 @@ impl DetectorModel {
                     on_hz: NEVER_HZ,
                     off_hz: 0.0,
                 };
-                let unused = model.excess.iter().map(|light| light.path + 1).max();
+                let others = &model.excess;
+                let path = NumberedPath {
+                    index: others.iter().map(|o| o.path + 1).max().unwrap_or(0),
+                    number: others.iter().map(|o| o.number).fold(0, scatter),
+                };
                 // The reference's own code leaves the common period as it is.
                 let code = Arc::clone(&model.reference);
                 let period_ps = self.chip_period_ps();
-                let path = unused.unwrap_or(0);
                 let delay_ps = 0.3 * period_ps;
                 let light = ExcessLight::new(path, dark, &code, delay_ps, period_ps);
                 model.excess.extend(light);

@@ -335,6 +335,7 @@ mod tests {
 
         use crate::code::{Code, Generator};
         use crate::optics::light::{ExcessArrivals, ExcessLight, LightRates};
+        use crate::optics::paths::NumberedPath;
         use crate::optics::random::Part;
 
         let chips = vec![1, 1, 0, 1, 0, 0, 0];
@@ -347,7 +348,12 @@ mod tests {
             on_hz: 60e6,
             off_hz: 6e6,
         };
-        let still = ExcessLight::new(0, rates, &code, 21_350.0, 8_000.0).expect("there is light");
+        let path = NumberedPath {
+            index: 0,
+            number: 0,
+        };
+        let still =
+            ExcessLight::new(path, rates, &code, 21_350.0, 8_000.0).expect("there is light");
         let at_no_speed = Movement {
             delay_rate: 0.0,
             fluctuation: None,

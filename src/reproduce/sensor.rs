@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::code::{Code, CodeError, CodeSpec, Family};
 use crate::estimate::{CountingTier, calibration_offset_ps};
 use crate::scene::{
-    CounterTiming, Detector, EstimatorKind, Hardware, Path, Scan, Scene, Source, Target,
+    CounterTiming, Detector, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, Source, Target,
 };
 
 /// Chip period of the article.
@@ -97,6 +97,7 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
             requested_integration_ps: integration_s * 1e12,
         },
         estimator: EstimatorKind::Fft,
+        other_light: OtherLight::Given,
         hardware: Hardware {
             target: Target::Ecp525k6,
             parallel: 1,

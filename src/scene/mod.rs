@@ -19,6 +19,7 @@
 //! | `path.velocity`, `path.fluctuation` | the path stands still |
 //! | `scan.steps` | `"all"` |
 //! | `estimate.estimator` | `"fft"` |
+//! | `estimate.other_light` | `"given"` |
 //! | `hardware.target` | `"ecp5-25k-6"` |
 //! | `hardware.parallel` | 1 |
 //! | `hardware.counter_width` | as wide as no stimulus can overflow |
@@ -62,6 +63,8 @@ pub struct Scene {
     pub scan: Scan,
     /// Which estimator turns counts into distance.
     pub estimator: EstimatorKind,
+    /// What the model estimator is told of light besides the strongest path.
+    pub other_light: OtherLight,
     /// What the hardware is built for.
     pub hardware: Hardware,
 }
@@ -172,12 +175,35 @@ impl Scan {
 }
 
 /// Turns counts into distance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
 pub enum EstimatorKind {
-    /// Coarse argmax, then the phase of the fundamental.
+    /// Coarse argmax, then the phase of the fundamental
     Fft,
-    /// Weighted least squares against the exact mean response.
+    /// Weighted least squares against the exact mean response
     Model,
+}
+
+impl std::fmt::Display for EstimatorKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            EstimatorKind::Fft => "fft",
+            EstimatorKind::Model => "model",
+        })
+    }
+}
+
+/// Which light besides the strongest path of its own source a detector's fit
+/// looks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OtherLight {
+    /// As many paths, with the codes, as the scene has for this detector; where
+    /// and how strong they are is found in the scan.
+    Given,
+    /// One interferer, with a code of the reference's Gold set that is not known.
+    Search,
+    /// None: everything else counts as constant.
+    None,
 }
 
 /// What the hardware is built for.

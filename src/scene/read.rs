@@ -8,7 +8,9 @@ use super::error::Diagnostics;
 use super::reader::{Bounds, Section};
 use super::units::Quantity;
 use super::wording::{alternatives, nearest, quoted};
-use super::{Detector, EstimatorKind, Hardware, Path, Scan, Scene, SceneErrors, Source, Target};
+use super::{
+    Detector, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, SceneErrors, Source, Target,
+};
 use super::{detector, movement, scan, source};
 use crate::code::MAX_CODE_CHIPS;
 use crate::files::read_text;
@@ -192,7 +194,7 @@ fn read_scene(root: &Section, name: String) -> Option<Scene> {
     let scan = root
         .section("scan", "[scan]")
         .and_then(|section| scan::read(section, clock, steps_per_period));
-    let estimator = read_estimator(root);
+    let (estimator, other_light) = read_estimate(root);
     let hardware = read_hardware(root, scan.as_ref());
 
     let clock = clock?;
@@ -205,6 +207,7 @@ fn read_scene(root: &Section, name: String) -> Option<Scene> {
         paths: paths?,
         scan: scan?,
         estimator,
+        other_light,
         hardware,
     };
     movement::check_distances(&root.sections("path", usize::MAX), &scene);
@@ -289,14 +292,24 @@ fn read_clock(section: Section) -> Option<Clock> {
     })
 }
 
-fn read_estimator(root: &Section) -> EstimatorKind {
-    let kind = root.section("estimate", "[estimate]").and_then(|section| {
-        let choices = [("fft", EstimatorKind::Fft), ("model", EstimatorKind::Model)];
-        let kind = section.choice("estimator", &choices);
+fn read_estimate(root: &Section) -> (EstimatorKind, OtherLight) {
+    let section = root.section("estimate", "[estimate]");
+    let (mut estimator, mut other_light) = (None, None);
+    if let Some(section) = section {
+        let estimators = [("fft", EstimatorKind::Fft), ("model", EstimatorKind::Model)];
+        estimator = section.choice("estimator", &estimators);
+        let others = [
+            ("given", OtherLight::Given),
+            ("search", OtherLight::Search),
+            ("none", OtherLight::None),
+        ];
+        other_light = section.choice("other_light", &others);
         section.finish();
-        kind
-    });
-    kind.unwrap_or(EstimatorKind::Fft)
+    }
+    (
+        estimator.unwrap_or(EstimatorKind::Fft),
+        other_light.unwrap_or(OtherLight::Given),
+    )
 }
 
 fn read_hardware(root: &Section, scan: Option<&Scan>) -> Hardware {

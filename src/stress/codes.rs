@@ -342,8 +342,7 @@ fn folded_delays() -> anyhow::Result<Measured> {
 
 fn folding_is_said() -> anyhow::Result<Measured> {
     let scene = folded(3)?;
-    let signed: Vec<i64> = counts(&scene, 248).iter().map(|c| c.signed).collect();
-    let report = estimate_scan(&scene, 0, &signed);
+    let report = estimate_scan(&scene, 0, &counts(&scene, 248));
     let says_so = report
         .remark
         .is_some_and(|remark| remark.contains("unambiguous range"));

@@ -10,7 +10,7 @@ use crate::estimate::{
 use crate::fidelity::Tier;
 use crate::fidelity::simulate::simulate;
 use crate::optics::fast::StepCounter;
-use crate::optics::{CountMoments, CountSampler, DetectorModel, MeanResponse};
+use crate::optics::{CountMoments, CountSampler, DetectorModel, MeanResponse, StepCount};
 use crate::scene::Scene;
 
 /// Photons per second that reach the detector, a factor of 1,000 apart.
@@ -257,15 +257,14 @@ fn unmodulated_estimate() -> anyhow::Result<Measured> {
     let counter = StepCounter::new(&model);
     let mut estimates = 0;
     for repetition in 0..10 {
-        let mut found = vec![Default::default(); scene.scan.steps as usize];
+        let mut found = vec![StepCount::default(); scene.scan.steps as usize];
         counter.count(
             SEED,
             repetition..repetition + 1,
             0..scene.scan.steps,
             &mut found,
         );
-        let signed: Vec<i64> = found.iter().map(|count| count.signed).collect();
-        let report = estimate_scan(&scene, 0, &signed);
+        let report = estimate_scan(&scene, 0, &found);
         estimates += usize::from(report.distance_m.is_some());
     }
     Measured::none(estimates, "estimates")

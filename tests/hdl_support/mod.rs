@@ -13,7 +13,7 @@ use std::sync::Arc;
 use goldtof::code::{Code, Generator, Lfsr};
 use goldtof::hdl::emit;
 use goldtof::scene::{
-    CounterTiming, Detector, EstimatorKind, Hardware, Scan, Scene, Source, Target,
+    CounterTiming, Detector, EstimatorKind, Hardware, OtherLight, Scan, Scene, Source, Target,
 };
 
 /// Chips of an LFSR, straight from the recurrence
@@ -162,6 +162,7 @@ pub fn scene(
             requested_integration_ps: integration_chips as f64 * 8000.0,
         },
         estimator: EstimatorKind::Fft,
+        other_light: OtherLight::Given,
         hardware: Hardware {
             target: Target::Ecp525k6,
             parallel: 1,

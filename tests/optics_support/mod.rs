@@ -6,7 +6,7 @@ use std::sync::Arc;
 use goldtof::code::{Code, Generator};
 use goldtof::optics::{DetectorModel, Pulse, PulseStream};
 use goldtof::scene::{
-    CounterTiming, Detector, EstimatorKind, Hardware, Path, Scan, Scene, Source, Target,
+    CounterTiming, Detector, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, Source, Target,
 };
 
 pub fn code(chips: &[u8]) -> Arc<Code> {
@@ -101,6 +101,7 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
         }],
         scan,
         estimator: EstimatorKind::Fft,
+        other_light: OtherLight::Given,
         hardware: Hardware {
             target: Target::Ecp525k6,
             parallel: 1,

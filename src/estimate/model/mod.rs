@@ -2,7 +2,7 @@
 //! light, fitted to the counts.
 //!
 //! The mean response of this very detector to this very light can be worked out
-//! ([`MeanResponse`](crate::optics::MeanResponse)), so nothing need be read off a phase: weighted least
+//! ([`MeanResponse`]), so nothing need be read off a phase: weighted least
 //! squares of (r\[k\], N\[k\]) with the full 2 x 2 covariance of each step, by
 //! Gauss-Newton. Dead-time walk, circular error and interference are in the model
 //! and do not bias the fit. The constant light is always unknown, which makes
@@ -25,7 +25,8 @@ pub(super) use problem::{Parameters, PathParameters, Problem, window};
 
 use super::{CountingTier, NoEstimate, distance_m};
 use crate::code::Code;
-use crate::optics::{DetectorModel, MeanCount, MeanResponseError, StepCount};
+use crate::optics::{DetectorModel, MeanCount, MeanResponse, MeanResponseError, StepCount};
+pub use crate::scene::OtherLight;
 use crate::scene::Scene;
 
 /// Most Gauss-Newton steps: half a dozen are enough, save where noise is so large
@@ -36,17 +37,9 @@ const MOST_ITERATIONS: usize = 50;
 /// standard deviation.
 const CONVERGED_SIGMAS: f64 = 0.02;
 
-/// Which light besides the strongest path is looked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum OtherLight {
-    /// None: everything else counts as constant.
-    None,
-    /// As many paths, with the codes, as the scene has for this detector; where
-    /// and how strong they are is found in the scan.
-    Given,
-    /// One interferer, with a code of the reference's Gold set that is not known.
-    Search,
-}
+/// Chi-square this many standard deviations above its expectation is an alarm;
+/// by chance less than one fit in 10,000 has it.
+pub const ALARM_SIGMAS: f64 = 5.0;
 
 /// What a fit says of the light.
 #[derive(Debug, Clone)]
@@ -117,7 +110,8 @@ pub enum FitError {
     /// More light than one path needs more steps.
     #[error(
         "light of more than one path is told apart over a whole scan; this one has {steps} of \
-         {steps_per_period} phase steps (write steps = \"all\")"
+         {steps_per_period} phase steps (write steps = \"all\", or other_light = \"none\" in \
+         [estimate] to take all but the strongest path for constant)"
     )]
     NeedsWholeScan {
         /// Steps of the scan.
@@ -128,6 +122,26 @@ pub enum FitError {
     /// The reference is no code of a Gold set.
     #[error("the reference's code is of no Gold set in which an interferer could be looked for")]
     NoGoldSet,
+    /// Precision is worked out for steps with light of their own.
+    #[error(
+        "with parallel = {parallel} the phase steps of a group see the same light; precision of \
+         the model estimator is worked out for parallel = 1"
+    )]
+    SharedLight {
+        /// Steps of a group.
+        parallel: u32,
+    },
+    /// Precision is worked out for light that stands still.
+    #[error(
+        "path {path} moves; precision of the model estimator is worked out for paths that stand still"
+    )]
+    Moves {
+        /// Index of the path.
+        path: usize,
+    },
+    /// There is nothing to range.
+    #[error("nothing modulated reaches the detector")]
+    Dark,
     /// The counts do not determine the unknowns.
     #[error("the counts of {steps} phase steps do not determine {unknowns} unknowns")]
     Undetermined {
@@ -155,13 +169,6 @@ pub fn fit(
     counts: &[StepCount],
     other: OtherLight,
 ) -> Result<ModelEstimate, FitError> {
-    let model = DetectorModel::new(scene, detector);
-    if counts.len() as u64 != scene.scan.steps {
-        return Err(FitError::WrongNumberOfCounts {
-            found: counts.len(),
-            steps: scene.scan.steps,
-        });
-    }
     let counts: Vec<MeanCount> = counts
         .iter()
         .map(|count| MeanCount {
@@ -169,7 +176,31 @@ pub fn fit(
             total: count.total as f64,
         })
         .collect();
-    let start = start::start(scene, detector, tier, &counts)?;
+    fit_means(scene, detector, tier, &counts, other)
+}
+
+/// The same for counts that need not be whole, one per step of the scan.
+///
+/// # Errors
+/// As [`fit`].
+///
+/// # Panics
+/// If the scene has no such detector.
+pub fn fit_means(
+    scene: &Scene,
+    detector: usize,
+    tier: CountingTier,
+    counts: &[MeanCount],
+    other: OtherLight,
+) -> Result<ModelEstimate, FitError> {
+    let model = DetectorModel::new(scene, detector);
+    if counts.len() as u64 != scene.scan.steps {
+        return Err(FitError::WrongNumberOfCounts {
+            found: counts.len(),
+            steps: scene.scan.steps,
+        });
+    }
+    let start = start::start(scene, detector, tier, counts)?;
     let window = window(&scene.scan, scene.samples_per_chip, start.peak);
     let first = Problem {
         model: &model,
@@ -180,7 +211,7 @@ pub fn fit(
         steps: window,
     };
     let wanted = search::wanted(scene, detector, other)?;
-    let mut fitted = Fitted::new(&first, start.parameters, &counts)?;
+    let mut fitted = Fitted::new(&first, start.parameters, counts)?;
     if wanted.is_empty() {
         return Ok(fitted.estimate(&first));
     }
@@ -200,7 +231,7 @@ pub fn fit(
             detector,
             &problem,
             &fitted.parameters,
-            &counts,
+            counts,
             &candidates,
         )?
         else {
@@ -209,9 +240,46 @@ pub fn fit(
         problem.codes.push(found.code);
         let mut parameters = fitted.parameters.clone();
         parameters.add_path(found.path, &problem);
-        fitted = Fitted::new(&problem, parameters, &counts)?;
+        fitted = Fitted::new(&problem, parameters, counts)?;
     }
     Ok(fitted.estimate(&problem))
+}
+
+/// What the fit says of a scene's expected counts, told of other light what the
+/// scene says: its average answer, to first order in the noise.
+///
+/// # Errors
+/// As [`fit`]; and for paths that move, and phase steps that share their light.
+///
+/// # Panics
+/// If the scene has no such detector.
+pub fn expected_fit(
+    scene: &Scene,
+    detector: usize,
+    tier: CountingTier,
+) -> Result<ModelEstimate, FitError> {
+    check_independent(scene, detector)?;
+    let model = DetectorModel::new(scene, detector);
+    let means = MeanResponse::of_tier(&model, tier)?.mean_counts();
+    fit_means(scene, detector, tier, &means, scene.other_light)
+}
+
+/// Whether standard deviations of a fit mean anything: steps must be independent,
+/// and their light the same.
+pub(super) fn check_independent(scene: &Scene, detector: usize) -> Result<(), FitError> {
+    if scene.hardware.parallel > 1 {
+        return Err(FitError::SharedLight {
+            parallel: scene.hardware.parallel,
+        });
+    }
+    let moves = |p: &usize| {
+        let path = &scene.paths[*p];
+        path.detector == detector && path.movement.is_some()
+    };
+    match (0..scene.paths.len()).find(moves) {
+        Some(path) => Err(FitError::Moves { path }),
+        None => Ok(()),
+    }
 }
 
 /// A finished fit.
@@ -233,12 +301,13 @@ impl Fitted {
         };
         let measured: Vec<MeanCount> = problem.steps.iter().map(|&s| counts[s as usize]).collect();
         let mut parameters = start.clone();
-        let mut expected = problem.means(&parameters)?;
+        let mut response = problem.response(&parameters)?;
+        let mut expected = problem.means_of(&response);
         let mut weights = Weights::of_poisson(&expected);
         let mut chi_square = weights.chi_square(&measured, &expected);
         let mut reweighted = false;
+        let mut jacobian = problem.jacobian(&parameters, &response, &expected)?;
         for iteration in 1..=MOST_ITERATIONS {
-            let jacobian = problem.jacobian(&parameters, &expected)?;
             let normal = weights
                 .normal(&jacobian, &measured, &expected)
                 .ok_or_else(undetermined)?;
@@ -254,10 +323,12 @@ impl Fitted {
             let mut share = 1.0;
             loop {
                 let tried = parameters.moved(&full, share);
-                let means = problem.means(&tried)?;
+                let tried_response = problem.response(&tried)?;
+                let means = problem.means_of(&tried_response);
                 let found = weights.chi_square(&measured, &means);
                 if found <= chi_square * (1.0 + 1e-9) + 1e-6 {
-                    (parameters, expected, chi_square) = (tried, means, found);
+                    (parameters, response, expected) = (tried, tried_response, means);
+                    chi_square = found;
                     break;
                 }
                 share *= 0.4;
@@ -270,7 +341,7 @@ impl Fitted {
             let moved = normal.largest_step_sigmas(&parameters.minus(&before));
             if !reweighted && moved < 1.0 {
                 reweighted = true;
-                weights = problem.weights(&parameters)?;
+                weights = problem.weights(&response)?;
                 chi_square = weights.chi_square(&measured, &expected);
             } else if moved < CONVERGED_SIGMAS {
                 return Ok(Fitted {
@@ -279,6 +350,10 @@ impl Fitted {
                     chi_square,
                     iterations: iteration,
                 });
+            }
+            if moved > 0.3 {
+                // Nearer than that the derivatives are still good enough.
+                jacobian = problem.jacobian(&parameters, &response, &expected)?;
             }
         }
         Err(FitError::NotConverged)

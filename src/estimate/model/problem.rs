@@ -153,7 +153,8 @@ impl<'m> Problem<'m> {
         }
     }
 
-    fn response(&self, parameters: &Parameters) -> Result<MeanResponse<'m>, MeanResponseError> {
+    /// The response to the light that the unknowns stand for.
+    pub fn response(&self, parameters: &Parameters) -> Result<MeanResponse<'m>, MeanResponseError> {
         MeanResponse::to_light(self.model, self.light(parameters), self.tier)
     }
 
@@ -162,7 +163,8 @@ impl<'m> Problem<'m> {
         Ok(self.means_of(&self.response(parameters)?))
     }
 
-    fn means_of(&self, response: &MeanResponse) -> Vec<MeanCount> {
+    /// Expected counts of the steps that take part.
+    pub fn means_of(&self, response: &MeanResponse) -> Vec<MeanCount> {
         if self.takes_all_steps() {
             return response.mean_counts();
         }
@@ -173,15 +175,21 @@ impl<'m> Problem<'m> {
         self.steps.len() as u64 == self.model.scan().steps
     }
 
-    /// Derivatives by every unknown, by one more solution each; `means` are those
-    /// at `parameters`. One-sided: good for steps of a fit.
+    /// Derivatives by every unknown, by one more solution each; `response` and
+    /// `means` are those at `parameters`. One-sided: good for steps of a fit.
     pub fn jacobian(
         &self,
         parameters: &Parameters,
+        response: &MeanResponse,
         means: &[MeanCount],
     ) -> Result<Vec<Column>, MeanResponseError> {
         (0..parameters.len())
             .map(|index| {
+                if parameters.paths.len() == 1 && index == 0 {
+                    // All light later at once: the same solution, read off later.
+                    let later = response.delayed(DELAY_STEP_CHIPS * self.chip_period_ps());
+                    return Ok(slope(means, &self.means_of(&later), DELAY_STEP_CHIPS));
+                }
                 let (nudged, step) = parameters.nudged(index, 1.0);
                 Ok(slope(means, &self.means(&nudged)?, step))
             })
@@ -203,9 +211,8 @@ impl<'m> Problem<'m> {
     }
 
     /// Inverse covariances of the steps' counts.
-    pub fn weights(&self, parameters: &Parameters) -> Result<Weights, MeanResponseError> {
-        let response = self.response(parameters)?;
-        let second = SecondMoments::new(&response)?;
+    pub fn weights(&self, response: &MeanResponse) -> Result<Weights, MeanResponseError> {
+        let second = SecondMoments::new(response)?;
         let moments = if self.takes_all_steps() && self.steps.len() > STEPS_FOR_SCAN_MOMENTS {
             second.of_scan()
         } else {

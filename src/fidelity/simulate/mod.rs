@@ -1,0 +1,148 @@
+//! Photons to distance, many times: the JSON of `goldtof simulate`.
+
+mod answers;
+mod moments;
+mod statistics;
+mod text;
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::scans::{ScansError, scans};
+use super::{Tier, domain, expected};
+use crate::optics::StepCount;
+use crate::scene::{EstimatorKind, Scene};
+
+use answers::{Answers, Ranging};
+use statistics::statistics;
+
+/// Counts that wait for their estimates, about.
+const COUNTS_AT_ONCE: usize = 1 << 21;
+
+/// What a simulation gives.
+#[derive(Debug, Clone, Serialize)]
+pub struct Simulation {
+    /// The scene's name.
+    pub scene: String,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// How much of the sensor was simulated.
+    pub fidelity: Tier,
+    /// How distances were got from counts.
+    pub estimator: EstimatorKind,
+    /// For which scenes and questions its answers hold.
+    pub domain: &'static str,
+    /// Where this scene is outside of that, and what it does to the answer.
+    pub warnings: Vec<String>,
+    /// Scans simulated; none by the tier that draws nothing.
+    pub repetitions: u64,
+    /// One entry per detector and path: those of the detector's own source, and
+    /// with `estimator` model all whose light the fit takes in.
+    pub estimates: Vec<PathStatistics>,
+    /// Wall time.
+    pub run_time_s: f64,
+}
+
+/// Statistics of the estimates that a detector's scans give of one path.
+///
+/// A repetition counts for the path nearest to its estimate, if that is within a
+/// chip of it; all statistics are over the repetitions that count for the path.
+#[derive(Debug, Clone, Serialize)]
+pub struct PathStatistics {
+    /// Name of the detector.
+    pub detector: String,
+    /// Name of the source whose light the path carries.
+    pub source: String,
+    /// Index of the path in the scene.
+    pub path: usize,
+    /// True distance, folded into the unambiguous range; without a fluctuation,
+    /// whose effect belongs to the scatter.
+    pub true_m: f64,
+    /// When a path that moves has it, from the start of the scan: as the scan comes
+    /// by the path. None for a path that stands still.
+    pub true_at_s: Option<f64>,
+    /// Repetitions that count for the path.
+    pub estimates: u64,
+    /// Their share of all repetitions: how often the coarse stage is right.
+    pub correct_coarse_fraction: f64,
+    /// Mean estimate; none without estimates.
+    pub mean_m: Option<f64>,
+    /// Mean error.
+    pub bias_m: Option<f64>,
+    /// Standard deviation of one scan's estimate; none below two estimates.
+    pub std_m: Option<f64>,
+    /// Standard error of `mean_m` and `bias_m`.
+    pub std_error_m: Option<f64>,
+    /// Standard error of `std_m`, for normal errors.
+    pub std_std_error_m: Option<f64>,
+    /// The bias that the exact mean response gives: the estimator's answer to
+    /// the expected counts.
+    pub expected_bias_m: Option<f64>,
+    /// The standard deviation that it gives.
+    pub expected_std_m: Option<f64>,
+    /// Cramer-Rao bound: the least standard deviation of any unbiased estimate
+    /// from these counts ([`crate::estimate::bound`]).
+    pub bound_m: Option<f64>,
+    /// `std_m` in bounds.
+    pub std_over_bound: Option<f64>,
+    /// Why there is no bound, where that is so.
+    pub bound_remark: Option<String>,
+    /// Share of this detector's fits whose chi-square says that the light or the
+    /// detector is not as modelled; none for the phase estimator.
+    pub chi_square_alarm_fraction: Option<f64>,
+    /// Rate of counted detections.
+    pub detected_rate_cps: f64,
+    /// Why there is no fine estimate, where that is so.
+    pub remark: Option<String>,
+}
+
+/// Simulates a scene's detectors, `repetitions` scans each, and estimates with
+/// the scene's estimator.
+///
+/// # Errors
+/// When the tier cannot do the scene.
+pub fn simulate(
+    scene: &Scene,
+    tier: Tier,
+    seed: u64,
+    repetitions: u64,
+) -> Result<Simulation, ScansError> {
+    let started = Instant::now();
+    let mut estimates = Vec::new();
+    let mut warnings = Vec::new();
+    for detector in 0..scene.detectors.len() {
+        let ranging = Ranging::new(scene, detector, tier.counting());
+        let mut answers = Answers::new(&ranging);
+        let mut detections = 0;
+        let mut waiting: Vec<StepCount> = Vec::new();
+        scans(scene, detector, tier, seed, repetitions, |counts| {
+            detections += counts.iter().map(|count| count.total).sum::<u64>();
+            waiting.extend_from_slice(counts);
+            if waiting.len() + counts.len() > COUNTS_AT_ONCE {
+                answers.take(&waiting);
+                waiting.clear();
+            }
+        })?;
+        answers.take(&waiting);
+        let integration_s = scene.scan.integration_chips as f64 * scene.chip_period_ps * 1e-12;
+        let measured_s = repetitions as f64 * scene.scan.steps as f64 * integration_s;
+        let mut of_detector = statistics(&ranging, &answers, detections as f64 / measured_s);
+        if !tier.draws() {
+            expected::answer(scene, detector, &mut of_detector)?;
+        }
+        estimates.extend(of_detector);
+        warnings.extend(domain::warnings(scene, detector, tier));
+    }
+    Ok(Simulation {
+        scene: scene.name.clone(),
+        seed,
+        fidelity: tier,
+        domain: domain::of(tier),
+        warnings,
+        estimator: scene.estimator,
+        repetitions: if tier.draws() { repetitions } else { 0 },
+        estimates,
+        run_time_s: started.elapsed().as_secs_f64(),
+    })
+}

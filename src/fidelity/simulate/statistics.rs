@@ -1,0 +1,90 @@
+//! The statistics of many scans beside what theory expects.
+
+use super::PathStatistics;
+use super::answers::{Answers, Ranging};
+use super::moments::Moments;
+use crate::estimate::bound::bound;
+use crate::estimate::model::expected_fit;
+use crate::estimate::{distance_m, predict};
+use crate::scene::EstimatorKind;
+
+/// Bias and standard deviation in metres.
+type Expectation = (f64, f64);
+
+/// One entry per path of a detector.
+pub fn statistics(
+    ranging: &Ranging,
+    answers: &Answers,
+    detected_rate_cps: f64,
+) -> Vec<PathStatistics> {
+    let scene = ranging.scene;
+    let bound = bound(scene, ranging.detector, ranging.counting);
+    let expected = expectations(ranging);
+    let of_path = |place: usize| {
+        let path = ranging.paths[place];
+        let truth = &ranging.truths[place];
+        let true_m = distance_m(truth.delay_ps.rem_euclid(ranging.code_period_ps));
+        let errors_m = &answers.errors_m[place];
+        let moments = Moments::of(errors_m);
+        let bound_m = bound.as_ref().ok().and_then(|bound| bound.of_path(path));
+        let bound_remark = match &bound {
+            Err(reason) => Some(format!("no bound: {reason}")),
+            Ok(_) if bound_m.is_none() => {
+                Some("no bound: the path carries no modulated light".to_owned())
+            }
+            Ok(_) => None,
+        };
+        PathStatistics {
+            detector: scene.detectors[ranging.detector].name.clone(),
+            source: scene.sources[scene.paths[path].source].name.clone(),
+            path,
+            true_m,
+            true_at_s: truth.at_ps.map(|ps| ps * 1e-12),
+            estimates: errors_m.len() as u64,
+            correct_coarse_fraction: errors_m.len() as f64 / answers.scans as f64,
+            mean_m: moments.mean.map(|mean| true_m + mean),
+            bias_m: moments.mean,
+            std_m: moments.std,
+            std_error_m: moments.std_error,
+            std_std_error_m: moments.std_std_error,
+            expected_bias_m: expected[place].map(|(bias_m, _)| bias_m),
+            expected_std_m: expected[place].map(|(_, std_m)| std_m),
+            bound_m,
+            std_over_bound: moments.std.zip(bound_m).map(|(std, bound)| std / bound),
+            bound_remark,
+            chi_square_alarm_fraction: (answers.fits > 0)
+                .then(|| answers.alarms as f64 / answers.fits as f64),
+            detected_rate_cps,
+            remark: answers.remark.clone(),
+        }
+    };
+    (0..ranging.paths.len()).map(of_path).collect()
+}
+
+/// What each path's estimate is expected to be.
+fn expectations(ranging: &Ranging) -> Vec<Option<Expectation>> {
+    match ranging.scene.estimator {
+        EstimatorKind::Fft => ranging
+            .paths
+            .iter()
+            .map(|&path| {
+                let predicted = predict(ranging.scene, ranging.detector, path, ranging.counting);
+                predicted.ok().map(|p| (p.bias_m, p.std_m))
+            })
+            .collect(),
+        EstimatorKind::Model => {
+            fitted_to_means(ranging).unwrap_or_else(|| vec![None; ranging.paths.len()])
+        }
+    }
+}
+
+/// The fit's answer to the expected counts.
+fn fitted_to_means(ranging: &Ranging) -> Option<Vec<Option<Expectation>>> {
+    let fitted = expected_fit(ranging.scene, ranging.detector, ranging.counting).ok()?;
+    let mut expected = vec![None; ranging.paths.len()];
+    for (order, place, bias_m) in ranging.matched(&fitted) {
+        let std_m = distance_m(fitted.paths[order].delay_std_ps);
+        expected[place] = Some((bias_m, std_m));
+    }
+    Some(expected)
+}
