@@ -282,8 +282,11 @@ fn the_bias_of_a_moving_path_is_that_of_a_stretched_triangle() {
 #[test]
 fn moving_scenes_scatter_and_err_as_predicted() {
     let still = windowed(table_i_scene(gold_5(), 25e6, 1), 3_100);
+    let mut eight_at_once = at_speed(still.clone(), 400.0);
+    eight_at_once.hardware.parallel = 8;
     let scenes = [
         ("receding", at_speed(still.clone(), 400.0)),
+        ("eight steps at once", eight_at_once),
         ("slow fluctuation", fluctuating(still.clone(), 15e-3, 1e12)),
         ("quick fluctuation", fluctuating(still.clone(), 18e-3, 50e6)),
     ];
