@@ -116,6 +116,10 @@ pub(super) struct FidelityArguments {
     #[arg(long, value_name = "E", default_value = "1%",
           value_parser = super::fidelity::parse_error)]
     pub target_error: f64,
+    /// Folder for fidelity.svg, sensor-trade.svg and their data as CSV; made when
+    /// missing
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
     /// Seconds to spend, about
     #[arg(long, value_name = "S", default_value_t = 60,
           value_parser = clap::value_parser!(u64).range(1..=86_400))]

@@ -13,6 +13,9 @@ pub(super) fn run(
 ) -> anyhow::Result<Ending> {
     let scene = scene::load(&arguments.scene.scene)?;
     let simulation = simulate(&scene, arguments.fidelity, seed, arguments.repeat)?;
+    for warning in &simulation.warnings {
+        output.note(&format!("warning: {warning}"));
+    }
     output.answer(&simulation, &simulation.to_text())?;
     Ok(Ending::Done)
 }

@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::Tier;
 use super::scans::{ScansError, scans};
+use super::{Tier, domain, expected};
 use crate::estimate::{
     CountingTier, Measurement, TrueDelay, calibration_offset_ps, delay_error_ps, distance_m,
     estimate, predict, true_delay,
@@ -22,7 +22,11 @@ pub struct Simulation {
     pub seed: u64,
     /// How much of the sensor was simulated.
     pub fidelity: Tier,
-    /// Scans simulated.
+    /// For which scenes and questions its answers hold.
+    pub domain: &'static str,
+    /// Where this scene is outside of that, and what it does to the answer.
+    pub warnings: Vec<String>,
+    /// Scans simulated; none by the tier that draws nothing.
     pub repetitions: u64,
     /// One entry per detector and path of its own source.
     pub estimates: Vec<PathStatistics>,
@@ -82,6 +86,7 @@ pub fn simulate(
 ) -> Result<Simulation, ScansError> {
     let started = Instant::now();
     let mut estimates = Vec::new();
+    let mut warnings = Vec::new();
     for detector in 0..scene.detectors.len() {
         let mut errors = PathErrors::new(scene, detector, tier.counting());
         let mut detections = 0;
@@ -94,13 +99,20 @@ pub fn simulate(
         })?;
         let integration_s = scene.scan.integration_chips as f64 * scene.chip_period_ps * 1e-12;
         let measured_s = repetitions as f64 * scene.scan.steps as f64 * integration_s;
-        estimates.extend(errors.statistics(detections as f64 / measured_s));
+        let mut statistics = errors.statistics(detections as f64 / measured_s);
+        if !tier.draws() {
+            expected::answer(scene, detector, &mut statistics)?;
+        }
+        estimates.extend(statistics);
+        warnings.extend(domain::warnings(scene, detector, tier));
     }
     Ok(Simulation {
         scene: scene.name.clone(),
         seed,
         fidelity: tier,
-        repetitions,
+        domain: domain::of(tier),
+        warnings,
+        repetitions: if tier.draws() { repetitions } else { 0 },
         estimates,
         run_time_s: started.elapsed().as_secs_f64(),
     })

@@ -128,8 +128,10 @@ impl Tables {
             transition_chips: chips(model.counter.transition_ps),
             jitter_chips,
         };
-        let sign = SignTable::new(grid, &model.reference.chips, &timing)
+        let mut sign = SignTable::new(grid, &model.reference.chips, &timing)
             .ok_or(OutsideDomain::EdgesTooWide)?;
+        // A jitter of no width decides nothing, but it is drawn.
+        sign.is_random |= model.jitter_chips.is_some();
         let zone = 2.0 * (NORMAL_REACH * timing.jitter_chips + timing.transition_chips)
             + (timing.rising_delay_chips - timing.falling_delay_chips).abs();
         if model.parallel() > 1 && zone * f64::from(model.samples_per_chip) >= 1.0 {
