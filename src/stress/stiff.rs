@@ -93,7 +93,8 @@ pub(super) const CASES: &[Case] = &[
         group: Group::Stiff,
         quick: true,
         what: "largest deviation of the counts' variance over the same dead times",
-        why: "renewal process: variance of a long count = lambda T / (1 + lambda D)^3",
+        why: "equilibrium renewal process: variance = lambda T / m^3 + 1/6 + 1/(2 m^4) - 2/(3 m^3) with \
+              m = 1 + lambda D (Cox, Renewal Theory, 1962)",
         run: || Measured::deviation(worst(dead_times()?.iter().map(|d| d.variance))),
     },
     Case {
@@ -263,11 +264,14 @@ fn dead_times() -> anyhow::Result<Vec<Deviations>> {
             let mut scene = constant_light(primary_cps, chips)?;
             scene.detectors[0].dead_time_ps = dead_time_ps;
             let totals = Sample::of_totals(&counts(&scene, 1_000));
-            let slowed = 1.0 + primary_cps * dead_time_ps * 1e-12;
+            // In mean waits for light: mean interval, and share of its scatter.
+            let interval = 1.0 + primary_cps * dead_time_ps * 1e-12;
+            let scatter = 1.0 / interval;
             let primary = primary_cps * step_s(&scene);
+            let of_whole_numbers = 1.0 / 6.0 + scatter.powi(4) / 2.0 - 2.0 * scatter.powi(3) / 3.0;
             Ok(Deviations {
-                mean: totals.z(primary / slowed),
-                variance: totals.variance_z(primary / slowed.powi(3)),
+                mean: totals.z(primary / interval),
+                variance: totals.variance_z(primary / interval.powi(3) + of_whole_numbers),
             })
         })
         .collect()
