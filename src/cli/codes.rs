@@ -8,7 +8,7 @@ use super::Ending;
 use super::arguments::CodesArguments;
 use super::output::Output;
 use crate::code::{
-    CodeError, CodeSpec, Family, Generator, GoldSet, Lfsr, chips_text, correlate, polynomial_text,
+    CodeError, CodeSpec, Family, Generator, GoldSet, Lfsr, chips_text, polynomial_text,
     value_counts,
 };
 
@@ -146,9 +146,9 @@ pub fn codes(request: &CodesRequest) -> Result<CodesReport, CodeError> {
         (None, Generator::MSequence(lfsr)) => vec![lfsr],
         (None, _) => Vec::new(),
     };
-    let correlation = correlate(&code.chips, &code.chips);
-    let (peak, off_peak) = correlation.split_first().unwrap_or((&0, &[]));
-    let (values, counts) = value_counts(off_peak).into_iter().unzip();
+    let mut correlation = code.autocorrelation();
+    let peak = correlation.next().unwrap_or_default();
+    let (values, counts) = value_counts(correlation).into_iter().unzip();
     Ok(CodesReport {
         family: spec.family.to_string(),
         degree: registers.first().map(|lfsr| lfsr.degree),
@@ -159,7 +159,7 @@ pub fn codes(request: &CodesRequest) -> Result<CodesReport, CodeError> {
         weight: code.weight(),
         balanced: code.is_balanced(),
         autocorrelation: Autocorrelation {
-            peak: *peak,
+            peak,
             values,
             counts,
         },
@@ -171,7 +171,7 @@ pub fn codes(request: &CodesRequest) -> Result<CodesReport, CodeError> {
 
 impl GoldSetReport {
     fn of(set: &GoldSet) -> GoldSetReport {
-        let (values, counts) = value_counts(&set.cross_correlation()).into_iter().unzip();
+        let (values, counts) = set.cross_correlation_counts().into_iter().unzip();
         GoldSetReport {
             members: set.members(),
             balanced_members: set.balanced_members(),

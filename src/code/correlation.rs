@@ -1,5 +1,6 @@
 //! Periodic correlation of codes.
 
+use std::borrow::Borrow;
 use std::collections::BTreeMap;
 
 use rustfft::FftPlanner;
@@ -36,12 +37,43 @@ pub fn correlate_naive(a: &[u8], b: &[u8]) -> Vec<i64> {
 }
 
 /// How often each value occurs, in ascending order of value.
-pub fn value_counts(values: &[i64]) -> BTreeMap<i64, u64> {
+pub fn value_counts(values: impl IntoIterator<Item = impl Borrow<i64>>) -> BTreeMap<i64, u64> {
     let mut counts = BTreeMap::new();
-    for &value in values {
-        *counts.entry(value).or_insert(0) += 1;
+    for value in values {
+        *counts.entry(*value.borrow()).or_insert(0) += 1;
     }
     counts
+}
+
+/// How often each value of the cross-correlation of two sequences occurs, over
+/// all lags, where `v` is one period of an m-sequence of degree `degree`.
+///
+/// A lagged `v` is a linear function of its register's state, so all lags at
+/// once are the Walsh-Hadamard transform of `u` written down by the states of
+/// `v`: whole numbers, in little memory, but not in the order of the lags.
+///
+/// # Panics
+/// If `u` and `v` have not 2^n - 1 chips.
+pub fn cross_correlation_counts(u: &[u8], v: &[u8], degree: u32) -> BTreeMap<i64, u64> {
+    let states = 1_usize << degree;
+    assert!(u.len() == states - 1 && v.len() == states - 1);
+    let mut values = vec![0_i32; states];
+    let chip = |i: usize| usize::from(v[i % v.len()]);
+    let mut state = (0..degree as usize).fold(0, |state, i| state << 1 | chip(i));
+    for (i, &u) in u.iter().enumerate() {
+        values[state] = 2 * i32::from(u) - 1;
+        state = (state << 1 | chip(i + degree as usize)) & (states - 1);
+    }
+    for half in (0..degree).map(|bit| 1 << bit) {
+        for block in values.chunks_exact_mut(2 * half) {
+            let (left, right) = block.split_at_mut(half);
+            for (a, b) in left.iter_mut().zip(right) {
+                (*a, *b) = (*a + *b, *a - *b);
+            }
+        }
+    }
+    // The transform has (-1)^chip where the correlation has chi = -(-1)^chip.
+    value_counts(values[1..].iter().map(|&value| -i64::from(value)))
 }
 
 fn chi(chip: u8) -> i64 {
@@ -79,7 +111,28 @@ fn nearest_integers(values: &[f64]) -> Option<Vec<i64>> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Lfsr;
     use super::*;
+
+    #[test]
+    fn the_counts_of_all_lags_are_those_of_the_definition() {
+        for (degree, pair) in [
+            (3, [vec![3, 1, 0], vec![3, 2, 0]]),
+            (5, [vec![5, 2, 0], vec![5, 4, 3, 2, 0]]),
+            (8, [vec![8, 4, 3, 2, 0], vec![8, 6, 5, 3, 0]]),
+            (9, [vec![9, 4, 0], vec![9, 4, 0]]),
+        ] {
+            let [u, v] = pair.map(|polynomial| {
+                let register = Lfsr::new(degree, &polynomial, None).unwrap();
+                register.chips((1 << degree) - 1)
+            });
+            assert_eq!(
+                cross_correlation_counts(&u, &v, degree),
+                value_counts(correlate_naive(&u, &v)),
+                "degree {degree}"
+            );
+        }
+    }
 
     #[test]
     fn doubtful_rounding_is_refused() {

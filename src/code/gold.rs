@@ -1,6 +1,8 @@
 //! Gold sets and the preferred pairs that they are made from.
 
-use super::correlation::{correlate, value_counts};
+use std::collections::BTreeMap;
+
+use super::correlation::{correlate, cross_correlation_counts};
 use super::gf2;
 use super::lfsr::{Lfsr, polynomial_text};
 use super::{Code, CodeError, Generator};
@@ -56,21 +58,24 @@ impl GoldSet {
         correlate(&self.u.chips(period), &self.v.chips(period))
     }
 
+    /// How often each value of theta_uv occurs, in ascending order of value.
+    pub fn cross_correlation_counts(&self) -> BTreeMap<i64, u64> {
+        let period = self.length() as usize;
+        cross_correlation_counts(&self.u.chips(period), &self.v.chips(period), self.u.degree)
+    }
+
     /// Number of codes of the set with 2^(n-1) ones.
     ///
     /// The code of index i has as many ones as u and v advanced by i differ,
     /// which is (L - theta_uv\[i\]) / 2; u and v themselves are balanced.
     pub fn balanced_members(&self) -> u64 {
-        2 + self
-            .cross_correlation()
-            .iter()
-            .filter(|&&theta| theta == -1)
-            .count() as u64
+        let of_theta = self.cross_correlation_counts();
+        2 + of_theta.get(&-1).copied().unwrap_or_default()
     }
 
     /// Checks that the cross-correlation takes Gold's three values only.
     pub fn check_preferred(&self) -> Result<(), CodeError> {
-        let counts = value_counts(&self.cross_correlation());
+        let counts = self.cross_correlation_counts();
         let bound = self.bound();
         if counts
             .keys()

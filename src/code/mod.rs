@@ -12,7 +12,7 @@ mod interleave;
 mod lfsr;
 mod spec;
 
-pub use correlation::{correlate, correlate_naive, value_counts};
+pub use correlation::{correlate, correlate_naive, cross_correlation_counts, value_counts};
 pub use error::CodeError;
 pub use gold::{GoldSet, bound, default_pair, default_polynomial};
 pub use interleave::interleave;
@@ -119,6 +119,22 @@ impl Code {
         self.chips.is_empty()
     }
 
+    /// Periodic autocorrelation, at lags 0..L'. That of an interleaved code
+    /// follows from the code before interleaving: at lag q 2^nu + s it is
+    /// (-1)^s ((2^nu - s) theta\[q\] + s theta\[q + 1\]) (eq. 24).
+    pub fn autocorrelation(&self) -> impl Iterator<Item = i64> {
+        let base = self.generator.chips();
+        let theta = correlate(&base, &base);
+        let copies = 1_i64 << self.interleave;
+        (0..theta.len()).flat_map(move |q| {
+            let (here, next) = (theta[q], theta[(q + 1) % theta.len()]);
+            (0..copies).map(move |s| {
+                let between = (copies - s) * here + s * next;
+                if s % 2 == 0 { between } else { -between }
+            })
+        })
+    }
+
     /// Number of chips that are 1.
     pub fn weight(&self) -> u64 {
         self.chips.iter().map(|&c| u64::from(c)).sum()
@@ -150,4 +166,25 @@ pub fn parse_chips(text: &str) -> Option<Vec<u8>> {
         })
         .collect();
     chips.filter(|chips| !chips.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_autocorrelation_of_interleaved_codes_is_that_of_the_definition() {
+        let register = Lfsr::new(4, &[4, 1, 0], None).unwrap();
+        for generator in [
+            Generator::MSequence(register),
+            Generator::Square,
+            Generator::Chips(vec![1, 0, 0, 1, 1, 1, 0]),
+        ] {
+            for interleave in 0..=4 {
+                let code = Code::new(generator.clone(), interleave).unwrap();
+                let theta: Vec<i64> = code.autocorrelation().collect();
+                assert_eq!(theta, correlate_naive(&code.chips, &code.chips));
+            }
+        }
+    }
 }

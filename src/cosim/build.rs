@@ -326,3 +326,82 @@ fn digest(bytes: &[u8]) -> String {
 fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+
+    /// Asks for the entry `name`, whose product holds "whole".
+    fn ask(cache: &Path, fills: &Cell<u32>) -> PathBuf {
+        let fill = |folder: &Path| {
+            fills.set(fills.get() + 1);
+            write(&folder.join("product"), "whole")
+        };
+        once(cache, "name", "product", fill).unwrap()
+    }
+
+    #[test]
+    fn an_entry_is_made_once_and_again_when_it_is_broken_in_any_way() {
+        let cache = tempfile::tempdir().unwrap();
+        let fills = Cell::new(0);
+        let folder = ask(cache.path(), &fills);
+        ask(cache.path(), &fills);
+        assert_eq!(fills.get(), 1);
+        let remove_all = |path: &Path| fs::remove_dir_all(path).unwrap();
+        let breaks: [&dyn Fn(); 7] = [
+            &|| fs::write(folder.join("product"), "who").unwrap(),
+            &|| fs::write(folder.join("product"), "wholes").unwrap(),
+            &|| fs::write(folder.join(DIGEST), "0123").unwrap(),
+            &|| fs::remove_file(folder.join(DIGEST)).unwrap(),
+            &|| fs::remove_file(folder.join("product")).unwrap(),
+            &|| remove_all(&folder),
+            &|| {
+                remove_all(&folder);
+                fs::write(&folder, "a file").unwrap();
+            },
+        ];
+        for (i, break_it) in breaks.iter().enumerate() {
+            break_it();
+            ask(cache.path(), &fills);
+            assert_eq!(fills.get(), 2 + i as u32);
+            assert_eq!(fs::read(folder.join("product")).unwrap(), b"whole");
+        }
+    }
+
+    #[test]
+    fn what_killed_builds_left_goes_with_the_next_and_other_entries_stay() {
+        let cache = tempfile::tempdir().unwrap();
+        for name in [
+            "name.building-1",
+            "name.building-2",
+            "name2.building-1",
+            "name2",
+        ] {
+            fs::create_dir(cache.path().join(name)).unwrap();
+        }
+        ask(cache.path(), &Cell::new(0));
+        let mut left: Vec<_> = fs::read_dir(cache.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        left.sort();
+        assert_eq!(left, ["name", "name.lock", "name2", "name2.building-1"]);
+    }
+
+    #[test]
+    fn a_build_that_fails_leaves_nothing_under_its_name() {
+        let cache = tempfile::tempdir().unwrap();
+        let failed = once(cache.path(), "name", "product", |folder| {
+            write(&folder.join("product"), "half")?;
+            Err(CosimError::NoModel)
+        });
+        assert!(failed.is_err());
+        let left: Vec<_> = fs::read_dir(cache.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name())
+            .collect();
+        assert_eq!(left, ["name.lock"]);
+    }
+}

@@ -110,7 +110,7 @@ fn verilated_port(line: &str) -> Option<Port> {
     Some(Port {
         name,
         direction,
-        width: msb.abs_diff(lsb) + 1,
+        width: msb.abs_diff(lsb).checked_add(1)?,
     })
 }
 
@@ -173,6 +173,7 @@ mod tests {
                 port("i_samples", Direction::Input, 128),
             ]
         );
+        assert!(verilated_ports("VL_OUT(&a,4294967295,0);").is_empty());
         let wanted = [
             port("i_clk", Direction::Input, 1),
             port("m_axis_tdata", Direction::Output, 16),
