@@ -10,6 +10,7 @@ use std::sync::Arc;
 use super::afterpulsing::Afterpulsing;
 use super::detector::DetectorModel;
 use super::light::{ExcessLight, LightRates};
+use super::paths::NumberedPath;
 
 /// A rate at which nothing ever arrives.
 const NEVER_HZ: f64 = 1e-290;
@@ -57,7 +58,11 @@ impl DetectorModel {
                 // The reference's own code leaves the common period as it is.
                 let code = Arc::clone(&model.reference);
                 let period_ps = self.chip_period_ps();
-                let path = unused.unwrap_or(0);
+                let index = unused.unwrap_or(0);
+                let path = NumberedPath {
+                    index,
+                    number: index as u64,
+                };
                 let delay_ps = 0.3 * period_ps;
                 let light = ExcessLight::new(path, dark, &code, delay_ps, period_ps);
                 model.excess.extend(light);

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use super::points::worst;
 use super::{FidelityReport, TierPoint};
 use crate::fidelity::Tier;
-use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
 use crate::files;
+use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
 
 /// Colour of the Pareto front: the last, black.
 const FRONT_COLOUR: usize = 6;
