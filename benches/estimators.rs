@@ -135,7 +135,7 @@ fn walk(scene: &Scene) -> Outcome {
         cut_scan(&mut scene, 14);
         let start = Instant::now();
         let [_, short, alarm] = errors(&scene, &scene, 400)?;
-        let bound_mm = bound(&scene, 0, TIER)?.bound_m * 1e3;
+        let bound_mm = bound(&scene, 0, TIER)?.paths[0].bound_m * 1e3;
         scene.scan.integration_chips *= 100;
         let [phase, model, _] = errors(&scene, &scene, 40)?;
         println!(

@@ -39,6 +39,7 @@ pub mod plan;
 pub mod report;
 pub mod reproduce;
 pub mod scene;
+pub mod stress;
 
 /// Speed of light in vacuum (exact, SI).
 pub const SPEED_OF_LIGHT_M_PER_S: f64 = 299_792_458.0;

@@ -34,10 +34,22 @@ fn clock(sensor: &mut SensorTop, input: &Inputs) -> Outputs {
         last: sensor.m_axis_tlast.val(),
         overrun: sensor.o_overrun.val(),
         saturated: saturates && sensor.o_saturated[0].val(),
+        peak_step: if_peak(sensor, sensor.o_peak_step[0].val().value()),
+        peak_count: if_peak(sensor, sensor.o_peak_count[0].val().value()),
+        peak_valid: if_peak(sensor, u128::from(sensor.o_peak_valid[0].val())) == 1,
     };
     sensor.i_clk.next = false;
     settle(sensor);
     outputs
+}
+
+/// A stand-in's value is not looked at.
+fn if_peak(sensor: &SensorTop, value: u128) -> u128 {
+    if sensor.o_peak_valid.count() == 1 {
+        value
+    } else {
+        0
+    }
 }
 
 fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {

@@ -45,6 +45,8 @@ pub(super) enum Command {
     Fidelity(FidelityArguments),
     /// The article's figures and claims, and the errors it leaves out
     Reproduce(ReproduceArguments),
+    /// Stiff and extreme cases, each with what is measured and its bound
+    Stress(StressArguments),
 }
 
 #[derive(Debug, Args)]
@@ -121,6 +123,10 @@ pub(super) struct FidelityArguments {
     #[arg(long, value_name = "E", default_value = "1%",
           value_parser = super::fidelity::parse_error)]
     pub target_error: f64,
+    /// Folder for fidelity.svg, sensor-trade.svg and their data as CSV; made when
+    /// missing
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
     /// Seconds to spend, about
     #[arg(long, value_name = "S", default_value_t = 60,
           value_parser = clap::value_parser!(u64).range(1..=86_400))]
@@ -139,6 +145,19 @@ pub(super) struct ReproduceArguments {
     #[arg(long, value_name = "R", default_value_t = 500,
           value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     pub repeat: u64,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct StressArguments {
+    /// The one case to run [default: all]
+    #[arg(long, value_name = "NAME", conflicts_with = "quick")]
+    pub case: Option<String>,
+    /// The fast subset
+    #[arg(long)]
+    pub quick: bool,
+    /// Name the cases and run none
+    #[arg(long)]
+    pub list: bool,
 }
 
 #[derive(Debug, Args)]

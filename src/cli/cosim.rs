@@ -6,6 +6,7 @@ use super::output::Output;
 use super::{Ending, rtl};
 use crate::cosim::build::{cache_dir, sources_of};
 use crate::cosim::{Cosimulation, Report, Request, cosimulate};
+use crate::files::stage;
 use crate::hdl;
 use crate::scene::{self, Scene};
 
@@ -15,6 +16,10 @@ pub(super) fn run(
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
     let scene = scene::load(&arguments.scene.scene)?;
+    if let Some(path) = &arguments.vcd {
+        // Better now than after a long run.
+        drop(stage(path, |_| Ok(()))?);
+    }
     let sources = match &arguments.rtl {
         Some(folder) => rtl::read(folder)?,
         None => sources_of(&hdl::emit(&scene, &command_line(&arguments.scene.scene))?),

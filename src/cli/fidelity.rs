@@ -16,6 +16,16 @@ pub(super) fn run(
     let scene = scene::load(&arguments.scene.scene)?;
     let budget = Duration::from_secs(arguments.budget_s);
     let report = compare(&scene, seed, budget, arguments.target_error)?;
+    for tier in &report.domains {
+        for warning in &tier.warnings {
+            output.note(&format!("warning: {}: {warning}", tier.name));
+        }
+    }
+    if let Some(folder) = &arguments.out {
+        for path in report.write_files(folder)? {
+            output.note(&format!("wrote {}", path.display()));
+        }
+    }
     output.answer(&report, &report.to_text())?;
     Ok(Ending::Done)
 }

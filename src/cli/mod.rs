@@ -14,6 +14,7 @@ mod reproduce;
 mod rtl;
 mod run;
 mod simulate;
+mod stress;
 
 use std::process::ExitCode;
 
@@ -57,6 +58,7 @@ pub fn main() -> ExitCode {
         Command::Fidelity(arguments) => fidelity::run(&arguments, cli.seed, &mut output),
         Command::Simulate(arguments) => simulate::run(&arguments, cli.seed, &mut output),
         Command::Reproduce(arguments) => reproduce::run(&arguments, cli.seed, &mut output),
+        Command::Stress(arguments) => stress::run(&arguments, &mut output),
     };
     match ending {
         Ok(Ending::Done) => ExitCode::SUCCESS,

@@ -9,7 +9,8 @@ use crate::plan::{self, Part, Plan};
 use crate::scene;
 
 pub(super) fn run(arguments: &SceneArgument, output: &mut Output) -> anyhow::Result<Ending> {
-    let plan = plan::plan(&scene::load(&arguments.scene)?);
+    let scene = scene::load(&arguments.scene)?;
+    let plan = plan::with_savings(plan::plan(&scene), &scene);
     output.answer(&plan, &to_text(&plan))?;
     Ok(Ending::Done)
 }
@@ -27,9 +28,22 @@ pub fn to_text(plan: &Plan) -> String {
         ("Simulation", &plan.simulation),
     ] {
         let _ = writeln!(text, "{title}");
-        for Part { part, kept, reason } in parts {
+        for part in parts {
+            let Part {
+                part,
+                kept,
+                reason,
+                saving,
+            } = part;
             let mark = if *kept { "kept    " } else { "left out" };
-            let _ = writeln!(text, "  {mark}  {part:width$}  {reason}");
+            let saving = saving.as_ref().map_or(String::new(), |saving| {
+                format!(
+                    "; saves {:.1} % of the time ({})",
+                    saving.share * 100.0,
+                    saving.basis
+                )
+            });
+            let _ = writeln!(text, "  {mark}  {part:width$}  {reason}{saving}");
         }
     }
     text

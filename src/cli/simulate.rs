@@ -14,6 +14,9 @@ pub(super) fn run(
     let mut scene = scene::load(&arguments.scene.scene)?;
     scene.estimator = arguments.estimator.unwrap_or(scene.estimator);
     let simulation = simulate(&scene, arguments.fidelity, seed, arguments.repeat)?;
+    for warning in &simulation.warnings {
+        output.note(&format!("warning: {warning}"));
+    }
     output.answer(&simulation, &simulation.to_text())?;
     Ok(Ending::Done)
 }

@@ -244,6 +244,10 @@ fn once(
     if is_whole(&folder, product) {
         return Ok(folder);
     }
+    if cache.exists() && !cache.is_dir() {
+        let reason = std::io::ErrorKind::NotADirectory.into();
+        return Err(CosimError::cache(cache)(reason));
+    }
     fs::create_dir_all(cache).map_err(CosimError::cache(cache))?;
     let lock_path = cache.join(format!("{name}.lock"));
     let lock = File::create(&lock_path).map_err(CosimError::cache(&lock_path))?;

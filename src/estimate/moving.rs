@@ -79,6 +79,10 @@ pub(super) fn predict(
         std_m: still.std_m.hypot(distance_m(variance_ps2.sqrt())),
         estimate,
         detection_rate_hz: still.detection_rate_hz,
+        phase_std_rad: still
+            .phase_std_rad
+            .hypot(PI * variance_ps2.sqrt() / scene.chip_period_ps),
+        coarse_failure_bound: still.coarse_failure_bound,
     })
 }
 

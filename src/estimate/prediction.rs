@@ -7,6 +7,7 @@ use super::phase::{
     CoarseOnly, Estimate, Measurement, estimate_at, first_maximum, fundamental, window_indices,
 };
 use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, moving};
+use crate::optics::fast::normal::cumulative;
 use crate::optics::{DetectorModel, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::{Path, Scene};
 
@@ -23,6 +24,12 @@ pub struct Prediction {
     pub estimate: Estimate,
     /// Mean detection rate.
     pub detection_rate_hz: f64,
+    /// Scatter of the phase, in radians. The standard deviation is linear in it,
+    /// which holds for small ones.
+    pub phase_std_rad: f64,
+    /// No more than this share of scans has its largest count more than a chip
+    /// from the path's peak.
+    pub coarse_failure_bound: f64,
 }
 
 /// Why there is no prediction.
@@ -123,7 +130,28 @@ pub(super) fn predict_still(
         std_m: distance_m(phase_std / PI * scene.chip_period_ps),
         estimate,
         detection_rate_hz: response.detection_rate_hz(),
+        phase_std_rad: phase_std,
+        coarse_failure_bound: coarse_failure_bound(
+            &expected,
+            peak,
+            moments.of_step(peak as u64).signed_variance,
+            scene,
+        ),
     })
+}
+
+/// Sum over all steps more than a chip from the peak of the chance that they
+/// count more than it, for normal counts that all scatter as the peak's does.
+fn coarse_failure_bound(expected: &[f64], peak: usize, variance: f64, scene: &Scene) -> f64 {
+    let scan = &scene.scan;
+    let away = |step: usize| {
+        let apart = scan.step(step as u64).abs_diff(scan.step(peak as u64));
+        apart.min(scan.steps_per_period - apart) > u64::from(scene.samples_per_chip)
+    };
+    let failures = (0..expected.len())
+        .filter(|&step| away(step))
+        .map(|step| cumulative((expected[step] - expected[peak]) / (2.0 * variance).sqrt()));
+    failures.sum::<f64>().min(1.0)
 }
 
 /// Measurement with the largest expected count within a chip of where the path's

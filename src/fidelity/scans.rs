@@ -17,7 +17,9 @@ use crate::model::contract::Contract;
 use crate::model::layout::Layout;
 use crate::model::reference::{Reference, ReferenceError, StepResult};
 use crate::optics::fast::StepCounter;
-use crate::optics::{DetectorModel, StepCount};
+use crate::optics::{
+    CountSampler, DetectorModel, MeanResponse, MeanResponseError, SecondMoments, StepCount,
+};
 use crate::scene::Scene;
 
 /// Phase steps whose counts are held at once, about.
@@ -26,6 +28,9 @@ const STEPS_AT_ONCE: u64 = 1 << 20;
 /// Why scans could not be simulated.
 #[derive(Debug, thiserror::Error)]
 pub enum ScansError {
+    /// The exact mean response cannot be had.
+    #[error(transparent)]
+    MeanResponse(#[from] MeanResponseError),
     /// The scene's hardware is not modelled.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
@@ -44,7 +49,8 @@ pub enum ScansError {
 }
 
 /// Simulates `repetitions` scans of one detector. `on_scan` gets the counts of
-/// each, those of the scan's steps in order.
+/// each, those of the scan's steps in order. The tier that draws nothing has no
+/// scans.
 ///
 /// # Errors
 /// When the tier cannot do the scene.
@@ -57,6 +63,9 @@ pub fn scans(
     on_scan: impl FnMut(&[StepCount]),
 ) -> Result<(), ScansError> {
     match tier {
+        // Draws nothing, so it has no scans.
+        Tier::Expected => Ok(()),
+        Tier::Counts => counts(scene, detector, seed, repetitions, on_scan),
         Tier::Events => {
             events(scene, detector, seed, repetitions, on_scan);
             Ok(())
@@ -64,6 +73,22 @@ pub fn scans(
         Tier::Sampled => sampled(scene, detector, seed, repetitions, on_scan),
         Tier::Rtl => rtl(scene, detector, seed, repetitions, on_scan),
     }
+}
+
+fn counts(
+    scene: &Scene,
+    detector: usize,
+    seed: u64,
+    repetitions: u64,
+    mut on_scan: impl FnMut(&[StepCount]),
+) -> Result<(), ScansError> {
+    let model = DetectorModel::new(scene, detector);
+    let response = MeanResponse::of_tier(&model, Tier::Counts.counting())?;
+    let sampler = CountSampler::of(&model, &SecondMoments::new(&response)?);
+    for repetition in 0..repetitions {
+        on_scan(&sampler.scan(seed, repetition));
+    }
+    Ok(())
 }
 
 fn events(

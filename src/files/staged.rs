@@ -37,7 +37,10 @@ pub fn stage(
             (file, None)
         }
         _ => {
-            let (file, hidden) = open_hidden(path).map_err(failed)?;
+            let (file, hidden) = open_hidden(path).map_err(|error| match error.kind() {
+                io::ErrorKind::NotFound => failed(io::Error::other("its folder does not exist")),
+                _ => failed(error),
+            })?;
             (file, Some(hidden))
         }
     };

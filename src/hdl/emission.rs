@@ -8,6 +8,7 @@ use super::error::HdlError;
 use super::flow::Flow;
 use crate::code::{Generator, Lfsr};
 use crate::model::contract::{Contract, Port};
+use crate::model::peak::PeakPlan;
 use crate::scene::Scene;
 
 /// Everything that `emit` makes.
@@ -88,6 +89,22 @@ pub struct Parameters {
     pub count_bits: u32,
     /// Bits of a count that nothing can overflow.
     pub exact_count_bits: u32,
+    /// The peak detector's ports, if it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak: Option<PeakParameters>,
+}
+
+/// What the peak detector's ports hold: detector d's value in bits d b .. (d + 1) b
+/// of a port, b bits wide.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct PeakParameters {
+    /// Bits of a detector's phase step in `o_peak_step`, unsigned.
+    pub step_bits: u32,
+    /// Bits of a detector's count in `o_peak_count`, signed.
+    pub count_bits: u32,
+    /// From the clock at which a scan's last sample word is on `i_samples` to
+    /// the one after which `o_peak_valid` is high.
+    pub latency_clocks: u32,
 }
 
 /// Longest integration, as in a scene file.
@@ -135,6 +152,11 @@ fn parameters(contract: &Contract) -> Parameters {
         parallel: contract.parallel,
         count_bits: contract.count_bits,
         exact_count_bits: contract.exact_count_bits,
+        peak: contract.peak.map(|peak| PeakParameters {
+            step_bits: peak.step_bits,
+            count_bits: peak.count_bits,
+            latency_clocks: peak.latency_clocks,
+        }),
     }
 }
 
@@ -155,7 +177,7 @@ fn check_limits(scene: &Scene, contract: &Contract) -> Result<(), HdlError> {
         return Err(HdlError::Limit {
             what: "the integration time in chips".into(),
             found: contract.scan.integration_chips,
-            limit: "at most 2^60",
+            limit: "at most 2^60".into(),
         });
     }
     let most_held = u64::from(contract.parallel.div_ceil(contract.lanes));
@@ -166,6 +188,9 @@ fn check_limits(scene: &Scene, contract: &Contract) -> Result<(), HdlError> {
             lanes: contract.lanes,
             needed: most_held,
         });
+    }
+    if let Some(peak) = &contract.peak {
+        check_peak(contract, peak)?;
     }
     within(
         "samples per chip",
@@ -189,6 +214,25 @@ fn check_limits(scene: &Scene, contract: &Contract) -> Result<(), HdlError> {
         check_code(&source.name, &source.code)?;
     }
     Ok(())
+}
+
+/// The peak detector compares a group's counts one after another.
+fn check_peak(contract: &Contract, peak: &PeakPlan) -> Result<(), HdlError> {
+    let needed = u64::from(peak.least_chips(contract.count_segments.clocks()));
+    let chips = contract.scan.integration_chips;
+    if chips >= needed {
+        return Ok(());
+    }
+    Err(HdlError::Limit {
+        what: "the integration time in chips".into(),
+        found: chips,
+        limit: format!(
+            "at least {needed} with a peak detector and parallel = {}, because the counts of a \
+             group are compared one per clock; integrate longer, or leave the peak to the host",
+            contract.parallel
+        )
+        .into(),
+    })
 }
 
 fn check_code(source_name: &str, code: &crate::code::Code) -> Result<(), HdlError> {
@@ -268,15 +312,12 @@ fn within(
     Err(HdlError::Limit {
         what: what.into(),
         found: u64::from(found),
-        limit,
+        limit: limit.into(),
     })
 }
 
 fn left_out(contract: &Contract) -> Vec<LeftOut> {
-    let mut parts = vec![LeftOut {
-        part: "peak_detector".into(),
-        reason: "the host finds the peak in the results".into(),
-    }];
+    let mut parts = Vec::new();
     let mut leave_out = |condition: bool, part: &str, reason: &str| {
         if condition {
             parts.push(LeftOut {
@@ -285,6 +326,11 @@ fn left_out(contract: &Contract) -> Vec<LeftOut> {
             });
         }
     };
+    leave_out(
+        contract.peak.is_none(),
+        "peak_detector",
+        "the host finds the peak in the results",
+    );
     leave_out(
         contract.parallel == 1,
         "parallel correlators",

@@ -1,5 +1,7 @@
 //! Why a scene's hardware cannot be emitted.
 
+use std::borrow::Cow;
+
 use thiserror::Error;
 
 use super::back::Refusal;
@@ -41,7 +43,7 @@ pub enum HdlError {
         /// The scene's value.
         found: u64,
         /// What is possible.
-        limit: &'static str,
+        limit: Cow<'static, str>,
     },
     /// A code whose parts do not agree.
     #[error("source `{source_name}`: {problem}")]

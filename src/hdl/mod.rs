@@ -12,6 +12,6 @@ pub mod flow;
 pub mod front;
 mod write;
 
-pub use emission::{Emission, EmittedFile, LeftOut, Parameters, emit};
+pub use emission::{Emission, EmittedFile, LeftOut, Parameters, PeakParameters, emit};
 pub use error::HdlError;
 pub use write::{write, write_into};

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use super::peak::PeakPlan;
 use crate::code::Code;
 use crate::scene::{Scan, Scene, Target};
 
@@ -37,6 +38,8 @@ pub struct Contract {
     /// Clocks from the one at which a step's last sample word is on
     /// `i_samples` to the one after which `m_axis_tvalid` shows its count.
     pub result_latency_clocks: u32,
+    /// The peak detector, if there is one.
+    pub peak: Option<PeakPlan>,
 }
 
 /// A count's carry chain in segments, each one clock behind the one below it.
@@ -123,7 +126,7 @@ impl Contract {
             .map_or(exact_count_bits, |bits| bits.min(exact_count_bits));
         let count_segments =
             CountSegments::of(exact_count_bits, longest_carry_chain(scene.hardware.target));
-        Contract {
+        let mut contract = Contract {
             lanes,
             source_codes: scene.sources.iter().map(|s| s.code.clone()).collect(),
             reference_codes: scene
@@ -138,7 +141,12 @@ impl Contract {
             tdata_bits: count_bits.div_ceil(8) * 8,
             count_segments,
             result_latency_clocks: Self::clocks_to_dump(lanes) + count_segments.clocks(),
+            peak: None,
+        };
+        if scene.hardware.peak_detector {
+            contract.peak = Some(PeakPlan::of(&contract));
         }
+        contract
     }
 
     /// Clocks from a step's last one until the lowest segment of the total
@@ -203,6 +211,14 @@ impl Contract {
         ];
         if self.saturates() {
             ports.push(port("o_saturated", Output, 1));
+        }
+        if let Some(peak) = &self.peak {
+            let detectors = self.reference_codes.len() as u32;
+            ports.extend([
+                port("o_peak_step", Output, detectors * peak.step_bits),
+                port("o_peak_count", Output, detectors * peak.count_bits),
+                port("o_peak_valid", Output, 1),
+            ]);
         }
         ports
     }

@@ -32,6 +32,29 @@ impl Field {
         let words = self.port.width.div_ceil(64) as usize;
         record[self.word..self.word + words].to_vec()
     }
+
+    /// ORs the lowest `width` bits of `value`, at most 64, into a record, from
+    /// bit `at` of the port on.
+    pub fn or_bits(&self, record: &mut [u64], at: u32, width: u32, value: u64) {
+        let first = self.shift + at;
+        let (word, shift) = (self.word + first as usize / 64, first % 64);
+        let value = value & mask(width);
+        record[word] |= value << shift;
+        if shift + width > 64 {
+            record[word + 1] |= value >> (64 - shift);
+        }
+    }
+
+    /// `width` bits of the port, at most 64, from bit `at` on.
+    pub fn bits(&self, record: &[u64], at: u32, width: u32) -> u64 {
+        let first = self.shift + at;
+        let (word, shift) = (self.word + first as usize / 64, first % 64);
+        let mut value = record[word] >> shift;
+        if shift + width > 64 {
+            value |= record[word + 1] << (64 - shift);
+        }
+        value & mask(width)
+    }
 }
 
 /// The fields of one direction.
@@ -135,6 +158,21 @@ mod tests {
         let places: Vec<_> = record.fields.iter().map(|f| (f.word, f.shift)).collect();
         assert_eq!(places, [(0, 0), (0, 60), (1, 0), (2, 0), (3, 0), (6, 0)]);
         assert_eq!(record.words, 7);
+    }
+
+    #[test]
+    fn parts_of_a_wide_port_cross_words() {
+        let record = Record::pack([1, 150].into_iter().map(port));
+        let field = &record.fields[1];
+        let mut words = vec![0; record.words];
+        field.or_bits(&mut words, 0, 50, 0x3);
+        field.or_bits(&mut words, 50, 50, 0x2_aaaa_bbbb_c001);
+        field.or_bits(&mut words, 100, 50, u64::MAX);
+        let low = 0x3 | 0x2_aaaa_bbbb_c001 << 50;
+        let middle = 0x2_aaaa_bbbb_c001 >> 14 | u64::MAX << 36;
+        assert_eq!(words, [0, low, middle, (1 << 22) - 1]);
+        assert_eq!(field.bits(&words, 50, 50), 0x2_aaaa_bbbb_c001);
+        assert_eq!(field.bits(&words, 100, 50), (1 << 50) - 1);
     }
 
     #[test]

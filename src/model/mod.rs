@@ -8,5 +8,7 @@ pub mod contract;
 pub mod layout;
 pub mod level;
 mod pattern;
+pub mod peak;
+mod peak_ports;
 pub mod reference;
 mod stream;

@@ -9,6 +9,7 @@ use std::ops::Range;
 use super::contract::Contract;
 use super::layout::Layout;
 use super::pattern::{ChipPattern, chip_patterns};
+use super::peak_ports::PeakPorts;
 use super::stream::{Arrival, ResultStream};
 
 /// What the surroundings do to the hardware in a block of clocks, besides the
@@ -59,6 +60,7 @@ pub struct Reference {
     chips: Vec<ChipPattern>,
     words: usize,
     stream: ResultStream,
+    peak: Option<PeakPorts>,
     /// First clock without reset; before it every output is 0.
     released: u64,
     scan: ScanState,
@@ -105,6 +107,7 @@ impl Reference {
             chips: chip_patterns(&contract, place("o_laser"), place("o_epoch")),
             words: layout.outputs.words,
             stream: ResultStream::new(&contract, &layout),
+            peak: PeakPorts::new(&contract, &layout),
             released: 0,
             scan: ScanState::default(),
             counts: vec![0; contract.reference_codes.len() * contract.parallel as usize],
@@ -163,6 +166,9 @@ impl Reference {
         self.counts.fill(0);
         self.totals.fill(0);
         self.stream.reset();
+        if let Some(peak) = &mut self.peak {
+            peak.reset();
+        }
     }
 
     /// A stretch of clocks without reset.
@@ -179,7 +185,10 @@ impl Reference {
             pattern.or_into(expected, self.words, clocks.start - self.released);
         }
         self.count(clocks.clone(), hits);
-        self.stream.predict(clocks, &block.stalls, expected);
+        self.stream.predict(clocks.clone(), &block.stalls, expected);
+        if let Some(peak) = &mut self.peak {
+            peak.predict(clocks, expected);
+        }
     }
 
     /// Counts the hits of a stretch of clocks, group by group, and ends the
@@ -250,10 +259,14 @@ impl Reference {
                 let count = i128::from(exact).clamp(-limit, limit - 1) as i64;
                 saturated |= count != exact;
                 results.push(count);
+                let number = self.scan.group * parallel + step as u64;
+                if let Some(peak) = &mut self.peak {
+                    peak.count(detector, scan.step(number), count);
+                }
                 self.finished.push(StepResult {
                     scan: self.scan.scan,
                     detector,
-                    step: self.scan.group * parallel + step as u64,
+                    step: number,
                     count,
                     total: self.totals[detector],
                 });
@@ -265,6 +278,9 @@ impl Reference {
             saturated,
             last,
         });
+        if let Some(peak) = self.peak.as_mut().filter(|_| last) {
+            peak.end_scan(self.released + end);
+        }
         self.counts.fill(0);
         self.totals.fill(0);
         self.scan = if last {

@@ -14,6 +14,7 @@ mod afterpulsing;
 mod counter;
 mod detector;
 pub mod fast;
+mod full;
 mod light;
 mod mean_response;
 mod movement;
@@ -25,6 +26,7 @@ mod time;
 
 pub use counter::{StepCount, count_step};
 pub use detector::DetectorModel;
+pub use full::OptionalPart;
 pub use light::{LightRates, photon_rate_hz};
 pub use mean_response::{
     CountMoments, CountSampler, CountingTier, GroupMoments, Light, LightPath, MeanCount,

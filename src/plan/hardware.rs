@@ -19,7 +19,7 @@ pub(super) fn parts(scene: &Scene) -> Vec<Part> {
         saturation_clamp(&contract),
         scan_controller(scene),
         scan_realignment(scene, &contract),
-        peak_detector(scene),
+        peak_detector(scene, &contract),
         result_stream(&contract),
     ]);
     parts
@@ -203,14 +203,28 @@ fn scan_realignment(scene: &Scene, contract: &Contract) -> Part {
     }
 }
 
-fn peak_detector(scene: &Scene) -> Part {
-    left_out(
-        "peak_detector",
-        format!(
-            "the host receives all {} counts and finds their maximum",
-            scene.scan.steps
+fn peak_detector(scene: &Scene, contract: &Contract) -> Part {
+    match &contract.peak {
+        Some(peak) => kept(
+            "peak_detector",
+            format!(
+                "peak_detector = true: each scan's largest of {} counts per detector, and its \
+                 phase step, stand at ports of their own, compared {}",
+                scene.scan.steps,
+                match peak.pieces {
+                    1 => "in one piece".to_owned(),
+                    pieces => format!("in {pieces} pieces so that the clock does not fall"),
+                }
+            ),
         ),
-    )
+        None => left_out(
+            "peak_detector",
+            format!(
+                "the host receives all {} counts and finds their maximum",
+                scene.scan.steps
+            ),
+        ),
+    }
 }
 
 fn result_stream(contract: &Contract) -> Part {

@@ -4,15 +4,18 @@
 //! so that what was left out is never a surprise.
 
 mod hardware;
+mod measure;
 mod movement;
 mod simulation;
+
+pub use measure::with_savings;
 
 use serde::Serialize;
 
 use crate::scene::Scene;
 
 /// A part of the hardware or of the simulation.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Part {
     /// Its name.
     pub part: String,
@@ -20,10 +23,22 @@ pub struct Part {
     pub kept: bool,
     /// Why, with the scene's numbers.
     pub reason: String,
+    /// What leaving it out saves in time, where that was found out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub saving: Option<Saving>,
+}
+
+/// What leaving a part out saves.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Saving {
+    /// Share of the simulation's time with the part.
+    pub share: f64,
+    /// How that was found out.
+    pub basis: String,
 }
 
 /// Every part of the hardware and of the simulation.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Plan {
     /// Parts of the hardware, along the way of the data.
     pub hardware: Vec<Part>,
@@ -45,6 +60,7 @@ fn kept(part: impl Into<String>, reason: impl Into<String>) -> Part {
         part: part.into(),
         kept: true,
         reason: reason.into(),
+        saving: None,
     }
 }
 

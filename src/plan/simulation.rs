@@ -1,6 +1,6 @@
 //! Parts of the simulation, from the light to the estimate.
 
-use super::{Part, kept, labelled, left_out, movement};
+use super::{Part, Saving, kept, labelled, left_out, movement};
 use crate::scene::{Detector, EstimatorKind, Path, Scene};
 
 pub(super) fn parts(scene: &Scene) -> Vec<Part> {
@@ -257,15 +257,20 @@ fn full_scan(scene: &Scene) -> Part {
     if scene.scan.is_full() {
         return kept(PART, format!("the scan covers all {period} phase steps"));
     }
-    let saved_percent = 100.0 * (period - steps) as f64 / period as f64;
-    left_out(
+    let part = left_out(
         PART,
         format!(
-            "the scan asks for {steps} of {period} phase steps, from step {} on; \
-             saves {saved_percent:.1} % of the photons and clocks",
+            "the scan asks for {steps} of {period} phase steps, from step {} on",
             scene.scan.first_step
         ),
-    )
+    );
+    Part {
+        saving: Some(Saving {
+            share: (period - steps) as f64 / period as f64,
+            basis: "share of the phase steps: photons and clocks".to_owned(),
+        }),
+        ..part
+    }
 }
 
 /// The coarse and the fine stage, or the fit in their place.

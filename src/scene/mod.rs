@@ -23,6 +23,7 @@
 //! | `hardware.target` | `"ecp5-25k-6"` |
 //! | `hardware.parallel` | 1 |
 //! | `hardware.counter_width` | as wide as no stimulus can overflow |
+//! | `hardware.peak_detector` | false: the host finds the peak |
 
 mod detector;
 mod error;
@@ -215,6 +216,8 @@ pub struct Hardware {
     /// Width of a count in the results; `None` gives the width at which no
     /// stimulus at all can overflow. A narrower count saturates and flags.
     pub counter_width: Option<u32>,
+    /// Whether the hardware finds the peak of a scan, beside sending its counts.
+    pub peak_detector: bool,
 }
 
 /// FPGA targets.

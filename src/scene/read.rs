@@ -294,6 +294,7 @@ fn read_hardware(root: &Section, scan: Option<&Scan>) -> Hardware {
         target: Target::Ecp525k6,
         parallel: 1,
         counter_width: None,
+        peak_detector: false,
     };
     let Some(section) = root.section("hardware", "[hardware]") else {
         return hardware;
@@ -320,6 +321,7 @@ fn read_hardware(root: &Section, scan: Option<&Scan>) -> Hardware {
     hardware.counter_width = section
         .integer("counter_width", 2..=64)
         .map(|bits| bits as u32);
+    hardware.peak_detector = section.boolean("peak_detector").unwrap_or(false);
     section.finish();
     hardware
 }

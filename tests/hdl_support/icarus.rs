@@ -32,21 +32,24 @@ pub fn simulate(
     run(folder, "vvp", &["-n", "bench.vvp"])
         .lines()
         .map(|line| {
-            let fields: Vec<u64> = line
+            let fields: Vec<u128> = line
                 .split_whitespace()
                 .map(|field| {
-                    u64::from_str_radix(field, 16)
+                    u128::from_str_radix(field, 16)
                         .unwrap_or_else(|_| panic!("undefined outputs: {line}"))
                 })
                 .collect();
             Outputs {
-                laser: fields[0],
+                laser: fields[0] as u64,
                 epoch: fields[1] == 1,
-                data: fields[2],
+                data: fields[2] as u64,
                 valid: fields[3] == 1,
                 last: fields[4] == 1,
                 overrun: fields[5] == 1,
                 saturated: fields[6] == 1,
+                peak_step: fields[7],
+                peak_count: fields[8],
+                peak_valid: fields[9] == 1,
             }
         })
         .collect()
@@ -56,11 +59,20 @@ fn bench(contract: &Contract, cycles: usize) -> String {
     let samples = contract.lanes as usize * contract.reference_codes.len();
     let sources = contract.source_codes.len();
     let data = contract.tdata_bits;
-    let (connection, saturated) = if contract.saturates() {
-        (",\n        .o_saturated(saturated)", "saturated")
+    let (mut connection, saturated) = if contract.saturates() {
+        (",\n        .o_saturated(saturated)".to_owned(), "saturated")
     } else {
-        ("", "1'b0")
+        (String::new(), "1'b0")
     };
+    let detectors = contract.reference_codes.len() as u32;
+    let (mut step_top, mut count_top, mut peak) = (0, 0, "1'b0, 1'b0, 1'b0");
+    if let Some(plan) = &contract.peak {
+        connection += ",\n        .o_peak_step(peak_step), .o_peak_count(peak_count), \
+                       .o_peak_valid(peak_valid)";
+        step_top = detectors * plan.step_bits - 1;
+        count_top = detectors * plan.count_bits - 1;
+        peak = "peak_step, peak_count, peak_valid";
+    }
     format!(
         r#"`timescale 1ns / 1ps
 module bench;
@@ -69,7 +81,9 @@ module bench;
     reg [{stimulus_top}:0] now;
     wire [{laser_top}:0] laser;
     wire [{data_top}:0] tdata;
-    wire epoch, tvalid, tlast, overrun, saturated;
+    wire [{step_top}:0] peak_step;
+    wire [{count_top}:0] peak_count;
+    wire epoch, tvalid, tlast, overrun, saturated, peak_valid;
     integer cycle;
     sensor_top dut (
         .i_clk(clk), .i_rst(now[0]), .m_axis_tready(now[1]), .i_samples(now[{stimulus_top}:2]),
@@ -80,7 +94,8 @@ module bench;
         for (cycle = 0; cycle <= {last}; cycle = cycle + 1) begin
             now = stimulus[cycle];
             #1 clk = 1;
-            #1 $display("%h %h %h %h %h %h %h", laser, epoch, tdata, tvalid, tlast, overrun, {saturated});
+            #1 $display("%h %h %h %h %h %h %h %h %h %h", laser, epoch, tdata, tvalid, tlast,
+                        overrun, {saturated}, {peak});
             clk = 0;
         end
         $finish;

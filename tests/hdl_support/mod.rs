@@ -11,6 +11,7 @@ use std::process::Command;
 use std::sync::Arc;
 
 use goldtof::code::{Code, Generator, Lfsr};
+use goldtof::hdl::emit;
 use goldtof::scene::{
     CounterTiming, Detector, EstimatorKind, Hardware, OtherLight, Scan, Scene, Source, Target,
 };
@@ -166,6 +167,7 @@ pub fn scene(
             target: Target::Ecp525k6,
             parallel: 1,
             counter_width,
+            peak_detector: false,
         },
     }
 }
@@ -245,5 +247,14 @@ pub fn random_scene(noise: &mut stimulus::Noise, case: u32) -> Scene {
             ..scene.detectors[0].clone()
         });
     }
+    with_peak_if_possible(&mut scene, noise.below(2) == 0);
     scene
+}
+
+/// Adds a peak detector if it is `wanted` and phase steps are long enough for its comparisons.
+pub fn with_peak_if_possible(scene: &mut Scene, wanted: bool) {
+    scene.hardware.peak_detector = wanted;
+    if wanted {
+        scene.hardware.peak_detector = emit(scene, "goldtof emit test.toml").is_ok();
+    }
 }

@@ -24,6 +24,10 @@ pub struct Outputs {
     pub last: bool,
     pub overrun: bool,
     pub saturated: bool,
+    /// Detector d's from bit d b on, b bits each.
+    pub peak_step: u128,
+    pub peak_count: u128,
+    pub peak_valid: bool,
 }
 
 /// A group's counts, in the order in which they are sent, and the edge,
@@ -53,6 +57,8 @@ pub fn outputs(contract: &Contract, inputs: &[Inputs]) -> Vec<Outputs> {
 /// From the first edge without reset on.
 fn run(contract: &Contract, inputs: &[Inputs]) -> Vec<Outputs> {
     let results = results(contract, inputs);
+    let peaks = peaks(contract, &results);
+    let mut next_peak = peaks.iter().peekable();
     let mut shown = Outputs::default();
     // Counts behind the one shown.
     let mut behind: VecDeque<i64> = VecDeque::new();
@@ -87,9 +93,58 @@ fn run(contract: &Contract, inputs: &[Inputs]) -> Vec<Outputs> {
                     shown.last = behind_is_last && behind.is_empty();
                 }
             }
+            let peak = next_peak.next_if(|p| p.edge == n);
+            shown.peak_valid = peak.is_some();
+            if let Some(peak) = peak {
+                (shown.peak_step, shown.peak_count) = (peak.step, peak.count);
+            }
             shown
         })
         .collect()
+}
+
+/// What the peak detector's ports show from an edge on.
+struct Peaks {
+    edge: u64,
+    step: u128,
+    count: u128,
+}
+
+/// The first of each scan's largest counts, detector by detector.
+fn peaks(contract: &Contract, results: &[Results]) -> Vec<Peaks> {
+    let Some(plan) = contract.peak else {
+        return Vec::new();
+    };
+    let detectors = contract.reference_codes.len();
+    let mut scan = vec![Vec::new(); detectors];
+    let mut found = Vec::new();
+    for group in results {
+        let steps = group.counts.len() / detectors;
+        for (counts, group) in scan.iter_mut().zip(group.counts.chunks(steps)) {
+            counts.extend_from_slice(group);
+        }
+        if !group.is_last {
+            continue;
+        }
+        let latency = u64::from(plan.latency_clocks - contract.result_latency_clocks);
+        let mut peak = Peaks {
+            edge: group.edge + latency,
+            step: 0,
+            count: 0,
+        };
+        for (detector, counts) in scan.iter_mut().enumerate() {
+            let largest = *counts.iter().max().expect("a scan has steps");
+            let first = counts.iter().position(|&count| count == largest);
+            let step = contract.scan.first_step + first.expect("it is there") as u64;
+            let step = step % contract.scan.steps_per_period;
+            let count = largest as u128 & (u128::MAX >> (128 - plan.count_bits));
+            peak.step |= u128::from(step) << (detector as u32 * plan.step_bits);
+            peak.count |= count << (detector as u32 * plan.count_bits);
+            counts.clear();
+        }
+        found.push(peak);
+    }
+    found
 }
 
 fn results(contract: &Contract, inputs: &[Inputs]) -> Vec<Results> {

@@ -2,7 +2,9 @@
 
 use goldtof::scene::{SceneErrors, load, parse};
 
+mod by_table;
 mod codes;
+mod large;
 mod quantities;
 mod structure;
 

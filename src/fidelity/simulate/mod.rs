@@ -9,8 +9,8 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::Tier;
 use super::scans::{ScansError, scans};
+use super::{Tier, domain, expected};
 use crate::optics::StepCount;
 use crate::scene::{EstimatorKind, Scene};
 
@@ -29,9 +29,13 @@ pub struct Simulation {
     pub seed: u64,
     /// How much of the sensor was simulated.
     pub fidelity: Tier,
+    /// For which scenes and questions its answers hold.
+    pub domain: &'static str,
+    /// Where this scene is outside of that, and what it does to the answer.
+    pub warnings: Vec<String>,
     /// How distances were got from counts.
     pub estimator: EstimatorKind,
-    /// Scans simulated.
+    /// Scans simulated; none by the tier that draws nothing.
     pub repetitions: u64,
     /// One entry per detector and path: those of the detector's own source, and
     /// with `estimator` model all whose light the fit takes in.
@@ -106,6 +110,7 @@ pub fn simulate(
 ) -> Result<Simulation, ScansError> {
     let started = Instant::now();
     let mut estimates = Vec::new();
+    let mut warnings = Vec::new();
     for detector in 0..scene.detectors.len() {
         let ranging = Ranging::new(scene, detector, tier.counting());
         let mut answers = Answers::new(&ranging);
@@ -122,18 +127,21 @@ pub fn simulate(
         answers.take(&waiting);
         let integration_s = scene.scan.integration_chips as f64 * scene.chip_period_ps * 1e-12;
         let measured_s = repetitions as f64 * scene.scan.steps as f64 * integration_s;
-        estimates.extend(statistics(
-            &ranging,
-            &answers,
-            detections as f64 / measured_s,
-        ));
+        let mut statistics = statistics(&ranging, &answers, detections as f64 / measured_s);
+        if !tier.draws() {
+            expected::answer(scene, detector, &mut statistics)?;
+        }
+        estimates.extend(statistics);
+        warnings.extend(domain::warnings(scene, detector, tier));
     }
     Ok(Simulation {
         scene: scene.name.clone(),
         seed,
         fidelity: tier,
+        domain: domain::of(tier),
+        warnings,
         estimator: scene.estimator,
-        repetitions,
+        repetitions: if tier.draws() { repetitions } else { 0 },
         estimates,
         run_time_s: started.elapsed().as_secs_f64(),
     })

@@ -1,6 +1,5 @@
 //! Counts as an AXI4-Stream.
 
-use super::CountClamp;
 use crate::hdl::front::prelude::*;
 
 /// Offers the counts of a group of phase steps as a stream, one per beat:
@@ -13,6 +12,8 @@ pub struct ResultStream {
     pub i_rst: Input<bool>,
     /// Counts, detector by detector.
     pub i_count: Vec<Input<Word>>,
+    /// Which of them were clamped.
+    pub i_clamped: Vec<Input<bool>>,
     /// New counts are there.
     pub i_counted: Input<bool>,
     /// They are the scan's last.
@@ -30,6 +31,9 @@ pub struct ResultStream {
     /// A count was clamped since reset.
     pub o_saturated: Optional<Output<bool>>,
     about: About,
+    whole_row: Optional<Constant>,
+    short_row: Optional<Constant>,
+    rows: Optional<Constant>,
     count: Vec<Register<Word>>,
     valid: Register<bool>,
     last: Register<bool>,
@@ -37,29 +41,27 @@ pub struct ResultStream {
     step: Optional<Register<Word>>,
     detector: Optional<Register<Word>>,
     saturated: Optional<Register<bool>>,
-    clamp: Vec<CountClamp>,
     clamped: Optional<Wiring>,
     clamped_last: Optional<Wiring>,
-    taken: Optional<Local<bool>>,
     row_ends: Optional<Local<bool>>,
     all_sent: Optional<Local<bool>>,
+    replaces: Optional<Local<bool>>,
+    moves: Optional<Local<bool>>,
     blocked: Local<bool>,
     load: Local<bool>,
-    _detectors: usize,
-    _steps: usize,
-    _last_steps: usize,
-    _partial: usize,
     _several: usize,
+    _skips: usize,
+    _gap: usize,
     _data_bits: usize,
 }
 
 /// What a result stream carries.
 #[derive(Debug, Clone, Copy)]
 pub struct StreamPlan {
-    /// Bits of the counts that come in.
-    pub total_bits: u32,
-    /// Bits of the counts that leave; fewer than `total_bits` saturate.
+    /// Bits of the counts.
     pub count_bits: u32,
+    /// Counts may have been clamped.
+    pub saturates: bool,
     /// Bits of the stream's words.
     pub data_bits: u32,
     /// Detectors.
@@ -74,17 +76,15 @@ impl ResultStream {
     /// A stream.
     pub fn new(plan: StreamPlan) -> ResultStream {
         let StreamPlan {
-            total_bits,
             count_bits,
+            saturates,
             data_bits,
             detectors,
             steps,
-            ..
+            last_steps,
         } = plan;
         let counts = (detectors * steps) as usize;
-        let saturates = count_bits < total_bits;
-        let clamps = if saturates { counts } else { 0 };
-        let when_saturating = |part| Optional::new(saturates, part);
+        let is_short = last_steps < steps;
         let when_several = |part| Optional::new(counts > 1, part);
         let of = |count: usize| (count as u32 / steps, count as u32 % steps);
         let count_about = |count: usize| match (detectors, steps, of(count)) {
@@ -97,11 +97,17 @@ impl ResultStream {
         };
         let token =
             |count: u32, about: &str| Optional::new(count > 1, Register::word(count, 1, about));
+        let token_start = |present: bool, count: u32, bits: u32, about: &str| {
+            Optional::new(present, Constant::new(1 << (count - 1), bits, about))
+        };
         ResultStream {
             i_clk: Input::bit("at most one group of counts per cycle"),
             i_rst: Input::bit("synchronous, active high"),
             i_count: (0..counts)
-                .map(|count| Input::word(total_bits, count_about(count)))
+                .map(|count| Input::word(count_bits, count_about(count)))
+                .collect(),
+            i_clamped: (0..if saturates { counts } else { 0 })
+                .map(|count| Input::bit(format!("clamped: {}", count_about(count))))
                 .collect(),
             i_counted: Input::bit("new counts are there"),
             i_last: Input::bit("they are the scan's last"),
@@ -112,46 +118,49 @@ impl ResultStream {
             o_overrun: Output::bit("a result was lost since reset"),
             o_saturated: Optional::new(saturates, Output::bit("a count was clamped since reset")),
             about: describe(plan),
+            whole_row: token_start(steps > 1, steps, steps, "Steps of a group"),
+            short_row: token_start(is_short, last_steps, steps, "Steps of a scan's last group"),
+            rows: token_start(detectors > 1, detectors, detectors, "Detectors"),
             count: (0..counts)
                 .map(|count| Register::word(count_bits, 0, count_about(count)))
                 .collect(),
             valid: Register::bit(false, "a result waits"),
             last: Register::bit(false, "the waiting results are the scan's last"),
             overrun: Register::bit(false, "a result was lost since reset"),
-            step: token(steps, "one bit: the step whose count is offered"),
-            detector: token(detectors, "one bit: the detector whose count is offered"),
+            step: token(
+                steps,
+                "one bit: how many of the detector's steps come after",
+            ),
+            detector: token(detectors, "one bit: how many detectors come after"),
             saturated: Optional::new(
                 saturates,
                 Register::bit(false, "a count was clamped since reset"),
             ),
-            clamp: (0..clamps)
-                .map(|_| CountClamp::new(total_bits, count_bits))
-                .collect(),
-            clamped: when_saturating(Wiring::new(
-                counts,
-                (0..counts).collect(),
-                "counts that do not fit",
-            )),
+            clamped: Optional::new(
+                saturates,
+                Wiring::new(counts, (0..counts).collect(), "counts that were clamped"),
+            ),
             clamped_last: Optional::new(
-                saturates && plan.last_steps < steps,
+                saturates && is_short,
                 Wiring::new(
                     counts,
                     (0..counts)
-                        .filter(|&count| of(count).1 < plan.last_steps)
+                        .filter(|&count| of(count).1 < last_steps)
                         .collect(),
                     "those among them that a scan's last group has",
                 ),
             ),
-            taken: when_several(Local::bit("the receiver takes a result")),
             row_ends: when_several(Local::bit("the result is its detector's last")),
             all_sent: when_several(Local::bit("the result is the group's last")),
+            replaces: when_several(Local::bit(
+                "counts are there, and if a result waits it is a group's last",
+            )),
+            moves: when_several(Local::bit("the counts are replaced or move up")),
             blocked: Local::bit("results still wait"),
             load: Local::bit("new counts are taken over"),
-            _detectors: detectors as usize,
-            _steps: steps as usize,
-            _last_steps: plan.last_steps as usize,
-            _partial: usize::from(plan.last_steps < steps),
             _several: usize::from(counts > 1),
+            _skips: usize::from(is_short && detectors > 1),
+            _gap: (steps - last_steps + 1) as usize,
             _data_bits: data_bits as usize,
         }
     }
@@ -163,11 +172,16 @@ fn describe(plan: StreamPlan) -> About {
          o_overrun stays high until reset.",
     );
     if plan.detectors * plan.steps > 1 {
-        about = about.note(format!(
-            "A group's {} counts leave in the order of detectors, each detector's in the order \
-             of steps. The first register of the first row is offered; counts move up to it.",
-            plan.detectors * plan.steps
-        ));
+        about = about
+            .note(format!(
+                "A group's {} counts leave in the order of detectors, each detector's in the \
+                 order of steps. The first register is offered; counts move up to it.",
+                plan.detectors * plan.steps
+            ))
+            .note(
+                "Which way the many registers take is known without the receiver; whether they \
+                 take it is one gate from registers and i_ready.",
+            );
     }
     if plan.last_steps < plan.steps {
         about = about.note(format!(
@@ -175,11 +189,8 @@ fn describe(plan: StreamPlan) -> About {
             plan.last_steps
         ));
     }
-    if plan.count_bits < plan.total_bits {
-        about = about.note(
-            "A count that does not fit is clamped to the nearest one that does, and o_saturated \
-             stays high until reset.",
-        );
+    if plan.saturates {
+        about = about.note("o_saturated stays high until reset.");
     }
     about
         .fact("Latency", "1 clock from i_counted to o_valid")
@@ -206,49 +217,42 @@ impl Logic for ResultStream {
             }
             for _steps in 0..self.step.count() {
                 dff_setup!(self, i_clk, step[0]);
-                for top in (self._steps - 1)..self._steps {
-                    for _whole in self._partial..1 {
-                        self.row_ends[0].next = self.step[0].q.val().get_bit(top);
-                    }
-                    for _partial in 0..self._partial {
-                        for early in (self._last_steps - 1)..self._last_steps {
-                            self.row_ends[0].next = self.step[0].q.val().get_bit(top)
-                                | (self.last.q.val() & self.step[0].q.val().get_bit(early));
-                        }
-                    }
-                }
+                self.row_ends[0].next = self.step[0].q.val().get_bit(0);
             }
             for _one_detector in self.detector.count()..1 {
                 self.all_sent[0].next = self.row_ends[0].val();
             }
             for _detectors in 0..self.detector.count() {
                 dff_setup!(self, i_clk, detector[0]);
-                for top in (self._detectors - 1)..self._detectors {
-                    self.all_sent[0].next =
-                        self.row_ends[0].val() & self.detector[0].q.val().get_bit(top);
-                }
+                self.all_sent[0].next =
+                    self.row_ends[0].val() & self.detector[0].q.val().get_bit(0);
             }
-            self.taken[0].next = self.valid.q.val() & self.i_ready.val();
             self.o_last.next = self.last.q.val() & self.all_sent[0].val();
             self.blocked.next = self.valid.q.val() & !(self.i_ready.val() & self.all_sent[0].val());
-            if self.taken[0].val() & !self.all_sent[0].val() {
-                for _steps in 0..self.step.count() {
-                    self.step[0].d.next = self.step[0].q.val() << 1;
+            self.replaces[0].next =
+                self.i_counted.val() & (!self.valid.q.val() | self.all_sent[0].val());
+            if self.valid.q.val() {
+                self.moves[0].next =
+                    self.i_ready.val() & (self.i_counted.val() | !self.all_sent[0].val());
+            } else {
+                self.moves[0].next = self.i_counted.val();
+            }
+            if self.moves[0].val() {
+                for c in 0..(self.count.len() - 1) {
+                    self.count[c].d.next = self.count[c + 1].q.val();
                 }
-                for p in 0..(self._steps - 1) {
-                    self.count[p].d.next = self.count[p + 1].q.val();
-                }
-                if self.row_ends[0].val() {
-                    for _detectors in 0..self.detector.count() {
-                        self.detector[0].d.next = self.detector[0].q.val() << 1;
-                    }
-                    for _steps in 0..self.step.count() {
-                        self.step[0].d.next = 1.into();
-                    }
-                    for row in self._steps..(self._steps + 1) {
-                        for c in 0..(self._steps * (self._detectors - 1)) {
-                            self.count[c].d.next = self.count[c + row].q.val();
+                for gap in self._gap..(self._gap + 1) {
+                    for _skips in 0..self._skips {
+                        if self.row_ends[0].val() & self.last.q.val() {
+                            for c in 0..(self.count.len() - self._gap) {
+                                self.count[c].d.next = self.count[c + gap].q.val();
+                            }
                         }
+                    }
+                }
+                if self.replaces[0].val() {
+                    for c in 0..(self.count.len()) {
+                        self.count[c].d.next = self.i_count[c].val();
                     }
                 }
             }
@@ -256,36 +260,48 @@ impl Logic for ResultStream {
 
         self.load.next = self.i_counted.val() & !self.blocked.val();
         if self.load.val() {
-            for c in 0..(self.count.len()) {
-                for _exact in self.o_saturated.count()..1 {
-                    self.count[c].d.next = self.i_count[c].val();
-                }
-                for _saturates in 0..self.o_saturated.count() {
-                    self.count[c].d.next = self.clamp[c].o_count.val();
-                }
+            for _one in self._several..1 {
+                self.count[0].d.next = self.i_count[0].val();
             }
             self.last.d.next = self.i_last.val();
-            for _steps in 0..self.step.count() {
-                self.step[0].d.next = 1.into();
+        }
+        for _steps in 0..self.step.count() {
+            if self.moves[0].val() {
+                self.step[0].d.next = self.step[0].q.val() >> 1;
+                if self.row_ends[0].val() | self.replaces[0].val() {
+                    self.step[0].d.next = self.whole_row[0].val();
+                    for _short in 0..self.short_row.count() {
+                        if (self.replaces[0].val() & self.i_last.val())
+                            | (!self.replaces[0].val() & self.last.q.val())
+                        {
+                            self.step[0].d.next = self.short_row[0].val();
+                        }
+                    }
+                }
             }
-            for _detectors in 0..self.detector.count() {
-                self.detector[0].d.next = 1.into();
+        }
+        for _detectors in 0..self.detector.count() {
+            if self.moves[0].val() {
+                if self.replaces[0].val() {
+                    self.detector[0].d.next = self.rows[0].val();
+                } else if self.row_ends[0].val() {
+                    self.detector[0].d.next = self.detector[0].q.val() >> 1;
+                }
             }
         }
         for _saturates in 0..self.o_saturated.count() {
             dff_setup!(self, i_clk, saturated[0]);
             for c in 0..(self.count.len()) {
-                self.clamp[c].i_count.next = self.i_count[c].val();
-                self.clamped[0].i[c].next = self.clamp[c].o_clamped.val();
+                self.clamped[0].i[c].next = self.i_clamped[c].val();
             }
-            for _whole in self._partial..1 {
+            for _whole in self.clamped_last.count()..1 {
                 if self.i_counted.val() & self.clamped[0].o.val().any() {
                     self.saturated[0].d.next = true;
                 }
             }
-            for _partial in 0..self._partial {
+            for _short in 0..self.clamped_last.count() {
                 for c in 0..(self.count.len()) {
-                    self.clamped_last[0].i[c].next = self.clamp[c].o_clamped.val();
+                    self.clamped_last[0].i[c].next = self.i_clamped[c].val();
                 }
                 if self.i_counted.val()
                     & ((!self.i_last.val() & self.clamped[0].o.val().any())

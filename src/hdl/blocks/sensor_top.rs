@@ -6,7 +6,8 @@ use super::phase_stepper::{PhaseGeometry, ReferenceStart};
 use super::result_stream::StreamPlan;
 use super::scan_controller::ScanPlan;
 use super::{
-    CodeSource, EdgeDetector, PhaseStepper, ResultStream, ScanController, UpdownCorrelator,
+    CodeSource, CountClamp, EdgeDetector, PeakDetector, PhaseStepper, ResultStream, ScanController,
+    UpdownCorrelator,
 };
 use crate::code::Code;
 use crate::hdl::front::prelude::*;
@@ -37,6 +38,12 @@ pub struct SensorTop {
     pub o_overrun: Output<bool>,
     /// A count was clamped.
     pub o_saturated: Optional<Output<bool>>,
+    /// Phase step of each detector's peak in the last scan.
+    pub o_peak_step: Optional<Output<Word>>,
+    /// Its count.
+    pub o_peak_count: Optional<Output<Word>>,
+    /// They have just changed.
+    pub o_peak_valid: Optional<Output<bool>>,
     about: About,
     laser: Register<Word>,
     epoch: Register<bool>,
@@ -48,7 +55,9 @@ pub struct SensorTop {
     stepper: Vec<PhaseStepper>,
     edges: Vec<EdgeDetector>,
     correlator: Vec<UpdownCorrelator>,
+    clamp: Vec<CountClamp>,
     results: ResultStream,
+    peak: Vec<PeakDetector>,
     _generators: usize,
     _realigns: usize,
     _lanes: usize,
@@ -81,6 +90,9 @@ impl SensorTop {
             port.map_or(1, |p| p.width)
         };
         let sources = source_codes.len() as u32;
+        let with_peak = |port| Optional::new(contract.peak.is_some(), port);
+        let counts = detectors * parallel as usize;
+        let clamps = if contract.saturates() { counts } else { 0 };
         SensorTop {
             i_clk: Input::bit("one cycle per chip"),
             i_rst: Input::bit("synchronous, active high"),
@@ -100,6 +112,24 @@ impl SensorTop {
             o_saturated: Optional::new(
                 contract.saturates(),
                 Output::bit("a count was clamped since reset").under("Flags, high until reset"),
+            ),
+            o_peak_step: with_peak(
+                Output::word(
+                    width("o_peak_step"),
+                    peak_about(detectors, "phase step k of the last scan's largest count"),
+                )
+                .under(PEAK),
+            ),
+            o_peak_count: with_peak(
+                Output::word(
+                    width("o_peak_count"),
+                    peak_about(detectors, "the count, signed"),
+                )
+                .under(PEAK),
+            ),
+            o_peak_valid: Optional::new(
+                contract.peak.is_some(),
+                Output::bit("high for one clock when they have changed").under(PEAK),
             ),
             about: describe(contract),
             laser: Register::word(sources, 0, "chip of each source"),
@@ -134,23 +164,41 @@ impl SensorTop {
                 .map(|&(start, _)| PhaseStepper::new(geometry, start, looks_ahead, realigns))
                 .collect(),
             edges: (0..detectors).map(|_| EdgeDetector::new(lanes)).collect(),
-            correlator: (0..detectors * parallel as usize)
+            correlator: (0..counts)
                 .map(|_| UpdownCorrelator::new(lanes, contract.count_segments))
                 .collect(),
+            clamp: (0..clamps)
+                .map(|_| CountClamp::new(contract.exact_count_bits, contract.count_bits))
+                .collect(),
             results: ResultStream::new(StreamPlan {
-                total_bits: contract.exact_count_bits,
                 count_bits: contract.count_bits,
+                saturates: contract.saturates(),
                 data_bits: contract.tdata_bits,
                 detectors: detectors as u32,
                 steps: parallel,
                 last_steps: contract.last_group_steps() as u32,
             }),
+            peak: contract
+                .peak
+                .iter()
+                .map(|plan| PeakDetector::new(plan, detectors as u32))
+                .collect(),
             _generators: codes.len(),
             _realigns: usize::from(realigns),
             _lanes: lanes as usize,
             _detectors: detectors,
             _parallel: parallel as usize,
         }
+    }
+}
+
+/// Heading of the peak detector's ports.
+const PEAK: &str = "Peak of a scan, steady until the next scan's";
+
+fn peak_about(detectors: usize, about: &str) -> String {
+    match detectors {
+        1 => about.to_owned(),
+        _ => format!("{about}; detector 0 lowest"),
     }
 }
 
@@ -293,8 +341,22 @@ impl Logic for SensorTop {
                     self.correlator[d * parallel + p].i_reference.next =
                         self.stepper[d].o_reference[p].val();
                     self.correlator[d * parallel + p].i_dump.next = self.controller.o_dump.val();
-                    self.results.i_count[d * parallel + p].next =
-                        self.correlator[d * parallel + p].o_count.val();
+                }
+            }
+        }
+        for c in 0..(self.correlator.len()) {
+            for _exact in self.o_saturated.count()..1 {
+                self.results.i_count[c].next = self.correlator[c].o_count.val();
+                for s in 0..(self.peak.len()) {
+                    self.peak[s].i_count[c].next = self.correlator[c].o_count.val();
+                }
+            }
+            for _saturates in 0..self.o_saturated.count() {
+                self.clamp[c].i_count.next = self.correlator[c].o_count.val();
+                self.results.i_count[c].next = self.clamp[c].o_count.val();
+                self.results.i_clamped[c].next = self.clamp[c].o_clamped.val();
+                for s in 0..(self.peak.len()) {
+                    self.peak[s].i_count[c].next = self.clamp[c].o_count.val();
                 }
             }
         }
@@ -332,6 +394,15 @@ impl Logic for SensorTop {
         self.o_overrun.next = self.results.o_overrun.val();
         for _saturates in 0..self.o_saturated.count() {
             self.o_saturated[0].next = self.results.o_saturated[0].val();
+        }
+        for _peak in 0..(self.peak.len()) {
+            self.peak[0].i_clk.next = self.i_clk.val();
+            self.peak[0].i_rst.next = self.i_rst.val();
+            self.peak[0].i_counted.next = self.controller.o_counted.val();
+            self.peak[0].i_last.next = self.controller.o_last.val();
+            self.o_peak_step[0].next = self.peak[0].o_step.val();
+            self.o_peak_count[0].next = self.peak[0].o_count.val();
+            self.o_peak_valid[0].next = self.peak[0].o_valid.val();
         }
     }
 }

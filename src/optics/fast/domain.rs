@@ -40,6 +40,17 @@ pub enum OutsideDomain {
         /// The shortest that is exact.
         least_chips: f64,
     },
+    /// Light so rare that the lanes would mostly wait.
+    #[error(
+        "a photon comes once in {mean_wait_chips} chips; the lanes take at most {most_chips}, \
+         beyond which one photon after another is quicker"
+    )]
+    TooRare {
+        /// Mean wait for any light.
+        mean_wait_chips: f64,
+        /// The longest for which lanes pay.
+        most_chips: f64,
+    },
     /// Jitter, transition and edge delays reach beyond one chip.
     #[error("jitter, transition and edge delays together reach from one edge to the next")]
     EdgesTooWide,
@@ -59,6 +70,10 @@ pub enum OutsideDomain {
 /// With so many ticks in a time constant, rounding a wait to ticks adds 10^-7
 /// to its variance, and nothing to its mean.
 const LEAST_TIME_CONSTANT_TICKS: f64 = 1000.0;
+
+/// Waits are cut at a period, at the cost of an iteration each; a photon of the
+/// plain loop costs about ten.
+const MOST_PERIODS_PER_PHOTON: f64 = 10.0;
 
 /// Every table of a model, shared by all lanes and threads.
 #[derive(Debug, Clone)]
@@ -113,8 +128,10 @@ impl Tables {
             transition_chips: chips(model.counter.transition_ps),
             jitter_chips,
         };
-        let sign = SignTable::new(grid, &model.reference.chips, &timing)
+        let mut sign = SignTable::new(grid, &model.reference.chips, &timing)
             .ok_or(OutsideDomain::EdgesTooWide)?;
+        // A jitter of no width decides nothing, but it is drawn.
+        sign.is_random |= model.jitter_chips.is_some();
         let zone = 2.0 * (NORMAL_REACH * timing.jitter_chips + timing.transition_chips)
             + (timing.rising_delay_chips - timing.falling_delay_chips).abs();
         if model.parallel() > 1 && zone * f64::from(model.samples_per_chip) >= 1.0 {
@@ -141,7 +158,15 @@ impl Tables {
 
 fn check_quickness(model: &DetectorModel, grid: Grid) -> Result<(), OutsideDomain> {
     let excess_per_chip: f64 = model.excess.iter().map(|light| light.rate_per_chip).sum();
-    let mut time_constant_chips = 1.0 / (model.constant_per_chip + excess_per_chip);
+    let mean_wait_chips = 1.0 / (model.constant_per_chip + excess_per_chip);
+    let most_chips = MOST_PERIODS_PER_PHOTON * f64::from(grid.period_chips);
+    if mean_wait_chips > most_chips {
+        return Err(OutsideDomain::TooRare {
+            mean_wait_chips,
+            most_chips,
+        });
+    }
+    let mut time_constant_chips = mean_wait_chips;
     if let Some(afterpulsing) = model.afterpulsing {
         time_constant_chips = time_constant_chips.min(afterpulsing.time_constant_chips);
         // An endless chain of afterpulses is as quick as the dead time lets it.

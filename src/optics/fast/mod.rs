@@ -30,7 +30,7 @@ mod excess;
 mod grid;
 mod instruction_set;
 mod lanes;
-mod normal;
+pub(crate) mod normal;
 mod sign;
 mod steps;
 mod streams;

@@ -1,4 +1,4 @@
-//! The normal distribution, for the tables of jitter.
+//! The normal distribution.
 
 use std::f64::consts::{PI, SQRT_2};
 

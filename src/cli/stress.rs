@@ -1,0 +1,56 @@
+//! `goldtof stress`.
+
+use std::fmt::Write as _;
+
+use super::Ending;
+use super::arguments::StressArguments;
+use super::output::Output;
+use crate::stress::{Case, cases, run as run_cases};
+
+pub(super) fn run(arguments: &StressArguments, output: &mut Output) -> anyhow::Result<Ending> {
+    let chosen = choose(arguments)?;
+    if arguments.list {
+        let names: Vec<&str> = chosen.iter().map(|case| case.name).collect();
+        let mut text = String::new();
+        for case in &chosen {
+            let _ = writeln!(text, "{:<52} {}", case.name, case.what);
+        }
+        output.answer(&names, &text)?;
+        return Ok(Ending::Done);
+    }
+    let report = run_cases(&chosen, |case| {
+        output.note(&format!("{:>6.2} s  {}", case.run_time_s, case.name));
+    })?;
+    output.answer(&report, &report.to_text())?;
+    Ok(if report.all_hold() {
+        Ending::Done
+    } else {
+        Ending::DoesNotHold
+    })
+}
+
+/// The cases that the command line asks for.
+fn choose(arguments: &StressArguments) -> anyhow::Result<Vec<Case>> {
+    let all = cases();
+    let Some(name) = &arguments.case else {
+        let mut chosen = all;
+        chosen.retain(|case| case.quick || !arguments.quick);
+        return Ok(chosen);
+    };
+    match all.iter().find(|case| case.name == name) {
+        Some(&case) => Ok(vec![case]),
+        None => {
+            let nearest = all
+                .iter()
+                .max_by(|a, b| {
+                    let likeness = |case: &Case| strsim::jaro(case.name, name);
+                    likeness(a).total_cmp(&likeness(b))
+                })
+                .map_or("", |case| case.name);
+            anyhow::bail!(
+                "there is no case \"{name}\"; did you mean \"{nearest}\"? \
+                 `goldtof stress --list` names all of them"
+            )
+        }
+    }
+}

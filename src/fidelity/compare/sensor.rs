@@ -1,0 +1,39 @@
+//! The sensor's own trade.
+
+use super::SensorPoint;
+use crate::estimate::{CountingTier, predict};
+use crate::scene::Scene;
+
+/// Powers and integration times, relative to the scene's.
+const POWERS: [f64; 4] = [0.1, 0.3, 1.0, 3.0];
+const INTEGRATIONS: [f64; 5] = [0.1, 0.3, 1.0, 3.0, 10.0];
+
+/// Expected error of the distance over integration time at several light levels.
+/// Where the counts have no expected peak there is no point.
+pub fn trade(scene: &Scene, path: usize) -> Vec<SensorPoint> {
+    let mut points = Vec::new();
+    for relative_power in POWERS {
+        for factor in INTEGRATIONS {
+            let mut other = scene.clone();
+            for source in &mut other.sources {
+                source.mean_power_w *= relative_power;
+            }
+            let chips = (scene.scan.integration_chips as f64 * factor)
+                .round()
+                .max(1.0);
+            other.scan.integration_chips = chips as u64;
+            let Ok(expected) = predict(&other, 0, path, CountingTier::Sampled) else {
+                continue;
+            };
+            points.push(SensorPoint {
+                relative_power,
+                detected_rate_cps: expected.detection_rate_hz,
+                integration_s: chips * scene.chip_period_ps * 1e-12,
+                std_m: expected.std_m,
+                bias_m: expected.bias_m,
+                coarse_failure_bound: expected.coarse_failure_bound,
+            });
+        }
+    }
+    points
+}

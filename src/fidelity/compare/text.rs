@@ -1,0 +1,90 @@
+//! The comparison in words.
+
+use std::fmt::Write as _;
+
+use super::FidelityReport;
+
+impl FidelityReport {
+    /// The report in words.
+    pub fn to_text(&self) -> String {
+        let r = &self.reference;
+        let mut text = format!(
+            "{}, seed {}; reference: {} with {} scans, standard deviation {:.3} +- {:.3} mm, bias \
+             {:.3} +- {:.3} mm\n\n",
+            self.scene,
+            self.seed,
+            r.name,
+            r.repetitions,
+            r.std_m * 1e3,
+            r.std_std_error_m * 1e3,
+            r.bias_m * 1e3,
+            r.std_error_m * 1e3,
+        );
+        let _ = writeln!(
+            text,
+            "{:10} {:>7} {:>10} {:>9} {:>9}  {:>24}  {:>24}",
+            "tier", "scans", "time s", "std mm", "bias mm", "error of std, 95 %", "of bias, in std"
+        );
+        let interval = |error: f64, ci: [f64; 2]| {
+            format!(
+                "{:+.2} % [{:+.2}, {:+.2}]",
+                error * 100.0,
+                ci[0] * 100.0,
+                ci[1] * 100.0
+            )
+        };
+        for tier in &self.tiers {
+            let scans = tier.repetitions.map_or("-".to_owned(), |n| n.to_string());
+            let _ = writeln!(
+                text,
+                "{:10} {:>7} {:>10.4} {:>9.3} {:>9.3}  {:>24}  {:>24}{}",
+                tier.name,
+                scans,
+                tier.run_time_s,
+                tier.std_m * 1e3,
+                tier.bias_m * 1e3,
+                interval(tier.error_vs_reference, tier.error_ci),
+                interval(tier.bias_error_vs_reference, tier.bias_error_ci),
+                if tier.pareto { "  Pareto" } else { "" },
+            );
+        }
+        if let Some(best) = &self.recommended {
+            let scans = best
+                .repetitions
+                .map_or(String::new(), |n| format!(" with {n} scans"));
+            let _ = writeln!(
+                text,
+                "\nfor an error of {} % of the standard deviation: {}{scans}, {:.3} s (seen to \
+                 agree within {:.2} %)",
+                best.target_error * 100.0,
+                best.name,
+                best.run_time_s,
+                best.shown_error * 100.0
+            );
+        }
+        let _ = writeln!(
+            text,
+            "\n{:>10} {:>12} {:>16} {:>9} {:>9}",
+            "power", "Mcps", "integration us", "std mm", "bias mm"
+        );
+        for point in &self.sensor {
+            let _ = writeln!(
+                text,
+                "{:>9}x {:>12.3} {:>16.1} {:>9.3} {:>9.3}",
+                point.relative_power,
+                point.detected_rate_cps / 1e6,
+                point.integration_s * 1e6,
+                point.std_m * 1e3,
+                point.bias_m * 1e3
+            );
+        }
+        text.push('\n');
+        for part in &self.left_out {
+            let saving = part.saving.as_ref().map_or(String::new(), |saving| {
+                format!(", saves {:.1} % of the time", saving.share * 100.0)
+            });
+            let _ = writeln!(text, "left out: {}{saving} ({})", part.part, part.reason);
+        }
+        text
+    }
+}

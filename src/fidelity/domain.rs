@@ -1,0 +1,248 @@
+//! For which scenes and questions each tier's answers hold.
+
+use super::Tier;
+use crate::estimate::{CountingTier, predict};
+use crate::optics::{DetectorModel, Light, MeanResponse, SecondMoments};
+use crate::scene::Scene;
+
+/// Coarse estimates more often wrong than this show in the statistics.
+const COARSE_FAILURES: f64 = 1e-3;
+/// The phase's scatter beyond which its linearisation is off by more than 2 %.
+const LINEAR_PHASE_RAD: f64 = 0.2;
+/// Shares of detections, or of a variance, that are too large to leave out.
+const SHARE: f64 = 0.01;
+/// A saturated detector forgets its start within 10^5 dead times, as far as it is
+/// simulated, up to this product of light and dead time: 2 s^2 = 10^5.
+const MOST_SATURATION: f64 = 223.0;
+/// A step must last so many times the detector's memory for its variance to have
+/// no rim.
+const STEP_IN_MEMORIES: f64 = 50.0;
+
+/// The domain of a tier, in words.
+pub fn of(tier: Tier) -> &'static str {
+    match tier {
+        Tier::Expected => {
+            "exact means and covariances of the continuous-time counter's counts; the standard \
+             deviation is linear in the counts' errors and that of scans whose coarse stage finds \
+             the path; the noise of the coarse stage itself, which can add a few tenths of a \
+             millimetre to the bias, is left out"
+        }
+        Tier::Counts => {
+            "counts with exact means, variances and covariances of the continuous-time counter, \
+             drawn as normal numbers (small ones as binomial, Poisson or negative binomial, \
+             without the covariance of counts upwards and downwards); those of the first scan \
+             stand for all"
+        }
+        Tier::Events => {
+            "every detection, exact for the article's continuous-time counter; the hardware's \
+             sampling (pulses that merge or slip between samples, clamped counts) is left out"
+        }
+        Tier::Sampled => "every detection and every sample; bit for bit the hardware's counts",
+        Tier::Rtl => "the Verilog itself, compared with the reference model at every clock",
+    }
+}
+
+/// What of a detector in a scene is outside a tier's domain, and what that does
+/// to the answer.
+pub fn warnings(scene: &Scene, detector: usize, tier: Tier) -> Vec<String> {
+    let model = DetectorModel::new(scene, detector);
+    let light = Light::of(&model);
+    let view = View {
+        scene,
+        detector,
+        model: &model,
+        brightest_per_chip: light.brightest_per_chip(),
+    };
+    let mut warnings = Vec::new();
+    warnings.extend(view.saturation());
+    if tier.counting() == CountingTier::Events {
+        warnings.extend(view.merged_pulses());
+        warnings.extend(view.missed_pulses());
+        warnings.extend(view.clamped_counts());
+    }
+    if tier <= Tier::Counts {
+        warnings.extend(view.short_steps());
+        warnings.extend(view.later_scans());
+    }
+    match tier {
+        Tier::Expected => warnings.extend(view.scatter()),
+        Tier::Counts => warnings.extend(view.small_counts()),
+        Tier::Events | Tier::Sampled | Tier::Rtl => {}
+    }
+    let name = &scene.detectors[detector].name;
+    for warning in &mut warnings {
+        *warning = format!("{name}: {warning}");
+    }
+    warnings
+}
+
+/// One detector of a scene.
+struct View<'a> {
+    scene: &'a Scene,
+    detector: usize,
+    model: &'a DetectorModel,
+    brightest_per_chip: f64,
+}
+
+impl View<'_> {
+    fn dead_time_chips(&self) -> f64 {
+        self.scene.detectors[self.detector].dead_time_ps / self.scene.chip_period_ps
+    }
+
+    /// Two detections are one rising edge if the level does not fall between two
+    /// samples: if they are less than pulse width and sample period apart.
+    fn merged_pulses(&self) -> Option<String> {
+        let spad = &self.scene.detectors[self.detector];
+        let sample_ps = self.scene.chip_period_ps / f64::from(self.scene.samples_per_chip);
+        let ready_ps = spad.pulse_width_ps + sample_ps - spad.dead_time_ps;
+        if ready_ps <= 0.0 {
+            return None;
+        }
+        // Within `ready_ps` of the end of a dead time: light, and afterpulses.
+        let light = self.brightest_per_chip * ready_ps / self.scene.chip_period_ps;
+        let released = match spad.afterpulsing_time_constant_ps {
+            0.0 => 1.0,
+            constant_ps => 1.0 - (-ready_ps / constant_ps).exp(),
+        };
+        let share = 1.0 - (-light).exp() * (1.0 - spad.afterpulsing_probability * released);
+        (share > SHARE).then(|| {
+            format!(
+                "pulses of {} ns leave no low sample within {:.3} ns of the end of the dead time: \
+                 up to {:.1} % of the detections merge with the one before in the sampled \
+                 hardware, and are counted here",
+                spad.pulse_width_ps / 1e3,
+                ready_ps / 1e3,
+                share * 100.0
+            )
+        })
+    }
+
+    /// A pulse that is shorter than a sample period may lie between samples.
+    fn missed_pulses(&self) -> Option<String> {
+        let spad = &self.scene.detectors[self.detector];
+        let sample_ps = self.scene.chip_period_ps / f64::from(self.scene.samples_per_chip);
+        let missed = 1.0 - spad.pulse_width_ps / sample_ps;
+        (missed > 0.0).then(|| {
+            format!(
+                "pulses of {} ns are shorter than the sample period of {} ns: the sampled \
+                 hardware misses {:.1} % of them, and here they all count",
+                spad.pulse_width_ps / 1e3,
+                sample_ps / 1e3,
+                missed * 100.0
+            )
+        })
+    }
+
+    fn clamped_counts(&self) -> Option<String> {
+        let width = self.scene.hardware.counter_width?;
+        let chips = self.scene.scan.integration_chips as f64;
+        // No more than one detection in a dead time.
+        let most = chips
+            / self
+                .dead_time_chips()
+                .max(1.0 / self.brightest_per_chip.max(1e-300));
+        let limit = 2_f64.powi(width as i32 - 1) - 1.0;
+        (most > limit).then(|| {
+            format!(
+                "counter_width = {width} clamps the hardware's counts at {limit}; here they are \
+                 not clamped, and may come to {most:.0}"
+            )
+        })
+    }
+
+    fn saturation(&self) -> Option<String> {
+        let saturation = self.brightest_per_chip * self.dead_time_chips();
+        (saturation > MOST_SATURATION).then(|| {
+            format!(
+                "light of {saturation:.0} primary detections per dead time: the detector remembers \
+                 longer than the 100,000 dead times that are simulated before each phase step, so \
+                 the phase of its firing is the same in all of them"
+            )
+        })
+    }
+
+    fn short_steps(&self) -> Option<String> {
+        let saturation = self.brightest_per_chip * self.dead_time_chips();
+        let spad = &self.scene.detectors[self.detector];
+        let memory = (1.0 + saturation * saturation) * self.dead_time_chips()
+            + spad.afterpulsing_time_constant_ps / self.scene.chip_period_ps;
+        let chips = self.scene.scan.integration_chips as f64;
+        (chips < STEP_IN_MEMORIES * memory).then(|| {
+            format!(
+                "a phase step of {chips} chips is not long beside the detector's memory of \
+                 {memory:.1} chips: variances hold for steps of {:.0} chips and more",
+                STEP_IN_MEMORIES * memory
+            )
+        })
+    }
+
+    /// The moments are those of the first scan.
+    fn later_scans(&self) -> Option<String> {
+        let pitch = self.model.first_chip(1, 0);
+        let scene = self.scene;
+        let apart: Vec<&str> = scene
+            .paths
+            .iter()
+            .filter(|path| path.detector == self.detector)
+            .map(|path| &scene.sources[path.source])
+            .chain([&scene.sources[scene.detectors[self.detector].reference]])
+            .filter(|source| !pitch.is_multiple_of(u128::from(source.code.len())))
+            .map(|source| source.name.as_str())
+            .collect();
+        let first = apart.first()?;
+        Some(format!(
+            "later scans start at another chip of the code of \"{first}\" than the first one, \
+             whose counts stand for all"
+        ))
+    }
+
+    fn scatter(&self) -> Vec<String> {
+        let own = self.scene.detectors[self.detector].reference;
+        let paths = (0..self.scene.paths.len()).filter(|&path| {
+            let path = &self.scene.paths[path];
+            path.detector == self.detector && path.source == own
+        });
+        let counting = Tier::Expected.counting();
+        let expected = paths.filter_map(|path| {
+            Some((
+                path,
+                predict(self.scene, self.detector, path, counting).ok()?,
+            ))
+        });
+        expected
+            .flat_map(|(path, expected)| {
+                let coarse = (expected.coarse_failure_bound > COARSE_FAILURES).then(|| {
+                    format!(
+                        "path {path}: in up to {:.2} % of the scans another step counts most; bias \
+                         and standard deviation are those of the other scans",
+                        expected.coarse_failure_bound * 100.0
+                    )
+                });
+                let linear = (expected.phase_std_rad > LINEAR_PHASE_RAD).then(|| {
+                    format!(
+                        "path {path}: the phase scatters by {:.2} rad; the standard deviation is \
+                         linear in it, and holds below {LINEAR_PHASE_RAD} rad",
+                        expected.phase_std_rad
+                    )
+                });
+                coarse.into_iter().chain(linear)
+            })
+            .collect()
+    }
+
+    fn small_counts(&self) -> Option<String> {
+        // Without a mean response there is no answer to warn about.
+        let response = MeanResponse::of_tier(self.model, Tier::Counts.counting()).ok()?;
+        let moments = SecondMoments::new(&response).ok()?.of_step(0);
+        let least = 0.5 * (moments.total_mean - moments.signed_mean.abs());
+        let shared = 0.5 * (moments.total_variance / moments.signed_variance - 1.0);
+        (least < 25.0 && shared.abs() > SHARE).then(|| {
+            format!(
+                "about {least:.1} counts in either direction per phase step are too few to be \
+                 normal: their covariance is left out, which changes the variance of the \
+                 difference by {:+.1} %",
+                shared * 100.0
+            )
+        })
+    }
+}

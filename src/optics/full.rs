@@ -1,0 +1,83 @@
+//! Models with every part at work, whether the scene needs it or not.
+//!
+//! A part with a neutral parameter does not exist in a [`DetectorModel`], and
+//! costs nothing. Here it is put back with that neutral parameter: the numbers
+//! that come out must be the same, bit for bit, and what the part costs can be
+//! measured.
+
+use std::sync::Arc;
+
+use super::afterpulsing::Afterpulsing;
+use super::detector::DetectorModel;
+use super::light::{ExcessLight, LightRates};
+
+/// A rate at which nothing ever arrives.
+const NEVER_HZ: f64 = 1e-290;
+
+/// A part of the simulation that a scene may do without.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OptionalPart {
+    /// Off-light, background and dark counts, which are one process.
+    ConstantLight,
+    /// Modulated light of one more path.
+    OtherLight,
+    /// Afterpulses.
+    Afterpulsing,
+    /// Timing jitter, or a draw of the counter's sign near its edges.
+    Jitter,
+}
+
+impl OptionalPart {
+    /// Every part.
+    pub const ALL: [OptionalPart; 4] = [
+        OptionalPart::ConstantLight,
+        OptionalPart::OtherLight,
+        OptionalPart::Afterpulsing,
+        OptionalPart::Jitter,
+    ];
+}
+
+impl DetectorModel {
+    /// The same model with `part` at work too, neutral; itself where the part is
+    /// at work already. There is always room for one more path.
+    pub fn with_neutral(&self, part: OptionalPart) -> DetectorModel {
+        let mut model = self.clone();
+        match part {
+            OptionalPart::ConstantLight => {
+                if model.constant_per_chip == 0.0 {
+                    model.constant_per_chip = NEVER_HZ * self.chip_period_ps() * 1e-12;
+                }
+            }
+            OptionalPart::OtherLight => {
+                let dark = LightRates {
+                    on_hz: NEVER_HZ,
+                    off_hz: 0.0,
+                };
+                let unused = model.excess.iter().map(|light| light.path + 1).max();
+                // The reference's own code leaves the common period as it is.
+                let code = Arc::clone(&model.reference);
+                let period_ps = self.chip_period_ps();
+                let path = unused.unwrap_or(0);
+                let delay_ps = 0.3 * period_ps;
+                let light = ExcessLight::new(path, dark, &code, delay_ps, period_ps);
+                model.excess.extend(light);
+            }
+            OptionalPart::Afterpulsing => {
+                model.afterpulsing.get_or_insert(Afterpulsing {
+                    mean_per_avalanche: 0.0,
+                    time_constant_chips: 1.0,
+                });
+            }
+            OptionalPart::Jitter => {
+                model.jitter_chips.get_or_insert(0.0);
+            }
+        }
+        model
+    }
+
+    /// The same model with every part at work.
+    pub fn full(&self) -> DetectorModel {
+        let parts = OptionalPart::ALL.into_iter();
+        parts.fold(self.clone(), |model, part| model.with_neutral(part))
+    }
+}

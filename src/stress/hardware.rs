@@ -1,0 +1,277 @@
+//! The Verilog at its limits, beside the reference model and the definition.
+
+use super::bench::{Bench, Script};
+use super::scenes::{ideal, window};
+use super::statistics::SEED;
+use super::{Case, Group, Measured};
+use crate::optics::Pulse;
+use crate::scene::{Scene, Target};
+
+const BOTH_AGREE: &str = "Verilog and reference model are two constructions of one contract: every \
+                          output port at every clock";
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "counters-one-short-of-saturation",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong counts, flags and ports with 6 hits up and 7 down into 4 bits",
+        why: "4 bits hold -8..7: nothing is clamped, the flag stays low",
+        run: || counters([6, 7], [6, -7], false),
+    },
+    Case {
+        name: "counters-at-saturation",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong counts, flags and ports with 7 hits up and 8 down into 4 bits",
+        why: "4 bits hold -8..7: nothing is clamped, the flag stays low",
+        run: || counters([7, 8], [7, -8], false),
+    },
+    Case {
+        name: "counters-beyond-saturation-upwards",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong counts, flags and ports with 8 hits up and 8 down into 4 bits",
+        why: "4 bits hold -8..7: the count up is clamped, never wrapped, and flagged",
+        run: || counters([8, 8], [7, -8], true),
+    },
+    Case {
+        name: "counters-beyond-saturation-downwards",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong counts, flags and ports with 7 hits up and 9 down into 4 bits",
+        why: "4 bits hold -8..7: the count down is clamped, never wrapped, and flagged",
+        run: || counters([7, 9], [7, -8], true),
+    },
+    Case {
+        name: "counters-far-beyond-saturation",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong counts, flags and ports with 12 hits up and 16 down into 4 bits: every one there \
+               can be",
+        why: "4 bits hold -8..7: counts are clamped, never wrapped, and flagged",
+        run: || counters([12, 16], [7, -8], true),
+    },
+    Case {
+        name: "hits-in-every-other-sample",
+        group: Group::Hardware,
+        quick: false,
+        what: "wrong counts and ports with the most hits there can be, either phase, 62 chips, S = 8",
+        why: "S / 2 hits fall into every chip, so every step counts (D / L)(2 w - L) S / 2",
+        run: every_other_sample,
+    },
+    Case {
+        name: "a-dump-on-every-clock",
+        group: Group::Hardware,
+        quick: true,
+        what: "clocks at which a port differs from the reference model, D = 1 chip, 50,000 hostile \
+               clocks",
+        why: BOTH_AGREE,
+        run: dump_on_every_clock,
+    },
+    Case {
+        name: "reset-in-the-middle-of-everything",
+        group: Group::Hardware,
+        quick: true,
+        what: "clocks at which a port differs from the reference model, reset after 1, 2, 3, ... 200 \
+               clocks",
+        why: "the model starts anew after every reset: so must every register",
+        run: reset_everywhere,
+    },
+    Case {
+        name: "a-consumer-that-never-takes",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong clocks: overrun not raised, the first result not held, ports that differ",
+        why: "AXI4-Stream: valid data stand until taken; what does not fit is dropped and flagged, as \
+              the sensor cannot stall",
+        run: consumer_never_takes,
+    },
+    Case {
+        name: "everything-at-once",
+        group: Group::Hardware,
+        quick: false,
+        what: "clocks at which a port differs: two detectors, five steps at once, nu = 2, 3-bit counts, \
+               100,000 hostile clocks",
+        why: BOTH_AGREE,
+        run: everything_at_once,
+    },
+    Case {
+        name: "degree-16-interleaved-four-times",
+        group: Group::Hardware,
+        quick: false,
+        what: "clocks at which a port differs over more than a code period of 1,048,560 chips",
+        why: BOTH_AGREE,
+        run: longest_code,
+    },
+];
+
+/// 7 chips of weight 3, S = 4, D = 14 chips, two steps, 4 bits.
+fn small_sensor() -> anyhow::Result<Scene> {
+    let mut scene = ideal(r#"{ family = "chips", chips = "0110100" }"#, 4, 0.0, 14)?;
+    window(&mut scene, 5, 2);
+    scene.hardware.counter_width = Some(4);
+    Ok(scene)
+}
+
+/// Single-sample pulses in step number `step` of the first scan: the first
+/// `number` hits that the definition counts with the sign `up`.
+fn one_sided(bench: &Bench, step: u64, up: bool, number: usize) -> Vec<Pulse> {
+    let contract = &bench.contract;
+    let lanes = u64::from(contract.lanes);
+    let code = &contract.reference_codes[0];
+    let first_clock = bench.first_clock();
+    let delay = contract.scan.step(step);
+    let dwell = contract.scan.integration_chips;
+    let mut pulses: Vec<Pulse> = Vec::new();
+    for sample in step * dwell * lanes..(step + 1) * dwell * lanes {
+        let period = code.len() * lanes;
+        let chip = (sample + period - delay % period) % period / lanes;
+        let first = first_clock * lanes + sample;
+        let is_apart = pulses.last().is_none_or(|pulse| pulse.end < first);
+        if pulses.len() < number && is_apart && (code.chips[chip as usize] == 1) == up {
+            pulses.push(Pulse {
+                first,
+                end: first + 1,
+            });
+        }
+    }
+    pulses
+}
+
+fn counters(hits: [usize; 2], expected: [i64; 2], flagged: bool) -> anyhow::Result<Measured> {
+    let mut bench = Bench::new(&small_sensor()?)?;
+    let mut pulses = one_sided(&bench, 0, true, hits[0]);
+    pulses.extend(one_sided(&bench, 1, false, hits[1]));
+    anyhow::ensure!(pulses.len() == hits[0] + hits[1], "too few places for hits");
+    let run = bench.play(&Script::new(pulses), 60)?;
+    let counts: Vec<i64> = run.results.iter().take(2).map(|r| r.count).collect();
+    let is_flagged = bench.port(&run, "o_saturated").last() == Some(1);
+    // What the Verilog sends, as signed bytes.
+    let data = bench.port(&run, "m_axis_tdata");
+    let sent = data.zip(bench.port(&run, "m_axis_tvalid"));
+    let sent: Vec<i64> = sent
+        .filter(|&(_, valid)| valid == 1)
+        .map(|(data, _)| i64::from(data as u8 as i8))
+        .collect();
+    let wrong = usize::from(counts != expected)
+        + usize::from(sent.get(..2) != Some(&expected[..]))
+        + usize::from(is_flagged != flagged);
+    Measured::none(wrong + run.mismatches as usize, "wrong values")
+}
+
+fn every_other_sample() -> anyhow::Result<Measured> {
+    let scene = ideal(r#"{ family = "gold", degree = 5 }"#, 8, 0.0, 62)?;
+    let code = scene.sources[0].code.clone();
+    let expected = 2 * (2 * code.weight() as i64 - code.len() as i64) * 4;
+    let mut bench = Bench::new(&scene)?;
+    let clocks = 20_000;
+    let mut wrong = 0;
+    for odd in [0, 1] {
+        let pulses = (odd..clocks * 8).step_by(2).map(|first| Pulse {
+            first,
+            end: first + 1,
+        });
+        let run = bench.play(&Script::new(pulses.collect()), clocks)?;
+        anyhow::ensure!(run.results.len() > 248, "the run is too short");
+        wrong += run
+            .results
+            .iter()
+            .filter(|r| r.count != expected || r.total != 248)
+            .count();
+        wrong += run.mismatches as usize;
+    }
+    Measured::none(wrong, "wrong values")
+}
+
+fn dump_on_every_clock() -> anyhow::Result<Measured> {
+    let mut scene = ideal(r#"{ family = "gold", degree = 3 }"#, 4, 0.0, 1)?;
+    window(&mut scene, 3, 20);
+    let run = Bench::new(&scene)?.attack(SEED, 50_000)?;
+    anyhow::ensure!(run.results.len() > 1_000, "the run is too short");
+    Measured::none(run.mismatches as usize, "clocks")
+}
+
+fn reset_everywhere() -> anyhow::Result<Measured> {
+    let mut bench = Bench::new(&small_sensor()?)?;
+    let mut script = Script::new(Vec::new());
+    let mut clock = bench.first_clock() - 1;
+    for run in 1..=200 {
+        clock += run;
+        script.resets.push(clock..clock + 1 + run % 3);
+        clock += 1 + run % 3;
+    }
+    // Hits that follow no pattern of the code: every third, then fifth sample.
+    let mut first = 1;
+    while first < clock * 4 {
+        script.pulses[0].push(Pulse {
+            first,
+            end: first + 1,
+        });
+        first += 3 + 2 * (first / 64 % 2);
+    }
+    let run = bench.play(&script, clock)?;
+    anyhow::ensure!(run.results.len() > 300, "the run is too short");
+    Measured::none(run.mismatches as usize, "clocks")
+}
+
+fn consumer_never_takes() -> anyhow::Result<Measured> {
+    let mut bench = Bench::new(&small_sensor()?)?;
+    let mut script = Script::new(one_sided(&bench, 0, true, 5));
+    let clocks = 400;
+    script.stalls.push(0..clocks);
+    let run = bench.play(&script, clocks)?;
+    let dwell = bench.contract.scan.integration_chips;
+    // The first result shows when its latency is over, the second overruns.
+    let latency = u64::from(bench.contract.result_latency_clocks);
+    let shows = bench.first_clock() - 1 + dwell + latency;
+    let overruns = shows + dwell;
+    let ports = bench
+        .port(&run, "m_axis_tvalid")
+        .zip(bench.port(&run, "m_axis_tdata"))
+        .zip(bench.port(&run, "o_overrun"));
+    let wrong = ports
+        .zip(0..clocks)
+        .filter(|&(((valid, data), overrun), clock)| {
+            let expected = if clock < shows { (0, 0) } else { (1, 5) };
+            (valid, data) != expected || overrun != u64::from(clock >= overruns)
+        })
+        .count();
+    Measured::none(wrong + run.mismatches as usize, "clocks")
+}
+
+fn everything_at_once() -> anyhow::Result<Measured> {
+    let code = r#"{ family = "gold", degree = 3, interleave = 2 }"#;
+    let mut scene = ideal(code, 8, 0.0, 9)?;
+    let mut other = scene.sources[0].clone();
+    other.name = "other".to_owned();
+    other.code = ideal(
+        &code.replace("degree = 3,", "degree = 3, index = 2,"),
+        8,
+        0.0,
+        9,
+    )?
+    .sources[0]
+        .code
+        .clone();
+    scene.sources.push(other);
+    let mut spad = scene.detectors[0].clone();
+    spad.name = "other".to_owned();
+    spad.reference = 1;
+    scene.detectors.push(spad);
+    window(&mut scene, 211, 43);
+    scene.hardware.parallel = 5;
+    scene.hardware.counter_width = Some(3);
+    scene.hardware.target = Target::Ice40Hx8k;
+    let run = Bench::new(&scene)?.attack(SEED, 100_000)?;
+    Measured::none(run.mismatches as usize, "clocks")
+}
+
+fn longest_code() -> anyhow::Result<Measured> {
+    // Degree 16 has no preferred pair of its own.
+    let code = r#"{ family = "m-sequence", degree = 16, interleave = 4 }"#;
+    let mut scene = ideal(code, 16, 0.0, 1_000)?;
+    window(&mut scene, 16_776_950, 20);
+    let run = Bench::new(&scene)?.attack(SEED, 1_100_000)?;
+    Measured::none(run.mismatches as usize, "clocks")
+}

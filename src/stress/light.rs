@@ -1,0 +1,363 @@
+//! No light, too much light, unmodulated light.
+
+use super::scenes::{GOLD_5, GOLD_11, constant_light, ideal, table_i, window};
+use super::statistics::{SEED, Sample, counts, step_s, worst};
+use super::{Case, Group, Measured};
+use crate::estimate::report::estimate_scan;
+use crate::estimate::{
+    CountingTier, Estimate, Measurement, NoEstimate, PredictionError, estimate, predict,
+};
+use crate::fidelity::Tier;
+use crate::fidelity::simulate::simulate;
+use crate::optics::fast::StepCounter;
+use crate::optics::{CountMoments, CountSampler, DetectorModel, MeanResponse};
+use crate::scene::Scene;
+
+/// Photons per second that reach the detector, a factor of 1,000 apart.
+const INCIDENT_CPS: [f64; 4] = [1e3, 1e6, 1e9, 1e12];
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "no-light-at-all",
+        group: Group::Light,
+        quick: true,
+        what: "estimates from 20 scans of a dark, noiseless sensor, by photons and by sampled pulses",
+        why: "without counts there is nothing to estimate: \"no estimate\", neither 0 nor NaN",
+        run: no_light,
+    },
+    Case {
+        name: "one-photon-counted-up-in-the-whole-scan",
+        group: Group::Light,
+        quick: true,
+        what: "distance of the estimate from the one phase step that counted, largest over all steps",
+        why: "one sample of the triangle is its centre: the phase of a single term is zero",
+        run: one_photon_up,
+    },
+    Case {
+        name: "one-photon-counted-down-in-the-whole-scan",
+        group: Group::Light,
+        quick: true,
+        what: "phase steps for which a single photon counted down gives an estimate",
+        why: "all other steps share the largest count, zero: the correlation has no peak",
+        run: one_photon_down,
+    },
+    Case {
+        name: "constant-light-1e3-to-1e12-photons-per-second",
+        group: Group::Light,
+        quick: true,
+        what: "largest deviation of the mean count from the closed form, detection probability 0.31, \
+               dead time 14 ns",
+        why: "renewal process: rate = lambda / (1 + lambda D), which saturates at 1 / D",
+        run: constant_light_saturates,
+    },
+    Case {
+        name: "no-rate-beyond-one-count-per-dead-time",
+        group: Group::Light,
+        quick: true,
+        what: "largest mean detection rate times dead time, all of Table I, 10^3 to 10^12 photons per \
+               second",
+        why: "avalanches are a dead time or more apart: one count more than T / D at most",
+        run: saturation,
+    },
+    Case {
+        name: "photons-agree-with-the-state-equation-in-saturation",
+        group: Group::Light,
+        quick: false,
+        what: "largest deviation of signed and total counts over 40 phase steps from the mean \
+               response, all of Table I, 10^6 to 10^10 photons per second",
+        why: "photons one by one against the detector's state equation, two constructions of one \
+              process; the largest of 320 normal deviations is below 4.5 in all but 1 of 460 draws",
+        run: photons_against_state_equation,
+    },
+    Case {
+        name: "the-estimate-in-saturation",
+        group: Group::Light,
+        quick: false,
+        what: "difference of the simulated from the expected bias at 10^9 photons per second (0.97 of \
+               saturation)",
+        why: "the mean response gives the walk of a nearly saturated detector; the estimate follows it",
+        run: estimate_in_saturation,
+    },
+    Case {
+        name: "extinction-ratio-1-is-expected-flat",
+        group: Group::Light,
+        quick: true,
+        what: "tiers that predict a distance for unmodulated light",
+        why: "an extinction ratio of 1 carries no code: every phase step expects the same count",
+        run: unmodulated_prediction,
+    },
+    Case {
+        name: "extinction-ratio-1-gives-no-estimate",
+        group: Group::Light,
+        quick: true,
+        what: "estimates that a report gives from the noise of unmodulated light, in 10 scans",
+        why: "nothing modulated reaches the detector, so the largest count is chance: \"no estimate\"",
+        run: unmodulated_estimate,
+    },
+    Case {
+        name: "infinite-extinction-ratio",
+        group: Group::Light,
+        quick: true,
+        what: "largest deviation of the mean signed count at phase steps 0, 4, 8 and 20 (S = 8)",
+        why: "ideal detector: r = rate x T x (correlation of the on-chips with the reference), \
+              linear between chips",
+        run: infinite_extinction_ratio,
+    },
+    Case {
+        name: "background-a-million-times-the-signal",
+        group: Group::Light,
+        quick: true,
+        what: "largest relative error of the expected counts, less that of the background, against \
+               the closed form",
+        why: "without dead time counts add up: the signal's part is that without background; \
+              10^-16 of a background 10^6 times as large, over some thousand additions",
+        run: overwhelming_background,
+    },
+    Case {
+        name: "background-a-million-times-the-signal-in-photons",
+        group: Group::Light,
+        quick: false,
+        what: "deviation of the signed count at the peak, 10 cps of signal in 10 Mcps of background \
+               for 144 days in all, counts drawn from their moments",
+        why: "Poisson light: mean and variance of the signed count in closed form, and \
+              the signal is 11 of the standard errors",
+        run: overwhelming_background_counts,
+    },
+];
+
+fn no_light() -> anyhow::Result<Measured> {
+    let scene = ideal(GOLD_5, 8, 0.0, 310)?;
+    let mut estimates = 0;
+    for tier in [Tier::Events, Tier::Sampled] {
+        let simulation = simulate(&scene, tier, SEED, 20)?;
+        for path in simulation.estimates {
+            estimates += path.estimates;
+            for value in [path.mean_m, path.bias_m, path.std_m, path.expected_bias_m] {
+                estimates += u64::from(value.is_some());
+            }
+        }
+    }
+    Measured::none(estimates as usize, "estimates")
+}
+
+/// Estimate from a scan of one photon in one step.
+fn one_photon(scene: &Scene, step: usize, sign: i64) -> Result<Estimate, NoEstimate> {
+    let mut counts = vec![0; scene.scan.steps as usize];
+    counts[step] = sign;
+    estimate(&Measurement::new(scene, &counts), 0.0)
+}
+
+fn one_photon_up() -> anyhow::Result<Measured> {
+    let scene = ideal(GOLD_5, 8, 0.0, 310)?;
+    let errors_ps: Result<Vec<f64>, NoEstimate> = (0..scene.scan.steps as usize)
+        .map(|step| Ok(one_photon(&scene, step, 1)?.delay_ps - 1000.0 * step as f64))
+        .collect();
+    Measured::at_most(worst(errors_ps?), "ps", 1e-9)
+}
+
+fn one_photon_down() -> anyhow::Result<Measured> {
+    let scene = ideal(GOLD_5, 8, 0.0, 310)?;
+    let estimates = (0..scene.scan.steps as usize)
+        .filter(|&step| one_photon(&scene, step, -1).is_ok())
+        .count();
+    Measured::none(estimates, "estimates")
+}
+
+fn constant_light_saturates() -> anyhow::Result<Measured> {
+    let dead_time_s = 14e-9;
+    let mut deviations = Vec::new();
+    for incident_cps in INCIDENT_CPS {
+        let chips = if incident_cps < 1e5 {
+            12_500_000
+        } else {
+            20_000
+        };
+        let mut scene = constant_light(incident_cps, chips)?;
+        let spad = &mut scene.detectors[0];
+        spad.photon_detection_probability = 0.31;
+        spad.dead_time_ps = dead_time_s * 1e12;
+        let primary_cps = 0.31 * incident_cps;
+        let expected = primary_cps * step_s(&scene) / (1.0 + primary_cps * dead_time_s);
+        let totals = Sample::of_totals(&counts(&scene, 200));
+        // A saturated detector's counts hardly scatter; its mean count is within
+        // one of the closed form, however the step starts.
+        let scale = totals.standard_error().max(0.25);
+        deviations.push((totals.mean - expected) / scale);
+    }
+    Measured::deviation(worst(deviations))
+}
+
+fn saturation() -> anyhow::Result<Measured> {
+    let mut most = 0.0_f64;
+    let mut limit = 0.0_f64;
+    for incident_cps in INCIDENT_CPS {
+        let scene = table_i(GOLD_5, 0.31 * incident_cps, 20_000)?;
+        let per_step = counts(&scene, 50).iter().map(|c| c.total).max();
+        let fit = step_s(&scene) / 14e-9;
+        most = most.max(per_step.unwrap_or(0) as f64 / fit);
+        // Jitter may bring one more over either rim.
+        limit = limit.max((fit + 2.0) / fit);
+    }
+    Measured::at_most(most, "counts per dead time", limit)
+}
+
+fn photons_against_state_equation() -> anyhow::Result<Measured> {
+    let mut deviations = Vec::new();
+    for incident_cps in [1e6, 1e8, 1e9, 1e10] {
+        let scene = table_i(GOLD_5, 0.31 * incident_cps, 3_100)?;
+        let model = DetectorModel::new(&scene, 0);
+        let means = MeanResponse::of_tier(&model, CountingTier::Events)?.mean_counts();
+        let counter = StepCounter::new(&model);
+        let (repetitions, steps) = (400, 40);
+        let mut found = vec![Default::default(); repetitions * steps];
+        counter.count(SEED, 0..repetitions as u64, 0..steps as u64, &mut found);
+        for step in 0..steps {
+            let of_step = || found.iter().skip(step).step_by(steps);
+            let signed = Sample::of(of_step().map(|c| c.signed as f64));
+            let total = Sample::of(of_step().map(|c| c.total as f64));
+            deviations.push(signed.z(means[step].signed));
+            deviations.push(total.z(means[step].total));
+        }
+    }
+    Measured::at_most(worst(deviations), "standard errors", 4.5)
+}
+
+fn estimate_in_saturation() -> anyhow::Result<Measured> {
+    let mut scene = table_i(GOLD_11, 0.31e9, 131_000)?;
+    window(&mut scene, 0, 48);
+    let simulation = simulate(&scene, Tier::Events, SEED, 60)?;
+    let path = &simulation.estimates[0];
+    let (Some(bias_m), Some(error_m), Some(expected_m)) =
+        (path.bias_m, path.std_error_m, path.expected_bias_m)
+    else {
+        anyhow::bail!("no estimates: {:?}", path.remark);
+    };
+    Measured::deviation((bias_m - expected_m) / error_m)
+}
+
+/// All of Table I, with light that does not carry its code.
+fn unmodulated() -> anyhow::Result<Scene> {
+    let mut scene = table_i(GOLD_5, 20e6, 3_100)?;
+    scene.sources[0].extinction_ratio = 1.0;
+    Ok(scene)
+}
+
+fn unmodulated_prediction() -> anyhow::Result<Measured> {
+    let scene = unmodulated()?;
+    let predicted = [CountingTier::Events, CountingTier::Sampled]
+        .into_iter()
+        .filter(|&tier| predict(&scene, 0, 0, tier) != Err(PredictionError::Flat))
+        .count();
+    Measured::none(predicted, "predictions")
+}
+
+fn unmodulated_estimate() -> anyhow::Result<Measured> {
+    let scene = unmodulated()?;
+    let model = DetectorModel::new(&scene, 0);
+    let counter = StepCounter::new(&model);
+    let mut estimates = 0;
+    for repetition in 0..10 {
+        let mut found = vec![Default::default(); scene.scan.steps as usize];
+        counter.count(
+            SEED,
+            repetition..repetition + 1,
+            0..scene.scan.steps,
+            &mut found,
+        );
+        let report = estimate_scan(&scene, 0, &found);
+        estimates += usize::from(report.distance_m.is_some());
+    }
+    Measured::none(estimates, "estimates")
+}
+
+/// Sum over the code of on(i - lag) chi(i), for a lag in phase steps, with linear
+/// interpolation between whole chips.
+fn on_chips_against_reference(chips: &[u8], lag_steps: u64, samples_per_chip: u64) -> f64 {
+    let length = chips.len();
+    let of_whole = |lag: usize| -> f64 {
+        (0..length)
+            .map(|i| {
+                let on = f64::from(chips[i]);
+                let reference = 2.0 * f64::from(chips[(i + length - lag % length) % length]) - 1.0;
+                on * reference
+            })
+            .sum()
+    };
+    let (whole, part) = (lag_steps / samples_per_chip, lag_steps % samples_per_chip);
+    let share = part as f64 / samples_per_chip as f64;
+    (1.0 - share) * of_whole(whole as usize) + share * of_whole(whole as usize + 1)
+}
+
+fn infinite_extinction_ratio() -> anyhow::Result<Measured> {
+    let mut deviations = Vec::new();
+    for lag in [0, 4, 8, 20] {
+        let mut scene = ideal(GOLD_5, 8, 10e6, 31 * 100)?;
+        window(&mut scene, lag, 1);
+        let code = scene.sources[0].code.clone();
+        let photons = 10e6 * step_s(&scene);
+        let correlated = on_chips_against_reference(&code.chips, lag, 8);
+        let expected = photons * correlated / code.weight() as f64;
+        let model = DetectorModel::new(&scene, 0);
+        let mut found = vec![Default::default(); 1_000];
+        StepCounter::new(&model).count(SEED, 0..1_000, 0..1, &mut found);
+        if lag == 0 {
+            // Every detection counts up: no scatter but that of the total.
+            let down = found.iter().filter(|c| c.signed != c.total as i64).count();
+            anyhow::ensure!(down == 0, "{down} scans counted off-light at the peak");
+        }
+        deviations.push(Sample::of(found.iter().map(|c| c.signed as f64)).z(expected));
+    }
+    Measured::deviation(worst(deviations))
+}
+
+/// Gold code of 31 chips, 1 kcps of signal in 1 Gcps of background.
+fn dazzled() -> anyhow::Result<Scene> {
+    let mut scene = ideal(GOLD_5, 8, 1e3, 31 * 1_000)?;
+    scene.detectors[0].background_rate_cps = 1e9;
+    Ok(scene)
+}
+
+fn overwhelming_background() -> anyhow::Result<Measured> {
+    let scene = dazzled()?;
+    let code = scene.sources[0].code.clone();
+    let model = DetectorModel::new(&scene, 0);
+    let means = MeanResponse::of_tier(&model, CountingTier::Events)?.mean_counts();
+    let (length, weight) = (code.len() as f64, code.weight() as f64);
+    let background = 1e9 * step_s(&scene) * (2.0 * weight - length) / length;
+    let signal = 1e3 * step_s(&scene);
+    let errors = (0..scene.scan.steps).map(|k| {
+        let expected = signal * on_chips_against_reference(&code.chips, k, 8) / weight;
+        (means[k as usize].signed - background - expected) / signal
+    });
+    Measured::at_most(worst(errors), "of the signal", 1e-7)
+}
+
+fn overwhelming_background_counts() -> anyhow::Result<Measured> {
+    let mut scene = ideal(GOLD_5, 8, 10.0, 31 * 100_000_000)?;
+    scene.detectors[0].background_rate_cps = 1e7;
+    window(&mut scene, 0, 1);
+    let code = scene.sources[0].code.clone();
+    let (length, weight) = (code.len() as f64, code.weight() as f64);
+    let seconds = step_s(&scene);
+    let mean = 10.0 * seconds + 1e7 * seconds * (2.0 * weight - length) / length;
+    // Both signs are Poisson, so the variance of r is the mean of N.
+    let variance = (10.0 + 1e7) * seconds;
+    let model = DetectorModel::new(&scene, 0);
+    let moments = CountMoments {
+        signed_mean: mean,
+        total_mean: variance,
+        signed_variance: variance,
+        total_variance: variance,
+        covariance: mean,
+    };
+    let sampler = CountSampler::new(&model, &[moments]);
+    let scans = 500_000;
+    let found = (0..scans).map(|scan| sampler.scan(SEED, scan)[0].signed as f64);
+    let expected = MeanResponse::of_tier(&model, CountingTier::Events)?.mean_counts()[0];
+    anyhow::ensure!(
+        ((expected.signed - mean) / variance.sqrt()).abs() < 1e-3,
+        "the mean response expects {} and not {mean}",
+        expected.signed
+    );
+    Measured::deviation(Sample::of(found).z(mean))
+}

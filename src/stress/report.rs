@@ -1,0 +1,137 @@
+//! What the stress cases found: JSON and table.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::{Bound, Case, Group, Measured};
+
+/// The JSON of `goldtof stress`.
+#[derive(Debug, Clone, Serialize)]
+pub struct StressReport {
+    /// The cases that were run, in their order.
+    pub cases: Vec<CaseReport>,
+}
+
+/// One case's verdict.
+#[derive(Debug, Clone, Serialize)]
+pub struct CaseReport {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is about.
+    pub group: Group,
+    /// What was measured.
+    pub what: &'static str,
+    /// The number; none when the measurement failed.
+    pub measured: Option<f64>,
+    /// Unit of measurement and bound.
+    pub unit: &'static str,
+    /// What it must keep; none when the measurement failed.
+    pub bound: Option<Bound>,
+    /// Whether it keeps it.
+    pub holds: bool,
+    /// Why the bound is right.
+    pub why: &'static str,
+    /// Why the measurement failed, if it did.
+    pub error: Option<String>,
+    /// Wall time.
+    pub run_time_s: f64,
+}
+
+impl CaseReport {
+    pub(super) fn new(
+        case: &Case,
+        outcome: anyhow::Result<Measured>,
+        run_time_s: f64,
+    ) -> CaseReport {
+        let (measured, error) = match outcome {
+            Ok(measured) => (Some(measured), None),
+            Err(error) => (None, Some(format!("{error:#}"))),
+        };
+        CaseReport {
+            name: case.name,
+            group: case.group,
+            what: case.what,
+            measured: measured.map(|m| m.value),
+            unit: measured.map_or("", |m| m.unit),
+            bound: measured.map(|m| m.bound),
+            holds: measured.is_some_and(|m| m.bound.holds(m.value)),
+            why: case.why,
+            error,
+            run_time_s,
+        }
+    }
+
+    /// One line for people.
+    pub fn line(&self) -> String {
+        let verdict = if self.holds { "holds" } else { "FAILS" };
+        let finding = match (self.measured, &self.bound, &self.error) {
+            (Some(measured), Some(bound), _) => {
+                format!("{} {} ({})", number(measured), self.unit, words(bound))
+            }
+            (_, _, error) => error.clone().unwrap_or_default(),
+        };
+        format!(
+            "{verdict}  {:<48} {finding}  {:.2} s",
+            self.name, self.run_time_s
+        )
+    }
+}
+
+impl StressReport {
+    /// Whether every case holds.
+    pub fn all_hold(&self) -> bool {
+        self.cases.iter().all(|case| case.holds)
+    }
+
+    /// The table in words: every case, and why for those that fail.
+    pub fn to_text(&self) -> String {
+        let mut text = String::new();
+        for case in &self.cases {
+            let _ = writeln!(text, "{}", case.line());
+            if !case.holds {
+                let _ = writeln!(text, "       {}; the bound: {}", case.what, case.why);
+            }
+        }
+        let failing = self.cases.iter().filter(|case| !case.holds).count();
+        let _ = writeln!(text, "{} cases, {failing} failing", self.cases.len());
+        text
+    }
+}
+
+fn words(bound: &Bound) -> String {
+    match (bound.at_least, bound.at_most) {
+        (Some(least), Some(most)) if least == most => format!("exactly {}", number(most)),
+        (Some(least), Some(most)) => format!("{} to {}", number(least), number(most)),
+        (Some(least), None) => format!("at least {}", number(least)),
+        (None, Some(most)) => format!("at most {}", number(most)),
+        (None, None) => "anything".to_owned(),
+    }
+}
+
+/// Three digits, and an exponent where the number needs one.
+fn number(value: f64) -> String {
+    let magnitude = value.abs();
+    if value == value.trunc() && magnitude < 1e6 {
+        format!("{value}")
+    } else if (1e-3..1e6).contains(&magnitude) {
+        format!("{value:.3}")
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_bounds_are_said() {
+        assert_eq!(number(0.0), "0");
+        assert_eq!(number(4.0), "4");
+        assert_eq!(number(1.23456), "1.235");
+        assert_eq!(number(3.2e-9), "3.20e-9");
+        assert_eq!(words(&Bound::exactly(0.0)), "exactly 0");
+        assert_eq!(words(&Bound::at_most(0.5)), "at most 0.500");
+    }
+}

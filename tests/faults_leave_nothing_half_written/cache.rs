@@ -1,0 +1,71 @@
+//! A cache of built models that is broken or not to be had.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use super::support::*;
+
+fn cosim(cache: &Path) -> Command {
+    let mut command = goldtof(&["cosim", QUICK, "--cycles", "1000"]);
+    command.env("GOLDTOF_CACHE_DIR", cache);
+    command
+}
+
+#[test]
+fn broken_models_are_built_again() {
+    let cache = cache_without_models();
+    ends_with(0, &mut cosim(cache.path()));
+    let model = entries(cache.path(), "model-").remove(0);
+    let whole = fs::read(model.join("sensor.so")).unwrap();
+
+    fs::write(model.join("sensor.so"), &whole[..whole.len() / 2]).unwrap();
+    ends_with(0, &mut cosim(cache.path()));
+    assert_eq!(
+        fs::read(model.join("sensor.so")).unwrap().len(),
+        whole.len()
+    );
+
+    let leftover = cache.path().join(format!(
+        "{}.building-killed",
+        model.file_name().unwrap().to_str().unwrap()
+    ));
+    fs::create_dir(&leftover).unwrap();
+    fs::remove_dir_all(&model).unwrap();
+    fs::write(&model, "a file").unwrap();
+    ends_with(0, &mut cosim(cache.path()));
+    assert!(model.is_dir() && !leftover.exists());
+}
+
+#[test]
+fn a_broken_run_time_library_is_built_again() {
+    let cache = cache_without_models();
+    let runtime = entries(cache.path(), "runtime-").remove(0);
+    fs::write(runtime.join("runtime.o"), "garbled").unwrap();
+    ends_with(0, &mut cosim(cache.path()));
+    assert!(fs::metadata(runtime.join("runtime.o")).unwrap().len() > 10_000);
+}
+
+#[test]
+fn a_cache_that_cannot_be_written_is_named_with_what_to_set() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    fs::write(&file, "mine").unwrap();
+    for (cache, reason) in [
+        (file.clone(), "not a directory"),
+        (file.join("cache"), "Not a directory"),
+        (Path::new("/proc/goldtof").to_owned(), "No such file"),
+    ] {
+        let told = ends_with(2, &mut cosim(&cache));
+        let expected = format!(
+            "error: {}: cannot keep built models here: {reason}",
+            cache.display()
+        );
+        assert!(told.starts_with(&expected), "{told}");
+        assert!(
+            told.contains("set GOLDTOF_CACHE_DIR to a folder that can be written"),
+            "{told}"
+        );
+    }
+    assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
+}
