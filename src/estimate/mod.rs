@@ -16,6 +16,7 @@ pub use prediction::{Prediction, PredictionError, predict};
 pub use truth::{TrueDelay, true_delay};
 
 use crate::SPEED_OF_LIGHT_M_PER_S;
+use crate::scene::Scene;
 
 /// Distance (half the optical path) of a time of flight.
 pub fn distance_m(delay_ps: f64) -> f64 {
@@ -26,4 +27,18 @@ pub fn distance_m(delay_ps: f64) -> f64 {
 pub fn delay_error_ps(delay_ps: f64, true_delay_ps: f64, code_period_ps: f64) -> f64 {
     let turns = (delay_ps - true_delay_ps) / code_period_ps;
     (turns - turns.round()) * code_period_ps
+}
+
+/// What to say of a path that is longer than distances are unambiguous.
+pub fn folded(scene: &Scene, path: usize) -> Option<String> {
+    let code = &scene.sources[scene.paths[path].source].code;
+    let range_m = distance_m(scene.chip_period_ps * code.len() as f64);
+    let path_m = scene.paths[path].distance_m();
+    (path_m >= range_m).then(|| {
+        format!(
+            "the path's {path_m:.4} m are beyond the unambiguous range of {range_m:.4} m, and are \
+             folded to {:.4} m",
+            path_m.rem_euclid(range_m)
+        )
+    })
 }

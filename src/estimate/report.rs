@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::bound::bound;
 use super::model::{ALARM_SIGMAS, FittedPath, ModelEstimate, expected_fit, fit};
 use super::{
-    CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate,
+    CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate, folded,
     predict, true_delay,
 };
 use crate::optics::StepCount;
@@ -221,6 +221,10 @@ impl EstimateReport {
         }
         let ratio = self.expected_std_m.zip(self.bound_m);
         self.std_over_bound = ratio.map(|(std_m, bound_m)| std_m / bound_m);
+        if let Some(folded) = folded(scene, path) {
+            let remark = self.remark.take().map(|remark| remark + "; ");
+            self.remark = Some(remark.unwrap_or_default() + &folded);
+        }
     }
 
     /// Name and value of everything that is known, for a table.

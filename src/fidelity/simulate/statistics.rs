@@ -5,7 +5,7 @@ use super::answers::{Answers, Ranging};
 use super::moments::Moments;
 use crate::estimate::bound::bound;
 use crate::estimate::model::expected_fit;
-use crate::estimate::{distance_m, predict};
+use crate::estimate::{distance_m, folded, predict};
 use crate::scene::EstimatorKind;
 
 /// Bias and standard deviation in metres.
@@ -55,7 +55,7 @@ pub fn statistics(
             chi_square_alarm_fraction: (answers.fits > 0)
                 .then(|| answers.alarms as f64 / answers.fits as f64),
             detected_rate_cps,
-            remark: answers.remark.clone(),
+            remark: answers.remark.clone().or_else(|| folded(scene, path)),
         }
     };
     (0..ranging.paths.len()).map(of_path).collect()
