@@ -162,6 +162,7 @@ fn every_path_and_code_adds_its_light() {
             detector: 0,
             delay_ps,
             transmission,
+            movement: None,
         });
     }
     Comparison::of(&scene, 600).assert_same_distribution("paths and codes");

@@ -271,7 +271,7 @@ fn stepped_hits(lit: &[f64], steps_per_chip: usize, dead_steps: usize, chips: us
 
 #[test]
 fn means_agree_with_a_time_stepped_detector_to_a_hundred_thousandth_of_the_peak() {
-    for rate in [2e6, 25e6] {
+    for rate in [2e6, 25e6, 90e6] {
         // Ten periods exactly.
         let mut scene = table_i_scene(gold_5(), rate, 310);
         scene.detectors[0].jitter_ps.clear();

@@ -78,6 +78,7 @@ fn neutral_parts_change_nothing() {
             detector: 0,
             delay_ps: 5e3,
             transmission,
+            movement: None,
         });
     }
     assert_eq!(detections(&neutral, 1, 0, 0), expected);

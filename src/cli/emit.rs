@@ -11,7 +11,7 @@ use crate::scene;
 pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Result<Ending> {
     let scene = scene::load(&arguments.scene.scene)?;
     let emission = hdl::emit(&scene, &command_line(&arguments.scene.scene))?;
-    hdl::write(&emission, &arguments.out)?;
+    hdl::write_into(&emission, &output.folder(&arguments.out)?)?;
     output.answer(&emission, &text(&emission, &arguments.out))?;
     Ok(Ending::Done)
 }

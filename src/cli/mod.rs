@@ -22,6 +22,7 @@ use clap::Parser as _;
 use self::arguments::{Cli, Command};
 use self::output::Output;
 use crate::cosim::error::CosimError;
+use crate::interrupt;
 
 /// How a command that did its work ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,6 +45,9 @@ pub fn main() -> ExitCode {
         }
     };
     let mut output = Output::new(cli.json, cli.quiet);
+    if let Err(error) = interrupt::watch() {
+        output.note(&format!("signals are not watched: {error}"));
+    }
     let ending = match cli.command {
         Command::Run(arguments) => run::run(&arguments, cli.seed, &mut output),
         Command::Plan(arguments) => plan::run(&arguments, &mut output),

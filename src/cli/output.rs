@@ -1,10 +1,13 @@
 //! Who prints what: JSON to stdout, people's words to stdout or stderr.
 
 use std::io::{self, Write as _};
+use std::path::Path;
 
 use anyhow::Context as _;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
+
+use crate::files::{FileError, OutputFolder};
 
 /// The outputs of a command.
 pub(super) struct Output {
@@ -38,8 +41,19 @@ impl Output {
     /// A remark on the way, for people.
     pub fn note(&self, text: &str) {
         if !self.quiet {
-            eprintln!("{text}");
+            to_stderr(text);
         }
+    }
+
+    /// Opens a folder for the command's files; waits while another run writes
+    /// into it.
+    pub fn folder(&self, path: &Path) -> Result<OutputFolder, FileError> {
+        OutputFolder::open(path, |path| {
+            self.note(&format!(
+                "{}: another goldtof writes here; waiting for its end",
+                path.display()
+            ));
+        })
     }
 
     /// A progress bar over `total` clocks, drawn only for people who can see it.
@@ -62,6 +76,44 @@ impl Output {
 
     /// An error, with its causes.
     pub fn error(&self, error: &anyhow::Error) {
-        eprintln!("error: {error:#}");
+        to_stderr(&format!("error: {}", with_causes(error)));
+    }
+}
+
+/// The error's words and those of its causes that it does not repeat itself.
+fn with_causes(error: &anyhow::Error) -> String {
+    error.chain().fold(String::new(), |text, cause| {
+        let cause = cause.to_string();
+        match text.as_str() {
+            "" => cause,
+            _ if text.contains(&cause) => text,
+            _ => format!("{text}: {cause}"),
+        }
+    })
+}
+
+/// Nobody may be there to read it, which is no reason to end.
+fn to_stderr(text: &str) {
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
+#[cfg(test)]
+mod tests {
+    use anyhow::Context as _;
+
+    use super::*;
+
+    #[test]
+    fn a_cause_is_told_once() {
+        let cause = || io::Error::other("the reason");
+        let repeated = FileError {
+            path: "a".into(),
+            problem: "cannot write the file",
+            source: cause(),
+        };
+        let text = with_causes(&repeated.into());
+        assert_eq!(text, "a: cannot write the file: the reason");
+        let told_by_the_chain = Err::<(), _>(cause()).context("no stdout").unwrap_err();
+        assert_eq!(with_causes(&told_by_the_chain), "no stdout: the reason");
     }
 }

@@ -18,7 +18,9 @@ pub(super) fn run(
             None => FigureId::ALL.to_vec(),
         },
     };
-    let made = reproduce(&options, &arguments.out, |title| output.note(title))?;
+    let made = reproduce(&options, &output.folder(&arguments.out)?, |title| {
+        output.note(title)
+    })?;
     output.answer(&made, &made.to_text())?;
     Ok(if made.holds() {
         Ending::Done

@@ -1,18 +1,16 @@
 //! Reads the Verilog of `--rtl DIR`.
 
 use std::fs;
+use std::io;
 use std::path::Path;
-
-use serde::Deserialize;
 
 use crate::cosim::build::SourceFile;
 use crate::cosim::error::CosimError;
+use crate::cosim::manifest::file_names;
+use crate::files::read_text;
 
-/// The part of a manifest that matters here.
-#[derive(Deserialize)]
-struct Manifest {
-    files: Vec<String>,
-}
+/// Largest file of Verilog, and largest manifest, that is read.
+const MOST_BYTES: u64 = 64 << 20;
 
 /// Reads the files that `DIR/manifest.json` names, or every .v and .sv file of
 /// the folder, in the order of their names.
@@ -28,8 +26,7 @@ pub(super) fn read(folder: &Path) -> Result<Vec<SourceFile>, CosimError> {
         .into_iter()
         .filter(|name| name.ends_with(".v") || name.ends_with(".sv"))
         .map(|name| {
-            let path = folder.join(&name);
-            let text = fs::read_to_string(&path).map_err(CosimError::file(&path))?;
+            let text = read_file(&folder.join(&name))?;
             Ok(SourceFile { name, text })
         })
         .collect::<Result<_, CosimError>>()?;
@@ -44,31 +41,36 @@ fn manifest(folder: &Path) -> Result<Option<Vec<String>>, CosimError> {
     if !path.exists() {
         return Ok(None);
     }
-    let wrong = |reason: String| CosimError::Manifest {
-        path: path.clone(),
-        reason,
-    };
-    let text = fs::read_to_string(&path).map_err(CosimError::file(&path))?;
-    let manifest: Manifest = serde_json::from_str(&text).map_err(|error| {
-        wrong(format!(
-            "{error}; a manifest is what `goldtof emit` writes, with the file names under \"files\""
-        ))
-    })?;
-    for name in &manifest.files {
-        if Path::new(name).components().count() != 1 || name == ".." {
-            return Err(wrong(format!(
-                "files holds {name:?}, which is not the name of a file in this folder"
-            )));
+    let names = file_names(&read_file(&path)?);
+    names
+        .map(Some)
+        .map_err(|reason| CosimError::Manifest { path, reason })
+}
+
+/// Reads a file, but neither a folder nor a pipe that nobody may ever fill.
+fn read_file(path: &Path) -> Result<String, CosimError> {
+    let text = fs::metadata(path).and_then(|found| {
+        if found.is_file() {
+            read_text(path, MOST_BYTES)
+        } else {
+            Err(io::Error::other("it is not a regular file"))
         }
-    }
-    Ok(Some(manifest.files))
+    });
+    text.map_err(unreadable(path))
 }
 
 fn listing(folder: &Path) -> Result<Vec<String>, CosimError> {
     let mut names: Vec<String> = fs::read_dir(folder)
-        .map_err(CosimError::file(folder))?
+        .map_err(unreadable(folder))?
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
         .collect();
     names.sort();
     Ok(names)
+}
+
+fn unreadable(path: &Path) -> impl FnOnce(io::Error) -> CosimError {
+    |source| CosimError::Unreadable {
+        path: path.to_owned(),
+        source,
+    }
 }

@@ -1,10 +1,8 @@
 //! `goldtof run`: plan, emit, simulate photons, co-simulate, estimate, report.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::path::Path;
 
-use anyhow::Context as _;
 use serde::Serialize;
 
 use super::Ending;
@@ -17,9 +15,14 @@ use crate::cosim::{self, Request, StimulusKind};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::hdl::{self, Emission};
 use crate::plan::{self, Plan};
+use crate::report::counts_csv;
 use crate::report::page::{Page, distances_m};
-use crate::report::{counts_csv, write_file};
 use crate::scene::{self, Scene};
+
+/// Written last.
+const REPORT: &str = "report.html";
+const COUNTS: &str = "counts.csv";
+const WAVEFORMS: &str = "mismatch.vcd";
 
 /// The JSON of `goldtof run`.
 #[derive(Serialize)]
@@ -42,10 +45,13 @@ pub(super) fn run(
     let scene = scene::load(path)?;
     let plan = plan::plan(&scene);
     let emission = hdl::emit(&scene, &command_line(path))?;
-    fs::create_dir_all(out)
-        .with_context(|| format!("{}: cannot make the folder", out.display()))?;
-    let rtl = out.join("rtl");
-    hdl::write(&emission, &rtl)?;
+    let folder = output.folder(out)?;
+    // A folder with a report has all that belongs to it, and of one scene.
+    for name in [REPORT, COUNTS, WAVEFORMS] {
+        folder.remove(name)?;
+    }
+    let rtl = folder.join("rtl");
+    hdl::write_into(&emission, &output.folder(&rtl)?)?;
     output.note(
         emit_text(&emission, &rtl)
             .lines()
@@ -62,7 +68,7 @@ pub(super) fn run(
     };
     let mut cosimulation = with_progress(&scene, &request, output)?;
     if !cosimulation.matched() {
-        cosimulation.write_vcd(&out.join("mismatch.vcd"))?;
+        cosimulation.write_vcd(&folder.join(WAVEFORMS))?;
     }
     output.note(cosim_text(&cosimulation.report).trim_end());
     let estimates: Vec<EstimateReport> = cosimulation
@@ -73,8 +79,8 @@ pub(super) fn run(
         .collect();
 
     let distances_m = distances_m(&scene, estimates[0].calibration_offset_ps);
-    write_file(
-        &out.join("counts.csv"),
+    folder.write(
+        COUNTS,
         &counts_csv(&scene, &distances_m, &cosimulation.counts[0]),
     )?;
     let page = Page {
@@ -87,7 +93,7 @@ pub(super) fn run(
         counts: &cosimulation.counts[0],
         estimates: &estimates,
     };
-    write_file(&out.join("report.html"), &page.html()?)?;
+    folder.write(REPORT, &page.html()?)?;
 
     let report = RunReport {
         scene: &scene.name,
@@ -114,6 +120,6 @@ fn summary(scene: &Scene, report: &RunReport, out: &Path) -> String {
     for estimate in report.estimates {
         let _ = writeln!(text, "{estimate}");
     }
-    let _ = writeln!(text, "report: {}", out.join("report.html").display());
+    let _ = writeln!(text, "report: {}", out.join(REPORT).display());
     text
 }

@@ -13,8 +13,9 @@ use sha2::{Digest, Sha256};
 
 use super::error::CosimError;
 use super::ports;
-use super::tools::{Tools, must_run};
+use super::tools::Tools;
 use crate::hdl::Emission;
+use crate::interrupt::Unfinished;
 use crate::model::contract::Contract;
 use crate::model::layout::Layout;
 
@@ -144,16 +145,16 @@ fn runtime(tools: &Tools, cache: &Path) -> Result<PathBuf, CosimError> {
                 .collect();
             let unit = folder.join("runtime.cpp");
             write(&unit, &all)?;
-            must_run(
-                tools
-                    .compiler()
+            tools.compiler.run(|command| {
+                command
                     .args(COMPILER_FLAGS)
                     .args(include_flags(tools))
                     .arg("-c")
                     .arg(&unit)
                     .arg("-o")
-                    .arg(folder.join("runtime.o")),
-            )
+                    .arg(folder.join("runtime.o"))
+            })?;
+            Ok(())
         },
     )
 }
@@ -166,21 +167,23 @@ fn verilate(
     folder: &Path,
 ) -> Result<(), CosimError> {
     let rtl = folder.join("rtl");
-    fs::create_dir(&rtl).map_err(CosimError::file(&rtl))?;
-    let mut command = tools.verilator();
-    command
-        .args(VERILATOR_FLAGS)
-        .args(["--top-module", top, "--Mdir"])
-        .arg(folder)
-        .arg(format!("-I{}", rtl.display()));
+    fs::create_dir(&rtl).map_err(CosimError::cache(&rtl))?;
+    let mut paths = Vec::new();
     for source in sources {
         let path = rtl.join(&source.name);
         write(&path, &source.text)?;
-        command.arg(path);
+        paths.push(path);
     }
-    must_run(&mut command)?;
+    tools.verilator.run(|command| {
+        command
+            .args(VERILATOR_FLAGS)
+            .args(["--top-module", top, "--Mdir"])
+            .arg(folder)
+            .arg(format!("-I{}", rtl.display()))
+            .args(&paths)
+    })?;
     let header = folder.join(format!("V{top}.h"));
-    let text = fs::read_to_string(&header).map_err(CosimError::file(&header))?;
+    let text = fs::read_to_string(&header).map_err(CosimError::cache(&header))?;
     let differences = ports::differences(&contract.ports(), &ports::verilated_ports(&text));
     if differences.is_empty() {
         Ok(())
@@ -196,7 +199,7 @@ fn verilate(
 /// through the calls between them.
 fn link(tools: &Tools, folder: &Path, runtime: &Path) -> Result<(), CosimError> {
     let mut units: Vec<String> = fs::read_dir(folder)
-        .map_err(CosimError::file(folder))?
+        .map_err(CosimError::cache(folder))?
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
         .filter(|name| name.ends_with(".cpp"))
         .collect();
@@ -208,9 +211,8 @@ fn link(tools: &Tools, folder: &Path, runtime: &Path) -> Result<(), CosimError> 
     let unit = folder.join("all.cc");
     write(&unit, &all)?;
     let library = folder.join(LIBRARY);
-    must_run(
-        tools
-            .compiler()
+    tools.compiler.run(|command| {
+        command
             .args(COMPILER_FLAGS)
             .arg("-I")
             .arg(folder)
@@ -220,8 +222,9 @@ fn link(tools: &Tools, folder: &Path, runtime: &Path) -> Result<(), CosimError> 
             .arg(runtime.join("runtime.o"))
             .arg("-o")
             .arg(&library)
-            .arg("-pthread"),
-    )
+            .arg("-pthread")
+    })?;
+    Ok(())
 }
 
 fn include_flags(tools: &Tools) -> [String; 2] {
@@ -241,27 +244,55 @@ fn once(
     if is_whole(&folder, product) {
         return Ok(folder);
     }
-    fs::create_dir_all(cache).map_err(CosimError::file(cache))?;
+    fs::create_dir_all(cache).map_err(CosimError::cache(cache))?;
     let lock_path = cache.join(format!("{name}.lock"));
-    let lock = File::create(&lock_path).map_err(CosimError::file(&lock_path))?;
-    lock.lock().map_err(CosimError::file(&lock_path))?;
+    let lock = File::create(&lock_path).map_err(CosimError::cache(&lock_path))?;
+    lock.lock().map_err(CosimError::cache(&lock_path))?;
     // Another run may have built it while this one waited.
     if is_whole(&folder, product) {
         return Ok(folder);
     }
-    if folder.exists() {
-        fs::remove_dir_all(&folder).map_err(CosimError::file(&folder))?;
-    }
-    let temporary = tempfile::Builder::new()
-        .prefix("building-")
+    remove_broken(cache, name).map_err(CosimError::cache(&folder))?;
+    let building = tempfile::Builder::new()
+        .prefix(&building_prefix(name))
         .tempdir_in(cache)
-        .map_err(CosimError::file(cache))?;
-    fill(temporary.path())?;
-    let built = temporary.path().join(product);
-    let bytes = fs::read(&built).map_err(CosimError::file(&built))?;
-    write(&temporary.path().join(DIGEST), &digest(&bytes))?;
-    fs::rename(temporary.path(), &folder).map_err(CosimError::file(&folder))?;
+        .map_err(CosimError::cache(cache))?;
+    let building = Unfinished::new(&building.keep());
+    fill(building.path())?;
+    let built = building.path().join(product);
+    let bytes = fs::read(&built).map_err(CosimError::cache(&built))?;
+    write(&building.path().join(DIGEST), &digest(&bytes))?;
+    building
+        .rename(&folder)
+        .map_err(CosimError::cache(&folder))?;
     Ok(folder)
+}
+
+/// Start of the names of the folders in which `name` is built.
+fn building_prefix(name: &str) -> String {
+    format!("{name}.building-")
+}
+
+/// Removes what the cache has under `name` and what killed runs left of it. For
+/// the holder of its lock, which knows that nobody is building it.
+fn remove_broken(cache: &Path, name: &str) -> std::io::Result<()> {
+    let prefix = building_prefix(name);
+    for entry in fs::read_dir(cache)? {
+        let entry = entry?;
+        let found = entry.file_name();
+        let is_leftover = found
+            .to_str()
+            .is_some_and(|found| found.starts_with(&prefix));
+        if !is_leftover && found != name {
+            continue;
+        }
+        if entry.file_type()?.is_dir() {
+            fs::remove_dir_all(entry.path())?;
+        } else {
+            fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(())
 }
 
 fn is_whole(folder: &Path, product: &str) -> bool {
@@ -271,7 +302,7 @@ fn is_whole(folder: &Path, product: &str) -> bool {
 }
 
 fn write(path: &Path, text: &str) -> Result<(), CosimError> {
-    fs::write(path, text).map_err(CosimError::file(path))
+    fs::write(path, text).map_err(CosimError::cache(path))
 }
 
 /// Hash of several texts, such that no two lists of texts run together.

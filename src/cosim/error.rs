@@ -19,7 +19,8 @@ pub enum CosimError {
     },
     /// Verilator is there, but too old.
     #[error(
-        "{program} is {found}; goldtof needs Verilator 5.000 or newer; install it with: {install}"
+        "{program} says that it is \"{found}\", but goldtof needs Verilator 5.000 or newer; install it \
+         with: {install}"
     )]
     OldVerilator {
         /// The program that was asked.
@@ -30,8 +31,10 @@ pub enum CosimError {
         install: &'static str,
     },
     /// An external tool failed.
-    #[error("{command}\nended with {status}\n{output}")]
+    #[error("{tool} failed: {command}\nended with {status}; it wrote:\n{}", output.trim_end())]
     ToolFailed {
+        /// What it is.
+        tool: &'static str,
         /// The command as it was run.
         command: String,
         /// Its exit status.
@@ -62,14 +65,29 @@ pub enum CosimError {
         /// What is wrong and what would be right.
         reason: String,
     },
-    /// A file could not be read or written.
-    #[error("{}: {source}", path.display())]
-    File {
+    /// A file of the Verilog to check could not be read.
+    #[error("{}: cannot read it: {source}", path.display())]
+    Unreadable {
         /// The file.
         path: PathBuf,
         /// The system's answer.
         source: std::io::Error,
     },
+    /// Built models cannot be kept.
+    #[error(
+        "{}: cannot keep built models here: {source}; set GOLDTOF_CACHE_DIR to a folder that can \
+         be written",
+        path.display()
+    )]
+    Cache {
+        /// The file or folder of the cache.
+        path: PathBuf,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// The waveforms could not be written.
+    #[error(transparent)]
+    Waveforms(#[from] crate::files::FileError),
     /// The built model cannot be loaded.
     #[error("{}: cannot load the verilated model: {source}", path.display())]
     Load {
@@ -95,10 +113,10 @@ pub enum CosimError {
 }
 
 impl CosimError {
-    /// An error of a file.
-    pub fn file(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> CosimError {
+    /// An error of the cache's file `path`.
+    pub fn cache(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> CosimError {
         let path = path.into();
-        |source| CosimError::File { path, source }
+        |source| CosimError::Cache { path, source }
     }
 
     /// Whether an external tool is to blame.

@@ -5,6 +5,7 @@ pub mod blocks;
 pub mod build;
 pub mod error;
 pub mod lockstep;
+pub mod manifest;
 pub mod photons;
 pub mod ports;
 pub mod stimulus;
@@ -162,8 +163,7 @@ impl Cosimulation {
             &self.outcome.records,
             &self.layout,
             self.chip_period_ps,
-        )
-        .map_err(CosimError::file(path))?;
+        )?;
         self.report.vcd = Some(path.to_owned());
         Ok(())
     }

@@ -1,13 +1,13 @@
 //! Waveforms of both sides, for a wave viewer.
 
-use std::io::{self, BufWriter, Write as _};
+use std::io;
 use std::path::Path;
 
 use vcd::{IdCode, SimulationCommand, TimescaleUnit, Value, Writer};
 
 use super::blocks::Records;
+use crate::files::{FileError, stage};
 use crate::model::layout::{Field, Layout, Record};
-use crate::report::publish;
 
 /// Writes a VCD file with all ports: `inputs`, `expected` (the reference model),
 /// `got` (the Verilog) and `differs`, high while any port differs.
@@ -23,21 +23,12 @@ pub fn write(
     records: &Records,
     layout: &Layout,
     chip_period_ps: f64,
-) -> io::Result<()> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let file = tempfile::NamedTempFile::new_in(folder)?;
-    let mut out = BufWriter::new(file);
-    write_to(&mut out, records, layout, chip_period_ps)?;
-    out.flush()?;
-    let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
-    publish(file, path)
+) -> Result<(), FileError> {
+    stage(path, |out| write_to(out, records, layout, chip_period_ps))?.publish()
 }
 
 fn write_to(
-    out: &mut impl io::Write,
+    out: &mut dyn io::Write,
     records: &Records,
     layout: &Layout,
     chip_period_ps: f64,

@@ -6,10 +6,10 @@ use std::f64::consts::PI;
 use super::phase::{
     CoarseOnly, Estimate, Measurement, estimate_at, first_maximum, fundamental, window_indices,
 };
-use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m};
+use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, moving};
 use crate::optics::fast::normal::cumulative;
 use crate::optics::{DetectorModel, MeanResponse, MeanResponseError, SecondMoments};
-use crate::scene::Scene;
+use crate::scene::{Path, Scene};
 
 /// The estimate that the expected counts give.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,6 +44,19 @@ pub enum PredictionError {
     /// The estimate would be as coarse as a phase step.
     #[error("only a coarse estimate is possible: {0}")]
     CoarseOnly(#[from] CoarseOnly),
+    /// A path does not stand still within a phase step.
+    #[error(
+        "within a phase step the delay of path {path} moves by {moved_ps:.1} ps (walk, and twice \
+         the fluctuation's standard deviation); the prediction needs at most {limit_ps:.1} ps"
+    )]
+    MovesTooFast {
+        /// Index of the path.
+        path: usize,
+        /// How far it moves.
+        moved_ps: f64,
+        /// How far it may.
+        limit_ps: f64,
+    },
 }
 
 /// Predicts the phase estimator's bias against path `path`, and its standard
@@ -53,10 +66,27 @@ pub enum PredictionError {
 /// fundamental, the phase's error is the sum over offsets i of the count's error
 /// times sin(pi i / S + phi) / |Z|. Steps of one group (`parallel` in the scene)
 /// see the same detections, so their counts go together; groups are independent.
+/// Paths may move, slowly beside the phase steps; the bias is against their
+/// [`true_delay`](super::true_delay).
 ///
 /// # Panics
 /// If the scene has no such detector or path.
 pub fn predict(
+    scene: &Scene,
+    detector: usize,
+    path: usize,
+    counting: CountingTier,
+) -> Result<Prediction, PredictionError> {
+    let moves = |p: &Path| p.detector == detector && p.movement.is_some();
+    if scene.paths.iter().any(moves) {
+        moving::predict(scene, detector, path, counting)
+    } else {
+        predict_still(scene, detector, path, counting)
+    }
+}
+
+/// The same for paths that stand still.
+pub(super) fn predict_still(
     scene: &Scene,
     detector: usize,
     path: usize,

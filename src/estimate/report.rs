@@ -5,7 +5,8 @@ use std::fmt;
 use serde::Serialize;
 
 use super::{
-    CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate, predict,
+    CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate,
+    predict, true_delay,
 };
 use crate::scene::{EstimatorKind, Path, Scene};
 
@@ -28,6 +29,9 @@ pub struct EstimateReport {
     pub distance_m: Option<f64>,
     /// That path's distance, folded into the unambiguous range.
     pub true_distance_m: Option<f64>,
+    /// When a path that moves has it, from the start of the scan: as the scan comes
+    /// by the path. None for a path that stands still.
+    pub true_at_s: Option<f64>,
     /// Estimate less truth, the shorter way round the unambiguous range.
     pub error_m: Option<f64>,
     /// The estimator's bias on the exact mean counts of this scene (dead-time
@@ -62,6 +66,7 @@ pub fn estimate_scan(scene: &Scene, detector: usize, counts: &[i64]) -> Estimate
         path: None,
         distance_m: None,
         true_distance_m: None,
+        true_at_s: None,
         error_m: None,
         expected_bias_m: None,
         expected_std_m: None,
@@ -93,8 +98,9 @@ pub fn estimate_scan(scene: &Scene, detector: usize, counts: &[i64]) -> Estimate
             measured_ps = Some(estimate.delay_ps);
         }
     }
+    let truth = |p: usize| true_delay(scene, p, CountingTier::Sampled);
     let error_ps = |p: usize| {
-        let true_ps = scene.paths[p].delay_ps;
+        let true_ps = truth(p).delay_ps;
         delay_error_ps(measured_ps.unwrap_or(true_ps), true_ps, code_period_ps)
     };
     let is_own = |path: &Path| path.detector == detector && path.source == spad.reference;
@@ -102,8 +108,10 @@ pub fn estimate_scan(scene: &Scene, detector: usize, counts: &[i64]) -> Estimate
         .filter(|&p| is_own(&scene.paths[p]))
         .min_by(|&a, &b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
     if let Some(path) = report.path {
-        let true_ps = scene.paths[path].delay_ps.rem_euclid(code_period_ps);
+        let truth = truth(path);
+        let true_ps = truth.delay_ps.rem_euclid(code_period_ps);
         report.true_distance_m = Some(distance_m(true_ps));
+        report.true_at_s = truth.at_ps.map(|ps| ps * 1e-12);
         report.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
         report.add_expectation(scene, detector, path);
     }
@@ -139,6 +147,11 @@ impl EstimateReport {
         };
         row("estimated distance", self.distance_m.map(metres));
         row("true distance", self.true_distance_m.map(metres));
+        row(
+            "true distance is that of",
+            self.true_at_s
+                .map(|at_s| format!("{:.4} ms after the start of the scan", at_s * 1e3)),
+        );
         row("error", self.error_m.map(millimetres));
         row("expected bias", self.expected_bias_m.map(millimetres));
         row(

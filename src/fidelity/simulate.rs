@@ -8,7 +8,8 @@ use serde::Serialize;
 use super::scans::{ScansError, scans};
 use super::{Tier, domain, expected};
 use crate::estimate::{
-    CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate, predict,
+    CountingTier, Measurement, TrueDelay, calibration_offset_ps, delay_error_ps, distance_m,
+    estimate, predict, true_delay,
 };
 use crate::scene::Scene;
 
@@ -43,8 +44,12 @@ pub struct PathStatistics {
     pub detector: String,
     /// Index of the path in the scene.
     pub path: usize,
-    /// True distance, folded into the unambiguous range.
+    /// True distance, folded into the unambiguous range; without a fluctuation,
+    /// whose effect belongs to the scatter.
     pub true_m: f64,
+    /// When a path that moves has it, from the start of the scan: as the scan comes
+    /// by the path. None for a path that stands still.
+    pub true_at_s: Option<f64>,
     /// Repetitions that count for the path.
     pub estimates: u64,
     /// Their share of all repetitions: how often the coarse stage is right.
@@ -122,6 +127,8 @@ struct PathErrors<'a> {
     code_period_ps: f64,
     /// Paths of the detector's own source.
     paths: Vec<usize>,
+    /// What each of them should be found at.
+    truths: Vec<TrueDelay>,
     errors_m: Vec<Vec<f64>>,
     scans: u64,
     remark: Option<String>,
@@ -140,6 +147,10 @@ impl<'a> PathErrors<'a> {
             offset_ps: calibration_offset_ps(scene, detector, counting),
             code_period_ps: scene.chip_period_ps * scene.sources[own].code.len() as f64,
             errors_m: vec![Vec::new(); paths.len()],
+            truths: paths
+                .iter()
+                .map(|&path| true_delay(scene, path, counting))
+                .collect(),
             paths,
             scans: 0,
             remark: None,
@@ -158,12 +169,11 @@ impl<'a> PathErrors<'a> {
         if let Some(reason) = estimate.coarse_only {
             self.remark = Some(reason.to_string());
         }
-        let error_ps = |&path: &usize| {
-            let true_ps = self.scene.paths[path].delay_ps;
-            delay_error_ps(estimate.delay_ps, true_ps, self.code_period_ps)
+        let error_ps = |truth: &TrueDelay| {
+            delay_error_ps(estimate.delay_ps, truth.delay_ps, self.code_period_ps)
         };
         let nearest = self
-            .paths
+            .truths
             .iter()
             .map(error_ps)
             .zip(&mut self.errors_m)
@@ -176,15 +186,15 @@ impl<'a> PathErrors<'a> {
     }
 
     fn statistics(&self, detected_rate_cps: f64) -> Vec<PathStatistics> {
-        let of_path = |(&path, errors_m): (&usize, &Vec<f64>)| {
-            let true_ps = self.scene.paths[path].delay_ps;
-            let true_m = distance_m(true_ps.rem_euclid(self.code_period_ps));
+        let of_path = |((&path, truth), errors_m): ((&usize, &TrueDelay), &Vec<f64>)| {
+            let true_m = distance_m(truth.delay_ps.rem_euclid(self.code_period_ps));
             let moments = Moments::of(errors_m);
             let expected = predict(self.scene, self.detector, path, self.counting).ok();
             PathStatistics {
                 detector: self.scene.detectors[self.detector].name.clone(),
                 path,
                 true_m,
+                true_at_s: truth.at_ps.map(|ps| ps * 1e-12),
                 estimates: errors_m.len() as u64,
                 correct_coarse_fraction: errors_m.len() as f64 / self.scans as f64,
                 mean_m: moments.mean.map(|mean| true_m + mean),
@@ -198,7 +208,8 @@ impl<'a> PathErrors<'a> {
                 remark: self.remark.clone(),
             }
         };
-        self.paths.iter().zip(&self.errors_m).map(of_path).collect()
+        let truths = self.paths.iter().zip(&self.truths);
+        truths.zip(&self.errors_m).map(of_path).collect()
     }
 }
 
@@ -254,6 +265,13 @@ impl Simulation {
                 e.correct_coarse_fraction * 100.0,
                 self.repetitions,
             );
+            if let Some(at_s) = e.true_at_s {
+                let _ = writeln!(
+                    text,
+                    "  moving: the distance is that of {:.4} ms after the start of the scan",
+                    at_s * 1e3
+                );
+            }
             if e.expected_bias_m.is_some() {
                 let _ = writeln!(
                     text,

@@ -1,7 +1,5 @@
 //! Why a scene's hardware cannot be emitted.
 
-use std::path::PathBuf;
-
 use thiserror::Error;
 
 use super::back::Refusal;
@@ -59,13 +57,10 @@ pub enum HdlError {
     /// The bench's vectors could not be made.
     #[error("no vectors for the bench: {0}")]
     Vectors(#[from] ReferenceError),
+    /// The manifest could not be made.
+    #[error("cannot make the manifest: {0}")]
+    Manifest(serde_json::Error),
     /// A file could not be written.
-    #[error("cannot write {}: {error}", path.display())]
-    Write {
-        /// The file or folder.
-        path: PathBuf,
-        /// Why.
-        #[source]
-        error: std::io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] crate::files::FileError),
 }

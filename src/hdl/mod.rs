@@ -14,4 +14,4 @@ mod write;
 
 pub use emission::{Emission, EmittedFile, LeftOut, Parameters, emit};
 pub use error::HdlError;
-pub use write::write;
+pub use write::{write, write_into};

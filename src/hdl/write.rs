@@ -1,71 +1,76 @@
 //! Emitted files on disk, whole or not at all.
 
-use std::fs;
 use std::path::Path;
 
 use super::emission::Emission;
 use super::error::HdlError;
+use crate::files::{FileError, OutputFolder, Staged, read_text, stage};
 
 const MANIFEST: &str = "manifest.json";
+/// Largest manifest that is read.
+const MOST_MANIFEST_BYTES: u64 = 16 << 20;
 
-/// Writes the design, what goes with it, then `manifest.json`, into `folder`.
+/// Writes the design, what goes with it, then `manifest.json`, into the folder
+/// `folder`, which is made when missing; waits while another run writes there.
 ///
-/// Each file is written under another name and renamed, the manifest last, so
-/// that a folder with a manifest has all that it names. Verilog files of the
-/// design that an older manifest names and this one does not are removed; the
-/// other files have the same names for every scene.
+/// All files are complete under hidden names before the first gets its name, so
+/// a full disk leaves an older design as it was. The older manifest goes before
+/// that and the new one comes last: a folder with a manifest has all that it
+/// names. Verilog files of the design that an older manifest names and this one
+/// does not are removed; the other files have the same names for every scene.
+///
+/// # Errors
+/// When a file cannot be written.
 pub fn write(emission: &Emission, folder: &Path) -> Result<(), HdlError> {
-    fs::create_dir_all(folder).map_err(|error| failed(folder, error))?;
-    let manifest_path = folder.join(MANIFEST);
-    let old_files = files_of_manifest(&manifest_path);
-    if manifest_path.exists() {
-        fs::remove_file(&manifest_path).map_err(|error| failed(&manifest_path, error))?;
-    }
-    for file in emission.files.iter().chain(emission.flow.files()) {
-        write_whole(&folder.join(&file.name), &file.text)?;
-    }
-    for stale in old_files {
-        let path = folder.join(&stale);
-        let is_plain_name = !stale.contains(['/', '\\']) && stale.ends_with(".v");
-        if is_plain_name && path.is_file() && !emission.files.iter().any(|f| f.name == stale) {
-            fs::remove_file(&path).map_err(|error| failed(&path, error))?;
-        }
-    }
-    let mut manifest = serde_json::to_string_pretty(emission)
-        .map_err(|error| failed(&manifest_path, error.into()))?;
+    write_into(emission, &OutputFolder::open(folder, |_| ())?)
+}
+
+/// [`write`] into a folder that is open.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write_into(emission: &Emission, folder: &OutputFolder) -> Result<(), HdlError> {
+    let stage_text =
+        |name: &str, text: &str| stage(&folder.join(name), |out| out.write_all(text.as_bytes()));
+    let mut manifest = serde_json::to_string_pretty(emission).map_err(HdlError::Manifest)?;
     manifest.push('\n');
-    write_whole(&manifest_path, &manifest)
-}
+    let staged = emission
+        .files
+        .iter()
+        .chain(emission.flow.files())
+        .map(|file| stage_text(&file.name, &file.text))
+        .collect::<Result<Vec<Staged>, FileError>>()?;
+    let manifest = stage_text(MANIFEST, &manifest)?;
 
-fn failed(path: &Path, error: std::io::Error) -> HdlError {
-    HdlError::Write {
-        path: path.to_owned(),
-        error,
+    let stale = stale_files(emission, &folder.join(MANIFEST));
+    folder.remove(MANIFEST)?;
+    for file in staged {
+        file.publish()?;
     }
+    for name in stale {
+        folder.remove(&name)?;
+    }
+    Ok(manifest.publish()?)
 }
 
-fn write_whole(path: &Path, text: &str) -> Result<(), HdlError> {
-    let partial = path.with_extension(format!("partial-{}", std::process::id()));
-    let written = fs::write(&partial, text).and_then(|()| fs::rename(&partial, path));
-    written.map_err(|error| {
-        // Nothing half-written stays; the first error is the one to report.
-        let _ = fs::remove_file(&partial);
-        failed(path, error)
-    })
-}
-
-/// Names of the files in a manifest; none if there is no readable one.
-fn files_of_manifest(path: &Path) -> Vec<String> {
-    let Ok(text) = fs::read_to_string(path) else {
+/// Verilog files of the older manifest's design that the new one has not.
+fn stale_files(emission: &Emission, older_manifest: &Path) -> Vec<String> {
+    let Ok(text) = read_text(older_manifest, MOST_MANIFEST_BYTES) else {
         return Vec::new();
     };
     let Ok(manifest) = serde_json::from_str::<serde_json::Value>(&text) else {
         return Vec::new();
     };
+    let is_stale = |name: &str| {
+        let is_plain_name = !name.contains(['/', '\\']) && name.ends_with(".v");
+        is_plain_name && !emission.files.iter().any(|file| file.name == name)
+    };
     manifest["files"]
         .as_array()
         .into_iter()
         .flatten()
-        .filter_map(|file| Some(file.as_str()?.to_owned()))
+        .filter_map(|file| file.as_str())
+        .filter(|name| is_stale(name) && older_manifest.with_file_name(name).is_file())
+        .map(str::to_owned)
         .collect()
 }

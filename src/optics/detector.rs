@@ -3,9 +3,12 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use rand::RngExt;
+
 use super::afterpulsing::Afterpulsing;
 use super::light::{ExcessLight, LightRates};
-use super::random::StreamKey;
+use super::movement::Movement;
+use super::random::{Part, StreamKey};
 use super::step::StepDetections;
 use crate::code::Code;
 use crate::scene::{CounterTiming, Scan, Scene};
@@ -44,6 +47,9 @@ pub struct DetectorModel {
 /// that the reorder buffer is bounded.
 pub(super) const JITTER_BOUND_SIGMAS: f64 = 10.0;
 
+/// Longest warm-up.
+const MOST_WARM_UP_DEAD_TIMES: f64 = 1e5;
+
 impl DetectorModel {
     /// The model of detector `detector` (an index into the scene's detectors).
     ///
@@ -64,13 +70,15 @@ impl DetectorModel {
             let source = &scene.sources[path.source];
             let rates = LightRates::of(source, path, spad);
             constant_hz += rates.off_hz;
-            excess.extend(ExcessLight::new(
+            let light = ExcessLight::new(
                 index,
                 rates,
                 &source.code,
                 path.delay_ps,
                 scene.chip_period_ps,
-            ));
+            );
+            let movement = Movement::new(path, scene.chip_period_ps);
+            excess.extend(light.map(|light| light.moving(movement)));
         }
 
         let reference = scene.sources[spad.reference].code.clone();
@@ -154,6 +162,26 @@ impl DetectorModel {
             + u128::from(group) * u128::from(self.scan.integration_chips)
     }
 
+    /// Chips from the start of a scan to the start of a group of phase steps.
+    pub(super) fn start_in_scan(&self, group: u64) -> i64 {
+        let chips = u128::from(group) * u128::from(self.scan.integration_chips);
+        i64::try_from(chips).unwrap_or(i64::MAX)
+    }
+
+    /// How far the delay of a path moves within a scan, and how far it may for
+    /// paths to count as standing still: a thousandth of a phase step. In chips.
+    pub(super) fn movement_in_scan(&self) -> (f64, f64) {
+        let scan_chips = self.groups() as f64 * self.scan.integration_chips as f64;
+        let movements = self
+            .excess
+            .iter()
+            .filter_map(|light| light.movement.as_ref());
+        let moved = movements
+            .map(|movement| movement.range_chips(scan_chips))
+            .fold(0.0, f64::max);
+        (moved, 1e-3 / f64::from(self.samples_per_chip))
+    }
+
     /// Position in a code of `length` chips at which a group starts.
     pub(super) fn code_position(&self, repetition: u64, group: u64, length: u64) -> i64 {
         (self.first_chip(repetition, group) % u128::from(length)) as i64
@@ -169,20 +197,14 @@ impl DetectorModel {
         &self.scan
     }
 
-    /// How long before a step its simulation starts, with a ready detector, so
-    /// that the step does not remember.
+    /// How long before a step its simulation starts, so that the step does not
+    /// remember.
     ///
     /// A saturated detector fires like a clock, and forgets its start after the
-    /// square of (rate x dead time) dead times; cut at 10^5 dead times.
+    /// square of (rate x dead time) dead times. Where that is too long, it starts
+    /// as if it had run before ([`Self::first_ready_chips`]).
     fn warm_up(&self) -> i64 {
-        let on_per_chip = self.constant_per_chip
-            + self
-                .excess
-                .iter()
-                .map(|light| light.rate_per_chip)
-                .sum::<f64>();
-        let saturation = on_per_chip * self.dead_time_chips;
-        let dead_times = (32.0 + 2.0 * saturation * saturation).min(1e5);
+        let dead_times = self.dead_times_to_forget().min(MOST_WARM_UP_DEAD_TIMES);
         let afterpulsing = self.afterpulsing.map_or(0.0, |a| a.time_constant_chips);
         let memory = (dead_times * self.dead_time_chips).max(30.0 * afterpulsing);
         let jitter = self.jitter_chips.unwrap_or(0.0);
@@ -191,6 +213,26 @@ impl DetectorModel {
         let margin = (self.delay_chips + 2.0 * JITTER_BOUND_SIGMAS * jitter).max(4.0);
         let chips = memory + margin;
         chips.ceil() as i64
+    }
+
+    fn dead_times_to_forget(&self) -> f64 {
+        let excess_per_chip: f64 = self.excess.iter().map(|light| light.rate_per_chip).sum();
+        let saturation = (self.constant_per_chip + excess_per_chip) * self.dead_time_chips;
+        32.0 + 2.0 * saturation * saturation
+    }
+
+    /// When the detector is first ready, in chips after its simulation starts.
+    ///
+    /// At once, if the warm-up makes it forget. Else anywhere within a dead time,
+    /// with equal chance: under constant light the wait for the end of a dead time
+    /// that is going on has that distribution, and the detector is ready for only
+    /// 1 / (rate x dead time) of the time, less than half a per cent here.
+    pub(super) fn first_ready_chips(&self, key: &StreamKey) -> f64 {
+        if self.dead_times_to_forget() <= MOST_WARM_UP_DEAD_TIMES {
+            return 0.0;
+        }
+        let share: f64 = key.stream(Part::Start).random();
+        share * self.dead_time_chips
     }
 
     fn scan_pitch(&self) -> u128 {

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use super::afterpulsing::Afterpulsing;
 use super::detector::DetectorModel;
 use super::light::{ExcessLight, LightRates};
+use super::movement::Movement;
 
 /// A rate at which nothing ever arrives.
 const NEVER_HZ: f64 = 1e-290;
@@ -25,15 +26,18 @@ pub enum OptionalPart {
     Afterpulsing,
     /// Timing jitter, or a draw of the counter's sign near its edges.
     Jitter,
+    /// Delays that change in time, which only the plain loop follows.
+    Movement,
 }
 
 impl OptionalPart {
     /// Every part.
-    pub const ALL: [OptionalPart; 4] = [
+    pub const ALL: [OptionalPart; 5] = [
         OptionalPart::ConstantLight,
         OptionalPart::OtherLight,
         OptionalPart::Afterpulsing,
         OptionalPart::Jitter,
+        OptionalPart::Movement,
     ];
 }
 
@@ -70,6 +74,11 @@ impl DetectorModel {
             }
             OptionalPart::Jitter => {
                 model.jitter_chips.get_or_insert(0.0);
+            }
+            OptionalPart::Movement => {
+                for light in &mut model.excess {
+                    light.movement.get_or_insert_with(Movement::none);
+                }
             }
         }
         model

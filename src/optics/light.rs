@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rand_distr::{Distribution, Exp1};
 
+use super::movement::{Movement, Trajectory};
 use super::random::StreamRng;
 use super::time::ChipTime;
 use crate::SPEED_OF_LIGHT_M_PER_S;
@@ -95,6 +96,8 @@ pub struct ExcessLight {
     pub rate_per_chip: f64,
     /// The code that modulates it.
     pub code: Arc<Code>,
+    /// How the delay changes from the scan's start on; `None` if it does not.
+    pub movement: Option<Movement>,
 }
 
 impl ExcessLight {
@@ -119,10 +122,16 @@ impl ExcessLight {
             path,
             rate_per_chip,
             code: Arc::clone(code),
+            movement: None,
         })
     }
 
-    /// Delay of the path in chips.
+    /// The same light over a path that moves.
+    pub fn moving(self, movement: Option<Movement>) -> ExcessLight {
+        ExcessLight { movement, ..self }
+    }
+
+    /// Delay of the path in chips, at the start of a scan.
     pub fn delay(&self) -> f64 {
         self.delay_chips as f64 + self.delay_fraction
     }
@@ -133,6 +142,7 @@ impl ExcessLight {
 pub struct ExcessArrivals<'m> {
     light: &'m ExcessLight,
     rng: StreamRng,
+    trajectory: Option<Trajectory<'m>>,
     /// Emission time at which some code period begins, in chips.
     period_start: i64,
     /// The next arrival at the detector.
@@ -141,16 +151,18 @@ pub struct ExcessArrivals<'m> {
 
 impl<'m> ExcessArrivals<'m> {
     /// The process from `start` on; `code_position` is the code chip that is
-    /// sent at time 0.
+    /// sent at time 0, and `trajectory` is for light that moves.
     pub fn new(
         light: &'m ExcessLight,
         rng: StreamRng,
+        trajectory: Option<Trajectory<'m>>,
         code_position: i64,
         start: ChipTime,
     ) -> ExcessArrivals<'m> {
         let mut arrivals = ExcessArrivals {
             light,
             rng,
+            trajectory,
             period_start: -code_position,
             next: start,
         };
@@ -161,9 +173,25 @@ impl<'m> ExcessArrivals<'m> {
     /// Draws the first arrival after `from`.
     ///
     /// Time is counted in on-chips only: there the process is homogeneous, so
-    /// the wait is one exponential, and nothing is drawn in vain.
+    /// the wait is one exponential, and nothing is drawn in vain. A path that moves
+    /// changes when photons arrive, and not when they are emitted.
     #[inline]
     pub fn redraw(&mut self, from: ChipTime) {
+        let still_from = match &mut self.trajectory {
+            None => from,
+            Some(trajectory) => from.shifted(-trajectory.displacement(from)),
+        };
+        let still = self.next_if_still(still_from);
+        self.next = match &mut self.trajectory {
+            None => still,
+            Some(trajectory) => trajectory.arrival(still, from),
+        };
+    }
+
+    /// Draws the first arrival after `from` over a path that keeps the delay that
+    /// it has at the scan's start.
+    #[inline]
+    fn next_if_still(&mut self, from: ChipTime) -> ChipTime {
         let light = self.light;
         let length = light.on_chips.before.len() as i64;
         let weight = light.on_chips.positions.len() as i64;
@@ -207,10 +235,10 @@ impl<'m> ExcessArrivals<'m> {
             fraction: passed.fraction,
         };
         let arrived = emitted.after(light.delay_fraction);
-        self.next = ChipTime {
+        ChipTime {
             chip: arrived.chip.saturating_add(light.delay_chips),
             ..arrived
-        };
+        }
     }
 }
 
@@ -249,8 +277,13 @@ mod tests {
             step: 0,
             repetition: 0,
         };
-        let mut arrivals =
-            ExcessArrivals::new(&light, key.stream(Part::Path(0)), 5, ChipTime::at_chip(-9));
+        let mut arrivals = ExcessArrivals::new(
+            &light,
+            key.stream(Part::Path(0)),
+            None,
+            5,
+            ChipTime::at_chip(-9),
+        );
         let mut per_chip = [0_u32; 7];
         let draws = 60_000;
         for _ in 0..draws {

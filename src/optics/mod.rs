@@ -17,6 +17,7 @@ pub mod fast;
 mod full;
 mod light;
 mod mean_response;
+mod movement;
 mod random;
 mod reorder;
 mod sampled;

@@ -19,6 +19,8 @@ pub enum Part {
     Transition,
     /// Counts drawn as such, without photons.
     Counts,
+    /// When a detector that is nearly always blind is first ready.
+    Start,
     /// The on-light of one path, by its index in the scene.
     Path(usize),
 }
@@ -32,6 +34,7 @@ impl Part {
             Part::Transition => 3,
             // Beyond any index of a path.
             Part::Counts => u64::MAX,
+            Part::Start => u64::MAX - 1,
             Part::Path(index) => 4 + index as u64,
         }
     }
@@ -60,8 +63,25 @@ impl StreamKey {
     pub fn hash(&self, part: Part) -> u64 {
         [self.detector, self.step, self.repetition, part.number()]
             .into_iter()
-            .fold(mix(self.seed), |hash, word| mix(hash ^ word))
+            .fold(mix(self.seed), scatter)
     }
+
+    /// The number that a path's movement is drawn by: the same for every detector
+    /// and phase step of a scan, because it is the scene that moves.
+    pub fn hash_of_movement(&self, path: usize) -> u64 {
+        let of_scan = StreamKey {
+            // No detector and no step has this number.
+            detector: u64::MAX,
+            step: u64::MAX,
+            ..*self
+        };
+        of_scan.hash(Part::Path(path))
+    }
+}
+
+/// A number that is as good as random, for each `word` another one.
+pub fn scatter(hash: u64, word: u64) -> u64 {
+    mix(hash ^ word)
 }
 
 /// One step of SplitMix64: a bijection of 64-bit words that scatters

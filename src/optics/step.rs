@@ -5,6 +5,7 @@ use rand_distr::{Distribution, Exp1, StandardNormal};
 use super::afterpulsing::PendingAfterpulses;
 use super::detector::{DetectorModel, JITTER_BOUND_SIGMAS};
 use super::light::ExcessArrivals;
+use super::movement::Trajectory;
 use super::random::{Part, StreamKey, StreamRng};
 use super::reorder::ReorderBuffer;
 use super::time::ChipTime;
@@ -38,13 +39,17 @@ pub struct StepDetections<'m> {
 
 impl<'m> StepDetections<'m> {
     pub(super) fn new(model: &'m DetectorModel, key: StreamKey) -> StepDetections<'m> {
-        let start = ChipTime::at_chip(-model.warm_up_chips);
+        let start = ChipTime::at_chip(-model.warm_up_chips).after(model.first_ready_chips(&key));
         let excess = model
             .excess
             .iter()
             .map(|light| {
                 let position = model.code_position(key.repetition, key.step, light.code.len());
-                ExcessArrivals::new(light, key.stream(Part::Path(light.path)), position, start)
+                let trajectory = light.movement.as_ref().map(|movement| {
+                    Trajectory::new(movement, &key, light.path, model.start_in_scan(key.step))
+                });
+                let rng = key.stream(Part::Path(light.path));
+                ExcessArrivals::new(light, rng, trajectory, position, start)
             })
             .collect();
         let constant = (model.constant_per_chip > 0.0).then(|| {

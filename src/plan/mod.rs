@@ -5,6 +5,7 @@
 
 mod hardware;
 mod measure;
+mod movement;
 mod simulation;
 
 pub use measure::with_savings;

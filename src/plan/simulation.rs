@@ -1,6 +1,6 @@
 //! Parts of the simulation, from the light to the estimate.
 
-use super::{Part, Saving, kept, labelled, left_out};
+use super::{Part, Saving, kept, labelled, left_out, movement};
 use crate::scene::{Detector, EstimatorKind, Path, Scene};
 
 pub(super) fn parts(scene: &Scene) -> Vec<Part> {
@@ -8,6 +8,7 @@ pub(super) fn parts(scene: &Scene) -> Vec<Part> {
     for source in 0..scene.sources.len() {
         parts.extend(source_parts(scene, source));
     }
+    parts.push(movement::part(scene));
     for detector in 0..scene.detectors.len() {
         parts.push(interference(scene, detector));
         parts.push(multipath(scene, detector));

@@ -21,16 +21,14 @@ mod statistics;
 mod theory;
 
 use std::fmt::Write as _;
-use std::path::Path;
 use std::time::Instant;
 
-use anyhow::Context as _;
 use serde::Serialize;
 
 use self::figure::Figure;
 pub use self::figure::{Claim, FigureId};
 use self::run::{Run, RunError};
-use crate::report::write_file;
+use crate::files::OutputFolder;
 
 /// What to make, and how well.
 #[derive(Debug, Clone)]
@@ -76,19 +74,17 @@ pub struct FigureFiles {
     pub run_time_s: f64,
 }
 
-/// Makes figures into the folder `out`, which is made when missing. `progress`
-/// hears the title of each figure that is done.
+/// Makes figures into the folder `out`. `progress` hears the title of each
+/// figure that is done.
 ///
 /// # Errors
 /// When a file cannot be written.
 pub fn reproduce(
     options: &Options,
-    out: &Path,
+    out: &OutputFolder,
     progress: impl Fn(&str),
 ) -> anyhow::Result<Reproduction> {
     let started = Instant::now();
-    std::fs::create_dir_all(out)
-        .with_context(|| format!("{}: cannot make the folder", out.display()))?;
     let mut claims = Vec::new();
     let mut figures = Vec::new();
     for &id in &options.figures {
@@ -96,8 +92,8 @@ pub fn reproduce(
         let figure = make(id, options)?;
         let drawing = format!("{}.svg", id.name());
         let data = format!("{}.csv", id.name());
-        write_file(&out.join(&drawing), &figure.chart.svg()?)?;
-        write_file(&out.join(&data), figure.table.csv())?;
+        out.write(&drawing, &figure.chart.svg()?)?;
+        out.write(&data, figure.table.csv())?;
         claims.extend(figure.claims);
         let files = FigureFiles {
             number: id.number(),

@@ -79,6 +79,7 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
         detector: 0,
         delay_ps: light.delay_ps,
         transmission: 1.0,
+        movement: None,
     };
     let steps = u64::from(SAMPLES_PER_CHIP) * lights[0].code.len();
     Scene {

@@ -15,8 +15,11 @@ pub struct SceneError {
     pub column: usize,
     /// What is wrong, and what would be right.
     pub message: String,
-    /// The line of the file, without its end.
+    /// The line of the file, without its end; of a long line what surrounds the
+    /// error.
     pub source_line: String,
+    /// Character of `source_line` at which the error begins, 0-based.
+    pub marked_at: usize,
     /// Characters of the line that the error is about, at least 1.
     pub marked: usize,
 }
@@ -29,6 +32,7 @@ impl fmt::Display for SceneError {
             column,
             message,
             source_line,
+            marked_at,
             marked,
         } = self;
         writeln!(f, "{file}:{line}:{column}: {message}")?;
@@ -37,7 +41,7 @@ impl fmt::Display for SceneError {
         // Tabs stay tabs, so that the caret stands below its character.
         let indent: String = source_line
             .chars()
-            .take(column - 1)
+            .take(*marked_at)
             .map(|c| if c == '\t' { '\t' } else { ' ' })
             .collect();
         let gutter = " ".repeat(number.len());
@@ -56,9 +60,14 @@ pub enum SceneErrors {
         /// What the system says.
         source: std::io::Error,
     },
-    /// Everything that is wrong in the file, in its order.
-    #[error("{}", join(.0))]
-    Invalid(Vec<SceneError>),
+    /// What is wrong in the file, in its order.
+    #[error("{}{}", join(.errors), more(*.left_out))]
+    Invalid {
+        /// The first errors.
+        errors: Vec<SceneError>,
+        /// How many more there are.
+        left_out: usize,
+    },
 }
 
 fn join(errors: &[SceneError]) -> String {
@@ -66,11 +75,29 @@ fn join(errors: &[SceneError]) -> String {
     texts.join("\n")
 }
 
+fn more(left_out: usize) -> String {
+    match left_out {
+        0 => String::new(),
+        1 => "\nand one more error".to_owned(),
+        _ => format!("\nand {left_out} more errors"),
+    }
+}
+
+/// Most errors that are told: who has more has another kind of file.
+const MOST_ERRORS: usize = 50;
+/// Longest message; of a longer one, which quotes something long, the middle is
+/// left out.
+const MOST_MESSAGE_CHARACTERS: usize = 600;
+/// Longest source line that is shown whole, and what is shown of a longer one
+/// on either side of the mark's start.
+const MOST_LINE_CHARACTERS: usize = 240;
+const CONTEXT_CHARACTERS: usize = 60;
+
 /// Collects what is wrong while a scene is read.
 pub(super) struct Diagnostics<'t> {
     file: &'t str,
     text: &'t str,
-    errors: RefCell<Vec<(usize, SceneError)>>,
+    errors: RefCell<Vec<(Range<usize>, String)>>,
 }
 
 impl<'t> Diagnostics<'t> {
@@ -84,20 +111,30 @@ impl<'t> Diagnostics<'t> {
 
     /// Adds an error about the bytes `span` of the text.
     pub(super) fn report(&self, span: Range<usize>, message: String) {
+        self.errors.borrow_mut().push((span, abridged(message)));
+    }
+
+    fn error(&self, span: Range<usize>, message: String) -> SceneError {
         let start = floor_char_boundary(self.text, span.start);
         let line_start = self.text[..start].rfind('\n').map_or(0, |at| at + 1);
-        let source_line = self.text[line_start..].lines().next().unwrap_or_default();
-        let line_end = line_start + source_line.len();
+        let line = self.text[line_start..].lines().next().unwrap_or_default();
+        let line_end = line_start + line.len();
         let end = floor_char_boundary(self.text, span.end).clamp(start, line_end.max(start));
-        let error = SceneError {
+        let column = self.text[line_start..start].chars().count() + 1;
+        let (source_line, marked_at) = window(line, column - 1);
+        let shown_after_mark = source_line.chars().count().saturating_sub(marked_at);
+        SceneError {
             file: self.file.to_owned(),
             line: self.text[..line_start].matches('\n').count() + 1,
-            column: self.text[line_start..start].chars().count() + 1,
+            column,
             message,
-            source_line: source_line.to_owned(),
-            marked: self.text[start..end].chars().count().max(1),
-        };
-        self.errors.borrow_mut().push((start, error));
+            source_line,
+            marked_at,
+            marked: self.text[start..end]
+                .chars()
+                .count()
+                .clamp(1, shown_after_mark.max(1)),
+        }
     }
 
     /// The text of `span`, cut to one short line.
@@ -115,16 +152,55 @@ impl<'t> Diagnostics<'t> {
 
     /// `value` if nothing was reported, else the errors in the file's order.
     pub(super) fn finish<T>(self, value: Option<T>) -> Result<T, SceneErrors> {
-        let mut errors = self.errors.into_inner();
+        let mut found = self.errors.take();
         match value {
-            Some(value) if errors.is_empty() => Ok(value),
+            Some(value) if found.is_empty() => Ok(value),
             _ => {
-                errors.sort_by_key(|(start, _)| *start);
-                let errors = errors.into_iter().map(|(_, error)| error).collect();
-                Err(SceneErrors::Invalid(errors))
+                found.sort_by_key(|(span, _)| span.start);
+                let left_out = found.len().saturating_sub(MOST_ERRORS);
+                let told = found.into_iter().take(MOST_ERRORS);
+                Err(SceneErrors::Invalid {
+                    errors: told
+                        .map(|(span, message)| self.error(span, message))
+                        .collect(),
+                    left_out,
+                })
             }
         }
     }
+}
+
+/// A message without the middle of what is too long to read.
+fn abridged(message: String) -> String {
+    let characters = message.chars().count();
+    if characters <= MOST_MESSAGE_CHARACTERS {
+        return message;
+    }
+    let half = MOST_MESSAGE_CHARACTERS / 2;
+    let start: String = message.chars().take(half).collect();
+    let end: String = message.chars().skip(characters - half).collect();
+    format!("{start} ... {end}")
+}
+
+/// The line, or of a long one what surrounds the character `at`; and where that
+/// character then is.
+fn window(line: &str, at: usize) -> (String, usize) {
+    if line.chars().count() <= MOST_LINE_CHARACTERS {
+        return (line.to_owned(), at);
+    }
+    let skipped = at.saturating_sub(CONTEXT_CHARACTERS);
+    let shown: String = line
+        .chars()
+        .skip(skipped)
+        .take(2 * CONTEXT_CHARACTERS)
+        .collect();
+    let ahead = if skipped > 0 { "... " } else { "" };
+    let after = if line.chars().count() > skipped + 2 * CONTEXT_CHARACTERS {
+        " ..."
+    } else {
+        ""
+    };
+    (format!("{ahead}{shown}{after}"), at - skipped + ahead.len())
 }
 
 /// The last character boundary of `text` at or before byte `at`.

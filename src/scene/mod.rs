@@ -16,6 +16,7 @@
 //! | `detector.pulse_width` | half the dead time, but at least a phase step T_s, so that every pulse is seen |
 //! | `detector.counter` and each of its keys | 0 |
 //! | `path.transmission` | 1 |
+//! | `path.velocity`, `path.fluctuation` | the path stands still |
 //! | `scan.steps` | `"all"` |
 //! | `estimate.estimator` | `"fft"` |
 //! | `hardware.target` | `"ecp5-25k-6"` |
@@ -24,6 +25,7 @@
 
 mod detector;
 mod error;
+mod movement;
 mod read;
 mod reader;
 mod scan;
@@ -34,6 +36,7 @@ mod wording;
 use std::sync::Arc;
 
 pub use error::{SceneError, SceneErrors};
+pub use movement::{Fluctuation, Movement};
 pub use read::{load, parse};
 
 use crate::code::Code;
@@ -124,14 +127,16 @@ pub struct Path {
     pub source: usize,
     /// Index in [`Scene::detectors`].
     pub detector: usize,
-    /// Time of flight.
+    /// Time of flight; of a path that moves, at the start of a scan.
     pub delay_ps: f64,
     /// Share of the source's photons that arrive, 0..=1.
     pub transmission: f64,
+    /// How the time of flight changes; `None` for a path that stands still.
+    pub movement: Option<Movement>,
 }
 
 impl Path {
-    /// Distance (half the optical path) in metres.
+    /// Distance (half the optical path) in metres, at the start of a scan.
     pub fn distance_m(&self) -> f64 {
         0.5 * self.delay_ps * 1e-12 * crate::SPEED_OF_LIGHT_M_PER_S
     }

@@ -9,8 +9,16 @@ use super::reader::{Bounds, Section};
 use super::units::Quantity;
 use super::wording::{alternatives, nearest, quoted};
 use super::{Detector, EstimatorKind, Hardware, Path, Scan, Scene, SceneErrors, Source, Target};
-use super::{detector, scan, source};
+use super::{detector, movement, scan, source};
+use crate::code::MAX_CODE_CHIPS;
+use crate::files::read_text;
 
+/// Largest scene file that is read.
+const MOST_SCENE_BYTES: u64 = 2 << 20;
+/// Most tables of one kind in a scene.
+const MAX_TABLES: usize = 256;
+/// Most chips of all codes of a scene together.
+const MAX_SCENE_CHIPS: u64 = 2 * MAX_CODE_CHIPS;
 /// Most samples per chip.
 const MAX_SAMPLES_PER_CHIP: i64 = 64;
 /// Most phase steps correlated at once.
@@ -22,7 +30,7 @@ const MAX_PARALLEL: i64 = 64;
 /// If the file cannot be read, or everything that is wrong in it.
 pub fn load(path: &FilePath) -> Result<Scene, SceneErrors> {
     let file_name = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|source| SceneErrors::Unreadable {
+    let text = read_text(path, MOST_SCENE_BYTES).map_err(|source| SceneErrors::Unreadable {
         file: file_name.clone(),
         source,
     })?;
@@ -128,9 +136,9 @@ fn read_scene(root: &Section, name: String) -> Option<Scene> {
         }
     }
     let clock = root.section("clock", "[clock]").and_then(read_clock);
-    let source_sections = root.sections("source");
-    let detector_sections = root.sections("detector");
-    let path_sections = root.sections("path");
+    let source_sections = root.sections("source", MAX_TABLES);
+    let detector_sections = root.sections("detector", MAX_TABLES);
+    let path_sections = root.sections("path", MAX_TABLES);
     let source_names = Names::read("source", &source_sections);
     let detector_names = Names::read("detector", &detector_sections);
     for (key, sections) in [
@@ -142,9 +150,9 @@ fn read_scene(root: &Section, name: String) -> Option<Scene> {
         }
     }
 
-    let sources: Option<Vec<Source>> = all(source_sections, source::read);
+    let sources = read_sources(source_sections);
     let paths: Option<Vec<Path>> = all(path_sections, |section| {
-        source::read_path(section, &source_names, &detector_names)
+        source::read_path(section, &source_names, &detector_names, clock)
     });
     let references: Vec<Option<usize>> = detector_sections
         .iter()
@@ -165,7 +173,7 @@ fn read_scene(root: &Section, name: String) -> Option<Scene> {
     let hardware = read_hardware(root, scan.as_ref());
 
     let clock = clock?;
-    Some(Scene {
+    let scene = Scene {
         name,
         chip_period_ps: clock.chip_period_ps,
         samples_per_chip: clock.samples_per_chip,
@@ -175,7 +183,29 @@ fn read_scene(root: &Section, name: String) -> Option<Scene> {
         scan: scan?,
         estimator,
         hardware,
-    })
+    };
+    movement::check_distances(&root.sections("path", usize::MAX), &scene);
+    Some(scene)
+}
+
+/// Reads the sources, as long as their codes fit into memory together.
+fn read_sources(sections: Vec<Section>) -> Option<Vec<Source>> {
+    let mut sources = Vec::new();
+    let mut chips = 0;
+    for section in sections {
+        let complaint = section.complaint();
+        let source = source::read(section);
+        chips += source.as_ref().map_or(0, |source| source.code.len());
+        if chips > MAX_SCENE_CHIPS {
+            complaint(&format!(
+                "with this source the scene's codes have {chips} chips in all, more than \
+                 {MAX_SCENE_CHIPS}; use fewer sources, smaller degrees or interleaving depths"
+            ));
+            return None;
+        }
+        sources.push(source);
+    }
+    sources.into_iter().collect()
 }
 
 /// Reads every section, so that every error is reported; `None` if one fails.

@@ -16,6 +16,8 @@ pub(super) type Value<'r, 't> = &'r Spanned<DeValue<'t>>;
 /// A range that a number must lie in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Bounds {
+    /// Either sign.
+    Any,
     /// 0 or more.
     NotNegative,
     /// Above 0.
@@ -29,6 +31,7 @@ pub(super) enum Bounds {
 impl Bounds {
     fn contains(self, value: f64) -> bool {
         match self {
+            Bounds::Any => true,
             Bounds::NotNegative => value >= 0.0,
             Bounds::Positive => value > 0.0,
             Bounds::Share => (0.0..=1.0).contains(&value),
@@ -38,6 +41,7 @@ impl Bounds {
 
     fn text(self) -> &'static str {
         match self {
+            Bounds::Any => "finite",
             Bounds::NotNegative => "0 or more",
             Bounds::Positive => "greater than 0",
             Bounds::Share => "from 0 to 1",
@@ -108,6 +112,13 @@ impl<'r, 't> Section<'r, 't> {
             path => format!("{path}: {message}"),
         };
         self.diagnostics.report(self.span.clone(), message);
+    }
+
+    /// [`Section::complain`] for when the section has been read.
+    pub(super) fn complaint(&self) -> impl Fn(&str) + use<'r, 't> {
+        let (diagnostics, span) = (self.diagnostics, self.span.clone());
+        let path = self.path.clone();
+        move |message| diagnostics.report(span.clone(), format!("{path}: {message}"))
     }
 
     /// Reports something wrong with `value`, which belongs to `key`.
@@ -335,12 +346,20 @@ impl<'r, 't> Section<'r, 't> {
         Some(Section::new(self.diagnostics, table, value.span(), path))
     }
 
-    /// The tables of an array of tables, `[[key]]`.
-    pub(super) fn sections(&self, key: &'static str) -> Vec<Section<'r, 't>> {
+    /// The tables of an array of tables, `[[key]]`; of more than `most` of them
+    /// only the first so many, and a complaint.
+    pub(super) fn sections(&self, key: &'static str, most: usize) -> Vec<Section<'r, 't>> {
         let example = format!("[[{key}]]");
-        self.array(key, &example)
+        let array = self.array(key, &example);
+        let count = array.map_or(0, |array| array.len());
+        if count > most {
+            let message = format!("{count} tables [[{key}]] are more than {most}; use fewer");
+            self.report(key, &message);
+        }
+        array
             .into_iter()
             .flat_map(|array| array.iter())
+            .take(most)
             .filter_map(|value| self.section_of(key, value, &example))
             .collect()
     }

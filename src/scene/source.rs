@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use toml::de::DeValue;
 
-use super::read::Names;
+use super::movement;
+use super::read::{Clock, Names};
 use super::reader::{Bounds, Section};
 use super::units::Quantity;
 use super::{Path, Source};
@@ -41,7 +42,12 @@ pub(super) fn read(section: Section) -> Option<Source> {
     })
 }
 
-pub(super) fn read_path(section: Section, sources: &Names, detectors: &Names) -> Option<Path> {
+pub(super) fn read_path(
+    section: Section,
+    sources: &Names,
+    detectors: &Names,
+    clock: Option<Clock>,
+) -> Option<Path> {
     let source = sources.resolve(&section, "source");
     let detector = detectors.resolve(&section, "detector");
     let distance_m = section.quantity("distance", Quantity::Distance, Bounds::NotNegative, "3.2 m");
@@ -57,12 +63,14 @@ pub(super) fn read_path(section: Section, sources: &Names, detectors: &Names) ->
         _ => {}
     }
     let transmission = section.number("transmission", Bounds::Share, "0.5");
+    let movement = movement::read(&section, clock);
     section.finish();
     Some(Path {
         source: source?,
         detector: detector?,
         delay_ps: delay_ps.or(distance_m.map(round_trip_ps))?,
         transmission: transmission.unwrap_or(1.0),
+        movement,
     })
 }
 

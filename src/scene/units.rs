@@ -13,6 +13,8 @@ pub(super) enum Quantity {
     Rate,
     /// In watts.
     Power,
+    /// In metres per second.
+    Speed,
 }
 
 impl Quantity {
@@ -24,6 +26,7 @@ impl Quantity {
             Quantity::Wavelength => "a wavelength",
             Quantity::Rate => "a rate",
             Quantity::Power => "a power",
+            Quantity::Speed => "a speed",
         }
     }
 
@@ -33,6 +36,7 @@ impl Quantity {
             Quantity::Distance | Quantity::Wavelength => Dimension::Length,
             Quantity::Rate => Dimension::Rate,
             Quantity::Power => Dimension::Power,
+            Quantity::Speed => Dimension::Speed,
         }
     }
 
@@ -41,7 +45,7 @@ impl Quantity {
         match self {
             Quantity::Time => -12,
             Quantity::Wavelength => -9,
-            Quantity::Distance | Quantity::Rate | Quantity::Power => 0,
+            Quantity::Distance | Quantity::Rate | Quantity::Power | Quantity::Speed => 0,
         }
     }
 }
@@ -52,6 +56,7 @@ enum Dimension {
     Length,
     Rate,
     Power,
+    Speed,
 }
 
 impl Dimension {
@@ -61,6 +66,7 @@ impl Dimension {
             Dimension::Length => "a length",
             Dimension::Rate => "a rate",
             Dimension::Power => "a power",
+            Dimension::Speed => "a speed",
         }
     }
 }
@@ -90,7 +96,7 @@ const fn decimal(name: &'static str, dimension: Dimension, exponent: i32) -> Uni
 }
 
 /// Every unit. Spellings that only repeat another one's meaning come last.
-const UNITS: [Unit; 31] = [
+const UNITS: [Unit; 36] = [
     decimal("fs", Dimension::Time, -15),
     decimal("ps", Dimension::Time, -12),
     decimal("ns", Dimension::Time, -9),
@@ -127,6 +133,15 @@ const UNITS: [Unit; 31] = [
         name: "dBm",
         dimension: Dimension::Power,
         scale: Scale::Dbm,
+    },
+    decimal("um/s", Dimension::Speed, -6),
+    decimal("mm/s", Dimension::Speed, -3),
+    decimal("m/s", Dimension::Speed, 0),
+    decimal("km/s", Dimension::Speed, 3),
+    Unit {
+        name: "km/h",
+        dimension: Dimension::Speed,
+        scale: Scale::Multiple(1.0 / 3.6),
     },
     // The micro sign and the Greek letter.
     decimal("\u{b5}s", Dimension::Time, -6),

@@ -97,6 +97,7 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
             detector: 0,
             delay_ps: 0.0,
             transmission: 1.0,
+            movement: None,
         }],
         scan,
         estimator: EstimatorKind::Fft,

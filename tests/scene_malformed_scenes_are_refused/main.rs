@@ -54,7 +54,7 @@ fn all_errors_are_reported_together_in_the_order_of_the_file() {
         .replace("783 nm", "783")
         .replace("dead_time", "dead_tme")
         .replace("[clock]", "[clock]\nchip_perod = 3");
-    let Err(SceneErrors::Invalid(errors)) = parse("scenes/x.toml", &scene) else {
+    let Err(SceneErrors::Invalid { errors, .. }) = parse("scenes/x.toml", &scene) else {
         panic!("accepted:\n{scene}");
     };
     let places: Vec<(usize, usize)> = errors.iter().map(|e| (e.line, e.column)).collect();
@@ -64,7 +64,7 @@ fn all_errors_are_reported_together_in_the_order_of_the_file() {
 #[test]
 fn a_wrong_source_causes_no_further_errors_elsewhere() {
     let scene = SCENE.replace("degree = 5", "degree = 8");
-    let Err(SceneErrors::Invalid(errors)) = parse("scenes/x.toml", &scene) else {
+    let Err(SceneErrors::Invalid { errors, .. }) = parse("scenes/x.toml", &scene) else {
         panic!("accepted:\n{scene}");
     };
     assert_eq!(errors.len(), 1, "{errors:?}");
@@ -75,7 +75,7 @@ fn columns_count_characters_and_tabs_keep_the_caret_in_place() {
     let scene = SCENE
         .replace("dead_time", "\tdead_time")
         .replace("14 ns", "14 \u{b5}");
-    let Err(SceneErrors::Invalid(errors)) = parse("scenes/x.toml", &scene) else {
+    let Err(SceneErrors::Invalid { errors, .. }) = parse("scenes/x.toml", &scene) else {
         panic!("accepted:\n{scene}");
     };
     assert_eq!((errors[0].column, errors[0].marked), (14, 6));

@@ -9,6 +9,12 @@ use crate::optics::DetectorModel;
 /// Why a model is left to the plain loop.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum OutsideDomain {
+    /// The tables are for delays that stay.
+    #[error("path {path} of the scene moves; the lanes take paths that stand still")]
+    MovingPath {
+        /// Its index.
+        path: usize,
+    },
     /// The codes repeat together too late for the tables.
     #[error("the codes repeat together after more than {limit} chips")]
     PeriodTooLong {
@@ -81,6 +87,9 @@ pub struct PathTable {
 impl Tables {
     /// The tables of a model, or why there are none.
     pub fn new(model: &DetectorModel) -> Result<Tables, OutsideDomain> {
+        if let Some(light) = model.excess.iter().find(|light| light.movement.is_some()) {
+            return Err(OutsideDomain::MovingPath { path: light.path });
+        }
         let mut codes = model.excess.iter().map(|light| light.code.len());
         let period = codes.try_fold(model.reference.len(), least_common_multiple);
         let grid = period

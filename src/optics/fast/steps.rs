@@ -267,7 +267,9 @@ impl<'t> StepRunner<'t> {
         self.lanes.sign.offsets[lane] =
             grid.phase(code + delay - phase_step - self.tables.sign.first_cell);
 
-        let start = -model.warm_up_chips * i64::from(grid.chip_ticks()) - border;
+        let first_ready = model.first_ready_chips(&model.key(self.jobs.seed, repetition, step));
+        let start =
+            grid.round(first_ready) - model.warm_up_chips * i64::from(grid.chip_ticks()) - border;
         self.lanes.phases[lane] = grid.phase(start);
         self.lanes.periods[lane] = start.div_euclid(i64::from(grid.period_ticks)) as i32;
         self.lanes.fired[lane] = 0;

@@ -47,6 +47,13 @@ impl<'m> MeanResponse<'m> {
         light: Light,
         tier: CountingTier,
     ) -> Result<MeanResponse<'m>, MeanResponseError> {
+        let (moved_chips, limit_chips) = model.movement_in_scan();
+        if moved_chips > limit_chips {
+            return Err(MeanResponseError::Moving {
+                moved_ps: moved_chips * model.chip_period_ps,
+                limit_ps: limit_chips * model.chip_period_ps,
+            });
+        }
         let timing = EdgeTiming::of(model, tier);
         let lag = (timing.rising - timing.falling).abs();
         if lag + 2.0 * timing.transition >= 1.0 {

@@ -74,6 +74,17 @@ use with_states;
 /// Why there is no mean response for a scene.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum MeanResponseError {
+    /// A path does not stand still within a scan.
+    #[error(
+        "the delay of a path moves by {moved_ps:.3} ps within a scan; one mean response for the \
+         whole scan needs at most {limit_ps:.3} ps, a thousandth of a phase step"
+    )]
+    Moving {
+        /// How far it moves: walk, and twice the fluctuation's standard deviation.
+        moved_ps: f64,
+        /// How far it may.
+        limit_ps: f64,
+    },
     /// Light of codes with different periods repeats too late.
     #[error(
         "the codes at the detector repeat together after {chips} chips; \

@@ -1,0 +1,77 @@
+//! The manifest of a folder of Verilog.
+
+use std::path::{Component, Path};
+
+use serde::Deserialize;
+
+/// The part of a manifest that names the Verilog.
+#[derive(Deserialize)]
+struct Manifest {
+    files: Vec<String>,
+}
+
+/// The file names under "files" of a manifest's text, in its order.
+///
+/// # Errors
+/// What is wrong with it and what would be right: every name must be that of a
+/// file in the manifest's own folder, and occur once.
+pub fn file_names(text: &str) -> Result<Vec<String>, String> {
+    let manifest: Manifest = serde_json::from_str(text).map_err(|error| {
+        format!(
+            "{error}; a manifest is what `goldtof emit` writes, with the file names under \"files\""
+        )
+    })?;
+    let mut names = std::collections::HashSet::new();
+    for name in &manifest.files {
+        let mut components = Path::new(name).components();
+        let is_plain = matches!(
+            (components.next(), components.next()),
+            (Some(Component::Normal(only)), None) if only == name.as_str()
+        ) && !name.contains(char::is_control);
+        if !is_plain {
+            return Err(format!(
+                "files holds {name:?}, which is not the name of a file in this folder; write names \
+                 without a folder, as \"sensor_top.v\""
+            ));
+        }
+        if !names.insert(name) {
+            return Err(format!("files holds {name:?} twice; name each file once"));
+        }
+    }
+    Ok(manifest.files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_names_come_in_their_order() {
+        let text = r#"{"top": "t", "files": ["b.v", "a.sv"]}"#;
+        assert_eq!(file_names(text).unwrap(), ["b.v", "a.sv"]);
+    }
+
+    #[test]
+    fn what_is_no_name_of_a_file_here_is_refused() {
+        for name in [
+            "",
+            ".",
+            "..",
+            "../a.v",
+            "/a.v",
+            "a/b.v",
+            "a.v/",
+            "./a.v",
+            "a\\u0000.v",
+        ] {
+            let text = format!(r#"{{"files": ["{name}"]}}"#);
+            let reason = file_names(&text).unwrap_err();
+            assert!(reason.contains("not the name of a file"), "{reason}");
+        }
+        let twice = file_names(r#"{"files": ["a.v", "a.v"]}"#).unwrap_err();
+        assert!(twice.contains("twice"), "{twice}");
+        for text in ["", "[]", "{}", r#"{"files": 3}"#] {
+            assert!(file_names(text).unwrap_err().contains("goldtof emit"));
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! What the phase estimator says of paths that move, on average, and how much it
+//! scatters.
+
+use std::f64::consts::PI;
+
+use super::phase::{Measurement, estimate_at, fundamental, window_indices};
+use super::prediction::{Prediction, PredictionError, predict_still};
+use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, true_delay};
+use crate::optics::{DetectorModel, MeanResponse};
+use crate::scene::{Fluctuation, Scene};
+
+/// Within a phase step delays may move by at most this share of it.
+const MOST_STEPS_MOVED: f64 = 0.25;
+/// Paths are nudged by this share of a phase step to see what it does.
+const NUDGE_STEPS: f64 = 0.02;
+
+/// Predicts for a scene in which paths to the detector move.
+///
+/// Each phase step of the peak's window is expected to count what it would count
+/// if every path stood still where it is in the middle of the step; variances are
+/// those at the moment when the scan comes by the path. A fluctuation adds the
+/// variance of the estimate's linear response to the mean displacements of the
+/// steps.
+pub(super) fn predict(
+    scene: &Scene,
+    detector: usize,
+    path: usize,
+    counting: CountingTier,
+) -> Result<Prediction, PredictionError> {
+    check_speed(scene, detector)?;
+    let truth = true_delay(scene, path, counting);
+    let at_ps = truth.at_ps.unwrap_or(0.0);
+    let still = predict_still(&scene.still_at(at_ps), detector, path, counting)?;
+
+    let measurement = Measurement::new(scene, &[]);
+    let peak = peak_in_scan(scene, still.estimate.coarse_step);
+    let window: Vec<(i64, usize)> = window_indices(peak, &measurement)?.collect();
+    let mut expected = vec![0.0; scene.scan.steps as usize];
+    for &(_, index) in &window {
+        expected[index] = mean_of_step(scene, detector, counting, index, None)?;
+    }
+    let offset_ps = calibration_offset_ps(scene, detector, counting);
+    let estimate = estimate_at(&expected, peak, &measurement, offset_ps);
+    let period_ps = scene.sources[scene.detectors[detector].reference]
+        .code
+        .len() as f64
+        * scene.chip_period_ps;
+
+    let fundamental = fundamental(&expected, peak, &measurement)?;
+    // d(delay) / d(count) of each step.
+    let weights: Vec<f64> = window
+        .iter()
+        .map(|&(offset, _)| {
+            let angle = PI * offset as f64 / f64::from(scene.samples_per_chip) + fundamental.arg();
+            angle.sin() / fundamental.norm() / PI * scene.chip_period_ps
+        })
+        .collect();
+    let mut variance_ps2: f64 = 0.0;
+    for (index, other) in scene.paths.iter().enumerate() {
+        let fluctuation = other.movement.and_then(|movement| movement.fluctuation);
+        let Some(fluctuation) = fluctuation.filter(|_| other.detector == detector) else {
+            continue;
+        };
+        let mut responses = Vec::with_capacity(window.len());
+        for (&(_, step), weight) in window.iter().zip(&weights) {
+            let slope = slope_of_step(scene, detector, counting, step, index)?;
+            responses.push((step as u64, weight * slope));
+        }
+        for &(a, response_a) in &responses {
+            for &(b, response_b) in &responses {
+                let correlation = mean_correlation(scene, &fluctuation, a, b);
+                let variance = other.delay_std_ps().powi(2);
+                variance_ps2 += response_a * response_b * variance * correlation;
+            }
+        }
+    }
+    let moving_rad = PI * variance_ps2.sqrt() / scene.chip_period_ps;
+    Ok(Prediction {
+        bias_m: distance_m(delay_error_ps(estimate.delay_ps, truth.delay_ps, period_ps)),
+        std_m: still.std_m.hypot(distance_m(variance_ps2.sqrt())),
+        estimate,
+        detection_rate_hz: still.detection_rate_hz,
+        phase_std_rad: still.phase_std_rad.hypot(moving_rad),
+        coarse_failure_bound: still.coarse_failure_bound,
+    })
+}
+
+/// Refuses movements that are not slow beside the phase steps.
+fn check_speed(scene: &Scene, detector: usize) -> Result<(), PredictionError> {
+    let limit_ps = MOST_STEPS_MOVED * scene.chip_period_ps / f64::from(scene.samples_per_chip);
+    for (path, of_path) in scene.paths.iter().enumerate() {
+        let walk_ps = (of_path.delay_rate() * scene.step_duration_ps()).abs();
+        let moved_ps = walk_ps + 2.0 * of_path.delay_std_ps();
+        if of_path.detector == detector && moved_ps > limit_ps {
+            return Err(PredictionError::MovesTooFast {
+                path,
+                moved_ps,
+                limit_ps,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Number in the scan of a phase step that belongs to it.
+fn peak_in_scan(scene: &Scene, phase_step: u64) -> usize {
+    let scan = &scene.scan;
+    ((phase_step + scan.steps_per_period - scan.first_step) % scan.steps_per_period) as usize
+}
+
+/// Expected count of a step whose paths stand still where they are in its middle,
+/// with path `nudged.0` later by `nudged.1` ps.
+fn mean_of_step(
+    scene: &Scene,
+    detector: usize,
+    counting: CountingTier,
+    step: usize,
+    nudged: Option<(usize, f64)>,
+) -> Result<f64, PredictionError> {
+    let mut still = scene.still_at(scene.middle_of_step_ps(step as u64));
+    if let Some((path, later_ps)) = nudged {
+        still.paths[path].delay_ps += later_ps;
+    }
+    let model = DetectorModel::new(&still, detector);
+    let response = MeanResponse::of_tier(&model, counting)?;
+    Ok(response.expected_count(step as u64))
+}
+
+/// d(count) / d(delay of a path) of a step, per ps.
+fn slope_of_step(
+    scene: &Scene,
+    detector: usize,
+    counting: CountingTier,
+    step: usize,
+    path: usize,
+) -> Result<f64, PredictionError> {
+    let nudge_ps = NUDGE_STEPS * scene.chip_period_ps / f64::from(scene.samples_per_chip);
+    let nudged = |by_ps| mean_of_step(scene, detector, counting, step, Some((path, by_ps)));
+    Ok((nudged(nudge_ps)? - nudged(-nudge_ps)?) / (2.0 * nudge_ps))
+}
+
+/// Correlation of an Ornstein-Uhlenbeck process averaged over step `a` with the
+/// same averaged over step `b`.
+fn mean_correlation(scene: &Scene, fluctuation: &Fluctuation, a: u64, b: u64) -> f64 {
+    let duration_ps = scene.step_duration_ps();
+    let apart_ps = (scene.middle_of_step_ps(a) - scene.middle_of_step_ps(b)).abs();
+    // Durations in correlation times.
+    let length = duration_ps / fluctuation.correlation_time_ps;
+    let lost = -(-length).exp_m1();
+    if apart_ps < 0.5 * duration_ps {
+        // Short steps: the difference below would cancel.
+        if length < 1e-4 {
+            return 1.0 - length / 3.0;
+        }
+        return 2.0 * (length - lost) / (length * length);
+    }
+    let gap = (apart_ps - duration_ps) / fluctuation.correlation_time_ps;
+    (-gap).exp() * (lost / length).powi(2)
+}

@@ -1,0 +1,57 @@
+//! Which delay an estimate is held against.
+
+use super::{CountingTier, calibration_offset_ps};
+use crate::scene::Scene;
+
+/// The delay of a path that a scan should find.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrueDelay {
+    /// Time of flight, without a fluctuation.
+    pub delay_ps: f64,
+    /// When the path has it, from the start of the scan; `None` for a path that
+    /// always has it.
+    pub at_ps: Option<f64>,
+}
+
+/// The delay of path `path` when the scan comes by it.
+///
+/// Phase steps follow one another, so the delay of a path that moves is measured
+/// at the moment at which the reference is as late as the light: k T_s grows by
+/// T_s per step, the delay by its walk w = 2 v D T_c / c, and the phase stage, which
+/// sees the peak where the two meet, returns the delay of that moment. With
+/// several steps at once it is the middle of the peak's group. A path that the
+/// scan does not come by is taken at the step nearest to it.
+///
+/// # Panics
+/// If the scene has no such path.
+pub fn true_delay(scene: &Scene, path: usize, tier: CountingTier) -> TrueDelay {
+    let path = &scene.paths[path];
+    if path.movement.is_none() {
+        return TrueDelay {
+            delay_ps: path.delay_ps,
+            at_ps: None,
+        };
+    }
+    let offset_ps = calibration_offset_ps(scene, path.detector, tier);
+    let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
+    let period_steps = scene.scan.steps_per_period as f64;
+    // How far in front of the light the reference is at a step, in steps.
+    let ahead = |step: u64| -> f64 {
+        let light = path.delay_ps_at(scene.middle_of_step_ps(step)) + offset_ps;
+        let steps = light / step_ps - scene.scan.step(step) as f64;
+        steps - period_steps * (steps / period_steps).round()
+    };
+    let nearest = (0..scene.scan.steps)
+        .min_by(|&a, &b| ahead(a).abs().total_cmp(&ahead(b).abs()))
+        .unwrap_or(0);
+    let mut at_ps = scene.middle_of_step_ps(nearest);
+    let walk_steps = path.delay_rate() * scene.step_duration_ps() / step_ps;
+    let steps_to_go = ahead(nearest) / (1.0 - walk_steps);
+    if scene.hardware.parallel == 1 && steps_to_go.abs() <= 1.0 {
+        at_ps += steps_to_go * scene.step_duration_ps();
+    }
+    TrueDelay {
+        delay_ps: path.delay_ps_at(at_ps),
+        at_ps: Some(at_ps),
+    }
+}

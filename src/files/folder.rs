@@ -1,0 +1,103 @@
+//! A folder that one run at a time writes into.
+
+use std::fs::{self, File, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::{FileError, write};
+
+/// A folder for a command's files, locked against other runs of goldtof until
+/// it is dropped. Files of others in it are left alone.
+#[derive(Debug)]
+pub struct OutputFolder {
+    path: PathBuf,
+    _locked: File,
+}
+
+impl OutputFolder {
+    /// Opens the folder, which is made when missing. `on_wait` is told when
+    /// another run holds it, before this one waits for that run's end.
+    ///
+    /// # Errors
+    /// When it cannot be made or opened.
+    pub fn open(path: &Path, on_wait: impl FnOnce(&Path)) -> Result<OutputFolder, FileError> {
+        fs::create_dir_all(path).map_err(FileError::new(path, "cannot make the folder"))?;
+        let folder = File::open(path).map_err(FileError::new(path, "cannot open the folder"))?;
+        let locked = match folder.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                on_wait(path);
+                folder.lock()
+            }
+            Err(TryLockError::Error(error)) => Err(error),
+            Ok(()) => Ok(()),
+        };
+        match locked {
+            // Some network file systems have no locks; then there is none.
+            Err(error) if error.kind() != io::ErrorKind::Unsupported => {
+                Err(FileError::new(path, "cannot lock the folder")(error))
+            }
+            _ => Ok(OutputFolder {
+                path: path.to_owned(),
+                _locked: folder,
+            }),
+        }
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Path of a file in it.
+    pub fn join(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Writes one of its files, whole or not at all.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn write(&self, name: &str, text: &str) -> Result<(), FileError> {
+        write(&self.join(name), text)
+    }
+
+    /// Removes a file of an earlier run, if it is there.
+    ///
+    /// # Errors
+    /// When it is there and cannot be removed.
+    pub fn remove(&self, name: &str) -> Result<(), FileError> {
+        let path = self.join(name);
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(FileError::new(
+                &path,
+                "cannot remove the earlier run's file",
+            )(error)),
+            _ => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+
+    use super::*;
+
+    #[test]
+    fn the_second_run_waits_and_says_so() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out");
+        let first = OutputFolder::open(&path, |_| panic!("nobody else is there")).unwrap();
+        let (waits, hears) = mpsc::channel();
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                let second = OutputFolder::open(&path, |_| waits.send(()).unwrap()).unwrap();
+                second.write("a", "second").unwrap();
+            });
+            hears.recv().unwrap();
+            first.write("a", "first").unwrap();
+            drop(first);
+        });
+        assert_eq!(fs::read_to_string(path.join("a")).unwrap(), "second");
+    }
+}

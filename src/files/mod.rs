@@ -1,0 +1,48 @@
+//! Files that are there whole or not at all, whatever happens to the run.
+//!
+//! A file is written under a hidden name beside its own ([`stage`]) and renamed
+//! when it is complete. The hidden name follows from the file's, and whoever
+//! writes it holds a lock, so that two runs do not mix and what a killed run
+//! left is taken over by the next one. An [`OutputFolder`] is locked as a
+//! whole: its files are those of one run.
+
+mod folder;
+mod read;
+mod staged;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+pub use folder::OutputFolder;
+pub use read::read_text;
+pub use staged::{Staged, stage};
+
+/// A file or folder that could not be read or written.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {problem}: {source}", path.display())]
+pub struct FileError {
+    /// The file or folder, under the name that the user gave it.
+    pub path: PathBuf,
+    /// What could not be done.
+    pub problem: &'static str,
+    /// The system's answer.
+    pub source: io::Error,
+}
+
+impl FileError {
+    fn new(path: &Path, problem: &'static str) -> impl FnOnce(io::Error) -> FileError {
+        move |source| FileError {
+            path: path.to_owned(),
+            problem,
+            source,
+        }
+    }
+}
+
+/// Writes a file under its name only when it is whole.
+///
+/// # Errors
+/// When it cannot be written; what stood under its name stays.
+pub fn write(path: &Path, text: &str) -> Result<(), FileError> {
+    stage(path, |out| out.write_all(text.as_bytes()))?.publish()
+}

@@ -1,0 +1,38 @@
+//! Paths that move: kept or left out.
+
+use super::{Part, kept, left_out};
+use crate::scene::{Path, Scene};
+
+/// The movement of every path together, since one part follows them all.
+pub(super) fn part(scene: &Scene) -> Part {
+    const PART: &str = "moving_paths";
+    let moving: Vec<String> = (0..scene.paths.len())
+        .filter_map(|index| describe(index, &scene.paths[index]))
+        .collect();
+    if moving.is_empty() {
+        return left_out(
+            PART,
+            "every path keeps its delay: phase steps run side by side in vector lanes",
+        );
+    }
+    kept(
+        PART,
+        format!("{}; photon by photon, in the plain loop", moving.join(", ")),
+    )
+}
+
+fn describe(index: usize, path: &Path) -> Option<String> {
+    let movement = path.movement.filter(|movement| !movement.is_neutral())?;
+    let mut parts = Vec::new();
+    if movement.velocity_m_per_s != 0.0 {
+        parts.push(format!("at {} m/s", movement.velocity_m_per_s));
+    }
+    if let Some(fluctuation) = movement.fluctuation.filter(|f| f.std_m > 0.0) {
+        parts.push(format!(
+            "fluctuating by {} mm with a correlation time of {} us",
+            fluctuation.std_m * 1e3,
+            fluctuation.correlation_time_ps / 1e6
+        ));
+    }
+    Some(format!("path {index} moves {}", parts.join(" and ")))
+}
