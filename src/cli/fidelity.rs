@@ -15,15 +15,20 @@ pub(super) fn run(
 ) -> anyhow::Result<Ending> {
     let scene = scene::load(&arguments.scene.scene)?;
     let budget = Duration::from_secs(arguments.budget_s);
+    // Before the long work, so that a folder that cannot be had is told at once.
+    let folder = match &arguments.out {
+        Some(path) => Some(output.folder(path)?),
+        None => None,
+    };
     let report = compare(&scene, seed, budget, arguments.target_error)?;
     for tier in &report.domains {
         for warning in &tier.warnings {
             output.note(&format!("warning: {}: {warning}", tier.name));
         }
     }
-    if let Some(folder) = &arguments.out {
-        for path in report.write_files(folder)? {
-            output.note(&format!("wrote {}", path.display()));
+    if let Some(folder) = folder {
+        for name in report.write_files(&folder)? {
+            output.note(&format!("wrote {}", folder.join(name).display()));
         }
     }
     output.answer(&report, &report.to_text())?;

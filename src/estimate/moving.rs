@@ -92,9 +92,7 @@ pub(super) fn predict(
         std_m: distance_m(f64::sqrt(variance_ps2)),
         estimate,
         detection_rate_hz: still.detection_rate_hz,
-        phase_std_rad: still
-            .phase_std_rad
-            .hypot(PI * variance_ps2.sqrt() / scene.chip_period_ps),
+        phase_std_rad: PI * variance_ps2.sqrt() / scene.chip_period_ps,
         coarse_failure_bound: still.coarse_failure_bound,
     })
 }

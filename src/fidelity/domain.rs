@@ -11,9 +11,10 @@ const COARSE_FAILURES: f64 = 1e-3;
 const LINEAR_PHASE_RAD: f64 = 0.2;
 /// Shares of detections, or of a variance, that are too large to leave out.
 const SHARE: f64 = 0.01;
-/// A saturated detector forgets its start within 10^5 dead times, as far as it is
-/// simulated, up to this product of light and dead time: 2 s^2 = 10^5.
-const MOST_SATURATION: f64 = 223.0;
+/// The mean response is worked out over at most 10^5 dead times before a code
+/// period, in which a detector forgets its start up to this product of light and
+/// dead time: 3 s^2 = 10^5.
+const MOST_SATURATION: f64 = 182.0;
 /// A step must last so many times the detector's memory for its variance to have
 /// no rim.
 const STEP_IN_MEMORIES: f64 = 50.0;
@@ -54,13 +55,13 @@ pub fn warnings(scene: &Scene, detector: usize, tier: Tier) -> Vec<String> {
         brightest_per_chip: light.brightest_per_chip(),
     };
     let mut warnings = Vec::new();
-    warnings.extend(view.saturation());
     if tier.counting() == CountingTier::Events {
         warnings.extend(view.merged_pulses());
         warnings.extend(view.missed_pulses());
         warnings.extend(view.clamped_counts());
     }
     if tier <= Tier::Counts {
+        warnings.extend(view.saturation());
         warnings.extend(view.short_steps());
         warnings.extend(view.later_scans());
     }
@@ -154,9 +155,9 @@ impl View<'_> {
         let saturation = self.brightest_per_chip * self.dead_time_chips();
         (saturation > MOST_SATURATION).then(|| {
             format!(
-                "light of {saturation:.0} primary detections per dead time: the detector remembers \
-                 longer than the 100,000 dead times that are simulated before each phase step, so \
-                 the phase of its firing is the same in all of them"
+                "light of {saturation:.0} primary detections per dead time: the detector fires \
+                 like a clock for longer than the 100,000 dead times over which its response is \
+                 worked out, so expected counts still know how it started"
             )
         })
     }

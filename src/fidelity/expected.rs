@@ -14,29 +14,36 @@ use crate::scene::Scene;
 /// wrong steps: a lower bound.
 ///
 /// # Errors
-/// When the mean response cannot be had.
+/// When the expectations cannot be had.
 pub(super) fn answer(
     scene: &Scene,
     detector: usize,
     statistics: &mut [PathStatistics],
 ) -> Result<(), ScansError> {
     let counting = Tier::Expected.counting();
-    let model = DetectorModel::new(scene, detector);
-    let detected_rate_cps = MeanResponse::of_tier(&model, counting)?.detection_rate_hz();
     for path in statistics {
         path.bias_m = path.expected_bias_m;
         path.std_m = path.expected_std_m;
         path.std_over_bound = path.std_m.zip(path.bound_m).map(|(std, bound)| std / bound);
         path.mean_m = path.bias_m.map(|bias_m| path.true_m + bias_m);
-        path.detected_rate_cps = detected_rate_cps;
         match predict(scene, detector, path.path, counting) {
-            Ok(expected) => path.correct_coarse_fraction = 1.0 - expected.coarse_failure_bound,
-            Err(PredictionError::MeanResponse(reason)) => return Err(reason.into()),
-            Err(reason) => {
+            Ok(expected) => {
+                path.correct_coarse_fraction = 1.0 - expected.coarse_failure_bound;
+                path.detected_rate_cps = expected.detection_rate_hz;
+            }
+            Err(reason @ (PredictionError::Flat | PredictionError::CoarseOnly(_))) => {
                 path.correct_coarse_fraction = 0.0;
+                path.detected_rate_cps = detection_rate_cps(scene, detector)?;
                 path.remark = Some(reason.to_string());
             }
+            Err(reason) => return Err(reason.into()),
         }
     }
     Ok(())
+}
+
+fn detection_rate_cps(scene: &Scene, detector: usize) -> Result<f64, ScansError> {
+    let model = DetectorModel::new(scene, detector);
+    let response = MeanResponse::of_tier(&model, Tier::Expected.counting())?;
+    Ok(response.detection_rate_hz())
 }

@@ -12,6 +12,7 @@ use crate::cosim::lockstep::Lockstep;
 use crate::cosim::photons::Photons;
 use crate::cosim::stimulus::clocks_for_scans;
 use crate::cosim::verilated::Verilated;
+use crate::estimate::PredictionError;
 use crate::hdl::{self, HdlError};
 use crate::model::contract::Contract;
 use crate::model::layout::Layout;
@@ -31,6 +32,9 @@ pub enum ScansError {
     /// The exact mean response cannot be had.
     #[error(transparent)]
     MeanResponse(#[from] MeanResponseError),
+    /// The expected estimate cannot be had.
+    #[error(transparent)]
+    Prediction(#[from] PredictionError),
     /// The scene's hardware is not modelled.
     #[error(transparent)]
     Reference(#[from] ReferenceError),

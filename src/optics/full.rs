@@ -12,6 +12,7 @@ use super::detector::DetectorModel;
 use super::light::{ExcessLight, LightRates};
 use super::paths::NumberedPath;
 use super::random::scatter;
+use super::movement::Movement;
 
 /// A rate at which nothing ever arrives.
 const NEVER_HZ: f64 = 1e-290;
@@ -27,15 +28,18 @@ pub enum OptionalPart {
     Afterpulsing,
     /// Timing jitter, or a draw of the counter's sign near its edges.
     Jitter,
+    /// Delays that change in time, which only the plain loop follows.
+    Movement,
 }
 
 impl OptionalPart {
     /// Every part.
-    pub const ALL: [OptionalPart; 4] = [
+    pub const ALL: [OptionalPart; 5] = [
         OptionalPart::ConstantLight,
         OptionalPart::OtherLight,
         OptionalPart::Afterpulsing,
         OptionalPart::Jitter,
+        OptionalPart::Movement,
     ];
 }
 
@@ -75,6 +79,11 @@ impl DetectorModel {
             }
             OptionalPart::Jitter => {
                 model.jitter_chips.get_or_insert(0.0);
+            }
+            OptionalPart::Movement => {
+                for light in &mut model.excess {
+                    light.movement.get_or_insert_with(Movement::none);
+                }
             }
         }
         model

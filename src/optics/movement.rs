@@ -66,6 +66,14 @@ impl Movement {
         })
     }
 
+    /// No movement, followed all the same.
+    pub fn none() -> Movement {
+        Movement {
+            delay_rate: 0.0,
+            fluctuation: None,
+        }
+    }
+
     /// How far the delay moves in `duration_chips`: its mean, and two standard
     /// deviations.
     pub fn range_chips(&self, duration_chips: f64) -> f64 {

@@ -21,12 +21,14 @@ pub fn paths_to(scene: &Scene, detector: usize) -> Vec<NumberedPath> {
     let mut indices: Vec<usize> = (0..scene.paths.len())
         .filter(|&index| scene.paths[index].detector == detector)
         .collect();
-    // Paths that agree in all of this are alike but for their fluctuation, and
-    // keep the order of the file.
+    // Those that carry nothing come last, so that they shift no number. Paths that
+    // agree in all of this are alike but for their fluctuation, and keep the
+    // order of the file.
     indices.sort_by(|&a, &b| {
         let (a, b) = (&scene.paths[a], &scene.paths[b]);
         source_name(a)
             .cmp(source_name(b))
+            .then((a.transmission <= 0.0).cmp(&(b.transmission <= 0.0)))
             .then(a.delay_ps.total_cmp(&b.delay_ps))
             .then(a.transmission.total_cmp(&b.transmission))
             .then(a.delay_rate().total_cmp(&b.delay_rate()))

@@ -58,6 +58,7 @@ fn optional_part(name: &str) -> Option<OptionalPart> {
         "off_state_light" | "dark_counts" | "background" => Some(OptionalPart::ConstantLight),
         "afterpulsing" => Some(OptionalPart::Afterpulsing),
         "jitter" => Some(OptionalPart::Jitter),
+        "moving_paths" => Some(OptionalPart::Movement),
         _ => None,
     }
 }

@@ -1,26 +1,23 @@
 //! The comparison as figures and tables.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
 
 use super::points::worst;
 use super::{FidelityReport, TierPoint};
 use crate::fidelity::Tier;
-use crate::files;
+use crate::files::OutputFolder;
 use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
 
 /// Colour of the Pareto front: the last, black.
 const FRONT_COLOUR: usize = 6;
 
 impl FidelityReport {
-    /// Writes `fidelity.svg`, `sensor-trade.svg` and their data as CSV into a
-    /// folder, which is made when missing; gives their paths.
+    /// Writes `fidelity.svg`, `sensor-trade.svg` and their data as CSV; gives
+    /// their names.
     ///
     /// # Errors
     /// When a file cannot be written, or a figure not be drawn.
-    pub fn write_files(&self, folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
-        std::fs::create_dir_all(folder)
-            .map_err(|error| anyhow::anyhow!("{}: {error}", folder.display()))?;
+    pub fn write_files(&self, folder: &OutputFolder) -> anyhow::Result<Vec<&'static str>> {
         let files = [
             ("fidelity.svg", self.tiers_chart().svg()?),
             ("fidelity.csv", self.tiers_csv()),
@@ -29,9 +26,8 @@ impl FidelityReport {
         ];
         let mut written = Vec::new();
         for (name, text) in files {
-            let path = folder.join(name);
-            files::write(&path, &text)?;
-            written.push(path);
+            folder.write(name, &text)?;
+            written.push(name);
         }
         Ok(written)
     }

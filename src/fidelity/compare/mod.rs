@@ -171,21 +171,33 @@ pub fn compare(
     let mut sampled = points::grow(&windowed, Tier::Sampled, path, seed, share * 2)?;
     let reference = points::reference(sampled.pop())?;
     let mut tiers = Vec::new();
+    let mut domains = Vec::new();
     for tier in Tier::ALL {
+        let mut warnings = domain::warnings(&windowed, 0, tier);
         // The reference's own smaller runs share their random numbers with it:
         // their errors are a little too small.
         let runs = match tier {
-            Tier::Sampled => std::mem::take(&mut sampled),
-            other => points::grow(&windowed, other, path, seed ^ 0x5bd1_e995, share)?,
+            Tier::Sampled => Ok(std::mem::take(&mut sampled)),
+            other => points::grow(&windowed, other, path, seed ^ 0x5bd1_e995, share),
+        };
+        let runs = match runs {
+            // A tier that works the response out may not be able to; others can.
+            Err(FidelityError::Scans(
+                reason @ (ScansError::MeanResponse(_) | ScansError::Prediction(_)),
+            )) => {
+                warnings.push(format!("left out: {reason}"));
+                Vec::new()
+            }
+            other => other?,
         };
         tiers.extend(runs.iter().filter_map(|run| points::point(run, &reference)));
+        domains.push(TierDomain {
+            name: tier.to_string(),
+            domain: domain::of(tier),
+            warnings,
+        });
     }
     choice::mark_pareto(&mut tiers);
-    let domains = Tier::ALL.map(|tier| TierDomain {
-        name: tier.to_string(),
-        domain: domain::of(tier),
-        warnings: domain::warnings(&windowed, 0, tier),
-    });
     let plan = plan::with_savings(plan::plan(scene), scene);
     let mut left_out: Vec<Part> = plan.simulation.into_iter().filter(|p| !p.kept).collect();
     left_out.extend(unscanned);
@@ -195,7 +207,7 @@ pub fn compare(
         recommended: choice::recommend(&tiers, &reference, target_error),
         reference,
         tiers,
-        domains: domains.into(),
+        domains,
         sensor: sensor::trade(&windowed, path),
         left_out,
     })
