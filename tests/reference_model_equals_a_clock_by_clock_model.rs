@@ -20,6 +20,9 @@ struct Ports {
     tlast: u64,
     overrun: u64,
     saturated: u64,
+    peak_valid: u64,
+    /// Step and count bits of each detector.
+    peaks: Vec<(u64, u64)>,
 }
 
 /// Everything that is known of the inputs, sample by sample and clock by clock.
@@ -40,7 +43,16 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
     let steps = scan.steps as usize;
     let period = contract.reference_codes[0].chips.len();
     let steps_per_period = period * lanes;
-    let mut out = vec![Ports::default(); clocks];
+    let bits = contract.count_bits;
+    let (low, high) = (-(1i64 << (bits - 1)), (1i64 << (bits - 1)) - 1);
+    // In reset all outputs are 0.
+    let at_rest = Ports {
+        peaks: contract
+            .peak
+            .map_or(Vec::new(), |_| vec![(0, 0); inputs.level.len()]),
+        ..Ports::default()
+    };
+    let mut out = vec![at_rest.clone(); clocks];
     // A group's results by the clock at which they arrive.
     let mut arrivals: Vec<Option<(Vec<i64>, bool)>> = vec![None; clocks];
     let mut t = 0;
@@ -52,6 +64,8 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
         let released = t;
         let end = (t..clocks).find(|&c| inputs.reset[c]).unwrap_or(clocks);
         arrivals.fill(None);
+        let mut peaks = vec![None; clocks];
+        let mut scan_counts: Vec<Vec<(u64, i64)>> = vec![Vec::new(); inputs.level.len()];
         let mut start = 0;
         'scans: loop {
             let groups = steps.div_ceil(parallel);
@@ -62,7 +76,8 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
                     break 'scans;
                 }
                 let mut counts = Vec::new();
-                for (code, level) in contract.reference_codes.iter().zip(&inputs.level) {
+                let detectors = contract.reference_codes.iter().zip(&inputs.level);
+                for ((code, level), scan_counts) in detectors.zip(&mut scan_counts) {
                     for j in group * parallel..((group + 1) * parallel).min(steps) {
                         let k = (scan.first_step as usize + j) % steps_per_period;
                         let mut count = 0i64;
@@ -78,6 +93,14 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
                             }
                         }
                         counts.push(count);
+                        scan_counts.push((k as u64, count.clamp(low, high)));
+                    }
+                }
+                if let Some(peak) = contract.peak.filter(|_| group + 1 == groups) {
+                    let found: Vec<_> = scan_counts.iter_mut().map(largest).collect();
+                    let clock = word + peak.latency_clocks as usize;
+                    if clock < end {
+                        peaks[clock] = Some(found);
                     }
                 }
                 let arrival = word + contract.result_latency_clocks as usize;
@@ -92,9 +115,7 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
                 (over..).find(|n| n % period == 0).unwrap()
             };
         }
-        let mut axis = Ports::default();
-        let bits = contract.count_bits;
-        let (low, high) = (-(1i64 << (bits - 1)), (1i64 << (bits - 1)) - 1);
+        let mut axis = at_rest.clone();
         // What is still to be sent, the next count last, and whether it ends a
         // scan.
         let mut unsent: (Vec<i64>, bool) = Default::default();
@@ -116,6 +137,13 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
                 axis.tdata = (*count).clamp(low, high) as u64 & mask;
                 axis.tlast = u64::from(unsent.1 && unsent.0.len() == 1);
             }
+            axis.peak_valid = u64::from(peaks[c].is_some());
+            if let Some(peaks) = peaks[c].take() {
+                axis.peaks = peaks
+                    .into_iter()
+                    .map(|(k, count): (u64, i64)| (k, count as u64 & (u64::MAX >> (64 - bits))))
+                    .collect();
+            }
             let cycle = c - released;
             out[c] = axis.clone();
             out[c].epoch = u64::from(cycle % period == 0);
@@ -129,6 +157,18 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
         t = end;
     }
     out
+}
+
+/// Step and value of the first of the largest counts of a scan, which it empties.
+fn largest(counts: &mut Vec<(u64, i64)>) -> (u64, i64) {
+    let mut found = counts[0];
+    for &(step, count) in &counts[1..] {
+        if count > found.1 {
+            found = (step, count);
+        }
+    }
+    counts.clear();
+    found
 }
 
 fn event_driven(contract: &Contract, seed: u64, clocks: u64, block: u64) -> (Inputs, Vec<Ports>) {
@@ -183,11 +223,38 @@ fn event_driven(contract: &Contract, seed: u64, clocks: u64, block: u64) -> (Inp
                 } else {
                     0
                 },
+                ..peak_ports(contract, &layout, record)
             });
         }
         start = end;
     }
     (inputs, ports)
+}
+
+/// What the peak detector's ports show; no peaks until the first.
+fn peak_ports(contract: &Contract, layout: &Layout, record: &[u64]) -> Ports {
+    let Some(plan) = contract.peak else {
+        return Ports::default();
+    };
+    let part = |name: &str, detector: u32, bits: u32| {
+        let field = layout.outputs.field(name);
+        let words = field.read(record);
+        (0..bits).fold(0, |value, bit| {
+            let at = (detector * bits + bit) as usize;
+            value | (words[at / 64] >> (at % 64) & 1) << bit
+        })
+    };
+    let detectors = contract.reference_codes.len() as u32;
+    Ports {
+        peak_valid: part("o_peak_valid", 0, 1),
+        peaks: (0..detectors)
+            .map(|d| {
+                let step = part("o_peak_step", d, plan.step_bits);
+                (step, part("o_peak_count", d, plan.count_bits))
+            })
+            .collect(),
+        ..Ports::default()
+    }
 }
 
 fn scene(samples_per_chip: u32, code: &str, scan: &str, hardware: &str) -> Scene {
@@ -244,7 +311,7 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
     let square = r#"{ family = "square" }"#;
     let scenes = [
         scene(8, gold, "integration = \"320 ns\"", ""),
-        scene(4, gold, "integration = \"8 ns\"", ""),
+        scene(4, gold, "integration = \"8 ns\"", "peak_detector = true"),
         scene(1, gold, "integration = \"80 ns\"", ""),
         scene(
             2,
@@ -256,8 +323,8 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
         scene(
             8,
             gold,
-            "integration = \"248 ns\"\nsteps = { first = 13, count = 9 }",
-            "",
+            "integration = \"248 ns\"\nsteps = { first = 241, count = 17 }",
+            "peak_detector = true",
         ),
         scene(
             4,
@@ -271,7 +338,7 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
             4,
             gold,
             "integration = \"160 ns\"",
-            "parallel = 3\ncounter_width = 4",
+            "parallel = 3\ncounter_width = 4\npeak_detector = true",
         ),
         scene(
             8,
@@ -279,13 +346,16 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
             "integration = \"248 ns\"\nsteps = { first = 13, count = 30 }",
             "parallel = 13",
         ),
-        with_detectors(scene(8, gold, "integration = \"320 ns\"", ""), 3),
+        with_detectors(
+            scene(8, gold, "integration = \"320 ns\"", "peak_detector = true"),
+            9,
+        ),
         with_detectors(
             scene(
                 2,
                 gold,
                 "integration = \"400 ns\"\nsteps = { first = 3, count = 41 }",
-                "parallel = 7\ncounter_width = 4",
+                "parallel = 7\ncounter_width = 4\npeak_detector = true",
             ),
             2,
         ),
@@ -305,6 +375,7 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
             let seen = |port: fn(&Ports) -> u64| expected.iter().any(|p| port(p) == 1);
             assert!(seen(|p| p.tvalid) && seen(|p| p.overrun), "scene {i}");
             assert_eq!(seen(|p| p.saturated), contract.saturates(), "scene {i}");
+            assert_eq!(seen(|p| p.peak_valid), contract.peak.is_some(), "scene {i}");
         }
     }
 }

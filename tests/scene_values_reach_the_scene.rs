@@ -60,6 +60,7 @@ fn what_is_left_out_has_the_documented_default() {
     assert_eq!(scene.hardware.target, Target::Ecp525k6);
     assert_eq!(scene.hardware.parallel, 1);
     assert_eq!(scene.hardware.counter_width, None);
+    assert!(!scene.hardware.peak_detector);
 }
 
 #[test]
@@ -78,12 +79,14 @@ fn the_pulse_is_half_the_dead_time_long_but_never_shorter_than_a_phase_step() {
 fn optional_tables_are_read() {
     let scene = scene(&format!(
         "{LEAST}\n[estimate]\nestimator = \"model\"\n\n\
-         [hardware]\ntarget = \"ice40-hx8k\"\nparallel = 4\ncounter_width = 12\n"
+         [hardware]\ntarget = \"ice40-hx8k\"\nparallel = 4\ncounter_width = 12\n\
+         peak_detector = true\n"
     ));
     assert_eq!(scene.estimator, EstimatorKind::Model);
     assert_eq!(scene.hardware.target, Target::Ice40Hx8k);
     assert_eq!(scene.hardware.parallel, 4);
     assert_eq!(scene.hardware.counter_width, Some(12));
+    assert!(scene.hardware.peak_detector);
 }
 
 #[test]

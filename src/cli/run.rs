@@ -119,8 +119,15 @@ fn summary(scene: &Scene, report: &RunReport, out: &Path) -> String {
         report.cosim.phase_steps,
         scene.scan.integration_chips,
     );
-    for estimate in report.estimates {
+    for (detector, estimate) in report.estimates.iter().enumerate() {
         let _ = writeln!(text, "{estimate}");
+        if let Some(peak) = report.cosim.peaks.get(detector) {
+            let _ = writeln!(
+                text,
+                "{}: peak of the hardware at phase step {}, count {}",
+                peak.detector, peak.step, peak.count
+            );
+        }
     }
     let _ = writeln!(text, "report: {}", out.join(REPORT).display());
     text

@@ -47,6 +47,8 @@ pub struct Outcome {
     pub first: Option<Mismatch>,
     /// The clocks round the first mismatch, or the first clocks of the run.
     pub records: Records,
+    /// What the Verilog showed after the last clock.
+    pub last_outputs: Vec<u64>,
     /// Wall time of the run, without building or loading.
     pub elapsed: Duration,
 }
@@ -146,6 +148,7 @@ struct Judge<'a> {
     first_clocks: Option<Records>,
     previous: Option<Records>,
     context: Vec<Records>,
+    last_outputs: Vec<u64>,
 }
 
 impl<'a> Judge<'a> {
@@ -158,11 +161,16 @@ impl<'a> Judge<'a> {
             first_clocks: None,
             previous: None,
             context: Vec::new(),
+            last_outputs: Vec::new(),
         }
     }
 
     fn judge(&mut self, mut block: Block) -> Verdict {
         self.clocks = block.clocks.end;
+        let last_record = block.records.got.len() - self.layout.outputs.words;
+        self.last_outputs.clear();
+        self.last_outputs
+            .extend_from_slice(&block.records.got[last_record..]);
         let known = self.first.is_some();
         if block.records.expected != block.records.got {
             self.find(&block.records);
@@ -228,6 +236,7 @@ impl<'a> Judge<'a> {
             mismatches: self.mismatches,
             first: self.first,
             records: cut(&sources, window, self.layout),
+            last_outputs: self.last_outputs,
             elapsed,
         }
     }

@@ -77,12 +77,28 @@ pub struct Report {
     /// Clocks per second of wall time, photons, reference model and comparison
     /// included, building excluded.
     pub cycles_per_second: f64,
+    /// What the peak detector's ports showed at the end, detector by detector;
+    /// none without a peak detector, or if no scan of a run without resets had
+    /// come to its peak.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub peaks: Vec<PortPeak>,
     /// What drove both sides.
     pub stimulus: StimulusKind,
     /// Its seed.
     pub seed: u64,
     /// The waveform file, if one was written.
     pub vcd: Option<PathBuf>,
+}
+
+/// A peak as the hardware's ports show it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct PortPeak {
+    /// The detector's name.
+    pub detector: String,
+    /// Phase step k of a scan's largest count.
+    pub step: u64,
+    /// That count.
+    pub count: i64,
 }
 
 /// The first difference between Verilog and reference model.
@@ -237,13 +253,17 @@ fn run(
         },
         |done| on_progress(done, clocks),
     )?;
-    let report = report(
+    let mut report = report(
         request,
         &outcome,
         &layout,
         scene.chip_period_ps,
         phase_steps,
     );
+    if request.stimulus == StimulusKind::Photons && outcome.clocks >= clocks_for_scans(&contract, 1)
+    {
+        report.peaks = peaks(scene, &contract, &layout, &outcome.last_outputs);
+    }
     Ok(Cosimulation {
         report,
         counts,
@@ -251,6 +271,28 @@ fn run(
         layout,
         chip_period_ps: scene.chip_period_ps,
     })
+}
+
+/// Reads the peak detector's ports, if there are any.
+fn peaks(scene: &Scene, contract: &Contract, layout: &Layout, outputs: &[u64]) -> Vec<PortPeak> {
+    let Some(peak) = &contract.peak else {
+        return Vec::new();
+    };
+    let [steps, counts] = ["o_peak_step", "o_peak_count"].map(|name| layout.outputs.field(name));
+    scene
+        .detectors
+        .iter()
+        .zip(0u32..)
+        .map(|(detector, number)| {
+            let unsigned = counts.bits(outputs, number * peak.count_bits, peak.count_bits);
+            let unused = u64::BITS - peak.count_bits;
+            PortPeak {
+                detector: detector.name.clone(),
+                step: steps.bits(outputs, number * peak.step_bits, peak.step_bits),
+                count: (unsigned << unused).cast_signed() >> unused,
+            }
+        })
+        .collect()
 }
 
 fn report(
@@ -279,6 +321,7 @@ fn report(
             got: PortValue::new(&first.got),
         }),
         cycles_per_second: outcome.clocks as f64 / outcome.elapsed.as_secs_f64(),
+        peaks: Vec::new(),
         stimulus: request.stimulus,
         seed: request.seed,
         vcd: None,

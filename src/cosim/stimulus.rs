@@ -61,9 +61,11 @@ pub fn scan_start(contract: &Contract, scan: u64) -> u64 {
 }
 
 /// Clocks from the start of the run until the last result of the first `scans`
-/// scans has been on the stream for a clock.
+/// scans has been on the stream for a clock, and their peaks at their ports.
 pub fn clocks_for_scans(contract: &Contract, scans: u64) -> u64 {
     let last_word = RESET_CLOCKS + scan_start(contract, scans - 1) + contract.scan_clocks();
     let beats = u64::from(contract.parallel) * contract.reference_codes.len() as u64;
-    last_word + u64::from(contract.result_latency_clocks) + beats + 1
+    let stream = u64::from(contract.result_latency_clocks) + beats;
+    let peak = contract.peak.map_or(0, |peak| peak.latency_clocks);
+    last_word + stream.max(u64::from(peak)) + 1
 }

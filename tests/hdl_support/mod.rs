@@ -2,6 +2,7 @@
 //! library's own generators.
 #![allow(dead_code)] // Every test binary uses a part of this.
 
+pub mod draw;
 pub mod icarus;
 pub mod naive_sensor;
 pub mod stimulus;
@@ -11,7 +12,7 @@ use std::process::Command;
 use std::sync::Arc;
 
 use goldtof::code::{Code, Generator, Lfsr};
-use goldtof::hdl::emit;
+use goldtof::hdl::{HdlError, emit};
 use goldtof::scene::{
     CounterTiming, Detector, EstimatorKind, Hardware, OtherLight, Scan, Scene, Source, Target,
 };
@@ -254,7 +255,6 @@ pub fn random_scene(noise: &mut stimulus::Noise, case: u32) -> Scene {
 /// Adds a peak detector if it is `wanted` and phase steps are long enough for its comparisons.
 pub fn with_peak_if_possible(scene: &mut Scene, wanted: bool) {
     scene.hardware.peak_detector = wanted;
-    if wanted {
-        scene.hardware.peak_detector = emit(scene, "goldtof emit test.toml").is_ok();
-    }
+    let emitted = emit(scene, "goldtof emit test.toml");
+    scene.hardware.peak_detector &= !matches!(emitted, Err(HdlError::Limit { .. }));
 }

@@ -27,12 +27,12 @@ pub struct MaximumPiece {
     /// So far they are equal, for the piece below.
     pub o_equal: Optional<Output<bool>>,
     about: About,
+    sign: Optional<Constant>,
     piece: Register<Word>,
-    difference: Local<Word>,
+    exceeds: Local<bool>,
     replaces: Local<bool>,
     greater: Optional<Register<bool>>,
     equal: Optional<Register<bool>>,
-    _bits: usize,
 }
 
 impl MaximumPiece {
@@ -70,15 +70,19 @@ impl MaximumPiece {
                 .note(note)
                 .fact("Latency", "1 clock")
                 .fact("Rate", "one count per clock"),
-            piece: Register::word(bits, 0, "these bits of the largest count so far"),
-            difference: Local::word(
-                bits + 1,
-                "the maximum less the count: negative if the count is greater",
+            sign: Optional::new(
+                is_highest,
+                Constant::new(
+                    1 << (bits - 1),
+                    bits,
+                    "Makes signed numbers compare as unsigned",
+                ),
             ),
+            piece: Register::word(bits, 0, "these bits of the largest count so far"),
+            exceeds: Local::bit("these bits of the count are greater"),
             replaces: Local::bit("the count's bits become the maximum's"),
             greater: when_higher(Register::bit(false, "the count is greater")),
             equal: when_higher(Register::bit(false, "the bits so far are equal")),
-            _bits: bits as usize,
         }
     }
 }
@@ -87,19 +91,16 @@ impl Logic for MaximumPiece {
     #[hdl_gen]
     fn update(&mut self) {
         dff_setup!(self, i_clk, piece);
-        for top in self._bits..(self._bits + 1) {
-            for _highest in 0..self.i_take.count() {
-                self.difference.next = bit_cast(signed_cast(self.piece.q.val()), self._bits + 1)
-                    - bit_cast(signed_cast(self.i_piece.val()), self._bits + 1);
-                self.replaces.next = self.i_take[0].val()
-                    & (self.i_first[0].val() | self.difference.val().get_bit(top));
-            }
-            for _other in self.i_take.count()..1 {
-                self.difference.next = bit_cast(self.piece.q.val(), self._bits + 1)
-                    - bit_cast(self.i_piece.val(), self._bits + 1);
-                self.replaces.next = self.i_greater[0].val()
-                    | (self.i_equal[0].val() & self.difference.val().get_bit(top));
-            }
+        for _highest in 0..self.sign.count() {
+            self.exceeds.next = (self.piece.q.val() ^ self.sign[0].val())
+                < (self.i_piece.val() ^ self.sign[0].val());
+            self.replaces.next =
+                self.i_take[0].val() & (self.i_first[0].val() | self.exceeds.val());
+        }
+        for _other in self.sign.count()..1 {
+            self.exceeds.next = self.piece.q.val() < self.i_piece.val();
+            self.replaces.next =
+                self.i_greater[0].val() | (self.i_equal[0].val() & self.exceeds.val());
         }
         if self.replaces.val() {
             self.piece.d.next = self.i_piece.val();

@@ -6,15 +6,18 @@
 //! stand in the phase stepper after t.
 
 mod accumulator;
+mod chip_history;
 mod chip_table;
 mod code_source;
 mod count_clamp;
 mod count_queue;
 mod edge_detector;
 mod interleaver;
+mod lane_delay;
 mod lfsr;
 mod maximum_piece;
 mod peak_detector;
+mod phase_geometry;
 mod phase_stepper;
 mod quad_counter;
 mod result_stream;
@@ -27,12 +30,14 @@ mod state_match;
 mod updown_correlator;
 
 pub use accumulator::Accumulator;
+pub use chip_history::ChipHistory;
 pub use chip_table::ChipTableGenerator;
 pub use code_source::{CodePorts, CodeSource};
 pub use count_clamp::CountClamp;
 pub use count_queue::CountQueue;
 pub use edge_detector::EdgeDetector;
 pub use interleaver::Interleaver;
+pub use lane_delay::LaneDelay;
 pub use lfsr::LfsrGenerator;
 pub use maximum_piece::MaximumPiece;
 pub use peak_detector::PeakDetector;

@@ -32,7 +32,7 @@ pub struct RunningMaximum {
     piece_of_count: Vec<Wiring>,
     queue: Vec<CountQueue>,
     piece: Vec<MaximumPiece>,
-    maximum: Wiring,
+    largest: Wiring,
     best_step: Register<Word>,
     step: Register<Word>,
     count: Register<Word>,
@@ -90,7 +90,7 @@ impl RunningMaximum {
                     MaximumPiece::new(plan.piece_bits(piece), piece == 0, piece + 1 == pieces)
                 })
                 .collect(),
-            maximum: Wiring::new(
+            largest: Wiring::new(
                 count_bits as usize,
                 (0..count_bits as usize).collect(),
                 "largest count so far",
@@ -146,7 +146,7 @@ impl Logic for RunningMaximum {
                         for k in 1..self._pieces {
                             for b in 0..self._piece_bits {
                                 self.piece_of_count[k * parallel + p].i[b].next =
-                                    self.i_count[p].val().get_bit(size * (lowest - k) + b);
+                                    self.i_count[p].val().get_bit(size * lowest - size * k + b);
                             }
                         }
                     }
@@ -165,11 +165,11 @@ impl Logic for RunningMaximum {
                     }
                 }
                 for b in 0..self._top_bits {
-                    self.maximum.i[size * lowest + b].next = self.piece[0].o_piece.val().get_bit(b);
+                    self.largest.i[size * lowest + b].next = self.piece[0].o_piece.val().get_bit(b);
                 }
                 for k in 1..self._pieces {
                     for b in 0..self._piece_bits {
-                        self.maximum.i[size * (lowest - k) + b].next =
+                        self.largest.i[size * lowest - size * k + b].next =
                             self.piece[k].o_piece.val().get_bit(b);
                     }
                 }
@@ -190,7 +190,7 @@ impl Logic for RunningMaximum {
         }
         if self.i_done.val() {
             self.step.d.next = self.best_step.q.val();
-            self.count.d.next = self.maximum.o.val();
+            self.count.d.next = self.largest.o.val();
         }
         self.o_step.next = self.step.q.val();
         self.o_count.next = self.count.q.val();

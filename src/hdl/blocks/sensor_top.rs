@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::phase_stepper::{PhaseGeometry, ReferenceStart};
+use super::phase_geometry::{PhaseGeometry, ReferenceStart};
 use super::result_stream::StreamPlan;
 use super::scan_controller::ScanPlan;
 use super::{

@@ -1,5 +1,6 @@
 //! Values whose width is known at run time.
 
+use std::cmp::Ordering;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Not, Shl, Shr, Sub};
 
 /// An unsigned number of `width` bits, at most 128.
@@ -78,6 +79,13 @@ fn mask(width: u32) -> u128 {
 impl PartialEq for Word {
     fn eq(&self, other: &Word) -> bool {
         self.value == other.value
+    }
+}
+
+impl PartialOrd for Word {
+    /// Unsigned, as the back end writes it.
+    fn partial_cmp(&self, other: &Word) -> Option<Ordering> {
+        self.value.partial_cmp(&other.value)
     }
 }
 

@@ -1,0 +1,99 @@
+//! Scenes drawn at random from the contract.
+
+use goldtof::hdl::{Emission, HdlError, emit};
+use goldtof::scene::{Scene, Target};
+use rand::RngExt;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use super::{Family, code, scene};
+
+/// How far a drawn scene may go.
+#[derive(Debug, Clone, Copy)]
+pub struct Extent {
+    pub most_degree: u32,
+    pub most_dwell_chips: u64,
+    pub most_steps: u64,
+}
+
+impl Extent {
+    /// All that the contract has: hours of integration at 8 ns a chip.
+    pub const WHOLE: Extent = Extent {
+        most_degree: 16,
+        most_dwell_chips: 2_000_000_000_000,
+        most_steps: u64::MAX,
+    };
+
+    /// Scans of which a simulator runs several in a second.
+    pub const SHORT: Extent = Extent {
+        most_degree: 8,
+        most_dwell_chips: 600,
+        most_steps: 150,
+    };
+}
+
+/// A scene that can be emitted, its emission, and why those drawn before it cannot.
+pub fn emitted(
+    rng: &mut Xoshiro256PlusPlus,
+    extent: Extent,
+    mut on_refusal: impl FnMut(String),
+) -> (Scene, Emission) {
+    loop {
+        let scene = draw(rng, extent);
+        match emit(&scene, "goldtof emit random.toml") {
+            Ok(emission) => return (scene, emission),
+            Err(limit @ (HdlError::Limit { .. } | HdlError::ShortStep { .. })) => {
+                on_refusal(limit.to_string());
+            }
+            Err(error) => panic!("{error}"),
+        }
+    }
+}
+
+fn draw(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> Scene {
+    let sources = rng.random_range(1..=4);
+    let codes: Vec<_> = (0..sources)
+        .map(|_| {
+            let interleave = rng.random_range(0..=4);
+            code(draw_family(rng, extent), interleave, rng.random())
+        })
+        .collect();
+    let reference = rng.random_range(0..sources);
+    let lanes = 1 << rng.random_range(0..=4);
+    let steps_per_period = u64::from(lanes) * codes[reference].len();
+    let most_steps = steps_per_period.min(extent.most_steps);
+    let (first, steps) = if most_steps == steps_per_period && rng.random() {
+        (0, None)
+    } else {
+        let first = rng.random_range(0..steps_per_period);
+        (first, Some(rng.random_range(1..=most_steps)))
+    };
+    let dwell = draw_length(rng, extent.most_dwell_chips);
+    let width = rng.random_bool(0.3).then(|| rng.random_range(2..=24));
+    let mut scene = scene(&codes, reference, lanes, first, steps, dwell, width);
+    if rng.random_bool(0.3) {
+        scene.hardware.parallel = rng.random_range(2..=64);
+    }
+    if rng.random_bool(0.2) {
+        scene.detectors.push(scene.detectors[0].clone());
+    }
+    scene.hardware.peak_detector = rng.random_bool(0.4);
+    if rng.random_bool(0.3) {
+        scene.hardware.target = Target::Ice40Hx8k;
+    }
+    scene
+}
+
+fn draw_family(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> Family {
+    match rng.random_range(0..8) {
+        0..=3 => Family::Gold(rng.random_range(3..=extent.most_degree)),
+        4 | 5 => Family::MSequence(rng.random_range(3..=extent.most_degree)),
+        6 => Family::Square,
+        _ => Family::Chips(rng.random_range(1..=300)),
+    }
+}
+
+/// From 1 to `most`, each decade as likely as another.
+fn draw_length(rng: &mut Xoshiro256PlusPlus, most: u64) -> u64 {
+    let decades: f64 = rng.random();
+    (most as f64).powf(decades) as u64
+}
