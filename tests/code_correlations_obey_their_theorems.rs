@@ -115,7 +115,7 @@ fn eq_24_gives_the_interleaved_correlation_at_every_lag() {
 fn every_default_pair_has_golds_three_values() {
     for degree in GOLD_DEGREES {
         let set = gold_set(degree);
-        let counts = value_counts(&set.cross_correlation());
+        let counts = value_counts(set.cross_correlation());
         let values: Vec<i64> = counts.keys().copied().collect();
         assert_eq!(values, gold_values(degree), "degree {degree}");
         // Parseval: the squares add up to L^2 + L - 1 for two m-sequences.
@@ -205,7 +205,7 @@ fn degrees_divisible_by_4_have_default_pairs_within_golds_bound_when_asked_for()
             allow_non_preferred: Some(true),
             ..gold_spec(degree, 0)
         };
-        let counts = value_counts(&spec.gold_set().unwrap().cross_correlation());
+        let counts = value_counts(spec.gold_set().unwrap().cross_correlation());
         let bound = 2i64.pow(degree / 2 + 1) + 1;
         assert!(counts.len() <= 4, "degree {degree}: {counts:?}");
         assert!(

@@ -91,8 +91,8 @@ fn path(place: usize) -> String {
 fn scene(sources: [usize; 3], detectors: [usize; 2], paths: [usize; 7]) -> Scene {
     let mut text = HEADER.to_owned();
     // Tables of different kinds mix, too.
-    for place in 0..7 {
-        text += &path(paths[place]);
+    for (place, &of_path) in paths.iter().enumerate() {
+        text += &path(of_path);
         text += sources.get(place).map_or("", |&source| SOURCES[source]);
         text += detectors
             .get(place)

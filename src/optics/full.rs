@@ -10,9 +10,9 @@ use std::sync::Arc;
 use super::afterpulsing::Afterpulsing;
 use super::detector::DetectorModel;
 use super::light::{ExcessLight, LightRates};
+use super::movement::Movement;
 use super::paths::NumberedPath;
 use super::random::scatter;
-use super::movement::Movement;
 
 /// A rate at which nothing ever arrives.
 const NEVER_HZ: f64 = 1e-290;
