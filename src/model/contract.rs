@@ -159,6 +159,11 @@ impl Contract {
         hits + lane_pairs + adder_levels + total
     }
 
+    /// Clocks from the first bits of a group's counts to the last.
+    pub(crate) fn clocks_of_counting(&self) -> u32 {
+        self.count_segments.clocks()
+    }
+
     /// Groups of phase steps in a scan: `parallel` steps share their light.
     pub fn groups(&self) -> u64 {
         self.scan.steps.div_ceil(u64::from(self.parallel))
