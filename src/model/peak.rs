@@ -3,7 +3,7 @@
 use super::contract::Contract;
 
 /// Longest piece of a count that is compared within a clock.
-const LONGEST_PIECE: u32 = 12;
+const LONGEST_PIECE: u32 = 9;
 
 /// Counts of a group among which one clock chooses.
 const CHOICE: u32 = 8;

@@ -33,10 +33,10 @@ pub struct PeakDetector {
     turn: Optional<Register<Word>>,
     last_turn: Optional<Local<bool>>,
     group_ends: Optional<Register<bool>>,
-    scan_ends: Optional<Register<Word>>,
+    scan_ends: Optional<Register<bool>>,
     next_turn: Optional<Local<bool>>,
     first: Register<bool>,
-    ends: Local<bool>,
+    ends: Register<bool>,
     step: Register<Word>,
     at_top: Optional<Register<bool>>,
     done: Register<bool>,
@@ -51,7 +51,6 @@ pub struct PeakDetector {
     _compared: usize,
     _turns: usize,
     _short_turns: usize,
-    _lag: usize,
     _step_bits: usize,
     _count_bits: usize,
 }
@@ -70,8 +69,6 @@ impl PeakDetector {
         let starts_at_top = plan.wraps_after == Some(plan.first_step);
         let several = parallel > 1;
         let compared = plan.clocks_to_compare();
-        // The end of a scan is known two clocks after a turn begins.
-        let lag = plan.choosing_clocks.saturating_sub(1).max(1);
         let packed = |bits: u32, about: &str| {
             let bits = (detectors * bits) as usize;
             Optional::new(detectors > 1, Wiring::new(bits, (0..bits).collect(), about))
@@ -106,10 +103,7 @@ impl PeakDetector {
                 0,
                 "a count's turn on its way through the comparison",
             ),
-            kept: Register::bit(
-                false,
-                "the count that was compared is the largest or dropped",
-            ),
+            kept: Register::bit(false, "the count that was compared is kept or dropped"),
             last_group: Register::bit(false, "the counts are the scan's last"),
             turn: Optional::new(
                 several,
@@ -122,15 +116,11 @@ impl PeakDetector {
             ),
             scan_ends: Optional::new(
                 several,
-                Register::word(
-                    lag,
-                    0,
-                    "the count is its scan's last, and lags behind its turn",
-                ),
+                Register::bit(false, "the count is its scan's last"),
             ),
             next_turn: Optional::new(several, Local::bit("the next count's turn")),
             first: Register::bit(true, "the next count is a scan's first"),
-            ends: Local::bit("the scan's last count is kept or dropped"),
+            ends: Register::bit(false, "it is the scan's last"),
             step: Register::word(
                 step_bits,
                 first_step,
@@ -153,7 +143,6 @@ impl PeakDetector {
             _compared: compared as usize,
             _turns: parallel as usize,
             _short_turns: last_steps as usize,
-            _lag: lag as usize,
             _step_bits: step_bits as usize,
             _count_bits: count_bits as usize,
         }
@@ -206,7 +195,7 @@ impl Logic for PeakDetector {
     #[hdl_gen]
     fn update(&mut self) {
         dff_setup!(
-            self, i_clk, compares, kept, last_group, first, step, done, valid
+            self, i_clk, compares, kept, last_group, ends, first, step, done, valid
         );
         if self.i_counted.val() {
             self.last_group.d.next = self.i_last.val();
@@ -217,7 +206,9 @@ impl Logic for PeakDetector {
         for _single in self.turn.count()..1 {
             self.compares.d.next =
                 (self.compares.q.val() << 1).replace_bit(0, self.i_counted.val());
-            self.ends.next = self.kept.q.val() & self.last_group.q.val();
+            for last in (self._compared - 1)..self._compared {
+                self.ends.d.next = self.compares.q.val().get_bit(last) & self.last_group.q.val();
+            }
         }
         for _several in 0..self.turn.count() {
             dff_setup!(self, i_clk, turn[0], group_ends[0], scan_ends[0]);
@@ -247,15 +238,14 @@ impl Logic for PeakDetector {
                 }
             }
             self.group_ends[0].d.next = self.last_turn[0].val();
-            self.scan_ends[0].d.next = (self.scan_ends[0].q.val() << 1)
-                .replace_bit(0, self.last_turn[0].val() & self.last_group.q.val());
-            for lag in (self._lag - 1)..self._lag {
-                self.ends.next = self.kept.q.val() & self.scan_ends[0].q.val().get_bit(lag);
+            self.scan_ends[0].d.next = self.last_turn[0].val() & self.last_group.q.val();
+            for last in (self._compared - 1)..self._compared {
+                self.ends.d.next = self.compares.q.val().get_bit(last) & self.scan_ends[0].q.val();
             }
         }
 
         if self.kept.q.val() {
-            self.first.d.next = self.ends.val();
+            self.first.d.next = self.ends.q.val();
             self.step.d.next = self.step.q.val() + 1;
         }
         for _wraps in 0..self.at_top.count() {
@@ -266,7 +256,7 @@ impl Logic for PeakDetector {
                     self.step.d.next = 0.into();
                 }
             }
-            if self.ends.val() {
+            if self.ends.q.val() {
                 for _at_top in 0..self._starts_at_top {
                     self.at_top[0].d.next = true;
                 }
@@ -275,10 +265,10 @@ impl Logic for PeakDetector {
                 }
             }
         }
-        if self.ends.val() {
+        if self.ends.q.val() {
             self.step.d.next = self.first_step.val();
         }
-        self.done.d.next = self.ends.val();
+        self.done.d.next = self.ends.q.val();
         self.valid.d.next = self.done.q.val();
         self.o_valid.next = self.valid.q.val();
 

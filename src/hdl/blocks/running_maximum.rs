@@ -142,11 +142,6 @@ impl Logic for RunningMaximum {
     #[hdl_gen]
     fn update(&mut self) {
         dff_setup!(self, i_clk, replaces, largest, best_step, step, count);
-        for c in 0..(self.choice.len()) {
-            self.choice[c].i_clk.next = self.i_clk.val();
-            self.choice[c].i_rst.next = self.i_rst.val();
-            self.choice[c].i_turn.next = self.turns[c].o.val();
-        }
         for size in self._choice..(self._choice + 1) {
             for c in 0..(self.choice.len().saturating_sub(1)) {
                 for t in 0..self._choice {
@@ -160,6 +155,11 @@ impl Logic for RunningMaximum {
                     self.choice[last].i_count[t].next = self.i_count[size * last + t].val();
                 }
             }
+        }
+        for c in 0..(self.choice.len()) {
+            self.choice[c].i_clk.next = self.i_clk.val();
+            self.choice[c].i_rst.next = self.i_rst.val();
+            self.choice[c].i_turn.next = self.turns[c].o.val();
         }
         for _several in 0..(self.up_to.len().min(1)) {
             self.up_to[0].next = self.choice[0].o_count.val() | self.choice[1].o_count.val();
