@@ -19,12 +19,12 @@ pub struct CountComparison {
     /// The count is greater.
     pub o_greater: Output<bool>,
     about: About,
-    sign: Constant,
-    biased_count: Local<Word>,
-    biased_other: Local<Word>,
+    unsigned_count: Local<Word>,
+    unsigned_other: Local<Word>,
     count_bits: Vec<Wiring>,
     other_bits: Vec<Wiring>,
     piece: Vec<CountPiece>,
+    _count_bits: usize,
     _pieces: usize,
     _bits: usize,
     _top_bits: usize,
@@ -50,18 +50,14 @@ impl CountComparison {
             i_other: Input::word(bits, "what it is compared with, signed"),
             o_greater: Output::bit("the count is greater"),
             about: describe(plan),
-            sign: Constant::new(
-                1 << (bits - 1),
-                bits,
-                "Makes signed numbers compare as unsigned",
-            ),
-            biased_count: Local::word(bits, "the count, its sign inverted"),
-            biased_other: Local::word(bits, "the other one, its sign inverted"),
+            unsigned_count: Local::word(bits, "the count with the other one's sign"),
+            unsigned_other: Local::word(bits, "the other one with the count's sign"),
             count_bits: cut("piece of the count"),
             other_bits: cut("piece of the other one"),
             piece: (0..plan.pieces)
                 .map(|piece| CountPiece::new(plan.piece_bits(piece), piece > 0))
                 .collect(),
+            _count_bits: bits as usize,
             _pieces: plan.pieces as usize,
             _bits: sizes[0] as usize,
             _top_bits: sizes[sizes.len() - 1] as usize,
@@ -70,7 +66,8 @@ impl CountComparison {
 }
 
 fn describe(plan: &PeakPlan) -> About {
-    let mut about = About::new("count_comparison", "whether a signed count is greater");
+    let mut about = About::new("count_comparison", "whether a signed count is greater")
+        .note("With their signs exchanged, signed numbers compare as unsigned ones.");
     if plan.pieces > 1 {
         about = about
             .note("A piece a clock, the lowest bits first. Both counts stand still meanwhile.");
@@ -85,21 +82,29 @@ fn describe(plan: &PeakPlan) -> About {
 impl Logic for CountComparison {
     #[hdl_gen]
     fn update(&mut self) {
-        self.biased_count.next = self.i_count.val() ^ self.sign.val();
-        self.biased_other.next = self.i_other.val() ^ self.sign.val();
+        for sign in (self._count_bits - 1)..self._count_bits {
+            self.unsigned_count.next = self
+                .i_count
+                .val()
+                .replace_bit(sign, self.i_other.val().get_bit(sign));
+            self.unsigned_other.next = self
+                .i_other
+                .val()
+                .replace_bit(sign, self.i_count.val().get_bit(sign));
+        }
         for size in self._bits..(self._bits + 1) {
             for p in 0..(self._pieces - 1) {
                 for b in 0..self._bits {
-                    self.count_bits[p].i[b].next = self.biased_count.val().get_bit(size * p + b);
-                    self.other_bits[p].i[b].next = self.biased_other.val().get_bit(size * p + b);
+                    self.count_bits[p].i[b].next = self.unsigned_count.val().get_bit(size * p + b);
+                    self.other_bits[p].i[b].next = self.unsigned_other.val().get_bit(size * p + b);
                 }
             }
             for top in (self._pieces - 1)..self._pieces {
                 for b in 0..self._top_bits {
                     self.count_bits[top].i[b].next =
-                        self.biased_count.val().get_bit(size * top + b);
+                        self.unsigned_count.val().get_bit(size * top + b);
                     self.other_bits[top].i[b].next =
-                        self.biased_other.val().get_bit(size * top + b);
+                        self.unsigned_other.val().get_bit(size * top + b);
                 }
             }
         }
