@@ -4,6 +4,10 @@
 //!
 //!     cargo bench --bench estimators -- [walk] [circular] [interference] [wrong]
 
+#[path = "../../tests/optics_support/mod.rs"]
+mod optics_support;
+mod noiseless;
+
 use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
@@ -31,6 +35,13 @@ fn main() -> Outcome {
         .collect();
     let asked = |part: &str| parts.is_empty() || parts.iter().any(|p| p == part);
     let scene = scene::load(Path::new("scenes/paper-single.toml"))?;
+    if asked("noiseless") {
+        noiseless::walk(&scene)?;
+        noiseless::circular(&scene)?;
+    }
+    if asked("noiseless-interference") {
+        noiseless::interference(&scene)?;
+    }
     if asked("walk") {
         walk(&scene)?;
     }
