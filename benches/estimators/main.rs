@@ -7,6 +7,7 @@
 #[path = "../../tests/optics_support/mod.rs"]
 mod optics_support;
 mod noiseless;
+mod timing;
 
 use std::error::Error;
 use std::path::Path;
@@ -35,6 +36,9 @@ fn main() -> Outcome {
         .collect();
     let asked = |part: &str| parts.is_empty() || parts.iter().any(|p| p == part);
     let scene = scene::load(Path::new("scenes/paper-single.toml"))?;
+    if asked("timing") {
+        timing::timing(&scene)?;
+    }
     if asked("noiseless") {
         noiseless::walk(&scene)?;
         noiseless::circular(&scene)?;

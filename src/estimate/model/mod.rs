@@ -13,6 +13,7 @@
 //! interferer, need the whole scan: an interferer hardly shows in a window, but
 //! over a scan its cross-correlation is as distinct as the peak.
 
+mod coarse;
 mod least_squares;
 mod problem;
 mod search;
