@@ -50,7 +50,13 @@ pub fn timing(scene: &Scene) -> Outcome {
         let mut repetition = 0;
         let whole = milliseconds(20, || {
             repetition += 1;
-            fit(&scene, 0, TIER, &sampler.scan(3, repetition), OtherLight::None)?;
+            fit(
+                &scene,
+                0,
+                TIER,
+                &sampler.scan(3, repetition),
+                OtherLight::None,
+            )?;
             Ok(())
         })?;
         println!(

@@ -101,12 +101,7 @@ impl Run {
     }
 
     /// The same from so many scans of a tier.
-    pub fn errors_by(
-        &mut self,
-        scene: &Scene,
-        tier: Tier,
-        scans: u64,
-    ) -> Result<Errors, RunError> {
+    pub fn errors_by(&mut self, scene: &Scene, tier: Tier, scans: u64) -> Result<Errors, RunError> {
         let seed = self.next_seed();
         let path = &simulate(scene, tier, seed, scans)?.estimates[0];
         let statistics = (

@@ -1,6 +1,6 @@
 //! Fig. 6: what interleaving wins back.
 
-use super::{Curve, figure};
+use super::{Curve, POWER, figure};
 use crate::reproduce::figure::{Claim, Figure};
 use crate::reproduce::run::{Run, RunError};
 use crate::reproduce::sensor::{Light, gold, square};
@@ -23,7 +23,7 @@ pub fn interleaving(run: &mut Run) -> Result<Figure, RunError> {
     })?);
     let claims = recovery(&curves).into_iter().collect();
     let title = "Fig. 6: precision by interleaving depth ν, 209.6 µs per phase step";
-    Ok(figure(title, &curves, claims))
+    Ok(figure(title, POWER, &curves, claims))
 }
 
 /// C4, from the curves for nu = 0..3 and the square wave.

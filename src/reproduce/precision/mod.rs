@@ -8,7 +8,9 @@ use super::figure::{Claim, Figure, Table, cells};
 use super::run::{Errors, Run, RunError};
 use super::sensor::{Light, TARGET_PS, sensor, window};
 use super::statistics::{Measured, decibels};
+use crate::estimate::{CountingTier, predict};
 use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
+use crate::scene::Scene;
 
 /// Mean optical power at the detector, in picowatts: 0.6 to 78 million primary
 /// detections per second.
@@ -18,6 +20,9 @@ const HALF_WINDOW_CHIPS: u64 = 3;
 /// A standard deviation is compared only where this share of all scans is
 /// within a chip of the target: elsewhere it is that of a selection.
 const COMPARABLE_SHARE: f64 = 0.99;
+
+/// Label of the horizontal axis, of one source.
+const POWER: &str = "optical power at the detector (pW)";
 
 /// Errors at each of [`POWERS_PW`].
 struct Curve {
@@ -33,10 +38,20 @@ impl Curve {
         integration_s: f64,
         lights: impl Fn(f64) -> Vec<Light>,
     ) -> Result<Curve, RunError> {
-        let errors = POWERS_PW.iter().map(|&power_pw| {
-            let scene = sensor(&lights(power_pw), integration_s);
-            run.errors(&window(scene, TARGET_PS, HALF_WINDOW_CHIPS))
-        });
+        Curve::of_scenes(run, label, |power_pw| {
+            sensor(&lights(power_pw), integration_s)
+        })
+    }
+
+    /// `scene` gives the sensor for one power.
+    fn of_scenes(
+        run: &mut Run,
+        label: &str,
+        scene: impl Fn(f64) -> Scene,
+    ) -> Result<Curve, RunError> {
+        let errors = POWERS_PW
+            .iter()
+            .map(|&power_pw| run.errors(&window(scene(power_pw), TARGET_PS, HALF_WINDOW_CHIPS)));
         Ok(Curve {
             label: label.to_owned(),
             errors: errors.collect::<Result<_, _>>()?,
@@ -71,8 +86,15 @@ impl Curve {
     }
 }
 
+/// Standard deviation that the exact moments give, where the coarse stage is
+/// right.
+fn exact_std_m(scene: Scene) -> Result<f64, RunError> {
+    let scene = window(scene, TARGET_PS, HALF_WINDOW_CHIPS);
+    Ok(predict(&scene, 0, 0, CountingTier::Events)?.std_m)
+}
+
 /// Standard deviation to the left, bias to the right, of every curve.
-fn figure(title: &str, curves: &[Curve], claims: Vec<Claim>) -> Figure {
+fn figure(title: &str, power_label: &str, curves: &[Curve], claims: Vec<Claim>) -> Figure {
     let mut table = Table::new(&[
         "series",
         "power_pw",
@@ -115,7 +137,7 @@ fn figure(title: &str, curves: &[Curve], claims: Vec<Claim>) -> Figure {
         });
         Panel {
             x: Axis {
-                label: "optical power at the detector, of each source (pW)".to_owned(),
+                label: power_label.to_owned(),
                 scale: Scale::Log,
             },
             y: Axis {
