@@ -38,8 +38,8 @@ pub enum PredictionError {
     /// The mean response cannot be had.
     #[error(transparent)]
     MeanResponse(#[from] MeanResponseError),
-    /// The expected counts have no peak.
-    #[error("the expected counts have no peak: nothing modulated reaches the detector")]
+    /// The expected counts have no peak at the path.
+    #[error("the expected counts have no peak: the path carries no modulated light")]
     Flat,
     /// The estimate would be as coarse as a phase step.
     #[error("only a coarse estimate is possible: {0}")]
@@ -77,6 +77,10 @@ pub fn predict(
     path: usize,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
+    let model = DetectorModel::new(scene, detector);
+    if model.modulated_paths().all(|modulated| modulated != path) {
+        return Err(PredictionError::Flat);
+    }
     let moves = |p: &Path| p.detector == detector && p.movement.is_some();
     if scene.paths.iter().any(moves) {
         moving::predict(scene, detector, path, counting)
