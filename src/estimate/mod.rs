@@ -3,6 +3,7 @@
 pub mod bound;
 mod calibration;
 pub mod model;
+mod modulation;
 mod moving;
 mod phase;
 mod prediction;
@@ -12,6 +13,7 @@ mod truth;
 
 pub use crate::optics::CountingTier;
 pub use calibration::calibration_offset_ps;
+pub use modulation::check_modulated;
 pub use phase::{CoarseOnly, Estimate, Measurement, NoEstimate, estimate};
 pub use prediction::{Prediction, PredictionError, predict};
 pub use theory::{Theory, theory};

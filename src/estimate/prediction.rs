@@ -43,8 +43,8 @@ pub enum PredictionError {
     /// The mean response cannot be had.
     #[error(transparent)]
     MeanResponse(#[from] MeanResponseError),
-    /// The expected counts have no peak.
-    #[error("the expected counts have no peak: nothing modulated reaches the detector")]
+    /// The expected counts have no peak at the path.
+    #[error("the expected counts have no peak: the path carries no modulated light")]
     Flat,
     /// The estimate would be as coarse as a phase step.
     #[error("only a coarse estimate is possible: {0}")]
@@ -89,6 +89,15 @@ pub fn predict(
     }
 }
 
+/// A path without modulated light has no peak, whatever other light peaks.
+fn check_path_is_modulated(model: &DetectorModel, path: usize) -> Result<(), PredictionError> {
+    if model.modulated_paths().any(|modulated| modulated == path) {
+        Ok(())
+    } else {
+        Err(PredictionError::Flat)
+    }
+}
+
 /// Whether any path to the detector moves.
 pub(super) fn moves(scene: &Scene, detector: usize) -> bool {
     let moves = |p: &Path| p.detector == detector && p.movement.is_some();
@@ -117,6 +126,7 @@ pub(super) fn predict_from(
     path: usize,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
+    check_path_is_modulated(counts.model(), path)?;
     let expected = counts.signed();
     let smallest = expected.iter().copied().fold(f64::INFINITY, f64::min);
     let offset_ps = calibration_offset_ps(scene, detector, counting);

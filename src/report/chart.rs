@@ -81,7 +81,7 @@ pub enum Scale {
 /// Points of one kind.
 #[derive(Debug, Clone)]
 pub struct Series {
-    /// Name in the legend.
+    /// Name in the legend; an empty one is not there.
     pub label: String,
     /// How the points are drawn.
     pub mark: Mark,
@@ -167,7 +167,7 @@ impl Panel {
         let points = || self.series.iter().flat_map(|series| &series.points);
         // A dot on the frame would be cut off.
         let has_dots = self.series.iter().any(|s| s.mark != Mark::Line);
-        let beside = if has_dots { 0.04 } else { 0.0 };
+        let beside = if has_dots { 0.04 } else { 0.02 };
         let x = Coordinate::of(self.x.scale, [beside; 2], points().map(|p| p.x));
         let ends = |p: &Point| {
             let (low, high) = p.interval.unwrap_or((p.y, p.y));
@@ -219,15 +219,16 @@ impl Panel {
                 let ends = vec![(p.x, y.clamp(low)), (p.x, y.clamp(high))];
                 Some(PathElement::new(ends, colour.stroke_width(1)))
             });
-            chart
-                .draw_series(bars)?
-                .label(&series.label)
-                .legend(move |(x, y)| {
-                    let half = if line { 8 } else { 0 };
-                    EmptyElement::at((x + 8, y))
-                        + PathElement::new([(-half, 0), (half, 0)], colour.stroke_width(2))
-                        + Circle::new((0, 0), if dots { 3 } else { 0 }, colour.filled())
-                });
+            let drawn = chart.draw_series(bars)?;
+            if series.label.is_empty() {
+                continue;
+            }
+            drawn.label(&series.label).legend(move |(x, y)| {
+                let half = if line { 8 } else { 0 };
+                EmptyElement::at((x + 8, y))
+                    + PathElement::new([(-half, 0), (half, 0)], colour.stroke_width(2))
+                    + Circle::new((0, 0), if dots { 3 } else { 0 }, colour.filled())
+            });
         }
         chart
             .configure_series_labels()
@@ -350,7 +351,7 @@ impl ValueFormatter<f64> for Coordinate {
         // Ticks have one significant digit beyond their step: drop what rounding
         // left behind.
         let rounded: f64 = format!("{v:.6e}").parse().unwrap_or(*v);
-        rounded.to_string()
+        rounded.to_string().replace('-', "\u{2212}")
     }
 }
 

@@ -16,6 +16,11 @@ const DELAY_STEP_CHIPS: f64 = 2e-3;
 const STRENGTH_STEP: f64 = 5e-3;
 const CONSTANT_STEP: f64 = 5e-3;
 
+/// Derivatives are good for steps of a fit this near: delay in chips, and shares of
+/// the light.
+const LINEAR_CHIPS: f64 = 1.0 / 64.0;
+const LINEAR_SHARE: f64 = 0.03;
+
 /// From this many steps on, second moments of all steps of the scan at once cost
 /// less than step by step.
 const STEPS_FOR_SCAN_MOMENTS: usize = 60;
@@ -96,6 +101,14 @@ impl Parameters {
         differences
     }
 
+    /// Whether derivatives at `other` are too far off for a fit that is here.
+    pub fn differ_from(&self, other: &Parameters) -> bool {
+        let differences = self.minus(other);
+        let (constant, paths) = differences.split_last().unwrap_or((&0.0, &[]));
+        let far = |path: &[f64]| path[0].abs() > LINEAR_CHIPS || path[1].abs() > LINEAR_SHARE;
+        paths.chunks(2).any(far) || constant.abs() > LINEAR_SHARE * self.brightest()
+    }
+
     /// Adds a path, whose mean is taken from the constant light.
     pub fn add_path(&mut self, path: PathParameters, problem: &Problem) {
         if let Some(code) = problem.codes.get(self.paths.len()) {
@@ -171,7 +184,8 @@ impl<'m> Problem<'m> {
         self.steps.iter().map(|&s| response.mean_count(s)).collect()
     }
 
-    fn takes_all_steps(&self) -> bool {
+    /// Whether no step of the scan is left out.
+    pub fn takes_all_steps(&self) -> bool {
         self.steps.len() as u64 == self.model.scan().steps
     }
 

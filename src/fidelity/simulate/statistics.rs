@@ -55,7 +55,10 @@ pub fn statistics(
             chi_square_alarm_fraction: (answers.fits > 0)
                 .then(|| answers.alarms as f64 / answers.fits as f64),
             detected_rate_cps,
-            remark: answers.remark.clone().or_else(|| folded(scene, path)),
+            remark: match (answers.remark.clone(), folded(scene, path)) {
+                (Some(remark), Some(folded)) => Some(format!("{remark}; {folded}")),
+                (remark, folded) => remark.or(folded),
+            },
         }
     };
     (0..ranging.paths.len()).map(of_path).collect()
