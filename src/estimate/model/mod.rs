@@ -16,7 +16,7 @@
 mod coarse;
 mod fitter;
 mod gauss_newton;
-mod known_weights;
+mod known_moments;
 mod least_squares;
 mod problem;
 mod search;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::least_squares::Weights;
 use crate::code::Code;
 use crate::optics::{
-    CountingTier, DetectorModel, Light, LightPath, MeanCount, MeanResponse, MeanResponseError,
-    SecondMoments,
+    CountMoments, CountingTier, DetectorModel, Light, LightPath, MeanCount, MeanResponse,
+    MeanResponseError, SecondMoments,
 };
 use crate::scene::Scan;
 
@@ -226,13 +226,19 @@ impl<'m> Problem<'m> {
 
     /// Inverse covariances of the steps' counts.
     pub fn weights(&self, response: &MeanResponse) -> Result<Weights, MeanResponseError> {
+        Ok(Weights::of(&self.moments(response)?))
+    }
+
+    /// Moments of the steps' counts.
+    pub fn moments(&self, response: &MeanResponse) -> Result<Vec<CountMoments>, MeanResponseError> {
         let second = SecondMoments::new(response)?;
-        let moments = if self.takes_all_steps() && self.steps.len() > STEPS_FOR_SCAN_MOMENTS {
-            second.of_scan()
-        } else {
-            self.steps.iter().map(|&s| second.of_step(s)).collect()
-        };
-        Ok(Weights::of(&moments))
+        Ok(
+            if self.takes_all_steps() && self.steps.len() > STEPS_FOR_SCAN_MOMENTS {
+                second.of_scan()
+            } else {
+                self.steps.iter().map(|&s| second.of_step(s)).collect()
+            },
+        )
     }
 }
 

@@ -1,8 +1,9 @@
-//! Weights of fits, worked out once for neighbouring light.
+//! Second moments for fits, worked out once for neighbouring light.
 //!
-//! Second moments cost more than all else in a fit, and hardly change with the
-//! light. So weights are those at the nearest node of a grid of the unknowns: the
-//! same, whatever was fitted before.
+//! They cost more than all else in a fit, and hardly change with the light beside
+//! what Poisson counts would have: variances N, and the mean of r as covariance. So
+//! what is different from that, per detection, is taken from the nearest node of a
+//! grid of the unknowns: the same, whatever was fitted before.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -10,7 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::least_squares::Weights;
 use super::problem::{Parameters, PathParameters, Problem};
-use crate::optics::MeanResponseError;
+use crate::optics::{CountMoments, MeanCount, MeanResponseError};
 
 /// Distance of nodes: delay in chips, logarithm of a strength, and constant light
 /// as a share of all.
@@ -22,8 +23,8 @@ struct Spacing {
     kept: usize,
 }
 
-/// Half a spacing changes weights by less than a per cent: chi-square of some tens
-/// of counts has a spread of 15.
+/// Half a spacing changes moments by less than a per cent: chi-square of some tens
+/// of counts has a spread of 15 %.
 const OF_WINDOWS: Spacing = Spacing {
     delay_chips: 1.0 / 64.0,
     ln_rate: 0.02,
@@ -50,19 +51,48 @@ struct Key {
     place: Vec<i64>,
 }
 
-/// Weights at nodes that were needed so far.
-#[derive(Default)]
-pub struct KnownWeights {
-    nodes: Mutex<HashMap<Key, Arc<Weights>>>,
+/// Second moments of one step's counts, per expected detection.
+#[derive(Debug, Clone, Copy)]
+struct PerDetection {
+    signed_variance: f64,
+    total_variance: f64,
+    /// Covariance of r and N, less the mean of r.
+    excess_covariance: f64,
 }
 
-impl KnownWeights {
-    /// The weights of a problem at the node nearest to `parameters`.
-    pub fn of(
+/// Second moments at nodes that were needed so far.
+#[derive(Default)]
+pub struct KnownMoments {
+    nodes: Mutex<HashMap<Key, Arc<[PerDetection]>>>,
+}
+
+impl KnownMoments {
+    /// The weights of a problem's counts at `parameters`, which expect `means`.
+    pub fn weights(
         &self,
         problem: &Problem,
         parameters: &Parameters,
-    ) -> Result<Arc<Weights>, MeanResponseError> {
+        means: &[MeanCount],
+    ) -> Result<Weights, MeanResponseError> {
+        let known = self.nearest(problem, parameters)?;
+        let moments = means.iter().zip(known.iter());
+        let moments: Vec<CountMoments> = moments
+            .map(|(mean, known)| CountMoments {
+                signed_mean: mean.signed,
+                total_mean: mean.total,
+                signed_variance: known.signed_variance * mean.total,
+                total_variance: known.total_variance * mean.total,
+                covariance: mean.signed + known.excess_covariance * mean.total,
+            })
+            .collect();
+        Ok(Weights::of(&moments))
+    }
+
+    fn nearest(
+        &self,
+        problem: &Problem,
+        parameters: &Parameters,
+    ) -> Result<Arc<[PerDetection]>, MeanResponseError> {
         let spacing = match problem.takes_all_steps() {
             true => &OF_SCANS,
             false => &OF_WINDOWS,
@@ -81,18 +111,27 @@ impl KnownWeights {
         if let Some(known) = nodes().get(&key) {
             return Ok(Arc::clone(known));
         }
-        let weights = Arc::new(problem.weights(&problem.response(&node)?)?);
+        let moments = problem.moments(&problem.response(&node)?)?;
+        let found: Arc<[PerDetection]> = moments
+            .iter()
+            .map(|m| (m, m.total_mean.max(f64::MIN_POSITIVE)))
+            .map(|(m, detections)| PerDetection {
+                signed_variance: m.signed_variance / detections,
+                total_variance: m.total_variance / detections,
+                excess_covariance: (m.covariance - m.signed_mean) / detections,
+            })
+            .collect();
         let mut nodes = nodes();
         if nodes.len() < spacing.kept {
-            nodes.insert(key, Arc::clone(&weights));
+            nodes.insert(key, Arc::clone(&found));
         }
-        Ok(weights)
+        Ok(found)
     }
 }
 
-impl fmt::Debug for KnownWeights {
+impl fmt::Debug for KnownMoments {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("KnownWeights").finish_non_exhaustive()
+        f.debug_struct("KnownMoments").finish_non_exhaustive()
     }
 }
 
