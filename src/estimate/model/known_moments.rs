@@ -13,12 +13,11 @@ use super::least_squares::Weights;
 use super::problem::{Parameters, PathParameters, Problem};
 use crate::optics::{CountMoments, MeanCount, MeanResponseError};
 
-/// Distance of nodes: delay in chips, logarithm of a strength, and constant light
-/// as a share of all.
+/// Distance of nodes: delays in chips, and rates times dead time, which is what
+/// moments per detection depend on.
 struct Spacing {
     delay_chips: f64,
-    ln_rate: f64,
-    constant: f64,
+    saturation: f64,
     /// Most nodes that are kept.
     kept: usize,
 }
@@ -26,17 +25,15 @@ struct Spacing {
 /// Half a spacing changes moments by less than a per cent: chi-square of some tens
 /// of counts has a spread of 15 %.
 const OF_WINDOWS: Spacing = Spacing {
-    delay_chips: 1.0 / 64.0,
-    ln_rate: 0.02,
-    constant: 0.02,
+    delay_chips: 1.0 / 32.0,
+    saturation: 0.008,
     kept: 10_000,
 };
 
 /// Chi-square of ten thousands of counts has a spread of under a per cent.
 const OF_SCANS: Spacing = Spacing {
     delay_chips: 1.0 / 64.0,
-    ln_rate: 5e-3,
-    constant: 5e-3,
+    saturation: 0.002,
     kept: 100,
 };
 
@@ -97,7 +94,7 @@ impl KnownMoments {
             true => &OF_SCANS,
             false => &OF_WINDOWS,
         };
-        let (place, node) = nearest(parameters, spacing);
+        let (place, node) = nearest(parameters, spacing, problem.model.dead_time_chips());
         let key = Key {
             steps: match problem.takes_all_steps() {
                 true => Vec::new(),
@@ -135,25 +132,41 @@ impl fmt::Debug for KnownMoments {
     }
 }
 
-/// The node nearest to some parameters, and its numbers.
-fn nearest(parameters: &Parameters, spacing: &Spacing) -> (Vec<i64>, Parameters) {
+/// The node nearest to some parameters, and its numbers. Rates of nodes are odd
+/// multiples of half a spacing: there is some light at every node.
+fn nearest(
+    parameters: &Parameters,
+    spacing: &Spacing,
+    dead_time_chips: f64,
+) -> (Vec<i64>, Parameters) {
     let mut place = Vec::with_capacity(parameters.len());
-    let mut round = |value: f64, spacing: f64| {
-        let number = (value / spacing).round();
+    // Without dead time moments per detection do not depend on the rate.
+    let rate_spacing = spacing.saturation / dead_time_chips.max(0.1);
+    let mut numbered = |number: f64| {
         place.push(number as i64);
-        number * spacing
+        number
     };
-    let paths: Vec<PathParameters> = parameters
+    let mut rate = |rate: f64| {
+        let number = numbered((rate / rate_spacing).floor());
+        (number + 0.5) * rate_spacing
+    };
+    let rates: Vec<f64> = parameters
         .paths
         .iter()
-        .map(|path| PathParameters {
-            delay_chips: round(path.delay_chips, spacing.delay_chips),
-            ln_rate: round(path.ln_rate, spacing.ln_rate),
-        })
+        .map(|p| rate(p.ln_rate.exp()))
         .collect();
-    let modulated: f64 = paths.iter().map(|path| path.ln_rate.exp()).sum();
-    let constant = round(parameters.constant / modulated, spacing.constant) * modulated;
-    (place, Parameters { paths, constant })
+    let constant = rate(parameters.constant);
+    let paths = parameters.paths.iter().zip(rates);
+    let paths = paths.map(|(path, rate)| PathParameters {
+        delay_chips: numbered((path.delay_chips / spacing.delay_chips).round())
+            * spacing.delay_chips,
+        ln_rate: rate.ln(),
+    });
+    let node = Parameters {
+        paths: paths.collect(),
+        constant,
+    };
+    (place, node)
 }
 
 #[cfg(test)]
@@ -171,13 +184,12 @@ mod tests {
                 }],
                 constant: 1e-3 * number,
             };
-            let (place, node) = nearest(&parameters, &OF_WINDOWS);
+            let (place, node) = nearest(&parameters, &OF_WINDOWS, 2.0);
             let (path, known) = (parameters.paths[0], node.paths[0]);
-            assert!((path.delay_chips - known.delay_chips).abs() <= 0.5001 / 64.0);
-            assert!((path.ln_rate - known.ln_rate).abs() <= 0.01001);
-            let off = (parameters.constant - node.constant).abs();
-            assert!(off <= 0.01001 * known.ln_rate.exp());
-            assert_eq!(nearest(&node, &OF_WINDOWS).0, place);
+            assert!((path.delay_chips - known.delay_chips).abs() <= 0.5001 / 32.0);
+            assert!((path.ln_rate.exp() - known.ln_rate.exp()).abs() <= 0.002_001);
+            assert!((parameters.constant - node.constant).abs() <= 0.002_001);
+            assert_eq!(nearest(&node, &OF_WINDOWS, 2.0).0, place);
         }
     }
 }

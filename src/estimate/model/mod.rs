@@ -208,6 +208,18 @@ pub fn expected_fit(
     fit_means(scene, detector, tier, &means, scene.other_light)
 }
 
+/// What to say of fits to steps that share their light.
+pub fn shared_light(scene: &Scene) -> Option<String> {
+    let parallel = scene.hardware.parallel;
+    (parallel > 1).then(|| {
+        format!(
+            "with parallel = {parallel} the phase steps of a group see the same light, and the fit \
+             weighs them as if they did not: the distance is unbiased, but not as precise as it \
+             could be, and the fit's own standard deviations and chi-square do not hold"
+        )
+    })
+}
+
 /// Whether standard deviations of a fit mean anything: steps must be independent,
 /// and their light the same.
 pub(super) fn check_independent(scene: &Scene, detector: usize) -> Result<(), FitError> {
