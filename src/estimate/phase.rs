@@ -90,6 +90,12 @@ pub enum CoarseOnly {
 /// Why there is no estimate at all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum NoEstimate {
+    /// Nothing that reaches the detector has its reference's code.
+    #[error(
+        "no light that its source modulates reaches the detector, so the largest count would be \
+         chance"
+    )]
+    NotModulated,
     /// Hardly anything was detected, and none of it counted up.
     #[error(
         "no phase step counted above zero, and {zeros} of {steps} counted exactly that: the \

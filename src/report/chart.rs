@@ -20,6 +20,10 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
 ];
 
+/// On a logarithmic axis the lower part of a bar is drawn at least down to this
+/// share of its point, and further as far as the axis goes.
+const SHORTEST_BAR_SHOWN: f64 = 0.3;
+
 /// One or more panels, side by side.
 #[derive(Debug, Clone)]
 pub struct Chart {
@@ -161,9 +165,18 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 impl Panel {
     fn draw(&self, area: &Area<'_>) -> Result<(), Box<dyn std::error::Error>> {
         let points = || self.series.iter().flat_map(|series| &series.points);
-        let x = Coordinate::of(self.x.scale, [0.02; 2], points().map(|p| p.x));
+        // A dot on the frame would be cut off.
+        let has_dots = self.series.iter().any(|s| s.mark != Mark::Line);
+        let beside = if has_dots { 0.04 } else { 0.02 };
+        let x = Coordinate::of(self.x.scale, [beside; 2], points().map(|p| p.x));
         let ends = |p: &Point| {
             let (low, high) = p.interval.unwrap_or((p.y, p.y));
+            // A bar that reaches towards zero must not stretch the axis over
+            // decades without data.
+            let low = match self.y.scale {
+                Scale::Linear => low,
+                Scale::Log => low.max(p.y * SHORTEST_BAR_SHOWN),
+            };
             [low, p.y, high]
         };
         let y = Coordinate::of(self.y.scale, [0.06, self.headroom], points().flat_map(ends));

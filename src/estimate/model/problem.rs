@@ -210,13 +210,20 @@ impl<'m> Problem<'m> {
             .collect()
     }
 
-    /// Derivatives by every unknown, from both sides.
+    /// Derivatives by every unknown, from both sides; `response` is that at
+    /// `parameters`.
     pub fn central_jacobian(
         &self,
         parameters: &Parameters,
+        response: &MeanResponse,
     ) -> Result<Vec<Column>, MeanResponseError> {
         (0..parameters.len())
             .map(|index| {
+                if parameters.paths.len() == 1 && index == 0 {
+                    let [below, above] = [-DELAY_STEP_CHIPS, DELAY_STEP_CHIPS]
+                        .map(|by| self.means_of(&response.delayed(by * self.chip_period_ps())));
+                    return Ok(slope(&below, &above, 2.0 * DELAY_STEP_CHIPS));
+                }
                 let (above, up) = parameters.nudged(index, 1.0);
                 let (below, down) = parameters.nudged(index, -1.0);
                 Ok(slope(&self.means(&below)?, &self.means(&above)?, up - down))
@@ -224,21 +231,22 @@ impl<'m> Problem<'m> {
             .collect()
     }
 
-    /// Inverse covariances of the steps' counts.
-    pub fn weights(&self, response: &MeanResponse) -> Result<Weights, MeanResponseError> {
-        Ok(Weights::of(&self.moments(response)?))
+    /// Inverse covariances of the steps' counts, from their second moments.
+    pub fn weights_of(&self, second: &SecondMoments) -> Weights {
+        Weights::of(&self.moments_of(second))
     }
 
     /// Moments of the steps' counts.
     pub fn moments(&self, response: &MeanResponse) -> Result<Vec<CountMoments>, MeanResponseError> {
-        let second = SecondMoments::new(response)?;
-        Ok(
-            if self.takes_all_steps() && self.steps.len() > STEPS_FOR_SCAN_MOMENTS {
-                second.of_scan()
-            } else {
-                self.steps.iter().map(|&s| second.of_step(s)).collect()
-            },
-        )
+        Ok(self.moments_of(&SecondMoments::new(response)?))
+    }
+
+    fn moments_of(&self, second: &SecondMoments) -> Vec<CountMoments> {
+        if self.takes_all_steps() && self.steps.len() > STEPS_FOR_SCAN_MOMENTS {
+            second.of_scan()
+        } else {
+            second.of_steps(&self.steps)
+        }
     }
 }
 

@@ -237,10 +237,10 @@ fn check_brightness(
     if brightest_per_chip <= limit_per_chip {
         return Ok(());
     }
-    let mcps = |per_chip: f64| per_chip / model.chip_period_ps * 1e6;
+    let cps = |per_chip: f64| per_chip / (model.chip_period_ps * 1e-12);
     Err(MeanResponseError::TooBright {
-        rate_mcps: mcps(brightest_per_chip),
-        limit_mcps: mcps(limit_per_chip),
+        rate_cps: cps(brightest_per_chip),
+        limit_cps: cps(limit_per_chip),
     })
 }
 
