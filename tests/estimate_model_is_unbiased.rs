@@ -47,7 +47,7 @@ fn fitted(scene: &Scene, counts: &[MeanCount], other: OtherLight) -> ModelEstima
 fn no_light_level_moves_the_distance() {
     let mut levels = Vec::new();
     // From 1 to 45 million detections per second.
-    for rate in [0.8e6, 8e6, 31e6, 140e6] {
+    for rate in [0.8e6, 8e6, 31e6, 170e6] {
         let mut scene = table_i_scene(gold_11(), rate, 2047 * 100_000);
         scene.paths[0].delay_ps = 21_350.0;
         scan_around(&mut scene, 14);
@@ -144,7 +144,7 @@ fn the_shape_of_the_peak_is_found_where_its_largest_count_is_not() {
         by_model += u32::from(model.map_or(true, |found| is_off(found.delay_ps)));
     }
     assert!((15..=80).contains(&by_phase), "{by_phase} of 100");
-    assert!(4 * by_model < by_phase, "{by_model} against {by_phase}");
+    assert!(2 * by_model < by_phase, "{by_model} against {by_phase}");
 }
 
 #[test]
