@@ -76,18 +76,18 @@ const QUICK: &[Fault] = &[
     ),
     // Phase: lanes, the held chip.
     (
-        "phase_stepper.v",
+        "lane_delay.v",
         "i_step_ends & delayed_r[6]",
         "i_step_ends & delayed_r[5]",
     ),
-    ("phase_stepper.v", "o_advance = ~wrap", "o_advance = 1'b1"),
+    ("chip_history.v", "o_advance = ~i_wrap", "o_advance = 1'b1"),
     (
-        "phase_stepper.v",
-        "chips_r <= {chips_r[0], i_chip}",
-        "chips_r <= {i_chip, i_chip}",
+        "chip_history.v",
+        "o_chips <= {o_chips[0], i_chip}",
+        "o_chips <= {i_chip, i_chip}",
     ),
     (
-        "phase_stepper.v",
+        "lane_delay.v",
         "{delayed_r[5:0], 1'b1}",
         "{delayed_r[5:0], 1'b0}",
     ),
@@ -172,16 +172,12 @@ const WINDOW: &[Fault] = &[
         "STEPS_ENDING = 5'd1",
         "STEPS_ENDING = 5'd2",
     ),
-    (
-        "phase_stepper.v",
-        "DELAYED_LOAD = 3'd3",
-        "DELAYED_LOAD = 3'd1",
-    ),
+    ("lane_delay.v", "DELAYED_LOAD = 3'd3", "DELAYED_LOAD = 3'd1"),
     ("count_clamp.v", "LARGEST = 5'hf", "LARGEST = 5'he"),
     (
         "result_stream.v",
-        "clamped = clamp_clamped",
-        "clamped = ~clamp_clamped",
+        "clamped = i_clamped",
+        "clamped = ~i_clamped",
     ),
 ];
 
@@ -192,6 +188,61 @@ const WINDOW_IN_STEP: &[Fault] = &[(
     "i_epoch & (~o_run | ends_scan)",
     "i_epoch & ~o_run",
 )];
+
+/// Faults in the peak detector of tests/scenes/peak.toml.
+const PEAK: &[Fault] = &[
+    // Comparing: the sign, a piece that does not decide, equal counts.
+    (
+        "count_comparison.v",
+        "unsigned_count = {i_other[10], i_count[9:0]}",
+        "unsigned_count = i_count",
+    ),
+    (
+        "count_piece.v",
+        "{1'b0, i_other} - {1'b0, i_count}",
+        "{1'b0, i_count} - {1'b0, i_other}",
+    ),
+    ("count_piece_2.v", "i_count, i_below}", "i_count, 1'b0}"),
+    ("count_piece_2.v", "i_count, i_below}", "i_count, 1'b1}"),
+    // Keeping: a scan's first count, a step, another count.
+    (
+        "running_maximum.v",
+        "i_first | comparison_greater",
+        "comparison_greater",
+    ),
+    (
+        "running_maximum.v",
+        "best_step_r <= i_step",
+        "best_step_r <= best_step_r",
+    ),
+    (
+        "running_maximum.v",
+        "o_count <= largest_r",
+        "o_count <= present",
+    ),
+    // Turns: the wrong count, one too many, one too few.
+    ("count_choice.v", "(i_count_2 &", "(i_count_1 &"),
+    ("peak_detector.v", "& ~group_ends_r", "& 1'b1"),
+    (
+        "peak_detector.v",
+        "last_group_r ? turn_r[0]",
+        "last_group_r ? turn_r[2]",
+    ),
+    ("peak_detector.v", "i_counted | next_turn}", "i_counted}"),
+    // Scans: their ends, the step behind the code period's last.
+    (
+        "peak_detector.v",
+        "last_turn & last_group_r",
+        "last_group_r",
+    ),
+    ("peak_detector.v", "first_r <= ends_r", "first_r <= 1'b0"),
+    (
+        "peak_detector.v",
+        "step_r == ONE_BEFORE_TOP",
+        "step_r == FIRST_STEP",
+    ),
+    ("peak_detector.v", "o_valid <= done_r", "o_valid <= ends_r"),
+];
 
 fn goldtof(cache: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_goldtof"))
@@ -378,6 +429,7 @@ fn the_emitted_bench_finds_every_fault_of_a_scan_that_it_reaches_the_end_of() {
     assert_eq!(missed_by_the_bench("tests/scenes/window.toml", WINDOW), 0);
     let scene = "tests/scenes/window-in-step.toml";
     assert_eq!(missed_by_the_bench(scene, WINDOW_IN_STEP), 0);
+    assert_eq!(missed_by_the_bench("tests/scenes/peak.toml", PEAK), 0);
 }
 
 #[test]
@@ -393,4 +445,9 @@ fn every_fault_in_interleaving_realignment_and_saturation_is_found() {
 #[test]
 fn a_scan_that_should_follow_at_once_and_does_not_is_found() {
     all_are_found("tests/scenes/window-in-step.toml", WINDOW_IN_STEP);
+}
+
+#[test]
+fn every_fault_in_the_peak_detector_is_found() {
+    all_are_found("tests/scenes/peak.toml", PEAK);
 }

@@ -8,6 +8,7 @@ mod moving;
 mod phase;
 mod prediction;
 pub mod report;
+mod theory;
 mod truth;
 
 pub use crate::optics::CountingTier;
@@ -15,6 +16,7 @@ pub use calibration::calibration_offset_ps;
 pub use modulation::check_modulated;
 pub use phase::{CoarseOnly, Estimate, Measurement, NoEstimate, estimate};
 pub use prediction::{Prediction, PredictionError, predict};
+pub use theory::{Theory, theory};
 pub use truth::{TrueDelay, true_delay};
 
 use crate::SPEED_OF_LIGHT_M_PER_S;

@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use super::phase::{
     CoarseOnly, Estimate, Measurement, estimate_at, first_maximum, fundamental, window_indices,
 };
+use super::theory::ExpectedCounts;
 use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, moving};
 use crate::optics::fast::normal::cumulative;
 use crate::optics::{DetectorModel, MeanResponse, MeanResponseError, SecondMoments};
@@ -77,16 +78,26 @@ pub fn predict(
     path: usize,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
-    let model = DetectorModel::new(scene, detector);
-    if model.modulated_paths().all(|modulated| modulated != path) {
-        return Err(PredictionError::Flat);
-    }
-    let moves = |p: &Path| p.detector == detector && p.movement.is_some();
-    if scene.paths.iter().any(moves) {
+    if moves(scene, detector) {
         moving::predict(scene, detector, path, counting)
     } else {
         predict_still(scene, detector, path, counting)
     }
+}
+
+/// A path without modulated light has no peak, whatever other light peaks.
+fn check_path_is_modulated(model: &DetectorModel, path: usize) -> Result<(), PredictionError> {
+    if model.modulated_paths().any(|modulated| modulated == path) {
+        Ok(())
+    } else {
+        Err(PredictionError::Flat)
+    }
+}
+
+/// Whether any path to the detector moves.
+pub(super) fn moves(scene: &Scene, detector: usize) -> bool {
+    let moves = |p: &Path| p.detector == detector && p.movement.is_some();
+    scene.paths.iter().any(moves)
 }
 
 /// The same for paths that stand still.
@@ -98,8 +109,21 @@ pub(super) fn predict_still(
 ) -> Result<Prediction, PredictionError> {
     let model = DetectorModel::new(scene, detector);
     let response = MeanResponse::of_tier(&model, counting)?;
-    let means = response.mean_counts();
-    let expected: Vec<f64> = means.iter().map(|mean| mean.signed).collect();
+    let second = SecondMoments::new(&response)?;
+    let counts = ExpectedCounts::new(&response, &second);
+    predict_from(&counts, scene, detector, path, counting)
+}
+
+/// The same from the scene's expected counts.
+pub(super) fn predict_from(
+    counts: &ExpectedCounts,
+    scene: &Scene,
+    detector: usize,
+    path: usize,
+    counting: CountingTier,
+) -> Result<Prediction, PredictionError> {
+    check_path_is_modulated(counts.model(), path)?;
+    let expected = counts.signed();
     let smallest = expected.iter().copied().fold(f64::INFINITY, f64::min);
     let offset_ps = calibration_offset_ps(scene, detector, counting);
     let peak = peak_of_path(&expected, scene, path, offset_ps);
@@ -110,16 +134,12 @@ pub(super) fn predict_still(
 
     let measurement = Measurement::new(scene, &[]);
     let fundamental = fundamental(&expected, peak, &measurement)?;
-    let moments = SecondMoments::new(&response)?;
-    let mut groups: BTreeMap<u64, Vec<(u64, f64)>> = BTreeMap::new();
+    let mut window = Vec::new();
     for (offset, index) in window_indices(peak, &measurement)? {
         let angle = PI * offset as f64 / f64::from(scene.samples_per_chip) + fundamental.arg();
-        let step = index as u64;
-        let group = groups.entry(model.group_of(step)).or_default();
-        group.push((step, angle.sin()));
+        window.push((index as u64, angle.sin()));
     }
-    let variances = groups.values().map(|steps| moments.variance_of_sum(steps));
-    let phase_std = variances.sum::<f64>().sqrt() / fundamental.norm();
+    let phase_std = variance_of_sum(counts, &window).sqrt() / fundamental.norm();
 
     let estimate = estimate_at(&expected, peak, &measurement, offset_ps);
     let code_period_ps = scene.scan.steps_per_period as f64 * scene.chip_period_ps
@@ -133,15 +153,38 @@ pub(super) fn predict_still(
         )),
         std_m: distance_m(phase_std / PI * scene.chip_period_ps),
         estimate,
-        detection_rate_hz: response.detection_rate_hz(),
+        detection_rate_hz: counts.response.detection_rate_hz(),
         phase_std_rad: phase_std,
         coarse_failure_bound: coarse_failure_bound(
             &expected,
             peak,
-            moments.of_step(peak as u64).signed_variance,
+            counts.second.of_steps(&[peak as u64])[0].signed_variance,
             scene,
         ),
     })
+}
+
+/// Variance of the sum of weight x r over steps: those of one group go together,
+/// groups are independent.
+fn variance_of_sum(counts: &ExpectedCounts, weighted: &[(u64, f64)]) -> f64 {
+    let model = counts.model();
+    if model.parallel() == 1 {
+        let steps: Vec<u64> = weighted.iter().map(|(step, _)| *step).collect();
+        let moments = counts.second.of_steps(&steps);
+        let terms = weighted.iter().zip(moments);
+        return terms
+            .map(|((_, weight), moments)| weight * weight * moments.signed_variance)
+            .sum();
+    }
+    let mut groups: BTreeMap<u64, Vec<(u64, f64)>> = BTreeMap::new();
+    for &(step, weight) in weighted {
+        let group = groups.entry(model.group_of(step)).or_default();
+        group.push((step, weight));
+    }
+    let variances = groups.values();
+    variances
+        .map(|steps| counts.second.variance_of_sum(steps))
+        .sum()
 }
 
 /// Sum over all steps more than a chip from the peak of the chance that they

@@ -1,7 +1,7 @@
 //! For which scenes and questions each tier's answers hold.
 
 use super::Tier;
-use crate::estimate::{CountingTier, predict};
+use crate::estimate::{CountingTier, Prediction, PredictionError};
 use crate::optics::{DetectorModel, Light, MeanResponse, SecondMoments};
 use crate::scene::Scene;
 
@@ -43,9 +43,18 @@ pub fn of(tier: Tier) -> &'static str {
     }
 }
 
+/// A path of the scene, and what is expected of it.
+pub type Predicted = (usize, Result<Prediction, PredictionError>);
+
 /// What of a detector in a scene is outside a tier's domain, and what that does
-/// to the answer.
-pub fn warnings(scene: &Scene, detector: usize, tier: Tier) -> Vec<String> {
+/// to the answer. `predicted` is what the tier that draws nothing says of the
+/// detector's paths.
+pub fn warnings(
+    scene: &Scene,
+    detector: usize,
+    tier: Tier,
+    predicted: &[Predicted],
+) -> Vec<String> {
     let model = DetectorModel::new(scene, detector);
     let light = Light::of(&model);
     let view = View {
@@ -66,7 +75,7 @@ pub fn warnings(scene: &Scene, detector: usize, tier: Tier) -> Vec<String> {
         warnings.extend(view.later_scans());
     }
     match tier {
-        Tier::Expected => warnings.extend(view.scatter()),
+        Tier::Expected => warnings.extend(view.scatter(predicted)),
         Tier::Counts => warnings.extend(view.small_counts()),
         Tier::Events | Tier::Sampled | Tier::Rtl => {}
     }
@@ -197,20 +206,12 @@ impl View<'_> {
         ))
     }
 
-    fn scatter(&self) -> Vec<String> {
+    fn scatter(&self, predicted: &[Predicted]) -> Vec<String> {
         let own = self.scene.detectors[self.detector].reference;
-        let paths = (0..self.scene.paths.len()).filter(|&path| {
-            let path = &self.scene.paths[path];
-            path.detector == self.detector && path.source == own
-        });
-        let counting = Tier::Expected.counting();
-        let expected = paths.filter_map(|path| {
-            Some((
-                path,
-                predict(self.scene, self.detector, path, counting).ok()?,
-            ))
-        });
+        let is_own = |path: usize| self.scene.paths[path].source == own;
+        let expected = predicted.iter().filter(|(path, _)| is_own(*path));
         expected
+            .filter_map(|(path, predicted)| Some((path, predicted.ok()?)))
             .flat_map(|(path, expected)| {
                 let coarse = (expected.coarse_failure_bound > COARSE_FAILURES).then(|| {
                     format!(

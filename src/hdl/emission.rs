@@ -218,7 +218,7 @@ fn check_limits(scene: &Scene, contract: &Contract) -> Result<(), HdlError> {
 
 /// The peak detector compares a group's counts one after another.
 fn check_peak(contract: &Contract, peak: &PeakPlan) -> Result<(), HdlError> {
-    let needed = u64::from(peak.least_chips(contract.count_segments.clocks()));
+    let needed = peak.least_chips;
     let chips = contract.scan.integration_chips;
     if chips >= needed {
         return Ok(());
@@ -228,7 +228,7 @@ fn check_peak(contract: &Contract, peak: &PeakPlan) -> Result<(), HdlError> {
         found: chips,
         limit: format!(
             "at least {needed} with a peak detector and parallel = {}, because the counts of a \
-             group are compared one per clock; integrate longer, or leave the peak to the host",
+             group are compared one after another; integrate longer, or leave the peak to the host",
             contract.parallel
         )
         .into(),

@@ -33,6 +33,9 @@ pub struct Contract {
     pub count_bits: u32,
     /// Bits of `m_axis_tdata`: the count, sign-extended to whole bytes.
     pub tdata_bits: u32,
+    /// Phase steps whose correlators work in the same clock; those of the next
+    /// bank are a clock behind.
+    pub bank_steps: u32,
     /// How the exact count's adder is split.
     pub count_segments: CountSegments,
     /// Clocks from the one at which a step's last sample word is on
@@ -79,6 +82,17 @@ impl CountSegments {
     pub fn bits(&self) -> u32 {
         self.lower_bits * (self.count - 1) + self.top_bits
     }
+}
+
+/// Most correlators that a register reaches within a clock at 300 MHz in ECP5.
+const BANK_STEPS: u32 = 4;
+
+/// Phase steps of a bank of correlators: no more banks than a group has chips,
+/// so that a count stays until those of the last bank are there.
+fn bank_steps(scene: &Scene) -> u32 {
+    let parallel = scene.hardware.parallel;
+    let most_banks = scene.scan.integration_chips.clamp(1, u64::from(u32::MAX)) as u32;
+    BANK_STEPS.max(parallel.div_ceil(most_banks))
 }
 
 /// Longest segment of a total in several: its carry has a way to go.
@@ -139,10 +153,13 @@ impl Contract {
             exact_count_bits,
             count_bits,
             tdata_bits: count_bits.div_ceil(8) * 8,
+            bank_steps: bank_steps(scene),
             count_segments,
-            result_latency_clocks: Self::clocks_to_dump(lanes) + count_segments.clocks(),
+            result_latency_clocks: 0,
             peak: None,
         };
+        contract.result_latency_clocks =
+            Self::clocks_to_dump(lanes) + contract.clocks_of_counting();
         if scene.hardware.peak_detector {
             contract.peak = Some(PeakPlan::of(&contract));
         }
@@ -157,6 +174,16 @@ impl Contract {
         let adder_levels = pairs.next_power_of_two().trailing_zeros();
         let (hits, lane_pairs, total) = (1, 1, 1);
         hits + lane_pairs + adder_levels + total
+    }
+
+    /// Clocks from the first bits of a group's counts to the last.
+    pub(crate) fn clocks_of_counting(&self) -> u32 {
+        self.count_segments.clocks() + self.banks() - 1
+    }
+
+    /// Banks of correlators.
+    pub fn banks(&self) -> u32 {
+        self.parallel.div_ceil(self.bank_steps)
     }
 
     /// Groups of phase steps in a scan: `parallel` steps share their light.

@@ -2,13 +2,17 @@
 
 use super::contract::Contract;
 
-/// Bits of a count that are compared within a clock.
-const PIECE_BITS: u32 = 8;
+/// Longest piece of a count that is compared within a clock.
+const LONGEST_PIECE: u32 = 9;
+
+/// Counts of a group among which one clock chooses.
+const CHOICE: u32 = 8;
 
 /// Running argmax over a scan (eq. 15): sizes and timing.
 ///
-/// Counts are compared one after another, each in pieces from its highest bits
-/// down, a piece a clock behind the one above it.
+/// The counts of a group stand still until the next group's, and are compared
+/// one after another with the largest so far, each in pieces from the lowest
+/// bits up, a piece per clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PeakPlan {
     /// Bits of a phase step k: what the scan's largest one needs.
@@ -21,13 +25,16 @@ pub struct PeakPlan {
     pub parallel: u32,
     /// Phase steps of a scan's last group.
     pub last_steps: u32,
-    /// Counts wait in registers: there are several at once, or they were
-    /// clamped just before.
-    pub has_queue: bool,
+    /// Clocks from a count's turn to the first comparison: to choose it among
+    /// several, or to keep one that was clamped just before.
+    pub choosing_clocks: u32,
     /// First phase step of a scan.
     pub first_step: u64,
     /// The largest phase step, if the scan goes on behind it with step 0.
     pub wraps_after: Option<u64>,
+    /// Chips that a group of phase steps has to take, so that all its counts
+    /// have had their turn before the first of the next group's changes.
+    pub least_chips: u64,
     /// Clocks from the one at which a scan's last sample word is on
     /// `i_samples` to the one after which `o_peak_valid` is high.
     pub latency_clocks: u32,
@@ -43,44 +50,60 @@ impl PeakPlan {
         } else {
             scan.first_step + scan.steps - 1
         };
-        let pieces = contract.count_bits.div_ceil(PIECE_BITS);
-        let has_queue = contract.parallel > 1 || contract.saturates();
-        let last_steps = contract.last_group_steps() as u32;
-        // Counts are there a clock before the stream shows the first of them.
-        let counted = contract.result_latency_clocks - 1;
-        let last_in = counted + u32::from(has_queue) + last_steps - 1;
-        PeakPlan {
+        let mut plan = PeakPlan {
             step_bits: (u64::BITS - largest.leading_zeros()).max(1),
             count_bits: contract.count_bits,
-            pieces,
+            pieces: contract.count_bits.div_ceil(LONGEST_PIECE),
             parallel: contract.parallel,
-            last_steps,
-            has_queue,
+            last_steps: contract.last_group_steps() as u32,
+            choosing_clocks: match contract.parallel {
+                1 => u32::from(contract.saturates()),
+                // Whose turn it is, the choice of eight, the choice of those.
+                parallel => 2 + u32::from(parallel > CHOICE),
+            },
             first_step: scan.first_step,
             wraps_after: wraps.then_some(largest),
-            latency_clocks: last_in + pieces + 1,
-        }
+            least_chips: 0,
+            latency_clocks: 0,
+        };
+        plan.least_chips = u64::from(contract.parallel * plan.clocks_per_count())
+            + u64::from(contract.clocks_of_counting());
+        // Counts are there a clock before the stream shows the first of them.
+        plan.latency_clocks = contract.result_latency_clocks - 1 + plan.clocks_to_peak();
+        plan
     }
 
-    /// Bits of a piece, the one with the sign first: all but it are full.
+    /// Clocks from one count's turn to the next one's: to compare its pieces,
+    /// to join in what is to be done with it, and to do it.
+    pub fn clocks_per_count(&self) -> u32 {
+        self.pieces + 2
+    }
+
+    /// Clocks from a count's turn until it has been compared.
+    pub fn clocks_to_compare(&self) -> u32 {
+        self.choosing_clocks + self.pieces
+    }
+
+    /// Clocks from the one in which the counts of a scan's last group are there
+    /// to the first in which its peak shows.
+    pub fn clocks_to_peak(&self) -> u32 {
+        let last_turn = (self.last_steps - 1) * self.clocks_per_count();
+        last_turn + self.clocks_to_compare() + 3
+    }
+
+    /// Counts in each choice of a group's counts, at most eight; those chosen
+    /// are chosen from once more.
+    pub fn choices(&self) -> Vec<u32> {
+        (0..self.parallel)
+            .step_by(CHOICE as usize)
+            .map(|first| CHOICE.min(self.parallel - first))
+            .collect()
+    }
+
+    /// Bits of a piece, piece 0 the lowest: all but the top one are equal.
     pub fn piece_bits(&self, piece: u32) -> u32 {
-        if piece == 0 {
-            self.count_bits - (self.pieces - 1) * PIECE_BITS
-        } else {
-            PIECE_BITS
-        }
-    }
-
-    /// Lowest bit of a piece within the count.
-    pub fn piece_shift(&self, piece: u32) -> u32 {
-        (self.pieces - 1 - piece) * PIECE_BITS
-    }
-
-    /// Chips that a group of phase steps has to take, so that its counts have
-    /// been compared, and its scan's peak been kept, before the next come, and
-    /// so that none changes before its lowest piece has been taken.
-    pub fn least_chips(&self, clocks_to_count: u32) -> u32 {
-        (self.parallel + self.pieces - 1).max(self.pieces + clocks_to_count - 1)
+        let bits = self.count_bits.div_ceil(self.pieces);
+        bits.min(self.count_bits - piece * bits)
     }
 }
 
@@ -91,25 +114,23 @@ mod tests {
     #[test]
     fn the_pieces_make_up_the_count() {
         for count_bits in 2..=64u32 {
-            let pieces = count_bits.div_ceil(PIECE_BITS);
             let plan = PeakPlan {
                 step_bits: 1,
                 count_bits,
-                pieces,
+                pieces: count_bits.div_ceil(LONGEST_PIECE),
                 parallel: 1,
                 last_steps: 1,
-                has_queue: false,
+                choosing_clocks: 0,
                 first_step: 0,
                 wraps_after: None,
+                least_chips: 0,
                 latency_clocks: 0,
             };
-            let mut above = count_bits;
-            for piece in 0..pieces {
-                assert!((1..=PIECE_BITS).contains(&plan.piece_bits(piece)));
-                assert_eq!(plan.piece_shift(piece) + plan.piece_bits(piece), above);
-                above = plan.piece_shift(piece);
-            }
-            assert_eq!(above, 0);
+            let pieces: Vec<u32> = (0..plan.pieces).map(|p| plan.piece_bits(p)).collect();
+            assert_eq!(pieces.iter().sum::<u32>(), count_bits);
+            let (top, lower) = pieces.split_last().expect("there is a piece");
+            assert!((1..=LONGEST_PIECE).contains(top), "{pieces:?}");
+            assert!(lower.iter().all(|bits| bits == &pieces[0]), "{pieces:?}");
         }
     }
 }

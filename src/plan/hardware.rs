@@ -208,13 +208,9 @@ fn peak_detector(scene: &Scene, contract: &Contract) -> Part {
         Some(peak) => kept(
             "peak_detector",
             format!(
-                "peak_detector = true: each scan's largest of {} counts per detector, and its \
-                 phase step, stand at ports of their own, compared {}",
-                scene.scan.steps,
-                match peak.pieces {
-                    1 => "in one piece".to_owned(),
-                    pieces => format!("in {pieces} pieces so that the clock does not fall"),
-                }
+                "peak_detector = true: the largest of a scan's {} counts and its phase step, in \
+                 {} and {} bits for each detector, at ports of their own",
+                scene.scan.steps, peak.count_bits, peak.step_bits
             ),
         ),
         None => left_out(

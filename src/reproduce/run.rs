@@ -90,11 +90,20 @@ impl Run {
         self.repetitions * (shorter.round() as u64).max(1)
     }
 
+    /// Scans that were asked for.
+    pub fn repetitions(&self) -> u64 {
+        self.repetitions
+    }
+
     /// Errors of the estimates of the scene's first path.
     pub fn errors(&mut self, scene: &Scene) -> Result<Errors, RunError> {
+        self.errors_by(scene, Tier::Events, self.scans_of(scene))
+    }
+
+    /// The same from so many scans of a tier.
+    pub fn errors_by(&mut self, scene: &Scene, tier: Tier, scans: u64) -> Result<Errors, RunError> {
         let seed = self.next_seed();
-        let scans = self.scans_of(scene);
-        let path = &simulate(scene, Tier::Events, seed, scans)?.estimates[0];
+        let path = &simulate(scene, tier, seed, scans)?.estimates[0];
         let statistics = (
             path.std_m.zip(path.std_std_error_m),
             path.bias_m.zip(path.std_error_m),

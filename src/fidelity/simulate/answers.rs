@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::num::NonZero;
 use std::thread::{self, available_parallelism};
 
-use crate::estimate::model::{ALARM_SIGMAS, ModelEstimate, fit};
+use crate::estimate::model::{ALARM_SIGMAS, Fitter, ModelEstimate};
 use crate::estimate::{
     CountingTier, Measurement, NoEstimate, TrueDelay, calibration_offset_ps, check_modulated,
     delay_error_ps, distance_m, estimate, true_delay,
@@ -23,6 +23,7 @@ pub struct Ranging<'a> {
     pub truths: Vec<TrueDelay>,
     pub code_period_ps: f64,
     offset_ps: f64,
+    fitter: Fitter<'a>,
     /// Why no scan can give an estimate, if that is so.
     hopeless: Option<NoEstimate>,
 }
@@ -75,6 +76,7 @@ impl<'a> Ranging<'a> {
             paths,
             code_period_ps: scene.chip_period_ps * scene.sources[own].code.len() as f64,
             offset_ps: calibration_offset_ps(scene, detector, counting),
+            fitter: Fitter::new(scene, detector, counting, scene.other_light),
             hopeless: check_modulated(scene, detector).err(),
         }
     }
@@ -86,8 +88,8 @@ impl<'a> Ranging<'a> {
         match self.scene.estimator {
             EstimatorKind::Fft => self.by_phase(counts),
             EstimatorKind::Model => {
-                let (scene, other_light) = (self.scene, self.scene.other_light);
-                match fit(scene, self.detector, self.counting, counts, other_light) {
+                let scene = self.scene;
+                match self.fitter.fit(counts) {
                     Ok(fitted) => Answer {
                         found: self
                             .matched(&fitted)

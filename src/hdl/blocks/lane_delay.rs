@@ -20,8 +20,9 @@ pub struct LaneDelay {
     pub i_start: Optional<Input<bool>>,
     /// Last clock of a group after which the delay grows by a chip more.
     pub o_wrap: Optional<Output<bool>>,
-    /// Reference of each sample, one word for each step of the group.
-    pub o_reference: Vec<Output<Word>>,
+    /// Reference of each sample; step p of a group of P takes it from bit
+    /// P - 1 - p on.
+    pub o_window: Output<Word>,
     about: About,
     delayed_load: Optional<Constant>,
     delayed: Optional<Register<Word>>,
@@ -31,11 +32,9 @@ pub struct LaneDelay {
     previous: Optional<Wiring>,
     takes_previous: Optional<Wiring>,
     window: Register<Word>,
-    taps: Vec<Wiring>,
     wrap: Optional<Local<bool>>,
     _chips: usize,
     _lanes: usize,
-    _parallel: usize,
     _step_samples: usize,
 }
 
@@ -43,7 +42,7 @@ impl LaneDelay {
     /// `looks_ahead` if `i_step_ends` is there; `realigns` adds the start of
     /// later scans.
     pub fn new(geometry: PhaseGeometry, looks_ahead: bool, realigns: bool) -> LaneDelay {
-        let (lanes, parallel) = (geometry.lanes, geometry.parallel);
+        let lanes = geometry.lanes;
         let samples = geometry.samples();
         let grows = geometry.grows_by_samples();
         let kept = geometry.kept_chips() as usize;
@@ -68,7 +67,6 @@ impl LaneDelay {
             Some(from) => from as usize,
             None => mask_width as usize,
         });
-        let all_lanes = || (0..lanes as usize).collect();
         LaneDelay {
             i_clk: Input::bit("one chip per cycle"),
             i_rst: Input::bit("synchronous, active high"),
@@ -86,9 +84,7 @@ impl LaneDelay {
                 grows,
                 Output::bit("last clock of a step after which the delay grows by a chip more"),
             ),
-            o_reference: (0..parallel)
-                .map(|step| Output::word(lanes, reference_about(step, parallel)))
-                .collect(),
+            o_window: Output::word(window, window_about(geometry.parallel)),
             about: describe(geometry),
             delayed_load: Optional::new(
                 grows,
@@ -128,26 +124,22 @@ impl LaneDelay {
                 Wiring::new(lanes as usize, places.collect(), "samples that are delayed"),
             ),
             window: Register::word(window, 0, "reference of each sample"),
-            taps: (0..if parallel > 1 { parallel } else { 0 })
-                .map(|_| Wiring::new(lanes as usize, all_lanes(), "samples of a step"))
-                .collect(),
             wrap: Optional::new(
                 grows,
                 Local::bit("the next step delays by a whole chip more"),
             ),
             _chips: kept,
             _lanes: lanes as usize,
-            _parallel: parallel as usize,
             _step_samples: samples as usize,
         }
     }
 }
 
-/// What stands beside the port of a step's reference.
-pub(super) fn reference_about(step: u32, parallel: u32) -> String {
+/// What stands beside the port of the reference.
+pub(super) fn window_about(parallel: u32) -> &'static str {
     match parallel {
-        1 => "reference of each sample, bit 0 earliest".to_owned(),
-        _ => format!("reference of each sample for step {step} of the group, bit 0 earliest"),
+        1 => "reference of each sample, bit 0 earliest",
+        _ => "reference of each sample, bit 0 earliest; the last step's samples are the lowest",
     }
 }
 
@@ -164,7 +156,7 @@ fn describe(geometry: PhaseGeometry) -> About {
         );
     }
     about
-        .fact("Latency", "1 clock from i_chips to o_reference")
+        .fact("Latency", "1 clock from i_chips to o_window")
         .fact("Rate", "one chip per clock")
 }
 
@@ -222,16 +214,6 @@ impl Logic for LaneDelay {
             self.o_wrap[0].next = self.wrap[0].val();
         }
 
-        for _one_step in self._parallel..2 {
-            self.o_reference[0].next = self.window.q.val();
-        }
-        for last in (self._parallel - 1)..self._parallel {
-            for p in 0..(self.taps.len()) {
-                for l in 0..self._lanes {
-                    self.taps[p].i[l].next = self.window.q.val().get_bit(l + last - p);
-                }
-                self.o_reference[p].next = self.taps[p].o.val();
-            }
-        }
+        self.o_window.next = self.window.q.val();
     }
 }

@@ -26,19 +26,17 @@ pub struct PeakDetector {
     about: About,
     first_step: Constant,
     one_before_top: Optional<Constant>,
-    whole_group: Optional<Constant>,
-    short_group: Optional<Constant>,
-    load: Optional<Wiring>,
-    loads: Optional<Register<Word>>,
-    waiting: Optional<Register<Word>>,
-    last_group: Optional<Register<bool>>,
+    first_turn: Optional<Constant>,
+    compares: Register<Word>,
+    kept: Register<bool>,
+    last_group: Register<bool>,
+    turn: Optional<Register<Word>>,
+    last_turn: Optional<Local<bool>>,
+    group_ends: Optional<Register<bool>>,
+    scan_ends: Optional<Register<bool>>,
+    next_turn: Optional<Local<bool>>,
     first: Register<bool>,
-    take: Local<bool>,
-    ends: Local<bool>,
-    taken: Optional<Register<Word>>,
-    ended: Optional<Register<Word>>,
-    takes_step: Local<bool>,
-    ends_scan: Local<bool>,
+    ends: Register<bool>,
     step: Register<Word>,
     at_top: Optional<Register<bool>>,
     done: Register<bool>,
@@ -48,9 +46,11 @@ pub struct PeakDetector {
     counts: Optional<Wiring>,
     _detectors: usize,
     _parallel: usize,
-    _several: usize,
-    _pieces: usize,
     _starts_at_top: usize,
+    _period: usize,
+    _compared: usize,
+    _turns: usize,
+    _short_turns: usize,
     _step_bits: usize,
     _count_bits: usize,
 }
@@ -61,18 +61,14 @@ impl PeakDetector {
         let PeakPlan {
             step_bits,
             count_bits,
-            pieces,
             parallel,
-            has_queue,
+            last_steps,
             ..
         } = *plan;
         let first_step = u128::from(plan.first_step);
         let starts_at_top = plan.wraps_after == Some(plan.first_step);
-        let is_short = plan.last_steps < parallel;
         let several = parallel > 1;
-        let lags =
-            |about: &str| Optional::new(pieces > 1, Register::word((pieces - 1).max(1), 0, about));
-        let tokens = |steps: u32| u128::MAX >> (128 - steps);
+        let compared = plan.clocks_to_compare();
         let packed = |bits: u32, about: &str| {
             let bits = (detectors * bits) as usize;
             Optional::new(detectors > 1, Wiring::new(bits, (0..bits).collect(), about))
@@ -98,49 +94,37 @@ impl PeakDetector {
                     "Phase step before the code period's last",
                 ),
             ),
-            whole_group: Optional::new(
+            first_turn: Optional::new(
                 several,
-                Constant::new(tokens(parallel), parallel, "Counts of a group"),
+                Constant::new(1, parallel, "Turn of a group's first count"),
             ),
-            short_group: Optional::new(
-                several && is_short,
-                Constant::new(
-                    tokens(plan.last_steps),
-                    parallel,
-                    "Counts of a scan's last group",
-                ),
+            compares: Register::word(
+                compared,
+                0,
+                "a count's turn on its way through the comparison",
             ),
-            load: Optional::new(
-                has_queue,
-                Wiring::new(
-                    pieces as usize,
-                    (0..pieces as usize).collect(),
-                    "counts are queued, the highest piece first",
-                ),
+            kept: Register::bit(false, "the count that was compared is kept or dropped"),
+            last_group: Register::bit(false, "the counts are the scan's last"),
+            turn: Optional::new(
+                several,
+                Register::word(parallel, 0, "one bit: which count's turn it is"),
             ),
-            loads: Optional::new(
-                has_queue && pieces > 1,
-                Register::word((pieces - 1).max(1), 0, "the lower pieces are still to come"),
+            last_turn: Optional::new(several, Local::bit("the group's last count has its turn")),
+            group_ends: Optional::new(
+                several,
+                Register::bit(false, "the count is its group's last"),
             ),
-            waiting: Optional::new(
-                has_queue,
-                Register::word(parallel, 0, "a one for each count in the queue"),
+            scan_ends: Optional::new(
+                several,
+                Register::bit(false, "the count is its scan's last"),
             ),
-            last_group: Optional::new(
-                has_queue,
-                Register::bit(false, "counts in the queue are the scan's last"),
-            ),
+            next_turn: Optional::new(several, Local::bit("the next count's turn")),
             first: Register::bit(true, "the next count is a scan's first"),
-            take: Local::bit("a count's highest piece is compared"),
-            ends: Local::bit("the count is the scan's last"),
-            taken: lags("counts on their way to the lowest piece"),
-            ended: lags("the scan's last count on its way to the lowest piece"),
-            takes_step: Local::bit("a count's lowest piece is compared"),
-            ends_scan: Local::bit("it is the scan's last"),
+            ends: Register::bit(false, "it is the scan's last"),
             step: Register::word(
                 step_bits,
                 first_step,
-                "phase step of the lowest piece's count",
+                "phase step of the count that was compared",
             )
             .reset_to("first_step"),
             at_top: Optional::new(
@@ -154,9 +138,11 @@ impl PeakDetector {
             counts: packed(count_bits, "count of each detector's peak"),
             _detectors: detectors as usize,
             _parallel: parallel as usize,
-            _several: usize::from(several),
-            _pieces: pieces as usize,
             _starts_at_top: usize::from(starts_at_top),
+            _period: plan.clocks_per_count() as usize,
+            _compared: compared as usize,
+            _turns: parallel as usize,
+            _short_turns: last_steps as usize,
             _step_bits: step_bits as usize,
             _count_bits: count_bits as usize,
         }
@@ -182,100 +168,95 @@ fn describe(plan: &PeakPlan) -> About {
         "The running argmax of the scan (eq. 15); the first of equal counts is the peak. It sits \
          before the result stream: counts that the stream loses take part.",
     );
-    if plan.pieces > 1 {
-        about = about.note(
-            "Counts are compared in pieces, the highest first, each piece a clock behind the one \
-             above it.",
-        );
-    }
     if plan.parallel > 1 {
         about = about.note(
-            "The counts of a group wait in queues, and are compared one per clock while the next \
-             group is counted.",
+            "The counts of a group stand still until the next group's, and have their turns one \
+             after another.",
         );
     }
-    let from_counted = u32::from(plan.has_queue) + plan.last_steps + plan.pieces;
     about
         .fact(
             "Latency",
-            format!("{from_counted} clocks from a scan's last i_counted to o_valid"),
+            format!(
+                "{} clocks from a scan's last i_counted to o_valid",
+                plan.clocks_to_peak()
+            ),
         )
-        .fact("Rate", "one count of each detector per clock")
+        .fact(
+            "Rate",
+            format!(
+                "a count of each detector every {} clocks",
+                plan.clocks_per_count()
+            ),
+        )
 }
 
 impl Logic for PeakDetector {
     #[hdl_gen]
     fn update(&mut self) {
-        dff_setup!(self, i_clk, first, step, done, valid);
-
-        for _at_once in self.waiting.count()..1 {
-            self.take.next = self.i_counted.val();
-            self.ends.next = self.i_counted.val() & self.i_last.val();
+        dff_setup!(
+            self, i_clk, compares, kept, last_group, ends, first, step, done, valid
+        );
+        if self.i_counted.val() {
+            self.last_group.d.next = self.i_last.val();
         }
-        for _queued in 0..self.waiting.count() {
-            dff_setup!(self, i_clk, waiting[0], last_group[0]);
-            self.load[0].i[0].next = self.i_counted.val();
-            for _lower in 0..self.loads.count() {
-                dff_setup!(self, i_clk, loads[0]);
-                self.loads[0].d.next =
-                    (self.loads[0].q.val() << 1).replace_bit(0, self.i_counted.val());
-                for k in 1..self._pieces {
-                    self.load[0].i[k].next = self.loads[0].q.val().get_bit(k - 1);
-                }
+        for last in (self._compared - 1)..self._compared {
+            self.kept.d.next = self.compares.q.val().get_bit(last);
+        }
+        for _single in self.turn.count()..1 {
+            self.compares.d.next =
+                (self.compares.q.val() << 1).replace_bit(0, self.i_counted.val());
+            for last in (self._compared - 1)..self._compared {
+                self.ends.d.next = self.compares.q.val().get_bit(last) & self.last_group.q.val();
             }
-            self.take.next = self.waiting[0].q.val().get_bit(0);
-            for _single in self._several..1 {
-                self.waiting[0].d.next = bit_cast(self.i_counted.val(), 1);
-                self.ends.next = self.take.val() & self.last_group[0].q.val();
+        }
+        for _several in 0..self.turn.count() {
+            dff_setup!(self, i_clk, turn[0], group_ends[0], scan_ends[0]);
+            for period in self._period..(self._period + 1) {
+                self.next_turn[0].next =
+                    self.compares.q.val().get_bit(period - 1) & !self.group_ends[0].q.val();
             }
-            for _several in 0..self._several {
-                self.waiting[0].d.next = self.waiting[0].q.val() >> 1;
-                self.ends.next = self.take.val()
-                    & !self.waiting[0].q.val().get_bit(1)
-                    & self.last_group[0].q.val();
-            }
+            self.compares.d.next = (self.compares.q.val() << 1)
+                .replace_bit(0, self.i_counted.val() | self.next_turn[0].val());
             if self.i_counted.val() {
-                self.last_group[0].d.next = self.i_last.val();
-                for _several in 0..self._several {
-                    self.waiting[0].d.next = self.whole_group[0].val();
+                self.turn[0].d.next = self.first_turn[0].val();
+            } else if self.next_turn[0].val() {
+                self.turn[0].d.next = self.turn[0].q.val() << 1;
+            }
+            for whole in (self._turns - 1)..self._turns {
+                for _whole in (self._short_turns / self._turns)..1 {
+                    for short in (self._short_turns - 1)..self._short_turns {
+                        if self.last_group.q.val() {
+                            self.last_turn[0].next = self.turn[0].q.val().get_bit(short);
+                        } else {
+                            self.last_turn[0].next = self.turn[0].q.val().get_bit(whole);
+                        }
+                    }
+                }
+                for _whole in 0..(self._short_turns / self._turns) {
+                    self.last_turn[0].next = self.turn[0].q.val().get_bit(whole);
                 }
             }
-            for _short in 0..self.short_group.count() {
-                if self.i_counted.val() & self.i_last.val() {
-                    self.waiting[0].d.next = self.short_group[0].val();
-                }
-            }
-        }
-        if self.take.val() {
-            self.first.d.next = self.ends.val();
-        }
-
-        for _one_piece in self.taken.count()..1 {
-            self.takes_step.next = self.take.val();
-            self.ends_scan.next = self.ends.val();
-        }
-        for _pieces in 0..self.taken.count() {
-            dff_setup!(self, i_clk, taken[0], ended[0]);
-            self.taken[0].d.next = (self.taken[0].q.val() << 1).replace_bit(0, self.take.val());
-            self.ended[0].d.next = (self.ended[0].q.val() << 1).replace_bit(0, self.ends.val());
-            for lowest in (self._pieces - 1)..self._pieces {
-                self.takes_step.next = self.taken[0].q.val().get_bit(lowest - 1);
-                self.ends_scan.next = self.ended[0].q.val().get_bit(lowest - 1);
+            self.group_ends[0].d.next = self.last_turn[0].val();
+            self.scan_ends[0].d.next = self.last_turn[0].val() & self.last_group.q.val();
+            for last in (self._compared - 1)..self._compared {
+                self.ends.d.next = self.compares.q.val().get_bit(last) & self.scan_ends[0].q.val();
             }
         }
 
-        if self.takes_step.val() {
+        if self.kept.q.val() {
+            self.first.d.next = self.ends.q.val();
             self.step.d.next = self.step.q.val() + 1;
         }
         for _wraps in 0..self.at_top.count() {
             dff_setup!(self, i_clk, at_top[0]);
-            if self.takes_step.val() {
+            if self.kept.q.val() {
                 self.at_top[0].d.next = self.step.q.val() == self.one_before_top[0].val();
                 if self.at_top[0].q.val() {
                     self.step.d.next = 0.into();
                 }
             }
-            if self.ends_scan.val() {
+            if self.ends.q.val() {
                 for _at_top in 0..self._starts_at_top {
                     self.at_top[0].d.next = true;
                 }
@@ -284,10 +265,10 @@ impl Logic for PeakDetector {
                 }
             }
         }
-        if self.ends_scan.val() {
+        if self.ends.q.val() {
             self.step.d.next = self.first_step.val();
         }
-        self.done.d.next = self.ends_scan.val();
+        self.done.d.next = self.ends.q.val();
         self.valid.d.next = self.done.q.val();
         self.o_valid.next = self.valid.q.val();
 
@@ -299,10 +280,12 @@ impl Logic for PeakDetector {
                     self.maximum[d].i_count[p].next = self.i_count[d * parallel + p].val();
                 }
             }
-            for _queued in 0..self.waiting.count() {
-                self.maximum[d].i_load[0].next = self.load[0].o.val();
+            for _several in 0..self.turn.count() {
+                self.maximum[d].i_turn[0].next = self.turn[0].q.val();
             }
-            self.maximum[d].i_take.next = self.take.val();
+            for last in (self._compared - 1)..self._compared {
+                self.maximum[d].i_compared.next = self.compares.q.val().get_bit(last);
+            }
             self.maximum[d].i_first.next = self.first.q.val();
             self.maximum[d].i_step.next = self.step.q.val();
             self.maximum[d].i_done.next = self.done.q.val();

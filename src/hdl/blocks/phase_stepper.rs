@@ -1,6 +1,6 @@
 //! The reference, delayed by a phase that grows with every group of steps.
 
-use super::lane_delay::reference_about;
+use super::lane_delay::window_about;
 use super::phase_geometry::{PhaseGeometry, ReferenceStart};
 use super::{ChipHistory, LaneDelay};
 use crate::hdl::front::prelude::*;
@@ -23,8 +23,9 @@ pub struct PhaseStepper {
     pub i_start: Optional<Input<bool>>,
     /// The reference generator goes on.
     pub o_advance: Output<bool>,
-    /// Reference of each sample, one word for each step of the group.
-    pub o_reference: Vec<Output<Word>>,
+    /// Reference of each sample; step p of a group of P takes it from bit
+    /// P - 1 - p on.
+    pub o_window: Output<Word>,
     about: About,
     chips: ChipHistory,
     lanes: LaneDelay,
@@ -39,7 +40,6 @@ impl PhaseStepper {
         looks_ahead: bool,
         realigns: bool,
     ) -> PhaseStepper {
-        let parallel = geometry.parallel;
         PhaseStepper {
             i_clk: Input::bit("one chip per cycle"),
             i_rst: Input::bit("synchronous, active high"),
@@ -51,9 +51,7 @@ impl PhaseStepper {
             i_step_end: Input::bit("last clock of a phase step"),
             i_start: Optional::new(realigns, Input::bit("a scan begins with the next clock")),
             o_advance: Output::bit("the reference generator goes on to its next chip"),
-            o_reference: (0..parallel)
-                .map(|step| Output::word(geometry.lanes, reference_about(step, parallel)))
-                .collect(),
+            o_window: Output::word(geometry.window(), window_about(geometry.parallel)),
             about: describe(geometry),
             chips: ChipHistory::new(geometry, start, realigns),
             lanes: LaneDelay::new(geometry, looks_ahead, realigns),
@@ -77,7 +75,7 @@ fn describe(geometry: PhaseGeometry) -> About {
         );
     }
     about
-        .fact("Latency", "2 clocks from i_chip to o_reference")
+        .fact("Latency", "2 clocks from i_chip to o_window")
         .fact("Rate", "one chip per clock")
 }
 
@@ -107,8 +105,6 @@ impl Logic for PhaseStepper {
             }
         }
         self.o_advance.next = self.chips.o_advance.val();
-        for p in 0..(self.o_reference.len()) {
-            self.o_reference[p].next = self.lanes.o_reference[p].val();
-        }
+        self.o_window.next = self.lanes.o_window.val();
     }
 }

@@ -1,6 +1,6 @@
 //! A detector's largest count in a scan, and its phase step.
 
-use super::{CountQueue, MaximumPiece};
+use super::{CountChoice, CountComparison};
 use crate::hdl::front::prelude::*;
 use crate::model::peak::PeakPlan;
 
@@ -14,32 +14,35 @@ pub struct RunningMaximum {
     pub i_rst: Input<bool>,
     /// Counts of the group's steps.
     pub i_count: Vec<Input<Word>>,
-    /// They are to be queued, piece by piece, the highest in bit 0.
-    pub i_load: Optional<Input<Word>>,
-    /// A count is compared, highest piece first.
-    pub i_take: Input<bool>,
+    /// Whose turn it is, if there are several.
+    pub i_turn: Optional<Input<Word>>,
+    /// The present count has been compared.
+    pub i_compared: Input<bool>,
     /// It is the scan's first.
     pub i_first: Input<bool>,
-    /// Phase step of the count whose lowest piece is compared.
+    /// Phase step of the count that was compared a clock ago.
     pub i_step: Input<Word>,
-    /// The scan's last count has been compared.
+    /// The largest count so far is the scan's.
     pub i_done: Input<bool>,
     /// Phase step of the last scan's peak.
     pub o_step: Output<Word>,
     /// Its count.
     pub o_count: Output<Word>,
     about: About,
-    piece_of_count: Vec<Wiring>,
-    queue: Vec<CountQueue>,
-    piece: Vec<MaximumPiece>,
-    largest: Wiring,
+    turns: Vec<Wiring>,
+    choice: Vec<CountChoice>,
+    up_to: Vec<Local<Word>>,
+    kept: Optional<Register<Word>>,
+    present: Local<Word>,
+    comparison: CountComparison,
+    replaces: Register<bool>,
+    largest: Register<Word>,
     best_step: Register<Word>,
     step: Register<Word>,
     count: Register<Word>,
-    _parallel: usize,
-    _pieces: usize,
-    _top_bits: usize,
-    _piece_bits: usize,
+    _choice: usize,
+    _last_choice: usize,
+    _clamped: usize,
 }
 
 impl RunningMaximum {
@@ -48,60 +51,64 @@ impl RunningMaximum {
         let PeakPlan {
             step_bits,
             count_bits,
-            pieces,
             parallel,
-            has_queue,
             ..
         } = *plan;
-        let slice = |piece| {
-            let bits = plan.piece_bits(piece) as usize;
-            Wiring::new(bits, (0..bits).collect(), "bits of a count")
+        let choices = if parallel > 1 {
+            plan.choices()
+        } else {
+            Vec::new()
         };
-        let queues = if has_queue { pieces } else { 0 };
+        let choice = choices.first().map_or(1, |&counts| counts as usize);
+        let is_clamped = parallel == 1 && plan.choosing_clocks > 0;
+        let keeps = is_clamped || choices.len() > 1;
         RunningMaximum {
-            i_clk: Input::bit("one count per cycle"),
+            i_clk: Input::bit("at most one count per cycle"),
             i_rst: Input::bit("synchronous, active high"),
             i_count: (0..parallel)
                 .map(|step| Input::word(count_bits, count_about(step, parallel)))
                 .collect(),
-            i_load: Optional::new(
-                has_queue,
-                Input::word(
-                    pieces,
-                    "counts are there; a bit for each piece, the highest first",
-                ),
-            ),
-            i_take: Input::bit("a count's highest bits are compared"),
+            i_turn: Optional::new(parallel > 1, Input::word(parallel, "whose turn it is")),
+            i_compared: Input::bit("the present count has been compared"),
             i_first: Input::bit("it is the scan's first"),
-            i_step: Input::word(step_bits, "phase step of the count whose lowest bits are"),
-            i_done: Input::bit("the scan's last count has been compared"),
+            i_step: Input::word(step_bits, "phase step of the count compared a clock ago"),
+            i_done: Input::bit("the largest count so far is the scan's"),
             o_step: Output::word(step_bits, "phase step of the last scan's peak"),
             o_count: Output::word(count_bits, "its count, signed"),
-            about: about(plan),
-            piece_of_count: (0..pieces)
-                .flat_map(|piece| (0..parallel).map(move |_| piece))
-                .map(slice)
-                .collect(),
-            queue: (0..queues)
-                .map(|piece| CountQueue::new(plan.piece_bits(piece), parallel))
-                .collect(),
-            piece: (0..pieces)
-                .map(|piece| {
-                    MaximumPiece::new(plan.piece_bits(piece), piece == 0, piece + 1 == pieces)
+            about: describe(plan),
+            turns: choices
+                .iter()
+                .map(|&counts| {
+                    Wiring::new(
+                        counts as usize,
+                        (0..counts as usize).collect(),
+                        "turns of some counts",
+                    )
                 })
                 .collect(),
-            largest: Wiring::new(
-                count_bits as usize,
-                (0..count_bits as usize).collect(),
-                "largest count so far",
-            ),
-            best_step: Register::word(step_bits, 0, "phase step of the largest count so far"),
+            choice: choices
+                .iter()
+                .map(|&counts| CountChoice::new(count_bits, counts))
+                .collect(),
+            up_to: (0..choices.len().saturating_sub(1))
+                .map(|choice| {
+                    Local::word(
+                        count_bits,
+                        format!("what choices 0 to {} chose", choice + 1),
+                    )
+                })
+                .collect(),
+            kept: Optional::new(keeps, Register::word(count_bits, 0, "count to be compared")),
+            present: Local::word(count_bits, "count to be compared"),
+            comparison: CountComparison::new(plan),
+            replaces: Register::bit(false, "the count is the largest so far"),
+            largest: Register::word(count_bits, 0, "largest count so far"),
+            best_step: Register::word(step_bits, 0, "its phase step"),
             step: Register::word(step_bits, 0, "phase step of the last scan's peak"),
             count: Register::word(count_bits, 0, "count of the last scan's peak"),
-            _parallel: parallel as usize,
-            _pieces: pieces as usize,
-            _top_bits: plan.piece_bits(0) as usize,
-            _piece_bits: plan.piece_bits(pieces - 1) as usize,
+            _choice: choice,
+            _last_choice: choices.last().map_or(1, |&counts| counts as usize),
+            _clamped: usize::from(is_clamped),
         }
     }
 }
@@ -113,20 +120,20 @@ fn count_about(step: u32, parallel: u32) -> String {
     }
 }
 
-fn about(plan: &PeakPlan) -> About {
-    let mut about = About::new(
+fn describe(plan: &PeakPlan) -> About {
+    let about = About::new(
         "running_maximum",
         "a detector's largest count in a scan, and its phase step",
     )
-    .note("The first of equal counts is the peak (eq. 15). It stands until the next scan's.");
-    if plan.parallel > 1 {
-        about = about.note("The counts of a group wait in queues, to be compared one per clock.");
-    }
+    .note(
+        "A count that is greater than the largest so far replaces it; of equal ones the first \
+         stays (eq. 15). The scan's largest stands at the outputs until the next scan's.",
+    );
     about.fact(
         "Latency",
         format!(
-            "{} clocks from a scan's last i_take to o_step and o_count",
-            plan.pieces + 1
+            "{} clocks from a count's turn to i_compared, 2 more until it is the largest",
+            plan.clocks_to_compare()
         ),
     )
 }
@@ -134,63 +141,64 @@ fn about(plan: &PeakPlan) -> About {
 impl Logic for RunningMaximum {
     #[hdl_gen]
     fn update(&mut self) {
-        dff_setup!(self, i_clk, best_step, step, count);
-        for size in self._piece_bits..(self._piece_bits + 1) {
-            for lowest in (self._pieces - 1)..self._pieces {
-                for parallel in self._parallel..(self._parallel + 1) {
-                    for p in 0..self._parallel {
-                        for b in 0..self._top_bits {
-                            self.piece_of_count[p].i[b].next =
-                                self.i_count[p].val().get_bit(size * lowest + b);
-                        }
-                        for k in 1..self._pieces {
-                            for b in 0..self._piece_bits {
-                                self.piece_of_count[k * parallel + p].i[b].next =
-                                    self.i_count[p].val().get_bit(size * lowest - size * k + b);
-                            }
-                        }
-                    }
-                    for k in 0..(self.queue.len()) {
-                        self.queue[k].i_clk.next = self.i_clk.val();
-                        self.queue[k].i_rst.next = self.i_rst.val();
-                        self.queue[k].i_load.next = self.i_load[0].val().get_bit(k);
-                        for p in 0..self._parallel {
-                            self.queue[k].i_count[p].next =
-                                self.piece_of_count[k * parallel + p].o.val();
-                        }
-                        self.piece[k].i_piece.next = self.queue[k].o_count.val();
-                    }
-                    for k in (self.queue.len())..self._pieces {
-                        self.piece[k].i_piece.next = self.piece_of_count[k].o.val();
-                    }
+        dff_setup!(self, i_clk, replaces, largest, best_step, step, count);
+        for size in self._choice..(self._choice + 1) {
+            for c in 0..(self.choice.len().saturating_sub(1)) {
+                for t in 0..self._choice {
+                    self.turns[c].i[t].next = self.i_turn[0].val().get_bit(size * c + t);
+                    self.choice[c].i_count[t].next = self.i_count[size * c + t].val();
                 }
-                for b in 0..self._top_bits {
-                    self.largest.i[size * lowest + b].next = self.piece[0].o_piece.val().get_bit(b);
-                }
-                for k in 1..self._pieces {
-                    for b in 0..self._piece_bits {
-                        self.largest.i[size * lowest - size * k + b].next =
-                            self.piece[k].o_piece.val().get_bit(b);
-                    }
-                }
-                if self.piece[lowest].o_greater.val() {
-                    self.best_step.d.next = self.i_step.val();
+            }
+            for last in (self.choice.len().saturating_sub(1))..(self.choice.len()) {
+                for t in 0..self._last_choice {
+                    self.turns[last].i[t].next = self.i_turn[0].val().get_bit(size * last + t);
+                    self.choice[last].i_count[t].next = self.i_count[size * last + t].val();
                 }
             }
         }
-        for k in 0..self._pieces {
-            self.piece[k].i_clk.next = self.i_clk.val();
-            self.piece[k].i_rst.next = self.i_rst.val();
+        for c in 0..(self.choice.len()) {
+            self.choice[c].i_clk.next = self.i_clk.val();
+            self.choice[c].i_rst.next = self.i_rst.val();
+            self.choice[c].i_turn.next = self.turns[c].o.val();
         }
-        self.piece[0].i_take[0].next = self.i_take.val();
-        self.piece[0].i_first[0].next = self.i_first.val();
-        for k in 1..self._pieces {
-            self.piece[k].i_greater[0].next = self.piece[k - 1].o_greater.val();
-            self.piece[k].i_equal[0].next = self.piece[k - 1].o_equal[0].val();
+        for _several in 0..(self.up_to.len().min(1)) {
+            self.up_to[0].next = self.choice[0].o_count.val() | self.choice[1].o_count.val();
+        }
+        for c in 1..(self.up_to.len()) {
+            self.up_to[c].next = self.up_to[c - 1].val() | self.choice[c + 1].o_count.val();
+        }
+        for _kept in 0..self.kept.count() {
+            dff_setup!(self, i_clk, kept[0]);
+            for _clamped in 0..self._clamped {
+                self.kept[0].d.next = self.i_count[0].val();
+            }
+            for all in (self.up_to.len().saturating_sub(1))..(self.up_to.len()) {
+                self.kept[0].d.next = self.up_to[all].val();
+            }
+            self.present.next = self.kept[0].q.val();
+        }
+        for _at_once in self.kept.count()..1 {
+            for _single in self.i_turn.count()..1 {
+                self.present.next = self.i_count[0].val();
+            }
+            for _one_choice in 0..self.i_turn.count() {
+                self.present.next = self.choice[0].o_count.val();
+            }
+        }
+
+        self.comparison.i_clk.next = self.i_clk.val();
+        self.comparison.i_rst.next = self.i_rst.val();
+        self.comparison.i_count.next = self.present.val();
+        self.comparison.i_other.next = self.largest.q.val();
+        self.replaces.d.next =
+            self.i_compared.val() & (self.i_first.val() | self.comparison.o_greater.val());
+        if self.replaces.q.val() {
+            self.largest.d.next = self.present.val();
+            self.best_step.d.next = self.i_step.val();
         }
         if self.i_done.val() {
             self.step.d.next = self.best_step.q.val();
-            self.count.d.next = self.largest.o.val();
+            self.count.d.next = self.largest.q.val();
         }
         self.o_step.next = self.step.q.val();
         self.o_count.next = self.count.q.val();

@@ -2,18 +2,14 @@
 
 use std::sync::Arc;
 
-use super::phase_geometry::{PhaseGeometry, ReferenceStart};
 use super::result_stream::StreamPlan;
 use super::scan_controller::ScanPlan;
-use super::{
-    CodeSource, CountClamp, EdgeDetector, PeakDetector, PhaseStepper, ResultStream, ScanController,
-    UpdownCorrelator,
-};
+use super::{CodeSource, DetectorChannel, PeakDetector, ResultStream, ScanController};
 use crate::code::Code;
 use crate::hdl::front::prelude::*;
 use crate::model::contract::{Contract, Direction};
 
-/// Transmit generators, each detector's correlators, and the result stream.
+/// Transmit generators, the scan, a channel for each detector, and the results.
 #[derive(Debug, Clone, LogicBlock)]
 pub struct SensorTop {
     /// Clock, one cycle per chip.
@@ -50,12 +46,8 @@ pub struct SensorTop {
     transmit: Vec<CodeSource>,
     chips: Wiring,
     samples: Vec<Wiring>,
-    reference: Vec<CodeSource>,
     controller: ScanController,
-    stepper: Vec<PhaseStepper>,
-    edges: Vec<EdgeDetector>,
-    correlator: Vec<UpdownCorrelator>,
-    clamp: Vec<CountClamp>,
+    channel: Vec<DetectorChannel>,
     results: ResultStream,
     peak: Vec<PeakDetector>,
     _generators: usize,
@@ -74,25 +66,12 @@ impl SensorTop {
         let detectors = contract.reference_codes.len();
         let (codes, source_codes) =
             distinct_codes(&contract.reference_codes[0], &contract.source_codes);
-        let geometry = PhaseGeometry::new(
-            lanes,
-            parallel,
-            (contract.scan.first_step % u64::from(lanes)) as u32,
-        );
-        let starts: Vec<(ReferenceStart, u64)> = contract
-            .reference_codes
-            .iter()
-            .map(|code| reference_start(contract, code, geometry.kept_chips()))
-            .collect();
-        let looks_ahead = contract.scan.integration_chips > 1;
         let width = |name: &str| {
             let port = contract.ports().into_iter().find(|p| p.name == name);
             port.map_or(1, |p| p.width)
         };
         let sources = source_codes.len() as u32;
         let with_peak = |port| Optional::new(contract.peak.is_some(), port);
-        let counts = detectors * parallel as usize;
-        let clamps = if contract.saturates() { counts } else { 0 };
         SensorTop {
             i_clk: Input::bit("one cycle per chip"),
             i_rst: Input::bit("synchronous, active high"),
@@ -145,30 +124,18 @@ impl SensorTop {
                     Wiring::new(lanes, (0..lanes).collect(), "samples of a detector")
                 })
                 .collect(),
-            reference: contract
-                .reference_codes
-                .iter()
-                .zip(&starts)
-                .map(|(code, &(_, start))| CodeSource::new(code, start, realigns))
-                .collect(),
             controller: ScanController::new(ScanPlan {
                 dwell_chips: contract.scan.integration_chips,
                 steps: contract.groups(),
                 realigns,
                 clocks_to_dump: Contract::clocks_to_dump(lanes),
                 segments: contract.count_segments.count,
-                clocks_to_count: contract.count_segments.clocks(),
+                clocks_to_count: contract.clocks_of_counting(),
             }),
-            stepper: starts
+            channel: contract
+                .reference_codes
                 .iter()
-                .map(|&(start, _)| PhaseStepper::new(geometry, start, looks_ahead, realigns))
-                .collect(),
-            edges: (0..detectors).map(|_| EdgeDetector::new(lanes)).collect(),
-            correlator: (0..counts)
-                .map(|_| UpdownCorrelator::new(lanes, contract.count_segments))
-                .collect(),
-            clamp: (0..clamps)
-                .map(|_| CountClamp::new(contract.exact_count_bits, contract.count_bits))
+                .map(|code| DetectorChannel::new(contract, code))
                 .collect(),
             results: ResultStream::new(StreamPlan {
                 count_bits: contract.count_bits,
@@ -273,27 +240,6 @@ fn distinct_codes(reference: &Arc<Code>, sources: &[Arc<Code>]) -> (Vec<Arc<Code
     (codes, indices)
 }
 
-/// Where the reference stands in reset, which with realignment is also where
-/// a scan's start puts it: chips and delayed lanes, and the chip that the
-/// generator gives next.
-fn reference_start(contract: &Contract, code: &Code, kept_chips: u32) -> (ReferenceStart, u64) {
-    let lanes = u64::from(contract.lanes);
-    let whole_chips = contract.scan.first_step / lanes;
-    let chip_at = |cycle: i128| {
-        let period = i128::from(code.len());
-        (cycle - i128::from(whole_chips)).rem_euclid(period) as u64
-    };
-    // Without realignment reset stands one clock before a scan's first; a
-    // scan's start loads what that first clock needs.
-    let present_cycle = if contract.realigns() { 0 } else { -1 };
-    let is_high = |cycle: i128| code.chips[chip_at(cycle) as usize] == 1;
-    let chips = (0..kept_chips)
-        .filter(|&back| is_high(present_cycle - i128::from(back)))
-        .fold(0, |chips, back| chips | 1 << back);
-    let start = ReferenceStart { chips };
-    (start, chip_at(present_cycle + 1))
-}
-
 impl Logic for SensorTop {
     #[hdl_gen]
     fn update(&mut self) {
@@ -313,62 +259,39 @@ impl Logic for SensorTop {
         self.controller.i_rst.next = self.i_rst.val();
 
         for d in 0..self._detectors {
-            self.reference[d].i_clk.next = self.i_clk.val();
-            self.reference[d].i_rst.next = self.i_rst.val();
-            self.reference[d].i_advance.next = self.stepper[d].o_advance.val();
-
-            self.stepper[d].i_clk.next = self.i_clk.val();
-            self.stepper[d].i_rst.next = self.i_rst.val();
-            self.stepper[d].i_chip.next = self.reference[d].o_chip.val();
-            self.stepper[d].i_step_end.next = self.controller.o_step_end.val();
-            for _ahead in 0..(self.stepper[0].i_step_ends.count()) {
-                self.stepper[d].i_step_ends[0].next = self.controller.o_step_ends[0].val();
+            self.channel[d].i_clk.next = self.i_clk.val();
+            self.channel[d].i_rst.next = self.i_rst.val();
+            self.channel[d].i_run.next = self.controller.o_run.val();
+            for _ahead in 0..(self.channel[0].i_step_ends.count()) {
+                self.channel[d].i_step_ends[0].next = self.controller.o_step_ends[0].val();
             }
-
-            self.edges[d].i_clk.next = self.i_clk.val();
-            self.edges[d].i_rst.next = self.i_rst.val();
-            self.edges[d].i_run.next = self.controller.o_run.val();
-
-            for p in 0..self._parallel {
-                for parallel in self._parallel..(self._parallel + 1) {
-                    self.correlator[d * parallel + p].i_clk.next = self.i_clk.val();
-                    self.correlator[d * parallel + p].i_rst.next = self.i_rst.val();
-                    self.correlator[d * parallel + p].i_hits.next = self.edges[d].o_hits.val();
-                    for _pairs in 0..(self.edges[0].o_early.count()) {
-                        self.correlator[d * parallel + p].i_early[0].next =
-                            self.edges[d].o_early[0].val();
-                    }
-                    self.correlator[d * parallel + p].i_reference.next =
-                        self.stepper[d].o_reference[p].val();
-                    self.correlator[d * parallel + p].i_dump.next = self.controller.o_dump.val();
-                }
-            }
-        }
-        for c in 0..(self.correlator.len()) {
-            for _exact in self.o_saturated.count()..1 {
-                self.results.i_count[c].next = self.correlator[c].o_count.val();
-                for s in 0..(self.peak.len()) {
-                    self.peak[s].i_count[c].next = self.correlator[c].o_count.val();
-                }
-            }
-            for _saturates in 0..self.o_saturated.count() {
-                self.clamp[c].i_count.next = self.correlator[c].o_count.val();
-                self.results.i_count[c].next = self.clamp[c].o_count.val();
-                self.results.i_clamped[c].next = self.clamp[c].o_clamped.val();
-                for s in 0..(self.peak.len()) {
-                    self.peak[s].i_count[c].next = self.clamp[c].o_count.val();
-                }
-            }
+            self.channel[d].i_step_end.next = self.controller.o_step_end.val();
+            self.channel[d].i_dump.next = self.controller.o_dump.val();
         }
         for _one_detector in (self.samples.len())..1 {
-            self.edges[0].i_samples.next = self.i_samples.val();
+            self.channel[0].i_samples.next = self.i_samples.val();
         }
         for lanes in self._lanes..(self._lanes + 1) {
             for d in 0..(self.samples.len()) {
                 for l in 0..self._lanes {
                     self.samples[d].i[l].next = self.i_samples.val().get_bit(lanes * d + l);
                 }
-                self.edges[d].i_samples.next = self.samples[d].o.val();
+                self.channel[d].i_samples.next = self.samples[d].o.val();
+            }
+        }
+        for parallel in self._parallel..(self._parallel + 1) {
+            for d in 0..self._detectors {
+                for p in 0..self._parallel {
+                    self.results.i_count[d * parallel + p].next = self.channel[d].o_count[p].val();
+                    for _saturates in 0..self.o_saturated.count() {
+                        self.results.i_clamped[d * parallel + p].next =
+                            self.channel[d].o_clamped[p].val();
+                    }
+                    for s in 0..(self.peak.len()) {
+                        self.peak[s].i_count[d * parallel + p].next =
+                            self.channel[d].o_count[p].val();
+                    }
+                }
             }
         }
 
@@ -378,8 +301,7 @@ impl Logic for SensorTop {
             }
             self.controller.i_epoch[0].next = self.transmit[0].o_epoch.val();
             for d in 0..self._detectors {
-                self.reference[d].i_load[0].next = self.controller.o_start[0].val();
-                self.stepper[d].i_start[0].next = self.controller.o_start[0].val();
+                self.channel[d].i_start[0].next = self.controller.o_start[0].val();
             }
         }
 

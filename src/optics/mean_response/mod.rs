@@ -31,6 +31,7 @@ mod integrator;
 mod light;
 mod moments;
 mod pairs;
+mod parallel;
 mod scan_moments;
 mod tier;
 mod variance;
