@@ -1,9 +1,10 @@
 //! For which scenes and questions each tier's answers hold.
 
 use super::Tier;
+use crate::estimate::model::shared_light;
 use crate::estimate::{CountingTier, Prediction, PredictionError};
 use crate::optics::{DetectorModel, Light, MeanResponse, SecondMoments};
-use crate::scene::Scene;
+use crate::scene::{EstimatorKind, Scene};
 
 /// Coarse estimates more often wrong than this show in the statistics.
 const COARSE_FAILURES: f64 = 1e-3;
@@ -86,6 +87,9 @@ pub fn warnings(
         Tier::Expected => warnings.extend(view.scatter(predicted)),
         Tier::Counts => warnings.extend(view.small_counts()),
         Tier::Events | Tier::Sampled | Tier::Rtl => {}
+    }
+    if scene.estimator == EstimatorKind::Model {
+        warnings.extend(shared_light(scene));
     }
     let name = &scene.detectors[detector].name;
     for warning in &mut warnings {
