@@ -164,8 +164,8 @@ const WINDOW: &[Fault] = &[
     ),
     (
         "scan_controller.v",
-        "i_epoch & (~o_run | ends_scan)",
-        "~o_run | ends_scan",
+        "i_epoch & may_start_r",
+        "may_start_r",
     ),
     (
         "scan_controller.v",
@@ -185,8 +185,8 @@ const WINDOW: &[Fault] = &[
 /// tests/scenes/window-in-step.toml.
 const WINDOW_IN_STEP: &[Fault] = &[(
     "scan_controller.v",
-    "i_epoch & (~o_run | ends_scan)",
-    "i_epoch & ~o_run",
+    "may_start_r <= (o_step_ends & last_step_r) | ",
+    "may_start_r <= ",
 )];
 
 /// Faults in the peak detector of tests/scenes/peak.toml.

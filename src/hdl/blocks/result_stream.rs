@@ -37,15 +37,15 @@ pub struct ResultStream {
     valid: Register<bool>,
     last: Register<bool>,
     overrun: Register<bool>,
-    ends: Vec<Register<bool>>,
+    ends: Optional<Register<bool>>,
+    next_ends: Vec<Register<bool>>,
     moves_up: Optional<Register<bool>>,
     more: Optional<Register<bool>>,
     changes: Optional<Register<bool>>,
-    more_come: Optional<Local<bool>>,
     saturated: Optional<Register<bool>>,
     clamped: Optional<Wiring>,
     clamped_last: Optional<Wiring>,
-    next_ends: Optional<Local<bool>>,
+    later_ends: Optional<Local<bool>>,
     next: Optional<Local<Word>>,
     blocked: Local<bool>,
     load: Local<bool>,
@@ -58,7 +58,12 @@ pub struct ResultStream {
     _short_at_once: usize,
     _whole_end: usize,
     _short_end: usize,
-    _behind_short_end: usize,
+    _behind_whole: usize,
+    _behind_short: usize,
+    _first_later: usize,
+    _first_short: usize,
+    _first_whole: usize,
+    _back_to_back: usize,
     _data_bits: usize,
 }
 
@@ -77,6 +82,8 @@ pub struct StreamPlan {
     pub steps: u32,
     /// Phase steps of a scan's last group.
     pub last_steps: u32,
+    /// Groups may come in successive clocks.
+    pub back_to_back: bool,
 }
 
 impl ResultStream {
@@ -89,6 +96,7 @@ impl ResultStream {
             detectors,
             steps,
             last_steps,
+            back_to_back,
         } = plan;
         let counts = (detectors * steps) as usize;
         let is_short = last_steps < steps;
@@ -106,10 +114,12 @@ impl ResultStream {
             1 => "the result that comes next".to_owned(),
             _ => format!("the result that comes {place} later"),
         };
-        // Where a short group ends, unless it is at the first result.
+        // The last result but one of a group, and of a scan's last group unless
+        // that has only one.
+        let whole_end = counts.saturating_sub(2);
         let short_end = match (detectors * last_steps) as usize {
-            1 => counts - 1,
-            sent => sent - 1,
+            1 => whole_end,
+            sent => sent - 2,
         };
         ResultStream {
             i_clk: Input::bit("at most one group of counts per cycle"),
@@ -139,9 +149,14 @@ impl ResultStream {
             valid: Register::bit(false, "a result waits"),
             last: Register::bit(false, "the waiting results are the scan's last"),
             overrun: Register::bit(false, "a result was lost since reset"),
-            ends: (0..if counts > 1 { counts } else { 0 })
+            ends: Optional::new(
+                counts > 1,
+                Register::bit(false, "the result is its group's last"),
+            ),
+            next_ends: (0..if counts > 1 { counts } else { 0 })
                 .map(|count| {
-                    Register::bit(false, format!("{} is its group's last", place_about(count)))
+                    let after = place_about(count + 1);
+                    Register::bit(false, format!("{after} is the group's last"))
                 })
                 .collect(),
             moves_up: Optional::new(
@@ -162,10 +177,6 @@ impl ResultStream {
                     "the results behind the first move up, or new ones come",
                 ),
             ),
-            more_come: Optional::new(
-                counts > 1,
-                Local::bit("others come after the result of the next clock"),
-            ),
             saturated: Optional::new(
                 saturates,
                 Register::bit(false, "a count was clamped since reset"),
@@ -184,9 +195,9 @@ impl ResultStream {
                     "those among them that a scan's last group has",
                 ),
             ),
-            next_ends: Optional::new(
+            later_ends: Optional::new(
                 counts > 1,
-                Local::bit("the result that comes next is the group's last"),
+                Local::bit("the result after the one that comes next is the group's last"),
             ),
             next: Optional::new(
                 counts > 1,
@@ -201,9 +212,14 @@ impl ResultStream {
             _compacts: usize::from(is_short && detectors > 1),
             _is_short: usize::from(is_short),
             _short_at_once: usize::from(is_short && detectors * last_steps == 1),
-            _whole_end: counts - 1,
+            _whole_end: whole_end,
             _short_end: short_end,
-            _behind_short_end: (short_end + 1).min(counts - 1),
+            _behind_whole: (whole_end + 1).min(counts - 1),
+            _behind_short: (short_end + 1).min(whole_end),
+            _first_later: usize::from(whole_end > 0 && short_end > 0),
+            _first_short: usize::from(whole_end > 0 && short_end == 0),
+            _first_whole: usize::from(whole_end == 0),
+            _back_to_back: usize::from(back_to_back),
             _data_bits: data_bits as usize,
         }
     }
@@ -223,8 +239,7 @@ fn describe(plan: StreamPlan) -> About {
             ))
             .note(
                 "The first register is offered. Those behind it move up a clock later, so that \
-                 only the first depends on i_ready at once; meanwhile it takes the second's \
-                 successor.",
+                 i_ready reaches few gates; until they have, what comes next is the third's.",
             );
     }
     if plan.last_steps < plan.steps {
@@ -260,61 +275,71 @@ impl Logic for ResultStream {
             }
         }
         for _several in self._single..1 {
-            for c in 0..(self.ends.len()) {
-                dff_setup!(self, i_clk, ends[c]);
+            dff_setup!(self, i_clk, ends[0], more[0], changes[0]);
+            for c in 0..(self.next_ends.len()) {
+                dff_setup!(self, i_clk, next_ends[c]);
             }
-            dff_setup!(self, i_clk, more[0], changes[0]);
             self.o_last.next = self.last.q.val() & self.ends[0].q.val();
             self.blocked.next = self.more[0].q.val() | (self.valid.q.val() & !self.i_ready.val());
             self.load.next = self.i_counted.val() & !self.blocked.val();
+            for _several_counts in self._short_at_once..1 {
+                self.more[0].d.next = self.load.val();
+            }
+            for _single_count in 0..self._short_at_once {
+                self.more[0].d.next = self.load.val() & !self.i_last.val();
+            }
+            for _apart in self._back_to_back..1 {
+                self.changes[0].d.next = self.i_counts[0].val();
+            }
+            for _back_to_back in 0..self._back_to_back {
+                self.changes[0].d.next = self.i_counts[0].val() & !self.load.val();
+            }
+            if self.more[0].q.val() {
+                self.more[0].d.next = !(self.i_ready.val() & self.next_ends[0].q.val());
+                self.changes[0].d.next = self.i_ready.val();
+            }
 
             for _two in self.moves_up.count()..1 {
                 self.next[0].next = self.count[1].q.val();
-                self.next_ends[0].next = self.ends[1].q.val();
+                self.later_ends[0].next = self.next_ends[1].q.val();
             }
             for second in 2..(self.moves_up.count() + 2) {
                 dff_setup!(self, i_clk, moves_up[0]);
+                self.moves_up[0].d.next = self.more[0].q.val() & self.i_ready.val();
                 if self.moves_up[0].q.val() {
                     self.next[0].next = self.count[second].q.val();
-                    self.next_ends[0].next = self.ends[second].q.val();
+                    self.later_ends[0].next = self.next_ends[second].q.val();
                 } else {
                     self.next[0].next = self.count[1].q.val();
-                    self.next_ends[0].next = self.ends[1].q.val();
+                    self.later_ends[0].next = self.next_ends[1].q.val();
                 }
-                self.moves_up[0].d.next =
-                    self.more[0].q.val() & self.i_ready.val() & !self.next_ends[0].val();
             }
-            if self.load.val() {
-                for _several in self._short_at_once..1 {
-                    self.more_come[0].next = true;
-                }
-                for _one in 0..self._short_at_once {
-                    self.more_come[0].next = !self.i_last.val();
-                }
-            } else {
-                self.more_come[0].next =
-                    self.more[0].q.val() & !(self.i_ready.val() & self.next_ends[0].val());
-            }
-            self.more[0].d.next = self.more_come[0].val();
-            for _two in self.moves_up.count()..1 {
-                self.changes[0].d.next = self.i_counts[0].val() & !self.more_come[0].val();
-            }
-            for _deep in 0..self.moves_up.count() {
-                self.changes[0].d.next = (self.i_counts[0].val() & !self.more_come[0].val())
-                    | (self.more[0].q.val() & self.i_ready.val() & !self.next_ends[0].val());
-            }
-
             if self.i_ready.val() | !self.valid.q.val() {
                 if self.more[0].q.val() {
                     self.count[0].d.next = self.next[0].val();
-                    self.ends[0].d.next = self.next_ends[0].val();
+                    self.ends[0].d.next = self.next_ends[0].q.val();
+                    self.next_ends[0].d.next = self.later_ends[0].val();
                 } else if self.i_counted.val() {
                     self.count[0].d.next = self.i_count[0].val();
-                    for _several in self._short_at_once..1 {
+                    for _several_counts in self._short_at_once..1 {
                         self.ends[0].d.next = false;
                     }
-                    for _one in 0..self._short_at_once {
+                    for _single_count in 0..self._short_at_once {
                         self.ends[0].d.next = self.i_last.val();
+                    }
+                    for _later in 0..self._first_later {
+                        self.next_ends[0].d.next = false;
+                    }
+                    for _short in 0..self._first_short {
+                        self.next_ends[0].d.next = self.i_last.val();
+                    }
+                    for _whole in 0..self._first_whole {
+                        for _always in self._is_short..1 {
+                            self.next_ends[0].d.next = true;
+                        }
+                        for _unless_short in 0..self._is_short {
+                            self.next_ends[0].d.next = !self.i_last.val();
+                        }
                     }
                 }
             }
@@ -322,22 +347,19 @@ impl Logic for ResultStream {
                 for c in 1..(self.count.len()) {
                     self.count[c].d.next = self.i_count[c].val();
                 }
-                for c in 1..self._short_end {
-                    self.ends[c].d.next = false;
+                for c in 1..(self.next_ends.len()) {
+                    self.next_ends[c].d.next = false;
                 }
-                for c in (self._short_end + 1)..self._whole_end {
-                    self.ends[c].d.next = false;
-                }
-                for whole in self._whole_end..(self._whole_end + 1) {
+                for whole in (self._whole_end.max(1))..self._behind_whole {
                     for _always in self._is_short..1 {
-                        self.ends[whole].d.next = true;
+                        self.next_ends[whole].d.next = true;
                     }
                     for _unless_short in 0..self._is_short {
-                        self.ends[whole].d.next = !self.i_last.val();
+                        self.next_ends[whole].d.next = !self.i_last.val();
                     }
                 }
-                for short in self._short_end..self._behind_short_end {
-                    self.ends[short].d.next = self.i_last.val();
+                for short in (self._short_end.max(1))..self._behind_short {
+                    self.next_ends[short].d.next = self.i_last.val();
                 }
                 for _compacts in 0..self._compacts {
                     if self.i_last.val() {
@@ -354,10 +376,10 @@ impl Logic for ResultStream {
                     }
                 }
                 for _deep in 0..self.moves_up.count() {
-                    if self.moves_up[0].q.val() {
-                        for c in 1..self._whole_end {
+                    if self.more[0].q.val() {
+                        for c in 1..(self.count.len() - 1) {
                             self.count[c].d.next = self.count[c + 1].q.val();
-                            self.ends[c].d.next = self.ends[c + 1].q.val();
+                            self.next_ends[c].d.next = self.next_ends[c + 1].q.val();
                         }
                     }
                 }

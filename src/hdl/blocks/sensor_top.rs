@@ -145,6 +145,7 @@ impl SensorTop {
                 detectors: detectors as u32,
                 steps: parallel,
                 last_steps: contract.last_group_steps() as u32,
+                back_to_back: contract.scan.integration_chips == 1,
             }),
             peak: contract
                 .peak
