@@ -162,11 +162,7 @@ const WINDOW: &[Fault] = &[
         "i_advance & subchip_r",
         "i_advance & ~subchip_r",
     ),
-    (
-        "scan_controller.v",
-        "i_epoch & may_start_r",
-        "may_start_r",
-    ),
+    ("scan_controller.v", "i_epoch & may_start_r", "may_start_r"),
     (
         "scan_controller.v",
         "STEPS_ENDING = 5'd1",

@@ -270,9 +270,6 @@ impl Logic for ResultStream {
             self.o_last.next = self.last.q.val();
             self.blocked.next = self.valid.q.val() & !self.i_ready.val();
             self.load.next = self.i_counted.val() & !self.blocked.val();
-            if self.load.val() {
-                self.count[0].d.next = self.i_count[0].val();
-            }
         }
         for _several in self._single..1 {
             dff_setup!(self, i_clk, ends[0], more[0], changes[0]);
@@ -386,6 +383,9 @@ impl Logic for ResultStream {
             }
         }
         if self.load.val() {
+            for _single in 0..self._single {
+                self.count[0].d.next = self.i_count[0].val();
+            }
             self.last.d.next = self.i_last.val();
         }
         for _saturates in 0..self.o_saturated.count() {
