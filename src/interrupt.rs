@@ -8,7 +8,7 @@
 use std::fs;
 use std::io::{self, Write as _};
 use std::os::unix::process::CommandExt as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -20,7 +20,7 @@ use signal_hook::iterator::Signals;
 /// What must not outlive an interrupted run.
 #[derive(Debug)]
 struct State {
-    unfinished: Vec<PathBuf>,
+    unfinished: Vec<Arc<Path>>,
     programs: Vec<Pid>,
 }
 
@@ -28,6 +28,21 @@ static STATE: Mutex<State> = Mutex::new(State {
     unfinished: Vec::new(),
     programs: Vec::new(),
 });
+
+impl State {
+    /// Forgets a path, and says whether it was still known. It is told apart by
+    /// identity: as soon as a hidden file has its name, another thread may take the
+    /// same hidden name.
+    fn forget(&mut self, path: &Arc<Path>) -> bool {
+        let place = self
+            .unfinished
+            .iter()
+            .position(|other| Arc::ptr_eq(other, path));
+        place
+            .map(|place| self.unfinished.swap_remove(place))
+            .is_some()
+    }
+}
 
 fn state() -> MutexGuard<'static, State> {
     // Every change of the state is a single one, so a panic cannot leave it half-made.
@@ -86,16 +101,15 @@ fn remove(path: &Path) {
 /// A file or folder under a hidden name; removed when dropped or interrupted.
 #[derive(Debug)]
 pub struct Unfinished {
-    path: PathBuf,
+    path: Arc<Path>,
 }
 
 impl Unfinished {
     /// Takes over what is, or is about to be, at `path`.
     pub fn new(path: &Path) -> Unfinished {
-        state().unfinished.push(path.to_owned());
-        Unfinished {
-            path: path.to_owned(),
-        }
+        let path: Arc<Path> = path.into();
+        state().unfinished.push(Arc::clone(&path));
+        Unfinished { path }
     }
 
     /// Where it is.
@@ -110,7 +124,7 @@ impl Unfinished {
     pub fn rename(self, name: &Path) -> io::Result<()> {
         let mut state = state();
         fs::rename(&self.path, name)?;
-        state.unfinished.retain(|path| *path != self.path);
+        state.forget(&self.path);
         Ok(())
     }
 }
@@ -118,9 +132,7 @@ impl Unfinished {
 impl Drop for Unfinished {
     fn drop(&mut self) {
         let mut state = state();
-        let listed = state.unfinished.len();
-        state.unfinished.retain(|path| *path != self.path);
-        if state.unfinished.len() < listed {
+        if state.forget(&self.path) {
             remove(&self.path);
         }
     }
@@ -171,15 +183,26 @@ mod tests {
     }
 
     #[test]
+    fn a_hidden_name_that_is_taken_again_belongs_to_its_new_owner() {
+        let folder = tempfile::tempdir().unwrap();
+        let hidden = folder.path().join("hidden");
+        fs::write(&hidden, "first").unwrap();
+        let (first, second) = (Unfinished::new(&hidden), Unfinished::new(&hidden));
+        first.rename(&folder.path().join("name")).unwrap();
+        fs::write(&hidden, "second").unwrap();
+        drop(second);
+        assert!(!hidden.exists());
+    }
+
+    #[test]
     fn a_program_gives_its_outputs_and_its_status() {
-        let output = run_program(Command::new("sh").args(["-c", "echo a; echo b >&2; exit 7"]));
+        let output = run_program(Command::new("sh").args(["-c", "echo $$; echo b >&2; exit 7"]));
         let output = output.unwrap();
-        assert_eq!(
-            (&output.stdout[..], &output.stderr[..]),
-            (&b"a\n"[..], &b"b\n"[..])
-        );
+        assert_eq!(output.stderr, b"b\n");
         assert_eq!(output.status.code(), Some(7));
-        assert!(state().programs.is_empty());
+        let said = String::from_utf8(output.stdout).unwrap();
+        let program = Pid::from_raw(said.trim().parse().unwrap()).unwrap();
+        assert!(!state().programs.contains(&program));
         assert!(run_program(&mut Command::new("/nonexistent/tool")).is_err());
     }
 }

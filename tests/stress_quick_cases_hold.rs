@@ -41,6 +41,7 @@ fn one_case_can_be_chosen_and_a_wrong_name_is_told_the_nearest() {
     let report = json(&output);
     assert_eq!(report["cases"].as_array().unwrap().len(), 1);
     assert_eq!(report["cases"][0]["name"], "no-light-at-all");
+    assert_eq!(report["seed"], 1);
 
     let output = stress(&["--case", "no-light-at-al"]);
     assert_eq!(output.status.code(), Some(2));
@@ -49,6 +50,22 @@ fn one_case_can_be_chosen_and_a_wrong_name_is_told_the_nearest() {
         message.contains("did you mean \"no-light-at-all\"?"),
         "{message}"
     );
+}
+
+#[test]
+fn the_seed_is_the_command_lines() {
+    let measured = |seed| {
+        json(&stress(&[
+            "--case",
+            "detection-probability-1",
+            "--json",
+            "--seed",
+            seed,
+        ]))["cases"][0]["measured"]
+            .clone()
+    };
+    assert_eq!(measured("5"), measured("5"));
+    assert_ne!(measured("5"), measured("6"));
 }
 
 #[test]

@@ -279,54 +279,41 @@ fn simulate_twice(scene: &Scene, tiers: &[Tier]) -> Vec<(Option<f64>, Option<f64
         .collect()
 }
 
-/// Correlation coefficient of two samples of equal length, in standard errors.
+/// Correlation coefficient of two samples of equal length and mean zero, in
+/// standard errors.
 fn correlation_z(a: &[f64], b: &[f64]) -> f64 {
-    let n = a.len() as f64;
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / n;
-    let (mean_a, mean_b) = (mean(a), mean(b));
-    let product = |x: &[f64], mean_x: f64, y: &[f64], mean_y: f64| -> f64 {
-        x.iter()
-            .zip(y)
-            .map(|(x, y)| (x - mean_x) * (y - mean_y))
-            .sum()
+    let product = |x: &[f64], y: &[f64]| -> f64 { x.iter().zip(y).map(|(x, y)| x * y).sum() };
+    product(a, b) / (product(a, a) * product(b, b)).sqrt() * (a.len() as f64).sqrt()
+}
+
+/// Total counts less their exact means. Sample means would do for different
+/// streams, but the deviations from them are correlated.
+fn fluctuations(model: &DetectorModel, seed: u64, scans: u64, steps: u64) -> Vec<f64> {
+    let mut counts = vec![StepCount::ZERO; (scans * steps) as usize];
+    StepCounter::new(model).count(seed, 0..scans, 0..steps, &mut counts);
+    let response = MeanResponse::of_tier(model, CountingTier::Events).unwrap();
+    let means = response.mean_counts();
+    let of_scan = |scan: &[StepCount]| -> Vec<f64> {
+        let pairs = scan.iter().zip(&means);
+        pairs.map(|(c, mean)| c.total as f64 - mean.total).collect()
     };
-    let scale = (product(a, mean_a, a, mean_a) * product(b, mean_b, b, mean_b)).sqrt();
-    product(a, mean_a, b, mean_b) / scale * n.sqrt()
+    counts.chunks(steps as usize).flat_map(of_scan).collect()
 }
 
 #[test]
 fn neighbouring_streams_are_not_correlated() {
     let scene = table_i_scene(gold_5(), 20e6, 1_000);
     let model = DetectorModel::new(&scene, 0);
-    let counter = StepCounter::new(&model);
-    let steps = 248;
-    let scans = 200;
-    // Totals less the step's mean, which the code makes differ a little.
-    let totals = |seed: u64| -> Vec<f64> {
-        let mut counts = vec![StepCount::ZERO; (scans * steps) as usize];
-        counter.count(seed, 0..scans, 0..steps, &mut counts);
-        let totals: Vec<f64> = counts.iter().map(|count| count.total as f64).collect();
-        let steps = steps as usize;
-        let means: Vec<f64> = (0..steps)
-            .map(|step| totals.iter().skip(step).step_by(steps).sum::<f64>() / scans as f64)
-            .collect();
-        totals
-            .iter()
-            .enumerate()
-            .map(|(i, total)| total - means[i % steps])
-            .collect()
-    };
-    let one = totals(1);
-    assert!(one.iter().any(|&total| total != 0.0));
+    let (scans, steps) = (200, 248);
+    let of_seed = |seed| fluctuations(&model, seed, scans, steps);
+    let one = of_seed(1);
     for other in [2, 3, 1 << 32, u64::MAX] {
-        let z = correlation_z(&one, &totals(other));
+        let z = correlation_z(&one, &of_seed(other));
         assert!(z.abs() < 4.0, "seeds 1 and {other}: {z:.2} standard errors");
     }
     let n = one.len();
     for lag in [1, 2, 32, steps as usize, 2 * steps as usize] {
         let z = correlation_z(&one[..n - lag], &one[lag..]);
-        // Steps of a scan add up to nearly nothing once the means are taken off,
-        // by one part in as many as there are scans: far below one standard error.
         assert!(z.abs() < 4.0, "{lag} steps apart: {z:.2} standard errors");
     }
 }
@@ -340,12 +327,10 @@ fn detectors_under_the_same_light_are_not_correlated() {
     let mut path = scene.paths[0].clone();
     path.detector = 1;
     scene.paths.push(path);
-    let totals = |detector| -> Vec<f64> {
+    let of_detector = |detector| {
         let model = DetectorModel::new(&scene, detector);
-        let mut counts = vec![StepCount::ZERO; 20_000];
-        StepCounter::new(&model).count(1, 0..20_000, 0..1, &mut counts);
-        counts.iter().map(|count| count.total as f64).collect()
+        fluctuations(&model, 1, 80, 248)
     };
-    let z = correlation_z(&totals(0), &totals(1));
+    let z = correlation_z(&of_detector(0), &of_detector(1));
     assert!(z.abs() < 4.0, "{z:.2} standard errors");
 }

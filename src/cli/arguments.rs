@@ -81,8 +81,8 @@ pub(super) struct CosimArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
     /// Folder of Verilog to check in place of the emitted one: the same top
-    /// module and ports (a manifest.json there names its files, else every .v
-    /// and .sv file is taken)
+    /// module and ports (a manifest.json there names its files, else those that
+    /// the top module needs are taken)
     #[arg(long, value_name = "DIR")]
     pub rtl: Option<PathBuf>,
     /// Clocks to run, reset included [default: one whole scan of photons, or as

@@ -58,7 +58,7 @@ pub fn main() -> ExitCode {
         Command::Fidelity(arguments) => fidelity::run(&arguments, cli.seed, &mut output),
         Command::Simulate(arguments) => simulate::run(&arguments, cli.seed, &mut output),
         Command::Reproduce(arguments) => reproduce::run(&arguments, cli.seed, &mut output),
-        Command::Stress(arguments) => stress::run(&arguments, &mut output),
+        Command::Stress(arguments) => stress::run(&arguments, cli.seed, &mut output),
     };
     match ending {
         Ok(Ending::Done) => ExitCode::SUCCESS,

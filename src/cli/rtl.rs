@@ -4,36 +4,47 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
+use crate::cosim::TOP;
 use crate::cosim::build::SourceFile;
 use crate::cosim::error::CosimError;
 use crate::cosim::manifest::file_names;
+use crate::cosim::needed::needed_by;
 use crate::files::read_text;
 
 /// Largest file of Verilog, and largest manifest, that is read.
 const MOST_BYTES: u64 = 64 << 20;
+/// Verilog, and what it may include.
+const ENDINGS: [&str; 4] = [".v", ".sv", ".vh", ".svh"];
 
-/// Reads the files that `DIR/manifest.json` names, or every .v and .sv file of
-/// the folder, in the order of their names.
+/// Reads the files that `DIR/manifest.json` names, or those of the folder that
+/// the top module needs, in the order of their names: a bench among them is left
+/// out.
 ///
 /// # Errors
 /// When the folder or a file cannot be read, or there is no Verilog in it.
 pub(super) fn read(folder: &Path) -> Result<Vec<SourceFile>, CosimError> {
-    let names = match manifest(folder)? {
+    let named = manifest(folder)?;
+    let has_manifest = named.is_some();
+    let names = match named {
         Some(names) => names,
         None => listing(folder)?,
     };
     let sources: Vec<SourceFile> = names
         .into_iter()
-        .filter(|name| name.ends_with(".v") || name.ends_with(".sv"))
+        .filter(|name| ENDINGS.iter().any(|ending| name.ends_with(ending)))
         .map(|name| {
             let text = read_file(&folder.join(&name))?;
             Ok(SourceFile { name, text })
         })
         .collect::<Result<_, CosimError>>()?;
-    if sources.is_empty() {
+    if !sources.iter().any(SourceFile::is_compiled) {
         return Err(CosimError::NoVerilog(folder.to_owned()));
     }
-    Ok(sources)
+    Ok(if has_manifest {
+        sources
+    } else {
+        needed_by(TOP, sources)
+    })
 }
 
 fn manifest(folder: &Path) -> Result<Option<Vec<String>>, CosimError> {

@@ -15,8 +15,8 @@ use crate::cosim::{self, Request, StimulusKind};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::hdl::{self, Emission};
 use crate::plan::{self, Plan};
-use crate::report::counts_csv;
-use crate::report::page::{Page, distances_m};
+use crate::report::page::Page;
+use crate::report::{DetectorCounts, counts_csv};
 use crate::scene::{self, Scene};
 
 /// Written last.
@@ -79,20 +79,24 @@ pub(super) fn run(
         .map(|(detector, counts)| estimate_scan(&scene, detector, counts))
         .collect();
 
-    let signed: Vec<i64> = cosimulation.counts[0]
+    let counts: Vec<DetectorCounts> = cosimulation
+        .counts
         .iter()
-        .map(|count| count.signed)
+        .zip(&estimates)
+        .enumerate()
+        .map(|(detector, (counts, estimate))| {
+            let signed = counts.iter().map(|count| count.signed).collect();
+            DetectorCounts::new(&scene, detector, estimate.calibration_offset_ps, signed)
+        })
         .collect();
-    let distances_m = distances_m(&scene, estimates[0].calibration_offset_ps);
-    folder.write(COUNTS, &counts_csv(&scene, &distances_m, &signed))?;
+    folder.write(COUNTS, &counts_csv(&scene, &counts))?;
     let page = Page {
         scene: &scene,
         seed,
         plan: &plan,
         emission: &emission,
         cosim: &cosimulation.report,
-        distances_m: &distances_m,
-        counts: &signed,
+        counts: &counts,
         estimates: &estimates,
     };
     folder.write(REPORT, &page.html()?)?;

@@ -7,7 +7,11 @@ use super::arguments::StressArguments;
 use super::output::Output;
 use crate::stress::{Case, cases, run as run_cases};
 
-pub(super) fn run(arguments: &StressArguments, output: &mut Output) -> anyhow::Result<Ending> {
+pub(super) fn run(
+    arguments: &StressArguments,
+    seed: u64,
+    output: &mut Output,
+) -> anyhow::Result<Ending> {
     let chosen = choose(arguments)?;
     if arguments.list {
         let names: Vec<&str> = chosen.iter().map(|case| case.name).collect();
@@ -18,7 +22,7 @@ pub(super) fn run(arguments: &StressArguments, output: &mut Output) -> anyhow::R
         output.answer(&names, &text)?;
         return Ok(Ending::Done);
     }
-    let report = run_cases(&chosen, |case| {
+    let report = run_cases(&chosen, seed, |case| {
         output.note(&format!("{:>6.2} s  {}", case.run_time_s, case.name));
     })?;
     output.answer(&report, &report.to_text())?;

@@ -3,9 +3,11 @@
 pub mod adversarial;
 pub mod blocks;
 pub mod build;
+pub mod cache;
 pub mod error;
 pub mod lockstep;
 pub mod manifest;
+pub mod needed;
 pub mod photons;
 pub mod ports;
 pub mod stimulus;

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use super::model::{FitError, Parameters, PathParameters, Problem, check_independent, window};
 use super::phase::first_maximum;
+use super::theory::ExpectedCounts;
 use super::{CountingTier, distance_m};
-use crate::optics::{DetectorModel, Light, MeanResponse};
+use crate::optics::{DetectorModel, Light, MeanResponse, SecondMoments};
 use crate::scene::Scene;
 
 /// What the counts of one scan can tell of distances.
@@ -49,7 +50,26 @@ impl Bound {
 pub fn bound(scene: &Scene, detector: usize, tier: CountingTier) -> Result<Bound, FitError> {
     check_independent(scene, detector)?;
     let model = DetectorModel::new(scene, detector);
-    let light = Light::of(&model);
+    let response = MeanResponse::of_tier(&model, tier)?;
+    let second = SecondMoments::new(&response)?;
+    bound_of(
+        scene,
+        detector,
+        tier,
+        &ExpectedCounts::new(&response, &second),
+    )
+}
+
+/// The bound of the scene's own counts.
+pub(super) fn bound_of(
+    scene: &Scene,
+    detector: usize,
+    tier: CountingTier,
+    counts: &ExpectedCounts,
+) -> Result<Bound, FitError> {
+    check_independent(scene, detector)?;
+    let model = counts.model();
+    let light = Light::of(model);
     if light.paths.is_empty() {
         return Err(FitError::Dark);
     }
@@ -65,14 +85,13 @@ pub fn bound(scene: &Scene, detector: usize, tier: CountingTier) -> Result<Bound
         constant: light.constant_per_chip,
     };
     let problem = Problem {
-        model: &model,
+        model,
         tier,
         codes: light.paths.iter().map(|p| Arc::clone(&p.code)).collect(),
-        steps: steps(scene, detector, tier, &model, &light)?,
+        steps: steps(scene, detector, counts),
     };
-    let jacobian = problem.central_jacobian(&parameters)?;
-    let response = problem.response(&parameters)?;
-    let information = problem.weights(&response)?.information(&jacobian);
+    let jacobian = problem.central_jacobian(&parameters, counts.response)?;
+    let information = problem.weights_of(counts.second).information(&jacobian);
     let steps = problem.steps.len();
     let undetermined = FitError::Undetermined {
         steps,
@@ -91,21 +110,16 @@ pub fn bound(scene: &Scene, detector: usize, tier: CountingTier) -> Result<Bound
     })
 }
 
-/// The steps that the model estimator would use for this light.
-fn steps(
-    scene: &Scene,
-    detector: usize,
-    tier: CountingTier,
-    model: &DetectorModel,
-    light: &Light,
-) -> Result<Vec<u64>, FitError> {
+/// The steps that the model estimator would use for the scene's light.
+fn steps(scene: &Scene, detector: usize, counts: &ExpectedCounts) -> Vec<u64> {
     let own = scene.detectors[detector].reference;
-    let mut sources = model.modulated_paths().map(|path| scene.paths[path].source);
-    if light.paths.len() != 1 || sources.next() != Some(own) {
-        return Ok((0..scene.scan.steps).collect());
+    let mut sources = counts
+        .model()
+        .modulated_paths()
+        .map(|path| scene.paths[path].source);
+    if sources.next() != Some(own) || sources.next().is_some() {
+        return (0..scene.scan.steps).collect();
     }
-    let means = MeanResponse::to_light(model, light.clone(), tier)?.mean_counts();
-    let signed: Vec<f64> = means.iter().map(|mean| mean.signed).collect();
-    let peak = first_maximum(&signed) as u64;
-    Ok(window(&scene.scan, scene.samples_per_chip, peak))
+    let peak = first_maximum(&counts.signed()) as u64;
+    window(&scene.scan, scene.samples_per_chip, peak)
 }

@@ -3,16 +3,20 @@
 pub mod bound;
 mod calibration;
 pub mod model;
+mod modulation;
 mod moving;
 mod phase;
 mod prediction;
 pub mod report;
+mod theory;
 mod truth;
 
 pub use crate::optics::CountingTier;
 pub use calibration::calibration_offset_ps;
+pub use modulation::check_modulated;
 pub use phase::{CoarseOnly, Estimate, Measurement, NoEstimate, estimate};
 pub use prediction::{Prediction, PredictionError, predict};
+pub use theory::{Theory, theory};
 pub use truth::{TrueDelay, true_delay};
 
 use crate::SPEED_OF_LIGHT_M_PER_S;

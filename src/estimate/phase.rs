@@ -90,6 +90,12 @@ pub enum CoarseOnly {
 /// Why there is no estimate at all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum NoEstimate {
+    /// Nothing that reaches the detector has its reference's code.
+    #[error(
+        "no light that its source modulates reaches the detector, so the largest count would be \
+         chance"
+    )]
+    NotModulated,
     /// Hardly anything was detected, and none of it counted up.
     #[error(
         "no phase step counted above zero, and {zeros} of {steps} counted exactly that: the \
@@ -143,20 +149,17 @@ pub fn estimate(
         .iter()
         .map(|&count| count.abs_diff(least) as f64)
         .collect();
-    Ok(estimate_values(&values, measurement, calibration_offset_ps))
+    let peak = first_maximum(&values);
+    Ok(estimate_at(
+        &values,
+        peak,
+        measurement,
+        calibration_offset_ps,
+    ))
 }
 
-/// The same for values that need not be whole, such as expected counts.
-pub(super) fn estimate_values(
-    values: &[f64],
-    measurement: &Measurement,
-    calibration_offset_ps: f64,
-) -> Estimate {
-    let peak = first_maximum(values);
-    estimate_at(values, peak, measurement, calibration_offset_ps)
-}
-
-/// The same with the coarse stage's answer given: measurement number `peak`.
+/// The same for values that need not be whole, such as expected counts, with the
+/// coarse stage's answer given: measurement number `peak`.
 pub(super) fn estimate_at(
     values: &[f64],
     peak: usize,

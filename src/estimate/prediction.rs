@@ -6,10 +6,11 @@ use std::f64::consts::PI;
 use super::phase::{
     CoarseOnly, Estimate, Measurement, estimate_at, first_maximum, fundamental, window_indices,
 };
+use super::theory::ExpectedCounts;
 use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, moving};
 use crate::optics::fast::normal::cumulative;
 use crate::optics::{DetectorModel, MeanResponse, MeanResponseError, SecondMoments};
-use crate::scene::{Path, Scene};
+use crate::scene::{Path, Scan, Scene};
 
 /// The estimate that the expected counts give.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +31,10 @@ pub struct Prediction {
     /// No more than this share of scans has its largest count more than a chip
     /// from the path's peak.
     pub coarse_failure_bound: f64,
+    /// Standard deviation of the fine estimates, in metres, that the expected counts
+    /// give round those steps within a chip which may count most, weighted with the
+    /// chance to count more than the peak. The standard deviation leaves it out.
+    pub coarse_spread_m: f64,
 }
 
 /// Why there is no prediction.
@@ -38,8 +43,8 @@ pub enum PredictionError {
     /// The mean response cannot be had.
     #[error(transparent)]
     MeanResponse(#[from] MeanResponseError),
-    /// The expected counts have no peak.
-    #[error("the expected counts have no peak: nothing modulated reaches the detector")]
+    /// The expected counts have no peak at the path.
+    #[error("the expected counts have no peak: the path carries no modulated light")]
     Flat,
     /// The estimate would be as coarse as a phase step.
     #[error("only a coarse estimate is possible: {0}")]
@@ -77,12 +82,26 @@ pub fn predict(
     path: usize,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
-    let moves = |p: &Path| p.detector == detector && p.movement.is_some();
-    if scene.paths.iter().any(moves) {
+    if moves(scene, detector) {
         moving::predict(scene, detector, path, counting)
     } else {
         predict_still(scene, detector, path, counting)
     }
+}
+
+/// A path without modulated light has no peak, whatever other light peaks.
+fn check_path_is_modulated(model: &DetectorModel, path: usize) -> Result<(), PredictionError> {
+    if model.modulated_paths().any(|modulated| modulated == path) {
+        Ok(())
+    } else {
+        Err(PredictionError::Flat)
+    }
+}
+
+/// Whether any path to the detector moves.
+pub(super) fn moves(scene: &Scene, detector: usize) -> bool {
+    let moves = |p: &Path| p.detector == detector && p.movement.is_some();
+    scene.paths.iter().any(moves)
 }
 
 /// The same for paths that stand still.
@@ -94,8 +113,21 @@ pub(super) fn predict_still(
 ) -> Result<Prediction, PredictionError> {
     let model = DetectorModel::new(scene, detector);
     let response = MeanResponse::of_tier(&model, counting)?;
-    let means = response.mean_counts();
-    let expected: Vec<f64> = means.iter().map(|mean| mean.signed).collect();
+    let second = SecondMoments::new(&response)?;
+    let counts = ExpectedCounts::new(&response, &second);
+    predict_from(&counts, scene, detector, path, counting)
+}
+
+/// The same from the scene's expected counts.
+pub(super) fn predict_from(
+    counts: &ExpectedCounts,
+    scene: &Scene,
+    detector: usize,
+    path: usize,
+    counting: CountingTier,
+) -> Result<Prediction, PredictionError> {
+    check_path_is_modulated(counts.model(), path)?;
+    let expected = counts.signed();
     let smallest = expected.iter().copied().fold(f64::INFINITY, f64::min);
     let offset_ps = calibration_offset_ps(scene, detector, counting);
     let peak = peak_of_path(&expected, scene, path, offset_ps);
@@ -106,18 +138,15 @@ pub(super) fn predict_still(
 
     let measurement = Measurement::new(scene, &[]);
     let fundamental = fundamental(&expected, peak, &measurement)?;
-    let moments = SecondMoments::new(&response)?;
-    let mut groups: BTreeMap<u64, Vec<(u64, f64)>> = BTreeMap::new();
+    let mut window = Vec::new();
     for (offset, index) in window_indices(peak, &measurement)? {
         let angle = PI * offset as f64 / f64::from(scene.samples_per_chip) + fundamental.arg();
-        let step = index as u64;
-        let group = groups.entry(model.group_of(step)).or_default();
-        group.push((step, angle.sin()));
+        window.push((index as u64, angle.sin()));
     }
-    let variances = groups.values().map(|steps| moments.variance_of_sum(steps));
-    let phase_std = variances.sum::<f64>().sqrt() / fundamental.norm();
+    let phase_std = variance_of_sum(counts, &window).sqrt() / fundamental.norm();
 
     let estimate = estimate_at(&expected, peak, &measurement, offset_ps);
+    let peak_variance = counts.second.of_steps(&[peak as u64])[0].signed_variance;
     let code_period_ps = scene.scan.steps_per_period as f64 * scene.chip_period_ps
         / f64::from(scene.samples_per_chip);
     let true_delay_ps = scene.paths[path].delay_ps;
@@ -129,29 +158,80 @@ pub(super) fn predict_still(
         )),
         std_m: distance_m(phase_std / PI * scene.chip_period_ps),
         estimate,
-        detection_rate_hz: response.detection_rate_hz(),
+        detection_rate_hz: counts.response.detection_rate_hz(),
         phase_std_rad: phase_std,
-        coarse_failure_bound: coarse_failure_bound(
-            &expected,
-            peak,
-            moments.of_step(peak as u64).signed_variance,
-            scene,
-        ),
+        coarse_failure_bound: coarse_failure_bound(&expected, peak, peak_variance, scene),
+        coarse_spread_m: coarse_spread_m(&expected, peak, peak_variance, &measurement),
     })
+}
+
+/// Variance of the sum of weight x r over steps: those of one group go together,
+/// groups are independent.
+fn variance_of_sum(counts: &ExpectedCounts, weighted: &[(u64, f64)]) -> f64 {
+    let model = counts.model();
+    if model.parallel() == 1 {
+        let steps: Vec<u64> = weighted.iter().map(|(step, _)| *step).collect();
+        let moments = counts.second.of_steps(&steps);
+        let terms = weighted.iter().zip(moments);
+        return terms
+            .map(|((_, weight), moments)| weight * weight * moments.signed_variance)
+            .sum();
+    }
+    let mut groups: BTreeMap<u64, Vec<(u64, f64)>> = BTreeMap::new();
+    for &(step, weight) in weighted {
+        let group = groups.entry(model.group_of(step)).or_default();
+        group.push((step, weight));
+    }
+    let variances = groups.values();
+    variances
+        .map(|steps| counts.second.variance_of_sum(steps))
+        .sum()
 }
 
 /// Sum over all steps more than a chip from the peak of the chance that they
 /// count more than it, for normal counts that all scatter as the peak's does.
 fn coarse_failure_bound(expected: &[f64], peak: usize, variance: f64, scene: &Scene) -> f64 {
-    let scan = &scene.scan;
-    let away = |step: usize| {
-        let apart = scan.step(step as u64).abs_diff(scan.step(peak as u64));
-        apart.min(scan.steps_per_period - apart) > u64::from(scene.samples_per_chip)
-    };
     let failures = (0..expected.len())
-        .filter(|&step| away(step))
+        .filter(|&step| steps_apart(&scene.scan, step, peak) > u64::from(scene.samples_per_chip))
         .map(|step| cumulative((expected[step] - expected[peak]) / (2.0 * variance).sqrt()));
     failures.sum::<f64>().min(1.0)
+}
+
+/// [`Prediction::coarse_spread_m`], for normal counts that all scatter as the
+/// peak's does.
+fn coarse_spread_m(expected: &[f64], peak: usize, variance: f64, measurement: &Measurement) -> f64 {
+    let scan = &measurement.scan;
+    let step_ps = measurement.chip_period_ps / f64::from(measurement.samples_per_chip);
+    let code_period_ps = scan.steps_per_period as f64 * step_ps;
+    let at_peak = estimate_at(expected, peak, measurement, 0.0);
+    // Sums of weights, of weighted distances from the peak's, and of their squares.
+    let mut sums = [0.0; 3];
+    for (step, count) in expected.iter().enumerate() {
+        if steps_apart(scan, step, peak) > u64::from(measurement.samples_per_chip) {
+            continue;
+        }
+        let weight = cumulative((count - expected[peak]) / (2.0 * variance).sqrt());
+        let there = estimate_at(expected, step, measurement, 0.0);
+        if there.is_fine() && weight > 1e-6 {
+            let error_ps = delay_error_ps(there.delay_ps, at_peak.delay_ps, code_period_ps);
+            let from_peak_m = distance_m(error_ps);
+            sums[0] += weight;
+            sums[1] += weight * from_peak_m;
+            sums[2] += weight * from_peak_m * from_peak_m;
+        }
+    }
+    let [weights, distances, squares] = sums;
+    if weights <= 0.0 {
+        return 0.0;
+    }
+    let mean = distances / weights;
+    (squares / weights - mean * mean).max(0.0).sqrt()
+}
+
+/// Phase steps between two measurements of a scan, the short way round.
+fn steps_apart(scan: &Scan, a: usize, b: usize) -> u64 {
+    let apart = scan.step(a as u64).abs_diff(scan.step(b as u64));
+    apart.min(scan.steps_per_period - apart)
 }
 
 /// Measurement with the largest expected count within a chip of where the path's

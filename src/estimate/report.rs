@@ -5,10 +5,10 @@ use std::fmt;
 use serde::Serialize;
 
 use super::bound::bound;
-use super::model::{ALARM_SIGMAS, FittedPath, ModelEstimate, expected_fit, fit};
+use super::model::{ALARM_SIGMAS, FittedPath, ModelEstimate, expected_fit, fit, shared_light};
 use super::{
-    CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate, folded,
-    predict, true_delay,
+    CountingTier, Measurement, calibration_offset_ps, check_modulated, delay_error_ps, distance_m,
+    estimate, folded, predict, true_delay,
 };
 use crate::optics::StepCount;
 use crate::scene::{EstimatorKind, Path, Scene};
@@ -30,7 +30,8 @@ pub struct EstimateReport {
     /// reference's source, the nearest to the estimate; without an estimate the
     /// first.
     pub path: Option<usize>,
-    /// The estimate; none when the counts have no peak.
+    /// The estimate; none when the counts have no peak, or nothing modulated could
+    /// have made it.
     pub distance_m: Option<f64>,
     /// That path's distance, folded into the unambiguous range.
     pub true_distance_m: Option<f64>,
@@ -113,9 +114,13 @@ pub fn estimate_scan(scene: &Scene, detector: usize, counts: &[StepCount]) -> Es
         ));
         return report;
     }
-    let measured_ps = match scene.estimator {
-        EstimatorKind::Fft => report.take_phase(scene, counts),
-        EstimatorKind::Model => report.take_fit(scene, detector, counts),
+    let measured_ps = match (check_modulated(scene, detector), scene.estimator) {
+        (Err(reason), _) => {
+            report.remark = Some(format!("no estimate: {reason}"));
+            None
+        }
+        (Ok(()), EstimatorKind::Fft) => report.take_phase(scene, counts),
+        (Ok(()), EstimatorKind::Model) => report.take_fit(scene, detector, counts),
     };
     report.compare(scene, detector, measured_ps);
     report
@@ -178,7 +183,11 @@ impl EstimateReport {
             }
             Ok(fitted) => {
                 self.distance_m = Some(fitted.distance_m);
-                self.remark = Some(TOTALS_OF_THE_REFERENCE_MODEL.to_owned());
+                let remarks = [
+                    Some(TOTALS_OF_THE_REFERENCE_MODEL.to_owned()),
+                    shared_light(scene),
+                ];
+                self.remark = Some(remarks.into_iter().flatten().collect::<Vec<_>>().join("; "));
                 self.fit = Some(FitReport::of(scene, &fitted));
                 Some(fitted.delay_ps)
             }

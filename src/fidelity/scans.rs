@@ -1,6 +1,7 @@
 //! Counts of whole scans, one tier or another.
 
 use std::num::NonZero;
+use std::path::PathBuf;
 use std::thread::available_parallelism;
 
 use super::Tier;
@@ -145,6 +146,24 @@ fn sampled(
     Ok(())
 }
 
+/// Builds what a tier needs before its first scan, once for all scans of the scene
+/// to come: the Verilog's model. The other tiers need nothing.
+///
+/// # Errors
+/// When the Verilog cannot be emitted or built.
+pub fn prepare(scene: &Scene, tier: Tier) -> Result<(), ScansError> {
+    if tier == Tier::Rtl {
+        verilated(scene, &Contract::of(scene))?;
+    }
+    Ok(())
+}
+
+/// The library with the scene's verilated model.
+fn verilated(scene: &Scene, contract: &Contract) -> Result<PathBuf, ScansError> {
+    let sources = sources_of(&hdl::emit(scene, "goldtof simulate")?);
+    Ok(build(TOP, &sources, contract, &cache_dir())?)
+}
+
 fn models(scene: &Scene) -> Vec<DetectorModel> {
     (0..scene.detectors.len())
         .map(|detector| DetectorModel::new(scene, detector))
@@ -160,9 +179,8 @@ fn rtl(
 ) -> Result<(), ScansError> {
     let contract = Contract::of(scene);
     let layout = Layout::of(&contract);
-    let sources = sources_of(&hdl::emit(scene, "goldtof simulate")?);
     let mut reference = Reference::new(contract.clone())?;
-    let library = build(TOP, &sources, &contract, &cache_dir())?;
+    let library = verilated(scene, &contract)?;
     let mut model = Verilated::load(&library, &layout)?;
     let detectors = models(scene);
     let mut collector = Collector::new(&contract, detector, repetitions, on_scan);

@@ -20,6 +20,10 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
 ];
 
+/// On a logarithmic axis the lower part of a bar is drawn at least down to this
+/// share of its point, and further as far as the axis goes.
+const SHORTEST_BAR_SHOWN: f64 = 0.3;
+
 /// One or more panels, side by side.
 #[derive(Debug, Clone)]
 pub struct Chart {
@@ -77,7 +81,7 @@ pub enum Scale {
 /// Points of one kind.
 #[derive(Debug, Clone)]
 pub struct Series {
-    /// Name in the legend.
+    /// Name in the legend; an empty one is not there.
     pub label: String,
     /// How the points are drawn.
     pub mark: Mark,
@@ -161,9 +165,18 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 impl Panel {
     fn draw(&self, area: &Area<'_>) -> Result<(), Box<dyn std::error::Error>> {
         let points = || self.series.iter().flat_map(|series| &series.points);
-        let x = Coordinate::of(self.x.scale, [0.0; 2], points().map(|p| p.x));
+        // A dot on the frame would be cut off.
+        let has_dots = self.series.iter().any(|s| s.mark != Mark::Line);
+        let beside = if has_dots { 0.04 } else { 0.02 };
+        let x = Coordinate::of(self.x.scale, [beside; 2], points().map(|p| p.x));
         let ends = |p: &Point| {
             let (low, high) = p.interval.unwrap_or((p.y, p.y));
+            // A bar that reaches towards zero must not stretch the axis over
+            // decades without data.
+            let low = match self.y.scale {
+                Scale::Linear => low,
+                Scale::Log => low.max(p.y * SHORTEST_BAR_SHOWN),
+            };
             [low, p.y, high]
         };
         let y = Coordinate::of(self.y.scale, [0.06, self.headroom], points().flat_map(ends));
@@ -206,15 +219,16 @@ impl Panel {
                 let ends = vec![(p.x, y.clamp(low)), (p.x, y.clamp(high))];
                 Some(PathElement::new(ends, colour.stroke_width(1)))
             });
-            chart
-                .draw_series(bars)?
-                .label(&series.label)
-                .legend(move |(x, y)| {
-                    let half = if line { 8 } else { 0 };
-                    EmptyElement::at((x + 8, y))
-                        + PathElement::new([(-half, 0), (half, 0)], colour.stroke_width(2))
-                        + Circle::new((0, 0), if dots { 3 } else { 0 }, colour.filled())
-                });
+            let drawn = chart.draw_series(bars)?;
+            if series.label.is_empty() {
+                continue;
+            }
+            drawn.label(&series.label).legend(move |(x, y)| {
+                let half = if line { 8 } else { 0 };
+                EmptyElement::at((x + 8, y))
+                    + PathElement::new([(-half, 0), (half, 0)], colour.stroke_width(2))
+                    + Circle::new((0, 0), if dots { 3 } else { 0 }, colour.filled())
+            });
         }
         chart
             .configure_series_labels()
@@ -337,7 +351,7 @@ impl ValueFormatter<f64> for Coordinate {
         // Ticks have one significant digit beyond their step: drop what rounding
         // left behind.
         let rounded: f64 = format!("{v:.6e}").parse().unwrap_or(*v);
-        rounded.to_string()
+        rounded.to_string().replace('-', "\u{2212}")
     }
 }
 

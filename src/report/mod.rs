@@ -4,16 +4,73 @@ pub mod chart;
 pub mod page;
 pub mod plot;
 
-use crate::scene::Scene;
 use std::fmt::Write as _;
 
-/// The counts of a scan as CSV: number of the measurement, phase step, its
-/// calibrated distance, count.
-pub fn counts_csv(scene: &Scene, distances_m: &[f64], counts: &[i64]) -> String {
-    let mut text = "measurement,phase_step,distance_m,count\n".to_owned();
-    for (j, (distance_m, count)) in distances_m.iter().zip(counts).enumerate() {
-        let step = scene.scan.step(j as u64);
-        let _ = writeln!(text, "{j},{step},{distance_m:.6},{count}");
+use crate::estimate::distance_m;
+use crate::scene::Scene;
+
+/// One detector's counts of a scan.
+#[derive(Debug, Clone)]
+pub struct DetectorCounts {
+    /// Its index in the scene.
+    pub detector: usize,
+    /// Distance of the light that each step stands for, calibrated; the steps
+    /// before the calibration offset have negative ones.
+    pub distances_m: Vec<f64>,
+    /// Signed counts of the steps, in order.
+    pub counts: Vec<i64>,
+}
+
+impl DetectorCounts {
+    /// Counts of the scan's steps, or of the first of them, and where they belong.
+    pub fn new(
+        scene: &Scene,
+        detector: usize,
+        calibration_offset_ps: f64,
+        counts: Vec<i64>,
+    ) -> DetectorCounts {
+        let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
+        let of_step =
+            |step: u64| distance_m(scene.scan.step(step) as f64 * step_ps - calibration_offset_ps);
+        DetectorCounts {
+            detector,
+            distances_m: (0..counts.len() as u64).map(of_step).collect(),
+            counts,
+        }
+    }
+}
+
+/// The counts of a scan as CSV: number of the measurement,
+/// phase step, its calibrated distance, count, name of the detector.
+pub fn counts_csv(scene: &Scene, detectors: &[DetectorCounts]) -> String {
+    let mut text = "measurement,phase_step,distance_m,count,detector\n".to_owned();
+    for of_detector in detectors {
+        let name = quoted(&scene.detectors[of_detector.detector].name);
+        let steps = of_detector.distances_m.iter().zip(&of_detector.counts);
+        for (j, (distance_m, count)) in steps.enumerate() {
+            let step = scene.scan.step(j as u64);
+            let _ = writeln!(text, "{j},{step},{distance_m:.6},{count},{name}");
+        }
     }
     text
+}
+
+/// A field of a CSV file (RFC 4180).
+fn quoted(field: &str) -> String {
+    if field.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", field.replace('"', "\"\""))
+    } else {
+        field.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quoted;
+
+    #[test]
+    fn a_name_with_commas_or_quotes_stays_one_field() {
+        assert_eq!(quoted("spad"), "spad");
+        assert_eq!(quoted("left, \"old\""), "\"left, \"\"old\"\"\"");
+    }
 }

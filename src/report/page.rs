@@ -2,9 +2,9 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+use super::DetectorCounts;
 use super::plot::{CountPlot, PlotError};
 use crate::cosim;
-use crate::estimate::distance_m;
 use crate::estimate::report::EstimateReport;
 use crate::hdl::Emission;
 use crate::plan::{Part, Plan};
@@ -22,10 +22,8 @@ pub struct Page<'a> {
     pub emission: &'a Emission,
     /// The co-simulation.
     pub cosim: &'a cosim::Report,
-    /// Distance of each step, see [`distances_m`].
-    pub distances_m: &'a [f64],
-    /// Counts of the scan's steps, in order.
-    pub counts: &'a [i64],
+    /// Counts of the scan's steps, one entry per detector.
+    pub counts: &'a [DetectorCounts],
     /// What the counts say.
     pub estimates: &'a [EstimateReport],
 }
@@ -43,15 +41,6 @@ tr.left-out { color: #777; }
 .match { background: #2e7d32; } .mismatch { background: #b3261e; }
 svg { width: 100%; height: auto; }
 ";
-
-/// Distance of the light that each step of the scan stands for, calibrated; the
-/// steps before the calibration offset have negative ones.
-pub fn distances_m(scene: &Scene, calibration_offset_ps: f64) -> Vec<f64> {
-    let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
-    (0..scene.scan.steps)
-        .map(|j| distance_m(scene.scan.step(j) as f64 * step_ps - calibration_offset_ps))
-        .collect()
-}
 
 impl Page<'_> {
     /// The whole page.
@@ -78,7 +67,12 @@ impl Page<'_> {
                     h2 { "Distance" }
                     (self.distance())
                     h2 { "Correlation" }
-                    (self.correlation()?)
+                    @for counts in self.counts {
+                        @if self.counts.len() > 1 {
+                            h3 { (self.scene.detectors[counts.detector].name) }
+                        }
+                        (self.correlation(counts)?)
+                    }
                     h2 { "Co-simulation" }
                     (self.cosimulation())
                     h2 { "Hardware: kept and left out" }
@@ -109,18 +103,17 @@ impl Page<'_> {
         }
     }
 
-    fn correlation(&self) -> Result<Markup, PlotError> {
-        let points = self.points();
-        let markers: Vec<(f64, String)> = self
-            .estimates
-            .iter()
-            .filter_map(|e| Some((e.distance_m?, "estimate".to_owned())))
-            .chain(
-                self.scene
-                    .paths
-                    .iter()
-                    .map(|path| (path.distance_m(), "true distance".to_owned())),
-            )
+    fn correlation(&self, counts: &DetectorCounts) -> Result<Markup, PlotError> {
+        let points = points(counts);
+        let estimate = self.estimates[counts.detector].distance_m;
+        let paths = self.scene.paths.iter();
+        let true_distances = paths
+            .filter(|path| path.detector == counts.detector)
+            .map(|path| (path.distance_m(), "true distance".to_owned()));
+        let markers: Vec<(f64, String)> = estimate
+            .map(|distance_m| (distance_m, "estimate".to_owned()))
+            .into_iter()
+            .chain(true_distances)
             .collect();
         let whole = CountPlot {
             title: "All phase steps",
@@ -145,19 +138,6 @@ impl Page<'_> {
             (PreEscaped(whole.svg()?))
             (PreEscaped(peak.svg()?))
         })
-    }
-
-    /// (distance, count) in order of distance, also for a window that wraps
-    /// round the code period.
-    fn points(&self) -> Vec<(f64, f64)> {
-        let mut points: Vec<(f64, f64)> = self
-            .distances_m
-            .iter()
-            .copied()
-            .zip(self.counts.iter().map(|&count| count as f64))
-            .collect();
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        points
     }
 
     /// Four chips on either side of the largest count.
@@ -193,6 +173,15 @@ impl Page<'_> {
             }
         }
     }
+}
+
+/// (distance, count) in order of distance, also for a window that wraps round the
+/// code period.
+fn points(counts: &DetectorCounts) -> Vec<(f64, f64)> {
+    let values = counts.counts.iter().map(|&count| count as f64);
+    let mut points: Vec<(f64, f64)> = counts.distances_m.iter().copied().zip(values).collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    points
 }
 
 fn parts(parts: &[Part]) -> Markup {

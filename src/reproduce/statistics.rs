@@ -33,6 +33,15 @@ impl Measured {
         }
     }
 
+    /// One less this, a share.
+    pub fn complement(self) -> Measured {
+        Measured {
+            value: 1.0 - self.value,
+            low: 1.0 - self.high,
+            high: 1.0 - self.low,
+        }
+    }
+
     /// Standard error of a normal interval.
     pub fn standard_error(self) -> f64 {
         (self.high - self.low) / (2.0 * Z)

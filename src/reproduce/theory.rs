@@ -1,17 +1,11 @@
-//! What needs no photons: correlations of codes (Fig. 3) and the estimator's
-//! circular error.
-
-use std::sync::Arc;
+//! What needs no photons: correlations of codes (Fig. 3).
 
 use super::figure::{Claim, Figure, Table};
 use super::run::{Run, RunError};
-use super::sensor::{CHIP_PERIOD_PS, Light, POWER_PW, gold, sensor, square, window};
+use super::sensor::{CHIP_PERIOD_PS, Light, POWER_PW, gold, sensor, square};
 use super::statistics::Measured;
-use crate::code::{Code, CodeError, CodeSpec, Family, bound, correlate};
-use crate::estimate::{
-    CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate,
-};
-use crate::optics::{DetectorModel, MeanResponse};
+use crate::code::{Code, CodeError, bound, correlate};
+use crate::estimate::distance_m;
 use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
 
 /// Degree of the article's codes.
@@ -161,143 +155,9 @@ fn side_lobes() -> Result<Claim, CodeError> {
     })
 }
 
-/// The circular error of the fine stage, for zeta = 0..4: a detector without
-/// faults, exact mean counts, and an m-sequence, whose side lobes are flat.
-pub fn circular_error() -> Result<Figure, RunError> {
-    let spec = CodeSpec {
-        degree: Some(DEGREE),
-        ..CodeSpec::new(Family::MSequence)
-    };
-    let code = spec.build().map(Arc::new)?;
-    let mut table = Table::new(&["series", "sub_step_delay", "error_m"]);
-    let mut series = Vec::new();
-    for zeta in 0..=4_usize {
-        let label = format!("ζ = {zeta}");
-        let mut points = Vec::new();
-        for sixtieth in 0..=60 {
-            let delay = f64::from(sixtieth) / 60.0;
-            let error_m = circular_error_m(&code, 1 << zeta, delay)?;
-            table.row(&label, &[Some(delay), error_m]);
-            points.extend(error_m.map(|m| Point::new(delay, m.abs() * 1e3)));
-        }
-        // Zero has no place on a logarithmic axis: what is left there is below
-        // the counts' rounding.
-        points.retain(|point| point.y > 1e-5);
-        series.push(Series {
-            label,
-            mark: Mark::Line,
-            colour: zeta,
-            points,
-        });
-    }
-    Ok(Figure {
-        chart: Chart {
-            title: "Circular error of the fine stage, ideal detector, S = 2^ζ".to_owned(),
-            panels: vec![Panel {
-                x: Axis {
-                    label: "delay beyond a whole phase step (of T_s)".to_owned(),
-                    scale: Scale::Linear,
-                },
-                y: Axis {
-                    label: "size of the distance error (mm)".to_owned(),
-                    scale: Scale::Log,
-                },
-                series,
-                legend: Legend::UpperRight,
-                headroom: 0.3,
-            }],
-        },
-        table,
-        claims: Vec::new(),
-    })
-}
-
-/// Error of the estimate from mean counts, at `delay` phase steps beyond five
-/// chips.
-fn circular_error_m(
-    code: &Arc<Code>,
-    samples_per_chip: u32,
-    delay: f64,
-) -> Result<Option<f64>, RunError> {
-    /// So many code periods that rounding a mean count to a whole number moves
-    /// no distance by a nanometre.
-    const PERIODS: u64 = 1_000_000_000;
-    let step_ps = CHIP_PERIOD_PS / f64::from(samples_per_chip);
-    let delay_ps = 5.0 * CHIP_PERIOD_PS + delay * step_ps;
-    let mut scene = sensor(&[Light::new(code, POWER_PW).at(delay_ps)], 1e-3);
-    scene.samples_per_chip = samples_per_chip;
-    scene.sources[0].extinction_ratio = f64::INFINITY;
-    scene.scan.steps = u64::from(samples_per_chip) * code.len();
-    scene.scan.steps_per_period = scene.scan.steps;
-    scene.scan.integration_chips = PERIODS * code.len();
-    let spad = &mut scene.detectors[0];
-    spad.dark_count_rate_cps = 0.0;
-    spad.dead_time_ps = 0.0;
-    spad.afterpulsing_probability = 0.0;
-    spad.delay_ps = 0.0;
-    spad.jitter_ps.clear();
-    spad.counter.rising_delay_ps = 0.0;
-    spad.counter.falling_delay_ps = 0.0;
-    let scene = window(scene, delay_ps, 3);
-
-    let model = DetectorModel::new(&scene, 0);
-    let response = MeanResponse::new(&model)?;
-    let counts: Vec<i64> = (0..scene.scan.steps)
-        .map(|step| response.expected_count(step).round() as i64)
-        .collect();
-    let offset_ps = calibration_offset_ps(&scene, 0, CountingTier::Sampled);
-    let period_ps = CHIP_PERIOD_PS * code.len() as f64;
-    let estimate = estimate(&Measurement::new(&scene, &counts), offset_ps).ok();
-    Ok(estimate.map(|e| distance_m(delay_error_ps(e.delay_ps, delay_ps, period_ps))))
-}
-
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::PI;
-
     use super::*;
-
-    #[test]
-    fn the_circular_error_is_that_of_a_sampled_triangle() {
-        let spec = CodeSpec {
-            degree: Some(5),
-            ..CodeSpec::new(Family::MSequence)
-        };
-        let code = spec.build().map(Arc::new).expect("an m-sequence");
-        for samples in [2_u32, 4, 8, 16] {
-            for delay in [0.0, 0.1, 0.25, 0.4] {
-                // A triangle of half-base S about `delay`, by definition.
-                let s = f64::from(samples);
-                let (mut re, mut im) = (0.0, 0.0);
-                for i in -(samples as i32)..samples as i32 {
-                    let value = (s - (f64::from(i) - delay).abs()).max(0.0);
-                    re += value * (PI * f64::from(i) / s).cos();
-                    im -= value * (PI * f64::from(i) / s).sin();
-                }
-                let steps = -im.atan2(re) / PI * s - delay;
-                let expected_m = distance_m(steps * CHIP_PERIOD_PS / s);
-                let error_m = circular_error_m(&code, samples, delay)
-                    .expect("a mean response")
-                    .expect("an estimate");
-                assert!(
-                    (error_m - expected_m).abs() < 1e-7,
-                    "S = {samples}, {delay}: {error_m} against {expected_m}"
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn one_sample_per_chip_is_off_by_up_to_half_a_chip() {
-        let spec = CodeSpec {
-            degree: Some(5),
-            ..CodeSpec::new(Family::MSequence)
-        };
-        let code = spec.build().map(Arc::new).expect("an m-sequence");
-        let error_m = circular_error_m(&code, 1, 0.25).expect("a mean response");
-        let expected_m = distance_m(-0.25 * CHIP_PERIOD_PS);
-        assert!((error_m.expect("an estimate") - expected_m).abs() < 1e-9);
-    }
 
     #[test]
     fn a_gold_code_repeats_after_all_its_chips_and_a_square_wave_after_two() {

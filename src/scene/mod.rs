@@ -25,6 +25,7 @@
 //! | `hardware.counter_width` | as wide as no stimulus can overflow |
 //! | `hardware.peak_detector` | false: the host finds the peak |
 
+mod bounds;
 mod detector;
 mod error;
 mod movement;

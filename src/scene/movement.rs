@@ -134,14 +134,10 @@ fn read_fluctuation(path: &Section, clock: Option<Clock>) -> Option<Fluctuation>
     if let (Some(time_ps), Some(clock)) = (time_ps, clock) {
         let chips = time_ps / clock.chip_period_ps;
         if chips < LEAST_CORRELATION_CHIPS {
-            let least_us = LEAST_CORRELATION_CHIPS * clock.chip_period_ps / 1e6;
+            let least_ns = LEAST_CORRELATION_CHIPS * clock.chip_period_ps / 1e3;
             let what = format!("shorter than {LEAST_CORRELATION_CHIPS} chips");
-            refuse(
-                &section,
-                TIME,
-                &what,
-                &format!("at least \"{least_us} us\""),
-            );
+            let advice = format!("at least \"{} ns\"", least_ns.ceil());
+            refuse(&section, TIME, &what, &advice);
         } else if chips > MOST_CORRELATION_CHIPS {
             let most_h = MOST_CORRELATION_CHIPS * clock.chip_period_ps / 3600e12;
             let advice = format!("at most \"{:.0} h\"", most_h.floor());
@@ -191,7 +187,9 @@ pub(super) fn check_distances(sections: &[Section], scene: &Scene) {
         if nearest_m < least_m {
             let message = format!(
                 "the path comes as near as {nearest_m:.4} m within a scan; with this fluctuation \
-                 it must keep {LEAST_DISTANCE_SIGMAS} standard deviations, {least_m:.4} m"
+                 it must keep {LEAST_DISTANCE_SIGMAS} standard deviations, {least_m:.4} m; write a \
+                 std of at most \"{:.0} um\", or start farther away",
+                (nearest_m / LEAST_DISTANCE_SIGMAS * 1e6).floor()
             );
             section.report("fluctuation", &message);
         }

@@ -55,8 +55,8 @@ pub struct Case {
     pub what: &'static str,
     /// Why the bound is right.
     pub why: &'static str,
-    /// Does the measurement.
-    pub run: fn() -> anyhow::Result<Measured>,
+    /// Does the measurement with a seed, which those that draw nothing leave aside.
+    pub run: fn(u64) -> anyhow::Result<Measured>,
 }
 
 /// A measured number and the bound that it must keep.
@@ -148,24 +148,32 @@ pub fn cases() -> Vec<Case> {
     .concat()
 }
 
-/// Runs some cases, one after another. `on_case` gets each as it is done.
+/// Runs some cases, one after another, each with the same seed. `on_case` gets
+/// each as it is done.
 ///
 /// # Errors
 /// When an external tool is missing or fails; every other failure is a case that
 /// does not hold.
-pub fn run(cases: &[Case], mut on_case: impl FnMut(&CaseReport)) -> anyhow::Result<StressReport> {
-    let mut report = StressReport { cases: Vec::new() };
+pub fn run(
+    cases: &[Case],
+    seed: u64,
+    mut on_case: impl FnMut(&CaseReport),
+) -> anyhow::Result<StressReport> {
+    let mut report = StressReport {
+        seed,
+        cases: Vec::new(),
+    };
     for case in cases {
-        let case = run_case(case)?;
+        let case = run_case(case, seed)?;
         on_case(&case);
         report.cases.push(case);
     }
     Ok(report)
 }
 
-fn run_case(case: &Case) -> anyhow::Result<CaseReport> {
+fn run_case(case: &Case, seed: u64) -> anyhow::Result<CaseReport> {
     let started = Instant::now();
-    let outcome = (case.run)();
+    let outcome = (case.run)(seed);
     let run_time_s = started.elapsed().as_secs_f64();
     match outcome {
         Ok(measured) => Ok(CaseReport::new(case, Ok(measured), run_time_s)),
@@ -180,7 +188,7 @@ fn run_case(case: &Case) -> anyhow::Result<CaseReport> {
 mod tests {
     use super::*;
 
-    fn case(run: fn() -> anyhow::Result<Measured>) -> Case {
+    fn case(run: fn(u64) -> anyhow::Result<Measured>) -> Case {
         Case {
             name: "a-case",
             group: Group::Numbers,
@@ -193,21 +201,29 @@ mod tests {
 
     #[test]
     fn a_case_outside_its_bound_or_with_an_error_does_not_hold() {
-        let outside = case(|| Measured::at_most(2.5, "apples", 2.0));
-        let failing = case(|| anyhow::bail!("out of apples"));
-        let undefined = case(|| Measured::at_most(f64::NAN, "apples", 2.0));
-        let inside = case(|| Measured::at_most(2.0, "apples", 2.0));
-        let report = run(&[outside, failing, undefined, inside], |_| ()).unwrap();
+        let outside = case(|_| Measured::at_most(2.5, "apples", 2.0));
+        let failing = case(|_| anyhow::bail!("out of apples"));
+        let undefined = case(|_| Measured::at_most(f64::NAN, "apples", 2.0));
+        let inside = case(|_| Measured::at_most(2.0, "apples", 2.0));
+        let report = run(&[outside, failing, undefined, inside], 1, |_| ()).unwrap();
         let holds: Vec<bool> = report.cases.iter().map(|case| case.holds).collect();
         assert_eq!(holds, [false, false, false, true]);
         assert!(!report.all_hold());
         assert_eq!(report.cases[1].error.as_deref(), Some("out of apples"));
-        assert!(run(&[inside], |_| ()).unwrap().all_hold());
+        assert!(run(&[inside], 1, |_| ()).unwrap().all_hold());
+    }
+
+    #[test]
+    fn cases_get_the_seed_and_the_report_says_it() {
+        let seed = case(|seed| Measured::exactly(seed as f64, "", 7.0));
+        let report = run(&[seed], 7, |_| ()).unwrap();
+        assert!(report.all_hold() && report.seed == 7);
+        assert!(!run(&[seed], 8, |_| ()).unwrap().all_hold());
     }
 
     #[test]
     fn a_missing_tool_is_an_error_and_not_a_verdict() {
-        let missing = case(|| {
+        let missing = case(|_| {
             Err(CosimError::MissingTool {
                 tool: "Verilator",
                 program: "verilator".to_owned(),
@@ -216,7 +232,7 @@ mod tests {
             }
             .into())
         });
-        assert!(run(&[missing], |_| ()).is_err());
+        assert!(run(&[missing], 1, |_| ()).is_err());
     }
 
     #[test]

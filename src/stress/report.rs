@@ -9,6 +9,8 @@ use super::{Bound, Case, Group, Measured};
 /// The JSON of `goldtof stress`.
 #[derive(Debug, Clone, Serialize)]
 pub struct StressReport {
+    /// Seed of all random numbers.
+    pub seed: u64,
     /// The cases that were run, in their order.
     pub cases: Vec<CaseReport>,
 }

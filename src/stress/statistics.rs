@@ -4,14 +4,11 @@ use crate::optics::fast::StepCounter;
 use crate::optics::{DetectorModel, StepCount};
 use crate::scene::Scene;
 
-/// Seed of every case.
-pub(super) const SEED: u64 = 20_231;
-
 /// Counts of the first `steps` steps of the first scan, each photon simulated.
-pub(super) fn counts(scene: &Scene, steps: u64) -> Vec<StepCount> {
+pub(super) fn counts(scene: &Scene, steps: u64, seed: u64) -> Vec<StepCount> {
     let model = DetectorModel::new(scene, 0);
     let mut counts = vec![StepCount::ZERO; steps as usize];
-    StepCounter::new(&model).count(SEED, 0..1, 0..steps, &mut counts);
+    StepCounter::new(&model).count(seed, 0..1, 0..steps, &mut counts);
     counts
 }
 

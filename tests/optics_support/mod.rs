@@ -1,6 +1,8 @@
 //! Scenes and statistics for the tests of optics and estimators.
 #![allow(dead_code)] // every test file uses a part of it
 
+pub mod stepped;
+
 use std::sync::Arc;
 
 use goldtof::code::{Code, Generator};

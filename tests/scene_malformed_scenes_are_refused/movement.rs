@@ -103,7 +103,7 @@ fn a_fluctuation_from_chip_to_chip() {
     insta::assert_snapshot!(
         refused_path("fluctuation = { std = \"1 um\", correlation_time = \"100 ns\" }"),
         @r#"
-    scenes/x.toml:20:50: path.fluctuation.correlation_time: "100 ns" is shorter than 16 chips; write at least "0.128 us"
+    scenes/x.toml:20:50: path.fluctuation.correlation_time: "100 ns" is shorter than 16 chips; write at least "128 ns"
       20 | fluctuation = { std = "1 um", correlation_time = "100 ns" }
          |                                                  ^^^^^^^^
     "#
@@ -139,7 +139,7 @@ fn a_fluctuation_as_large_as_the_distance() {
     insta::assert_snapshot!(
         refused_path("fluctuation = { std = \"60 cm\", correlation_time = \"1 s\" }"),
         @r#"
-    scenes/x.toml:20:15: path.fluctuation: the path comes as near as 3.2000 m within a scan; with this fluctuation it must keep 6 standard deviations, 3.6000 m
+    scenes/x.toml:20:15: path.fluctuation: the path comes as near as 3.2000 m within a scan; with this fluctuation it must keep 6 standard deviations, 3.6000 m; write a std of at most "533333 um", or start farther away
       20 | fluctuation = { std = "60 cm", correlation_time = "1 s" }
          |               ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
     "#

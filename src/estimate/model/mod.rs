@@ -13,6 +13,10 @@
 //! interferer, need the whole scan: an interferer hardly shows in a window, but
 //! over a scan its cross-correlation is as distinct as the peak.
 
+mod coarse;
+mod fitter;
+mod gauss_newton;
+mod known_moments;
 mod least_squares;
 mod problem;
 mod search;
@@ -20,22 +24,14 @@ mod start;
 
 use std::sync::Arc;
 
-use least_squares::{Normal, Weights};
+pub use fitter::Fitter;
 pub(super) use problem::{Parameters, PathParameters, Problem, window};
 
-use super::{CountingTier, NoEstimate, distance_m};
+use super::{CountingTier, NoEstimate};
 use crate::code::Code;
 use crate::optics::{DetectorModel, MeanCount, MeanResponse, MeanResponseError, StepCount};
 pub use crate::scene::OtherLight;
 use crate::scene::Scene;
-
-/// Most Gauss-Newton steps: half a dozen are enough, save where noise is so large
-/// that the peak's curvature shows within it.
-const MOST_ITERATIONS: usize = 50;
-
-/// A fit has converged when no unknown moves by more than this share of its
-/// standard deviation.
-const CONVERGED_SIGMAS: f64 = 0.02;
 
 /// Chi-square this many standard deviations above its expectation is an alarm;
 /// by chance less than one fit in 10,000 has it.
@@ -151,14 +147,18 @@ pub enum FitError {
         unknowns: usize,
     },
     /// Gauss-Newton does not settle.
-    #[error("the fit does not settle within {MOST_ITERATIONS} steps")]
+    #[error(
+        "the fit does not settle within {} steps",
+        gauss_newton::MOST_ITERATIONS
+    )]
     NotConverged,
 }
 
-/// Fits the counts of one scan of detector `detector`.
+/// Fits the counts of one scan of detector `detector`: [`Fitter::fit`], for one
+/// scan only.
 ///
-/// Starts from the phase estimate and the rate of detections; other light starts
-/// from where the residual of the fit so far correlates with its code.
+/// # Errors
+/// As there.
 ///
 /// # Panics
 /// If the scene has no such detector.
@@ -169,14 +169,7 @@ pub fn fit(
     counts: &[StepCount],
     other: OtherLight,
 ) -> Result<ModelEstimate, FitError> {
-    let counts: Vec<MeanCount> = counts
-        .iter()
-        .map(|count| MeanCount {
-            signed: count.signed as f64,
-            total: count.total as f64,
-        })
-        .collect();
-    fit_means(scene, detector, tier, &counts, other)
+    Fitter::new(scene, detector, tier, other).fit(counts)
 }
 
 /// The same for counts that need not be whole, one per step of the scan.
@@ -193,56 +186,7 @@ pub fn fit_means(
     counts: &[MeanCount],
     other: OtherLight,
 ) -> Result<ModelEstimate, FitError> {
-    let model = DetectorModel::new(scene, detector);
-    if counts.len() as u64 != scene.scan.steps {
-        return Err(FitError::WrongNumberOfCounts {
-            found: counts.len(),
-            steps: scene.scan.steps,
-        });
-    }
-    let start = start::start(scene, detector, tier, counts)?;
-    let window = window(&scene.scan, scene.samples_per_chip, start.peak);
-    let first = Problem {
-        model: &model,
-        tier,
-        codes: vec![Arc::clone(
-            &scene.sources[scene.detectors[detector].reference].code,
-        )],
-        steps: window,
-    };
-    let wanted = search::wanted(scene, detector, other)?;
-    let mut fitted = Fitted::new(&first, start.parameters, counts)?;
-    if wanted.is_empty() {
-        return Ok(fitted.estimate(&first));
-    }
-    if !scene.scan.is_full() {
-        return Err(FitError::NeedsWholeScan {
-            steps: scene.scan.steps,
-            steps_per_period: scene.scan.steps_per_period,
-        });
-    }
-    let mut problem = Problem {
-        steps: (0..scene.scan.steps).collect(),
-        ..first
-    };
-    for candidates in wanted {
-        let Some(found) = search::strongest(
-            scene,
-            detector,
-            &problem,
-            &fitted.parameters,
-            counts,
-            &candidates,
-        )?
-        else {
-            break;
-        };
-        problem.codes.push(found.code);
-        let mut parameters = fitted.parameters.clone();
-        parameters.add_path(found.path, &problem);
-        fitted = Fitted::new(&problem, parameters, counts)?;
-    }
-    Ok(fitted.estimate(&problem))
+    Fitter::new(scene, detector, tier, other).fit_means(counts)
 }
 
 /// What the fit says of a scene's expected counts, told of other light what the
@@ -264,6 +208,18 @@ pub fn expected_fit(
     fit_means(scene, detector, tier, &means, scene.other_light)
 }
 
+/// What to say of fits to steps that share their light.
+pub fn shared_light(scene: &Scene) -> Option<String> {
+    let parallel = scene.hardware.parallel;
+    (parallel > 1).then(|| {
+        format!(
+            "with parallel = {parallel} the phase steps of a group see the same light, and the fit \
+             weighs them as if they did not: the distance is unbiased, but not as precise as it \
+             could be, and the fit's own standard deviations and chi-square do not hold"
+        )
+    })
+}
+
 /// Whether standard deviations of a fit mean anything: steps must be independent,
 /// and their light the same.
 pub(super) fn check_independent(scene: &Scene, detector: usize) -> Result<(), FitError> {
@@ -279,113 +235,5 @@ pub(super) fn check_independent(scene: &Scene, detector: usize) -> Result<(), Fi
     match (0..scene.paths.len()).find(moves) {
         Some(path) => Err(FitError::Moves { path }),
         None => Ok(()),
-    }
-}
-
-/// A finished fit.
-struct Fitted {
-    parameters: Parameters,
-    normal: Normal,
-    chi_square: f64,
-    iterations: usize,
-}
-
-impl Fitted {
-    /// Gauss-Newton, with shorter steps where a full one makes matters worse:
-    /// first with the weights of a Poisson process, then, within a standard
-    /// deviation of the end, with those of this detector.
-    fn new(problem: &Problem, start: Parameters, counts: &[MeanCount]) -> Result<Fitted, FitError> {
-        let undetermined = || FitError::Undetermined {
-            steps: problem.steps.len(),
-            unknowns: start.len(),
-        };
-        let measured: Vec<MeanCount> = problem.steps.iter().map(|&s| counts[s as usize]).collect();
-        let mut parameters = start.clone();
-        let mut response = problem.response(&parameters)?;
-        let mut expected = problem.means_of(&response);
-        let mut weights = Weights::of_poisson(&expected);
-        let mut chi_square = weights.chi_square(&measured, &expected);
-        let mut reweighted = false;
-        let mut jacobian = problem.jacobian(&parameters, &response, &expected)?;
-        for iteration in 1..=MOST_ITERATIONS {
-            let normal = weights
-                .normal(&jacobian, &measured, &expected)
-                .ok_or_else(undetermined)?;
-            let mut full = normal.solution();
-            if full
-                .last()
-                .is_some_and(|step| parameters.constant + step < 0.0)
-            {
-                // There is no less than no constant light.
-                full = normal.solution_with_last(-parameters.constant);
-            }
-            let before = parameters.clone();
-            let mut share = 1.0;
-            loop {
-                let tried = parameters.moved(&full, share);
-                let tried_response = problem.response(&tried)?;
-                let means = problem.means_of(&tried_response);
-                let found = weights.chi_square(&measured, &means);
-                if found <= chi_square * (1.0 + 1e-9) + 1e-6 {
-                    (parameters, response, expected) = (tried, tried_response, means);
-                    chi_square = found;
-                    break;
-                }
-                share *= 0.4;
-                if share < 0.01 {
-                    // No way leads down: this is the minimum, as far as one-sided
-                    // derivatives can tell.
-                    break;
-                }
-            }
-            let moved = normal.largest_step_sigmas(&parameters.minus(&before));
-            if !reweighted && moved < 1.0 {
-                reweighted = true;
-                weights = problem.weights(&response)?;
-                chi_square = weights.chi_square(&measured, &expected);
-            } else if moved < CONVERGED_SIGMAS {
-                return Ok(Fitted {
-                    parameters,
-                    normal,
-                    chi_square,
-                    iterations: iteration,
-                });
-            }
-            if moved > 0.3 {
-                // Nearer than that the derivatives are still good enough.
-                jacobian = problem.jacobian(&parameters, &response, &expected)?;
-            }
-        }
-        Err(FitError::NotConverged)
-    }
-
-    fn estimate(&mut self, problem: &Problem) -> ModelEstimate {
-        let chip_ps = problem.chip_period_ps();
-        let std = self.normal.standard_deviations();
-        let paths: Vec<FittedPath> = self
-            .parameters
-            .paths
-            .iter()
-            .zip(&problem.codes)
-            .enumerate()
-            .map(|(index, (path, code))| FittedPath {
-                code: Arc::clone(code),
-                delay_ps: path.delay_chips.rem_euclid(code.len() as f64) * chip_ps,
-                delay_std_ps: std[2 * index] * chip_ps,
-                rate_hz: path.ln_rate.exp() / (chip_ps * 1e-12),
-                rate_relative_std: std[2 * index + 1],
-            })
-            .collect();
-        ModelEstimate {
-            delay_ps: paths[0].delay_ps,
-            distance_m: distance_m(paths[0].delay_ps),
-            std_m: distance_m(paths[0].delay_std_ps),
-            constant_rate_hz: self.parameters.constant / (chip_ps * 1e-12),
-            chi_square: self.chi_square,
-            degrees_of_freedom: 2 * problem.steps.len() - self.parameters.len(),
-            steps: problem.steps.len(),
-            iterations: self.iterations,
-            paths,
-        }
     }
 }

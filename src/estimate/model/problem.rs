@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::least_squares::Weights;
 use crate::code::Code;
 use crate::optics::{
-    CountingTier, DetectorModel, Light, LightPath, MeanCount, MeanResponse, MeanResponseError,
-    SecondMoments,
+    CountMoments, CountingTier, DetectorModel, Light, LightPath, MeanCount, MeanResponse,
+    MeanResponseError, SecondMoments,
 };
 use crate::scene::Scan;
 
@@ -15,6 +15,11 @@ use crate::scene::Scan;
 const DELAY_STEP_CHIPS: f64 = 2e-3;
 const STRENGTH_STEP: f64 = 5e-3;
 const CONSTANT_STEP: f64 = 5e-3;
+
+/// Derivatives are good for steps of a fit this near: delay in chips, and shares of
+/// the light.
+const LINEAR_CHIPS: f64 = 1.0 / 64.0;
+const LINEAR_SHARE: f64 = 0.03;
 
 /// From this many steps on, second moments of all steps of the scan at once cost
 /// less than step by step.
@@ -96,6 +101,14 @@ impl Parameters {
         differences
     }
 
+    /// Whether derivatives at `other` are too far off for a fit that is here.
+    pub fn differ_from(&self, other: &Parameters) -> bool {
+        let differences = self.minus(other);
+        let (constant, paths) = differences.split_last().unwrap_or((&0.0, &[]));
+        let far = |path: &[f64]| path[0].abs() > LINEAR_CHIPS || path[1].abs() > LINEAR_SHARE;
+        paths.chunks(2).any(far) || constant.abs() > LINEAR_SHARE * self.brightest()
+    }
+
     /// Adds a path, whose mean is taken from the constant light.
     pub fn add_path(&mut self, path: PathParameters, problem: &Problem) {
         if let Some(code) = problem.codes.get(self.paths.len()) {
@@ -171,7 +184,8 @@ impl<'m> Problem<'m> {
         self.steps.iter().map(|&s| response.mean_count(s)).collect()
     }
 
-    fn takes_all_steps(&self) -> bool {
+    /// Whether no step of the scan is left out.
+    pub fn takes_all_steps(&self) -> bool {
         self.steps.len() as u64 == self.model.scan().steps
     }
 
@@ -196,13 +210,20 @@ impl<'m> Problem<'m> {
             .collect()
     }
 
-    /// Derivatives by every unknown, from both sides.
+    /// Derivatives by every unknown, from both sides; `response` is that at
+    /// `parameters`.
     pub fn central_jacobian(
         &self,
         parameters: &Parameters,
+        response: &MeanResponse,
     ) -> Result<Vec<Column>, MeanResponseError> {
         (0..parameters.len())
             .map(|index| {
+                if parameters.paths.len() == 1 && index == 0 {
+                    let [below, above] = [-DELAY_STEP_CHIPS, DELAY_STEP_CHIPS]
+                        .map(|by| self.means_of(&response.delayed(by * self.chip_period_ps())));
+                    return Ok(slope(&below, &above, 2.0 * DELAY_STEP_CHIPS));
+                }
                 let (above, up) = parameters.nudged(index, 1.0);
                 let (below, down) = parameters.nudged(index, -1.0);
                 Ok(slope(&self.means(&below)?, &self.means(&above)?, up - down))
@@ -210,15 +231,22 @@ impl<'m> Problem<'m> {
             .collect()
     }
 
-    /// Inverse covariances of the steps' counts.
-    pub fn weights(&self, response: &MeanResponse) -> Result<Weights, MeanResponseError> {
-        let second = SecondMoments::new(response)?;
-        let moments = if self.takes_all_steps() && self.steps.len() > STEPS_FOR_SCAN_MOMENTS {
+    /// Inverse covariances of the steps' counts, from their second moments.
+    pub fn weights_of(&self, second: &SecondMoments) -> Weights {
+        Weights::of(&self.moments_of(second))
+    }
+
+    /// Moments of the steps' counts.
+    pub fn moments(&self, response: &MeanResponse) -> Result<Vec<CountMoments>, MeanResponseError> {
+        Ok(self.moments_of(&SecondMoments::new(response)?))
+    }
+
+    fn moments_of(&self, second: &SecondMoments) -> Vec<CountMoments> {
+        if self.takes_all_steps() && self.steps.len() > STEPS_FOR_SCAN_MOMENTS {
             second.of_scan()
         } else {
-            self.steps.iter().map(|&s| second.of_step(s)).collect()
-        };
-        Ok(Weights::of(&moments))
+            second.of_steps(&self.steps)
+        }
     }
 }
 

@@ -1,12 +1,13 @@
 //! Where the fit of one path starts: at the phase estimate and the rate.
 
+use super::coarse::best_match;
 use super::problem::{Parameters, PathParameters};
-use crate::estimate::phase::{Measurement, estimate_values, first_maximum};
+use crate::estimate::phase::{Measurement, estimate_at};
 use crate::estimate::{CountingTier, NoEstimate, calibration_offset_ps};
 use crate::optics::MeanCount;
 use crate::scene::Scene;
 
-/// A start, and the number of the step with the largest count.
+/// A start, and the number of the step where the peak is.
 pub struct Start {
     pub parameters: Parameters,
     pub peak: u64,
@@ -24,7 +25,9 @@ pub fn start(
     counts: &[MeanCount],
 ) -> Result<Start, NoEstimate> {
     let signed: Vec<f64> = counts.iter().map(|count| count.signed).collect();
-    let peak = first_maximum(&signed);
+    let spad = &scene.detectors[detector];
+    let code = &scene.sources[spad.reference].code;
+    let peak = best_match(scene, code, &signed);
     let largest = counts[peak];
     if signed.iter().all(|&count| count == largest.signed) || largest.total <= 0.0 {
         return Err(NoEstimate::Flat {
@@ -32,10 +35,8 @@ pub fn start(
         });
     }
     let offset_ps = calibration_offset_ps(scene, detector, tier);
-    let phase = estimate_values(&signed, &Measurement::new(scene, &[]), offset_ps);
+    let phase = estimate_at(&signed, peak, &Measurement::new(scene, &[]), offset_ps);
 
-    let spad = &scene.detectors[detector];
-    let code = &scene.sources[spad.reference].code;
     let ones = code.weight() as f64 / code.len() as f64;
     let detected = largest.total / scene.scan.integration_chips as f64;
     let dead = (detected * spad.dead_time_ps / scene.chip_period_ps).min(0.95);

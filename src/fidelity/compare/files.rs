@@ -53,8 +53,8 @@ impl FidelityReport {
             x: axis("run time (s)"),
             y: axis(label),
             series,
-            legend: Legend::LowerLeft,
-            headroom: 0.06,
+            legend: Legend::UpperRight,
+            headroom: 0.35,
         };
         Chart {
             title: format!(

@@ -11,12 +11,13 @@ mod sensor;
 mod text;
 mod window;
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::scans::ScansError;
+use super::scans::{self, ScansError};
 use super::{Tier, domain};
+use crate::estimate::predict;
 use crate::plan::{self, Part};
 use crate::scene::Scene;
 
@@ -94,6 +95,9 @@ pub struct TierDomain {
     pub name: String,
     /// The domain.
     pub domain: &'static str,
+    /// Wall time of what is done once and for all scans to come, and is in no
+    /// run time: the Verilog's build (next to nothing where the cache has it).
+    pub build_time_s: Option<f64>,
     /// Where the scene is outside of it, and what that does to the answer.
     pub warnings: Vec<String>,
 }
@@ -170,10 +174,15 @@ pub fn compare(
 
     let mut sampled = points::grow(&windowed, Tier::Sampled, path, seed, share * 2)?;
     let reference = points::reference(sampled.pop())?;
+    let counting = Tier::Expected.counting();
+    let predicted = [(path, predict(&windowed, 0, path, counting))];
     let mut tiers = Vec::new();
     let mut domains = Vec::new();
     for tier in Tier::ALL {
-        let mut warnings = domain::warnings(&windowed, 0, tier);
+        let mut warnings = domain::warnings(&windowed, 0, tier, &predicted);
+        let started = Instant::now();
+        scans::prepare(&windowed, tier)?;
+        let build_time_s = (tier == Tier::Rtl).then(|| started.elapsed().as_secs_f64());
         // The reference's own smaller runs share their random numbers with it:
         // their errors are a little too small.
         let runs = match tier {
@@ -194,6 +203,7 @@ pub fn compare(
         domains.push(TierDomain {
             name: tier.to_string(),
             domain: domain::of(tier),
+            build_time_s,
             warnings,
         });
     }

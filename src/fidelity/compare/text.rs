@@ -48,6 +48,15 @@ impl FidelityReport {
                 if tier.pareto { "  Pareto" } else { "" },
             );
         }
+        for tier in &self.domains {
+            if let Some(build_time_s) = tier.build_time_s {
+                let _ = writeln!(
+                    text,
+                    "{}: built in {build_time_s:.2} s, once for all scans of this scene",
+                    tier.name
+                );
+            }
+        }
         if let Some(best) = &self.recommended {
             let scans = best
                 .repetitions

@@ -1,12 +1,13 @@
 //! What the scene's estimator says of scans, path by path.
 
+use std::fmt::Display;
 use std::num::NonZero;
 use std::thread::{self, available_parallelism};
 
-use crate::estimate::model::{ALARM_SIGMAS, ModelEstimate, fit};
+use crate::estimate::model::{ALARM_SIGMAS, Fitter, ModelEstimate};
 use crate::estimate::{
-    CountingTier, Measurement, TrueDelay, calibration_offset_ps, delay_error_ps, distance_m,
-    estimate, true_delay,
+    CountingTier, Measurement, NoEstimate, TrueDelay, calibration_offset_ps, check_modulated,
+    delay_error_ps, distance_m, estimate, true_delay,
 };
 use crate::optics::{DetectorModel, StepCount};
 use crate::scene::{EstimatorKind, OtherLight, Scene};
@@ -22,6 +23,9 @@ pub struct Ranging<'a> {
     pub truths: Vec<TrueDelay>,
     pub code_period_ps: f64,
     offset_ps: f64,
+    fitter: Fitter<'a>,
+    /// Why no scan can give an estimate, if that is so.
+    hopeless: Option<NoEstimate>,
 }
 
 /// What one scan says.
@@ -34,6 +38,15 @@ pub struct Answer {
     pub alarm: Option<bool>,
     /// What went wrong.
     pub remark: Option<String>,
+}
+
+impl Answer {
+    fn none(reason: impl Display) -> Answer {
+        Answer {
+            remark: Some(format!("no estimate: {reason}")),
+            ..Answer::default()
+        }
+    }
 }
 
 impl<'a> Ranging<'a> {
@@ -63,15 +76,20 @@ impl<'a> Ranging<'a> {
             paths,
             code_period_ps: scene.chip_period_ps * scene.sources[own].code.len() as f64,
             offset_ps: calibration_offset_ps(scene, detector, counting),
+            fitter: Fitter::new(scene, detector, counting, scene.other_light),
+            hopeless: check_modulated(scene, detector).err(),
         }
     }
 
     pub fn answer(&self, counts: &[StepCount]) -> Answer {
+        if let Some(reason) = self.hopeless {
+            return Answer::none(reason);
+        }
         match self.scene.estimator {
             EstimatorKind::Fft => self.by_phase(counts),
             EstimatorKind::Model => {
-                let (scene, other_light) = (self.scene, self.scene.other_light);
-                match fit(scene, self.detector, self.counting, counts, other_light) {
+                let scene = self.scene;
+                match self.fitter.fit(counts) {
                     Ok(fitted) => Answer {
                         found: self
                             .matched(&fitted)
@@ -82,10 +100,7 @@ impl<'a> Ranging<'a> {
                             .then(|| fitted.alarm_sigmas() > ALARM_SIGMAS),
                         remark: None,
                     },
-                    Err(reason) => Answer {
-                        remark: Some(format!("no estimate: {reason}")),
-                        ..Answer::default()
-                    },
+                    Err(reason) => Answer::none(reason),
                 }
             }
         }
@@ -94,10 +109,7 @@ impl<'a> Ranging<'a> {
     fn by_phase(&self, counts: &[StepCount]) -> Answer {
         let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
         match estimate(&Measurement::new(self.scene, &signed), self.offset_ps) {
-            Err(reason) => Answer {
-                remark: Some(reason.to_string()),
-                ..Answer::default()
-            },
+            Err(reason) => Answer::none(reason),
             Ok(estimate) => Answer {
                 found: self
                     .nearest(estimate.delay_ps, |_| true)

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::scans::{ScansError, scans};
 use super::{Tier, domain, expected};
+use crate::estimate::theory;
 use crate::optics::StepCount;
 use crate::scene::{EstimatorKind, Scene};
 
@@ -127,12 +128,16 @@ pub fn simulate(
         answers.take(&waiting);
         let integration_s = scene.scan.integration_chips as f64 * scene.chip_period_ps * 1e-12;
         let measured_s = repetitions as f64 * scene.scan.steps as f64 * integration_s;
-        let mut of_detector = statistics(&ranging, &answers, detections as f64 / measured_s);
+        let rate_cps = detections as f64 / measured_s;
+        let theory = theory(scene, detector, &ranging.paths, tier.counting());
+        let mut of_detector = statistics(&ranging, &answers, &theory, rate_cps);
         if !tier.draws() {
-            expected::answer(scene, detector, &mut of_detector)?;
+            expected::answer(scene, detector, &theory.predictions, &mut of_detector)?;
         }
         estimates.extend(of_detector);
-        warnings.extend(domain::warnings(scene, detector, tier));
+        let predicted = ranging.paths.iter().copied().zip(theory.predictions);
+        let predicted: Vec<_> = predicted.collect();
+        warnings.extend(domain::warnings(scene, detector, tier, &predicted));
     }
     Ok(Simulation {
         scene: scene.name.clone(),

@@ -3,9 +3,8 @@
 use super::PathStatistics;
 use super::answers::{Answers, Ranging};
 use super::moments::Moments;
-use crate::estimate::bound::bound;
 use crate::estimate::model::expected_fit;
-use crate::estimate::{distance_m, folded, predict};
+use crate::estimate::{Theory, distance_m, folded};
 use crate::scene::EstimatorKind;
 
 /// Bias and standard deviation in metres.
@@ -15,11 +14,12 @@ type Expectation = (f64, f64);
 pub fn statistics(
     ranging: &Ranging,
     answers: &Answers,
+    theory: &Theory,
     detected_rate_cps: f64,
 ) -> Vec<PathStatistics> {
     let scene = ranging.scene;
-    let bound = bound(scene, ranging.detector, ranging.counting);
-    let expected = expectations(ranging);
+    let bound = &theory.bound;
+    let expected = expectations(ranging, theory);
     let of_path = |place: usize| {
         let path = ranging.paths[place];
         let truth = &ranging.truths[place];
@@ -27,7 +27,7 @@ pub fn statistics(
         let errors_m = &answers.errors_m[place];
         let moments = Moments::of(errors_m);
         let bound_m = bound.as_ref().ok().and_then(|bound| bound.of_path(path));
-        let bound_remark = match &bound {
+        let bound_remark = match bound {
             Err(reason) => Some(format!("no bound: {reason}")),
             Ok(_) if bound_m.is_none() => {
                 Some("no bound: the path carries no modulated light".to_owned())
@@ -55,22 +55,22 @@ pub fn statistics(
             chi_square_alarm_fraction: (answers.fits > 0)
                 .then(|| answers.alarms as f64 / answers.fits as f64),
             detected_rate_cps,
-            remark: answers.remark.clone().or_else(|| folded(scene, path)),
+            remark: match (answers.remark.clone(), folded(scene, path)) {
+                (Some(remark), Some(folded)) => Some(format!("{remark}; {folded}")),
+                (remark, folded) => remark.or(folded),
+            },
         }
     };
     (0..ranging.paths.len()).map(of_path).collect()
 }
 
 /// What each path's estimate is expected to be.
-fn expectations(ranging: &Ranging) -> Vec<Option<Expectation>> {
+fn expectations(ranging: &Ranging, theory: &Theory) -> Vec<Option<Expectation>> {
     match ranging.scene.estimator {
-        EstimatorKind::Fft => ranging
-            .paths
+        EstimatorKind::Fft => theory
+            .predictions
             .iter()
-            .map(|&path| {
-                let predicted = predict(ranging.scene, ranging.detector, path, ranging.counting);
-                predicted.ok().map(|p| (p.bias_m, p.std_m))
-            })
+            .map(|predicted| predicted.ok().map(|p| (p.bias_m, p.std_m)))
             .collect(),
         EstimatorKind::Model => {
             fitted_to_means(ranging).unwrap_or_else(|| vec![None; ranging.paths.len()])

@@ -7,36 +7,52 @@ use super::{PathStatistics, Simulation};
 impl Simulation {
     /// The simulation in words.
     pub fn to_text(&self) -> String {
+        let drawn = match self.fidelity.draws() {
+            true => format!("{} scans, ", self.repetitions),
+            false => String::new(),
+        };
         let mut text = format!(
-            "{}: {} scans, fidelity {}, estimator {}, seed {}, {:.2} s\n",
-            self.scene, self.repetitions, self.fidelity, self.estimator, self.seed, self.run_time_s
+            "{}: {drawn}fidelity {}, estimator {}, seed {}, {:.3} s\n",
+            self.scene, self.fidelity, self.estimator, self.seed, self.run_time_s
         );
         for estimate in &self.estimates {
-            estimate.write(self.repetitions, &mut text);
+            estimate.write(self, &mut text);
         }
         text
     }
 }
 
 impl PathStatistics {
-    fn write(&self, repetitions: u64, text: &mut String) {
+    fn write(&self, simulation: &Simulation, text: &mut String) {
+        let draws = simulation.fidelity.draws();
         let millimetres = |value: Option<f64>| match value {
             Some(metres) => format!("{:.2} mm", metres * 1e3),
             None => "none".to_owned(),
         };
+        let with_error = |value: Option<f64>, error: Option<f64>| match error {
+            Some(_) => format!("{} +- {}", millimetres(value), millimetres(error)),
+            None => millimetres(value),
+        };
+        let coarse = match draws {
+            true => format!(
+                "coarse stage right in {:.1} % of {}",
+                self.correct_coarse_fraction * 100.0,
+                simulation.repetitions
+            ),
+            false => format!(
+                "coarse stage right in at least {:.1} % of all scans",
+                self.correct_coarse_fraction * 100.0
+            ),
+        };
         let _ = writeln!(
             text,
-            "{}, path {} of {} at {:.4} m: bias {} +- {}, standard deviation {} +- {}, coarse \
-             stage right in {:.1} % of {repetitions}",
+            "{}, path {} of {} at {:.4} m: bias {}, standard deviation {}, {coarse}",
             self.detector,
             self.path,
             self.source,
             self.true_m,
-            millimetres(self.bias_m),
-            millimetres(self.std_error_m),
-            millimetres(self.std_m),
-            millimetres(self.std_std_error_m),
-            self.correct_coarse_fraction * 100.0,
+            with_error(self.bias_m, self.std_error_m),
+            with_error(self.std_m, self.std_std_error_m),
         );
         if let Some(at_s) = self.true_at_s {
             let _ = writeln!(
@@ -45,7 +61,7 @@ impl PathStatistics {
                 at_s * 1e3
             );
         }
-        if self.expected_bias_m.is_some() {
+        if draws && self.expected_bias_m.is_some() {
             let _ = writeln!(
                 text,
                 "  expected: bias {}, standard deviation {}",
@@ -59,8 +75,9 @@ impl PathStatistics {
                 "  Cramer-Rao bound of the standard deviation: {}",
                 millimetres(self.bound_m)
             );
+            let of = if draws { "measured" } else { "expected" };
             let _ = match self.std_over_bound {
-                Some(ratio) => writeln!(text, "; measured over bound {ratio:.3}"),
+                Some(ratio) => writeln!(text, "; {of} over bound {ratio:.3}"),
                 None => writeln!(text),
             };
         }

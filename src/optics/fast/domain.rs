@@ -42,11 +42,11 @@ pub enum OutsideDomain {
     },
     /// Light so rare that the lanes would mostly wait.
     #[error(
-        "a photon comes once in {mean_wait_chips} chips; the lanes take at most {most_chips}, \
-         beyond which one photon after another is quicker"
+        "{}; the lanes pay off up to one photon in {most_chips} chips, beyond which one photon \
+         after another is quicker", frequency(*.mean_wait_chips)
     )]
     TooRare {
-        /// Mean wait for any light.
+        /// Mean wait for any light; infinite in the dark.
         mean_wait_chips: f64,
         /// The longest for which lanes pay.
         most_chips: f64,
@@ -65,6 +65,14 @@ pub enum OutsideDomain {
         /// Steps of a group.
         parallel: u64,
     },
+}
+
+fn frequency(mean_wait_chips: f64) -> String {
+    if mean_wait_chips.is_finite() {
+        format!("a photon comes once in {mean_wait_chips:.3e} chips")
+    } else {
+        "no photon ever comes".to_owned()
+    }
 }
 
 /// With so many ticks in a time constant, rounding a wait to ticks adds 10^-7

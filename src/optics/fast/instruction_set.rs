@@ -1,7 +1,6 @@
 //! The inner loop, compiled for the vector instructions of the processor.
 
 use super::steps::StepRunner;
-use crate::optics::StepCount;
 
 /// Vector instructions that the lanes are compiled for. Counts do not depend on
 /// which of them is used.
@@ -54,27 +53,27 @@ impl InstructionSet {
 ///
 /// # Panics
 /// If the processor does not have it.
-pub fn run(set: InstructionSet, runner: &mut StepRunner, out: &mut [StepCount]) {
+pub fn run(set: InstructionSet, runner: &mut StepRunner) {
     assert!(set.is_available(), "this processor has no {set:?}");
     match set {
-        InstructionSet::Baseline => runner.run(out),
+        InstructionSet::Baseline => runner.run(),
         // SAFETY: the processor has the instructions, as just made sure.
         #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx2 => unsafe { run_avx2(runner, out) },
+        InstructionSet::Avx2 => unsafe { run_avx2(runner) },
         // SAFETY: as above.
         #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx512 => unsafe { run_avx512(runner, out) },
+        InstructionSet::Avx512 => unsafe { run_avx512(runner) },
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn run_avx2(runner: &mut StepRunner, out: &mut [StepCount]) {
-    runner.run(out);
+fn run_avx2(runner: &mut StepRunner) {
+    runner.run();
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw")]
-fn run_avx512(runner: &mut StepRunner, out: &mut [StepCount]) {
-    runner.run(out);
+fn run_avx512(runner: &mut StepRunner) {
+    runner.run();
 }

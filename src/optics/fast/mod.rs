@@ -44,7 +44,7 @@ pub use domain::OutsideDomain;
 pub use instruction_set::InstructionSet;
 
 use self::domain::Tables;
-use self::steps::{Jobs, StepRunner};
+use self::steps::{Jobs, Share, StepRunner};
 use super::counter::{StepCount, count_step};
 use super::detector::DetectorModel;
 
@@ -147,23 +147,27 @@ impl<'m> StepCounter<'m> {
             first_repetition: repetitions.start,
             steps,
         };
-        threads::share(threads, out, |first, out| {
-            self.count_jobs(&jobs, first, out);
-        });
+        threads::share(threads, out, |next| self.count_jobs(&jobs, next));
     }
 
-    /// Counts the jobs from number `first` on.
-    fn count_jobs(&self, jobs: &Jobs, first: u64, out: &mut [StepCount]) {
-        let numbers = first..first + out.len() as u64;
+    /// Counts the jobs of all shares that `next` gives.
+    fn count_jobs<'o>(
+        &self,
+        jobs: &Jobs,
+        next: &mut dyn FnMut() -> Option<(u64, &'o mut [StepCount])>,
+    ) {
         match &self.tables {
             Ok(tables) => {
-                let mut runner = StepRunner::new(self.model, tables, jobs, numbers);
-                instruction_set::run(self.instruction_set, &mut runner, out);
+                let mut next_share = || next().map(|(first, places)| Share { first, places });
+                let mut runner = StepRunner::new(self.model, tables, jobs, &mut next_share);
+                instruction_set::run(self.instruction_set, &mut runner);
             }
             Err(_) => {
-                for (number, out) in numbers.zip(out) {
-                    let (repetition, step) = jobs.repetition_and_step(number);
-                    *out = count_step(self.model, jobs.seed, repetition, step);
+                while let Some((first, places)) = next() {
+                    for (number, place) in (first..).zip(places) {
+                        let (repetition, step) = jobs.repetition_and_step(number);
+                        *place = count_step(self.model, jobs.seed, repetition, step);
+                    }
                 }
             }
         }

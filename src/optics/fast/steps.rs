@@ -42,39 +42,52 @@ enum Stage {
     Idle,
 }
 
+/// Places for the counts of some jobs.
+#[derive(Debug)]
+pub struct Share<'o> {
+    /// Number of the first job.
+    pub first: u64,
+    /// One for each job.
+    pub places: &'o mut [StepCount],
+}
+
 /// The step of one lane.
 #[derive(Debug, Clone, Copy)]
 struct LaneStep {
-    /// Index into the results.
-    place: usize,
+    /// Number of the share, and place in it.
+    place: (usize, usize),
     stage: Stage,
     /// Periods to go when the clock comes to its border.
     periods_left: u64,
     count: StepCount,
 }
 
-/// Runs jobs through lanes: a lane that is done takes the next.
-#[derive(Debug)]
-pub struct StepRunner<'t> {
+/// Runs jobs through lanes: a lane that is done takes the next job of the share
+/// that was taken last, or of the next one. Lanes thus run dry only at the very
+/// end.
+pub struct StepRunner<'t, 'o> {
     model: &'t DetectorModel,
     tables: &'t Tables,
     jobs: &'t Jobs,
-    waiting: Range<u64>,
-    first: u64,
+    next_share: &'t mut dyn FnMut() -> Option<Share<'o>>,
+    /// Those that were taken: some lanes may still be at work in earlier ones.
+    shares: Vec<Share<'o>>,
+    /// Places of the last share whose jobs have been started.
+    started: usize,
     lanes: Lanes<'t>,
     steps: [LaneStep; LANES],
     busy: usize,
 }
 
-impl<'t> StepRunner<'t> {
+impl<'t, 'o> StepRunner<'t, 'o> {
     pub fn new(
         model: &'t DetectorModel,
         tables: &'t Tables,
         jobs: &'t Jobs,
-        numbers: Range<u64>,
-    ) -> StepRunner<'t> {
+        next_share: &'t mut dyn FnMut() -> Option<Share<'o>>,
+    ) -> StepRunner<'t, 'o> {
         let idle = LaneStep {
-            place: 0,
+            place: (0, 0),
             stage: Stage::Idle,
             periods_left: 0,
             count: StepCount::ZERO,
@@ -83,8 +96,9 @@ impl<'t> StepRunner<'t> {
             model,
             tables,
             jobs,
-            first: numbers.start,
-            waiting: numbers,
+            next_share,
+            shares: Vec::new(),
+            started: 0,
             lanes: Lanes::new(model, tables),
             steps: [idle; LANES],
             busy: 0,
@@ -95,23 +109,23 @@ impl<'t> StepRunner<'t> {
         runner
     }
 
-    /// Simulates all jobs; `out` has a place for each.
+    /// Simulates all jobs of all shares.
     ///
     /// Inlined into a caller for each instruction set.
     #[inline(always)]
-    pub fn run(&mut self, out: &mut [StepCount]) {
+    pub fn run(&mut self) {
         while self.busy > 0 {
             self.lanes.run_to_border();
-            self.cross_borders(out);
+            self.cross_borders();
         }
     }
 
     #[cold]
     #[inline(never)]
-    fn cross_borders(&mut self, out: &mut [StepCount]) {
+    fn cross_borders(&mut self) {
         for lane in 0..LANES {
             if self.lanes.periods[lane] >= 0 {
-                self.cross_border(lane, out);
+                self.cross_border(lane);
             }
         }
     }
@@ -122,7 +136,7 @@ impl<'t> StepRunner<'t> {
     /// jitter may take detections from there over them, and detections from up
     /// to `reach` behind them back. In that zone each is asked on which side it
     /// is registered.
-    fn cross_border(&mut self, lane: usize, out: &mut [StepCount]) {
+    fn cross_border(&mut self, lane: usize) {
         let (before, detection) = self.take_counts(lane);
         if self.steps[lane].stage == Stage::Counting {
             self.steps[lane].count.add(before);
@@ -154,7 +168,8 @@ impl<'t> StepRunner<'t> {
                 return;
             }
             if step.stage == Stage::Counting {
-                out[step.place] = step.count;
+                let (share, place) = step.place;
+                self.shares[share].places[place] = step.count;
                 self.busy -= 1;
                 self.start_next(lane);
                 return;
@@ -209,14 +224,14 @@ impl<'t> StepRunner<'t> {
 
     /// Starts the next job in a lane, or leaves the lane idle.
     fn start_next(&mut self, lane: usize) {
-        let Some(number) = self.waiting.next() else {
+        let Some((number, place)) = self.next_job() else {
             self.steps[lane].stage = Stage::Idle;
             self.lanes.periods[lane] = i32::MIN;
             return;
         };
         self.busy += 1;
         self.steps[lane] = LaneStep {
-            place: (number - self.first) as usize,
+            place,
             stage: Stage::WarmUp,
             periods_left: 0,
             count: StepCount::ZERO,
@@ -224,6 +239,23 @@ impl<'t> StepRunner<'t> {
         let (repetition, step) = self.jobs.repetition_and_step(number);
         self.restart_streams(lane, repetition, self.model.group_of(step));
         self.aim_at_start(lane, repetition, step);
+    }
+
+    /// Number of the next job, and where its counts belong.
+    fn next_job(&mut self) -> Option<(u64, (usize, usize))> {
+        while self
+            .shares
+            .last()
+            .is_none_or(|s| self.started == s.places.len())
+        {
+            let share = (self.next_share)()?;
+            self.shares.push(share);
+            self.started = 0;
+        }
+        let index = self.shares.len() - 1;
+        let place = self.started;
+        self.started += 1;
+        Some((self.shares[index].first + place as u64, (index, place)))
     }
 
     /// Steps of one group get the same streams: the same detections, in each of

@@ -4,18 +4,26 @@ use std::num::NonZero;
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-/// Places that a thread takes at a time: few enough to share evenly, many enough
-/// that lanes seldom run dry.
-const SHARE: usize = 1024;
+/// Places that a thread takes at a time: few enough that all threads get done
+/// together.
+const SHARE: usize = 64;
+/// Shares that each thread gets, at least.
+const SHARES_PER_THREAD: usize = 8;
 
-/// Fills `out` by calls of `fill(first, part)`, with `part` beginning at place
-/// `first` of it, on some threads. Each takes the next part as it gets done.
-pub fn share<T: Send>(threads: NonZero<usize>, out: &mut [T], fill: impl Fn(u64, &mut [T]) + Sync) {
+/// Fills `out` on some threads. Each calls `fill(next)` once, which gets from
+/// `next` shares of places to fill, with the number of the first, until there are
+/// none left.
+pub fn share<T: Send>(
+    threads: NonZero<usize>,
+    out: &mut [T],
+    fill: impl for<'o> Fn(&mut dyn FnMut() -> Option<(u64, &'o mut [T])>) + Sync,
+) {
     if threads.get() == 1 || out.is_empty() {
-        fill(0, out);
+        let mut all = Some((0, out));
+        fill(&mut || all.take());
         return;
     }
-    let size = out.len().div_ceil(threads.get()).min(SHARE);
+    let size = (out.len() / (threads.get() * SHARES_PER_THREAD)).clamp(1, SHARE);
     let parts = Mutex::new((0_u64..).step_by(size).zip(out.chunks_mut(size)));
     let next = || {
         let mut parts = parts.lock().unwrap_or_else(PoisonError::into_inner);
@@ -23,11 +31,7 @@ pub fn share<T: Send>(threads: NonZero<usize>, out: &mut [T], fill: impl Fn(u64,
     };
     thread::scope(|scope| {
         for _ in 0..threads.get() {
-            scope.spawn(|| {
-                while let Some((first, part)) = next() {
-                    fill(first, part);
-                }
-            });
+            scope.spawn(|| fill(&mut || next()));
         }
     });
 }
@@ -42,9 +46,11 @@ mod tests {
             for places in [0, 1, 2, 1023, 5000] {
                 let mut out = vec![0; places];
                 let threads = NonZero::new(threads).expect("not zero");
-                share(threads, &mut out, |first, part| {
-                    for (number, place) in (first..).zip(part) {
-                        *place += number + 1;
+                share(threads, &mut out, |next| {
+                    while let Some((first, part)) = next() {
+                        for (number, place) in (first..).zip(part) {
+                            *place += number + 1;
+                        }
                     }
                 });
                 let expected: Vec<u64> = (1..=places as u64).collect();

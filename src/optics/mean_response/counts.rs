@@ -4,7 +4,7 @@ use rand_distr::{Binomial, Distribution, Gamma, Poisson, StandardNormal};
 
 use super::group_counts::GroupLaw;
 use super::moments::{CountMoments, SecondMoments};
-use super::scan_moments::in_parallel;
+use super::parallel::in_parallel;
 use crate::optics::counter::StepCount;
 use crate::optics::detector::DetectorModel;
 use crate::optics::random::{Part, StreamRng};

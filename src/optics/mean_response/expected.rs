@@ -7,6 +7,7 @@ use super::correlator::{Correlator, MeanCount};
 use super::forward::{self, Detections};
 use super::grid::{Grid, Kinks};
 use super::light::Light;
+use super::parallel::in_parallel;
 use super::tier::{CountingTier, EdgeTiming};
 use super::{MAX_STATES, MeanResponseError, with_states};
 use crate::optics::DetectorModel;
@@ -98,6 +99,11 @@ impl<'m> MeanResponse<'m> {
         }
     }
 
+    /// The detector.
+    pub fn model(&self) -> &'m DetectorModel {
+        self.model
+    }
+
     /// Expected hits between consecutive sample instants of the common code
     /// period of all codes, S times as many as chips. For the sampled tier a
     /// detection is a hit at the first sample at or after its registered time.
@@ -125,12 +131,10 @@ impl<'m> MeanResponse<'m> {
             return (0..steps).map(|step| self.mean_count(step)).collect();
         }
         let whole = self.correlator.signed_per_period_of_all();
-        (0..steps)
-            .map(|step| {
-                let phase_step = self.model.scan.step(step) as usize;
-                self.with_partial_period(step, whole[phase_step])
-            })
-            .collect()
+        in_parallel(steps as usize, |step| {
+            let phase_step = self.model.scan.step(step as u64) as usize;
+            self.with_partial_period(step as u64, whole[phase_step])
+        })
     }
 
     /// Expected signed count of step number `step` of the first scan.

@@ -126,7 +126,34 @@ impl DeadTime {
 /// Solves from a ready detector through the memory time and one code period, of
 /// which the mean detections are returned; `states`, if given, receives the
 /// ready states.
+///
+/// With the widest vectors that the processor has: no operation differs, so
+/// results do not.
 pub fn solve<const M: usize>(
+    grid: &Grid,
+    chain: &Chain<M>,
+    states: Option<&mut ReadyStates<M>>,
+) -> Detections {
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("avx2") {
+        // SAFETY: the processor has the instructions, as just made sure.
+        return unsafe { solve_avx2(grid, chain, states) };
+    }
+    solve_forwards(grid, chain, states)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn solve_avx2<const M: usize>(
+    grid: &Grid,
+    chain: &Chain<M>,
+    states: Option<&mut ReadyStates<M>>,
+) -> Detections {
+    solve_forwards(grid, chain, states)
+}
+
+#[inline(always)]
+fn solve_forwards<const M: usize>(
     grid: &Grid,
     chain: &Chain<M>,
     mut states: Option<&mut ReadyStates<M>>,
@@ -148,29 +175,41 @@ pub fn solve<const M: usize>(
         grid.fill_rates(chip as i64 - warm_up as i64, &mut lambdas);
         for (index, cell) in grid.cells.iter().enumerate() {
             let step = steps.get(index, cell.width, lambdas[index]);
-            let inflow = std::array::from_fn(|node| {
-                let place = &cell.before[node];
-                match usize::try_from(chip as i64 + place.chips) {
-                    Ok(past) => history.read(past, place),
-                    // The detector starts ready: nothing is dead yet.
-                    Err(_) => [0.0; M],
+            let mut inflow = [[0.0; M]; 3];
+            for (inflow, place) in inflow.iter_mut().zip(&cell.before) {
+                // The detector starts ready: before, nothing is dead yet.
+                if let Ok(past) = usize::try_from(chip as i64 + place.chips) {
+                    *inflow = history.read(past, place);
                 }
-            });
+            }
             let end = step.advance(&start, &inflow);
             let start_slope = step.slope(&start, &inflow[0]);
             let end_slope = step.slope(&end, &inflow[2]);
             // What comes back one dead time later; linear, so slopes pass alike.
-            let passing = [&start, &end, &start_slope, &end_slope].map(|y| step.pass_forwards(y));
-            let [a, b, c, d] = passing.each_ref().map(|y| y.iter().sum::<f64>());
-            let rate = [a, b, c * cell.width, d * cell.width];
+            let passing = [
+                step.pass_forwards(&start),
+                step.pass_forwards(&end),
+                step.pass_forwards(&start_slope),
+                step.pass_forwards(&end_slope),
+            ];
+            let mut rate = [0.0; 4];
+            for (rate, passing) in rate.iter_mut().zip(&passing) {
+                for passing in passing {
+                    *rate += passing;
+                }
+            }
+            rate[2] *= cell.width;
+            rate[3] *= cell.width;
             dead.put(chip, index, rate);
             if chip >= warm_up {
                 rates.push(rate);
                 if let Some(states) = states.as_deref_mut() {
                     let eighth = cell.width / 8.0;
-                    let middle = std::array::from_fn(|m| {
-                        0.5 * (start[m] + end[m]) + eighth * (start_slope[m] - end_slope[m])
-                    });
+                    let mut middle = [0.0; M];
+                    for m in 0..M {
+                        middle[m] =
+                            0.5 * (start[m] + end[m]) + eighth * (start_slope[m] - end_slope[m]);
+                    }
                     states.push([start, middle, end]);
                 }
             }

@@ -7,38 +7,43 @@ use super::grid::Place;
 /// at start and end.
 pub type Borders<const M: usize> = [State<M>; 4];
 
-/// A ring of solved cells, in the order of solving.
+/// A ring of solved cells, in the order of solving; a power of two of chips, so
+/// that going round it is a mask and no division.
 #[derive(Debug, Clone)]
 pub struct History<const M: usize> {
     cells: Vec<Borders<M>>,
     cells_per_chip: usize,
-    chips: usize,
+    chip_mask: usize,
 }
 
 impl<const M: usize> History<M> {
     /// Nothing solved yet; `reach_chips` is how far back it will be read.
     pub fn new(cells_per_chip: usize, reach_chips: usize) -> History<M> {
-        let chips = reach_chips + 2;
+        let chips = (reach_chips + 2).next_power_of_two();
         History {
             cells: vec![[[0.0; M]; 4]; chips * cells_per_chip],
             cells_per_chip,
-            chips,
+            chip_mask: chips - 1,
         }
     }
 
     /// Keeps cell `cell` of chip `chip`, in place of the oldest.
-    #[inline]
+    #[inline(always)]
     pub fn put(&mut self, chip: usize, cell: usize, borders: Borders<M>) {
-        let index = (chip % self.chips) * self.cells_per_chip + cell;
+        let index = (chip & self.chip_mask) * self.cells_per_chip + cell;
         self.cells[index] = borders;
     }
 
     /// The value at a place of chip `chip`.
-    #[inline]
+    #[inline(always)]
     pub fn read(&self, chip: usize, place: &Place) -> State<M> {
-        let index = (chip % self.chips) * self.cells_per_chip + place.cell;
+        let index = (chip & self.chip_mask) * self.cells_per_chip + place.cell;
         let [start, end, start_slope, end_slope] = &self.cells[index];
         let [a, b, c, d] = place.weights;
-        std::array::from_fn(|m| a * start[m] + b * end[m] + c * start_slope[m] + d * end_slope[m])
+        let mut value = [0.0; M];
+        for m in 0..M {
+            value[m] = a * start[m] + b * end[m] + c * start_slope[m] + d * end_slope[m];
+        }
+        value
     }
 }

@@ -12,7 +12,10 @@ pub struct CellStep<const M: usize> {
     /// Rate at which each ready state is left.
     pub exit: State<M>,
     /// Rates from a ready state to the state after the dead time.
-    pub passage: [State<M>; M],
+    passage: [State<M>; M],
+    /// The same with rows and columns exchanged, so that either direction adds up
+    /// whole rows.
+    passage_to: [State<M>; M],
 }
 
 impl<const M: usize> CellStep<M> {
@@ -23,7 +26,9 @@ impl<const M: usize> CellStep<M> {
             weights: [[0.0; M]; 3],
             exit: [0.0; M],
             passage: chain.passage_rates(lambda),
+            passage_to: [[0.0; M]; M],
         };
+        step.passage_to = std::array::from_fn(|m| std::array::from_fn(|i| step.passage[i][m]));
         for m in 0..M {
             let rate = chain.exit_rate(lambda, m);
             let [phi_1, phi_2, phi_3] = phi(-rate * width);
@@ -39,22 +44,28 @@ impl<const M: usize> CellStep<M> {
     }
 
     /// y at the cell's end, from y at its start and g at start, middle, end.
-    #[inline]
+    #[inline(always)]
     pub fn advance(&self, start: &State<M>, g: &[State<M>; 3]) -> State<M> {
         let [a, b, c] = &self.weights;
-        std::array::from_fn(|m| {
-            self.decay[m] * start[m] + a[m] * g[0][m] + b[m] * g[1][m] + c[m] * g[2][m]
-        })
+        let mut end = [0.0; M];
+        for m in 0..M {
+            end[m] = self.decay[m] * start[m] + a[m] * g[0][m] + b[m] * g[1][m] + c[m] * g[2][m];
+        }
+        end
     }
 
     /// y' at a place where y and g are known.
-    #[inline]
+    #[inline(always)]
     pub fn slope(&self, y: &State<M>, g: &State<M>) -> State<M> {
-        std::array::from_fn(|m| g[m] - self.exit[m] * y[m])
+        let mut slope = *g;
+        for m in 0..M {
+            slope[m] -= self.exit[m] * y[m];
+        }
+        slope
     }
 
     /// Rates at which avalanches out of `ready` lead into each state.
-    #[inline]
+    #[inline(always)]
     pub fn pass_forwards(&self, ready: &State<M>) -> State<M> {
         let mut into = [0.0; M];
         for (row, &probability) in self.passage.iter().zip(ready) {
@@ -67,12 +78,15 @@ impl<const M: usize> CellStep<M> {
 
     /// For each ready state, rate of leaving it times the value found after the
     /// dead time.
-    #[inline]
+    #[inline(always)]
     pub fn pass_backwards(&self, later: &State<M>) -> State<M> {
-        std::array::from_fn(|i| {
-            let row = &self.passage[i];
-            (0..M).map(|m| row[m] * later[m]).sum()
-        })
+        let mut value = [0.0; M];
+        for (rates, &later) in self.passage_to.iter().zip(later) {
+            for i in 0..M {
+                value[i] += rates[i] * later;
+            }
+        }
+        value
     }
 }
 
@@ -93,17 +107,22 @@ impl<'c, const M: usize> CellSteps<'c, M> {
     }
 
     /// The step of cell `cell`, `width` wide, at primary rate `lambda`.
-    #[inline]
+    #[inline(always)]
     pub fn get(&mut self, cell: usize, width: f64, lambda: f64) -> &CellStep<M> {
-        let known = &mut self.known[cell];
-        let place = match known.iter().position(|step| step.lambda == lambda) {
-            Some(place) => place,
-            None => {
-                known.push(CellStep::new(self.chain, width, lambda));
-                known.len() - 1
-            }
-        };
-        &known[place]
+        let known = &self.known[cell];
+        let mut place = 0;
+        while place < known.len() && known[place].lambda != lambda {
+            place += 1;
+        }
+        if place == known.len() {
+            self.add(cell, width, lambda);
+        }
+        &self.known[cell][place]
+    }
+
+    #[cold]
+    fn add(&mut self, cell: usize, width: f64, lambda: f64) {
+        self.known[cell].push(CellStep::new(self.chain, width, lambda));
     }
 }
 

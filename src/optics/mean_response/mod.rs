@@ -31,6 +31,7 @@ mod integrator;
 mod light;
 mod moments;
 mod pairs;
+mod parallel;
 mod scan_moments;
 mod tier;
 mod variance;
@@ -109,14 +110,27 @@ pub enum MeanResponseError {
     },
     /// A detector that fires like a clock, again and again at once.
     #[error(
-        "the brightest light fires a ready detector {rate_mcps:.0} million times per second; \
-         the mean response needs at most {limit_mcps:.0} million at this dead time"
+        "the brightest light fires a ready detector at {rate_cps:.3e} cps; with this dead time and \
+         chip period the mean response is solved up to {limit_cps:.3e} cps: take less light, or \
+         simulate it photon by photon"
     )]
     TooBright {
         /// Primary rate with every path's chip on.
-        rate_mcps: f64,
+        rate_cps: f64,
         /// The largest that is solved.
-        limit_mcps: f64,
+        limit_cps: f64,
+    },
+    /// It would take too long to forget how the detector started.
+    #[error(
+        "the detector remembers its start for {chips:.3e} chips; the mean response is solved up to \
+         {limit} chips: take less light beside so long a dead time, a shorter afterpulsing time \
+         constant, or simulate it photon by photon"
+    )]
+    MemoryTooLong {
+        /// How long it remembers.
+        chips: f64,
+        /// The longest that is solved.
+        limit: u64,
     },
     /// Afterpulses come faster than the finest step of integration follows.
     #[error(

@@ -1,9 +1,13 @@
 //! Means, variances and covariance of the counts, step by step.
 
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
 use super::MeanResponseError;
 use super::expected::MeanResponse;
 use super::grid::frame_chips;
 use super::pairs::{DetectorPairs, before_chips};
+use super::parallel::in_parallel;
 use super::scan_moments;
 
 /// Moments of the signed count r and the total count N of one phase step.
@@ -39,6 +43,8 @@ pub struct SecondMoments<'r, 'm> {
     pub(super) pairs: DetectorPairs,
     /// Variance of N that the chips before each chip add.
     total_variance: Vec<f64>,
+    /// Moments of the steps that were asked for so far.
+    known: Mutex<BTreeMap<u64, CountMoments>>,
 }
 
 impl<'r, 'm> SecondMoments<'r, 'm> {
@@ -55,6 +61,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
             response,
             pairs,
             total_variance,
+            known: Mutex::default(),
         })
     }
 
@@ -76,6 +83,17 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
             total_variance: self.total_variance(step),
             covariance: self.over_step(step, &before_chips(grid, covariance)),
         }
+    }
+
+    /// Moments of some steps of the first scan, on all processors. They are kept:
+    /// a step that is asked for again costs nothing.
+    pub fn of_steps(&self, steps: &[u64]) -> Vec<CountMoments> {
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut unknown: Vec<u64> = steps.to_vec();
+        unknown.retain(|step| !known.contains_key(step));
+        let found = in_parallel(unknown.len(), |index| self.of_step(unknown[index]));
+        known.extend(unknown.into_iter().zip(found));
+        steps.iter().map(|step| known[step]).collect()
     }
 
     /// Moments of every step of the first scan: of few steps one by one, of many

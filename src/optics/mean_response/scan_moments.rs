@@ -16,13 +16,13 @@
 //! phases per chip, interpolated between, and scaled to what a step is expected to
 //! detect. Rising and falling edges are taken half-way between their delays.
 
-use std::ops::Range;
-use std::thread;
+use std::sync::Arc;
 
-use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
+use rustfft::{Fft, FftPlanner};
 
 use super::moments::{CountMoments, SecondMoments};
+use super::parallel::in_parallel;
 
 /// Phases per chip that are worked out.
 const PHASES_PER_CHIP: usize = 8;
@@ -98,42 +98,14 @@ fn all_phase_steps(second: &SecondMoments, memory: usize, stride: usize) -> Vec<
     });
 
     let code = &second.response.model.reference.chips;
-    let mut correlation = CodeCorrelation::new(code, memory);
-    let mut steps = vec![
-        PerDetection {
-            variance: 0.0,
-            excess_covariance: 0.0,
-        };
-        code.len() * phases
-    ];
-    for (phase, slots) in slots.iter().enumerate() {
-        let mut by_lag = vec![vec![0.0; period]; memory];
-        for found in &solved[phase * combs.len()..(phase + 1) * combs.len()] {
-            for pair in found {
-                by_lag[pair.lag][pair.slot] = pair.covariance;
-            }
-        }
-        let hits: f64 = slots.hits.iter().sum();
-        // Covariance with N: with later detections of any slot, and with earlier.
-        let mut linear = slots.excess_of_all.clone();
-        for (lag, covariances) in by_lag.iter().enumerate() {
-            for (slot, covariance) in covariances.iter().enumerate() {
-                linear[(slot + lag) % period] += covariance;
-            }
-        }
-        let quadratic = correlation.quadratic(&by_lag);
-        let linear = correlation.linear(&linear);
-        // Slot i begins i + cut chips after the frame's origin, and is shift a's
-        // code chip i + whole - a.
-        for a in 0..code.len() {
-            let shift = (a as i64 + slots.whole).rem_euclid(code.len() as i64) as usize;
-            steps[a * phases + phase] = PerDetection {
-                variance: 1.0 + 2.0 * quadratic[shift] / hits,
-                excess_covariance: linear[shift] / hits,
-            };
-        }
-    }
-    steps
+    let correlation = CodeCorrelation::new(code, memory);
+    let of_phases = in_parallel(phases, |phase| {
+        let pairs = &solved[phase * combs.len()..(phase + 1) * combs.len()];
+        slots[phase].per_detection(pairs, &correlation, memory)
+    });
+    (0..code.len() * phases)
+        .map(|step| of_phases[step % phases][step / phases])
+        .collect()
 }
 
 /// Slots that may be weighted at once: at least `memory` apart, and every slot in
@@ -225,11 +197,51 @@ impl Slots {
         }
         pairs
     }
+
+    /// Second moments of every whole-chip shift of the reference, from the
+    /// covariances of all slots.
+    fn per_detection(
+        &self,
+        pairs: &[Vec<SlotPair>],
+        correlation: &CodeCorrelation,
+        memory: usize,
+    ) -> Vec<PerDetection> {
+        let period = self.hits.len();
+        let mut by_lag = vec![vec![0.0; period]; memory];
+        for pair in pairs.iter().flatten() {
+            by_lag[pair.lag][pair.slot] = pair.covariance;
+        }
+        let hits: f64 = self.hits.iter().sum();
+        // Covariance with N: with later detections of any slot, and with earlier.
+        let mut linear = self.excess_of_all.clone();
+        for (lag, covariances) in by_lag.iter().enumerate() {
+            let (wrapping, others) = covariances.split_at(period - lag);
+            let later = linear[lag..].iter_mut().zip(wrapping);
+            later.for_each(|(sum, covariance)| *sum += covariance);
+            let first = linear.iter_mut().zip(others);
+            first.for_each(|(sum, covariance)| *sum += covariance);
+        }
+        let quadratic = correlation.quadratic(&by_lag);
+        let linear = correlation.linear(&linear);
+        // Slot i begins i + cut chips after the frame's origin, and is shift a's
+        // code chip i + whole - a.
+        let length = correlation.length;
+        (0..length as i64)
+            .map(|a| {
+                let shift = (a + self.whole).rem_euclid(length as i64) as usize;
+                PerDetection {
+                    variance: 1.0 + 2.0 * quadratic[shift] / hits,
+                    excess_covariance: linear[shift] / hits,
+                }
+            })
+            .collect()
+    }
 }
 
 /// Periodic correlations with the reference's signs, by FFT.
 struct CodeCorrelation {
-    planner: FftPlanner<f64>,
+    forward: Arc<dyn Fft<f64>>,
+    inverse: Arc<dyn Fft<f64>>,
     length: usize,
     /// Spectrum of the signs, and of their products with those `lag` chips on.
     signs: Vec<Complex64>,
@@ -240,26 +252,27 @@ impl CodeCorrelation {
     fn new(code: &[u8], lags: usize) -> CodeCorrelation {
         let length = code.len();
         let mut planner = FftPlanner::new();
-        let chi = |i: usize| 2.0 * f64::from(code[i % length]) - 1.0;
-        let mut spectrum = |values: Vec<f64>| transform(&mut planner, &values, length);
-        let signs = spectrum((0..length).map(chi).collect());
-        let products = (0..lags)
-            .map(|lag| spectrum((0..length).map(|i| chi(i) * chi(i + lag)).collect()))
-            .collect();
-        CodeCorrelation {
-            planner,
+        let mut correlation = CodeCorrelation {
+            forward: planner.plan_fft_forward(length),
+            inverse: planner.plan_fft_inverse(length),
             length,
-            signs,
-            products,
-        }
+            signs: Vec::new(),
+            products: Vec::new(),
+        };
+        let chi = |i: usize| 2.0 * f64::from(code[i % length]) - 1.0;
+        correlation.signs = correlation.spectrum((0..length).map(chi));
+        correlation.products = (0..lags)
+            .map(|lag| correlation.spectrum((0..length).map(|i| chi(i) * chi(i + lag))))
+            .collect();
+        correlation
     }
 
     /// Sum over slots and lags of values times the product of the two slots'
     /// signs, for every shift.
-    fn quadratic(&mut self, by_lag: &[Vec<f64>]) -> Vec<f64> {
+    fn quadratic(&self, by_lag: &[Vec<f64>]) -> Vec<f64> {
         let mut sum = vec![Complex64::ZERO; self.length];
         for (values, product) in by_lag.iter().zip(&self.products) {
-            let values = transform(&mut self.planner, values, self.length);
+            let values = self.spectrum(values.iter().copied());
             for ((sum, value), product) in sum.iter_mut().zip(values).zip(product) {
                 *sum += value * product.conj();
             }
@@ -268,50 +281,26 @@ impl CodeCorrelation {
     }
 
     /// Sum over slots of values times the slot's sign, for every shift.
-    fn linear(&mut self, values: &[f64]) -> Vec<f64> {
-        let values = transform(&mut self.planner, values, self.length);
+    fn linear(&self, values: &[f64]) -> Vec<f64> {
+        let values = self.spectrum(values.iter().copied());
         let product = values.iter().zip(&self.signs).map(|(v, s)| v * s.conj());
         self.back(product.collect())
     }
 
-    fn back(&mut self, mut spectrum: Vec<Complex64>) -> Vec<f64> {
-        let inverse = self.planner.plan_fft_inverse(self.length);
-        inverse.process(&mut spectrum);
+    /// Spectrum of values folded to the code's period.
+    fn spectrum(&self, values: impl Iterator<Item = f64>) -> Vec<Complex64> {
+        let mut folded = vec![Complex64::ZERO; self.length];
+        for (i, value) in values.enumerate() {
+            folded[i % self.length].re += value;
+        }
+        self.forward.process(&mut folded);
+        folded
+    }
+
+    fn back(&self, mut spectrum: Vec<Complex64>) -> Vec<f64> {
+        self.inverse.process(&mut spectrum);
         spectrum.iter().map(|v| v.re / self.length as f64).collect()
     }
-}
-
-/// Spectrum of values folded to a period of `length`.
-fn transform(planner: &mut FftPlanner<f64>, values: &[f64], length: usize) -> Vec<Complex64> {
-    let mut folded = vec![Complex64::ZERO; length];
-    for (i, value) in values.iter().enumerate() {
-        folded[i % length].re += value;
-    }
-    planner.plan_fft_forward(length).process(&mut folded);
-    folded
-}
-
-/// `work` for every index below `count`, on all processors, in order.
-pub fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let threads = thread::available_parallelism().map_or(1, |n| n.get());
-    let share = count.div_ceil(threads).max(1);
-    let ranges: Vec<Range<usize>> = (0..count)
-        .step_by(share)
-        .map(|start| start..(start + share).min(count))
-        .collect();
-    thread::scope(|scope| {
-        let workers: Vec<_> = ranges
-            .into_iter()
-            .map(|range| scope.spawn(|| range.map(&work).collect::<Vec<T>>()))
-            .collect();
-        workers
-            .into_iter()
-            .flat_map(|worker| match worker.join() {
-                Ok(results) => results,
-                Err(panic) => std::panic::resume_unwind(panic),
-            })
-            .collect()
-    })
 }
 
 #[cfg(test)]

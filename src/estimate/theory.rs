@@ -1,0 +1,81 @@
+//! What theory says of a detector's scans, from one solution of its state.
+
+use super::bound::{Bound, bound_of};
+use super::model::FitError;
+use super::prediction::{moves, predict_from};
+use super::{CountingTier, Prediction, PredictionError, bound::bound, predict};
+use crate::optics::{DetectorModel, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
+use crate::scene::Scene;
+
+/// Predictions and bound of one detector.
+#[derive(Debug, Clone)]
+pub struct Theory {
+    /// What the phase estimator will say of each path that was asked for.
+    pub predictions: Vec<Result<Prediction, PredictionError>>,
+    /// How precise any estimator can be.
+    pub bound: Result<Bound, FitError>,
+}
+
+/// [`predict`] for some paths and [`bound`](super::bound::bound) together, which
+/// share nearly all of their work.
+///
+/// # Panics
+/// If the scene has no such detector or paths.
+pub fn theory(scene: &Scene, detector: usize, paths: &[usize], counting: CountingTier) -> Theory {
+    if moves(scene, detector) {
+        // Each phase step has a response of its own.
+        return Theory {
+            predictions: paths
+                .iter()
+                .map(|&path| predict(scene, detector, path, counting))
+                .collect(),
+            bound: bound(scene, detector, counting),
+        };
+    }
+    let of_counts = |counts: &ExpectedCounts| Theory {
+        predictions: paths
+            .iter()
+            .map(|&path| predict_from(counts, scene, detector, path, counting))
+            .collect(),
+        bound: bound_of(scene, detector, counting, counts),
+    };
+    let model = DetectorModel::new(scene, detector);
+    let solved = MeanResponse::of_tier(&model, counting).and_then(|response| {
+        let second = SecondMoments::new(&response)?;
+        Ok(of_counts(&ExpectedCounts::new(&response, &second)))
+    });
+    solved.unwrap_or_else(|reason: MeanResponseError| Theory {
+        predictions: vec![Err(reason.into()); paths.len()],
+        bound: Err(reason.into()),
+    })
+}
+
+/// The expected counts of a scan, and what their second moments follow from.
+pub(super) struct ExpectedCounts<'r, 'm> {
+    pub response: &'r MeanResponse<'m>,
+    pub second: &'r SecondMoments<'r, 'm>,
+    /// Of every step.
+    pub means: Vec<MeanCount>,
+}
+
+impl<'r, 'm> ExpectedCounts<'r, 'm> {
+    pub fn new(
+        response: &'r MeanResponse<'m>,
+        second: &'r SecondMoments<'r, 'm>,
+    ) -> ExpectedCounts<'r, 'm> {
+        ExpectedCounts {
+            response,
+            second,
+            means: response.mean_counts(),
+        }
+    }
+
+    pub fn model(&self) -> &'m DetectorModel {
+        self.response.model()
+    }
+
+    /// Expected signed counts.
+    pub fn signed(&self) -> Vec<f64> {
+        self.means.iter().map(|mean| mean.signed).collect()
+    }
+}

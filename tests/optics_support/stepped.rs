@@ -1,0 +1,249 @@
+//! Expected counts of the article's detector, by stepping its probabilities
+//! through time: none of the product's cells, cumulative sums or transforms.
+
+use std::f64::consts::PI;
+
+use goldtof::optics::MeanCount;
+use goldtof::scene::{Detector, Scene};
+
+/// States: this many afterpulses pending at most.
+const STATES: usize = 5;
+
+type State = [f64; STATES];
+
+/// A detector's mean detections over one code period, in steps of equal length.
+pub struct Stepped<'s> {
+    scene: &'s Scene,
+    step_ps: f64,
+    /// Rates at both ends of every step, per step.
+    rates: Vec<[f64; 2]>,
+    /// Detections before each step, and in all.
+    cumulative: Vec<f64>,
+}
+
+impl<'s> Stepped<'s> {
+    /// Delays, dead time and chip period must be whole numbers of steps, and all
+    /// codes equally long.
+    pub fn new(scene: &'s Scene, step_ps: f64) -> Stepped<'s> {
+        let spad = &scene.detectors[0];
+        let whole = |ps: f64| {
+            let steps = (ps / step_ps).round();
+            assert!((steps * step_ps - ps).abs() < 1e-6, "{ps} ps");
+            steps as usize
+        };
+        let per_chip = whole(scene.chip_period_ps);
+        let dead = whole(spad.dead_time_ps);
+        let period = per_chip * scene.sources[0].code.chips.len();
+        let light = primary_rates(scene, period, per_chip, whole);
+        let chain = Chain::new(spad, step_ps);
+
+        let warm_up = (100 * dead).div_ceil(period) * period;
+        let mut ready: State = [0.0; STATES];
+        ready[0] = 1.0;
+        // What comes back one dead time later: rates at both ends of each step,
+        // since the light may jump between steps.
+        let mut line = vec![[[0.0; STATES]; 2]; dead];
+        let mut rates = Vec::with_capacity(period);
+        for step in 0..warm_up + period {
+            let lambda = light[step % period];
+            let back = line[step % dead];
+            // The implicit trapezoidal rule, whose matrix is diagonal.
+            let next: State = std::array::from_fn(|m| {
+                let exit = 0.5 * (lambda + m as f64 * chain.release);
+                let returned = 0.5 * (back[0][m] + back[1][m]);
+                ((1.0 - exit) * ready[m] + returned) / (1.0 + exit)
+            });
+            let ends = [ready, next].map(|state| chain.avalanches(&state, lambda));
+            if step >= warm_up {
+                rates.push(ends.map(|avalanches| avalanches.iter().sum()));
+            }
+            line[step % dead] = ends.map(|avalanches| chain.after_dead_time(&avalanches));
+            ready = next;
+        }
+        let mut cumulative = vec![0.0];
+        for ends in &rates {
+            cumulative.push(cumulative[cumulative.len() - 1] + 0.5 * (ends[0] + ends[1]));
+        }
+        Stepped {
+            scene,
+            step_ps,
+            rates,
+            cumulative,
+        }
+    }
+
+    /// Detections per code period.
+    pub fn hits_per_period(&self) -> f64 {
+        self.cumulative[self.rates.len()]
+    }
+
+    pub fn detection_rate_hz(&self) -> f64 {
+        self.hits_per_period() / (self.rates.len() as f64 * self.step_ps * 1e-12)
+    }
+
+    /// Expected counts of every step of the scan by the continuous-time counter;
+    /// the integration time must be a whole number of code periods.
+    pub fn counts(&self) -> Vec<MeanCount> {
+        let code = &self.scene.sources[0].code.chips;
+        let scan = &self.scene.scan;
+        assert_eq!(scan.integration_chips % code.len() as u64, 0);
+        let periods = (scan.integration_chips / code.len() as u64) as f64;
+        let counter = &self.scene.detectors[0].counter;
+        let samples = self.scene.samples_per_chip as usize;
+        // Where the reference of each phase rises and falls, chip by chip.
+        let edges: Vec<[Vec<f64>; 2]> = (0..samples)
+            .map(|phase| {
+                [counter.rising_delay_ps, counter.falling_delay_ps].map(|delay_ps| {
+                    (0..code.len())
+                        .map(|chip| {
+                            let chips = chip as f64 + phase as f64 / samples as f64;
+                            let edge_ps = chips * self.scene.chip_period_ps + delay_ps;
+                            let sides = [-counter.transition_ps, counter.transition_ps];
+                            sides.map(|side| self.registered_before(edge_ps + side))[..]
+                                .iter()
+                                .sum::<f64>()
+                                / 2.0
+                        })
+                        .collect()
+                })
+            })
+            .collect();
+        let length = code.len();
+        (0..scan.steps)
+            .map(|step| {
+                let phase_step = scan.step(step) as usize;
+                let [rising, falling] = &edges[phase_step % samples];
+                let mut up = 0.0;
+                for chip in 0..length {
+                    let place = (chip + phase_step / samples) % length;
+                    match (code[(chip + length - 1) % length], code[chip]) {
+                        (0, 1) => up -= rising[place],
+                        (1, 0) => up += falling[place],
+                        _ => {}
+                    }
+                }
+                let hits = self.hits_per_period();
+                // Edges that stand in another period than their partner.
+                up -= (up / hits).floor() * hits;
+                MeanCount {
+                    signed: periods * (2.0 * up - hits),
+                    total: periods * hits,
+                }
+            })
+            .collect()
+    }
+
+    /// Detections registered before a time, seen through the detector's delay and
+    /// jitter.
+    fn registered_before(&self, time_ps: f64) -> f64 {
+        let spad = &self.scene.detectors[0];
+        let sigma_ps = spad.jitter_ps.iter().map(|s| s * s).sum::<f64>().sqrt();
+        let avalanche_ps = time_ps - spad.delay_ps;
+        if sigma_ps == 0.0 {
+            return self.before(avalanche_ps);
+        }
+        const NODES: i32 = 24;
+        let spacing = 0.25;
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for node in -NODES..=NODES {
+            let x = f64::from(node) * spacing;
+            let density = (-0.5 * x * x).exp() / (2.0 * PI).sqrt();
+            sum += density * self.before(avalanche_ps + x * sigma_ps);
+            weight += density;
+        }
+        sum / weight
+    }
+
+    fn before(&self, time_ps: f64) -> f64 {
+        let steps = self.rates.len() as f64;
+        let turns = (time_ps / (self.step_ps * steps)).floor();
+        let place = time_ps / self.step_ps - turns * steps;
+        let step = (place as usize).min(self.rates.len() - 1);
+        let x = place - step as f64;
+        let [start, end] = self.rates[step];
+        self.cumulative[step]
+            + x * (start + 0.5 * x * (end - start))
+            + turns * self.hits_per_period()
+    }
+}
+
+/// Primary rate in every step of a code period, per step.
+fn primary_rates(
+    scene: &Scene,
+    period: usize,
+    per_chip: usize,
+    whole: impl Fn(f64) -> usize,
+) -> Vec<f64> {
+    let spad = &scene.detectors[0];
+    let step_s = scene.chip_period_ps * 1e-12 / per_chip as f64;
+    let detected = spad.photon_detection_probability;
+    let constant = spad.dark_count_rate_cps + detected * spad.background_rate_cps;
+    let mut rates = vec![constant * step_s; period];
+    for path in &scene.paths {
+        let source = &scene.sources[path.source];
+        let chips = &source.code.chips;
+        assert_eq!(chips.len() * per_chip, period);
+        let photons_per_s = source.mean_power_w * source.wavelength_nm * 1e-9
+            / (6.626_070_15e-34 * 299_792_458.0)
+            * path.transmission
+            * detected
+            * step_s;
+        let ones = chips.iter().map(|&chip| f64::from(chip)).sum::<f64>() / chips.len() as f64;
+        let off_share = 1.0 / source.extinction_ratio;
+        let on = photons_per_s / (ones + (1.0 - ones) * off_share);
+        let delay = whole(path.delay_ps);
+        for (step, rate) in rates.iter_mut().enumerate() {
+            let chip = (step + period - delay % period) % period / per_chip;
+            *rate += if chips[chip] == 1 { on } else { on * off_share };
+        }
+    }
+    rates
+}
+
+/// Afterpulses pending, j of them after an avalanche, m when its dead time ends.
+struct Chain {
+    /// Chance per step that one of them fires.
+    release: f64,
+    kernel: [State; STATES],
+}
+
+impl Chain {
+    fn new(spad: &Detector, step_ps: f64) -> Chain {
+        let mean = -(1.0 - spad.afterpulsing_probability).ln();
+        let survival = (-spad.dead_time_ps / spad.afterpulsing_time_constant_ps).exp();
+        let factorial = |n: usize| (1..=n).map(|n| n as f64).product::<f64>();
+        let kernel = |j: usize, m: usize| -> f64 {
+            (0..=j.min(m))
+                .map(|kept| {
+                    let new = m - kept;
+                    let poisson = (-mean).exp() * mean.powi(new as i32) / factorial(new);
+                    let ways = factorial(j) / factorial(kept) / factorial(j - kept);
+                    let lost = (1.0 - survival).powi((j - kept) as i32);
+                    poisson * ways * survival.powi(kept as i32) * lost
+                })
+                .sum()
+        };
+        let mut kernel: [State; STATES] =
+            std::array::from_fn(|j| std::array::from_fn(|m| kernel(j, m)));
+        for row in &mut kernel {
+            // More than the last state holds.
+            row[STATES - 1] += 1.0 - row.iter().sum::<f64>();
+        }
+        Chain {
+            release: step_ps / spad.afterpulsing_time_constant_ps,
+            kernel,
+        }
+    }
+
+    /// Rates of avalanches that leave j pending.
+    fn avalanches(&self, ready: &State, lambda: f64) -> State {
+        std::array::from_fn(|j| {
+            let fired = ready.get(j + 1).map_or(0.0, |p| (j + 1) as f64 * p);
+            lambda * ready[j] + self.release * fired
+        })
+    }
+
+    fn after_dead_time(&self, avalanches: &State) -> State {
+        std::array::from_fn(|m| (0..STATES).map(|j| self.kernel[j][m] * avalanches[j]).sum())
+    }
+}
