@@ -1,8 +1,8 @@
 //! The tiers without photons, on the article's sensor: a full scan of 16,376
 //! phase steps.
 //!
-//! Prints milliseconds (least and median of some rounds) of each stage of the
-//! `expected` tier, of one scan of the `counts` tier, and of one model fit.
+//! Prints milliseconds (least and median of some rounds) of the whole `expected`
+//! tier, of setting up the `counts` tier, and of each stage of both.
 //!
 //!     cargo bench --bench expected
 
@@ -11,7 +11,12 @@ use std::hint::black_box;
 use std::path::Path;
 use std::time::Instant;
 
-use goldtof::optics::{CountingTier, DetectorModel, MeanResponse, SecondMoments};
+use goldtof::estimate::theory;
+use goldtof::fidelity::Tier;
+use goldtof::fidelity::simulate::simulate;
+use goldtof::optics::{
+    CountSampler, CountingTier, DetectorModel, MeanResponse, MeanResponseError, SecondMoments,
+};
 use goldtof::scene;
 
 const ROUNDS: usize = 15;
@@ -19,6 +24,18 @@ const ROUNDS: usize = 15;
 fn main() -> Result<(), Box<dyn Error>> {
     let scene = scene::load(Path::new("scenes/paper-single.toml"))?;
     let model = DetectorModel::new(&scene, 0);
+    println!("whole tiers, {} phase steps", scene.scan.steps);
+    measure("expected: prediction and bound", || {
+        theory(&scene, 0, &[0], CountingTier::Events)
+    });
+    measure("expected: as the command does", || {
+        simulate(&scene, Tier::Expected, 1, 1)
+    });
+    measure("counts: set-up and one scan", || {
+        let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
+        let second = SecondMoments::new(&response)?;
+        Ok::<_, MeanResponseError>(CountSampler::of(&model, &second).scan(1, 0))
+    });
     for tier in [CountingTier::Events, CountingTier::Sampled] {
         println!("{tier:?}, {} phase steps", scene.scan.steps);
         measure("state equation and tables", || {

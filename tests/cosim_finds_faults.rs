@@ -225,7 +225,7 @@ const PEAK: &[Fault] = &[
     ("peak_detector.v", "& ~group_ends_r", "& 1'b1"),
     (
         "peak_detector.v",
-        "last_group_r ? turn_r[0]",
+        "last_group_r ? turn_r[1]",
         "last_group_r ? turn_r[2]",
     ),
     ("peak_detector.v", "i_counted | next_turn}", "i_counted}"),

@@ -10,64 +10,64 @@ use crate::{Outcome, TIER, cut_scan, error_mm, set_detection_rate};
 /// What the true detector has, and what the fit believes.
 struct Mistake {
     name: &'static str,
-    truth: fn(&mut Scene),
+    truth: fn(&mut Scene, f64),
     belief: fn(&mut Scene),
 }
 
 const MISTAKES: [Mistake; 11] = [
     Mistake {
         name: "none",
-        truth: |_| {},
+        truth: |_, _| {},
         belief: |_| {},
     },
     Mistake {
         name: "dead time + 0.1 ns",
-        truth: |_| {},
+        truth: |_, _| {},
         belief: |s| s.detectors[0].dead_time_ps += 100.0,
     },
     Mistake {
         name: "dead time - 0.1 ns",
-        truth: |_| {},
+        truth: |_, _| {},
         belief: |s| s.detectors[0].dead_time_ps -= 100.0,
     },
     Mistake {
         name: "afterpulsing + 1 %",
-        truth: |_| {},
+        truth: |_, _| {},
         belief: |s| s.detectors[0].afterpulsing_probability += 0.01,
     },
     Mistake {
         name: "afterpulsing - 1 %",
-        truth: |_| {},
+        truth: |_, _| {},
         belief: |s| s.detectors[0].afterpulsing_probability -= 0.01,
     },
     Mistake {
         name: "extinction ratio + 10 %",
-        truth: |_| {},
+        truth: |_, _| {},
         belief: |s| s.sources[0].extinction_ratio *= 1.1,
     },
     Mistake {
         name: "extinction ratio - 10 %",
-        truth: |_| {},
+        truth: |_, _| {},
         belief: |s| s.sources[0].extinction_ratio *= 0.9,
     },
     Mistake {
-        name: "ambient 3 Mcps, none believed",
-        truth: |s| s.detectors[0].background_rate_cps = 3e6 / 0.31,
+        name: "ambient a third, none believed",
+        truth: |s, rate_cps| s.detectors[0].background_rate_cps = rate_cps / 3.0 / 0.31,
         belief: |s| s.detectors[0].background_rate_cps = 0.0,
     },
     Mistake {
         name: "dark counts twice as many",
-        truth: |s| s.detectors[0].dark_count_rate_cps *= 2.0,
+        truth: |s, _| s.detectors[0].dark_count_rate_cps *= 2.0,
         belief: |s| s.detectors[0].dark_count_rate_cps /= 2.0,
     },
     Mistake {
         name: "jitter + 10 %",
-        truth: |_| {},
+        truth: |_, _| {},
         belief: |s| s.detectors[0].jitter_ps[0] *= 1.1,
     },
     Mistake {
         name: "detector delay + 10 ps",
-        truth: |_| {},
+        truth: |_, _| {},
         belief: |s| s.detectors[0].delay_ps += 10.0,
     },
 ];
@@ -85,7 +85,7 @@ pub fn wrong(scene: &Scene) -> Outcome {
         print!("  {:30}", mistake.name);
         for rate in rates {
             let mut scene = scene.clone();
-            (mistake.truth)(&mut scene);
+            (mistake.truth)(&mut scene, rate);
             scene.paths[0].delay_ps = 21_350.0;
             set_detection_rate(&mut scene, rate)?;
             scene.scan.integration_chips = 64 * scene.sources[0].code.len();

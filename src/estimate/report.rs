@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::bound::bound;
-use super::model::{ALARM_SIGMAS, FittedPath, ModelEstimate, expected_fit, fit};
+use super::model::{ALARM_SIGMAS, FittedPath, ModelEstimate, expected_fit, fit, shared_light};
 use super::{
     CountingTier, Measurement, calibration_offset_ps, check_modulated, delay_error_ps, distance_m,
     estimate, folded, predict, true_delay,
@@ -183,7 +183,11 @@ impl EstimateReport {
             }
             Ok(fitted) => {
                 self.distance_m = Some(fitted.distance_m);
-                self.remark = Some(TOTALS_OF_THE_REFERENCE_MODEL.to_owned());
+                let remarks = [
+                    Some(TOTALS_OF_THE_REFERENCE_MODEL.to_owned()),
+                    shared_light(scene),
+                ];
+                self.remark = Some(remarks.into_iter().flatten().collect::<Vec<_>>().join("; "));
                 self.fit = Some(FitReport::of(scene, &fitted));
                 Some(fitted.delay_ps)
             }

@@ -192,6 +192,11 @@ impl DetectorModel {
         (self.first_chip(repetition, group) % u128::from(length)) as i64
     }
 
+    /// Dead time, in chips.
+    pub fn dead_time_chips(&self) -> f64 {
+        self.dead_time_chips
+    }
+
     /// Chip period T_c.
     pub fn chip_period_ps(&self) -> f64 {
         self.chip_period_ps

@@ -19,7 +19,7 @@ pub fn dead_time_walk(run: &mut Run) -> Result<Figure, RunError> {
     const OCTAVES: i32 = 8;
     let by_model = ByModel {
         tier: Tier::Events,
-        scans: run.repetitions(),
+        scans: (run.repetitions() / 2).max(2),
     };
     let power_pw = |octaves: f64| 0.5 * octaves.exp2();
     let fine: Vec<f64> = (0..=4 * OCTAVES)
@@ -62,7 +62,7 @@ pub fn interference(run: &mut Run) -> Result<Figure, RunError> {
     /// Whole scans by single detections would take an hour.
     const BY_MODEL: ByModel = ByModel {
         tier: Tier::Counts,
-        scans: 20,
+        scans: 16,
     };
     let fine: Vec<f64> = (0..=64).map(|i| f64::from(i) / 2.0).collect();
     let coarse: Vec<f64> = (0..=8).map(|i| 4.0 * f64::from(i)).collect();

@@ -10,12 +10,14 @@ use crate::fidelity::Tier;
 use crate::fidelity::scans::{ScansError, scans};
 use crate::fidelity::simulate::simulate;
 use crate::optics::MeanResponseError;
-use crate::scene::Scene;
+use crate::scene::{EstimatorKind, Scene};
 
 /// Scans behind a mean correlation, as in the article.
 const CORRELATION_SCANS: u64 = 100;
 /// Scans over whole code periods behind a rate.
 const SEARCH_SCANS: u64 = 200;
+/// The same if each is fitted.
+const FITTED_SEARCH_SCANS: u64 = 100;
 /// Integration time that the asked number of scans is for.
 const USUAL_INTEGRATION_PS: f64 = 1.04e9;
 
@@ -79,7 +81,10 @@ impl Run {
     /// Share of scans over whole code periods that find the target.
     pub fn search(&mut self, scene: &Scene) -> Result<Measured, RunError> {
         let seed = self.next_seed();
-        let scans = self.repetitions.min(SEARCH_SCANS);
+        let scans = self.repetitions.min(match scene.estimator {
+            EstimatorKind::Fft => SEARCH_SCANS,
+            EstimatorKind::Model => FITTED_SEARCH_SCANS,
+        });
         let path = &simulate(scene, Tier::Events, seed, scans)?.estimates[0];
         Ok(rate(path.estimates, scans))
     }

@@ -3,15 +3,15 @@
 use std::sync::Arc;
 
 use super::gauss_newton::Fitted;
-use super::known_weights::KnownWeights;
+use super::known_moments::KnownMoments;
 use super::problem::{Problem, window};
 use super::{FitError, ModelEstimate, OtherLight, search, start};
 use crate::estimate::CountingTier;
 use crate::optics::{DetectorModel, MeanCount, StepCount};
 use crate::scene::Scene;
 
-/// Fits the scans of one detector. Weights that one scan needed are kept for the
-/// next; what a scan gives does not depend on which came before.
+/// Fits the scans of one detector. Second moments that one scan needed are kept for
+/// the next; what a scan gives does not depend on which came before.
 #[derive(Debug)]
 pub struct Fitter<'s> {
     scene: &'s Scene,
@@ -19,7 +19,7 @@ pub struct Fitter<'s> {
     tier: CountingTier,
     other: OtherLight,
     model: DetectorModel,
-    weights: KnownWeights,
+    moments: KnownMoments,
 }
 
 impl<'s> Fitter<'s> {
@@ -39,7 +39,7 @@ impl<'s> Fitter<'s> {
             tier,
             other,
             model: DetectorModel::new(scene, detector),
-            weights: KnownWeights::default(),
+            moments: KnownMoments::default(),
         }
     }
 
@@ -85,7 +85,7 @@ impl<'s> Fitter<'s> {
             steps: window(&scene.scan, scene.samples_per_chip, start.peak),
         };
         let wanted = search::wanted(scene, detector, self.other)?;
-        let mut fitted = Fitted::new(&first, &self.weights, start.parameters, counts)?;
+        let mut fitted = Fitted::new(&first, &self.moments, start.parameters, counts)?;
         if wanted.is_empty() {
             return Ok(fitted.estimate(&first));
         }
@@ -114,7 +114,7 @@ impl<'s> Fitter<'s> {
             problem.codes.push(found.code);
             let mut parameters = fitted.parameters.clone();
             parameters.add_path(found.path, &problem);
-            fitted = Fitted::new(&problem, &self.weights, parameters, counts)?;
+            fitted = Fitted::new(&problem, &self.moments, parameters, counts)?;
         }
         Ok(fitted.estimate(&problem))
     }

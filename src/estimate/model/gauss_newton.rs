@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::known_weights::KnownWeights;
+use super::known_moments::KnownMoments;
 use super::least_squares::{Normal, Weights};
 use super::problem::{Parameters, Problem};
 use super::{FitError, FittedPath, ModelEstimate};
@@ -31,7 +31,7 @@ impl Fitted {
     /// deviation of the end, with those of this detector.
     pub fn new(
         problem: &Problem,
-        known: &KnownWeights,
+        known: &KnownMoments,
         start: Parameters,
         counts: &[MeanCount],
     ) -> Result<Fitted, FitError> {
@@ -43,7 +43,7 @@ impl Fitted {
         let mut parameters = start.clone();
         let mut response = problem.response(&parameters)?;
         let mut expected = problem.means_of(&response);
-        let mut weights = Arc::new(Weights::of_poisson(&expected));
+        let mut weights = Weights::of_poisson(&expected);
         let mut chi_square = weights.chi_square(&measured, &expected);
         let mut reweighted = false;
         let mut jacobian = problem.jacobian(&parameters, &response, &expected)?;
@@ -88,7 +88,7 @@ impl Fitted {
             let moved = normal.largest_step_sigmas(&parameters.minus(&before));
             if !reweighted && moved < 1.0 {
                 reweighted = true;
-                weights = known.of(problem, &parameters)?;
+                weights = known.weights(problem, &parameters, &expected)?;
                 chi_square = weights.chi_square(&measured, &expected);
             } else if moved < CONVERGED_SIGMAS {
                 return Ok(Fitted {

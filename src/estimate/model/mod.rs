@@ -16,7 +16,7 @@
 mod coarse;
 mod fitter;
 mod gauss_newton;
-mod known_weights;
+mod known_moments;
 mod least_squares;
 mod problem;
 mod search;
@@ -206,6 +206,18 @@ pub fn expected_fit(
     let model = DetectorModel::new(scene, detector);
     let means = MeanResponse::of_tier(&model, tier)?.mean_counts();
     fit_means(scene, detector, tier, &means, scene.other_light)
+}
+
+/// What to say of fits to steps that share their light.
+pub fn shared_light(scene: &Scene) -> Option<String> {
+    let parallel = scene.hardware.parallel;
+    (parallel > 1).then(|| {
+        format!(
+            "with parallel = {parallel} the phase steps of a group see the same light, and the fit \
+             weighs them as if they did not: the distance is unbiased, but not as precise as it \
+             could be, and the fit's own standard deviations and chi-square do not hold"
+        )
+    })
 }
 
 /// Whether standard deviations of a fit mean anything: steps must be independent,

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::least_squares::Weights;
 use crate::code::Code;
 use crate::optics::{
-    CountingTier, DetectorModel, Light, LightPath, MeanCount, MeanResponse, MeanResponseError,
-    SecondMoments,
+    CountMoments, CountingTier, DetectorModel, Light, LightPath, MeanCount, MeanResponse,
+    MeanResponseError, SecondMoments,
 };
 use crate::scene::Scan;
 
@@ -231,19 +231,22 @@ impl<'m> Problem<'m> {
             .collect()
     }
 
-    /// Inverse covariances of the steps' counts.
-    pub fn weights(&self, response: &MeanResponse) -> Result<Weights, MeanResponseError> {
-        Ok(self.weights_of(&SecondMoments::new(response)?))
-    }
-
     /// Inverse covariances of the steps' counts, from their second moments.
     pub fn weights_of(&self, second: &SecondMoments) -> Weights {
-        let moments = if self.takes_all_steps() && self.steps.len() > STEPS_FOR_SCAN_MOMENTS {
+        Weights::of(&self.moments_of(second))
+    }
+
+    /// Moments of the steps' counts.
+    pub fn moments(&self, response: &MeanResponse) -> Result<Vec<CountMoments>, MeanResponseError> {
+        Ok(self.moments_of(&SecondMoments::new(response)?))
+    }
+
+    fn moments_of(&self, second: &SecondMoments) -> Vec<CountMoments> {
+        if self.takes_all_steps() && self.steps.len() > STEPS_FOR_SCAN_MOMENTS {
             second.of_scan()
         } else {
             second.of_steps(&self.steps)
-        };
-        Weights::of(&moments)
+        }
     }
 }
 
