@@ -158,3 +158,57 @@ fn a_folder_that_cannot_be_made_is_named() {
     let error = write(&emission, &file.join("build")).expect_err("a file is no folder");
     assert!(error.to_string().contains("file/build"), "{error}");
 }
+
+/// What a scene at a limit is emitted as, with parallel steps and a peak
+/// detector.
+fn at_the_limit(scene: &mut Scene, parallel: u32) -> goldtof::hdl::Parameters {
+    scene.hardware.parallel = parallel;
+    scene.hardware.peak_detector = true;
+    let emission = emit(scene, "goldtof emit test.toml").expect("the scene is within the limits");
+    emission.parameters
+}
+
+#[test]
+fn the_widest_count_is_emitted_and_one_bit_more_is_refused() {
+    let codes = [code(Family::Gold(5), 0, 3)];
+    // |count| <= 2^60 * 8 needs 64 bits and a sign; a little less needs one fewer.
+    let widest = (1 << 60) - 1;
+    let mut widest = scene(&codes, 0, 16, 0, None, widest, None);
+    assert_eq!(at_the_limit(&mut widest, 1).count_bits, 64);
+    let wider = scene(&codes, 0, 16, 0, None, 1 << 60, None);
+    assert_eq!(
+        refusal(&wider),
+        "the width of a count that cannot overflow is 65, but the hardware takes at most 64 bits; \
+         integrate over fewer chips"
+    );
+}
+
+#[test]
+fn the_longest_code_is_emitted_with_the_most_steps_at_once() {
+    let codes = [code(Family::MSequence(16), 4, 3)];
+    let mut longest = scene(&codes, 0, 16, 0, None, 13_100, None);
+    let parameters = at_the_limit(&mut longest, 64);
+    assert_eq!(parameters.code_period_chips, 65_535 * 16);
+    let peak = parameters.peak.expect("it has a peak detector");
+    // 16 * 16 * 65,535 phase steps.
+    assert_eq!(peak.step_bits, 24);
+    longest.hardware.parallel = 65;
+    assert_eq!(
+        refusal(&longest),
+        "parallel is 65, but the hardware takes 1 to 64"
+    );
+}
+
+#[test]
+fn a_peak_detector_needs_time_to_compare_the_counts_of_a_group() {
+    let codes = [code(Family::Gold(5), 0, 3)];
+    let of = |dwell| scene(&codes, 0, 8, 0, None, dwell, None);
+    // Counts of 12 bits are compared in two pieces, which takes four clocks; the
+    // banks of four are a clock apart.
+    let needed = 64 * 4 + 16;
+    assert_eq!(at_the_limit(&mut of(needed), 64).count_bits, 12);
+    let mut short = of(needed - 1);
+    short.hardware.parallel = 64;
+    short.hardware.peak_detector = true;
+    assert!(refusal(&short).contains("because the counts of a group are compared"));
+}

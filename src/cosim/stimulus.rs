@@ -53,19 +53,22 @@ pub fn first_sample(contract: &Contract, released: u64) -> u64 {
 pub fn scan_start(contract: &Contract, scan: u64) -> u64 {
     let cycles = contract.scan_clocks();
     let spacing = if contract.realigns() {
-        cycles.next_multiple_of(contract.reference_codes[0].len())
+        let period = contract.reference_codes[0].len();
+        cycles.checked_next_multiple_of(period).unwrap_or(u64::MAX)
     } else {
         cycles
     };
-    scan * spacing
+    scan.saturating_mul(spacing)
 }
 
 /// Clocks from the start of the run until the last result of the first `scans`
 /// scans has been on the stream for a clock, and their peaks at their ports.
 pub fn clocks_for_scans(contract: &Contract, scans: u64) -> u64 {
-    let last_word = RESET_CLOCKS + scan_start(contract, scans - 1) + contract.scan_clocks();
+    let last_word = scan_start(contract, scans - 1)
+        .saturating_add(contract.scan_clocks())
+        .saturating_add(RESET_CLOCKS);
     let beats = u64::from(contract.parallel) * contract.reference_codes.len() as u64;
     let stream = u64::from(contract.result_latency_clocks) + beats;
     let peak = contract.peak.map_or(0, |peak| peak.latency_clocks);
-    last_word + stream.max(u64::from(peak)) + 1
+    last_word.saturating_add(stream.max(u64::from(peak)) + 1)
 }

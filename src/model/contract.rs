@@ -196,9 +196,9 @@ impl Contract {
         self.scan.steps - (self.groups() - 1) * u64::from(self.parallel)
     }
 
-    /// Clocks of a scan.
+    /// Clocks of a scan; `u64::MAX` if there are more.
     pub fn scan_clocks(&self) -> u64 {
-        self.groups() * self.scan.integration_chips
+        self.groups().saturating_mul(self.scan.integration_chips)
     }
 
     /// Whether counts can saturate, so that the clamp and its flag exist.

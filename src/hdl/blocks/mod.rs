@@ -51,7 +51,7 @@ pub use phase_stepper::PhaseStepper;
 pub use quad_counter::QuadCounter;
 pub use result_stream::{ResultStream, StreamPlan};
 pub use running_maximum::RunningMaximum;
-pub use scan_controller::ScanController;
+pub use scan_controller::{ScanController, ScanPlan};
 pub use sensor_top::SensorTop;
 pub use square::SquareGenerator;
 pub use state_match::StateMatch;
