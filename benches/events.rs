@@ -1,8 +1,10 @@
 //! The fast photon engine beside the plain loop, on paper-single.
 //!
-//! Prints nanoseconds per detection of both in the same run, their ratio, for
-//! each instruction set of this processor and several rates, and how counting
-//! scales with the number of cores.
+//! Prints nanoseconds of processor time per detection of both in the same run,
+//! least and median of some rounds, and the ratio of the least ones, for each
+//! instruction set of this processor and several rates; then how counting scales
+//! with the number of cores. Processor time, because a machine may be shared;
+//! only the scaling needs a quiet one.
 //!
 //!     cargo bench --bench events
 
@@ -15,6 +17,7 @@ use std::time::Instant;
 use goldtof::optics::fast::{InstructionSet, StepCounter};
 use goldtof::optics::{DetectorModel, StepCount, count_step};
 use goldtof::scene::{self, Scene};
+use rustix::time::{ClockId, clock_gettime};
 
 const ROUNDS: usize = 7;
 /// Sensor time per measurement is such that there are about so many detections.
@@ -24,7 +27,7 @@ const PLAIN_SHARE: usize = 8;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut scene = scene::load(Path::new("scenes/paper-single.toml"))?;
-    println!("detections/s   engine      ns per detection   plain loop   ratio");
+    println!("detections/s   engine     ns per detection (median)   plain loop (median)   ratio");
     for rate in [1e6, 10e6, 30e6, 45e6] {
         set_rate(&mut scene, rate);
         measure(&scene);
@@ -74,26 +77,28 @@ fn measure(scene: &Scene) {
         let seed = round as u64;
         for (&set, times) in sets.iter().zip(&mut fast) {
             let counter = StepCounter::new(&model).with_instruction_set(set);
-            times.push(ns_per_detection(&mut counts, |counts| {
+            times.push(measured(&mut counts, |counts| {
                 counter.count(seed, 0..repetitions, 0..4096, counts);
             }));
         }
         let plain_steps = counts.len() / PLAIN_SHARE;
-        plain.push(ns_per_detection(&mut counts[..plain_steps], |counts| {
+        plain.push(measured(&mut counts[..plain_steps], |counts| {
             for (step, count) in (0..).zip(counts) {
                 *count = count_step(&model, seed, step / 4096, step % 4096);
             }
         }));
     }
-    let plain = median(&mut plain);
-    for (set, times) in sets.iter().zip(&mut fast) {
-        let fast = median(times);
+    let plain = Times::of(&plain, |time| time.processor_ns);
+    for (set, times) in sets.iter().zip(&fast) {
+        let fast = Times::of(times, |time| time.processor_ns);
         let set = format!("{set:?}");
         println!(
-            "{:9.2e}      {set:9} {fast:8.2} (best {:.2}) {plain:14.1} {:8.1}",
-            rate,
-            times[0],
-            plain / fast
+            "{rate:9.2e}      {set:9} {:10.2} ({:.2}) {:18.1} ({:.1}) {:10.1}",
+            fast.least,
+            fast.median,
+            plain.least,
+            plain.median,
+            plain.least / fast.least
         );
     }
 }
@@ -108,30 +113,63 @@ fn scaling(scene: &Scene) {
     let (mut one, mut all) = (Vec::new(), Vec::new());
     for round in 0..4 * ROUNDS {
         for (threads, times) in [(NonZero::<usize>::MIN, &mut one), (cores, &mut all)] {
-            times.push(ns_per_detection(&mut counts, |counts| {
+            times.push(measured(&mut counts, |counts| {
                 counter.count_on_threads(threads, round as u64, 0..1, 0..steps, counts);
             }));
         }
     }
-    let medians = (median(&mut one), median(&mut all));
+    let wall = |times: &[PerDetection]| Times::of(times, |time| time.wall_ns);
+    let (one_wall, all_wall) = (wall(&one), wall(&all));
+    let work = |times: &[PerDetection]| Times::of(times, |time| time.processor_ns).least;
     // The quietest rounds: other programs take cores away, not work.
-    let (one, all) = (one[0], all[0]);
     println!(
-        "a scan of {steps} steps: {one:.2} ns on one core, {all:.2} ns on {cores}: \
-         {:.2} times as fast (median {:.2})",
-        one / all,
-        medians.0 / medians.1
+        "a scan of {steps} steps: {:.2} ns on one core, {:.2} ns on {cores}: {:.2} times as fast \
+         (median {:.2}); processor time of all threads over that of one: {:.3}",
+        one_wall.least,
+        all_wall.least,
+        one_wall.least / all_wall.least,
+        one_wall.median / all_wall.median,
+        work(&all) / work(&one)
     );
 }
 
-fn ns_per_detection(counts: &mut [StepCount], work: impl FnOnce(&mut [StepCount])) -> f64 {
-    let started = Instant::now();
-    work(counts);
-    started.elapsed().as_secs_f64() * 1e9 / total(counts)
+/// Nanoseconds per detection.
+#[derive(Clone, Copy)]
+struct PerDetection {
+    wall_ns: f64,
+    /// Of all threads together.
+    processor_ns: f64,
 }
 
-/// Sorts, too.
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
+fn measured(counts: &mut [StepCount], work: impl FnOnce(&mut [StepCount])) -> PerDetection {
+    let (wall, processor) = (Instant::now(), processor_s());
+    work(counts);
+    let (wall_s, processor_s) = (wall.elapsed().as_secs_f64(), processor_s() - processor);
+    let detections = total(counts);
+    PerDetection {
+        wall_ns: wall_s * 1e9 / detections,
+        processor_ns: processor_s * 1e9 / detections,
+    }
+}
+
+/// Processor time of all threads so far.
+fn processor_s() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
+}
+
+struct Times {
+    least: f64,
+    median: f64,
+}
+
+impl Times {
+    fn of(times: &[PerDetection], value: impl Fn(&PerDetection) -> f64) -> Times {
+        let mut values: Vec<f64> = times.iter().map(value).collect();
+        values.sort_by(f64::total_cmp);
+        Times {
+            least: values[0],
+            median: values[values.len() / 2],
+        }
+    }
 }

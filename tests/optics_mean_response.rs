@@ -391,16 +391,17 @@ fn what_cannot_be_solved_says_what_would_be_right() {
 
 /// Variances and covariance that theory gives, against the sensor of Table I over
 /// the steps round its peak; `--nocapture` prints a table.
-fn assert_moments_of_table_i(detections: f64) {
-    for rate in [1e6, 10e6, 20e6, 45e6] {
-        // Primary rate that gives the detected one with dead time and afterpulses.
-        let mut scene = table_i_scene(gold_11(), rate * 0.87 / (1.0 - rate * 14e-9), 13_100);
+fn assert_moments_of_table_i(detections: f64, chips: u64) {
+    // Primary rates, for detected ones of 1, 10 and 45 million per second.
+    for (rate, primary) in [(1e6, 0.81e6), (10e6, 10.3e6), (45e6, 190e6)] {
+        let mut scene = table_i_scene(gold_11(), primary, chips);
         scene.scan.first_step = 8;
         scene.scan.steps = 32;
         let model = DetectorModel::new(&scene, 0);
         let response = MeanResponse::of_tier(&model, CountingTier::Events).expect("solved");
         let second = SecondMoments::new(&response).expect("it can be solved");
-        let scans = (detections / (32.0 * 13_100.0 * 8e-9 * rate)).ceil() as u64;
+        let per_scan = 32.0 * chips as f64 * 8e-9 * rate;
+        let scans = (detections / per_scan).ceil() as u64;
         let mut counts = vec![StepCount::ZERO; (scans * 32) as usize];
         StepCounter::new(&model).count(9, 0..scans, 0..32, &mut counts);
         let of_steps: Vec<u64> = (0..32).collect();
@@ -444,19 +445,19 @@ fn assert_moments_of_table_i(detections: f64) {
                 off.abs() < limit,
                 "{rate:.0e}, variance of {what}: off by {off}"
             );
-            assert!(limit < 0.06, "too few scans to tell");
+            assert!(limit < 0.08, "too few scans to tell");
         }
     }
 }
 
 #[test]
 fn variances_are_those_of_the_photons_from_1_to_45_million_detections_per_second() {
-    // Of 10^7 detections per second 9,000 steps: variances to 1.5 %.
-    assert_moments_of_table_i(1e7);
+    // Two code periods a step; at the highest rate 7,000 steps: variances to 1.7 %.
+    assert_moments_of_table_i(1e7, 4_094);
 }
 
 #[test]
 #[ignore = "hundreds of millions of detections; run with --release --nocapture"]
 fn variances_are_those_of_hundreds_of_millions_of_photons() {
-    assert_moments_of_table_i(1e9);
+    assert_moments_of_table_i(1e9, 13_100);
 }

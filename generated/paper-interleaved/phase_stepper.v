@@ -1,12 +1,9 @@
 // phase_stepper: the reference, delayed by one more sample with every phase step
 //
-// Lanes below the delay take the previous chip, the others the present one; whole chips of
-// delay come from holding the reference's generator.
+// Whole chips of delay come from holding the reference's generator, samples from the choice of
+// a chip for each lane.
 //
-// The mask of delayed lanes is a thermometer, so that no lane needs a comparator. When it is
-// full, the next step holds the reference for one chip more.
-//
-// Latency  1 clock from the chips to o_reference
+// Latency  2 clocks from i_chip to o_window
 // Rate     one chip per clock
 // Made by  goldtof emit paper-interleaved.toml (goldtof 0.1.0)
 
@@ -24,50 +21,30 @@ module phase_stepper (
 
     // Outputs
     output wire       o_advance,   // the reference generator goes on to its next chip
-    output reg  [7:0] o_reference  // reference of each sample, bit 0 earliest
+    output wire [7:0] o_window     // reference of each sample, bit 0 earliest
 );
 
-    // Reference chips after reset and at a scan's start
-    localparam [1:0] CHIPS_LOAD = 2'd1;
+    wire [1:0] chips_chips; // reference chips, the present one in bit 0
+    wire       lanes_wrap;  // last clock of a step after which the delay grows by a chip more
 
-    // Delayed lanes after reset and at a scan's start
-    localparam [6:0] DELAYED_LOAD = 7'd0;
+    chip_history chips (
+        .i_clk     (i_clk),
+        .i_rst     (i_rst),
+        .i_chip    (i_chip),
+        .i_wrap    (lanes_wrap),
+        .o_advance (o_advance),
+        .o_chips   (chips_chips)
+    );
 
-    reg  [1:0] chips_r;        // reference chips, the present one in bit 0, those before it above
-    reg  [6:0] delayed_r;      // lanes that take the previous chip
-    reg        wraps_r;        // this clock ends a step, and the next delays by a chip more
-    wire       wrap;           // the next step delays by a whole chip more
-    wire [6:0] longer;         // delayed lanes of the next step
-    wire [7:0] present;        // chip of a sample
-    wire [7:0] previous;       // chip of a sample that is delayed
-    wire [7:0] takes_previous; // samples that are delayed
-
-    assign wrap = wraps_r;
-    assign o_advance = ~wrap;
-    assign longer = {delayed_r[5:0], 1'b1};
-    assign present = {8{chips_r[0]}};
-    assign previous = {chips_r[0], {7{chips_r[1]}}};
-    assign takes_previous = {1'b0, delayed_r[6:0]};
-
-    always @(posedge i_clk) begin
-        if (i_rst) begin
-            chips_r <= CHIPS_LOAD;
-            delayed_r <= DELAYED_LOAD;
-            wraps_r <= 1'b0;
-            o_reference <= 8'd0;
-        end else begin
-            o_reference <= (takes_previous & previous) | (~takes_previous & present);
-            wraps_r <= i_step_ends & delayed_r[6];
-            if (wrap) begin
-                delayed_r <= 7'd0;
-            end else if (i_step_end) begin
-                delayed_r <= longer;
-            end
-            if (~wrap) begin
-                chips_r <= {chips_r[0], i_chip};
-            end
-        end
-    end
+    lane_delay lanes (
+        .i_clk       (i_clk),
+        .i_rst       (i_rst),
+        .i_chips     (chips_chips),
+        .i_step_ends (i_step_ends),
+        .i_step_end  (i_step_end),
+        .o_wrap      (lanes_wrap),
+        .o_window    (o_window)
+    );
 
 endmodule
 

@@ -5,10 +5,13 @@ interleaver.v
 state_match.v
 state_match_2.v
 scan_controller.v
+chip_history.v
+lane_delay.v
 phase_stepper.v
 edge_detector.v
 quad_counter.v
 accumulator.v
 updown_correlator.v
+detector_channel.v
 result_stream.v
 sensor_top.v

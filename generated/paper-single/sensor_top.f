@@ -3,10 +3,13 @@
 gold_generator.v
 state_match.v
 scan_controller.v
+chip_history.v
+lane_delay.v
 phase_stepper.v
 edge_detector.v
 quad_counter.v
 accumulator.v
 updown_correlator.v
+detector_channel.v
 result_stream.v
 sensor_top.v

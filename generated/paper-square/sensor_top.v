@@ -33,22 +33,16 @@ module sensor_top (
     output wire        o_overrun      // a result was lost since reset
 );
 
-    wire        chips;                  // next chip of each source
-    wire        transmit_chip;          // present chip
-    wire        transmit_epoch;         // the present chip is the one that reset gives
-    wire        reference_chip;         // present chip
-    wire        reference_epoch_unused; // the present chip is the one that reset gives
-    wire        controller_run;         // the present clock belongs to a scan
-    wire        controller_step_ends;   // the next clock is the last of a phase step
-    wire        controller_step_end;    // last clock of a phase step
-    wire        controller_dump;        // the total has just taken in a step's last hits, segment by segment
-    wire        controller_counted;     // the step's count is there
-    wire        controller_last;        // it is the scan's last
-    wire        stepper_advance;        // the reference generator goes on to its next chip
-    wire [7:0]  stepper_reference;      // reference of each sample, bit 0 earliest
-    wire [3:0]  edges_hits;             // pairs of samples with a high one after a low one
-    wire [3:0]  edges_early;            // the hit is the earlier sample of its pair
-    wire [16:0] correlator_count;       // count of the last step, signed
+    wire        chips;                // next chip of each source
+    wire        transmit_chip;        // present chip
+    wire        transmit_epoch;       // the present chip is the one that reset gives
+    wire        controller_run;       // the present clock belongs to a scan
+    wire        controller_step_ends; // the next clock is the last of a phase step
+    wire        controller_step_end;  // last clock of a phase step
+    wire        controller_dump;      // the total has just taken in a step's last hits, segment by segment
+    wire        controller_counted;   // the step's count is there
+    wire        controller_last;      // it is the scan's last
+    wire [16:0] channel_count;        // count of a phase step, signed
 
     assign chips = transmit_chip;
 
@@ -58,14 +52,6 @@ module sensor_top (
         .i_advance (1'b1),
         .o_chip    (transmit_chip),
         .o_epoch   (transmit_epoch)
-    );
-
-    square_generator reference (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
-        .i_advance (stepper_advance),
-        .o_chip    (reference_chip),
-        .o_epoch   (reference_epoch_unused)
     );
 
     scan_controller controller (
@@ -79,39 +65,21 @@ module sensor_top (
         .o_last      (controller_last)
     );
 
-    phase_stepper stepper (
+    detector_channel channel (
         .i_clk       (i_clk),
         .i_rst       (i_rst),
-        .i_chip      (reference_chip),
+        .i_samples   (i_samples),
+        .i_run       (controller_run),
         .i_step_ends (controller_step_ends),
         .i_step_end  (controller_step_end),
-        .o_advance   (stepper_advance),
-        .o_reference (stepper_reference)
-    );
-
-    edge_detector edges (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
-        .i_samples (i_samples),
-        .i_run     (controller_run),
-        .o_hits    (edges_hits),
-        .o_early   (edges_early)
-    );
-
-    updown_correlator correlator (
-        .i_clk       (i_clk),
-        .i_rst       (i_rst),
-        .i_hits      (edges_hits),
-        .i_early     (edges_early),
-        .i_reference (stepper_reference),
         .i_dump      (controller_dump),
-        .o_count     (correlator_count)
+        .o_count     (channel_count)
     );
 
     result_stream results (
         .i_clk     (i_clk),
         .i_rst     (i_rst),
-        .i_count   (correlator_count),
+        .i_count   (channel_count),
         .i_counted (controller_counted),
         .i_last    (controller_last),
         .i_ready   (m_axis_tready),

@@ -2,10 +2,13 @@
 // Made by  goldtof emit quick.toml (goldtof 0.1.0)
 gold_generator.v
 scan_controller.v
+chip_history.v
+lane_delay.v
 phase_stepper.v
 edge_detector.v
 quad_counter.v
 accumulator.v
 updown_correlator.v
+detector_channel.v
 result_stream.v
 sensor_top.v

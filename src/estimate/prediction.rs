@@ -10,7 +10,7 @@ use super::theory::ExpectedCounts;
 use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, moving};
 use crate::optics::fast::normal::cumulative;
 use crate::optics::{DetectorModel, MeanResponse, MeanResponseError, SecondMoments};
-use crate::scene::{Path, Scene};
+use crate::scene::{Path, Scan, Scene};
 
 /// The estimate that the expected counts give.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,6 +31,10 @@ pub struct Prediction {
     /// No more than this share of scans has its largest count more than a chip
     /// from the path's peak.
     pub coarse_failure_bound: f64,
+    /// Standard deviation of the fine estimates, in metres, that the expected counts
+    /// give round those steps within a chip which may count most, weighted with the
+    /// chance to count more than the peak. The standard deviation leaves it out.
+    pub coarse_spread_m: f64,
 }
 
 /// Why there is no prediction.
@@ -142,6 +146,7 @@ pub(super) fn predict_from(
     let phase_std = variance_of_sum(counts, &window).sqrt() / fundamental.norm();
 
     let estimate = estimate_at(&expected, peak, &measurement, offset_ps);
+    let peak_variance = counts.second.of_steps(&[peak as u64])[0].signed_variance;
     let code_period_ps = scene.scan.steps_per_period as f64 * scene.chip_period_ps
         / f64::from(scene.samples_per_chip);
     let true_delay_ps = scene.paths[path].delay_ps;
@@ -155,12 +160,8 @@ pub(super) fn predict_from(
         estimate,
         detection_rate_hz: counts.response.detection_rate_hz(),
         phase_std_rad: phase_std,
-        coarse_failure_bound: coarse_failure_bound(
-            &expected,
-            peak,
-            counts.second.of_steps(&[peak as u64])[0].signed_variance,
-            scene,
-        ),
+        coarse_failure_bound: coarse_failure_bound(&expected, peak, peak_variance, scene),
+        coarse_spread_m: coarse_spread_m(&expected, peak, peak_variance, &measurement),
     })
 }
 
@@ -190,15 +191,47 @@ fn variance_of_sum(counts: &ExpectedCounts, weighted: &[(u64, f64)]) -> f64 {
 /// Sum over all steps more than a chip from the peak of the chance that they
 /// count more than it, for normal counts that all scatter as the peak's does.
 fn coarse_failure_bound(expected: &[f64], peak: usize, variance: f64, scene: &Scene) -> f64 {
-    let scan = &scene.scan;
-    let away = |step: usize| {
-        let apart = scan.step(step as u64).abs_diff(scan.step(peak as u64));
-        apart.min(scan.steps_per_period - apart) > u64::from(scene.samples_per_chip)
-    };
     let failures = (0..expected.len())
-        .filter(|&step| away(step))
+        .filter(|&step| steps_apart(&scene.scan, step, peak) > u64::from(scene.samples_per_chip))
         .map(|step| cumulative((expected[step] - expected[peak]) / (2.0 * variance).sqrt()));
     failures.sum::<f64>().min(1.0)
+}
+
+/// [`Prediction::coarse_spread_m`], for normal counts that all scatter as the
+/// peak's does.
+fn coarse_spread_m(expected: &[f64], peak: usize, variance: f64, measurement: &Measurement) -> f64 {
+    let scan = &measurement.scan;
+    let step_ps = measurement.chip_period_ps / f64::from(measurement.samples_per_chip);
+    let code_period_ps = scan.steps_per_period as f64 * step_ps;
+    let at_peak = estimate_at(expected, peak, measurement, 0.0);
+    // Sums of weights, of weighted distances from the peak's, and of their squares.
+    let mut sums = [0.0; 3];
+    for (step, count) in expected.iter().enumerate() {
+        if steps_apart(scan, step, peak) > u64::from(measurement.samples_per_chip) {
+            continue;
+        }
+        let weight = cumulative((count - expected[peak]) / (2.0 * variance).sqrt());
+        let there = estimate_at(expected, step, measurement, 0.0);
+        if there.is_fine() && weight > 1e-6 {
+            let error_ps = delay_error_ps(there.delay_ps, at_peak.delay_ps, code_period_ps);
+            let from_peak_m = distance_m(error_ps);
+            sums[0] += weight;
+            sums[1] += weight * from_peak_m;
+            sums[2] += weight * from_peak_m * from_peak_m;
+        }
+    }
+    let [weights, distances, squares] = sums;
+    if weights <= 0.0 {
+        return 0.0;
+    }
+    let mean = distances / weights;
+    (squares / weights - mean * mean).max(0.0).sqrt()
+}
+
+/// Phase steps between two measurements of a scan, the short way round.
+fn steps_apart(scan: &Scan, a: usize, b: usize) -> u64 {
+    let apart = scan.step(a as u64).abs_diff(scan.step(b as u64));
+    apart.min(scan.steps_per_period - apart)
 }
 
 /// Measurement with the largest expected count within a chip of where the path's

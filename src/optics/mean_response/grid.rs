@@ -13,6 +13,8 @@ const LARGEST_SATURATION: f64 = 256.0;
 
 /// The longest common code period that is solved.
 const LONGEST_PERIOD_CHIPS: u64 = 1 << 18;
+/// A detector must forget within so many chips: some seconds of solving.
+const LONGEST_MEMORY_CHIPS: u64 = 1 << 22;
 
 /// Cells of integration. The time frame is that of avalanches, with the first
 /// path's edges at whole chips: only differences of delays matter here.
@@ -82,6 +84,7 @@ impl Grid {
     ) -> Result<Grid, MeanResponseError> {
         check(model)?;
         check_brightness(model, light.brightest_per_chip())?;
+        let memory_chips = memory_chips(model, light.brightest_per_chip())?;
         let period_chips = common_period(model, light)? as usize;
         let frame = frame_chips(light);
         let delays: Vec<f64> = light.paths.iter().map(|p| p.delay_chips - frame).collect();
@@ -127,7 +130,7 @@ impl Grid {
             edges,
             dead_time_chips: dead_time,
             reach_chips: dead_time.ceil() as usize + 1,
-            memory_chips: memory_chips(model, light.brightest_per_chip()),
+            memory_chips,
             paths: paths.collect(),
             constant_per_chip: light.constant_per_chip,
         })
@@ -247,14 +250,21 @@ fn check_brightness(
 /// How long a detector remembers that it started ready: a saturated one fires
 /// like a clock, and forgets after the square of (rate x dead time) dead times;
 /// cut at 10^5 dead times.
-fn memory_chips(model: &DetectorModel, brightest_per_chip: f64) -> usize {
+fn memory_chips(
+    model: &DetectorModel,
+    brightest_per_chip: f64,
+) -> Result<usize, MeanResponseError> {
     let saturation = brightest_per_chip * model.dead_time_chips;
     let dead_times = (48.0 + 3.0 * saturation * saturation).min(1e5);
     let release = model.afterpulsing.map_or(0.0, |a| a.time_constant_chips);
-    (dead_times * model.dead_time_chips)
-        .max(30.0 * release)
-        .ceil() as usize
-        + 1
+    let chips = (dead_times * model.dead_time_chips).max(30.0 * release);
+    if chips > LONGEST_MEMORY_CHIPS as f64 {
+        return Err(MeanResponseError::MemoryTooLong {
+            chips,
+            limit: LONGEST_MEMORY_CHIPS,
+        });
+    }
+    Ok(chips.ceil() as usize + 1)
 }
 
 /// Edges of the cells of one chip, 0 and 1 included: every edge of light, and

@@ -120,6 +120,18 @@ pub enum MeanResponseError {
         /// The largest that is solved.
         limit_cps: f64,
     },
+    /// It would take too long to forget how the detector started.
+    #[error(
+        "the detector remembers its start for {chips:.3e} chips; the mean response is solved up to \
+         {limit} chips: take less light beside so long a dead time, a shorter afterpulsing time \
+         constant, or simulate it photon by photon"
+    )]
+    MemoryTooLong {
+        /// How long it remembers.
+        chips: f64,
+        /// The longest that is solved.
+        limit: u64,
+    },
     /// Afterpulses come faster than the finest step of integration follows.
     #[error(
         "the afterpulsing time constant is {time_constant_ps} ps; \
