@@ -382,8 +382,19 @@ fn what_cannot_be_solved_says_what_would_be_right() {
     assert_eq!(
         refused(&constant_light(1e10, 100e3)).map(|e| e.to_string()),
         Some(
-            "the brightest light fires a ready detector 10000 million times per second; the mean \
-             response needs at most 2560 million at this dead time"
+            "the brightest light fires a ready detector at 1.000e10 cps; with this dead time and \
+             chip period the mean response is solved up to 2.560e9 cps: take less light, or \
+             simulate it photon by photon"
+                .to_owned()
+        )
+    );
+    // 1,248 dead times of 12,500 chips.
+    assert_eq!(
+        refused(&constant_light(200e3, 100e6)).map(|e| e.to_string()),
+        Some(
+            "the detector remembers its start for 1.560e7 chips; the mean response is solved up to \
+             4194304 chips: take less light beside so long a dead time, a shorter afterpulsing \
+             time constant, or simulate it photon by photon"
                 .to_owned()
         )
     );
