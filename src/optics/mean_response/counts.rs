@@ -42,7 +42,7 @@ enum Laws {
 }
 
 /// The distribution of one step's counts.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 enum Law {
     /// U = mean + a z1, W = mean + b z1 + c z2 with normal z1, z2.
     Normal {
@@ -50,13 +50,17 @@ enum Law {
         down: f64,
         factor: [f64; 3],
     },
-    Small {
-        both: Single,
-        up: Single,
-        down: Single,
-        /// Whether a negative covariance is left out.
-        lacks_covariance: bool,
-    },
+    Small(Box<SmallLaw>),
+}
+
+/// U = common + up, W = common + down.
+#[derive(Debug, Clone, Copy)]
+struct SmallLaw {
+    common: Single,
+    up: Single,
+    down: Single,
+    /// Whether a negative covariance is left out.
+    lacks_covariance: bool,
 }
 
 /// The distribution of one whole number.
@@ -102,9 +106,7 @@ impl<'m> CountSampler<'m> {
             Laws::Steps(laws) => {
                 let lacks = |law: &&Law| match law {
                     Law::Normal { .. } => false,
-                    Law::Small {
-                        lacks_covariance, ..
-                    } => *lacks_covariance,
+                    Law::Small(small) => small.lacks_covariance,
                 };
                 laws.iter().filter(lacks).count()
             }
@@ -158,12 +160,12 @@ impl Law {
             }
         } else {
             let common = between.clamp(0.0, up.min(down).max(0.0));
-            Law::Small {
-                both: Single::of(common, common),
+            Law::Small(Box::new(SmallLaw {
+                common: Single::of(common, common),
                 up: Single::of(up - common, up_variance - common),
                 down: Single::of(down - common, down_variance - common),
                 lacks_covariance: between < 0.0,
-            }
+            }))
         }
     }
 
@@ -178,9 +180,9 @@ impl Law {
                     (down + factor[1] * first + factor[2] * second).round() as u64,
                 )
             }
-            Law::Small { both, up, down, .. } => {
-                let common = both.draw(rng);
-                (common + up.draw(rng), common + down.draw(rng))
+            Law::Small(small) => {
+                let common = small.common.draw(rng);
+                (common + small.up.draw(rng), common + small.down.draw(rng))
             }
         }
     }
