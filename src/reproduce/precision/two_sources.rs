@@ -97,7 +97,7 @@ fn precisions(single: &Curve, printed_m: Measured, others: &str) -> [Claim; 2] {
         format!(
             "least of the powers, at {power} pW ({:.1} Mcps detected); below {limit} mm at {}. \
              {limit} mm would take {:.1} ms per phase step. At 1.04 ms the exact moments give at \
-             best {others}. There the mean is off by {:.1} mm ({:.1} to {:.1}): precise is not \
+             best {others}. At the least of this code the mean is off by {:.1} mm ({:.1} to {:.1}): precise is not \
              accurate. The estimator as printed (eqs. 16, 17) returns the grid of coarse steps, 150 \
              mm apart; on the same light it scatters by {:.2} mm ({:.2} to {:.2}), which says how \
              often a neighbouring step wins",
