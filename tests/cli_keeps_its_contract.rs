@@ -56,6 +56,42 @@ fn run_does_the_whole_way_and_says_so_in_json() {
 }
 
 #[test]
+fn a_run_shows_every_detector() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("two.toml");
+    let text = fs::read_to_string(QUICK).unwrap();
+    let start = text.find("[[detector]]").unwrap();
+    let end = text.find("[scan]").unwrap();
+    let second = text[start..end].replace("\"spad\"", "\"second\"");
+    fs::write(&scene, format!("{text}\n{second}")).unwrap();
+    let out = folder.path().join("out");
+    let report = json(&[
+        "run",
+        scene.to_str().unwrap(),
+        "--json",
+        "--out",
+        out.to_str().unwrap(),
+    ]);
+    assert_eq!(report["cosim"]["verdict"], "match");
+    let counts = fs::read_to_string(out.join("counts.csv")).unwrap();
+    for name in ["spad", "second"] {
+        let of_detector: Vec<i64> = counts
+            .lines()
+            .filter(|line| line.ends_with(&format!(",{name}")))
+            .map(|line| line.split(',').nth(3).unwrap().parse().unwrap())
+            .collect();
+        assert_eq!(of_detector.len(), 248, "{name}");
+        // Its counts, and not the other one's: the largest is where it says.
+        let estimates = report["estimates"].as_array().unwrap();
+        let estimate = estimates.iter().find(|e| e["detector"] == name).unwrap();
+        let coarse = estimate["coarse_step"].as_u64().unwrap() as usize;
+        assert_eq!(of_detector.iter().max(), Some(&of_detector[coarse]));
+    }
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("<h3>second</h3>") && page.matches("<svg").count() == 4);
+}
+
+#[test]
 fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
     let folder = tempfile::tempdir().unwrap();
     let counts = |seed: &str, name: &str| {

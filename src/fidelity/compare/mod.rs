@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::scans::{self, ScansError};
+use super::scans::{Prepared, ScansError};
 use super::{Tier, domain};
 use crate::estimate::{NoEstimate, check_modulated, predict};
 use crate::plan::{self, Part};
@@ -176,7 +176,8 @@ pub fn compare(
     let (windowed, unscanned) = window::round_peak(scene, path);
     let share = budget.div_f64(5.0);
 
-    let mut sampled = points::grow(&windowed, Tier::Sampled, path, seed, share * 2)?;
+    let prepared = Prepared::new(&windowed, Tier::Sampled)?;
+    let mut sampled = points::grow(&windowed, &prepared, path, seed, share * 2)?;
     let reference = points::reference(sampled.pop())?;
     let counting = Tier::Expected.counting();
     let predicted = [(path, predict(&windowed, 0, path, counting))];
@@ -185,13 +186,13 @@ pub fn compare(
     for tier in Tier::ALL {
         let mut warnings = domain::warnings(&windowed, 0, tier, &predicted);
         let started = Instant::now();
-        scans::prepare(&windowed, tier)?;
+        let prepared = Prepared::new(&windowed, tier)?;
         let build_time_s = (tier == Tier::Rtl).then(|| started.elapsed().as_secs_f64());
         // The reference's own smaller runs share their random numbers with it:
         // their errors are a little too small.
         let runs = match tier {
             Tier::Sampled => Ok(std::mem::take(&mut sampled)),
-            other => points::grow(&windowed, other, path, seed ^ 0x5bd1_e995, share),
+            _ => points::grow(&windowed, &prepared, path, seed ^ 0x5bd1_e995, share),
         };
         let runs = match runs {
             // A tier that works the response out may not be able to; others can.

@@ -1,0 +1,47 @@
+// accumulator: a running total and its growth per phase step
+//
+// The total is never cleared: a step's count is the difference of two totals, which keeps
+// multiplexers out of the carry chain, and wrapping does no harm to a difference.
+//
+// Latency  1 clock to the total, 1 more to o_count
+// Rate     one addend per clock
+// Made by  goldtof emit moving.toml (goldtof 0.1.0)
+
+`default_nettype none
+
+module accumulator (
+    // Clock and reset
+    input  wire        i_clk,    // one addend per cycle
+    input  wire        i_rst,    // synchronous, active high
+
+    // Inputs
+    input  wire [3:0]  i_addend, // what to add, signed
+    input  wire        i_dump,   // the total holds the last addend of a phase step
+
+    // Outputs
+    output reg  [16:0] o_count   // growth within the last phase step
+);
+
+    reg  [16:0] total_r;    // sum of all addends, modulo its width
+    reg  [16:0] base_r;     // total at the last dump
+    wire [16:0] difference; // growth since the last dump
+
+    assign difference = total_r - base_r;
+
+    always @(posedge i_clk) begin
+        if (i_rst) begin
+            total_r <= 17'd0;
+            base_r <= 17'd0;
+            o_count <= 17'd0;
+        end else begin
+            total_r <= total_r + {{13{i_addend[3]}}, i_addend};
+            if (i_dump) begin
+                base_r <= total_r;
+                o_count <= difference;
+            end
+        end
+    end
+
+endmodule
+
+`default_nettype wire

@@ -1,0 +1,82 @@
+// detector_channel: one detector's hits, correlated with its reference
+//
+// The reference runs as the code of the detector's source and is delayed by the phase step; a
+// hit counts up or down as the reference says (eq. 11).
+//
+// Made by  goldtof emit moving.toml (goldtof 0.1.0)
+
+`default_nettype none
+
+module detector_channel (
+    // Clock and reset
+    input  wire        i_clk,       // one chip per cycle
+    input  wire        i_rst,       // synchronous, active high
+
+    // Inputs
+    input  wire [7:0]  i_samples,   // level of the SPAD, bit 0 earliest
+    input  wire        i_run,       // the present clock belongs to a scan
+    input  wire        i_step_ends, // the next clock is the last of a phase step
+    input  wire        i_step_end,  // last clock of a phase step
+    input  wire        i_start,     // a scan begins with the next clock
+    input  wire        i_dump,      // the totals have just taken in a step's last hits, segment by segment
+
+    // Outputs
+    output wire [16:0] o_count      // count of a phase step, signed
+);
+
+    wire [16:0] exact;                  // count of a phase step, exact
+    wire        reference_chip;         // present chip
+    wire        reference_epoch_unused; // the present chip is the one that reset gives
+    wire        stepper_advance;        // the reference generator goes on to its next chip
+    wire [7:0]  stepper_window;         // reference of each sample, bit 0 earliest
+    wire [3:0]  edges_hits;             // pairs of samples with a high one after a low one
+    wire [3:0]  edges_early;            // the hit is the earlier sample of its pair
+
+    assign o_count = exact;
+
+    gold_generator #(
+        .U_LOAD(11'h4ff),
+        .U_LAST(11'h1ff),
+        .V_LOAD(11'h4ff)
+    ) reference (
+        .i_clk     (i_clk),
+        .i_rst     (i_rst),
+        .i_advance (stepper_advance),
+        .i_load    (i_start),
+        .o_chip    (reference_chip),
+        .o_epoch   (reference_epoch_unused)
+    );
+
+    phase_stepper stepper (
+        .i_clk       (i_clk),
+        .i_rst       (i_rst),
+        .i_chip      (reference_chip),
+        .i_step_ends (i_step_ends),
+        .i_step_end  (i_step_end),
+        .i_start     (i_start),
+        .o_advance   (stepper_advance),
+        .o_window    (stepper_window)
+    );
+
+    edge_detector edges (
+        .i_clk     (i_clk),
+        .i_rst     (i_rst),
+        .i_samples (i_samples),
+        .i_run     (i_run),
+        .o_hits    (edges_hits),
+        .o_early   (edges_early)
+    );
+
+    updown_correlator correlator (
+        .i_clk       (i_clk),
+        .i_rst       (i_rst),
+        .i_hits      (edges_hits),
+        .i_early     (edges_early),
+        .i_reference (stepper_window),
+        .i_dump      (i_dump),
+        .o_count     (exact)
+    );
+
+endmodule
+
+`default_nettype wire

@@ -1,0 +1,54 @@
+// phase_stepper: the reference, delayed by one more sample with every phase step
+//
+// Whole chips of delay come from holding the reference's generator, samples from the choice of
+// a chip for each lane.
+//
+// Latency  2 clocks from i_chip to o_window
+// Rate     one chip per clock
+// Made by  goldtof emit moving.toml (goldtof 0.1.0)
+
+`default_nettype none
+
+module phase_stepper (
+    // Clock and reset
+    input  wire       i_clk,       // one chip per cycle
+    input  wire       i_rst,       // synchronous, active high
+
+    // Inputs
+    input  wire       i_chip,      // next chip of the reference
+    input  wire       i_step_ends, // the next clock is the last of a phase step
+    input  wire       i_step_end,  // last clock of a phase step
+    input  wire       i_start,     // a scan begins with the next clock
+
+    // Outputs
+    output wire       o_advance,   // the reference generator goes on to its next chip
+    output wire [7:0] o_window     // reference of each sample, bit 0 earliest
+);
+
+    wire [1:0] chips_chips; // reference chips, the present one in bit 0
+    wire       lanes_wrap;  // last clock of a step after which the delay grows by a chip more
+
+    chip_history chips (
+        .i_clk     (i_clk),
+        .i_rst     (i_rst),
+        .i_chip    (i_chip),
+        .i_wrap    (lanes_wrap),
+        .i_start   (i_start),
+        .o_advance (o_advance),
+        .o_chips   (chips_chips)
+    );
+
+    lane_delay lanes (
+        .i_clk       (i_clk),
+        .i_rst       (i_rst),
+        .i_chips     (chips_chips),
+        .i_step_ends (i_step_ends),
+        .i_step_end  (i_step_end),
+        .i_start     (i_start),
+        .o_wrap      (lanes_wrap),
+        .o_window    (o_window)
+    );
+
+endmodule
+
+`default_nettype wire

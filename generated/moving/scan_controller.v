@@ -1,0 +1,121 @@
+// scan_controller: counts chips per phase step and steps per scan
+//
+// Both counters are LFSRs, which pass through as many states as a binary counter and need no
+// carry chain. The states in which they end were computed beforehand, and are recognised a
+// clock early, so that every flag comes from a register.
+//
+// A scan begins with a code period; until it does, run is low.
+//
+// Dwell    13100 chips per phase step
+// Scan     65 phase steps
+// Latency  5 clocks from a step's last one to o_dump
+// Made by  goldtof emit moving.toml (goldtof 0.1.0)
+
+`default_nettype none
+
+module scan_controller (
+    // Clock and reset
+    input  wire  i_clk,       // one chip per cycle
+    input  wire  i_rst,       // synchronous, active high
+
+    // Inputs
+    input  wire  i_epoch,     // the next clock is the first of a code period
+
+    // Outputs
+    output reg   o_run,       // the present clock belongs to a scan
+    output reg   o_step_ends, // the next clock is the last of a phase step
+    output wire  o_step_end,  // last clock of a phase step
+    output wire  o_start,     // a scan begins with the next clock
+    output wire  o_dump,      // the total has just taken in a step's last hits, segment by segment
+    output wire  o_counted,   // the step's count is there
+    output wire  o_last       // it is the scan's last
+);
+
+    // Chip counter at a step's first chip
+    localparam [13:0] DWELL_LOAD = 14'h3fff;
+
+    // Taps of the chip counter
+    localparam [13:0] DWELL_TAPS = 14'h2a01;
+
+    // Chip counter three chips before a step's last
+    localparam [13:0] DWELL_ENDING = 14'h19c4;
+
+    // Step counter at a scan's first step
+    localparam [6:0] STEPS_LOAD = 7'h7f;
+
+    // Taps of the step counter
+    localparam [6:0] STEPS_TAPS = 7'd3;
+
+    // Step counter one step before a scan's last
+    localparam [6:0] STEPS_ENDING = 7'h70;
+
+    reg  [13:0] dwell_r;             // chips of the present step
+    reg         step_end_r;          // last clock of a phase step
+    reg  [6:0]  steps_r;             // steps of the present scan
+    reg         last_step_r;         // the present step is the scan's last
+    reg         scan_end_r;          // last clock of a scan
+    reg  [5:0]  step_ended_r;        // the end of a step on its way through the correlator
+    reg  [5:0]  scan_ended_r;        // the end of a scan on its way through the correlator
+    wire        ends_step;           // last clock of a phase step
+    wire        ends_scan;           // last clock of a scan
+    wire        dumps;               // dump of each segment
+    wire        dwell_match_matched; // they were equal one clock ago
+
+    assign ends_step = step_end_r;
+    assign ends_scan = scan_end_r;
+    assign o_step_end = ends_step;
+    assign o_start = i_epoch & (~o_run | ends_scan);
+    assign o_counted = step_ended_r[5];
+    assign o_last = scan_ended_r[5];
+    assign o_dump = dumps;
+    assign dumps = step_ended_r[4];
+
+    state_match dwell_match (
+        .i_clk     (i_clk),
+        .i_rst     (i_rst),
+        .i_state   (dwell_r),
+        .i_wanted  (DWELL_ENDING),
+        .o_matched (dwell_match_matched)
+    );
+
+    always @(posedge i_clk) begin
+        if (i_rst) begin
+            o_run <= 1'b0;
+            dwell_r <= DWELL_LOAD;
+            o_step_ends <= 1'b0;
+            step_end_r <= 1'b0;
+            steps_r <= STEPS_LOAD;
+            last_step_r <= 1'b0;
+            scan_end_r <= 1'b0;
+            step_ended_r <= 6'd0;
+            scan_ended_r <= 6'd0;
+        end else begin
+            step_end_r <= o_step_ends;
+            scan_end_r <= o_step_ends & last_step_r;
+            if (o_start) begin
+                o_run <= 1'b1;
+            end else if (ends_scan) begin
+                o_run <= 1'b0;
+            end
+            o_step_ends <= o_run & dwell_match_matched;
+            if (ends_step) begin
+                dwell_r <= DWELL_LOAD;
+            end else if (o_run) begin
+                dwell_r <= {^(dwell_r & DWELL_TAPS), dwell_r[13:1]};
+            end
+            if (ends_step) begin
+                last_step_r <= steps_r == STEPS_ENDING;
+            end
+            if (ends_scan) begin
+                steps_r <= STEPS_LOAD;
+            end else if (ends_step) begin
+                steps_r <= {^(steps_r & STEPS_TAPS), steps_r[6:1]};
+            end
+            step_ended_r <= {step_ended_r[4:0], ends_step};
+            scan_ended_r <= {scan_ended_r[4:0], ends_scan};
+        end
+    end
+
+endmodule
+
+`default_nettype wire

@@ -1,0 +1,113 @@
+// sensor_top: DS-CDMA indirect time-of-flight sensor, lasers out, SPAD samples in
+//
+// One clock cycle is one chip of 8 samples. The sample word of a chip is expected on i_samples
+// one cycle after o_laser shows the chip. In reset all 6 outputs are 0.
+//
+// Scan     65 phase steps from step 16365, 13100 chips each
+// Counts   17 bits, signed; no stimulus can overflow them
+// Latency  m_axis_tvalid 6 clocks after the one at which a step's last word is on i_samples
+// Rate     one chip per clock
+// Made by  goldtof emit moving.toml (goldtof 0.1.0)
+
+`default_nettype none
+
+module sensor_top (
+    // Clock and reset
+    input  wire        i_clk,         // one cycle per chip
+    input  wire        i_rst,         // synchronous, active high
+
+    // Lasers
+    output reg         o_laser,       // chip of each source, bit m for source m
+    output reg         o_epoch,       // o_laser shows the first chip of the reference's code
+
+    // Detector
+    input  wire [7:0]  i_samples,     // SPAD level, bit 0 earliest
+
+    // Results, AXI4-Stream
+    output wire [23:0] m_axis_tdata,  // count of a phase step, signed
+    output wire        m_axis_tvalid, // a result waits
+    input  wire        m_axis_tready, // the receiver takes it
+    output wire        m_axis_tlast,  // it is the scan's last
+
+    // Flags, high until reset
+    output wire        o_overrun      // a result was lost since reset
+);
+
+    wire        chips;                // next chip of each source
+    wire        transmit_chip;        // present chip
+    wire        transmit_epoch;       // the present chip is the one that reset gives
+    wire        controller_run;       // the present clock belongs to a scan
+    wire        controller_step_ends; // the next clock is the last of a phase step
+    wire        controller_step_end;  // last clock of a phase step
+    wire        controller_start;     // a scan begins with the next clock
+    wire        controller_dump;      // the total has just taken in a step's last hits, segment by segment
+    wire        controller_counted;   // the step's count is there
+    wire        controller_last;      // it is the scan's last
+    wire [16:0] channel_count;        // count of a phase step, signed
+
+    assign chips = transmit_chip;
+
+    gold_generator #(
+        .U_LOAD(11'h7ff),
+        .U_LAST(11'h7fe),
+        .V_LOAD(11'h7ff)
+    ) transmit (
+        .i_clk     (i_clk),
+        .i_rst     (i_rst),
+        .i_advance (1'b1),
+        .i_load    (1'b0),
+        .o_chip    (transmit_chip),
+        .o_epoch   (transmit_epoch)
+    );
+
+    scan_controller controller (
+        .i_clk       (i_clk),
+        .i_rst       (i_rst),
+        .i_epoch     (transmit_epoch),
+        .o_run       (controller_run),
+        .o_step_ends (controller_step_ends),
+        .o_step_end  (controller_step_end),
+        .o_start     (controller_start),
+        .o_dump      (controller_dump),
+        .o_counted   (controller_counted),
+        .o_last      (controller_last)
+    );
+
+    detector_channel channel (
+        .i_clk       (i_clk),
+        .i_rst       (i_rst),
+        .i_samples   (i_samples),
+        .i_run       (controller_run),
+        .i_step_ends (controller_step_ends),
+        .i_step_end  (controller_step_end),
+        .i_start     (controller_start),
+        .i_dump      (controller_dump),
+        .o_count     (channel_count)
+    );
+
+    result_stream results (
+        .i_clk     (i_clk),
+        .i_rst     (i_rst),
+        .i_count   (channel_count),
+        .i_counted (controller_counted),
+        .i_last    (controller_last),
+        .i_ready   (m_axis_tready),
+        .o_data    (m_axis_tdata),
+        .o_valid   (m_axis_tvalid),
+        .o_last    (m_axis_tlast),
+        .o_overrun (o_overrun)
+    );
+
+    always @(posedge i_clk) begin
+        if (i_rst) begin
+            o_laser <= 1'b0;
+            o_epoch <= 1'b0;
+        end else begin
+            o_laser <= chips;
+            o_epoch <= transmit_epoch;
+        end
+    end
+
+endmodule
+
+`default_nettype wire
