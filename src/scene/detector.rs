@@ -5,6 +5,11 @@ use super::reader::{Bounds, Section};
 use super::units::Quantity;
 use super::{CounterTiming, Detector};
 
+/// Longest afterpulsing time constant: a simulation starts thirty of them early.
+const LONGEST_TIME_CONSTANT_PS: f64 = 1e10;
+/// Largest jitter: detections of twenty of them are put in order.
+const LARGEST_JITTER_CHIPS: f64 = (1_u32 << 16) as f64;
+
 /// Reads one detector. `reference` is the index of the source it names, if that
 /// is known, and `clock` is for the default pulse width.
 pub(super) fn read(
@@ -30,7 +35,7 @@ pub(super) fn read(
         read_afterpulsing(&section, has_dead_time);
     let pulse_width_ps = section.quantity("pulse_width", Quantity::Time, Bounds::Positive, "7 ns");
     let delay_ps = time("delay", "1.75 ns").unwrap_or(0.0);
-    let jitter_ps = read_jitter(&section);
+    let jitter_ps = read_jitter(&section, clock);
     let counter = read_counter(&section);
     section.finish();
     Some(Detector {
@@ -66,6 +71,15 @@ fn read_afterpulsing(detector: &Section, has_dead_time: bool) -> (f64, f64) {
     section.require("time_constant", "\"5 ns\"");
     let probability = section.number("probability", Bounds::ProperShare, "0.137");
     let time_constant = section.quantity("time_constant", Quantity::Time, Bounds::Positive, "5 ns");
+    if time_constant.is_some_and(|constant| constant > LONGEST_TIME_CONSTANT_PS)
+        && let Some(value) = section.get("time_constant")
+    {
+        let message = format!(
+            "{} is longer than any simulation could begin early enough for; write at most \"10 ms\"",
+            section.excerpt(value)
+        );
+        section.report_at("time_constant", value, &message);
+    }
     if let Some(probability) = probability
         && !has_dead_time
         && -(-probability).ln_1p() >= 1.0
@@ -85,9 +99,9 @@ fn read_afterpulsing(detector: &Section, has_dead_time: bool) -> (f64, f64) {
 }
 
 /// Standard deviations in picoseconds; those of 0 are dropped.
-fn read_jitter(detector: &Section) -> Vec<f64> {
+fn read_jitter(detector: &Section, clock: Option<Clock>) -> Vec<f64> {
     const KEY: &str = "jitter";
-    detector
+    let jitter_ps: Vec<f64> = detector
         .array(KEY, "[\"53.5 ps\", \"4 ps\"]")
         .into_iter()
         .flat_map(|array| array.iter())
@@ -95,7 +109,20 @@ fn read_jitter(detector: &Section) -> Vec<f64> {
             detector.quantity_of(KEY, value, Quantity::Time, Bounds::NotNegative, "53.5 ps")
         })
         .filter(|&deviation| deviation > 0.0)
-        .collect()
+        .collect();
+    let together_ps = jitter_ps.iter().map(|s| s * s).sum::<f64>().sqrt();
+    let most_ps = clock.map(|clock| LARGEST_JITTER_CHIPS * clock.chip_period_ps);
+    if let Some(most_ps) = most_ps.filter(|&most_ps| together_ps > most_ps)
+        && let Some(value) = detector.get(KEY)
+    {
+        let message = format!(
+            "{} is more than {LARGEST_JITTER_CHIPS} chips in all; write at most \"{} ns\"",
+            detector.excerpt(value),
+            (most_ps / 1e3).floor()
+        );
+        detector.report_at(KEY, value, &message);
+    }
+    jitter_ps
 }
 
 fn read_counter(detector: &Section) -> CounterTiming {

@@ -171,6 +171,30 @@ fn afterpulsing_without_its_time_constant() {
 }
 
 #[test]
+fn afterpulsing_that_outlasts_any_simulation() {
+    insta::assert_snapshot!(
+        refusal(r#"dead_time = "14 ns""#, "dead_time = \"14 ns\"\nafterpulsing = { probability = 0.1, time_constant = \"1 s\" }"),
+        @r#"
+    scenes/x.toml:15:53: detector.afterpulsing.time_constant: "1 s" is longer than any simulation could begin early enough for; write at most "10 ms"
+      15 | afterpulsing = { probability = 0.1, time_constant = "1 s" }
+         |                                                     ^^^^^
+    "#
+    );
+}
+
+#[test]
+fn a_jitter_of_very_many_chips() {
+    insta::assert_snapshot!(
+        refusal(r#"dead_time = "14 ns""#, "dead_time = \"14 ns\"\njitter = [\"0.4 ms\", \"0.4 ms\"]"),
+        @r#"
+    scenes/x.toml:15:10: detector.jitter: ["0.4 ms", "0.4 ms"] is more than 65536 chips in all; write at most "524288 ns"
+      15 | jitter = ["0.4 ms", "0.4 ms"]
+         |          ^^^^^^^^^^^^^^^^^^^^
+    "#
+    );
+}
+
+#[test]
 fn afterpulsing_that_never_dies_out() {
     insta::assert_snapshot!(
         refusal(r#"dead_time = "14 ns""#, "dead_time = \"14 ns\"\nafterpulsing = { probability = 1.0, time_constant = \"5 ns\" }"),

@@ -13,6 +13,8 @@ const LARGEST_SATURATION: f64 = 256.0;
 
 /// The longest common code period that is solved.
 const LONGEST_PERIOD_CHIPS: u64 = 1 << 18;
+/// Weights of a jitter's reach take some megabytes.
+const LARGEST_JITTER_CHIPS: u32 = 1 << 10;
 /// A detector must forget within so many chips: some seconds of solving.
 const LONGEST_MEMORY_CHIPS: u64 = 1 << 22;
 
@@ -196,6 +198,13 @@ fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
         return Err(MeanResponseError::TimeConstantTooShort {
             time_constant_ps: ps(afterpulsing.time_constant_chips),
             least_ps: ps(2.0 * FINEST_CELL_CHIPS),
+        });
+    }
+    let jitter_chips = model.jitter_chips.unwrap_or(0.0);
+    if jitter_chips > f64::from(LARGEST_JITTER_CHIPS) {
+        return Err(MeanResponseError::JitterTooWide {
+            jitter_chips,
+            limit: LARGEST_JITTER_CHIPS,
         });
     }
     let dead_time_needed = model.dead_time_chips > 0.0 || model.afterpulsing.is_some();

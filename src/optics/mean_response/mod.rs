@@ -120,6 +120,17 @@ pub enum MeanResponseError {
         /// The largest that is solved.
         limit_cps: f64,
     },
+    /// Jitter reaches over more chips than there are weights for.
+    #[error(
+        "the jitter is {jitter_chips:.3e} chips; the mean response takes up to {limit} chips: \
+         simulate it photon by photon"
+    )]
+    JitterTooWide {
+        /// Its standard deviation.
+        jitter_chips: f64,
+        /// The largest that is solved.
+        limit: u32,
+    },
     /// It would take too long to forget how the detector started.
     #[error(
         "the detector remembers its start for {chips:.3e} chips; the mean response is solved up to \
