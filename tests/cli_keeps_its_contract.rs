@@ -228,6 +228,54 @@ fn rtl_with_other_ports_is_refused_port_by_port() {
 }
 
 #[test]
+fn of_a_folder_without_a_manifest_the_bench_is_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    emit(folder.path());
+    fs::remove_file(folder.path().join("manifest.json")).unwrap();
+    let stranger = "module stranger; initial $finish; not_to_be_found u(); endmodule\n";
+    fs::write(folder.path().join("stranger.v"), stranger).unwrap();
+    assert!(folder.path().join("sensor_top_tb.v").exists());
+    let rtl = folder.path().to_str().unwrap();
+    let report = json(&["cosim", QUICK, "--json", "--cycles", "5000", "--rtl", rtl]);
+    assert_eq!(report["verdict"], "match");
+}
+
+#[test]
+fn light_without_its_code_gives_no_estimate() {
+    let folder = tempfile::tempdir().unwrap();
+    let flat = folder.path().join("flat.toml");
+    let text = fs::read_to_string(QUICK).unwrap();
+    let unmodulated = text.replace("extinction_ratio = 10", "extinction_ratio = 1");
+    assert_ne!(unmodulated, text);
+    fs::write(&flat, unmodulated).unwrap();
+    let flat = flat.to_str().unwrap();
+    let says_why = |estimate: &Value| {
+        let remark = estimate["remark"].as_str().unwrap();
+        assert!(
+            remark.contains("no light that its source modulates"),
+            "{remark}"
+        );
+    };
+    let simulated = &json(&["simulate", flat, "--json", "--repeat", "5"])["estimates"][0];
+    for key in ["mean_m", "bias_m", "std_m", "expected_bias_m", "bound_m"] {
+        assert!(simulated[key].is_null(), "{key}: {simulated}");
+    }
+    assert_eq!(simulated["estimates"], 0);
+    says_why(simulated);
+
+    let out = folder.path().join("out");
+    let run = &json(&["run", flat, "--json", "--out", out.to_str().unwrap()])["estimates"][0];
+    for key in ["distance_m", "error_m", "expected_bias_m"] {
+        assert!(run[key].is_null(), "{key}: {run}");
+    }
+    says_why(run);
+
+    let compared = goldtof(&["fidelity", flat, "--budget-s", "1"]);
+    assert_eq!(compared.status.code(), Some(2));
+    assert!(stderr(&compared).contains("no light that its source modulates"));
+}
+
+#[test]
 fn a_folder_without_verilog_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let output = goldtof(&["cosim", QUICK, "--rtl", folder.path().to_str().unwrap()]);

@@ -162,11 +162,7 @@ const WINDOW: &[Fault] = &[
         "i_advance & subchip_r",
         "i_advance & ~subchip_r",
     ),
-    (
-        "scan_controller.v",
-        "i_epoch & (~o_run | ends_scan)",
-        "~o_run | ends_scan",
-    ),
+    ("scan_controller.v", "i_epoch & may_start_r", "may_start_r"),
     (
         "scan_controller.v",
         "STEPS_ENDING = 5'd1",
@@ -185,8 +181,8 @@ const WINDOW: &[Fault] = &[
 /// tests/scenes/window-in-step.toml.
 const WINDOW_IN_STEP: &[Fault] = &[(
     "scan_controller.v",
-    "i_epoch & (~o_run | ends_scan)",
-    "i_epoch & ~o_run",
+    "may_start_r <= (o_step_ends & last_step_r) | ",
+    "may_start_r <= ",
 )];
 
 /// Faults in the peak detector of tests/scenes/peak.toml.

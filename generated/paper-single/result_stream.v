@@ -27,7 +27,7 @@ module result_stream (
     output reg         o_overrun  // a result was lost since reset
 );
 
-    reg  [16:0] count_r; // count of the step, signed
+    reg  [16:0] count_r; // the result
     wire        blocked; // results still wait
     wire        load;    // new counts are taken over
 
@@ -44,6 +44,8 @@ module result_stream (
         end else begin
             if (load) begin
                 count_r <= i_count;
+            end
+            if (load) begin
                 o_last <= i_last;
             end
             o_valid <= i_counted | blocked;

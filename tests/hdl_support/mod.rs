@@ -2,6 +2,7 @@
 //! library's own generators.
 #![allow(dead_code)] // Every test binary uses a part of this.
 
+pub mod block_bench;
 pub mod draw;
 pub mod icarus;
 pub mod naive_sensor;

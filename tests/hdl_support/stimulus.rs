@@ -21,6 +21,15 @@ impl Noise {
     pub fn below(&mut self, bound: u64) -> u64 {
         (self.next() >> 11) % bound
     }
+
+    /// Inputs for `clocks` clocks, each drawn by `draw`.
+    pub fn words(
+        &mut self,
+        clocks: usize,
+        mut draw: impl FnMut(&mut Noise) -> Vec<u128>,
+    ) -> Vec<Vec<u128>> {
+        (0..clocks).map(|_| draw(self)).collect()
+    }
 }
 
 /// `cycles` inputs of `lanes` samples, all detectors together, that begin with

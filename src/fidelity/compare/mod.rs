@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use super::scans::{Prepared, ScansError};
 use super::{Tier, domain};
-use crate::estimate::predict;
+use crate::estimate::{NoEstimate, check_modulated, predict};
 use crate::plan::{self, Part};
 use crate::scene::Scene;
 
@@ -147,6 +147,9 @@ pub enum FidelityError {
         "no path leads from the first detector's own source to it, so there is no error to compare"
     )]
     NoPath,
+    /// No tier can give an estimate.
+    #[error("no tier has an estimate to compare: {0}")]
+    NoEstimate(#[from] NoEstimate),
     /// The reference gave too few estimates.
     #[error(
         "the reference tier found the path in fewer than two of {0} scans: more light, or a longer integration, is needed"
@@ -169,6 +172,7 @@ pub fn compare(
     let path = (0..scene.paths.len())
         .find(|&p| scene.paths[p].detector == 0 && scene.paths[p].source == own)
         .ok_or(FidelityError::NoPath)?;
+    check_modulated(scene, 0)?;
     let (windowed, unscanned) = window::round_peak(scene, path);
     let share = budget.div_f64(5.0);
 

@@ -31,6 +31,7 @@ pub struct ChipHistory {
     hold: Optional<Local<bool>>,
     chip: Optional<Local<bool>>,
     _chips: usize,
+    _window_chips: usize,
     _step_chips: usize,
     _replayed: usize,
 }
@@ -57,7 +58,10 @@ impl ChipHistory {
             ),
             i_start: Optional::new(realigns, Input::bit("a scan begins with the next clock")),
             o_advance: Output::bit("the reference generator goes on to its next chip"),
-            o_chips: Output::word(kept, "reference chips, the present one in bit 0"),
+            o_chips: Output::word(
+                geometry.window_chips(),
+                "reference chips, the present one in bit 0",
+            ),
             about: describe(geometry),
             chips_load: Constant::new(
                 start.chips,
@@ -75,6 +79,7 @@ impl ChipHistory {
             hold: when_replaying("the reference generator waits"),
             chip: when_replaying("chip that comes next"),
             _chips: kept as usize,
+            _window_chips: geometry.window_chips() as usize,
             _step_chips: geometry.chips() as usize,
             _replayed: replayed as usize,
         }
@@ -169,6 +174,6 @@ impl Logic for ChipHistory {
                 }
             }
         }
-        self.o_chips.next = self.chips.q.val();
+        self.o_chips.next = bit_cast(self.chips.q.val(), self._window_chips);
     }
 }

@@ -45,7 +45,7 @@ impl LaneDelay {
         let lanes = geometry.lanes;
         let samples = geometry.samples();
         let grows = geometry.grows_by_samples();
-        let kept = geometry.kept_chips() as usize;
+        let chips = geometry.window_chips() as usize;
         let window = geometry.window();
         let mask_width = lanes.saturating_sub(1).max(1);
         let mask = (1 << geometry.first_delay) - 1;
@@ -70,7 +70,7 @@ impl LaneDelay {
         LaneDelay {
             i_clk: Input::bit("one chip per cycle"),
             i_rst: Input::bit("synchronous, active high"),
-            i_chips: Input::word(kept as u32, "reference chips, the present one in bit 0"),
+            i_chips: Input::word(chips as u32, "reference chips, the present one in bit 0"),
             i_step_ends: Optional::new(
                 looks_ahead && grows,
                 Input::bit("the next clock is the last of a phase step"),
@@ -114,10 +114,14 @@ impl LaneDelay {
                     "delayed lanes of the next step",
                 ),
             ),
-            present: Wiring::new(kept, present.collect(), "chip of a sample"),
+            present: Wiring::new(chips, present.collect(), "chip of a sample"),
             previous: Optional::new(
                 grows,
-                Wiring::new(kept, previous.collect(), "chip of a sample that is delayed"),
+                Wiring::new(
+                    chips,
+                    previous.collect(),
+                    "chip of a sample that is delayed",
+                ),
             ),
             takes_previous: Optional::new(
                 grows,
@@ -128,7 +132,7 @@ impl LaneDelay {
                 grows,
                 Local::bit("the next step delays by a whole chip more"),
             ),
-            _chips: kept,
+            _chips: chips,
             _lanes: lanes as usize,
             _step_samples: samples as usize,
         }

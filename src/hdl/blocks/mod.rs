@@ -32,7 +32,7 @@ mod square;
 mod state_match;
 mod updown_correlator;
 
-pub use accumulator::Accumulator;
+pub use accumulator::{Accumulator, Place};
 pub use chip_history::ChipHistory;
 pub use chip_table::ChipTableGenerator;
 pub use code_source::{CodePorts, CodeSource};
@@ -49,7 +49,7 @@ pub use lfsr::LfsrGenerator;
 pub use peak_detector::PeakDetector;
 pub use phase_stepper::PhaseStepper;
 pub use quad_counter::QuadCounter;
-pub use result_stream::ResultStream;
+pub use result_stream::{ResultStream, StreamPlan};
 pub use running_maximum::RunningMaximum;
 pub use scan_controller::ScanController;
 pub use sensor_top::SensorTop;

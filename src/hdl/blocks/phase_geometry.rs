@@ -59,14 +59,19 @@ impl PhaseGeometry {
         )
     }
 
-    /// Reference chips that are kept: those of the window, and those to which
-    /// the reference goes back when the delay grows.
-    pub fn kept_chips(self) -> u32 {
+    /// Reference chips from which the window's samples are taken.
+    pub(super) fn window_chips(self) -> u32 {
         let oldest = (0..self.window()).map(|sample| {
             let (back, place) = self.tap(sample);
             back + u32::from(self.may_be_delayed(place))
         });
-        oldest.max().unwrap_or(0) + self.most_chips()
+        oldest.max().unwrap_or(0) + 1
+    }
+
+    /// Reference chips that are kept: those of the window, and those to which
+    /// the reference goes back when the delay grows.
+    pub fn kept_chips(self) -> u32 {
+        self.window_chips() + self.replayed_chips()
     }
 
     /// Chips by which the reference goes back at most when the delay grows, for

@@ -14,6 +14,8 @@ pub struct ResultStream {
     pub i_count: Vec<Input<Word>>,
     /// Which of them were clamped.
     pub i_clamped: Vec<Input<bool>>,
+    /// New counts are there in the next clock; if there are several.
+    pub i_counts: Optional<Input<bool>>,
     /// New counts are there.
     pub i_counted: Input<bool>,
     /// They are the scan's last.
@@ -31,27 +33,37 @@ pub struct ResultStream {
     /// A count was clamped since reset.
     pub o_saturated: Optional<Output<bool>>,
     about: About,
-    whole_row: Optional<Constant>,
-    short_row: Optional<Constant>,
-    rows: Optional<Constant>,
     count: Vec<Register<Word>>,
     valid: Register<bool>,
     last: Register<bool>,
     overrun: Register<bool>,
-    step: Optional<Register<Word>>,
-    detector: Optional<Register<Word>>,
+    ends: Optional<Register<bool>>,
+    next_ends: Vec<Register<bool>>,
+    moves_up: Optional<Register<bool>>,
+    more: Optional<Register<bool>>,
+    changes: Optional<Register<bool>>,
     saturated: Optional<Register<bool>>,
     clamped: Optional<Wiring>,
     clamped_last: Optional<Wiring>,
-    row_ends: Optional<Local<bool>>,
-    all_sent: Optional<Local<bool>>,
-    replaces: Optional<Local<bool>>,
-    moves: Optional<Local<bool>>,
+    later_ends: Optional<Local<bool>>,
+    next: Optional<Local<Word>>,
     blocked: Local<bool>,
     load: Local<bool>,
-    _several: usize,
-    _skips: usize,
-    _gap: usize,
+    _single: usize,
+    _detectors: usize,
+    _steps: usize,
+    _last_steps: usize,
+    _compacts: usize,
+    _is_short: usize,
+    _short_at_once: usize,
+    _whole_end: usize,
+    _short_end: usize,
+    _behind_whole: usize,
+    _behind_short: usize,
+    _first_later: usize,
+    _first_short: usize,
+    _first_whole: usize,
+    _back_to_back: usize,
     _data_bits: usize,
 }
 
@@ -70,6 +82,8 @@ pub struct StreamPlan {
     pub steps: u32,
     /// Phase steps of a scan's last group.
     pub last_steps: u32,
+    /// Groups may come in successive clocks.
+    pub back_to_back: bool,
 }
 
 impl ResultStream {
@@ -82,10 +96,10 @@ impl ResultStream {
             detectors,
             steps,
             last_steps,
+            back_to_back,
         } = plan;
         let counts = (detectors * steps) as usize;
         let is_short = last_steps < steps;
-        let when_several = |part| Optional::new(counts > 1, part);
         let of = |count: usize| (count as u32 / steps, count as u32 % steps);
         let count_about = |count: usize| match (detectors, steps, of(count)) {
             (1, 1, _) => "count of the step, signed".to_owned(),
@@ -95,10 +109,17 @@ impl ResultStream {
                 format!("count of detector {detector}, step {step} of the group, signed")
             }
         };
-        let token =
-            |count: u32, about: &str| Optional::new(count > 1, Register::word(count, 1, about));
-        let token_start = |present: bool, count: u32, bits: u32, about: &str| {
-            Optional::new(present, Constant::new(1 << (count - 1), bits, about))
+        let place_about = |place: usize| match place {
+            0 => "the result".to_owned(),
+            1 => "the result that comes next".to_owned(),
+            _ => format!("the result that comes {place} later"),
+        };
+        // The last result but one of a group, and of a scan's last group unless
+        // that has only one.
+        let whole_end = counts.saturating_sub(2);
+        let short_end = match (detectors * last_steps) as usize {
+            1 => whole_end,
+            sent => sent - 2,
         };
         ResultStream {
             i_clk: Input::bit("at most one group of counts per cycle"),
@@ -109,6 +130,10 @@ impl ResultStream {
             i_clamped: (0..if saturates { counts } else { 0 })
                 .map(|count| Input::bit(format!("clamped: {}", count_about(count))))
                 .collect(),
+            i_counts: Optional::new(
+                counts > 1,
+                Input::bit("new counts are there in the next clock"),
+            ),
             i_counted: Input::bit("new counts are there"),
             i_last: Input::bit("they are the scan's last"),
             i_ready: Input::bit("the receiver takes the result"),
@@ -118,20 +143,40 @@ impl ResultStream {
             o_overrun: Output::bit("a result was lost since reset"),
             o_saturated: Optional::new(saturates, Output::bit("a count was clamped since reset")),
             about: describe(plan),
-            whole_row: token_start(steps > 1, steps, steps, "Steps of a group"),
-            short_row: token_start(is_short, last_steps, steps, "Steps of a scan's last group"),
-            rows: token_start(detectors > 1, detectors, detectors, "Detectors"),
             count: (0..counts)
-                .map(|count| Register::word(count_bits, 0, count_about(count)))
+                .map(|count| Register::word(count_bits, 0, place_about(count)))
                 .collect(),
             valid: Register::bit(false, "a result waits"),
             last: Register::bit(false, "the waiting results are the scan's last"),
             overrun: Register::bit(false, "a result was lost since reset"),
-            step: token(
-                steps,
-                "one bit: how many of the detector's steps come after",
+            ends: Optional::new(
+                counts > 1,
+                Register::bit(false, "the result is its group's last"),
             ),
-            detector: token(detectors, "one bit: how many detectors come after"),
+            next_ends: (0..if counts > 1 { counts } else { 0 })
+                .map(|count| {
+                    let after = place_about(count + 1);
+                    Register::bit(false, format!("{after} is the group's last"))
+                })
+                .collect(),
+            moves_up: Optional::new(
+                counts > 2,
+                Register::bit(false, "the results behind the first have yet to move up"),
+            ),
+            more: Optional::new(
+                counts > 1,
+                Register::bit(
+                    false,
+                    "others of its group come after the result that waits",
+                ),
+            ),
+            changes: Optional::new(
+                counts > 1,
+                Register::bit(
+                    false,
+                    "the results behind the first move up, or new ones come",
+                ),
+            ),
             saturated: Optional::new(
                 saturates,
                 Register::bit(false, "a count was clamped since reset"),
@@ -150,17 +195,31 @@ impl ResultStream {
                     "those among them that a scan's last group has",
                 ),
             ),
-            row_ends: when_several(Local::bit("the result is its detector's last")),
-            all_sent: when_several(Local::bit("the result is the group's last")),
-            replaces: when_several(Local::bit(
-                "counts are there, and if a result waits it is a group's last",
-            )),
-            moves: when_several(Local::bit("the counts are replaced or move up")),
+            later_ends: Optional::new(
+                counts > 1,
+                Local::bit("the result after the one that comes next is the group's last"),
+            ),
+            next: Optional::new(
+                counts > 1,
+                Local::word(count_bits, "the result that comes next"),
+            ),
             blocked: Local::bit("results still wait"),
             load: Local::bit("new counts are taken over"),
-            _several: usize::from(counts > 1),
-            _skips: usize::from(is_short && detectors > 1),
-            _gap: (steps - last_steps + 1) as usize,
+            _single: usize::from(counts == 1),
+            _detectors: detectors as usize,
+            _steps: steps as usize,
+            _last_steps: last_steps as usize,
+            _compacts: usize::from(is_short && detectors > 1),
+            _is_short: usize::from(is_short),
+            _short_at_once: usize::from(is_short && detectors * last_steps == 1),
+            _whole_end: whole_end,
+            _short_end: short_end,
+            _behind_whole: (whole_end + 1).min(counts - 1),
+            _behind_short: (short_end + 1).min(whole_end),
+            _first_later: usize::from(whole_end > 0 && short_end > 0),
+            _first_short: usize::from(whole_end > 0 && short_end == 0),
+            _first_whole: usize::from(whole_end == 0),
+            _back_to_back: usize::from(back_to_back),
             _data_bits: data_bits as usize,
         }
     }
@@ -175,12 +234,12 @@ fn describe(plan: StreamPlan) -> About {
         about = about
             .note(format!(
                 "A group's {} counts leave in the order of detectors, each detector's in the \
-                 order of steps. The first register is offered; counts move up to it.",
+                 order of steps.",
                 plan.detectors * plan.steps
             ))
             .note(
-                "Which way the many registers take is known without the receiver; whether they \
-                 take it is one gate from registers and i_ready.",
+                "The first register is offered. Those behind it move up a clock later, so that \
+                 i_ready reaches few gates; until they have, what comes next is the third's.",
             );
     }
     if plan.last_steps < plan.steps {
@@ -207,87 +266,127 @@ impl Logic for ResultStream {
         self.o_valid.next = self.valid.q.val();
         self.o_overrun.next = self.overrun.q.val();
 
-        for _one in self._several..1 {
+        for _single in 0..self._single {
             self.o_last.next = self.last.q.val();
             self.blocked.next = self.valid.q.val() & !self.i_ready.val();
+            self.load.next = self.i_counted.val() & !self.blocked.val();
         }
-        for _several in 0..self._several {
-            for _one_step in self.step.count()..1 {
-                self.row_ends[0].next = true;
+        for _several in self._single..1 {
+            dff_setup!(self, i_clk, ends[0], more[0], changes[0]);
+            for c in 0..(self.next_ends.len()) {
+                dff_setup!(self, i_clk, next_ends[c]);
             }
-            for _steps in 0..self.step.count() {
-                dff_setup!(self, i_clk, step[0]);
-                self.row_ends[0].next = self.step[0].q.val().get_bit(0);
+            self.o_last.next = self.last.q.val() & self.ends[0].q.val();
+            self.blocked.next = self.more[0].q.val() | (self.valid.q.val() & !self.i_ready.val());
+            self.load.next = self.i_counted.val() & !self.blocked.val();
+            for _several_counts in self._short_at_once..1 {
+                self.more[0].d.next = self.load.val();
             }
-            for _one_detector in self.detector.count()..1 {
-                self.all_sent[0].next = self.row_ends[0].val();
+            for _single_count in 0..self._short_at_once {
+                self.more[0].d.next = self.load.val() & !self.i_last.val();
             }
-            for _detectors in 0..self.detector.count() {
-                dff_setup!(self, i_clk, detector[0]);
-                self.all_sent[0].next =
-                    self.row_ends[0].val() & self.detector[0].q.val().get_bit(0);
+            for _apart in self._back_to_back..1 {
+                self.changes[0].d.next = self.i_counts[0].val();
             }
-            self.o_last.next = self.last.q.val() & self.all_sent[0].val();
-            self.blocked.next = self.valid.q.val() & !(self.i_ready.val() & self.all_sent[0].val());
-            self.replaces[0].next =
-                self.i_counted.val() & (!self.valid.q.val() | self.all_sent[0].val());
-            if self.valid.q.val() {
-                self.moves[0].next =
-                    self.i_ready.val() & (self.i_counted.val() | !self.all_sent[0].val());
-            } else {
-                self.moves[0].next = self.i_counted.val();
+            for _back_to_back in 0..self._back_to_back {
+                self.changes[0].d.next = self.i_counts[0].val() & !self.load.val();
             }
-            if self.moves[0].val() {
-                for c in 0..(self.count.len() - 1) {
-                    self.count[c].d.next = self.count[c + 1].q.val();
+            if self.more[0].q.val() {
+                self.more[0].d.next = !(self.i_ready.val() & self.next_ends[0].q.val());
+                self.changes[0].d.next = self.i_ready.val();
+            }
+
+            for _two in self.moves_up.count()..1 {
+                self.next[0].next = self.count[1].q.val();
+                self.later_ends[0].next = self.next_ends[1].q.val();
+            }
+            for second in 2..(self.moves_up.count() + 2) {
+                dff_setup!(self, i_clk, moves_up[0]);
+                self.moves_up[0].d.next = self.more[0].q.val() & self.i_ready.val();
+                if self.moves_up[0].q.val() {
+                    self.next[0].next = self.count[second].q.val();
+                    self.later_ends[0].next = self.next_ends[second].q.val();
+                } else {
+                    self.next[0].next = self.count[1].q.val();
+                    self.later_ends[0].next = self.next_ends[1].q.val();
                 }
-                for gap in self._gap..(self._gap + 1) {
-                    for _skips in 0..self._skips {
-                        if self.row_ends[0].val() & self.last.q.val() {
-                            for c in 0..(self.count.len() - self._gap) {
-                                self.count[c].d.next = self.count[c + gap].q.val();
+            }
+            if self.i_ready.val() | !self.valid.q.val() {
+                if self.more[0].q.val() {
+                    self.count[0].d.next = self.next[0].val();
+                    self.ends[0].d.next = self.next_ends[0].q.val();
+                    self.next_ends[0].d.next = self.later_ends[0].val();
+                } else if self.i_counted.val() {
+                    self.count[0].d.next = self.i_count[0].val();
+                    for _several_counts in self._short_at_once..1 {
+                        self.ends[0].d.next = false;
+                    }
+                    for _single_count in 0..self._short_at_once {
+                        self.ends[0].d.next = self.i_last.val();
+                    }
+                    for _later in 0..self._first_later {
+                        self.next_ends[0].d.next = false;
+                    }
+                    for _short in 0..self._first_short {
+                        self.next_ends[0].d.next = self.i_last.val();
+                    }
+                    for _whole in 0..self._first_whole {
+                        for _always in self._is_short..1 {
+                            self.next_ends[0].d.next = true;
+                        }
+                        for _unless_short in 0..self._is_short {
+                            self.next_ends[0].d.next = !self.i_last.val();
+                        }
+                    }
+                }
+            }
+            if self.changes[0].q.val() {
+                for c in 1..(self.count.len()) {
+                    self.count[c].d.next = self.i_count[c].val();
+                }
+                for c in 1..(self.next_ends.len()) {
+                    self.next_ends[c].d.next = false;
+                }
+                for whole in (self._whole_end.max(1))..self._behind_whole {
+                    for _always in self._is_short..1 {
+                        self.next_ends[whole].d.next = true;
+                    }
+                    for _unless_short in 0..self._is_short {
+                        self.next_ends[whole].d.next = !self.i_last.val();
+                    }
+                }
+                for short in (self._short_end.max(1))..self._behind_short {
+                    self.next_ends[short].d.next = self.i_last.val();
+                }
+                for _compacts in 0..self._compacts {
+                    if self.i_last.val() {
+                        for last_steps in self._last_steps..(self._last_steps + 1) {
+                            for steps in self._steps..(self._steps + 1) {
+                                for d in 1..self._detectors {
+                                    for step in 0..self._last_steps {
+                                        self.count[last_steps * d + step].d.next =
+                                            self.i_count[steps * d + step].val();
+                                    }
+                                }
                             }
                         }
                     }
                 }
-                if self.replaces[0].val() {
-                    for c in 0..(self.count.len()) {
-                        self.count[c].d.next = self.i_count[c].val();
-                    }
-                }
-            }
-        }
-
-        self.load.next = self.i_counted.val() & !self.blocked.val();
-        if self.load.val() {
-            for _one in self._several..1 {
-                self.count[0].d.next = self.i_count[0].val();
-            }
-            self.last.d.next = self.i_last.val();
-        }
-        for _steps in 0..self.step.count() {
-            if self.moves[0].val() {
-                self.step[0].d.next = self.step[0].q.val() >> 1;
-                if self.row_ends[0].val() | self.replaces[0].val() {
-                    self.step[0].d.next = self.whole_row[0].val();
-                    for _short in 0..self.short_row.count() {
-                        if (self.replaces[0].val() & self.i_last.val())
-                            | (!self.replaces[0].val() & self.last.q.val())
-                        {
-                            self.step[0].d.next = self.short_row[0].val();
+                for _deep in 0..self.moves_up.count() {
+                    if self.more[0].q.val() {
+                        for c in 1..(self.count.len() - 1) {
+                            self.count[c].d.next = self.count[c + 1].q.val();
+                            self.next_ends[c].d.next = self.next_ends[c + 1].q.val();
                         }
                     }
                 }
             }
         }
-        for _detectors in 0..self.detector.count() {
-            if self.moves[0].val() {
-                if self.replaces[0].val() {
-                    self.detector[0].d.next = self.rows[0].val();
-                } else if self.row_ends[0].val() {
-                    self.detector[0].d.next = self.detector[0].q.val() >> 1;
-                }
+        if self.load.val() {
+            for _single in 0..self._single {
+                self.count[0].d.next = self.i_count[0].val();
             }
+            self.last.d.next = self.i_last.val();
         }
         for _saturates in 0..self.o_saturated.count() {
             dff_setup!(self, i_clk, saturated[0]);

@@ -24,6 +24,8 @@ pub struct ScanController {
     pub o_start: Optional<Output<bool>>,
     /// A step's last hits are in the total; a bit for each of its segments.
     pub o_dump: Output<Word>,
+    /// The step's count is there in the next clock.
+    pub o_counts: Optional<Output<bool>>,
     /// The step's count is there.
     pub o_counted: Output<bool>,
     /// It is the scan's last.
@@ -42,6 +44,7 @@ pub struct ScanController {
     steps: Optional<Register<Word>>,
     last_step: Optional<Register<bool>>,
     scan_end: Optional<Register<bool>>,
+    may_start: Optional<Register<bool>>,
     dwell_match: Optional<StateMatch>,
     steps_match: Optional<StateMatch>,
     step_ended: Register<Word>,
@@ -74,6 +77,8 @@ pub struct ScanPlan {
     pub segments: u32,
     /// Clocks from the dump of the lowest segment to the whole count.
     pub clocks_to_count: u32,
+    /// Whether `o_counts` is there.
+    pub counts_early: bool,
 }
 
 impl ScanController {
@@ -124,6 +129,10 @@ impl ScanController {
             o_dump: Output::word(
                 plan.segments,
                 "the total has just taken in a step's last hits, segment by segment",
+            ),
+            o_counts: Optional::new(
+                plan.counts_early,
+                Output::bit("the step's count is there in the next clock"),
             ),
             o_counted: Output::bit("the step's count is there"),
             o_last: Output::bit("it is the scan's last"),
@@ -180,6 +189,13 @@ impl ScanController {
             scan_end: Optional::new(
                 looks_ahead && counts_steps,
                 Register::bit(false, "last clock of a scan"),
+            ),
+            may_start: Optional::new(
+                realigns && looks_ahead,
+                Register::bit(
+                    true,
+                    "the present clock is a scan's last, or belongs to none",
+                ),
             ),
             dwell_match: Optional::new(dwell_in_pieces, StateMatch::new(dwell.width())),
             steps_match: Optional::new(
@@ -266,12 +282,29 @@ impl Logic for ScanController {
         self.o_step_end.next = self.ends_step.val();
 
         for _waits in 0..self.i_epoch.count() {
-            self.o_start[0].next =
-                self.i_epoch[0].val() & (!self.run.q.val() | self.ends_scan.val());
+            for _at_once in self.may_start.count()..1 {
+                self.o_start[0].next =
+                    self.i_epoch[0].val() & (!self.run.q.val() | self.ends_scan.val());
+            }
+            for _known in 0..self.may_start.count() {
+                self.o_start[0].next = self.i_epoch[0].val() & self.may_start[0].q.val();
+            }
             if self.o_start[0].val() {
                 self.run.d.next = true;
             } else if self.ends_scan.val() {
                 self.run.d.next = false;
+            }
+            for _known in 0..self.may_start.count() {
+                dff_setup!(self, i_clk, may_start[0]);
+                for _single_step in 0..self._single_step {
+                    self.may_start[0].d.next = self.step_ends[0].q.val()
+                        | !(self.o_start[0].val() | (self.run.q.val() & !self.ends_scan.val()));
+                }
+                for _several_steps in self._single_step..1 {
+                    self.may_start[0].d.next = (self.step_ends[0].q.val()
+                        & self.last_step[0].q.val())
+                        | !(self.o_start[0].val() | (self.run.q.val() & !self.ends_scan.val()));
+                }
             }
             for _toggles in 0..self._toggles {
                 self.step_ends[0].d.next =
@@ -346,6 +379,9 @@ impl Logic for ScanController {
                 self.dumps.i[s].next = self.step_ended.q.val().get_bit(dump - 1 + s);
             }
             for count in self._to_count..(self._to_count + 1) {
+                for _early in 0..self.o_counts.count() {
+                    self.o_counts[0].next = self.step_ended.q.val().get_bit(dump + count - 2);
+                }
                 self.o_counted.next = self.step_ended.q.val().get_bit(dump + count - 1);
                 self.o_last.next = self.scan_ended.q.val().get_bit(dump + count - 1);
             }

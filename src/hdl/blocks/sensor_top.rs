@@ -131,6 +131,7 @@ impl SensorTop {
                 clocks_to_dump: Contract::clocks_to_dump(lanes),
                 segments: contract.count_segments.count,
                 clocks_to_count: contract.clocks_of_counting(),
+                counts_early: detectors as u32 * parallel > 1,
             }),
             channel: contract
                 .reference_codes
@@ -144,6 +145,7 @@ impl SensorTop {
                 detectors: detectors as u32,
                 steps: parallel,
                 last_steps: contract.last_group_steps() as u32,
+                back_to_back: contract.scan.integration_chips == 1,
             }),
             peak: contract
                 .peak
@@ -307,6 +309,9 @@ impl Logic for SensorTop {
 
         self.results.i_clk.next = self.i_clk.val();
         self.results.i_rst.next = self.i_rst.val();
+        for _several in 0..(self.results.i_counts.count()) {
+            self.results.i_counts[0].next = self.controller.o_counts[0].val();
+        }
         self.results.i_counted.next = self.controller.o_counted.val();
         self.results.i_last.next = self.controller.o_last.val();
         self.results.i_ready.next = self.m_axis_tready.val();
