@@ -27,7 +27,7 @@ module result_stream (
     output reg         o_overrun  // a result was lost since reset
 );
 
-    reg  [16:0] count_r; // count of the step, signed
+    reg  [16:0] count_r; // the result
     wire        blocked; // results still wait
     wire        load;    // new counts are taken over
 

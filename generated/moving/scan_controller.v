@@ -54,6 +54,7 @@ module scan_controller (
     reg  [6:0]  steps_r;             // steps of the present scan
     reg         last_step_r;         // the present step is the scan's last
     reg         scan_end_r;          // last clock of a scan
+    reg         may_start_r;         // the present clock is a scan's last, or belongs to none
     reg  [5:0]  step_ended_r;        // the end of a step on its way through the correlator
     reg  [5:0]  scan_ended_r;        // the end of a scan on its way through the correlator
     wire        ends_step;           // last clock of a phase step
@@ -64,7 +65,7 @@ module scan_controller (
     assign ends_step = step_end_r;
     assign ends_scan = scan_end_r;
     assign o_step_end = ends_step;
-    assign o_start = i_epoch & (~o_run | ends_scan);
+    assign o_start = i_epoch & may_start_r;
     assign o_counted = step_ended_r[5];
     assign o_last = scan_ended_r[5];
     assign o_dump = dumps;
@@ -87,6 +88,7 @@ module scan_controller (
             steps_r <= STEPS_LOAD;
             last_step_r <= 1'b0;
             scan_end_r <= 1'b0;
+            may_start_r <= 1'b1;
             step_ended_r <= 6'd0;
             scan_ended_r <= 6'd0;
         end else begin
@@ -97,6 +99,7 @@ module scan_controller (
             end else if (ends_scan) begin
                 o_run <= 1'b0;
             end
+            may_start_r <= (o_step_ends & last_step_r) | ~(o_start | (o_run & ~ends_scan));
             o_step_ends <= o_run & dwell_match_matched;
             if (ends_step) begin
                 dwell_r <= DWELL_LOAD;

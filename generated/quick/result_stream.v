@@ -44,8 +44,6 @@ module result_stream (
         end else begin
             if (load) begin
                 count_r <= i_count;
-            end
-            if (load) begin
                 o_last <= i_last;
             end
             o_valid <= i_counted | blocked;
