@@ -391,6 +391,16 @@ fn what_cannot_be_solved_says_what_would_be_right() {
                 .to_owned()
         )
     );
+    // 1,248 dead times of 12,500 chips.
+    assert_eq!(
+        refused(&constant_light(200e3, 100e6)).map(|e| e.to_string()),
+        Some(
+            "the detector remembers its start for 1.560e7 chips; the mean response is solved up to \
+             4194304 chips: take less light beside so long a dead time, a shorter afterpulsing \
+             time constant, or simulate it photon by photon"
+                .to_owned()
+        )
+    );
 }
 
 /// Variances and covariance that theory gives, against the sensor of Table I over
