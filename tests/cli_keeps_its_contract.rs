@@ -56,6 +56,42 @@ fn run_does_the_whole_way_and_says_so_in_json() {
 }
 
 #[test]
+fn a_run_shows_every_detector() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("two.toml");
+    let text = fs::read_to_string(QUICK).unwrap();
+    let start = text.find("[[detector]]").unwrap();
+    let end = text.find("[scan]").unwrap();
+    let second = text[start..end].replace("\"spad\"", "\"second\"");
+    fs::write(&scene, format!("{text}\n{second}")).unwrap();
+    let out = folder.path().join("out");
+    let report = json(&[
+        "run",
+        scene.to_str().unwrap(),
+        "--json",
+        "--out",
+        out.to_str().unwrap(),
+    ]);
+    assert_eq!(report["cosim"]["verdict"], "match");
+    let counts = fs::read_to_string(out.join("counts.csv")).unwrap();
+    for name in ["spad", "second"] {
+        let of_detector: Vec<i64> = counts
+            .lines()
+            .filter(|line| line.ends_with(&format!(",{name}")))
+            .map(|line| line.split(',').nth(3).unwrap().parse().unwrap())
+            .collect();
+        assert_eq!(of_detector.len(), 248, "{name}");
+        // Its counts, and not the other one's: the largest is where it says.
+        let estimates = report["estimates"].as_array().unwrap();
+        let estimate = estimates.iter().find(|e| e["detector"] == name).unwrap();
+        let coarse = estimate["coarse_step"].as_u64().unwrap() as usize;
+        assert_eq!(of_detector.iter().max(), Some(&of_detector[coarse]));
+    }
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("<h3>second</h3>") && page.matches("<svg").count() == 4);
+}
+
+#[test]
 fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
     let folder = tempfile::tempdir().unwrap();
     let counts = |seed: &str, name: &str| {
@@ -189,6 +225,54 @@ fn rtl_with_other_ports_is_refused_port_by_port() {
     assert_eq!(output.status.code(), Some(2));
     let message = "port o_overrun is an output of 2 bit(s); it should be an output of 1 bit(s)";
     assert!(stderr(&output).contains(message), "{}", stderr(&output));
+}
+
+#[test]
+fn of_a_folder_without_a_manifest_the_bench_is_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    emit(folder.path());
+    fs::remove_file(folder.path().join("manifest.json")).unwrap();
+    let stranger = "module stranger; initial $finish; not_to_be_found u(); endmodule\n";
+    fs::write(folder.path().join("stranger.v"), stranger).unwrap();
+    assert!(folder.path().join("sensor_top_tb.v").exists());
+    let rtl = folder.path().to_str().unwrap();
+    let report = json(&["cosim", QUICK, "--json", "--cycles", "5000", "--rtl", rtl]);
+    assert_eq!(report["verdict"], "match");
+}
+
+#[test]
+fn light_without_its_code_gives_no_estimate() {
+    let folder = tempfile::tempdir().unwrap();
+    let flat = folder.path().join("flat.toml");
+    let text = fs::read_to_string(QUICK).unwrap();
+    let unmodulated = text.replace("extinction_ratio = 10", "extinction_ratio = 1");
+    assert_ne!(unmodulated, text);
+    fs::write(&flat, unmodulated).unwrap();
+    let flat = flat.to_str().unwrap();
+    let says_why = |estimate: &Value| {
+        let remark = estimate["remark"].as_str().unwrap();
+        assert!(
+            remark.contains("no light that its source modulates"),
+            "{remark}"
+        );
+    };
+    let simulated = &json(&["simulate", flat, "--json", "--repeat", "5"])["estimates"][0];
+    for key in ["mean_m", "bias_m", "std_m", "expected_bias_m", "bound_m"] {
+        assert!(simulated[key].is_null(), "{key}: {simulated}");
+    }
+    assert_eq!(simulated["estimates"], 0);
+    says_why(simulated);
+
+    let out = folder.path().join("out");
+    let run = &json(&["run", flat, "--json", "--out", out.to_str().unwrap()])["estimates"][0];
+    for key in ["distance_m", "error_m", "expected_bias_m"] {
+        assert!(run[key].is_null(), "{key}: {run}");
+    }
+    says_why(run);
+
+    let compared = goldtof(&["fidelity", flat, "--budget-s", "1"]);
+    assert_eq!(compared.status.code(), Some(2));
+    assert!(stderr(&compared).contains("no light that its source modulates"));
 }
 
 #[test]

@@ -147,7 +147,7 @@ fn quantities() {
 
 #[test]
 fn codes() {
-    stays_bounded("codes", 1_000);
+    stays_bounded("codes", 600);
 }
 
 #[test]

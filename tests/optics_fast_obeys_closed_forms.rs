@@ -116,7 +116,7 @@ fn assert_afterpulses_alone(scale: u64) {
 
 #[test]
 fn afterpulses_alone_give_the_rate_and_fano_factor_of_a_branching_process() {
-    assert_afterpulses_alone(10);
+    assert_afterpulses_alone(3);
 }
 
 #[test]

@@ -299,6 +299,12 @@ fn moving_scenes_scatter_and_err_as_predicted() {
         assert_within_standard_errors(found.z(predicted.bias_m), 5.0, &format!("bias, {name}"));
         let z = found.variance_z(predicted.std_m.powi(2));
         assert_within_standard_errors(z, 5.0, &format!("variance, {name}"));
+        // The phase scatters with photons and path alike: pi is a chip.
+        let scatter_m = predicted.phase_std_rad / std::f64::consts::PI * distance_m(8_000.0);
+        assert!(
+            (scatter_m / predicted.std_m - 1.0).abs() < 1e-9,
+            "{predicted:?}"
+        );
         if name == "slow fluctuation" {
             // It stands still within the window, and adds as it is.
             let expected_m = still_std_m.hypot(15e-3);

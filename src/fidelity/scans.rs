@@ -1,7 +1,7 @@
 //! Counts of whole scans, one tier or another.
 
 use std::num::NonZero;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread::available_parallelism;
 
 use super::Tier;
@@ -53,9 +53,15 @@ pub enum ScansError {
     Mismatch,
 }
 
-/// Simulates `repetitions` scans of one detector. `on_scan` gets the counts of
-/// each, those of the scan's steps in order. The tier that draws nothing has no
-/// scans.
+/// What a tier needs before its first scan, once for all scans of a scene to come:
+/// the Verilog's model, built. The other tiers need nothing.
+#[derive(Debug, Clone)]
+pub struct Prepared {
+    tier: Tier,
+    library: Option<PathBuf>,
+}
+
+/// [`Prepared::scans`] of a tier that is prepared for them alone.
 ///
 /// # Errors
 /// When the tier cannot do the scene.
@@ -67,16 +73,53 @@ pub fn scans(
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),
 ) -> Result<(), ScansError> {
-    match tier {
-        // Draws nothing, so it has no scans.
-        Tier::Expected => Ok(()),
-        Tier::Counts => counts(scene, detector, seed, repetitions, on_scan),
-        Tier::Events => {
-            events(scene, detector, seed, repetitions, on_scan);
-            Ok(())
+    Prepared::new(scene, tier)?.scans(scene, detector, seed, repetitions, on_scan)
+}
+
+impl Prepared {
+    /// Prepares a tier for a scene.
+    ///
+    /// # Errors
+    /// When the Verilog cannot be emitted or built.
+    pub fn new(scene: &Scene, tier: Tier) -> Result<Prepared, ScansError> {
+        let library = if tier == Tier::Rtl {
+            let sources = sources_of(&hdl::emit(scene, "goldtof simulate")?);
+            Some(build(TOP, &sources, &Contract::of(scene), &cache_dir())?)
+        } else {
+            None
+        };
+        Ok(Prepared { tier, library })
+    }
+
+    /// The tier.
+    pub fn tier(&self) -> Tier {
+        self.tier
+    }
+
+    /// Simulates `repetitions` scans of one detector of the scene. `on_scan` gets
+    /// the counts of each, those of the scan's steps in order. The tier that draws
+    /// nothing has no scans.
+    ///
+    /// # Errors
+    /// When the tier cannot do the scene.
+    pub fn scans(
+        &self,
+        scene: &Scene,
+        detector: usize,
+        seed: u64,
+        repetitions: u64,
+        on_scan: impl FnMut(&[StepCount]),
+    ) -> Result<(), ScansError> {
+        match (self.tier, &self.library) {
+            (Tier::Expected, _) => Ok(()),
+            (Tier::Counts, _) => counts(scene, detector, seed, repetitions, on_scan),
+            (Tier::Events, _) => {
+                events(scene, detector, seed, repetitions, on_scan);
+                Ok(())
+            }
+            (_, None) => sampled(scene, detector, seed, repetitions, on_scan),
+            (_, Some(library)) => rtl(scene, detector, library, seed, repetitions, on_scan),
         }
-        Tier::Sampled => sampled(scene, detector, seed, repetitions, on_scan),
-        Tier::Rtl => rtl(scene, detector, seed, repetitions, on_scan),
     }
 }
 
@@ -146,24 +189,6 @@ fn sampled(
     Ok(())
 }
 
-/// Builds what a tier needs before its first scan, once for all scans of the scene
-/// to come: the Verilog's model. The other tiers need nothing.
-///
-/// # Errors
-/// When the Verilog cannot be emitted or built.
-pub fn prepare(scene: &Scene, tier: Tier) -> Result<(), ScansError> {
-    if tier == Tier::Rtl {
-        verilated(scene, &Contract::of(scene))?;
-    }
-    Ok(())
-}
-
-/// The library with the scene's verilated model.
-fn verilated(scene: &Scene, contract: &Contract) -> Result<PathBuf, ScansError> {
-    let sources = sources_of(&hdl::emit(scene, "goldtof simulate")?);
-    Ok(build(TOP, &sources, contract, &cache_dir())?)
-}
-
 fn models(scene: &Scene) -> Vec<DetectorModel> {
     (0..scene.detectors.len())
         .map(|detector| DetectorModel::new(scene, detector))
@@ -173,6 +198,7 @@ fn models(scene: &Scene) -> Vec<DetectorModel> {
 fn rtl(
     scene: &Scene,
     detector: usize,
+    library: &Path,
     seed: u64,
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),
@@ -180,8 +206,7 @@ fn rtl(
     let contract = Contract::of(scene);
     let layout = Layout::of(&contract);
     let mut reference = Reference::new(contract.clone())?;
-    let library = verilated(scene, &contract)?;
-    let mut model = Verilated::load(&library, &layout)?;
+    let mut model = Verilated::load(library, &layout)?;
     let detectors = models(scene);
     let mut collector = Collector::new(&contract, detector, repetitions, on_scan);
     let outcome = Lockstep {

@@ -22,8 +22,8 @@ const DEGREE: u32 = 11;
 /// So many code periods that rounding a mean count to a whole number moves no
 /// distance by a nanometre.
 const PERIODS_WITHOUT_NOISE: u64 = 1_000_000_000;
-/// So many that a scan scatters by some tens of micrometres: 16 s a step.
-const PERIODS_WITH_NOISE: u64 = 1_000_000;
+/// So many that a scan scatters by some tens of micrometres: 160 s a step.
+const PERIODS_WITH_NOISE: u64 = 10_000_000;
 /// Scans behind each point of the model estimator.
 const SCANS: u64 = 20;
 /// What the model estimator's error is to stay below.
@@ -208,7 +208,7 @@ mod tests {
         };
         let code = spec.build().map(Arc::new).expect("an m-sequence");
         for samples in [1_u32, 2, 8, 16] {
-            for delay in [0.1, 0.25, 0.5, 0.8] {
+            for delay in [-0.02, 0.1, 0.25, 0.5, 0.98] {
                 let scene = ideal_scene(&code, samples, delay, 100_000);
                 let s = f64::from(samples);
                 let counts: Vec<MeanCount> = (0..scene.scan.steps)

@@ -79,7 +79,7 @@ pub fn interference(run: &mut Run) -> Result<Figure, RunError> {
         window(both(chips, INTEGRATION_S), TARGET_PS, HALF_WINDOW_CHIPS)
     })?
     .and_model(run, BY_MODEL, &coarse, |chips| {
-        both(chips, 10.0 * INTEGRATION_S)
+        both(chips, 100.0 * INTEGRATION_S)
     })?;
     // The same light without modulation moves the mean as well: that is walk.
     let alone = Bias::of_phase(run, "no second source", &[0.0, 32.0], &[], |_| {

@@ -83,8 +83,8 @@ impl Fitted {
                 linearised = parameters.clone();
                 continue;
             }
-            // Where no way leads down even so is the minimum, as far as one-sided
-            // derivatives can tell.
+            // Where no way leads down even so is the minimum, as far as derivatives
+            // from finite steps can tell.
             let moved = normal.largest_step_sigmas(&parameters.minus(&before));
             if !reweighted && moved < 1.0 {
                 reweighted = true;

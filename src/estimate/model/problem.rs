@@ -118,6 +118,11 @@ impl Parameters {
         self.paths.push(path);
     }
 
+    /// Whether unknown number `index` is a delay.
+    fn is_delay(&self, index: usize) -> bool {
+        index < 2 * self.paths.len() && index.is_multiple_of(2)
+    }
+
     /// Everything that shines, per chip.
     fn brightest(&self) -> f64 {
         self.constant + self.paths.iter().map(|p| p.ln_rate.exp()).sum::<f64>()
@@ -189,8 +194,10 @@ impl<'m> Problem<'m> {
         self.steps.len() as u64 == self.model.scan().steps
     }
 
-    /// Derivatives by every unknown, by one more solution each; `response` and
-    /// `means` are those at `parameters`. One-sided: good for steps of a fit.
+    /// Derivatives by every unknown; `response` and `means` are those at
+    /// `parameters`. Good for steps of a fit: by strengths and constant light they are
+    /// one-sided, of one more solution each. By delays they are from both sides, or a
+    /// fit that stands on the tip of a peak would not see the other side of it.
     pub fn jacobian(
         &self,
         parameters: &Parameters,
@@ -199,10 +206,8 @@ impl<'m> Problem<'m> {
     ) -> Result<Vec<Column>, MeanResponseError> {
         (0..parameters.len())
             .map(|index| {
-                if parameters.paths.len() == 1 && index == 0 {
-                    // All light later at once: the same solution, read off later.
-                    let later = response.delayed(DELAY_STEP_CHIPS * self.chip_period_ps());
-                    return Ok(slope(means, &self.means_of(&later), DELAY_STEP_CHIPS));
+                if parameters.is_delay(index) {
+                    return self.central_slope(parameters, response, index);
                 }
                 let (nudged, step) = parameters.nudged(index, 1.0);
                 Ok(slope(means, &self.means(&nudged)?, step))
@@ -218,17 +223,25 @@ impl<'m> Problem<'m> {
         response: &MeanResponse,
     ) -> Result<Vec<Column>, MeanResponseError> {
         (0..parameters.len())
-            .map(|index| {
-                if parameters.paths.len() == 1 && index == 0 {
-                    let [below, above] = [-DELAY_STEP_CHIPS, DELAY_STEP_CHIPS]
-                        .map(|by| self.means_of(&response.delayed(by * self.chip_period_ps())));
-                    return Ok(slope(&below, &above, 2.0 * DELAY_STEP_CHIPS));
-                }
-                let (above, up) = parameters.nudged(index, 1.0);
-                let (below, down) = parameters.nudged(index, -1.0);
-                Ok(slope(&self.means(&below)?, &self.means(&above)?, up - down))
-            })
+            .map(|index| self.central_slope(parameters, response, index))
             .collect()
+    }
+
+    fn central_slope(
+        &self,
+        parameters: &Parameters,
+        response: &MeanResponse,
+        index: usize,
+    ) -> Result<Column, MeanResponseError> {
+        if parameters.paths.len() == 1 && parameters.is_delay(index) {
+            // All light earlier or later at once: the same solution, read off there.
+            let [below, above] = [-DELAY_STEP_CHIPS, DELAY_STEP_CHIPS]
+                .map(|by| self.means_of(&response.delayed(by * self.chip_period_ps())));
+            return Ok(slope(&below, &above, 2.0 * DELAY_STEP_CHIPS));
+        }
+        let (above, up) = parameters.nudged(index, 1.0);
+        let (below, down) = parameters.nudged(index, -1.0);
+        Ok(slope(&self.means(&below)?, &self.means(&above)?, up - down))
     }
 
     /// Inverse covariances of the steps' counts, from their second moments.

@@ -54,7 +54,7 @@ impl FidelityReport {
             y: axis(label),
             series,
             legend: Legend::UpperRight,
-            headroom: 0.35,
+            headroom: 0.5,
         };
         Chart {
             title: format!(
@@ -123,7 +123,7 @@ impl FidelityReport {
             y: axis(label),
             series,
             legend,
-            headroom: 0.3,
+            headroom: 0.45,
         };
         Chart {
             title: format!("{}: expected error of the phase estimate", self.scene),

@@ -15,9 +15,9 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::scans::{self, ScansError};
+use super::scans::{Prepared, ScansError};
 use super::{Tier, domain};
-use crate::estimate::predict;
+use crate::estimate::{NoEstimate, check_modulated, predict};
 use crate::plan::{self, Part};
 use crate::scene::Scene;
 
@@ -147,6 +147,9 @@ pub enum FidelityError {
         "no path leads from the first detector's own source to it, so there is no error to compare"
     )]
     NoPath,
+    /// No tier can give an estimate.
+    #[error("no tier has an estimate to compare: {0}")]
+    NoEstimate(#[from] NoEstimate),
     /// The reference gave too few estimates.
     #[error(
         "the reference tier found the path in fewer than two of {0} scans: more light, or a longer integration, is needed"
@@ -169,10 +172,12 @@ pub fn compare(
     let path = (0..scene.paths.len())
         .find(|&p| scene.paths[p].detector == 0 && scene.paths[p].source == own)
         .ok_or(FidelityError::NoPath)?;
+    check_modulated(scene, 0)?;
     let (windowed, unscanned) = window::round_peak(scene, path);
     let share = budget.div_f64(5.0);
 
-    let mut sampled = points::grow(&windowed, Tier::Sampled, path, seed, share * 2)?;
+    let prepared = Prepared::new(&windowed, Tier::Sampled)?;
+    let mut sampled = points::grow(&windowed, &prepared, path, seed, share * 2)?;
     let reference = points::reference(sampled.pop())?;
     let counting = Tier::Expected.counting();
     let predicted = [(path, predict(&windowed, 0, path, counting))];
@@ -181,13 +186,13 @@ pub fn compare(
     for tier in Tier::ALL {
         let mut warnings = domain::warnings(&windowed, 0, tier, &predicted);
         let started = Instant::now();
-        scans::prepare(&windowed, tier)?;
+        let prepared = Prepared::new(&windowed, tier)?;
         let build_time_s = (tier == Tier::Rtl).then(|| started.elapsed().as_secs_f64());
         // The reference's own smaller runs share their random numbers with it:
         // their errors are a little too small.
         let runs = match tier {
             Tier::Sampled => Ok(std::mem::take(&mut sampled)),
-            other => points::grow(&windowed, other, path, seed ^ 0x5bd1_e995, share),
+            _ => points::grow(&windowed, &prepared, path, seed ^ 0x5bd1_e995, share),
         };
         let runs = match runs {
             // A tier that works the response out may not be able to; others can.

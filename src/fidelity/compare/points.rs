@@ -4,7 +4,8 @@ use std::time::{Duration, Instant};
 
 use super::{FidelityError, Reference, TierPoint};
 use crate::fidelity::Tier;
-use crate::fidelity::simulate::{PathStatistics, simulate};
+use crate::fidelity::scans::Prepared;
+use crate::fidelity::simulate::{PathStatistics, simulate_prepared};
 use crate::scene::Scene;
 
 /// Two-sided 95 % quantile of the normal distribution.
@@ -25,11 +26,12 @@ pub struct Run {
 /// `budget`; at least the first.
 pub fn grow(
     scene: &Scene,
-    tier: Tier,
+    prepared: &Prepared,
     path: usize,
     seed: u64,
     budget: Duration,
 ) -> Result<Vec<Run>, FidelityError> {
+    let tier = prepared.tier();
     let mut runs: Vec<Run> = Vec::new();
     let started = Instant::now();
     for repetitions in REPETITIONS {
@@ -40,7 +42,7 @@ pub fn grow(
                 break;
             }
         }
-        let simulation = simulate(scene, tier, seed, repetitions)?;
+        let simulation = simulate_prepared(scene, prepared, seed, repetitions)?;
         let mut statistics = simulation.estimates.into_iter();
         runs.push(Run {
             tier,

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::scans::{ScansError, scans};
+use super::scans::{Prepared, ScansError};
 use super::{Tier, domain, expected};
 use crate::estimate::theory;
 use crate::optics::StepCount;
@@ -110,6 +110,27 @@ pub fn simulate(
     repetitions: u64,
 ) -> Result<Simulation, ScansError> {
     let started = Instant::now();
+    let prepared = Prepared::new(scene, tier)?;
+    let simulation = simulate_prepared(scene, &prepared, seed, repetitions)?;
+    Ok(Simulation {
+        run_time_s: started.elapsed().as_secs_f64(),
+        ..simulation
+    })
+}
+
+/// [`simulate`] with a tier that was prepared for the scene before, which is not in
+/// the run time.
+///
+/// # Errors
+/// When the tier cannot do the scene.
+pub fn simulate_prepared(
+    scene: &Scene,
+    prepared: &Prepared,
+    seed: u64,
+    repetitions: u64,
+) -> Result<Simulation, ScansError> {
+    let started = Instant::now();
+    let tier = prepared.tier();
     let mut estimates = Vec::new();
     let mut warnings = Vec::new();
     for detector in 0..scene.detectors.len() {
@@ -117,7 +138,7 @@ pub fn simulate(
         let mut answers = Answers::new(&ranging);
         let mut detections = 0;
         let mut waiting: Vec<StepCount> = Vec::new();
-        scans(scene, detector, tier, seed, repetitions, |counts| {
+        prepared.scans(scene, detector, seed, repetitions, |counts| {
             detections += counts.iter().map(|count| count.total).sum::<u64>();
             waiting.extend_from_slice(counts);
             if waiting.len() + counts.len() > COUNTS_AT_ONCE {

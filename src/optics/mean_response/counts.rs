@@ -19,11 +19,12 @@ pub(super) const NORMAL_FROM_SIGMAS: f64 = 5.0;
 /// The counts upwards and downwards, U = (N + r) / 2 and W = (N - r) / 2, are
 /// drawn, so that r and N are always possible together. Where both means are at
 /// least five standard deviations, (U, W) is normal, rounded to whole numbers,
-/// with variances less the 1/12 that rounding adds. Elsewhere U and W are drawn
-/// independently, as binomial, Poisson or negative binomial numbers by whether
-/// the variance is below, at or above the mean: means and variances of U and W
-/// are kept, their covariance is not. [`CountSampler::steps_without_covariance`]
-/// tells how many steps those are.
+/// with variances less the 1/12 that rounding adds. Elsewhere U and W are sums of
+/// a common Poisson number, whose mean is their covariance if that is positive
+/// (afterpulses of one direction in the other), and of numbers of their own:
+/// binomial, Poisson or negative binomial by whether the variance is below, at or
+/// above the mean. Means and variances of U and W are kept, a negative covariance is
+/// not. [`CountSampler::steps_without_covariance`] tells how many steps those are.
 ///
 /// Phase steps that are correlated at once share their detections: their counts
 /// are drawn together, always as normal numbers.
@@ -41,7 +42,7 @@ enum Laws {
 }
 
 /// The distribution of one step's counts.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 enum Law {
     /// U = mean + a z1, W = mean + b z1 + c z2 with normal z1, z2.
     Normal {
@@ -49,10 +50,17 @@ enum Law {
         down: f64,
         factor: [f64; 3],
     },
-    Separate {
-        up: Single,
-        down: Single,
-    },
+    Small(Box<SmallLaw>),
+}
+
+/// U = common + up, W = common + down.
+#[derive(Debug, Clone, Copy)]
+struct SmallLaw {
+    common: Single,
+    up: Single,
+    down: Single,
+    /// Whether a negative covariance is left out.
+    lacks_covariance: bool,
 }
 
 /// The distribution of one whole number.
@@ -90,14 +98,17 @@ impl<'m> CountSampler<'m> {
         }
     }
 
-    /// Steps at the low end, whose counts upwards and downwards are so small that
-    /// their joint distribution is not normal: r and N have the right variances
-    /// only as far as the two do not know of each other.
+    /// Steps whose counts upwards and downwards are so small that their joint
+    /// distribution is not normal, and go against each other, which is left out; of
+    /// steps that share their light all that are too small.
     pub fn steps_without_covariance(&self) -> usize {
         match &self.laws {
             Laws::Steps(laws) => {
-                let separate = |law: &&Law| matches!(law, Law::Separate { .. });
-                laws.iter().filter(separate).count()
+                let lacks = |law: &&Law| match law {
+                    Law::Normal { .. } => false,
+                    Law::Small(small) => small.lacks_covariance,
+                };
+                laws.iter().filter(lacks).count()
             }
             Laws::Groups(laws) => laws
                 .iter()
@@ -148,10 +159,13 @@ impl Law {
                 factor: [first, second, (b - second * second).sqrt()],
             }
         } else {
-            Law::Separate {
-                up: Single::of(up, up_variance),
-                down: Single::of(down, down_variance),
-            }
+            let common = between.clamp(0.0, up.min(down).max(0.0));
+            Law::Small(Box::new(SmallLaw {
+                common: Single::of(common, common),
+                up: Single::of(up - common, up_variance - common),
+                down: Single::of(down - common, down_variance - common),
+                lacks_covariance: between < 0.0,
+            }))
         }
     }
 
@@ -166,7 +180,10 @@ impl Law {
                     (down + factor[1] * first + factor[2] * second).round() as u64,
                 )
             }
-            Law::Separate { up, down } => (up.draw(rng), down.draw(rng)),
+            Law::Small(small) => {
+                let common = small.common.draw(rng);
+                (common + small.up.draw(rng), common + small.down.draw(rng))
+            }
         }
     }
 }
@@ -223,9 +240,9 @@ mod tests {
     use crate::optics::random::StreamKey;
 
     /// Mean, variance and covariance of draws, within five standard errors.
-    fn check(moments: CountMoments, with_covariance: bool) {
+    fn check(moments: CountMoments, is_normal: bool) {
         let law = Law::of(&moments);
-        assert_eq!(matches!(law, Law::Normal { .. }), with_covariance);
+        assert_eq!(matches!(law, Law::Normal { .. }), is_normal);
         let key = StreamKey {
             seed: 5,
             detector: 0,
@@ -247,7 +264,7 @@ mod tests {
         assert!(sums[0].abs() < error(moments.signed_variance), "{sums:?}");
         assert!(sums[1].abs() < error(moments.total_variance), "{sums:?}");
         // Fourth moments of skew small numbers may be several times the normal's.
-        let fourth = if with_covariance { 2.0 } else { 8.0 };
+        let fourth = if is_normal { 2.0 } else { 8.0 };
         let scale = moments.signed_variance.max(moments.total_variance);
         let limit = error(fourth * scale * scale);
         assert!(
@@ -273,20 +290,21 @@ mod tests {
     }
 
     #[test]
-    fn small_counts_keep_means_and_variances() {
-        // Uncorrelated U and W: r and N have the same variance.
-        for (up, up_variance, down, down_variance) in [
-            (3.0, 3.9, 1.0, 1.3),
-            (4.0, 3.0, 2.0, 1.5),
-            (0.5, 0.5, 0.0, 0.0),
+    fn small_counts_keep_means_variances_and_what_they_share() {
+        for (up, up_variance, down, down_variance, between) in [
+            (3.0, 3.9, 1.0, 1.3, 0.0),
+            (4.0, 3.0, 2.0, 1.5, 0.0),
+            (0.5, 0.5, 0.0, 0.0, 0.0),
+            (18.0, 21.0, 9.0, 10.0, 2.5),
+            (8.0, 7.0, 4.0, 4.2, 1.0),
         ] {
             let variance = up_variance + down_variance;
             check(
                 CountMoments {
                     signed_mean: up - down,
                     total_mean: up + down,
-                    signed_variance: variance,
-                    total_variance: variance,
+                    signed_variance: variance - 2.0 * between,
+                    total_variance: variance + 2.0 * between,
                     covariance: up_variance - down_variance,
                 },
                 false,

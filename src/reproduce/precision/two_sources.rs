@@ -26,9 +26,7 @@ pub fn two_sources(run: &mut Run) -> Result<Figure, RunError> {
         sensor(&lights, INTEGRATION_S)
     };
     let alone = |power_pw| sensor(&[Light::new(&first, power_pw)], INTEGRATION_S);
-    let mut curve = |label: &str, scene: &dyn Fn(f64) -> Scene| {
-        Curve::of_scenes(run, label, |power_pw| scene(power_pw))
-    };
+    let mut curve = |label: &str, scene: &dyn Fn(f64) -> Scene| Curve::of_scenes(run, label, scene);
     let single = curve("one source", &alone)?;
     let by_gold = curve("second source, another Gold code", &|p| beside(&second, p))?;
     let by_square = curve("second source, square wave", &|p| beside(&square, p))?;
