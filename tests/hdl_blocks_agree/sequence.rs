@@ -117,7 +117,7 @@ pub fn scan_controller(noise: &mut Noise) -> Case {
     let mut expected = Vec::new();
     for (clock, input) in inputs.iter().enumerate() {
         let epoch = input[0] == 1;
-        let starts = |present| epoch && (present == None || is_scan_end(present));
+        let starts = |present: Option<u64>| epoch && (present.is_none() || is_scan_end(present));
         if clock >= Case::RESET_CLOCKS {
             present = match present {
                 _ if starts(present) => Some(0),
@@ -179,7 +179,15 @@ pub fn scan_controller(noise: &mut Noise) -> Case {
 pub fn detector_channel(noise: &mut Noise) -> Case {
     const CHIPS: usize = 30;
     let code = code(Family::Gold(5), 1, 3);
-    let mut scene = scene(&[code.clone()], 0, 4, 9, Some(6), CHIPS as u64, None);
+    let mut scene = scene(
+        std::slice::from_ref(&code),
+        0,
+        4,
+        9,
+        Some(6),
+        CHIPS as u64,
+        None,
+    );
     scene.hardware.parallel = 6;
     let contract = Contract::of(&scene);
     assert_eq!(contract.banks(), 2);
