@@ -100,7 +100,7 @@ fn errors_that_the_article_leaves_out_are_figures_without_a_number() {
     let text = csv(&report, folder.path());
     let third = text
         .lines()
-        .filter(|line| line.starts_with("ζ = 0,"))
+        .filter(|line| line.starts_with("phase ζ = 0,"))
         .map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>())
         .find(|row| (row[1].parse::<f64>().unwrap() - 1.0 / 3.0).abs() < 1e-9)
         .unwrap();

@@ -45,7 +45,7 @@ pub fn circular_error(run: &mut Run) -> Result<Figure, RunError> {
             let delay = f64::from(sixtieth) / 60.0;
             let error_m = phase_error_m(&code, 1 << zeta, delay)?;
             let row = [Some(delay), error_m, None, None];
-            table.row(&format!("ζ = {zeta}, phase"), &row);
+            table.row(&format!("phase ζ = {zeta}"), &row);
             points.extend(error_m.map(|m| Point::new(delay, m.abs() * 1e3)));
         }
         // Zero has no place on a logarithmic axis: what is left there is below
@@ -66,7 +66,7 @@ pub fn circular_error(run: &mut Run) -> Result<Figure, RunError> {
             let error = run.errors_by(&scene, Tier::Counts, SCANS)?.bias_m;
             let mut row = vec![Some(delay)];
             row.extend(cells(error));
-            table.row(&format!("ζ = {zeta}, model"), &row);
+            table.row(&format!("model ζ = {zeta}"), &row);
             errors.push((delay, error));
         }
         model.push(dots(format!("ζ = {zeta}"), zeta, &errors));
