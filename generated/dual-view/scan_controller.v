@@ -28,6 +28,9 @@ module scan_controller (
     output wire  o_last       // it is the scan's last
 );
 
+    // Chip counter a chip before a step's first
+    localparam [13:0] DWELL_RESET = 14'h3ffe;
+
     // Chip counter at a step's first chip
     localparam [13:0] DWELL_LOAD = 14'h3fff;
 
@@ -86,7 +89,7 @@ module scan_controller (
     always @(posedge i_clk) begin
         if (i_rst) begin
             o_run <= 1'b0;
-            dwell_r <= DWELL_LOAD;
+            dwell_r <= DWELL_RESET;
             o_step_ends <= 1'b0;
             step_end_r <= 1'b0;
             steps_r <= STEPS_LOAD;
@@ -101,7 +104,7 @@ module scan_controller (
             o_step_ends <= o_run & dwell_match_matched;
             if (ends_step) begin
                 dwell_r <= DWELL_LOAD;
-            end else if (o_run) begin
+            end else begin
                 dwell_r <= {^(dwell_r & DWELL_TAPS), dwell_r[13:1]};
             end
             if (ends_step) begin

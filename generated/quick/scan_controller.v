@@ -28,6 +28,9 @@ module scan_controller (
     output wire  o_last       // it is the scan's last
 );
 
+    // Chip counter a chip before a step's first
+    localparam [11:0] DWELL_RESET = 12'hffe;
+
     // Chip counter at a step's first chip
     localparam [11:0] DWELL_LOAD = 12'hfff;
 
@@ -68,7 +71,7 @@ module scan_controller (
     always @(posedge i_clk) begin
         if (i_rst) begin
             o_run <= 1'b0;
-            dwell_r <= DWELL_LOAD;
+            dwell_r <= DWELL_RESET;
             o_step_ends <= 1'b0;
             step_end_r <= 1'b0;
             steps_r <= STEPS_LOAD;
@@ -83,7 +86,7 @@ module scan_controller (
             o_step_ends <= o_run & (dwell_r == DWELL_ENDING);
             if (ends_step) begin
                 dwell_r <= DWELL_LOAD;
-            end else if (o_run) begin
+            end else begin
                 dwell_r <= {^(dwell_r & DWELL_TAPS), dwell_r[11:1]};
             end
             if (ends_step) begin

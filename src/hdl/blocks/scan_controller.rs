@@ -31,6 +31,7 @@ pub struct ScanController {
     /// It is the scan's last.
     pub o_last: Output<bool>,
     about: About,
+    dwell_reset: Optional<Constant>,
     dwell_load: Optional<Constant>,
     dwell_taps: Optional<Constant>,
     dwell_ending: Optional<Constant>,
@@ -137,6 +138,14 @@ impl ScanController {
             o_counted: Output::bit("the step's count is there"),
             o_last: Output::bit("it is the scan's last"),
             about: about(plan).note(order),
+            dwell_reset: Optional::new(
+                counts_chips && !realigns,
+                constant(
+                    dwell.state_before_the_first(),
+                    &dwell,
+                    "Chip counter a chip before a step's first",
+                ),
+            ),
             dwell_load: chips(constant(
                 dwell.state(0),
                 &dwell,
@@ -166,8 +175,17 @@ impl ScanController {
             run: Register::bit(false, "the present clock belongs to a scan"),
             dwell: Optional::new(
                 counts_chips,
-                Register::word(dwell.width(), dwell.state(0), "chips of the present step")
-                    .reset_to("dwell_load$0"),
+                if realigns {
+                    Register::word(dwell.width(), dwell.state(0), "chips of the present step")
+                        .reset_to("dwell_load$0")
+                } else {
+                    // The clock between reset and run counts too, so that no
+                    // enable is needed: one made of logic costs an FPGA a global
+                    // buffer and its delay.
+                    let before = dwell.state_before_the_first();
+                    Register::word(dwell.width(), before, "chips of the present step")
+                        .reset_to("dwell_reset$0")
+                },
             ),
             step_ends: Optional::new(
                 looks_ahead,
@@ -332,13 +350,25 @@ impl Logic for ScanController {
                 self.step_ends[0].d.next = self.run.q.val() & self.dwell_match[0].o_matched.val();
             }
             for top in self._dwell_top..(self._dwell_top + 1) {
-                if self.ends_step.val() {
-                    self.dwell[0].d.next = self.dwell_load[0].val();
-                } else if self.run.q.val() {
-                    self.dwell[0].d.next = (self.dwell[0].q.val() >> 1).replace_bit(
-                        top,
-                        (self.dwell[0].q.val() & self.dwell_taps[0].val()).xor(),
-                    );
+                for _waits in 0..self.i_epoch.count() {
+                    if self.ends_step.val() {
+                        self.dwell[0].d.next = self.dwell_load[0].val();
+                    } else if self.run.q.val() {
+                        self.dwell[0].d.next = (self.dwell[0].q.val() >> 1).replace_bit(
+                            top,
+                            (self.dwell[0].q.val() & self.dwell_taps[0].val()).xor(),
+                        );
+                    }
+                }
+                for _runs_on in self.i_epoch.count()..1 {
+                    if self.ends_step.val() {
+                        self.dwell[0].d.next = self.dwell_load[0].val();
+                    } else {
+                        self.dwell[0].d.next = (self.dwell[0].q.val() >> 1).replace_bit(
+                            top,
+                            (self.dwell[0].q.val() & self.dwell_taps[0].val()).xor(),
+                        );
+                    }
                 }
             }
         }

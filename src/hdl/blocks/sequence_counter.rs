@@ -35,6 +35,12 @@ impl SequenceCounter {
         tap_mask(&self.lfsr)
     }
 
+    /// The state that comes to the first by one count, and to which no count of
+    /// the states asked for comes unless they are all there are.
+    pub(super) fn state_before_the_first(&self) -> u128 {
+        self.state((1 << self.width()) - 2)
+    }
+
     /// The state after `count` counts; the first is all ones.
     pub(super) fn state(&self, count: u64) -> u128 {
         state_at(&self.lfsr, count)
@@ -188,6 +194,19 @@ mod tests {
                 let parity = u128::from((state & counter.taps()).count_ones() % 2);
                 state = state >> 1 | parity << (width - 1);
             }
+        }
+    }
+
+    #[test]
+    fn the_state_before_the_first_counts_to_it() {
+        for states in [2, 3, 4, 100, 13_100, 1 << 33] {
+            let counter = SequenceCounter::new(states);
+            let before = counter.state_before_the_first();
+            let parity = u128::from((before & counter.taps()).count_ones() % 2);
+            assert_eq!(
+                before >> 1 | parity << (counter.width() - 1),
+                counter.state(0)
+            );
         }
     }
 }
