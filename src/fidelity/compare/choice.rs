@@ -36,8 +36,17 @@ pub fn recommend(
             // The relative standard error of a standard deviation of n normal
             // numbers is 1 / sqrt(2 (n - 1)).
             let needed = (0.5 * (Z_95 / target_error).powi(2)).ceil() as u64 + 1;
-            let per_scan_s = tier.run_time_s / repetitions as f64;
-            (Some(needed), per_scan_s * needed as f64)
+            // What a tier sets up before its first scan is in every run's time.
+            let shortest = tiers
+                .iter()
+                .filter(|other| other.name == tier.name && other.repetitions < tier.repetitions)
+                .min_by_key(|other| other.repetitions);
+            let (fewest, least_s) = shortest.map_or((0, 0.0), |run| {
+                (run.repetitions.unwrap_or(0), run.run_time_s)
+            });
+            let per_scan_s = (tier.run_time_s - least_s).max(0.0) / (repetitions - fewest) as f64;
+            let set_up_s = (least_s - per_scan_s * fewest as f64).max(0.0);
+            (Some(needed), set_up_s + per_scan_s * needed as f64)
         }
     };
     // Of each tier the run with the most scans, whose time per scan is surest.
@@ -114,5 +123,29 @@ mod tests {
         assert_eq!(best.repetitions, Some(770));
         assert!((best.run_time_s - 0.770).abs() < 1e-12);
         assert!((best.shown_error - 0.065).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_a_tier_sets_up_counts_however_few_the_scans() {
+        let reference = Reference {
+            name: "sampled",
+            repetitions: 20_000,
+            run_time_s: 100.0,
+            std_m: 0.01,
+            std_std_error_m: 0.000_05,
+            bias_m: 0.0,
+            std_error_m: 0.000_07,
+        };
+        // 20 ms and 1 us a scan, against 16 ms in all.
+        let tiers = [
+            point("expected", None, 0.016, 0.0, 0.01),
+            point("counts", Some(1_000), 0.021, 0.0, 0.01),
+            point("counts", Some(100_000), 0.120, 0.0, 0.01),
+        ];
+        let best = recommend(&tiers, &reference, 0.05).expect("both agree");
+        assert_eq!(best.name, "expected");
+        let best = recommend(&tiers[1..], &reference, 0.05).expect("it agrees");
+        assert_eq!(best.repetitions, Some(770));
+        assert!((best.run_time_s - 0.020_77).abs() < 1e-12);
     }
 }
