@@ -2,6 +2,7 @@
 
 use super::scenes::{GOLD_5, constant_light, ideal, table_i, window};
 use super::statistics::{Sample, counts, step_s, worst};
+use super::stiff::quick_trap_behind_dead_time;
 use super::{Case, Group, Measured};
 use crate::estimate::CountingTier;
 use crate::optics::fast::StepCounter;
@@ -122,15 +123,7 @@ fn no_afterpulses(seed: u64) -> anyhow::Result<Measured> {
 }
 
 fn runaway_behind_dead_time(seed: u64) -> anyhow::Result<Measured> {
-    let (primary_cps, dead_time_s, probability) = (1e6, 14e-9, 0.99);
-    let mut scene = constant_light(primary_cps, 20_000)?;
-    let spad = &mut scene.detectors[0];
-    spad.dead_time_ps = dead_time_s * 1e12;
-    spad.afterpulsing_probability = probability;
-    spad.afterpulsing_time_constant_ps = 1.0;
-    let expected_cps = primary_cps / (1.0 - probability + primary_cps * dead_time_s);
-    let totals = Sample::of_totals(&counts(&scene, 200, seed));
-    Measured::deviation(totals.z(expected_cps * step_s(&scene)))
+    quick_trap_behind_dead_time(1e6, 0.99, 200, seed)
 }
 
 fn runaway_saturates(seed: u64) -> anyhow::Result<Measured> {

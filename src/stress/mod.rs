@@ -10,6 +10,7 @@ mod codes;
 mod detectors;
 mod hardware;
 mod light;
+mod modulation;
 mod numbers;
 mod report;
 mod scenes;
@@ -140,6 +141,7 @@ pub fn cases() -> Vec<Case> {
     [
         stiff::CASES,
         light::CASES,
+        modulation::CASES,
         detectors::CASES,
         codes::CASES,
         numbers::CASES,

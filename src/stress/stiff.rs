@@ -223,14 +223,25 @@ fn afterpulsing_time_constants(seed: u64) -> anyhow::Result<Measured> {
 }
 
 fn quick_trap(seed: u64) -> anyhow::Result<Measured> {
-    let (primary_cps, probability, dead_time_s) = (5e6, 0.5, 14e-9);
+    quick_trap_behind_dead_time(5e6, 0.5, 400, seed)
+}
+
+/// Mean count when each avalanche is followed, with this probability, by another
+/// at the very end of its dead time of 14 ns: lambda / (1 - p + lambda D).
+pub(super) fn quick_trap_behind_dead_time(
+    primary_cps: f64,
+    probability: f64,
+    scans: u64,
+    seed: u64,
+) -> anyhow::Result<Measured> {
+    let dead_time_s = 14e-9;
     let mut scene = constant_light(primary_cps, 20_000)?;
     let spad = &mut scene.detectors[0];
     spad.dead_time_ps = dead_time_s * 1e12;
     spad.afterpulsing_probability = probability;
     spad.afterpulsing_time_constant_ps = 1.0;
     let expected_cps = primary_cps / (1.0 - probability + primary_cps * dead_time_s);
-    let totals = Sample::of_totals(&counts(&scene, 400, seed));
+    let totals = Sample::of_totals(&counts(&scene, scans, seed));
     Measured::deviation(totals.z(expected_cps * step_s(&scene)))
 }
 

@@ -74,6 +74,16 @@ pub fn recommend(
 mod tests {
     use super::*;
 
+    const REFERENCE: Reference = Reference {
+        name: "sampled",
+        repetitions: 20_000,
+        run_time_s: 100.0,
+        std_m: 0.01,
+        std_std_error_m: 0.000_05,
+        bias_m: 0.0,
+        std_error_m: 0.000_07,
+    };
+
     fn point(name: &str, scans: Option<u64>, run_time_s: f64, error: f64, half: f64) -> TierPoint {
         TierPoint {
             name: name.to_owned(),
@@ -102,22 +112,13 @@ mod tests {
 
     #[test]
     fn the_cheapest_tier_that_agrees_is_recommended_with_the_scans_it_needs() {
-        let reference = Reference {
-            name: "sampled",
-            repetitions: 20_000,
-            run_time_s: 100.0,
-            std_m: 0.01,
-            std_std_error_m: 0.000_05,
-            bias_m: 0.0,
-            std_error_m: 0.000_07,
-        };
         let tiers = [
             // Wrong by a fifth, far more than chance.
             point("expected", None, 0.01, 0.2, 0.01),
             point("events", Some(1_000), 1.0, 0.02, 0.045),
             point("rtl", Some(100), 5.0, 0.0, 0.14),
         ];
-        let best = recommend(&tiers, &reference, 0.05).expect("one agrees");
+        let best = recommend(&tiers, &REFERENCE, 0.05).expect("one agrees");
         assert_eq!(best.name, "events");
         // 1.96 / sqrt(2 (n - 1)) = 0.05 at n = 769.
         assert_eq!(best.repetitions, Some(770));
@@ -127,24 +128,15 @@ mod tests {
 
     #[test]
     fn what_a_tier_sets_up_counts_however_few_the_scans() {
-        let reference = Reference {
-            name: "sampled",
-            repetitions: 20_000,
-            run_time_s: 100.0,
-            std_m: 0.01,
-            std_std_error_m: 0.000_05,
-            bias_m: 0.0,
-            std_error_m: 0.000_07,
-        };
         // 20 ms and 1 us a scan, against 16 ms in all.
         let tiers = [
             point("expected", None, 0.016, 0.0, 0.01),
             point("counts", Some(1_000), 0.021, 0.0, 0.01),
             point("counts", Some(100_000), 0.120, 0.0, 0.01),
         ];
-        let best = recommend(&tiers, &reference, 0.05).expect("both agree");
+        let best = recommend(&tiers, &REFERENCE, 0.05).expect("both agree");
         assert_eq!(best.name, "expected");
-        let best = recommend(&tiers[1..], &reference, 0.05).expect("it agrees");
+        let best = recommend(&tiers[1..], &REFERENCE, 0.05).expect("it agrees");
         assert_eq!(best.repetitions, Some(770));
         assert!((best.run_time_s - 0.020_77).abs() < 1e-12);
     }
