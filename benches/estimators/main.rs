@@ -7,7 +7,7 @@
 
 mod noise;
 mod noiseless;
-#[path = "../../tests/optics_support/mod.rs"]
+#[path = "../../tests/physics/optics_support/mod.rs"]
 mod optics_support;
 mod timing;
 mod wrong;

@@ -1,0 +1,101 @@
+//! Scenes drawn at random from the whole contract: no tool has anything to say
+//! about their Verilog, and no warning is waived.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::hdl_support::draw::{self, Extent};
+use crate::hdl_support::run;
+use goldtof::hdl::{Emission, write};
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+/// Scenes that are linted; those that `emit` refuses are drawn again.
+const SCENES: usize = 200;
+const SEED: u64 = 20_231_115;
+
+/// Design and bench under Verilator, Icarus and Yosys; what they said.
+fn lint(emission: &Emission, folder: &Path) -> String {
+    write(emission, folder).expect("the files can be written");
+    // Warnings do not end the run, so that all tools get their say.
+    let wall = ["--lint-only", "-Wall", "--timing", "-Wno-fatal"];
+    let verilator = |top, list| {
+        let arguments = [&wall[..], &["--top-module", top, "-f", list]].concat();
+        run(folder, "verilator", &arguments)
+    };
+    let icarus = [
+        "-Wall",
+        "-g2005",
+        "-s",
+        "sensor_top_tb",
+        "-o",
+        "lint.vvp",
+        "-f",
+        "sensor_top_tb.f",
+    ];
+    let files: Vec<&str> = emission.files.iter().map(|f| f.name.as_str()).collect();
+    let script = format!(
+        "read_verilog {}; hierarchy -check -top sensor_top; proc; check -assert; \
+         select -assert-none t:$dlatch t:$_DLATCH_*",
+        files.join(" ")
+    );
+    verilator("sensor_top", "sensor_top.f")
+        + &verilator("sensor_top_tb", "sensor_top_tb.f")
+        + &run(folder, "iverilog", &icarus)
+        + &run(folder, "yosys", &["-q", "-p", &script])
+}
+
+#[test]
+fn two_hundred_random_scenes_are_clean_under_four_tools() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED);
+    let mut refused = BTreeMap::<String, usize>::new();
+    let mut emissions = Vec::new();
+    while emissions.len() < SCENES {
+        let (_, emission) = draw::emitted(&mut rng, Extent::WHOLE, |reason| {
+            let kind = reason.split([':', ',']).next().unwrap_or_default();
+            let kind = kind.trim_end_matches(|c: char| c.is_ascii_digit());
+            *refused.entry(kind.to_owned()).or_default() += 1;
+        });
+        emissions.push(emission);
+    }
+    let has_peak = |emission: &&Emission| emission.parameters.peak.is_some();
+    assert!(emissions.iter().filter(has_peak).count() > SCENES / 5);
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder_of = |number: usize| folder.path().join(format!("scene-{number}"));
+    let next = AtomicUsize::new(0);
+    let said = Mutex::new(String::new());
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                loop {
+                    let number = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(emission) = emissions.get(number) else {
+                        return;
+                    };
+                    let words = lint(emission, &folder_of(number));
+                    if !words.is_empty() {
+                        let parameters = &emission.parameters;
+                        *said.lock().expect("no panic") += &format!("{parameters:?}\n{words}\n");
+                    }
+                }
+            });
+        }
+    });
+    let said = said.into_inner().expect("no panic");
+    assert!(said.is_empty(), "{said}");
+    let folders: Vec<String> = (0..SCENES)
+        .map(|number| folder_of(number).display().to_string())
+        .collect();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    // Beside the target's temporary folder, where scripts/python-tools puts it.
+    let python = concat!(env!("CARGO_TARGET_TMPDIR"), "/../python/bin/python");
+    let mut arguments = vec!["scripts/slang-lint"];
+    arguments.extend(folders.iter().map(String::as_str));
+    assert_eq!(run(root, python, &arguments), "", "slang");
+    println!("{SCENES} scenes clean; drawn again:");
+    for (reason, times) in refused {
+        println!("{times:4} {reason}");
+    }
+}

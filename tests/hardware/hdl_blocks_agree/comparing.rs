@@ -1,0 +1,218 @@
+//! The peak among counts.
+
+use goldtof::hdl::blocks::{CountChoice, CountComparison, CountPiece, PeakDetector};
+use goldtof::hdl::front::Word;
+use goldtof::model::peak::PeakPlan;
+
+use super::{CLOCKS, bit, signed};
+use crate::hdl_support::block_bench::{Case, Ports};
+use crate::hdl_support::stimulus::Noise;
+
+pub fn count_choice(noise: &mut Noise) -> Case {
+    let inputs = noise.words(CLOCKS, |noise| {
+        let turn = match noise.below(4) {
+            3 => 0,
+            turn => 1 << turn,
+        };
+        let mut input = vec![turn];
+        input.extend((0..3).map(|_| u128::from(noise.below(1 << 10))));
+        input
+    });
+    let expected = inputs.iter().enumerate().map(|(clock, input)| {
+        let turn = (0..3).find(|&turn| bit(input[0], turn));
+        let turn = turn.filter(|_| clock >= Case::RESET_CLOCKS);
+        Some(vec![turn.map_or(0, |turn| input[1 + turn])])
+    });
+    let expected = expected.collect();
+    Case::clocked(
+        CountChoice::new(10, 3),
+        Ports::new(
+            &[
+                ("i_turn", 3),
+                ("i_count_0", 10),
+                ("i_count_1", 10),
+                ("i_count_2", 10),
+            ],
+            &[("o_count", 10)],
+        ),
+        inputs,
+        expected,
+        clock_and_reset!(),
+        |block, input| {
+            block.i_turn.next = Word::new(input[0], 3);
+            for count in 0..3 {
+                block.i_count[count].next = Word::new(input[1 + count], 10);
+            }
+        },
+        |block| vec![block.o_count.val().value()],
+    )
+}
+
+pub fn count_piece(noise: &mut Noise) -> Case {
+    let inputs = noise.words(CLOCKS, |noise| {
+        let draw = |noise: &mut Noise| u128::from(noise.below(8));
+        vec![draw(noise), draw(noise), u128::from(noise.below(2))]
+    });
+    let expected = inputs.iter().enumerate().map(|(clock, input)| {
+        let is_greater = input[0] > input[1] || (input[0] == input[1] && input[2] == 1);
+        Some(vec![u128::from(is_greater && clock >= Case::RESET_CLOCKS)])
+    });
+    let expected = expected.collect();
+    Case::clocked(
+        CountPiece::new(3, true),
+        Ports::new(
+            &[("i_count", 3), ("i_other", 3), ("i_below", 1)],
+            &[("o_greater", 1)],
+        ),
+        inputs,
+        expected,
+        clock_and_reset!(),
+        |block, input| {
+            block.i_count.next = Word::new(input[0], 3);
+            block.i_other.next = Word::new(input[1], 3);
+            block.i_below[0].next = input[2] == 1;
+        },
+        |block| vec![u128::from(block.o_greater.val())],
+    )
+}
+
+fn peak_plan(count_bits: u32, pieces: u32, parallel: u32) -> PeakPlan {
+    PeakPlan {
+        step_bits: 5,
+        count_bits,
+        pieces,
+        parallel,
+        last_steps: parallel.div_ceil(2),
+        choosing_clocks: if parallel > 1 { 2 } else { 0 },
+        first_step: 17,
+        wraps_after: Some(22),
+        least_chips: 0,
+        latency_clocks: 0,
+    }
+}
+
+/// Both counts stand still for some clocks; the comparison is right from the
+/// third on, because there are three pieces.
+pub fn count_comparison(noise: &mut Noise) -> Case {
+    const BITS: u32 = 11;
+    let mut held = vec![0, 0];
+    let mut age = 0;
+    let mut ages = Vec::new();
+    let inputs = noise.words(CLOCKS, |noise| {
+        age += 1;
+        if age > 3 && noise.below(3) == 0 {
+            let count = noise.below(1 << BITS);
+            let other = match noise.below(3) {
+                0 => count ^ 1 << noise.below(u64::from(BITS)),
+                1 => count,
+                _ => noise.below(1 << BITS),
+            };
+            held = vec![u128::from(count), u128::from(other)];
+            age = 1;
+        }
+        ages.push(age);
+        held.clone()
+    });
+    let expected = inputs
+        .iter()
+        .zip(&ages)
+        .enumerate()
+        .map(|(clock, (input, &age))| {
+            let is_greater = signed(input[0], BITS) > signed(input[1], BITS);
+            (clock > 10 && age >= 3).then(|| vec![u128::from(is_greater)])
+        });
+    let expected = expected.collect();
+    Case::clocked(
+        CountComparison::new(&peak_plan(BITS, 3, 1)),
+        Ports::new(&[("i_count", BITS), ("i_other", BITS)], &[("o_greater", 1)]),
+        inputs,
+        expected,
+        clock_and_reset!(),
+        |block, input| {
+            block.i_count.next = Word::new(input[0], BITS);
+            block.i_other.next = Word::new(input[1], BITS);
+        },
+        |block| vec![u128::from(block.o_greater.val())],
+    )
+}
+
+/// The largest of a scan's counts, groups of which come at random; the first of
+/// equal ones, whose step follows from its place.
+pub fn peak_detector(noise: &mut Noise, parallel: u32) -> Case {
+    const BITS: u32 = 4;
+    const GROUPS: usize = 3;
+    let plan = peak_plan(BITS, 2, parallel);
+    let (steps, last_steps) = (plan.parallel as usize, plan.last_steps as usize);
+    let least = u64::from(plan.parallel * plan.clocks_per_count()) + 1;
+    let mut counts = vec![0; steps];
+    let (mut wait, mut group) = (10, 0);
+    let mut scan: Vec<u128> = Vec::new();
+    let mut peaks = Vec::new();
+    let mut clock = 0;
+    let inputs = noise.words(CLOCKS, |noise| {
+        let comes = wait == 0;
+        let last = group == GROUPS - 1;
+        if comes {
+            wait = least + noise.below(10);
+            counts = (0..steps)
+                .map(|_| u128::from(noise.below(1 << BITS)))
+                .collect();
+            scan.extend(&counts[..if last { last_steps } else { steps }]);
+            group = (group + 1) % GROUPS;
+            if last {
+                let largest = scan.iter().map(|&count| signed(count, BITS)).max();
+                let place = scan
+                    .iter()
+                    .position(|&count| Some(signed(count, BITS)) == largest);
+                let place = place.expect("a scan has counts");
+                // Steps 17 to 22, then from 0 on.
+                let step = (17 + place as u128) % 23;
+                peaks.push((
+                    clock + plan.clocks_to_peak() as usize - 1,
+                    step,
+                    scan[place],
+                ));
+                scan.clear();
+            }
+        }
+        wait -= 1;
+        clock += 1;
+        let mut input = vec![u128::from(comes), u128::from(last)];
+        input.extend(&counts);
+        input
+    });
+    let mut expected = vec![Some(vec![0, 0, 0]); CLOCKS];
+    for &(clock, step, count) in &peaks {
+        for (number, shown) in expected.iter_mut().enumerate().skip(clock) {
+            *shown = Some(vec![step, count, u128::from(number == clock)]);
+        }
+    }
+    assert!(peaks.len() > 20, "{} peaks", peaks.len());
+    let names: Vec<String> = match steps {
+        1 => vec!["i_count".to_owned()],
+        _ => (0..steps).map(|step| format!("i_count_{step}")).collect(),
+    };
+    let mut ports = vec![("i_counted", 1), ("i_last", 1)];
+    ports.extend(names.iter().map(|name| (name.as_str(), BITS)));
+    Case::clocked(
+        PeakDetector::new(&plan, 1),
+        Ports::new(&ports, &[("o_step", 5), ("o_count", BITS), ("o_valid", 1)]),
+        inputs,
+        expected,
+        clock_and_reset!(),
+        move |block, input| {
+            block.i_counted.next = input[0] == 1;
+            block.i_last.next = input[1] == 1;
+            for step in 0..steps {
+                block.i_count[step].next = Word::new(input[2 + step], BITS);
+            }
+        },
+        |block| {
+            vec![
+                block.o_step.val().value(),
+                block.o_count.val().value(),
+                u128::from(block.o_valid.val()),
+            ]
+        },
+    )
+}

@@ -1,0 +1,71 @@
+//! Block by block: the rust-hdl simulation, Verilator on the emitted Verilog and
+//! a description of what the block is for agree at every clock under random
+//! inputs.
+
+/// Clocks and resets a block that has the usual names for both.
+macro_rules! clock_and_reset {
+    () => {
+        |block, clock, reset| {
+            block.i_clk.next = clock;
+            block.i_rst.next = reset;
+        }
+    };
+}
+
+mod comparing;
+mod counting;
+mod sequence;
+mod streaming;
+
+use crate::hdl_support::block_bench::run_in_verilator;
+use crate::hdl_support::stimulus::Noise;
+use comparing::*;
+use counting::*;
+use sequence::*;
+use streaming::*;
+
+/// Clocks of each block's run.
+const CLOCKS: usize = 3000;
+
+/// Bit `index` of a value.
+pub fn bit(value: u128, index: usize) -> bool {
+    value >> index & 1 == 1
+}
+
+/// A two's complement number of `bits` bits.
+pub fn signed(value: u128, bits: u32) -> i128 {
+    ((value << (128 - bits)) as i128) >> (128 - bits)
+}
+
+/// The lowest `bits` bits of a number.
+pub fn wrapped(value: i128, bits: u32) -> u128 {
+    value as u128 & (u128::MAX >> (128 - bits))
+}
+
+#[test]
+fn every_block_does_in_rust_hdl_and_in_verilator_what_it_is_for() {
+    let noise = &mut Noise::new(31);
+    let mut cases = code_sources(noise);
+    cases.extend([
+        edge_detector(noise),
+        quad_counter(noise),
+        accumulator(noise),
+        updown_correlator(noise),
+        count_clamp(noise),
+        count_choice(noise),
+        count_piece(noise),
+        count_comparison(noise),
+        state_match(noise),
+        scan_controller(noise),
+        detector_channel(noise),
+        peak_detector(noise, 1),
+        peak_detector(noise, 5),
+        result_stream(noise, 1, 2, 1),
+        result_stream(noise, 1, 5, 2),
+        result_stream(noise, 3, 4, 3),
+    ]);
+    let verilog = run_in_verilator(&cases);
+    for (case, verilog) in cases.iter().zip(&verilog) {
+        case.agrees_with(verilog);
+    }
+}

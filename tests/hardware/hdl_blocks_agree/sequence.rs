@@ -1,0 +1,281 @@
+//! What happens when: codes, scans, and a channel that follows both.
+
+use goldtof::hdl::blocks::{CodeSource, DetectorChannel, ScanController, ScanPlan, StateMatch};
+use goldtof::hdl::front::Word;
+use goldtof::model::contract::Contract;
+
+use super::{CLOCKS, bit, wrapped};
+use crate::hdl_support::block_bench::{Case, Ports};
+use crate::hdl_support::stimulus::Noise;
+use crate::hdl_support::{Family, code, scene};
+
+pub fn code_sources(noise: &mut Noise) -> Vec<Case> {
+    let families = [
+        (Family::Gold(6), 0),
+        (Family::MSequence(5), 0),
+        (Family::Square, 2),
+        (Family::Chips(13), 1),
+        (Family::Gold(5), 3),
+    ];
+    let mut cases = Vec::new();
+    for (family, interleave) in families {
+        let code = code(family, interleave, 9);
+        let start = noise.below(code.len());
+        let inputs = noise.words(CLOCKS, |noise| {
+            vec![
+                u128::from(noise.below(50) == 0),
+                u128::from(noise.below(4) != 0),
+            ]
+        });
+        let mut position = start;
+        let expected = inputs.iter().enumerate().map(|(clock, input)| {
+            let restarts = clock < Case::RESET_CLOCKS || input[0] == 1;
+            position = match restarts {
+                true => start,
+                false => (position + input[1] as u64) % code.len(),
+            };
+            let chip = u128::from(code.chips[position as usize]);
+            Some(vec![chip, u128::from(position == start)])
+        });
+        let expected = expected.collect();
+        cases.push(Case::clocked(
+            CodeSource::new(&code, start, true),
+            Ports::new(
+                &[("i_load", 1), ("i_advance", 1)],
+                &[("o_chip", 1), ("o_epoch", 1)],
+            ),
+            inputs,
+            expected,
+            |block, clock, reset| {
+                block.i_clk.next = clock;
+                block.i_rst.next = reset;
+            },
+            |block, input| {
+                block.i_load[0].next = input[0] == 1;
+                block.i_advance.next = input[1] == 1;
+            },
+            |block| {
+                vec![
+                    u128::from(block.o_chip.val()),
+                    u128::from(block.o_epoch.val()),
+                ]
+            },
+        ));
+    }
+    cases
+}
+
+pub fn state_match(noise: &mut Noise) -> Case {
+    let inputs = noise.words(CLOCKS, |noise| {
+        let state = noise.below(1 << 20);
+        let wanted = match noise.below(3) {
+            0 => state,
+            1 => state ^ 1 << noise.below(20),
+            _ => noise.below(1 << 20),
+        };
+        vec![u128::from(state), u128::from(wanted)]
+    });
+    let expected = inputs.iter().enumerate().map(|(clock, input)| {
+        let matched = input[0] == input[1] && clock >= Case::RESET_CLOCKS;
+        Some(vec![u128::from(matched)])
+    });
+    let expected = expected.collect();
+    Case::clocked(
+        StateMatch::new(20),
+        Ports::new(&[("i_state", 20), ("i_wanted", 20)], &[("o_matched", 1)]),
+        inputs,
+        expected,
+        clock_and_reset!(),
+        |block, input| {
+            block.i_state.next = Word::new(input[0], 20);
+            block.i_wanted.next = Word::new(input[1], 20);
+        },
+        |block| vec![u128::from(block.o_matched.val())],
+    )
+}
+
+/// Steps of five chips, three to a scan, which begins with a code period; their
+/// ends on their way to the totals and counts.
+pub fn scan_controller(noise: &mut Noise) -> Case {
+    const CHIPS: u64 = 5;
+    const STEPS: u64 = 3;
+    let plan = ScanPlan {
+        dwell_chips: CHIPS,
+        steps: STEPS,
+        realigns: true,
+        clocks_to_dump: 4,
+        segments: 2,
+        clocks_to_count: 3,
+        counts_early: true,
+    };
+    let inputs = noise.words(CLOCKS, |noise| vec![u128::from(noise.below(7) == 0)]);
+    // Chip of the present scan, from which step and chip of the step follow.
+    let mut present: Option<u64> = None;
+    let is_step_end = |chip: Option<u64>| chip.is_some_and(|chip| chip % CHIPS == CHIPS - 1);
+    let is_scan_end = |chip: Option<u64>| chip == Some(CHIPS * STEPS - 1);
+    let mut history = Vec::new();
+    let mut expected = Vec::new();
+    for (clock, input) in inputs.iter().enumerate() {
+        let epoch = input[0] == 1;
+        let starts = |present: Option<u64>| epoch && (present.is_none() || is_scan_end(present));
+        if clock >= Case::RESET_CLOCKS {
+            present = match present {
+                _ if starts(present) => Some(0),
+                Some(chip) if chip + 1 < CHIPS * STEPS => Some(chip + 1),
+                _ => None,
+            };
+        }
+        history.push(present);
+        let before = |clocks: usize| clock.checked_sub(clocks).and_then(|clock| history[clock]);
+        let dump = (0..2).fold(0, |dump, segment| {
+            dump | u128::from(is_step_end(before(4 + segment))) << segment
+        });
+        let step_ends = present.is_some_and(|chip| chip % CHIPS == CHIPS - 2);
+        expected.push(Some(vec![
+            u128::from(present.is_some()),
+            u128::from(step_ends),
+            u128::from(is_step_end(present)),
+            u128::from(starts(present)),
+            dump,
+            u128::from(is_step_end(before(6))),
+            u128::from(is_step_end(before(7))),
+            u128::from(is_scan_end(before(7))),
+        ]));
+    }
+    let outputs = [
+        ("o_run", 1),
+        ("o_step_ends", 1),
+        ("o_step_end", 1),
+        ("o_start", 1),
+        ("o_dump", 2),
+        ("o_counts", 1),
+        ("o_counted", 1),
+        ("o_last", 1),
+    ];
+    Case::clocked(
+        ScanController::new(plan),
+        Ports::new(&[("i_epoch", 1)], &outputs),
+        inputs,
+        expected,
+        clock_and_reset!(),
+        |block, input| block.i_epoch[0].next = input[0] == 1,
+        |block| {
+            vec![
+                u128::from(block.o_run.val()),
+                u128::from(block.o_step_ends[0].val()),
+                u128::from(block.o_step_end.val()),
+                u128::from(block.o_start[0].val()),
+                block.o_dump.val().value(),
+                u128::from(block.o_counts[0].val()),
+                u128::from(block.o_counted.val()),
+                u128::from(block.o_last.val()),
+            ]
+        },
+    )
+}
+
+/// Six steps at once in two banks: hits with the sign of the reference, delayed
+/// by 9 samples and more (eq. 11).
+pub fn detector_channel(noise: &mut Noise) -> Case {
+    const CHIPS: usize = 30;
+    let code = code(Family::Gold(5), 1, 3);
+    let mut scene = scene(
+        std::slice::from_ref(&code),
+        0,
+        4,
+        9,
+        Some(6),
+        CHIPS as u64,
+        None,
+    );
+    scene.hardware.parallel = 6;
+    let contract = Contract::of(&scene);
+    assert_eq!(contract.banks(), 2);
+    let to_dump = contract.result_latency_clocks - 2;
+    let mut starts = vec![10];
+    while starts[starts.len() - 1] < CLOCKS {
+        let pause = 12 + noise.below(20) as usize;
+        starts.push(starts[starts.len() - 1] + CHIPS + pause);
+    }
+    let mut clock = 0;
+    let inputs = noise.words(CLOCKS, |noise| {
+        let since = |start: &usize| clock as i64 - *start as i64;
+        let ends = CHIPS as i64;
+        let is_at = |at: i64| u128::from(starts.iter().any(|start| since(start) == at));
+        let runs = starts
+            .iter()
+            .any(|start| (1..=ends).contains(&since(start)));
+        let input = vec![
+            u128::from(noise.below(16)),
+            u128::from(runs),
+            is_at(ends - 1),
+            is_at(ends),
+            is_at(0),
+            is_at(ends + i64::from(to_dump)),
+        ];
+        clock += 1;
+        input
+    });
+    let sample = |at: i64| bit(inputs[(at / 4) as usize][0], (at % 4) as usize);
+    let mut expected = vec![None; CLOCKS];
+    for pair in starts.windows(2) {
+        // Sample 0 of the scan.
+        let first = 4 * (pair[0] as i64 + 1);
+        let complete = pair[0] + CHIPS + to_dump as usize + 1;
+        if complete >= CLOCKS {
+            break;
+        }
+        let counts = (9..15).map(|delay| {
+            let hits =
+                (0..4 * CHIPS as i64).filter(|i| sample(first + i) && !sample(first + i - 1));
+            let signs = hits.map(|i| {
+                let chip = (i - delay).div_euclid(4).rem_euclid(code.len() as i64);
+                if code.chips[chip as usize] == 1 {
+                    1
+                } else {
+                    -1
+                }
+            });
+            wrapped(signs.sum(), contract.count_bits)
+        });
+        let counts: Vec<u128> = counts.collect();
+        let changes = pair[1] + CHIPS + to_dump as usize;
+        for shown in expected.iter_mut().take(changes).skip(complete) {
+            *shown = Some(counts.clone());
+        }
+    }
+    let names: Vec<String> = (0..6).map(|step| format!("o_count_{step}")).collect();
+    let outputs: Vec<(&str, u32)> = names
+        .iter()
+        .map(|name| (name.as_str(), contract.count_bits))
+        .collect();
+    let inputs_of_block = [
+        ("i_samples", 4),
+        ("i_run", 1),
+        ("i_step_ends", 1),
+        ("i_step_end", 1),
+        ("i_start", 1),
+        ("i_dump", 1),
+    ];
+    let ports = Ports::new(&inputs_of_block, &outputs);
+    Case::clocked(
+        DetectorChannel::new(&contract, &code),
+        ports,
+        inputs.clone(),
+        expected,
+        clock_and_reset!(),
+        |block, input| {
+            block.i_samples.next = Word::new(input[0], 4);
+            block.i_run.next = input[1] == 1;
+            block.i_step_ends[0].next = input[2] == 1;
+            block.i_step_end.next = input[3] == 1;
+            block.i_start[0].next = input[4] == 1;
+            block.i_dump.next = Word::new(input[5], 1);
+        },
+        |block| {
+            (0..6)
+                .map(|step| block.o_count[step].val().value())
+                .collect()
+        },
+    )
+}

@@ -1,0 +1,212 @@
+//! What `emit` refuses, and what it leaves on disk.
+
+use std::fs;
+use std::sync::Arc;
+
+use crate::hdl_support::{Family, code, scene};
+use goldtof::code::Generator;
+use goldtof::hdl::{emit, write};
+use goldtof::scene::Scene;
+
+fn plain() -> Scene {
+    scene(&[code(Family::Gold(5), 0, 3)], 0, 8, 0, None, 40, None)
+}
+
+fn refusal(scene: &Scene) -> String {
+    emit(scene, "goldtof emit test.toml")
+        .expect_err("the scene is beyond a limit")
+        .to_string()
+}
+
+#[test]
+fn references_of_different_lengths_are_refused() {
+    let codes = [code(Family::Gold(5), 0, 3), code(Family::Gold(6), 0, 3)];
+    let mut scene = scene(&codes, 0, 8, 0, None, 40, None);
+    scene.detectors.push(scene.detectors[0].clone());
+    scene.detectors[1].reference = 1;
+    assert_eq!(
+        refusal(&scene),
+        "the detectors' reference codes have [31, 63] chips per period; one scan walks all of \
+         them, so they need one length"
+    );
+}
+
+#[test]
+fn steps_at_once_need_time_for_the_reference_to_go_back() {
+    let mut scene = scene(&[code(Family::Gold(5), 0, 3)], 0, 8, 0, None, 2, None);
+    scene.hardware.parallel = 16;
+    assert!(emit(&scene, "goldtof emit test.toml").is_ok());
+    scene.hardware.parallel = 17;
+    assert_eq!(
+        refusal(&scene),
+        "the integration time is 2 chips; with parallel = 17 and 8 samples per chip the reference \
+         goes back by up to 3 chips after each group, so integrate over at least 3 chips"
+    );
+}
+
+#[test]
+fn limits_are_named_with_the_value_that_breaks_them() {
+    let codes = [code(Family::Gold(5), 0, 3)];
+    assert_eq!(
+        refusal(&scene(&codes, 0, 32, 0, None, 40, None)),
+        "samples per chip is 32, but the hardware takes 1, 2, 4, 8 or 16"
+    );
+    assert_eq!(
+        refusal(&scene(&codes, 0, 8, 0, None, 40, Some(1))),
+        "counter_width is 1, but the hardware takes 2 to 64 bits"
+    );
+    assert_eq!(
+        refusal(&scene(&codes, 0, 8, 0, None, u64::MAX / 2, None)),
+        "the integration time in chips is 9223372036854775807, but the hardware takes at most 2^60"
+    );
+    assert_eq!(
+        refusal(&scene(
+            &[code(Family::Gold(3), 5, 3)],
+            0,
+            8,
+            0,
+            None,
+            40,
+            None
+        )),
+        "the interleaving depth of source `laser-0` is 5, but the hardware takes 0 to 4"
+    );
+    assert_eq!(
+        refusal(&scene(
+            &[code(Family::Chips(4097), 0, 3)],
+            0,
+            8,
+            0,
+            None,
+            40,
+            None
+        )),
+        "the number of chips of source `laser-0` is 4097, but the hardware takes 1 to 4096 given \
+         chips"
+    );
+}
+
+#[test]
+fn a_code_that_contradicts_its_generator_is_refused() {
+    let mut contradicting = (*code(Family::Gold(5), 0, 3)).clone();
+    contradicting.chips.pop();
+    let scene_with = |code| scene(&[Arc::new(code)], 0, 8, 0, None, 40, None);
+    assert_eq!(
+        refusal(&scene_with(contradicting)),
+        "source `laser-0`: its table has 30 chips, its generator 31"
+    );
+    let mut dead = (*code(Family::MSequence(5), 0, 3)).clone();
+    if let Generator::MSequence(lfsr) = &mut dead.generator {
+        lfsr.seed = vec![0; 5];
+    }
+    assert_eq!(
+        refusal(&scene_with(dead)),
+        "source `laser-0`: a seed needs as many chips as the degree, and one that is 1"
+    );
+}
+
+#[test]
+fn a_second_emission_removes_the_files_that_only_the_first_had() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let interleaved = scene(&[code(Family::Gold(5), 1, 3)], 0, 8, 0, None, 40, None);
+    let first = emit(&interleaved, "first").expect("the scene is fine");
+    write(&first, folder.path()).expect("the files can be written");
+    fs::write(folder.path().join("mine.v"), "// the user's own\n").expect("written");
+    assert!(folder.path().join("interleaver.v").exists());
+    let second = emit(&plain(), "second").expect("the scene is fine");
+    write(&second, folder.path()).expect("the files can be written");
+
+    let mut found: Vec<String> = fs::read_dir(folder.path())
+        .expect("the folder is there")
+        .map(|entry| {
+            entry
+                .expect("readable")
+                .file_name()
+                .into_string()
+                .expect("plain")
+        })
+        .collect();
+    found.sort();
+    let all = second.files.iter().chain(second.flow.files());
+    let mut expected: Vec<String> = all.map(|f| f.name.clone()).collect();
+    expected.extend(["manifest.json".to_owned(), "mine.v".to_owned()]);
+    expected.sort();
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn a_manifest_that_names_files_elsewhere_removes_nothing_there() {
+    let outer = tempfile::tempdir().expect("a temporary folder");
+    fs::write(outer.path().join("keep.v"), "").expect("written");
+    let folder = outer.path().join("build");
+    fs::create_dir(&folder).expect("created");
+    let manifest = r#"{"files": ["../keep.v"]}"#;
+    fs::write(folder.join("manifest.json"), manifest).expect("written");
+    let emission = emit(&plain(), "goldtof emit test.toml").expect("the scene is fine");
+    write(&emission, &folder).expect("the files can be written");
+    assert!(outer.path().join("keep.v").exists());
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_named() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("file");
+    fs::write(&file, "").expect("written");
+    let emission = emit(&plain(), "goldtof emit test.toml").expect("the scene is fine");
+    let error = write(&emission, &file.join("build")).expect_err("a file is no folder");
+    assert!(error.to_string().contains("file/build"), "{error}");
+}
+
+/// What a scene at a limit is emitted as, with parallel steps and a peak
+/// detector.
+fn at_the_limit(scene: &mut Scene, parallel: u32) -> goldtof::hdl::Parameters {
+    scene.hardware.parallel = parallel;
+    scene.hardware.peak_detector = true;
+    let emission = emit(scene, "goldtof emit test.toml").expect("the scene is within the limits");
+    emission.parameters
+}
+
+#[test]
+fn the_widest_count_is_emitted_and_one_bit_more_is_refused() {
+    let codes = [code(Family::Gold(5), 0, 3)];
+    // |count| <= 2^60 * 8 needs 64 bits and a sign; a little less needs one fewer.
+    let widest = (1 << 60) - 1;
+    let mut widest = scene(&codes, 0, 16, 0, None, widest, None);
+    assert_eq!(at_the_limit(&mut widest, 1).count_bits, 64);
+    let wider = scene(&codes, 0, 16, 0, None, 1 << 60, None);
+    assert_eq!(
+        refusal(&wider),
+        "the width of a count that cannot overflow is 65, but the hardware takes at most 64 bits; \
+         integrate over fewer chips"
+    );
+}
+
+#[test]
+fn the_longest_code_is_emitted_with_the_most_steps_at_once() {
+    let codes = [code(Family::MSequence(16), 4, 3)];
+    let mut longest = scene(&codes, 0, 16, 0, None, 13_100, None);
+    let parameters = at_the_limit(&mut longest, 64);
+    assert_eq!(parameters.code_period_chips, 65_535 * 16);
+    let peak = parameters.peak.expect("it has a peak detector");
+    // 16 * 16 * 65,535 phase steps.
+    assert_eq!(peak.step_bits, 24);
+    longest.hardware.parallel = 65;
+    assert_eq!(
+        refusal(&longest),
+        "parallel is 65, but the hardware takes 1 to 64"
+    );
+}
+
+#[test]
+fn a_peak_detector_needs_time_to_compare_the_counts_of_a_group() {
+    let codes = [code(Family::Gold(5), 0, 3)];
+    let of = |dwell| scene(&codes, 0, 8, 0, None, dwell, None);
+    // Counts of 12 bits are compared in two pieces, which takes four clocks; the
+    // banks of four are a clock apart.
+    let needed = 64 * 4 + 16;
+    assert_eq!(at_the_limit(&mut of(needed), 64).count_bits, 12);
+    let mut short = of(needed - 1);
+    short.hardware.parallel = 64;
+    short.hardware.peak_detector = true;
+    assert!(refusal(&short).contains("because the counts of a group are compared"));
+}

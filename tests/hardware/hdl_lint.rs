@@ -1,0 +1,101 @@
+//! Emitted Verilog is clean under three tools that know nothing of each other.
+
+use crate::hdl_support::{Family, code, random_scene, run, scene, stimulus};
+use goldtof::hdl::{Emission, emit, write};
+use goldtof::scene::Scene;
+
+/// Every family, depth, number of samples, kind of scan and width at least
+/// once, most of them together with several of the others.
+fn scenes() -> Vec<Scene> {
+    let families = [
+        Family::Gold(3),
+        Family::Gold(5),
+        Family::Gold(11),
+        Family::Gold(15),
+        Family::MSequence(3),
+        Family::MSequence(16),
+        Family::Square,
+        Family::Chips(1),
+        Family::Chips(64),
+        Family::Chips(130),
+    ];
+    let mut scenes = Vec::new();
+    for (number, family) in families.into_iter().enumerate() {
+        for scan in 0..4 {
+            let interleave = (number as u32 + scan) % 5;
+            let lanes = 1 << ((number as u32 + 2 * scan) % 5);
+            let mut codes = vec![code(family, interleave, 3)];
+            if scan % 2 == 1 {
+                codes.push(code(Family::Gold(5), 1, 9));
+                codes.push(codes[0].clone());
+            }
+            let (first, steps, dwell, width) = match scan {
+                0 => (0, None, 13_100, None),
+                1 => (1, Some(1), 1, None),
+                2 => (u64::from(lanes), Some(2), 128, Some(2)),
+                _ => (0, None, 129, Some(5)),
+            };
+            let last = codes.len() - 1;
+            scenes.push(scene(&codes, last, lanes, first, steps, dwell, width));
+        }
+    }
+    scenes
+}
+
+fn lint(emission: &Emission) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    write(emission, folder.path()).expect("the files can be written");
+    let files: Vec<&str> = emission.files.iter().map(|f| f.name.as_str()).collect();
+    let with = |arguments: &[&'static str]| {
+        let mut all: Vec<&str> = arguments.to_vec();
+        all.extend(&files);
+        all
+    };
+    let parameters = &emission.parameters;
+    let arguments = with(&["--lint-only", "-Wall", "--top-module", "sensor_top"]);
+    let said = run(folder.path(), "verilator", &arguments);
+    assert_eq!(said, "", "verilator, {parameters:?}");
+    let arguments = with(&["-Wall", "-g2005", "-s", "sensor_top", "-o", "lint.vvp"]);
+    let said = run(folder.path(), "iverilog", &arguments);
+    assert_eq!(said, "", "iverilog, {parameters:?}");
+    let script = format!(
+        "read_verilog {}; hierarchy -check -top sensor_top; proc; check -assert; \
+         select -assert-none t:$dlatch t:$_DLATCH_*",
+        files.join(" ")
+    );
+    let said = run(folder.path(), "yosys", &["-q", "-p", &script]);
+    assert_eq!(said, "", "yosys, {parameters:?}");
+}
+
+#[test]
+fn forty_scenes_are_clean_under_verilator_icarus_and_yosys() {
+    let scenes = scenes();
+    assert_eq!(scenes.len(), 40);
+    for scene in &scenes {
+        lint(&emit(scene, "goldtof emit test.toml --out build").expect("the scene is fine"));
+    }
+}
+
+#[test]
+fn sixty_random_scenes_are_clean_too() {
+    let mut noise = stimulus::Noise::new(42);
+    for case in 0..60 {
+        let mut scene = random_scene(&mut noise, case);
+        if case % 4 == 0 {
+            // Counters of up to 60 bits.
+            scene.scan.integration_chips <<= noise.below(50);
+        }
+        let emission =
+            emit(&scene, "goldtof emit test.toml --out build").expect("the scene is fine");
+        lint(&emission);
+    }
+}
+
+#[test]
+fn emitting_twice_gives_the_same_bytes() {
+    for scene in scenes() {
+        let first = emit(&scene, "goldtof emit a.toml --out b").expect("the scene is fine");
+        let second = emit(&scene, "goldtof emit a.toml --out b").expect("the scene is fine");
+        assert_eq!(first, second);
+    }
+}

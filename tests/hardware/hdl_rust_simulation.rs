@@ -1,0 +1,159 @@
+//! The hardware simulated by rust-hdl, against a naive model, every port at
+//! every clock.
+
+use crate::hdl_support::naive_sensor::{Inputs, Outputs};
+use crate::hdl_support::{Family, code, naive_sensor, random_scene, scene, stimulus};
+use goldtof::hdl::blocks::{CodeSource, SensorTop};
+use goldtof::hdl::front::Word;
+use goldtof::model::contract::{Contract, CountSegments};
+use goldtof::scene::Scene;
+use rust_hdl::core::block::Block;
+use rust_hdl::core::simulate::simulate;
+
+const MOST_PASSES: usize = 50;
+
+fn settle<B: Block>(block: &mut B) {
+    assert!(simulate(block, MOST_PASSES), "the circuit does not settle");
+}
+
+fn clock(sensor: &mut SensorTop, input: &Inputs) -> Outputs {
+    sensor.i_rst.next = input.reset;
+    sensor.m_axis_tready.next = input.ready;
+    sensor.i_samples.next = Word::new(input.samples, 128);
+    settle(sensor);
+    sensor.i_clk.next = true;
+    settle(sensor);
+    let saturates = sensor.o_saturated.count() == 1;
+    let outputs = Outputs {
+        laser: sensor.o_laser.val().value() as u64,
+        epoch: sensor.o_epoch.val(),
+        data: sensor.m_axis_tdata.val().value() as u64,
+        valid: sensor.m_axis_tvalid.val(),
+        last: sensor.m_axis_tlast.val(),
+        overrun: sensor.o_overrun.val(),
+        saturated: saturates && sensor.o_saturated[0].val(),
+        peak_step: if_peak(sensor, sensor.o_peak_step[0].val().value()),
+        peak_count: if_peak(sensor, sensor.o_peak_count[0].val().value()),
+        peak_valid: if_peak(sensor, u128::from(sensor.o_peak_valid[0].val())) == 1,
+    };
+    sensor.i_clk.next = false;
+    settle(sensor);
+    outputs
+}
+
+/// A stand-in's value is not looked at.
+fn if_peak(sensor: &SensorTop, value: u128) -> u128 {
+    if sensor.o_peak_valid.count() == 1 {
+        value
+    } else {
+        0
+    }
+}
+
+fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {
+    keeps(&Contract::of(scene), cycles, seed);
+}
+
+fn keeps(contract: &Contract, cycles: usize, seed: u64) {
+    let inputs = stimulus::inputs(
+        contract.lanes * contract.reference_codes.len() as u32,
+        cycles,
+        seed,
+    );
+    let expected = naive_sensor::outputs(contract, &inputs);
+    assert!(expected.iter().any(|o| o.valid), "the run is too short");
+    let mut sensor = SensorTop::new(contract);
+    sensor.connect_all();
+    for (cycle, (input, expected)) in inputs.iter().zip(&expected).enumerate() {
+        let got = clock(&mut sensor, input);
+        assert_eq!(got, *expected, "cycle {cycle}, seed {seed}");
+    }
+}
+
+#[test]
+fn the_sensor_agrees_at_every_clock() {
+    let families = [
+        Family::Gold(5),
+        Family::MSequence(4),
+        Family::Square,
+        Family::Chips(11),
+    ];
+    for (number, family) in families.into_iter().enumerate() {
+        for interleave in [0, 2] {
+            for (lanes, steps, width) in
+                [(1, None, None), (4, Some(5), None), (8, Some(9), Some(3))]
+            {
+                let seed = number as u64 * 10 + u64::from(interleave);
+                let codes = [code(Family::Gold(3), 0, 1), code(family, interleave, 5)];
+                let scene = scene(&codes, 1, lanes, 2 * u64::from(lanes) - 1, steps, 7, width);
+                agrees_with_the_definition(&scene, 800, seed);
+            }
+        }
+    }
+}
+
+#[test]
+fn any_sensor_agrees_at_every_clock() {
+    let mut noise = stimulus::Noise::new(7);
+    for case in 0..24 {
+        let scene = random_scene(&mut noise, case);
+        agrees_with_the_definition(&scene, 700, u64::from(case));
+    }
+}
+
+#[test]
+fn a_total_in_segments_counts_as_one_in_a_piece() {
+    for (segment_bits, dwell, lanes) in [(2, 40, 1), (3, 60, 4), (4, 200, 8), (5, 300, 16)] {
+        let codes = [code(Family::Gold(5), 0, 2)];
+        let mut contract = Contract::of(&scene(&codes, 0, lanes, 3, Some(9), dwell, None));
+        let bits = contract.exact_count_bits;
+        let count = bits.div_ceil(segment_bits);
+        assert!(count > 1 && contract.count_segments.count == 1);
+        contract.count_segments = CountSegments {
+            count,
+            lower_bits: segment_bits,
+            top_bits: bits - segment_bits * (count - 1),
+        };
+        contract.result_latency_clocks += contract.count_segments.clocks() - 1;
+        keeps(&contract, 4000, u64::from(lanes));
+    }
+}
+
+#[test]
+fn a_code_source_gives_its_table_from_any_start_and_waits_without_advance() {
+    let mut noise = stimulus::Noise::new(5);
+    for family in [
+        Family::Gold(6),
+        Family::MSequence(5),
+        Family::Square,
+        Family::Chips(13),
+    ] {
+        for interleave in 0..=4 {
+            let code = code(family, interleave, 9);
+            let start = noise.below(code.len());
+            let mut source = CodeSource::new(&code, start, true);
+            source.connect_all();
+            let mut position = start;
+            for cycle in 0..3 * code.len() {
+                let (reset, load) = (cycle == 0, noise.below(50) == 0);
+                let advance = noise.below(4) != 0;
+                source.i_rst.next = reset;
+                source.i_load[0].next = load;
+                source.i_advance.next = advance;
+                settle(&mut source);
+                source.i_clk.next = true;
+                settle(&mut source);
+                position = if reset || load {
+                    start
+                } else {
+                    (position + u64::from(advance)) % code.len()
+                };
+                let chip = code.chips[position as usize] == 1;
+                assert_eq!(source.o_chip.val(), chip, "{family:?}, cycle {cycle}");
+                assert_eq!(source.o_epoch.val(), position == start);
+                source.i_clk.next = false;
+                settle(&mut source);
+            }
+        }
+    }
+}

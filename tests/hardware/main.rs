@@ -1,0 +1,18 @@
+//! The emitted Verilog and everything that runs it.
+
+mod cosim_finds_faults;
+mod cosim_random_scenes_match;
+mod flow_fusesoc_and_bench;
+mod flow_generated_files_are_current;
+mod flow_lint_matrix;
+mod flow_vendor_wrappers;
+mod hdl_blocks_agree;
+mod hdl_emit_limits_and_files;
+mod hdl_emitted_verilog;
+mod hdl_generator_chips;
+mod hdl_lint;
+mod hdl_parts_left_out_change_nothing;
+mod hdl_rust_simulation;
+mod hdl_snapshots;
+mod hdl_support;
+mod reference_model_equals_a_clock_by_clock_model;

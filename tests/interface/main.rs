@@ -1,0 +1,11 @@
+//! Scenes, codes and the command line.
+
+mod cli_keeps_its_contract;
+mod code_correlations_obey_their_theorems;
+mod code_gps_ca_chips_are_the_published_ones;
+mod code_reports_name_the_published_properties;
+mod run_measures_the_articles_sensor;
+mod scene_malformed_scenes_are_refused;
+mod scene_plan_names_every_part;
+mod scene_standard_scenes_load;
+mod scene_values_reach_the_scene;

@@ -1,0 +1,19 @@
+//! Photons, expected counts and estimates.
+
+mod estimate_against_photons;
+mod estimate_model;
+mod estimate_model_is_unbiased;
+mod optics_detector_statistics;
+mod optics_fast_agrees_with_the_plain_loop;
+mod optics_fast_counts_depend_on_the_seed_alone;
+mod optics_fast_obeys_closed_forms;
+mod optics_mean_response;
+mod optics_moving_paths;
+mod optics_streams;
+mod optics_support;
+mod parallel_steps_share_their_light;
+mod parts_left_out_change_nothing;
+mod reproduce_makes_figures_and_claims;
+mod simulate_agrees_with_theory;
+mod stress_quick_cases_hold;
+mod stress_results_depend_on_nothing_else;

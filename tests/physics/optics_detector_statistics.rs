@@ -1,0 +1,251 @@
+//! Detections against closed forms and against a naive simulator.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use crate::optics_support::{
+    Moments, assert_within_standard_errors, code, gold_5, ideal_scene, table_i_scene,
+};
+use goldtof::optics::{Detection, DetectorModel};
+use goldtof::scene::Scene;
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
+
+fn counts_per_step(scene: &Scene, seed: u64, steps: u64) -> Moments {
+    let model = DetectorModel::new(scene, 0);
+    Moments::of((0..steps).map(|step| model.step(seed, 0, step).count() as f64))
+}
+
+#[test]
+fn dead_time_alone_thins_constant_light_and_quiets_it() {
+    // 50 Mcps of constant light, 14 ns: the detector is dead for 0.7 of 1.7.
+    let mut scene = ideal_scene(code(&[1, 0, 1]), 0.0, 2_000);
+    scene.detectors[0].background_rate_cps = 50e6;
+    scene.detectors[0].dead_time_ps = 14e3;
+    let counts = counts_per_step(&scene, 11, 3_000);
+    let primary = 50e6 * 2_000.0 * 8e-9;
+    assert_within_standard_errors(counts.z(primary / 1.7), 5.0, "mean count");
+    let variance = primary / 1.7_f64.powi(3);
+    assert_within_standard_errors(counts.variance_z(variance), 5.0, "variance of the count");
+}
+
+#[test]
+fn afterpulses_alone_multiply_the_rate_as_a_branching_process() {
+    let mut scene = ideal_scene(code(&[1, 0, 1]), 0.0, 5_000);
+    let spad = &mut scene.detectors[0];
+    spad.dark_count_rate_cps = 5e6;
+    spad.afterpulsing_probability = 0.3;
+    spad.afterpulsing_time_constant_ps = 5e3;
+    let counts = counts_per_step(&scene, 12, 2_000);
+    let mean_afterpulses = -(0.7_f64.ln());
+    let primary = 5e6 * 5_000.0 * 8e-9;
+    assert_within_standard_errors(counts.z(primary / (1.0 - mean_afterpulses)), 5.0, "mean");
+    // Total progeny of a Poisson branching process (Borel): the clusters'
+    // second moment over their mean is 1 / (1 - m)^2.
+    let fano = (1.0 - mean_afterpulses).powi(-2);
+    let variance = primary / (1.0 - mean_afterpulses) * fano;
+    assert_within_standard_errors(counts.variance_z(variance), 5.0, "variance");
+}
+
+#[test]
+fn without_dead_time_counts_follow_the_delayed_code_as_a_poisson_process() {
+    let chips = [1, 1, 0, 1, 0, 0, 0];
+    let mut scene = ideal_scene(code(&chips), 20e6, 7 * 500);
+    scene.sources[0].extinction_ratio = 4.0;
+    scene.paths[0].delay_ps = 8000.0 * (9.0 + 0.3);
+    let model = DetectorModel::new(&scene, 0);
+
+    // Ten bins per chip, so that the delay's 0.3 chips are a bin border.
+    let mut bins = [0.0_f64; 70];
+    let steps = 200;
+    for step in 0..steps {
+        for Detection { chip, fraction } in model.step(13, 0, step) {
+            let position = (step * 7 * 500 + chip) % 7;
+            bins[position as usize * 10 + (fraction * 10.0) as usize] += 1.0;
+        }
+    }
+    // Mean rate 20 MHz with three on-chips of seven and rates 4 to 1.
+    let off_rate = 20e6 * 7.0 / (3.0 * 4.0 + 4.0);
+    let seconds_per_bin = 0.8e-9 * 500.0 * steps as f64;
+    let mut chi_square = 0.0;
+    for (bin, &count) in bins.iter().enumerate() {
+        let emitted = (bin as i64 - 93).rem_euclid(70) / 10;
+        let rate = if chips[emitted as usize] == 1 {
+            4.0 * off_rate
+        } else {
+            off_rate
+        };
+        let expected = rate * seconds_per_bin;
+        chi_square += (count - expected).powi(2) / expected;
+    }
+    let z = (chi_square - 70.0) / (2.0_f64 * 70.0).sqrt();
+    assert_within_standard_errors(z, 5.0, "chi-square over the code period");
+}
+
+/// Registered times, in chips from 0, by another construction: a list of all
+/// photons by thinning, a heap of afterpulses, one comparison per candidate.
+fn naive_detections(scene: &Scene, rng: &mut StdRng, end: f64, warm_up: f64) -> Vec<f64> {
+    let spad = &scene.detectors[0];
+    let source = &scene.sources[0];
+    let chips = &source.code.chips;
+    let chip_s = scene.chip_period_ps * 1e-12;
+    let ones = chips.iter().filter(|&&c| c == 1).count() as f64;
+    let length = chips.len() as f64;
+    let energy = 6.626_070_15e-34 * 299_792_458.0 / (source.wavelength_nm * 1e-9);
+    let mean_photons = source.mean_power_w / energy * chip_s;
+    let on = mean_photons * length / (ones + (length - ones) / source.extinction_ratio);
+    let off = on / source.extinction_ratio;
+    let constant = (spad.background_rate_cps
+        + spad.dark_count_rate_cps / spad.photon_detection_probability)
+        * chip_s;
+    let exponential = |rng: &mut StdRng| -(1.0 - rng.random::<f64>()).ln();
+
+    // Keyed by integer attoseconds of a chip, because floats have no order.
+    let key = |chips: f64| (chips * 1e12) as i64;
+    let mut candidates = BinaryHeap::new();
+    let mut time = -warm_up;
+    loop {
+        time += exponential(rng) / (on + constant);
+        if time > end + 10.0 {
+            break;
+        }
+        let sent = (time - scene.paths[0].delay_ps / scene.chip_period_ps).floor();
+        let light = if chips[(sent as i64).rem_euclid(chips.len() as i64) as usize] == 1 {
+            on
+        } else {
+            off
+        };
+        let keep = (light + constant) / (on + constant) * spad.photon_detection_probability;
+        if rng.random::<f64>() < keep {
+            candidates.push(Reverse(key(time)));
+        }
+    }
+    let dead_time = key(spad.dead_time_ps / scene.chip_period_ps);
+    let time_constant = spad.afterpulsing_time_constant_ps / scene.chip_period_ps;
+    let mut ready = i64::MIN;
+    let mut registered = Vec::new();
+    while let Some(Reverse(time)) = candidates.pop() {
+        if time < ready {
+            continue;
+        }
+        ready = time + dead_time;
+        registered.push(time as f64 * 1e-12 + spad.delay_ps / scene.chip_period_ps);
+        // A unit-rate Poisson process up to the mean number.
+        let mean = -(1.0 - spad.afterpulsing_probability).ln();
+        let mut passed = exponential(rng);
+        while passed < mean {
+            candidates.push(Reverse(ready + key(exponential(rng) * time_constant)));
+            passed += exponential(rng);
+        }
+    }
+    registered.retain(|&time| (0.0..end).contains(&time));
+    registered
+}
+
+#[test]
+fn modulated_light_with_dead_time_and_afterpulses_agrees_with_a_naive_simulator() {
+    let chips = [1, 1, 1, 0, 1, 0, 0];
+    let length = 7 * 40;
+    let mut scene = table_i_scene(code(&chips), 40e6, length);
+    scene.detectors[0].jitter_ps.clear();
+    let model = DetectorModel::new(&scene, 0);
+    let steps = 6_000;
+
+    // Columns: four bins per chip of the code, and the total.
+    let histogram = |times: &mut dyn Iterator<Item = f64>| {
+        let mut bins = vec![0.0; 29];
+        for time in times {
+            bins[(time * 4.0) as usize % 28] += 1.0;
+            bins[28] += 1.0;
+        }
+        bins
+    };
+    let ours: Vec<Vec<f64>> = (0..steps)
+        .map(|step| histogram(&mut model.step(21, 0, step).map(|d| d.chip as f64 + d.fraction)))
+        .collect();
+    let mut rng = StdRng::seed_from_u64(22);
+    let naive: Vec<Vec<f64>> = (0..steps)
+        .map(|_| {
+            let times = naive_detections(&scene, &mut rng, length as f64, 100.0);
+            histogram(&mut times.into_iter())
+        })
+        .collect();
+    for bin in 0..29 {
+        let ours = Moments::of(ours.iter().map(|h| h[bin]));
+        let naive = Moments::of(naive.iter().map(|h| h[bin]));
+        let error = ours.standard_error().hypot(naive.standard_error());
+        let z = (ours.mean - naive.mean) / error;
+        assert_within_standard_errors(z, 5.0, &format!("mean of bin {bin}"));
+        if bin == 28 {
+            let z = (ours.variance / naive.variance).ln() / (4.0 / steps as f64).sqrt();
+            assert_within_standard_errors(z, 5.0, "variance of the count");
+        }
+    }
+}
+
+#[test]
+fn delay_and_jitter_shift_registered_times_as_independent_gaussians() {
+    let mut scene = table_i_scene(code(&[1, 1, 1, 0, 1, 0, 0]), 10e6, 1_000_000);
+    scene.detectors[0].jitter_ps = vec![53.5, 40.0];
+    let mut bare = scene.clone();
+    bare.detectors[0].jitter_ps.clear();
+    bare.detectors[0].delay_ps = 0.0;
+    let times = |scene: &Scene| -> Vec<(u64, f64)> {
+        let model = DetectorModel::new(scene, 0);
+        let times = model.step(31, 0, 0).map(|d| (d.chip, d.fraction));
+        times.collect()
+    };
+    // The first registered time may lie just across the border of the step.
+    let shift_ps = |a: &(u64, f64), b: &(u64, f64)| {
+        ((a.0 as f64 - b.0 as f64) + (a.1 - b.1)) * scene.chip_period_ps
+    };
+    let (jittered, avalanches) = (times(&scene), times(&bare));
+    let skip = usize::from(shift_ps(&jittered[0], &avalanches[0]) < 0.0);
+    let shifts = Moments::of(
+        jittered[skip..]
+            .iter()
+            .zip(&avalanches)
+            .map(|(a, b)| shift_ps(a, b)),
+    );
+    assert!(shifts.count > 50_000.0);
+    assert_within_standard_errors(shifts.z(1750.0), 5.0, "mean shift");
+    let variance = 53.5_f64.powi(2) + 40.0_f64.powi(2);
+    assert_within_standard_errors(shifts.variance_z(variance), 5.0, "variance of the shift");
+}
+
+#[test]
+fn strong_jitter_still_gives_ordered_times_and_loses_none() {
+    let mut scene = ideal_scene(code(&[1]), 200e6, 100_000);
+    let without = DetectorModel::new(&scene, 0).step(41, 0, 0).count() as f64;
+    scene.detectors[0].jitter_ps = vec![20e3];
+    let model = DetectorModel::new(&scene, 0);
+    let times: Vec<(u64, f64)> = model.step(41, 0, 0).map(|d| (d.chip, d.fraction)).collect();
+    assert!(times.is_sorted());
+    // Shifting a Poisson process independently leaves it Poisson.
+    let mean: f64 = 200e6 * 100_000.0 * 8e-9;
+    for count in [without, times.len() as f64] {
+        assert_within_standard_errors((count - mean) / mean.sqrt(), 5.0, "count");
+    }
+}
+
+/// Saturated beyond any warm-up: the first detection of a step comes anywhere in
+/// a dead time, as it would to a detector that has run for ever.
+#[test]
+fn steps_of_a_blinded_detector_start_anywhere_in_its_dead_time() {
+    // 10^4 photons in a dead time of an eighth of a chip.
+    let mut scene = ideal_scene(gold_5(), 1e13, 20);
+    scene.sources[0].extinction_ratio = 1.0;
+    scene.detectors[0].dead_time_ps = 1_000.0;
+    let model = DetectorModel::new(&scene, 0);
+    let steps = 200;
+    let mut eighths = [0.0; 8];
+    for step in 0..steps {
+        let first = model.step(2, 0, step).next().expect("it fires");
+        let dead_times = (first.chip as f64 + first.fraction) * 8.0;
+        eighths[((dead_times * 8.0) as usize).min(7)] += 1.0;
+    }
+    let mean = steps as f64 / 8.0;
+    let chi_square: f64 = eighths.iter().map(|n| (n - mean).powi(2) / mean).sum();
+    // Seven degrees of freedom: 24.3 has a chance of one in a thousand.
+    assert!(chi_square < 24.3, "{eighths:?}");
+}

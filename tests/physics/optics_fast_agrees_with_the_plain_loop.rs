@@ -1,0 +1,240 @@
+//! The fast engine against the plain loop: two constructions of one
+//! distribution.
+
+use crate::optics_support::{
+    Moments, assert_within_standard_errors, code, gold_5, gold_11, ideal_scene, table_i_scene,
+};
+use goldtof::code::Code;
+use goldtof::optics::fast::StepCounter;
+use goldtof::optics::{DetectorModel, StepCount, count_step};
+use goldtof::scene::{Path, Scan, Scene};
+
+/// Counts of both, by step and scan.
+struct Comparison {
+    plain: Vec<Vec<StepCount>>,
+    fast: Vec<Vec<StepCount>>,
+}
+
+impl Comparison {
+    /// Simulates the steps of a scene's scan in `scans` scans.
+    fn of(scene: &Scene, scans: u64) -> Comparison {
+        let model = DetectorModel::new(scene, 0);
+        let steps = scene.scan.steps;
+        let counter = StepCounter::new(&model);
+        assert_eq!(counter.outside_domain(), None, "the lanes must be used");
+        let mut counts = vec![StepCount::ZERO; (scans * steps) as usize];
+        counter.count(1, 0..scans, 0..steps, &mut counts);
+        let by_step = |count: &dyn Fn(u64, u64) -> StepCount| {
+            (0..steps)
+                .map(|step| (0..scans).map(|scan| count(scan, step)).collect())
+                .collect()
+        };
+        Comparison {
+            plain: by_step(&|scan, step| count_step(&model, 2, scan, step)),
+            fast: by_step(&|scan, step| counts[(scan * steps + step) as usize]),
+        }
+    }
+
+    fn detections(&self) -> u64 {
+        self.fast.iter().flatten().map(|count| count.total).sum()
+    }
+
+    /// Means and variances of signed and total counts of every step, within 4.5
+    /// standard errors each and within 3 together.
+    #[track_caller]
+    fn assert_same_distribution(&self, what: &str) {
+        for (name, value) in [
+            ("signed", (|c| c.signed as f64) as fn(&StepCount) -> f64),
+            ("total", |c| c.total as f64),
+        ] {
+            let mut means = Vec::new();
+            let mut variances = Vec::new();
+            for (step, (plain, fast)) in self.plain.iter().zip(&self.fast).enumerate() {
+                let plain: Vec<f64> = plain.iter().map(value).collect();
+                let fast: Vec<f64> = fast.iter().map(value).collect();
+                let mean = difference_of_means(&plain, &fast);
+                let variance = difference_of_means(&deviations(&plain), &deviations(&fast));
+                let what = format!("{what}, step {step}, {name}");
+                assert_within_standard_errors(mean, 4.5, &format!("{what}: mean"));
+                assert_within_standard_errors(variance, 4.5, &format!("{what}: variance"));
+                means.push(mean);
+                variances.push(variance);
+            }
+            let what = format!("{what}, {name}");
+            assert_together(&means, &format!("{what}: means"));
+            assert_together(&variances, &format!("{what}: variances"));
+        }
+    }
+}
+
+/// In standard errors.
+fn difference_of_means(a: &[f64], b: &[f64]) -> f64 {
+    let [a, b] = [a, b].map(|values| Moments::of(values.iter().copied()));
+    (b.mean - a.mean) / a.standard_error().hypot(b.standard_error())
+}
+
+/// Squared deviations, whose mean is the variance: no normal distribution is
+/// taken for granted, and counts of few detections have none.
+fn deviations(values: &[f64]) -> Vec<f64> {
+    let mean = Moments::of(values.iter().copied()).mean;
+    values.iter().map(|value| (value - mean).powi(2)).collect()
+}
+
+/// The sum and the sum of squares of unit normal numbers.
+#[track_caller]
+fn assert_together(z: &[f64], what: &str) {
+    let n = z.len() as f64;
+    let sum = z.iter().sum::<f64>() / n.sqrt();
+    assert_within_standard_errors(sum, 3.0, what);
+    let squares = z.iter().map(|z| z * z).sum::<f64>();
+    // As a normal number (Wilson and Hilferty): of few steps it is very skew.
+    let ninth = 2.0 / (9.0 * n);
+    let chi_square = ((squares / n).cbrt() - (1.0 - ninth)) / ninth.sqrt();
+    assert_within_standard_errors(chi_square, 3.5, &format!("chi-square of {what}"));
+}
+
+/// Some steps round the peak of Table I's sensor at 3.2 m, at k = 20 to 23, and
+/// then a stretch without a peak.
+fn table_i_window(detected_rate_cps: f64) -> Scene {
+    // Primary rate that gives the detected one with dead time and afterpulses.
+    let alive = 1.0 - detected_rate_cps * 14e-9;
+    let primary = detected_rate_cps * 0.9 / alive;
+    let mut scene = table_i_scene(gold_11(), primary, 13_100);
+    scene.scan = Scan {
+        first_step: 12,
+        steps: 24,
+        ..scene.scan
+    };
+    scene
+}
+
+#[test]
+fn table_i_counts_agree_from_1_to_45_million_detections_per_second() {
+    for (rate, scans) in [(1e6, 4_200), (10e6, 420), (45e6, 100)] {
+        let comparison = Comparison::of(&table_i_window(rate), scans);
+        assert!(comparison.detections() > 10_000_000);
+        comparison.assert_same_distribution(&format!("{rate:.0e}"));
+    }
+}
+
+/// In release mode about a minute.
+#[test]
+#[ignore = "a hundred million detections per rate; run with --release"]
+fn table_i_counts_agree_over_a_hundred_million_detections() {
+    for (rate, scans) in [(1e6, 40_000), (10e6, 4_200), (45e6, 1_000)] {
+        let comparison = Comparison::of(&table_i_window(rate), scans);
+        assert!(comparison.detections() > 100_000_000);
+        comparison.assert_same_distribution(&format!("{rate:.0e}"));
+    }
+}
+
+#[test]
+fn jitter_carries_detections_over_the_borders_of_a_step_and_of_chips() {
+    // Three chips of 2 ns with 41 ps of jitter: every twelfth detection is near
+    // a border. Rising and falling edges are far apart.
+    let mut scene = table_i_scene(code(&[1, 1, 1, 0, 1, 0, 0]), 60e6, 3);
+    scene.chip_period_ps = 2000.0;
+    scene.scan.steps = 40;
+    let spad = &mut scene.detectors[0];
+    spad.jitter_ps = vec![40.0, 9.0];
+    spad.dead_time_ps = 900.0;
+    spad.counter.rising_delay_ps = 100.0;
+    spad.counter.falling_delay_ps = 310.0;
+    spad.counter.transition_ps = 60.0;
+    let comparison = Comparison::of(&scene, 20_000);
+    comparison.assert_same_distribution("jitter at borders");
+}
+
+#[test]
+fn every_path_and_code_adds_its_light() {
+    // Two codes of 31 and 7 chips, three paths, none aligned to samples; 101
+    // chips a step, so that steps begin anywhere in the code.
+    let mut scene = table_i_scene(gold_5(), 20e6, 101);
+    let mut other = scene.sources[0].clone();
+    other.name = "other".to_owned();
+    other.code = code(&[1, 1, 1, 0, 1, 0, 0]);
+    other.extinction_ratio = 3.0;
+    scene.sources.push(other);
+    for (source, delay_ps, transmission) in [(0, 91_234.5, 0.4), (1, 4_321.0, 0.7)] {
+        scene.paths.push(Path {
+            source,
+            detector: 0,
+            delay_ps,
+            transmission,
+            movement: None,
+        });
+    }
+    Comparison::of(&scene, 600).assert_same_distribution("paths and codes");
+}
+
+#[test]
+fn a_sharp_counter_and_a_bare_detector_agree_too() {
+    let mut scene = ideal_scene(gold_5(), 30e6, 203);
+    scene.paths[0].delay_ps = 12_345.6;
+    Comparison::of(&scene, 400).assert_same_distribution("bare");
+    scene.detectors[0].counter.rising_delay_ps = 700.0;
+    scene.detectors[0].dead_time_ps = 31e3;
+    Comparison::of(&scene, 400).assert_same_distribution("late rising edges");
+}
+
+#[test]
+fn strong_afterpulsing_of_a_slow_kind_agrees() {
+    let mut scene = table_i_scene(gold_5(), 5e6, 500);
+    let spad = &mut scene.detectors[0];
+    spad.afterpulsing_probability = 0.45;
+    spad.afterpulsing_time_constant_ps = 60e3;
+    scene.scan.steps = 40;
+    Comparison::of(&scene, 1000).assert_same_distribution("slow afterpulses");
+}
+
+#[test]
+fn faint_light_and_long_steps_agree() {
+    // Waits of many code periods, and counts that are taken in batches.
+    let steps = 8;
+    let mut scene = table_i_scene(gold_5(), 12e3, 1_000_000);
+    scene.detectors[0].dark_count_rate_cps = 3e3;
+    scene.scan.steps = steps;
+    Comparison::of(&scene, 1500).assert_same_distribution("faint and long");
+}
+
+#[test]
+fn codes_of_many_lengths_give_the_same_light() {
+    for length in [1, 2, 3, 1023, 1500, 4094] {
+        // Half of the chips on, or all of one.
+        let chips: Vec<u8> = (0..length).map(|chip| u8::from(chip % 3 != 1)).collect();
+        let mut scene = table_i_scene(code(&chips), 15e6, 3_333);
+        scene.scan = Scan {
+            first_step: 0,
+            steps: 8,
+            steps_per_period: 8 * length,
+            ..scene.scan
+        };
+        let comparison = Comparison::of(&scene, 150);
+        comparison.assert_same_distribution(&format!("{length} chips"));
+    }
+}
+
+/// A code is a code: nothing depends on how it was made.
+#[test]
+fn repeating_a_code_twice_changes_nothing() {
+    let once = gold_5();
+    let twice: Code = {
+        let chips = [once.chips.clone(), once.chips.clone()].concat();
+        Code::clone(&code(&chips))
+    };
+    let counts = |code: Code| {
+        let mut scene = table_i_scene(code.into(), 15e6, 500);
+        scene.scan = Scan {
+            first_step: 3,
+            steps: 100,
+            steps_per_period: 8 * 62,
+            ..scene.scan
+        };
+        let model = DetectorModel::new(&scene, 0);
+        let mut counts = vec![StepCount::ZERO; 100];
+        StepCounter::new(&model).count(1, 0..1, 0..100, &mut counts);
+        counts
+    };
+    let once = Code::clone(&once);
+    assert_eq!(counts(once), counts(twice));
+}

@@ -1,0 +1,210 @@
+//! Scenes and statistics for the tests of optics and estimators.
+#![allow(dead_code)] // The benches of the estimators use a part of this.
+
+pub mod stepped;
+
+use std::sync::Arc;
+
+use goldtof::code::{Code, Generator};
+use goldtof::optics::{DetectorModel, Pulse, PulseStream};
+use goldtof::scene::{
+    CounterTiming, Detector, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, Source, Target,
+};
+
+pub fn code(chips: &[u8]) -> Arc<Code> {
+    Arc::new(Code {
+        generator: Generator::Chips(chips.to_vec()),
+        interleave: 0,
+        chips: chips.to_vec(),
+    })
+}
+
+/// c[t] = XOR of c[t - e], from all ones.
+pub fn m_sequence(degree: usize, exponents: &[usize]) -> Vec<u8> {
+    let length = (1 << degree) - 1;
+    let mut chips = vec![1_u8; degree];
+    for t in degree..length {
+        chips.push(exponents.iter().fold(0, |sum, e| sum ^ chips[t - e]));
+    }
+    chips
+}
+
+/// Index 0 of a Gold set: u XOR v.
+pub fn gold(degree: usize, u: &[usize], v: &[usize]) -> Arc<Code> {
+    let (u, v) = (m_sequence(degree, u), m_sequence(degree, v));
+    code(&u.iter().zip(&v).map(|(a, b)| a ^ b).collect::<Vec<_>>())
+}
+
+pub fn gold_5() -> Arc<Code> {
+    gold(5, &[5, 2], &[5, 4, 3, 2])
+}
+
+pub fn gold_11() -> Arc<Code> {
+    gold(11, &[11, 2], &[11, 8, 5, 2])
+}
+
+/// Mean optical power for a mean primary detection rate at 783 nm and
+/// detection probability 1.
+pub fn power_w(mean_rate_cps: f64) -> f64 {
+    mean_rate_cps * 6.626_070_15e-34 * 299_792_458.0 / 783e-9
+}
+
+pub fn full_scan(samples_per_chip: u32, code: &Code, integration_chips: u64) -> Scan {
+    let steps = u64::from(samples_per_chip) * code.len();
+    Scan {
+        first_step: 0,
+        steps,
+        steps_per_period: steps,
+        integration_chips,
+        requested_integration_ps: integration_chips as f64 * 8000.0,
+    }
+}
+
+/// One source, one path without delay, and a detector that adds nothing of its
+/// own: no dead time, no afterpulses, no delay, no jitter, an ideal counter.
+/// The chip period is 8 ns, a chip has 8 samples.
+pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) -> Scene {
+    let scan = full_scan(8, &code, integration_chips);
+    Scene {
+        name: "ideal".to_owned(),
+        chip_period_ps: 8000.0,
+        samples_per_chip: 8,
+        sources: vec![Source {
+            name: "laser".to_owned(),
+            code,
+            wavelength_nm: 783.0,
+            mean_power_w: power_w(mean_rate_cps),
+            extinction_ratio: f64::INFINITY,
+        }],
+        detectors: vec![Detector {
+            name: "spad".to_owned(),
+            reference: 0,
+            photon_detection_probability: 1.0,
+            dark_count_rate_cps: 0.0,
+            background_rate_cps: 0.0,
+            dead_time_ps: 0.0,
+            afterpulsing_probability: 0.0,
+            afterpulsing_time_constant_ps: 0.0,
+            pulse_width_ps: 4000.0,
+            delay_ps: 0.0,
+            jitter_ps: Vec::new(),
+            counter: CounterTiming {
+                rising_delay_ps: 0.0,
+                falling_delay_ps: 0.0,
+                transition_ps: 0.0,
+            },
+        }],
+        paths: vec![Path {
+            source: 0,
+            detector: 0,
+            delay_ps: 0.0,
+            transmission: 1.0,
+            movement: None,
+        }],
+        scan,
+        estimator: EstimatorKind::Fft,
+        other_light: OtherLight::Given,
+        hardware: Hardware {
+            target: Target::Ecp525k6,
+            parallel: 1,
+            counter_width: None,
+            peak_detector: false,
+        },
+    }
+}
+
+/// The sensor of Table I at 3.2 m, with another primary detection rate.
+pub fn table_i_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) -> Scene {
+    let mut scene = ideal_scene(code, mean_rate_cps / 0.31, integration_chips);
+    scene.sources[0].extinction_ratio = 10.0;
+    scene.paths[0].delay_ps = 2.0 * 3.2 / 299_792_458.0 * 1e12;
+    let spad = &mut scene.detectors[0];
+    spad.photon_detection_probability = 0.31;
+    spad.dark_count_rate_cps = 71e3;
+    spad.dead_time_ps = 14e3;
+    spad.afterpulsing_probability = 0.137;
+    spad.afterpulsing_time_constant_ps = 5e3;
+    spad.pulse_width_ps = 7e3;
+    spad.delay_ps = 1750.0;
+    spad.jitter_ps = vec![53.5, 4.0];
+    spad.counter = CounterTiming {
+        rising_delay_ps: 340.0,
+        falling_delay_ps: 390.0,
+        transition_ps: 1.5,
+    };
+    scene
+}
+
+/// Signed counts of all steps of a scan, by the definition: hits at the first
+/// sample of each pulse, the reference looked up at that sample. Hits are added
+/// up by their sample in `hits`, modulo its length.
+pub fn sampled_counts(
+    scene: &Scene,
+    model: &DetectorModel,
+    seed: u64,
+    repetition: u64,
+    hits: &mut [f64],
+) -> Vec<f64> {
+    let Scan {
+        steps,
+        integration_chips,
+        ..
+    } = scene.scan;
+    let chips = &scene.sources[0].code.chips;
+    let step_samples = integration_chips * 8;
+    let mut pulses = Vec::new();
+    PulseStream::new(model, seed, repetition).advance(steps * step_samples, &mut pulses);
+    let mut counts = vec![0.0; steps as usize];
+    for Pulse { first, .. } in pulses {
+        let step = first / step_samples;
+        let k = scene.scan.step(step) as i64;
+        let chip = (first as i64 - k)
+            .div_euclid(8)
+            .rem_euclid(chips.len() as i64);
+        counts[step as usize] += 2.0 * f64::from(chips[chip as usize]) - 1.0;
+        let samples = hits.len() as u64;
+        hits[(first % samples) as usize] += 1.0;
+    }
+    counts
+}
+
+/// Mean and its standard error, and the variance, of a sample.
+pub struct Moments {
+    pub count: f64,
+    pub mean: f64,
+    pub variance: f64,
+}
+
+impl Moments {
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Moments {
+        let values: Vec<f64> = values.into_iter().collect();
+        let count = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+        Moments {
+            count,
+            mean,
+            variance: squares / (count - 1.0),
+        }
+    }
+
+    pub fn standard_error(&self) -> f64 {
+        (self.variance / self.count).sqrt()
+    }
+
+    /// How many standard errors the mean is away from a value.
+    pub fn z(&self, expected: f64) -> f64 {
+        (self.mean - expected) / self.standard_error()
+    }
+
+    /// How many standard errors the variance is away from a value, for a nearly
+    /// Gaussian sample.
+    pub fn variance_z(&self, expected: f64) -> f64 {
+        (self.variance / expected - 1.0) / (2.0 / (self.count - 1.0)).sqrt()
+    }
+}
+
+#[track_caller]
+pub fn assert_within_standard_errors(z: f64, limit: f64, what: &str) {
+    assert!(z.abs() < limit, "{what}: {z:.2} standard errors away");
+}

@@ -1,0 +1,235 @@
+//! With `parallel` phase steps at once, the steps of a group count the same
+//! detections: in every tier, and in what theory expects.
+
+use crate::optics_support::{assert_within_standard_errors, gold_5, table_i_scene};
+use goldtof::estimate::predict;
+use goldtof::fidelity::Tier;
+use goldtof::fidelity::scans::scans;
+use goldtof::fidelity::simulate::{PathStatistics, simulate};
+use goldtof::optics::fast::StepCounter;
+use goldtof::optics::{
+    CountingTier, DetectorModel, MeanResponse, SecondMoments, StepCount, count_step,
+};
+use goldtof::scene::Scene;
+
+const PARALLEL: u32 = 4;
+
+/// Table I with a code of 31 chips, at 10 million detections per second, and
+/// steps that are no whole number of code periods.
+fn scene() -> Scene {
+    let mut scene = table_i_scene(gold_5(), 12e6, 31 * 20 + 17);
+    scene.hardware.parallel = PARALLEL;
+    scene
+}
+
+/// The scene whose continuous-time counter counts what the sampled hardware of
+/// `scene` does: sample s stands for the registered times in ((s - 1) T_s, s T_s],
+/// so the detections come T_s later, and the counter's edges are where they are.
+fn as_sampled(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    let spad = &mut scene.detectors[0];
+    spad.delay_ps += scene.chip_period_ps / f64::from(scene.samples_per_chip);
+    spad.counter.rising_delay_ps = 0.0;
+    spad.counter.falling_delay_ps = 0.0;
+    spad.counter.transition_ps = 0.0;
+    scene
+}
+
+/// Mean and variance of the mean of every step's signed count, over scans.
+fn step_means(all: &[Vec<StepCount>]) -> Vec<(f64, f64)> {
+    let n = all.len() as f64;
+    (0..all[0].len())
+        .map(|step| {
+            let values = || all.iter().map(|scan| scan[step].signed as f64);
+            let mean = values().sum::<f64>() / n;
+            let squares: f64 = values().map(|v| (v - mean).powi(2)).sum();
+            (mean, squares / (n - 1.0) / n)
+        })
+        .collect()
+}
+
+fn collect(scene: &Scene, tier: Tier, repetitions: u64) -> Vec<Vec<StepCount>> {
+    let mut all = Vec::new();
+    scans(scene, 0, tier, 3, repetitions, |scan| {
+        all.push(scan.to_vec())
+    })
+    .unwrap();
+    all
+}
+
+/// Holds every step's means against each other: no single one far off, and
+/// their squares together as chance has it. Steps of a group go together, so
+/// there are no more independent ones than groups.
+fn assert_same_means(a: &[(f64, f64)], b: &[(f64, f64)], what: &str) {
+    assert_eq!(a.len(), b.len());
+    let z: Vec<f64> = a
+        .iter()
+        .zip(b)
+        .map(|((x, vx), (y, vy))| (x - y) / (vx + vy).sqrt())
+        .collect();
+    for (step, z) in z.iter().enumerate() {
+        assert_within_standard_errors(*z, 5.0, &format!("{what}, step {step}"));
+    }
+    let groups = z.len() as f64 / f64::from(PARALLEL);
+    let mean_square = z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64;
+    assert_within_standard_errors(
+        (mean_square - 1.0) / (2.0 / groups).sqrt(),
+        5.0,
+        &format!("{what}, squares"),
+    );
+}
+
+#[test]
+fn steps_of_a_group_count_the_same_detections() {
+    let scene = scene();
+    let steps = scene.scan.steps as usize;
+    for tier in [Tier::Counts, Tier::Events, Tier::Sampled] {
+        let scan = &collect(&scene, tier, 1)[0];
+        assert_eq!(scan.len(), steps);
+        let totals: Vec<u64> = scan.iter().map(|count| count.total).collect();
+        let groups: Vec<&[u64]> = totals.chunks(PARALLEL as usize).collect();
+        for group in &groups {
+            assert!(
+                group.iter().all(|total| total == &group[0]),
+                "{tier}: {group:?}"
+            );
+        }
+        let mut different: Vec<u64> = groups.iter().map(|group| group[0]).collect();
+        different.sort_unstable();
+        different.dedup();
+        assert!(different.len() > 10, "{tier}: {different:?}");
+    }
+}
+
+#[test]
+fn the_tiers_agree_step_by_step() {
+    let hardware = scene();
+    let counter = as_sampled(&hardware);
+    let sampled = step_means(&collect(&hardware, Tier::Sampled, 400));
+    let events = step_means(&collect(&counter, Tier::Events, 400));
+    assert_same_means(&sampled, &events, "events");
+    let counts = step_means(&collect(&counter, Tier::Counts, 400));
+    assert_same_means(&sampled, &counts, "counts");
+    let model = DetectorModel::new(&hardware, 0);
+    let response = MeanResponse::of_tier(&model, CountingTier::Sampled).unwrap();
+    let expected: Vec<(f64, f64)> = response
+        .mean_counts()
+        .iter()
+        .map(|mean| (mean.signed, 0.0))
+        .collect();
+    assert_same_means(&sampled, &expected, "expected");
+}
+
+#[test]
+fn a_last_group_that_is_not_full_is_counted_too() {
+    let mut hardware = scene();
+    hardware.hardware.parallel = 5;
+    hardware.scan.first_step = 243;
+    hardware.scan.steps = 13;
+    let counter = as_sampled(&hardware);
+    let sampled = step_means(&collect(&hardware, Tier::Sampled, 500));
+    let events = step_means(&collect(&counter, Tier::Events, 500));
+    assert_eq!(sampled.len(), 13);
+    assert_same_means(&sampled, &events, "events");
+}
+
+#[test]
+fn lanes_and_plain_loop_agree_and_the_lanes_know_their_limit() {
+    let mut scene = scene();
+    scene.scan.steps = 16;
+    let all = |scene: &Scene, fast: bool| -> Vec<Vec<StepCount>> {
+        let model = DetectorModel::new(scene, 0);
+        let counter = StepCounter::new(&model);
+        (0..300)
+            .map(|repetition| {
+                let mut scan = vec![StepCount::ZERO; 16];
+                if fast {
+                    assert!(counter.outside_domain().is_none());
+                    counter.count(1, repetition..repetition + 1, 0..16, &mut scan);
+                } else {
+                    let count = |step| count_step(&model, 2, repetition, step);
+                    scan = (0..16).map(count).collect();
+                }
+                scan
+            })
+            .collect()
+    };
+    let (fast, plain) = (all(&scene, true), all(&scene, false));
+    assert_same_means(&step_means(&fast), &step_means(&plain), "lanes");
+    // Jitter that reaches from one step's edge to the next one's.
+    scene.detectors[0].jitter_ps = vec![90.0];
+    let model = DetectorModel::new(&scene, 0);
+    let outside = StepCounter::new(&model).outside_domain().unwrap();
+    assert!(
+        outside.to_string().contains("4 phase steps at once"),
+        "{outside}"
+    );
+    scene.hardware.parallel = 1;
+    let model = DetectorModel::new(&scene, 0);
+    assert!(StepCounter::new(&model).outside_domain().is_none());
+}
+
+#[test]
+fn covariances_of_a_group_are_those_of_its_counts() {
+    let mut scene = scene();
+    scene.scan.first_step = 160;
+    scene.scan.steps = u64::from(PARALLEL);
+    let model = DetectorModel::new(&scene, 0);
+    let response = MeanResponse::of_tier(&model, CountingTier::Events).unwrap();
+    let moments = SecondMoments::new(&response).unwrap().of_group(0);
+    let scans = collect(&scene, Tier::Events, 20_000);
+    let n = scans.len() as f64;
+    let value = |scan: &[StepCount], i: usize| match scan.get(i) {
+        Some(count) => count.signed as f64 - moments.signed_means[i],
+        None => scan[0].total as f64 - moments.total_mean,
+    };
+    let count = PARALLEL as usize + 1;
+    for i in 0..count {
+        for j in 0..=i {
+            let found = scans.iter().map(|s| value(s, i) * value(s, j)).sum::<f64>() / n;
+            let c = &moments.covariance;
+            let error = ((c[i][i] * c[j][j] + c[i][j] * c[i][j]) / n).sqrt();
+            // Two per cent of a variance on top: the code's phase at the rim of a
+            // step is taken to the whole chip.
+            let limit = 4.5 * error + 0.02 * (c[i][i] * c[j][j]).sqrt();
+            assert!(
+                (found - c[i][j]).abs() < limit,
+                "{i} {j}: {found} {}",
+                c[i][j]
+            );
+        }
+    }
+    // Neighbours go together, which independent light would not.
+    assert!(moments.covariance[0][1] > 0.5 * moments.covariance[0][0]);
+}
+
+#[test]
+fn the_predicted_scatter_knows_that_steps_of_a_group_go_together() {
+    let scene = scene();
+    let mut alone = scene.clone();
+    alone.hardware.parallel = 1;
+    let of = |tier, repetitions| -> PathStatistics {
+        simulate(&scene, tier, 5, repetitions).unwrap().estimates[0].clone()
+    };
+    let independent = predict(&alone, 0, 0, CountingTier::Events).unwrap().std_m;
+    for (tier, repetitions) in [
+        (Tier::Counts, 3_000),
+        (Tier::Events, 1_500),
+        (Tier::Sampled, 1_500),
+    ] {
+        let found = of(tier, repetitions);
+        let expected = predict(&scene, 0, 0, tier.counting()).unwrap();
+        let (std, error) = (found.std_m.unwrap(), found.std_std_error_m.unwrap());
+        assert_within_standard_errors((std - expected.std_m) / error, 4.5, &format!("{tier} std"));
+        let z = (found.bias_m.unwrap() - expected.bias_m) / found.std_error_m.unwrap();
+        assert_within_standard_errors(z, 4.5, &format!("{tier} bias"));
+        // Independent steps would scatter by something else altogether.
+        assert!(
+            (std - independent).abs() > 6.0 * error,
+            "{tier}: {std} {independent}"
+        );
+    }
+    let expected = of(Tier::Expected, 7);
+    assert_eq!(expected.estimates, 0);
+    assert_eq!(expected.std_m, expected.expected_std_m);
+}
