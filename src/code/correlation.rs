@@ -3,7 +3,7 @@
 use std::borrow::Borrow;
 use std::collections::BTreeMap;
 
-use rustfft::FftPlanner;
+use goldtof_fft::Planner;
 use rustfft::num_complex::Complex;
 
 /// Periodic correlation of two codes of the same length L, at every lag:
@@ -82,8 +82,8 @@ fn chi(chip: u8) -> i64 {
 
 fn correlate_fft(a: &[u8], b: &[u8]) -> Vec<f64> {
     let length = a.len();
-    let mut planner = FftPlanner::new();
-    let forward = planner.plan_fft_forward(length);
+    let mut planner = Planner::new();
+    let forward = planner.forward(length);
     let spectrum = |code: &[u8]| {
         let mut values: Vec<Complex<f64>> = code
             .iter()
@@ -97,7 +97,7 @@ fn correlate_fft(a: &[u8], b: &[u8]) -> Vec<f64> {
         .zip(spectrum(b))
         .map(|(a, b)| a.conj() * b / length as f64)
         .collect();
-    planner.plan_fft_inverse(length).process(&mut product);
+    planner.inverse(length).process(&mut product);
     product.into_iter().map(|value| value.re).collect()
 }
 

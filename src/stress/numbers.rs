@@ -1,9 +1,11 @@
 //! Large, cancelling and unequal numbers.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
+use goldtof_fft::{double_pair, single_pair};
 use rustfft::num_complex::Complex;
-use rustfft::{FftNum, FftPlanner};
+use rustfft::{Fft, FftNum};
 
 use super::scenes::{GOLD_5, GOLD_11, constant_light, ideal, table_i, window};
 use super::statistics::{Sample, counts, step_s, worst};
@@ -65,7 +67,7 @@ pub(super) const CASES: &[Case] = &[
         quick: false,
         what: "largest distance from whole numbers, correlation of 1,048,575 chips by f64 FFT",
         why: "rounding grows as eps L log2 L at most, and 0.5 is where an integer would be lost",
-        run: |_| Measured::at_most(fft_error::<f64>(20)?, "of 1", 1e-6),
+        run: |_| Measured::at_most(fft_error(20, double_pair)?, "of 1", 1e-6),
     },
     Case {
         name: "fft-in-single-precision",
@@ -75,7 +77,7 @@ pub(super) const CASES: &[Case] = &[
                the peak",
         why: "single precision is good for eps_32 times a small multiple of log2 L = 20",
         run: |_| {
-            let error = fft_error::<f32>(20)? / f64::from((1 << 20) - 1);
+            let error = fft_error(20, single_pair)? / f64::from((1 << 20) - 1);
             Measured::at_most(error, "of the peak", 20.0 * f64::from(f32::EPSILON))
         },
     },
@@ -86,7 +88,7 @@ pub(super) const CASES: &[Case] = &[
         what: "the same for 2,047 chips",
         why: "single precision is good for eps_32 times a small multiple of log2 L = 11",
         run: |_| {
-            let error = fft_error::<f32>(11)? / 2047.0;
+            let error = fft_error(11, single_pair)? / 2047.0;
             Measured::at_most(error, "of the peak", 11.0 * f64::from(f32::EPSILON))
         },
     },
@@ -229,24 +231,27 @@ fn broken_period() -> anyhow::Result<Measured> {
 
 /// Largest distance of an FFT correlation in precision `T` of an m-sequence from
 /// the theorem's whole numbers.
-fn fft_error<T: FftNum + Into<f64>>(degree: u32) -> anyhow::Result<f64> {
+fn fft_error<T: FftNum + Into<f64>>(
+    degree: u32,
+    plan: impl Fn(usize) -> [Arc<dyn Fft<T>>; 2],
+) -> anyhow::Result<f64> {
     let spec = CodeSpec {
         degree: Some(degree),
         ..CodeSpec::new(Family::MSequence)
     };
     let chips = spec.build()?.chips;
     let length = chips.len();
-    let mut planner = FftPlanner::<T>::new();
+    let [forward, inverse] = plan(length);
     let number = |value: f64| T::from_f64(value).unwrap_or_else(T::zero);
     let mut values: Vec<Complex<T>> = chips
         .iter()
         .map(|&chip| Complex::new(number(2.0 * f64::from(chip) - 1.0), T::zero()))
         .collect();
-    planner.plan_fft_forward(length).process(&mut values);
+    forward.process(&mut values);
     for value in &mut values {
         *value = Complex::new(value.norm_sqr(), T::zero());
     }
-    planner.plan_fft_inverse(length).process(&mut values);
+    inverse.process(&mut values);
     let errors = values.iter().enumerate().map(|(lag, value)| {
         let expected = if lag == 0 { length as f64 } else { -1.0 };
         value.re.into() / length as f64 - expected

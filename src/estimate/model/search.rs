@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use rustfft::FftPlanner;
+use goldtof_fft::Planner;
 use rustfft::num_complex::Complex64;
 
 use super::problem::{Parameters, PathParameters, Problem};
@@ -185,7 +185,7 @@ impl Peak {
 
 /// Correlations over one code period.
 struct Transform {
-    planner: FftPlanner<f64>,
+    planner: Planner,
     length: usize,
     reference: Vec<Complex64>,
 }
@@ -193,7 +193,7 @@ struct Transform {
 impl Transform {
     fn new(reference: &Code) -> Transform {
         let mut transform = Transform {
-            planner: FftPlanner::new(),
+            planner: Planner::new(),
             length: reference.chips.len(),
             reference: Vec::new(),
         };
@@ -202,9 +202,7 @@ impl Transform {
     }
 
     fn forward(&mut self, mut values: Vec<Complex64>) -> Vec<Complex64> {
-        self.planner
-            .plan_fft_forward(self.length)
-            .process(&mut values);
+        self.planner.forward(self.length).process(&mut values);
         values
     }
 
@@ -230,9 +228,7 @@ impl Transform {
         let mut product: Vec<Complex64> = (0..self.length)
             .map(|f| image[f] * packed[(self.length - f) % self.length])
             .collect();
-        self.planner
-            .plan_fft_inverse(self.length)
-            .process(&mut product);
+        self.planner.inverse(self.length).process(&mut product);
         [
             product.iter().map(|v| v.re).collect(),
             product.iter().map(|v| v.im).collect(),

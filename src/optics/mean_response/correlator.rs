@@ -11,7 +11,7 @@
 //! Whole code periods are a periodic correlation (an FFT for each b), what is
 //! left of the integration time a sum over its slots.
 
-use rustfft::FftPlanner;
+use goldtof_fft::Planner;
 use rustfft::num_complex::Complex64;
 
 use super::column::Column;
@@ -149,11 +149,8 @@ impl Correlator {
     /// The same for every phase step of the reference's period.
     pub fn signed_per_period_of_all(&self) -> Vec<f64> {
         let length = self.reference.length;
-        let mut planner = FftPlanner::new();
-        let (forward, inverse) = (
-            planner.plan_fft_forward(length),
-            planner.plan_fft_inverse(length),
-        );
+        let mut planner = Planner::new();
+        let (forward, inverse) = (planner.forward(length), planner.inverse(length));
         let mut code: Vec<Complex64> = (0..length)
             .map(|i| Complex64::new(self.reference.signs[i], self.reference.falls[i]))
             .collect();

@@ -18,8 +18,9 @@
 
 use std::sync::Arc;
 
+use goldtof_fft::Planner;
+use rustfft::Fft;
 use rustfft::num_complex::Complex64;
-use rustfft::{Fft, FftPlanner};
 
 use super::moments::{CountMoments, SecondMoments};
 use super::parallel::in_parallel;
@@ -251,10 +252,10 @@ struct CodeCorrelation {
 impl CodeCorrelation {
     fn new(code: &[u8], lags: usize) -> CodeCorrelation {
         let length = code.len();
-        let mut planner = FftPlanner::new();
+        let mut planner = Planner::new();
         let mut correlation = CodeCorrelation {
-            forward: planner.plan_fft_forward(length),
-            inverse: planner.plan_fft_inverse(length),
+            forward: planner.forward(length),
+            inverse: planner.inverse(length),
             length,
             signs: Vec::new(),
             products: Vec::new(),
