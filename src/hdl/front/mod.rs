@@ -20,6 +20,7 @@ mod inline;
 mod marker;
 mod net;
 mod optional;
+mod plan;
 mod register;
 mod word;
 
@@ -28,18 +29,20 @@ pub use inline::{BitTable, Wiring};
 pub use marker::{About, Description, Marker};
 pub use net::{Input, Local, Net, Output, Value};
 pub use optional::Optional;
+pub use plan::Plan;
 pub use register::Register;
 pub use word::{SignedWord, Word, bit_cast, signed_cast};
 
 /// What a block's source file needs in scope, rust-hdl's macros included.
 pub mod prelude {
+    pub use goldtof_macros::kernel;
     pub use rust_hdl::core::block::Block;
     pub use rust_hdl::core::logic::Logic;
     pub use rust_hdl::core::prelude::{LogicBlock, hdl_gen};
     pub use rust_hdl::core::{ast, block, logic, probe};
 
     pub use super::{
-        About, BitTable, Constant, Input, Local, Optional, Output, Register, Wiring, Word,
+        About, BitTable, Constant, Input, Local, Optional, Output, Plan, Register, Wiring, Word,
         bit_cast, signed_cast,
     };
     pub(crate) use crate::hdl::front::dff_setup;

@@ -1,17 +1,16 @@
 //! Parts of a block that only some scenes need.
 
-use std::ops::{Index, IndexMut};
+use std::ops::{Deref, DerefMut, Index, IndexMut};
 
 use rust_hdl::core::block::Block;
 use rust_hdl::core::logic::Logic;
 use rust_hdl::core::probe::Probe;
 
-/// A part that may be left out, used as `self.part[0]` inside
-/// `for _x in 0..self.part.count()`.
+/// A part that may be left out, used inside `if self.part.is_present()`.
 ///
 /// A part left out is kept as a stand-in that no probe sees and no update
-/// reaches, because rust-hdl evaluates the arguments of casts even where a
-/// loop has no trips.
+/// reaches, because rust-hdl evaluates the arguments of casts even in a
+/// branch that elaboration does not take.
 #[derive(Debug, Clone)]
 pub struct Optional<B> {
     present: bool,
@@ -24,9 +23,27 @@ impl<B> Optional<B> {
         Optional { present, part }
     }
 
+    /// Whether the hardware has it.
+    pub fn is_present(&self) -> bool {
+        self.present
+    }
+
     /// 1 if present, else 0.
     pub fn count(&self) -> usize {
         usize::from(self.present)
+    }
+}
+
+impl<B> Deref for Optional<B> {
+    type Target = B;
+    fn deref(&self) -> &B {
+        &self.part
+    }
+}
+
+impl<B> DerefMut for Optional<B> {
+    fn deref_mut(&mut self) -> &mut B {
+        &mut self.part
     }
 }
 
@@ -66,7 +83,7 @@ impl<B: Block> Block for Optional<B> {
 
     fn accept(&self, name: &str, probe: &mut dyn Probe) {
         if self.present {
-            self.part.accept(&format!("{name}$0"), probe);
+            self.part.accept(name, probe);
         }
     }
 }
