@@ -116,8 +116,7 @@ impl Names {
                     _ => result.extend([TokenTree::from(name)]),
                 },
                 TokenTree::Group(group) => {
-                    let mut inner =
-                        Group::new(group.delimiter(), self.substituted(group.stream()));
+                    let mut inner = Group::new(group.delimiter(), self.substituted(group.stream()));
                     inner.set_span(group.span());
                     result.extend([TokenTree::from(inner)]);
                 }

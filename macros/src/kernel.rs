@@ -1,36 +1,66 @@
 //! Rewriting a kernel into what `#[hdl_gen]` takes.
 
 use proc_macro2::{Span, TokenStream};
-use quote::{ToTokens, format_ident, quote, quote_spanned};
+use quote::{ToTokens, format_ident, quote_spanned};
 use syn::spanned::Spanned;
 use syn::{
     BinOp, Block, Error, Expr, ExprAssign, ExprCall, ExprForLoop, ExprIf, ExprMethodCall, Ident,
-    ItemFn, Local, Member, Pat, Result, Stmt, UnOp, parse_quote, parse_quote_spanned,
+    ImplItem, ImplItemFn, ItemImpl, Local, Member, Pat, Result, ReturnType, Stmt, UnOp,
+    parse_quote, parse_quote_spanned,
 };
 
 use crate::elaboration::{Names, Time, reads_a_signal, time_of};
 
-/// The function under `#[kernel]`, rewritten.
+/// The `impl Logic` under `#[kernel]`, with its functions in place of their calls.
 pub fn expand(arguments: TokenStream, item: TokenStream) -> Result<TokenStream> {
     if !arguments.is_empty() {
         return Err(Error::new_spanned(arguments, "`#[kernel]` takes nothing"));
     }
-    let function: ItemFn = syn::parse2(item)?;
-    let rewritten = rewrite(function)?;
-    Ok(quote! {
-        #[::rust_hdl::core::prelude::hdl_gen]
-        #rewritten
-    })
+    let mut item: ItemImpl = syn::parse2(item)?;
+    let mut update = rewrite(&item)?;
+    update
+        .attrs
+        .push(parse_quote!(#[::rust_hdl::core::prelude::hdl_gen]));
+    item.items = vec![ImplItem::Fn(update)];
+    Ok(item.into_token_stream())
 }
 
-fn rewrite(mut function: ItemFn) -> Result<ItemFn> {
+/// The function `update` of `item`, rewritten.
+fn rewrite(item: &ItemImpl) -> Result<ImplItemFn> {
     let mut kernel = Kernel::default();
-    function.block.stmts = kernel.block(&function.block)?;
+    for inner in &item.items {
+        match inner {
+            ImplItem::Fn(function) if is_plain(function) => kernel.functions.push(function.clone()),
+            other => return refuse(other, "no function `fn name(&mut self)` of a kernel"),
+        }
+    }
+    let update = Ident::new("update", item.span());
+    let statements = kernel.function(&update)?;
+    let is_unused = |f: &&ImplItemFn| !kernel.called.contains(&f.sig.ident);
+    if let Some(unused) = kernel.functions.iter().find(is_unused) {
+        return refuse(&unused.sig.ident, "never called");
+    }
+    let function = kernel.functions.iter().find(|f| f.sig.ident == update);
+    let mut function = function.expect("found before").clone();
+    function.block.stmts = statements;
     Ok(function)
+}
+
+/// Whether a function takes `&mut self` alone and gives nothing.
+fn is_plain(function: &ImplItemFn) -> bool {
+    let signature = &function.sig;
+    signature.inputs.len() == 1
+        && signature.receiver().is_some()
+        && matches!(signature.output, ReturnType::Default)
 }
 
 #[derive(Default)]
 struct Kernel {
+    functions: Vec<ImplItemFn>,
+    /// Functions whose bodies have been put in place.
+    called: Vec<Ident>,
+    /// Those around the present statement.
+    open: Vec<Ident>,
     names: Names,
     /// Indices that become loops of one trip around the present statement.
     hoisted: Vec<(Ident, Expr)>,
@@ -38,6 +68,24 @@ struct Kernel {
 }
 
 impl Kernel {
+    /// The body of the kernel's function `name`, which sees no name of its caller.
+    fn function(&mut self, name: &Ident) -> Result<Vec<Stmt>> {
+        let found = self.functions.iter().find(|f| f.sig.ident == *name);
+        let Some(body) = found.map(|f| f.block.clone()) else {
+            return refuse(name, "no function of this kernel");
+        };
+        if self.open.contains(name) {
+            return refuse(name, "called by itself");
+        }
+        self.open.push(name.clone());
+        self.called.push(name.clone());
+        let names = std::mem::take(&mut self.names);
+        let statements = self.block(&body)?;
+        self.names = names;
+        self.open.pop();
+        Ok(statements)
+    }
+
     fn block(&mut self, block: &Block) -> Result<Vec<Stmt>> {
         let mark = self.names.mark();
         let mut statements = Vec::new();
@@ -76,6 +124,12 @@ impl Kernel {
             }
             Expr::If(conditional) => self.conditional(conditional),
             Expr::ForLoop(repeated) => Ok(vec![self.repeated(repeated)?]),
+            Expr::MethodCall(call)
+                if call.args.is_empty()
+                    && call.receiver.to_token_stream().to_string() == "self" =>
+            {
+                self.function(&call.method)
+            }
             other => refuse(other, "no statement of a kernel"),
         }
     }
@@ -232,7 +286,9 @@ impl Kernel {
                          `Local` of its own",
                     );
                 }
-                call.args[1] = self.names.settled(&call.args[1], "the width of a `bit_cast`")?;
+                call.args[1] = self
+                    .names
+                    .settled(&call.args[1], "the width of a `bit_cast`")?;
             }
             _ => {
                 return refuse(

@@ -1,4 +1,4 @@
-//! `#[kernel]`: what a hardware block does, written as it reads.
+//! Hardware blocks, written as they read: `#[block]` over the struct, `#[kernel]` over what it does.
 //!
 //! rust-hdl's `#[hdl_gen]` turns the body of `fn update` into a syntax tree that the back end
 //! writes as Verilog. Of what is decided when the hardware is built it knows loops only.
@@ -6,35 +6,68 @@
 //! apart: **what reads no signal by `.val()` is elaboration**, and leaves no gate.
 //!
 //! ```ignore
+//! #[block(EdgePlan)]
+//! pub struct EdgeDetector {
+//!     /// samples that are high after a low one
+//!     #[width(plan.lanes)]
+//!     rising: Local<Word>,
+//!     /// the hit is the earlier sample of its pair
+//!     #[when(plan.lanes > 1)]
+//!     #[width(plan.lanes / 2)]
+//!     early: Optional<Register<Word>>,
+//!     plan: Plan<EdgePlan>,
+//! }
+//!
 //! #[kernel]
-//! fn update(&mut self) {
-//!     let top = self.plan.lanes - 1;                   // a name for a number
-//!     self.last.d.next = self.i_samples.val().get_bit(top);
-//!     if self.early.is_present() {                     // a generate-if
-//!         self.o_early.next = self.early.q.val();
-//!     } else if self.plan.lanes > 4 {                  // another one
-//!         self.o_hits.next = self.hits.q.val() >> (self.plan.lanes - 4);
-//!     } else if self.i_run.val() {                     // a multiplexer
-//!         self.o_hits.next = self.hits.q.val();
+//! impl Logic for EdgeDetector {
+//!     fn update(&mut self) {
+//!         self.last_sample.d.next = self.i_samples.val().get_bit(self.plan.lanes - 1);
+//!         if self.early.is_present() {                 // a generate-if
+//!             self.find_early();
+//!         } else if self.i_run.val() {                 // a multiplexer
+//!             self.hits.d.next = self.i_samples.val();
+//!         }
 //!     }
+//!
+//!     fn find_early(&mut self) { ... }
 //! }
 //! ```
 //!
+//! # Kernels
 //! - `if C { A } else { B }` without `.val()` in C becomes `for _if in 0..usize::from(C) { A }`
 //!   and `for _else in usize::from(C)..1 { B }`, loops of one trip or none.
 //! - `let n = E;` puts E where `n` stands later in its block.
 //! - A bit position, a shift or an index of a vector may be any expression of elaboration,
 //!   with loop variables added, subtracted or multiplied. rust-hdl takes loop variables and
 //!   literals only, so the macro makes a loop of one trip around the statement.
+//! - `self.part();` puts the body of the kernel's function `part` in its place.
 //!
 //! Anything else is refused where it stands: a condition that mixes both times; bounds,
 //! conditions and casts that name a loop variable, because rust-hdl evaluates them outside of the
 //! loop; and every construct of Rust that rust-hdl does not translate.
+//!
+//! # Blocks
+//! `#[block(P)]` derives rust-hdl's `LogicBlock` and makes `fn build(plan: &P)`, in which every
+//! part is as its field says. The doc comment is the comment in the Verilog. Beside it:
+//! `#[width(bits)]`, of any integer type, and `#[reset(value)]`, or `#[reset(value, constant)]` for a reset to a constant
+//! of the block; `#[value(number)]` of a constant; `#[sources(places, inputs)]` of a wiring that is
+//! not straight; `#[when(condition)]` of an `Optional`; `#[each(n in numbers)]` of a `Vec`;
+//! `#[under("heading")]` in the list of ports; `#[about(text)]` for a comment that depends on the
+//! plan; `#[is(expression)]` for any other part.
 
 use proc_macro::TokenStream;
 
+mod block;
 mod elaboration;
 mod kernel;
+
+/// Makes a block's constructor from its fields; see the crate's documentation.
+#[proc_macro_attribute]
+pub fn block(arguments: TokenStream, item: TokenStream) -> TokenStream {
+    block::expand(arguments.into(), item.into())
+        .unwrap_or_else(syn::Error::into_compile_error)
+        .into()
+}
 
 /// Makes a block's `fn update` from a kernel; see the crate's documentation.
 #[proc_macro_attribute]

@@ -1,13 +1,17 @@
 //! Each kernel beside what `#[hdl_gen]` gets of it, written by hand.
 
 use quote::quote;
-use syn::ItemFn;
+use syn::ItemImpl;
 
 use super::{TokenStream, rewrite};
 
 fn rewritten(body: TokenStream) -> Result<String, String> {
-    let function: ItemFn = syn::parse2(quote!(fn update(&mut self) { #body })).unwrap();
-    rewrite(function)
+    with_functions(quote!(fn update(&mut self) { #body }))
+}
+
+fn with_functions(functions: TokenStream) -> Result<String, String> {
+    let item: ItemImpl = syn::parse2(quote!(impl Logic for Block { #functions })).unwrap();
+    rewrite(&item)
         .map(|function| {
             let statements = &function.block.stmts;
             quote!(#(#statements)*).to_string()
@@ -170,13 +174,84 @@ fn the_test_of_an_if_may_have_an_index_too() {
 }
 
 #[test]
+fn a_call_stands_for_the_functions_body_which_sees_none_of_its_callers_names() {
+    let found = with_functions(quote! {
+        fn update(&mut self) {
+            let n = 4;
+            for p in 0..n {
+                self.part();
+            }
+        }
+        fn part(&mut self) {
+            let n = 2;
+            self.a.next = self.b.val() >> n;
+        }
+    });
+    let expected = quote! {
+        for p in (0)..((4)) {
+            for index1 in ((2))..(((2)) + 1) {
+                self.a.next = self.b.val() >> index1;
+            }
+        }
+    };
+    assert_eq!(found.unwrap(), expected.to_string());
+}
+
+#[test]
+fn functions_that_are_missing_unused_or_call_themselves_are_refused() {
+    let refused = |functions, message: &str| {
+        let found = with_functions(functions).expect_err("it must be refused");
+        assert!(found.contains(message), "{found}");
+    };
+    refused(
+        quote!(
+            fn update(&mut self) {
+                self.part();
+            }
+        ),
+        "`part` is no function of this kernel",
+    );
+    refused(
+        quote!(
+            fn update(&mut self) {}
+            fn part(&mut self) {}
+        ),
+        "`part` is never called",
+    );
+    refused(
+        quote!(
+            fn update(&mut self) {
+                self.part();
+            }
+            fn part(&mut self) {
+                self.part();
+            }
+        ),
+        "`part` is called by itself",
+    );
+    refused(
+        quote!(
+            fn update(&mut self) {}
+            fn part(&self) -> bool {
+                true
+            }
+        ),
+        "no function `fn name(&mut self)`",
+    );
+    refused(
+        quote!(
+            fn connect(&mut self) {}
+        ),
+        "`update` is no function",
+    );
+}
+
+#[test]
 fn conditions_of_both_times_are_refused() {
     let both = "reads no signal, but another part does";
     is_refused(quote!(if self.a.is_present() & self.b.val() {}), both);
     is_refused(
-        quote!(
-            if !(self.b.val() | (self.c.val() & self.plan.wraps)) {}
-        ),
+        quote!(if !(self.b.val() | (self.c.val() & self.plan.wraps)) {}),
         both,
     );
 }
@@ -184,12 +259,31 @@ fn conditions_of_both_times_are_refused() {
 #[test]
 fn what_rust_hdl_evaluates_outside_of_a_loop_cannot_depend_on_it() {
     let outside = "cannot depend on the loop variable `p`";
-    is_refused(quote!(for p in 0..4 { if p > 0 {} }), outside);
-    is_refused(quote!(for p in 0..4 { for q in 0..p {} }), outside);
-    is_refused(quote!(for p in 0..4 { let q = p + 1; }), outside);
-    let width = quote!(for p in 0..4 { self.a.next = bit_cast(self.b.val(), p); });
+    is_refused(
+        quote!(for p in 0..4 {
+            if p > 0 {}
+        }),
+        outside,
+    );
+    is_refused(
+        quote!(for p in 0..4 {
+            for q in 0..p {}
+        }),
+        outside,
+    );
+    is_refused(
+        quote!(for p in 0..4 {
+            let q = p + 1;
+        }),
+        outside,
+    );
+    let width = quote!(for p in 0..4 {
+        self.a.next = bit_cast(self.b.val(), p);
+    });
     is_refused(width, outside);
-    let element = quote!(for p in 0..4 { self.a.next = bit_cast(self.b[p].val(), 4); });
+    let element = quote!(for p in 0..4 {
+        self.a.next = bit_cast(self.b[p].val(), 4);
+    });
     is_refused(element, outside);
     is_refused(
         quote!(self.a.next = bit_cast(self.b.val().get_bit(self.plan.top), 4);),
@@ -211,20 +305,29 @@ fn signals_are_refused_where_numbers_are_needed_and_numbers_where_signals_are() 
 #[test]
 fn other_constructs_of_rust_are_refused() {
     for construct in [
-        quote!(match self.a.val() { _ => {} }),
+        quote!(match self.a.val() {
+            _ => {}
+        }),
         quote!(while true {}),
         quote!(return;),
         quote!(self.a.next += 1;),
-        quote!(self.helper();),
+        quote!(other.helper();),
         quote!(println!("a");),
-        quote!(fn inner() {}),
-        quote!({ self.a.next = true; }),
+        quote!(
+            fn inner() {}
+        ),
+        quote!({
+            self.a.next = true;
+        }),
     ] {
         is_refused(construct, "no statement of a kernel");
     }
     let hardware = "nothing that hardware is made of";
     is_refused(quote!(self.a.next = self.b.val() as u32;), hardware);
-    is_refused(quote!(self.a.next = if self.b.val() { true } else { false };), hardware);
+    is_refused(
+        quote!(self.a.next = if self.b.val() { true } else { false };),
+        hardware,
+    );
     is_refused(quote!(self.a.next = self.b.val() * self.c.val();), hardware);
     is_refused(quote!(self.a.next = -self.b.val();), hardware);
     is_refused(quote!(self.a.next = self.b.val().value();), "none of val()");
@@ -235,7 +338,9 @@ fn other_constructs_of_rust_are_refused() {
     is_refused(quote!(let (a, b) = (1, 2);), "another form");
     is_refused(quote!(let j = 1; for j in 0..3 {}), "something else");
     is_refused(
-        quote!(for j in 0..3 { self.a.next = self.b.val().get_bit(j.min(2)); }),
+        quote!(for j in 0..3 {
+            self.a.next = self.b.val().get_bit(j.min(2));
+        }),
         "no sum, difference or product",
     );
 }

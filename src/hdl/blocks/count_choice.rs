@@ -1,64 +1,75 @@
 //! One of several counts.
+//!
+//! Latency 1 clock. One bit says whose turn it is, so that a count costs an AND and an OR, and no
+//! number of the turn has to be decoded.
 
 use crate::hdl::front::prelude::*;
 
 /// Keeps the count whose turn it is.
-#[derive(Debug, Clone, LogicBlock)]
+#[block(ChoicePlan)]
 pub struct CountChoice {
-    /// Clock.
+    /// one choice per cycle
     pub i_clk: Input<bool>,
-    /// Synchronous reset.
+    /// synchronous, active high
     pub i_rst: Input<bool>,
-    /// At most one bit: which count's turn it is.
+    /// at most one bit: which count's turn it is
+    #[width(plan.counts)]
     pub i_turn: Input<Word>,
     /// The counts.
+    #[each(count in 0..plan.counts)]
+    #[about(format!("count {count}"))]
+    #[width(plan.bits)]
     pub i_count: Vec<Input<Word>>,
-    /// The count whose turn it was a clock ago, or 0 if it was none's.
+    /// the count whose turn it was, or 0
+    #[width(plan.bits)]
     pub o_count: Output<Word>,
+    #[is(describe())]
     about: About,
+    #[each(count in 0..plan.counts)]
+    #[about(match count {
+        0 => "count 0 if it is its turn".to_owned(),
+        _ => format!("one of counts 0 to {count}"),
+    })]
+    #[width(plan.bits)]
     up_to: Vec<Local<Word>>,
+    /// the count whose turn it was, or 0
+    #[width(plan.bits)]
     chosen: Register<Word>,
-    _counts: usize,
+    plan: Plan<ChoicePlan>,
+}
+
+#[derive(Debug, Clone)]
+struct ChoicePlan {
+    bits: u32,
+    counts: usize,
 }
 
 impl CountChoice {
     /// Out of `counts` counts of `bits` bits.
     pub fn new(bits: u32, counts: u32) -> CountChoice {
-        CountChoice {
-            i_clk: Input::bit("one choice per cycle"),
-            i_rst: Input::bit("synchronous, active high"),
-            i_turn: Input::word(counts, "at most one bit: which count's turn it is"),
-            i_count: (0..counts)
-                .map(|count| Input::word(bits, format!("count {count}")))
-                .collect(),
-            o_count: Output::word(bits, "the count whose turn it was, or 0"),
-            about: About::new("count_choice", "one of several counts")
-                .fact("Latency", "1 clock")
-                .fact("Rate", "one choice per clock"),
-            up_to: (0..counts)
-                .map(|count| match count {
-                    0 => Local::word(bits, "count 0 if it is its turn"),
-                    _ => Local::word(bits, format!("one of counts 0 to {count}")),
-                })
-                .collect(),
-            chosen: Register::word(bits, 0, "the count whose turn it was, or 0"),
-            _counts: counts as usize,
-        }
+        CountChoice::build(&ChoicePlan {
+            bits,
+            counts: counts as usize,
+        })
     }
 }
 
+fn describe() -> About {
+    About::new("count_choice", "one of several counts")
+        .fact("Latency", "1 clock")
+        .fact("Rate", "one choice per clock")
+}
+
+#[kernel]
 impl Logic for CountChoice {
-    #[hdl_gen]
     fn update(&mut self) {
         dff_setup!(self, i_clk, chosen);
         self.up_to[0].next = self.i_count[0].val() & signed_cast(self.i_turn.val().get_bit(0));
-        for c in 1..self._counts {
+        for c in 1..self.plan.counts {
             self.up_to[c].next = self.up_to[c - 1].val()
                 | (self.i_count[c].val() & signed_cast(self.i_turn.val().get_bit(c)));
         }
-        for last in (self._counts - 1)..self._counts {
-            self.chosen.d.next = self.up_to[last].val();
-        }
+        self.chosen.d.next = self.up_to[self.plan.counts - 1].val();
         self.o_count.next = self.chosen.q.val();
     }
 }

@@ -1,56 +1,68 @@
 //! Clamps a count to fewer bits.
+//!
+//! Latency 0 clocks. The count fits if its low bits extend to it, one comparison in place of two
+//! with the largest and the smallest.
 
 use crate::hdl::front::prelude::*;
 
 /// The nearest count that fits.
-#[derive(Debug, Clone, LogicBlock)]
+#[block(ClampPlan)]
 pub struct CountClamp {
-    /// The exact count.
+    /// exact count, signed
+    #[width(plan.exact_bits)]
     pub i_count: Input<Word>,
-    /// The nearest one that fits.
+    /// the nearest count that fits, signed
+    #[width(plan.count_bits)]
     pub o_count: Output<Word>,
-    /// They differ.
+    /// it is not the exact one
     pub o_clamped: Output<bool>,
+    #[is(describe())]
     about: About,
+    /// Largest count
+    #[width(plan.count_bits)]
+    #[value((1 << (plan.count_bits - 1)) - 1)]
     largest: Constant,
+    /// Smallest count
+    #[width(plan.count_bits)]
+    #[value(1 << (plan.count_bits - 1))]
     smallest: Constant,
-    _exact_bits: usize,
-    _count_bits: usize,
+    plan: Plan<ClampPlan>,
+}
+
+#[derive(Debug, Clone)]
+struct ClampPlan {
+    exact_bits: usize,
+    count_bits: usize,
 }
 
 impl CountClamp {
     /// From `exact_bits` to `count_bits`, which are fewer.
     pub fn new(exact_bits: u32, count_bits: u32) -> CountClamp {
-        let half = 1u128 << (count_bits - 1);
-        CountClamp {
-            i_count: Input::word(exact_bits, "exact count, signed"),
-            o_count: Output::word(count_bits, "the nearest count that fits, signed"),
-            o_clamped: Output::bit("it is not the exact one"),
-            about: About::new("count_clamp", "the nearest count of fewer bits")
-                .fact("Latency", "0 clocks"),
-            largest: Constant::new(half - 1, count_bits, "Largest count"),
-            smallest: Constant::new(half, count_bits, "Smallest count"),
-            _exact_bits: exact_bits as usize,
-            _count_bits: count_bits as usize,
-        }
+        CountClamp::build(&ClampPlan {
+            exact_bits: exact_bits as usize,
+            count_bits: count_bits as usize,
+        })
     }
 }
 
+fn describe() -> About {
+    About::new("count_clamp", "the nearest count of fewer bits").fact("Latency", "0 clocks")
+}
+
+#[kernel]
 impl Logic for CountClamp {
-    #[hdl_gen]
     fn update(&mut self) {
+        let sign = self.plan.exact_bits - 1;
         self.o_clamped.next = bit_cast(
-            signed_cast(bit_cast(self.i_count.val(), self._count_bits)),
-            self._exact_bits,
+            signed_cast(bit_cast(self.i_count.val(), self.plan.count_bits)),
+            self.plan.exact_bits,
         ) != self.i_count.val();
-        for sign in (self._exact_bits - 1)..self._exact_bits {
-            if !self.o_clamped.val() {
-                self.o_count.next = bit_cast(self.i_count.val(), self._count_bits);
-            } else if self.i_count.val().get_bit(sign) {
-                self.o_count.next = self.smallest.val();
-            } else {
-                self.o_count.next = self.largest.val();
-            }
+        if !self.o_clamped.val() {
+            self.o_count.next = bit_cast(self.i_count.val(), self.plan.count_bits);
+        } else if self.i_count.val().get_bit(sign) {
+            self.o_count.next = self.smallest.val();
+        } else {
+            self.o_count.next = self.largest.val();
         }
     }
 }

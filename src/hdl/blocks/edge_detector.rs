@@ -1,103 +1,118 @@
 //! Hits: rising edges of the sampled SPAD level.
+//!
+//! Latency 1 clock. Two neighbouring samples hold at most one rising edge, so that two bits say
+//! all about a pair: what counts the hits later sees half as many places as there are samples.
 
 use crate::hdl::front::prelude::*;
 
 /// Marks every pair of samples that holds a rising edge, and says which.
-#[derive(Debug, Clone, LogicBlock)]
+#[block(EdgePlan)]
 pub struct EdgeDetector {
-    /// Clock.
+    /// one sample word per cycle
     pub i_clk: Input<bool>,
-    /// Synchronous reset.
+    /// synchronous, active high
     pub i_rst: Input<bool>,
-    /// One word of samples, the earliest in bit 0.
+    /// level of the SPAD, bit 0 earliest
+    #[width(plan.lanes)]
     pub i_samples: Input<Word>,
-    /// Whether hits count.
+    /// the word belongs to a scan
     pub i_run: Input<bool>,
-    /// Pairs of samples with a hit.
+    /// pairs of samples with a high one after a low one
+    #[width(plan.pairs())]
     pub o_hits: Output<Word>,
-    /// Where it is the earlier sample of the pair.
+    /// the hit is the earlier sample of its pair
+    #[when(plan.has_pairs())]
+    #[width(plan.pairs())]
     pub o_early: Optional<Output<Word>>,
+    #[is(describe())]
     about: About,
+    /// samples that are high after a low one
+    #[width(plan.lanes)]
     rising: Local<Word>,
+    /// pairs with such a sample
+    #[width(plan.pairs())]
     pairs: Wiring,
+    /// the earlier sample of each pair
+    #[when(plan.has_pairs())]
+    #[width(plan.pairs())]
     earlier: Optional<Wiring>,
+    /// last sample of the word before
     last_sample: Register<bool>,
+    /// pairs of samples with a high one after a low one
+    #[width(plan.pairs())]
     hits: Register<Word>,
+    /// the hit is the earlier sample of its pair
+    #[when(plan.has_pairs())]
+    #[width(plan.pairs())]
     early: Optional<Register<Word>>,
-    _lanes: usize,
+    plan: Plan<EdgePlan>,
+}
+
+#[derive(Debug, Clone)]
+struct EdgePlan {
+    lanes: usize,
+}
+
+impl EdgePlan {
+    fn pairs(&self) -> usize {
+        self.lanes.div_ceil(2)
+    }
+
+    /// Whether there is a pair, and not a single sample.
+    fn has_pairs(&self) -> bool {
+        self.lanes > 1
+    }
 }
 
 impl EdgeDetector {
     /// For words of `lanes` samples.
     pub fn new(lanes: u32) -> EdgeDetector {
-        let pairs = lanes.div_ceil(2);
-        let has_pairs = lanes > 1;
-        let all = || (0..pairs as usize).collect();
-        EdgeDetector {
-            i_clk: Input::bit("one sample word per cycle"),
-            i_rst: Input::bit("synchronous, active high"),
-            i_samples: Input::word(lanes, "level of the SPAD, bit 0 earliest"),
-            i_run: Input::bit("the word belongs to a scan"),
-            o_hits: Output::word(pairs, "pairs of samples with a high one after a low one"),
-            o_early: Optional::new(
-                has_pairs,
-                Output::word(pairs, "the hit is the earlier sample of its pair"),
-            ),
-            about: About::new(
-                "edge_detector",
-                "one hit per rising edge of the SPAD's level",
-            )
-            .note(
-                "Of two neighbouring samples at most one is a rising edge, and it is the earlier \
-                 one exactly when that sample is high: two bits say all about a pair.",
-            )
-            .note(
-                "The last sample of a word is kept outside scans too, so that a pulse that \
-                 began before a scan is no hit of it.",
-            )
-            .fact("Latency", "1 clock")
-            .fact("Rate", "one word per clock"),
-            rising: Local::word(lanes, "samples that are high after a low one"),
-            pairs: Wiring::new(pairs as usize, all(), "pairs with such a sample"),
-            earlier: Optional::new(
-                has_pairs,
-                Wiring::new(pairs as usize, all(), "the earlier sample of each pair"),
-            ),
-            last_sample: Register::bit(false, "last sample of the word before"),
-            hits: Register::word(pairs, 0, "pairs of samples with a high one after a low one"),
-            early: Optional::new(
-                has_pairs,
-                Register::word(pairs, 0, "the hit is the earlier sample of its pair"),
-            ),
-            _lanes: lanes as usize,
-        }
+        EdgeDetector::build(&EdgePlan {
+            lanes: lanes as usize,
+        })
     }
 }
 
+fn describe() -> About {
+    About::new(
+        "edge_detector",
+        "one hit per rising edge of the SPAD's level",
+    )
+    .note(
+        "Of two neighbouring samples at most one is a rising edge, and it is the earlier one \
+         exactly when that sample is high: two bits say all about a pair.",
+    )
+    .note(
+        "The last sample of a word is kept outside scans too, so that a pulse that began before \
+         a scan is no hit of it.",
+    )
+    .fact("Latency", "1 clock")
+    .fact("Rate", "one word per clock")
+}
+
+#[kernel]
 impl Logic for EdgeDetector {
-    #[hdl_gen]
     fn update(&mut self) {
         dff_setup!(self, i_clk, last_sample, hits);
-        for last in (self._lanes - 1)..self._lanes {
-            self.last_sample.d.next = self.i_samples.val().get_bit(last);
-        }
+        self.last_sample.d.next = self.i_samples.val().get_bit(self.plan.lanes - 1);
         self.rising.next = self.i_samples.val()
-            & !((self.i_samples.val() << 1) | bit_cast(self.last_sample.q.val(), self._lanes))
+            & !((self.i_samples.val() << 1) | bit_cast(self.last_sample.q.val(), self.plan.lanes))
             & signed_cast(self.i_run.val());
-        for j in 0..(self._lanes / 2) {
-            self.pairs.i[j].next =
-                self.rising.val().get_bit(2 * j) | self.rising.val().get_bit(2 * j + 1);
-            self.earlier[0].i[j].next = self.i_samples.val().get_bit(2 * j);
-        }
-        for _single in 0..(self._lanes % 2) {
+        if self.plan.has_pairs() {
+            for j in 0..self.plan.pairs() {
+                self.pairs.i[j].next =
+                    self.rising.val().get_bit(2 * j) | self.rising.val().get_bit(2 * j + 1);
+                self.earlier.i[j].next = self.i_samples.val().get_bit(2 * j);
+            }
+        } else {
             self.pairs.i[0].next = self.rising.val().get_bit(0);
         }
         self.hits.d.next = self.pairs.o.val();
         self.o_hits.next = self.hits.q.val();
-        for _pairs in 0..self.early.count() {
-            dff_setup!(self, i_clk, early[0]);
-            self.early[0].d.next = self.earlier[0].o.val();
-            self.o_early[0].next = self.early[0].q.val();
+        if self.early.is_present() {
+            dff_setup!(self, i_clk, early);
+            self.early.d.next = self.earlier.o.val();
+            self.o_early.next = self.early.q.val();
         }
     }
 }

@@ -1,50 +1,47 @@
 //! Counts the hits in four pairs of samples.
+//!
+//! Latency 2 clocks. Every bit of a count of four ones is one gate of four inputs, so that hits
+//! and hits that count down are counted within a clock without a carry chain.
 
 use crate::hdl::front::prelude::*;
 
 /// The signed count of four pairs.
-#[derive(Debug, Clone, LogicBlock)]
+#[block(())]
 pub struct QuadCounter {
-    /// Clock.
+    /// four pairs per cycle
     pub i_clk: Input<bool>,
-    /// Synchronous reset.
+    /// synchronous, active high
     pub i_rst: Input<bool>,
-    /// Pairs with a hit.
+    /// pairs with a hit
+    #[width(4)]
     pub i_hit: Input<Word>,
-    /// Pairs whose hit counts down.
+    /// those whose hit counts down
+    #[width(4)]
     pub i_down: Input<Word>,
-    /// Hits that count up less hits that count down.
+    /// hits that count up less hits that count down, signed
+    #[width(4)]
     pub o_sum: Output<Word>,
+    #[is(describe())]
     about: About,
+    /// two or three hits
     two_hits: Local<bool>,
+    /// two or three hits that count down
     two_downs: Local<bool>,
+    /// number of hits
+    #[width(3)]
     hits: Register<Word>,
+    /// number of hits that count down
+    #[width(3)]
     downs: Register<Word>,
+    /// hits that count up less hits that count down
+    #[width(4)]
     sum: Register<Word>,
 }
 
 impl QuadCounter {
     /// The counter.
     pub fn new() -> QuadCounter {
-        QuadCounter {
-            i_clk: Input::bit("four pairs per cycle"),
-            i_rst: Input::bit("synchronous, active high"),
-            i_hit: Input::word(4, "pairs with a hit"),
-            i_down: Input::word(4, "those whose hit counts down"),
-            o_sum: Output::word(4, "hits that count up less hits that count down, signed"),
-            about: About::new("quad_counter", "signed count of four pairs of samples")
-                .note(
-                    "A hit adds 1, and a hit that counts down takes 2 off again. Four ones are \
-                     counted by two half adders whose sums and carries meet in one gate each.",
-                )
-                .fact("Latency", "2 clocks")
-                .fact("Rate", "four pairs per clock"),
-            two_hits: Local::bit("two or three hits"),
-            two_downs: Local::bit("two or three hits that count down"),
-            hits: Register::word(3, 0, "number of hits"),
-            downs: Register::word(3, 0, "number of hits that count down"),
-            sum: Register::word(4, 0, "hits that count up less hits that count down"),
-        }
+        QuadCounter::build(&())
     }
 }
 
@@ -54,8 +51,18 @@ impl Default for QuadCounter {
     }
 }
 
+fn describe() -> About {
+    About::new("quad_counter", "signed count of four pairs of samples")
+        .note(
+            "A hit adds 1, and a hit that counts down takes 2 off again. Four ones are counted \
+             by two half adders whose sums and carries meet in one gate each.",
+        )
+        .fact("Latency", "2 clocks")
+        .fact("Rate", "four pairs per clock")
+}
+
+#[kernel]
 impl Logic for QuadCounter {
-    #[hdl_gen]
     fn update(&mut self) {
         dff_setup!(self, i_clk, hits, downs, sum);
         self.two_hits.next = (self.i_hit.val().get_bit(0) & self.i_hit.val().get_bit(1))

@@ -1,32 +1,58 @@
 //! Recognises a counter's state in pieces.
+//!
+//! Latency 1 clock. A register behind each piece keeps a wide comparison at two levels of logic.
 
 use crate::hdl::front::prelude::*;
 
 /// Bits that are compared in one piece.
-const PIECE_BITS: u32 = 8;
+const PIECE_BITS: usize = 8;
 
 /// Compares a state with the one that is waited for.
-#[derive(Debug, Clone, LogicBlock)]
+#[block(MatchPlan)]
 pub struct StateMatch {
-    /// Clock.
+    /// one state per cycle
     pub i_clk: Input<bool>,
-    /// Synchronous reset.
+    /// synchronous, active high
     pub i_rst: Input<bool>,
-    /// The state.
+    /// state of a counter
+    #[width(plan.width)]
     pub i_state: Input<Word>,
-    /// The state that is waited for.
+    /// the state that is waited for
+    #[width(plan.width)]
     pub i_wanted: Input<Word>,
-    /// Whether they were equal one clock ago.
+    /// they were equal one clock ago
     pub o_matched: Output<bool>,
+    #[is(describe())]
     about: About,
+    /// bits that are equal
+    #[width(plan.width)]
     equal: Local<Word>,
+    /// bits of a piece
+    #[each(piece in 0..plan.pieces())]
+    #[width(PIECE_BITS.min(plan.width - piece * PIECE_BITS))]
     piece: Vec<Wiring>,
+    /// pieces that are equal
+    #[width(plan.pieces())]
     all_equal: Wiring,
+    /// pieces that were equal
+    #[width(plan.pieces())]
     matched: Register<Word>,
-    _pieces: usize,
-    _piece_bits: usize,
-    _whole_pieces: usize,
-    _rest_bits: usize,
+    plan: Plan<MatchPlan>,
+}
+
+#[derive(Debug, Clone)]
+struct MatchPlan {
+    width: usize,
+}
+
+impl MatchPlan {
+    fn pieces(&self) -> usize {
+        self.width.div_ceil(PIECE_BITS)
+    }
+
+    fn whole_pieces(&self) -> usize {
+        self.width / PIECE_BITS
+    }
 }
 
 impl StateMatch {
@@ -35,53 +61,35 @@ impl StateMatch {
 
     /// For states of `width` bits.
     pub fn new(width: u32) -> StateMatch {
-        let pieces = width.div_ceil(PIECE_BITS) as usize;
-        let bits_of = |piece: u32| PIECE_BITS.min(width - piece * PIECE_BITS) as usize;
-        StateMatch {
-            i_clk: Input::bit("one state per cycle"),
-            i_rst: Input::bit("synchronous, active high"),
-            i_state: Input::word(width, "state of a counter"),
-            i_wanted: Input::word(width, "the state that is waited for"),
-            o_matched: Output::bit("they were equal one clock ago"),
-            about: About::new("state_match", "recognises a state of a counter")
-                .note("The pieces of a wide comparison have a register each.")
-                .fact("Latency", "1 clock")
-                .fact("Rate", "one state per clock"),
-            equal: Local::word(width, "bits that are equal"),
-            piece: (0..pieces as u32)
-                .map(|piece| {
-                    let bits = bits_of(piece);
-                    Wiring::new(bits, (0..bits).collect(), "bits of a piece")
-                })
-                .collect(),
-            all_equal: Wiring::new(pieces, (0..pieces).collect(), "pieces that are equal"),
-            matched: Register::word(pieces as u32, 0, "pieces that were equal"),
-            _pieces: pieces,
-            _piece_bits: PIECE_BITS as usize,
-            _whole_pieces: (width / PIECE_BITS) as usize,
-            _rest_bits: (width % PIECE_BITS) as usize,
-        }
+        StateMatch::build(&MatchPlan {
+            width: width as usize,
+        })
     }
 }
 
+fn describe() -> About {
+    About::new("state_match", "recognises a state of a counter")
+        .note("The pieces of a wide comparison have a register each.")
+        .fact("Latency", "1 clock")
+        .fact("Rate", "one state per clock")
+}
+
+#[kernel]
 impl Logic for StateMatch {
-    #[hdl_gen]
     fn update(&mut self) {
         dff_setup!(self, i_clk, matched);
         self.equal.next = !(self.i_state.val() ^ self.i_wanted.val());
-        for size in self._piece_bits..(self._piece_bits + 1) {
-            for p in 0..self._whole_pieces {
-                for b in 0..self._piece_bits {
-                    self.piece[p].i[b].next = self.equal.val().get_bit(size * p + b);
-                }
-            }
-            for p in self._whole_pieces..self._pieces {
-                for b in 0..self._rest_bits {
-                    self.piece[p].i[b].next = self.equal.val().get_bit(size * p + b);
-                }
+        for p in 0..self.plan.whole_pieces() {
+            for b in 0..PIECE_BITS {
+                self.piece[p].i[b].next = self.equal.val().get_bit(PIECE_BITS * p + b);
             }
         }
-        for p in 0..self._pieces {
+        for p in self.plan.whole_pieces()..self.plan.pieces() {
+            for b in 0..(self.plan.width % PIECE_BITS) {
+                self.piece[p].i[b].next = self.equal.val().get_bit(PIECE_BITS * p + b);
+            }
+        }
+        for p in 0..self.plan.pieces() {
             self.all_equal.i[p].next = self.piece[p].o.val().all();
         }
         self.matched.d.next = self.all_equal.o.val();

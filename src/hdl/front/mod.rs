@@ -35,7 +35,7 @@ pub use word::{SignedWord, Word, bit_cast, signed_cast};
 
 /// What a block's source file needs in scope, rust-hdl's macros included.
 pub mod prelude {
-    pub use goldtof_macros::kernel;
+    pub use goldtof_macros::{block, kernel};
     pub use rust_hdl::core::block::Block;
     pub use rust_hdl::core::logic::Logic;
     pub use rust_hdl::core::prelude::{LogicBlock, hdl_gen};

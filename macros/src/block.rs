@@ -1,0 +1,293 @@
+//! A block's constructor from its fields.
+
+use proc_macro2::TokenStream;
+use quote::{ToTokens, quote};
+use syn::parse::{Parse, ParseStream};
+use syn::spanned::Spanned;
+use syn::{
+    Attribute, Error, Expr, Field, Fields, GenericArgument, Ident, ItemStruct, Lit, Meta,
+    PathArguments, PathSegment, Result, Token, Type,
+};
+
+/// The struct under `#[block(Plan)]`, with its constructor.
+pub fn expand(arguments: TokenStream, item: TokenStream) -> Result<TokenStream> {
+    let plan: Type = syn::parse2(arguments)?;
+    let mut item: ItemStruct = syn::parse2(item)?;
+    let Fields::Named(fields) = &mut item.fields else {
+        return Err(Error::new_spanned(&item, "a block's fields have names"));
+    };
+    let mut parts = Vec::new();
+    for field in &mut fields.named {
+        let name = field.ident.clone().expect("named fields");
+        let part = Words::taken_from(field)?.part(&field.ty)?;
+        parts.push(quote!(#name: #part));
+    }
+    let block = &item.ident;
+    Ok(quote! {
+        #[derive(Debug, Clone, LogicBlock)]
+        #item
+
+        impl #block {
+            /// Every part as its field says.
+            fn build(plan: &#plan) -> #block {
+                #block { #(#parts),* }
+            }
+        }
+    })
+}
+
+/// What stands beside a field.
+#[derive(Default)]
+struct Words {
+    doc: String,
+    about: Option<Expr>,
+    width: Option<Expr>,
+    reset: Option<Reset>,
+    value: Option<Expr>,
+    sources: Option<Sources>,
+    under: Option<Expr>,
+    named: Option<Expr>,
+    when: Option<Expr>,
+    each: Option<Each>,
+    is: Option<Expr>,
+}
+
+/// `#[reset(value)]` or `#[reset(value, constant)]`.
+struct Reset {
+    value: Expr,
+    constant: Option<Ident>,
+}
+
+impl Parse for Reset {
+    fn parse(input: ParseStream) -> Result<Reset> {
+        let value = input.parse()?;
+        let constant = match input.parse::<Option<Token![,]>>()? {
+            Some(_) => Some(input.parse()?),
+            None => None,
+        };
+        Ok(Reset { value, constant })
+    }
+}
+
+/// `#[sources(places of inputs)]`.
+struct Sources {
+    places: Expr,
+    inputs: Expr,
+}
+
+impl Parse for Sources {
+    fn parse(input: ParseStream) -> Result<Sources> {
+        let places = input.parse()?;
+        input.parse::<Token![,]>()?;
+        let inputs = input.parse()?;
+        Ok(Sources { places, inputs })
+    }
+}
+
+/// `#[each(name in numbers)]`.
+struct Each {
+    name: Ident,
+    numbers: Expr,
+}
+
+impl Parse for Each {
+    fn parse(input: ParseStream) -> Result<Each> {
+        let name = input.parse()?;
+        input.parse::<Token![in]>()?;
+        let numbers = input.parse()?;
+        Ok(Each { name, numbers })
+    }
+}
+
+impl Words {
+    /// Takes the attributes off that are the macro's own.
+    fn taken_from(field: &mut Field) -> Result<Words> {
+        let mut words = Words::default();
+        let mut others = Vec::new();
+        for attribute in std::mem::take(&mut field.attrs) {
+            let name = attribute.path().get_ident().map(Ident::to_string);
+            match name.as_deref().unwrap_or("") {
+                "doc" => {
+                    words.add_doc(&attribute);
+                    others.push(attribute);
+                }
+                "about" => words.about = Some(attribute.parse_args()?),
+                "width" => words.width = Some(attribute.parse_args()?),
+                "reset" => words.reset = Some(attribute.parse_args()?),
+                "value" => words.value = Some(attribute.parse_args()?),
+                "sources" => words.sources = Some(attribute.parse_args()?),
+                "under" => words.under = Some(attribute.parse_args()?),
+                "named" => words.named = Some(attribute.parse_args()?),
+                "when" => words.when = Some(attribute.parse_args()?),
+                "each" => words.each = Some(attribute.parse_args()?),
+                "is" => words.is = Some(attribute.parse_args()?),
+                _ => others.push(attribute),
+            }
+        }
+        field.attrs = others;
+        Ok(words)
+    }
+
+    fn add_doc(&mut self, attribute: &Attribute) {
+        let Meta::NameValue(meta) = &attribute.meta else {
+            return;
+        };
+        let Expr::Lit(literal) = &meta.value else {
+            return;
+        };
+        if let Lit::Str(text) = &literal.lit {
+            if !self.doc.is_empty() {
+                self.doc.push(' ');
+            }
+            self.doc.push_str(text.value().trim());
+        }
+    }
+
+    /// The expression that makes a part of type `ty`.
+    fn part(mut self, ty: &Type) -> Result<TokenStream> {
+        let segment = last_segment(ty)?;
+        let part = match segment.ident.to_string().as_str() {
+            "Plan" => quote!(plan.clone().into()),
+            "Optional" => {
+                let when = needed(self.when.take(), ty, "when(condition)")?;
+                let part = self.part(argument(segment)?)?;
+                return Ok(quote!(Optional::new(#when, #part)));
+            }
+            "Vec" if self.each.is_some() => {
+                let Each { name, numbers } = self.each.take().expect("checked");
+                let part = self.part(argument(segment)?)?;
+                return Ok(quote!((#numbers).map(|#name| #part).collect()));
+            }
+            "Input" | "Output" | "Local" => self.net(segment)?,
+            "Register" => self.register(segment)?,
+            "Constant" => {
+                let value = needed(self.value.take(), ty, "value(number)")?;
+                let width = needed(self.width.take(), ty, "width(bits)")?;
+                let about = self.about();
+                quote!(Constant::new(#value, (#width) as u32, #about))
+            }
+            "Wiring" => self.wiring(ty)?,
+            _ => needed(self.is.take(), ty, "is(expression)")?.into_token_stream(),
+        };
+        self.refuse_rest(ty)?;
+        Ok(part)
+    }
+
+    fn net(&mut self, segment: &PathSegment) -> Result<TokenStream> {
+        let kind = &segment.ident;
+        let about = self.about();
+        let net = if is_bit(segment)? {
+            quote!(#kind::bit(#about))
+        } else {
+            let width = needed(self.width.take(), segment, "width(bits)")?;
+            quote!(#kind::word((#width) as u32, #about))
+        };
+        Ok(match self.under.take() {
+            Some(heading) => quote!(#net.under(#heading)),
+            None => net,
+        })
+    }
+
+    fn register(&mut self, segment: &PathSegment) -> Result<TokenStream> {
+        let about = self.about();
+        let (value, constant) = match self.reset.take() {
+            Some(reset) => (Some(reset.value), reset.constant),
+            None => (None, None),
+        };
+        let mut register = if is_bit(segment)? {
+            let value = value.map_or(quote!(false), |v| v.into_token_stream());
+            quote!(Register::bit(#value, #about))
+        } else {
+            let width = needed(self.width.take(), segment, "width(bits)")?;
+            let value = value.map_or(quote!(0), |v| v.into_token_stream());
+            quote!(Register::word((#width) as u32, #value, #about))
+        };
+        if let Some(constant) = constant {
+            let constant = constant.to_string();
+            register = quote!(#register.reset_to(#constant));
+        }
+        if let Some(name) = self.named.take() {
+            register = quote!(#register.named(#name));
+        }
+        Ok(register)
+    }
+
+    fn wiring(&mut self, ty: &Type) -> Result<TokenStream> {
+        let about = self.about();
+        if let Some(Sources { places, inputs }) = self.sources.take() {
+            return Ok(quote!(Wiring::new((#inputs) as usize, #places, #about)));
+        }
+        let width = needed(self.width.take(), ty, "width(bits)")?;
+        Ok(quote!(Wiring::new((#width) as usize, (0..(#width) as usize).collect(), #about)))
+    }
+
+    fn about(&mut self) -> TokenStream {
+        let doc = &self.doc;
+        match self.about.take() {
+            Some(about) => about.into_token_stream(),
+            None => quote!(#doc),
+        }
+    }
+
+    /// What a part has no use for is a mistake.
+    fn refuse_rest(&self, ty: &Type) -> Result<()> {
+        let rest = [
+            (self.about.is_some(), "about"),
+            (self.width.is_some(), "width"),
+            (self.reset.is_some(), "reset"),
+            (self.value.is_some(), "value"),
+            (self.sources.is_some(), "sources"),
+            (self.under.is_some(), "under"),
+            (self.named.is_some(), "named"),
+            (self.when.is_some(), "when"),
+            (self.each.is_some(), "each"),
+            (self.is.is_some(), "is"),
+        ];
+        match rest.iter().find(|(stands, _)| *stands) {
+            Some((_, word)) => Err(Error::new(
+                ty.span(),
+                format!("a `{}` has no use for `#[{word}]`", quote!(#ty)),
+            )),
+            None => Ok(()),
+        }
+    }
+}
+
+fn needed<T>(word: Option<T>, at: impl ToTokens, what: &str) -> Result<T> {
+    word.ok_or_else(|| {
+        let part = at.to_token_stream();
+        Error::new_spanned(&at, format!("a `{part}` needs `#[{what}]`"))
+    })
+}
+
+fn last_segment(ty: &Type) -> Result<&PathSegment> {
+    match ty {
+        Type::Path(path) => Ok(path.path.segments.last().expect("a path has segments")),
+        other => Err(Error::new_spanned(other, "a part's type is a path")),
+    }
+}
+
+/// The type between a type's angle brackets.
+fn argument(segment: &PathSegment) -> Result<&Type> {
+    if let PathArguments::AngleBracketed(arguments) = &segment.arguments
+        && let Some(GenericArgument::Type(ty)) = arguments.args.first()
+    {
+        return Ok(ty);
+    }
+    Err(Error::new_spanned(segment, "it needs a type in brackets"))
+}
+
+/// Whether a net or register is a `bool`, and not a `Word`.
+fn is_bit(segment: &PathSegment) -> Result<bool> {
+    let value = last_segment(argument(segment)?)?;
+    if value.ident == "bool" || value.ident == "Word" {
+        return Ok(value.ident == "bool");
+    }
+    Err(Error::new_spanned(
+        value,
+        "a signal is a `bool` or a `Word`",
+    ))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,137 @@
+//! Each field beside the expression that makes it, written by hand.
+
+use quote::quote;
+use syn::parse::Parser;
+use syn::{Expr, Field};
+
+use super::{TokenStream, Words};
+
+fn made(field: TokenStream) -> Result<String, String> {
+    let mut field = Field::parse_named.parse2(field).unwrap();
+    let ty = field.ty.clone();
+    Words::taken_from(&mut field)
+        .and_then(|words| words.part(&ty))
+        .map(|part| part.to_string())
+        .map_err(|error| error.to_string())
+}
+
+fn makes(field: TokenStream, expected: TokenStream) {
+    let expected: Expr = syn::parse2(expected).unwrap();
+    let found: Expr = syn::parse_str(&made(field).unwrap()).unwrap();
+    assert_eq!(quote!(#found).to_string(), quote!(#expected).to_string());
+}
+
+fn is_refused(field: TokenStream, message: &str) {
+    let found = made(field).expect_err("it must be refused");
+    assert!(found.contains(message), "{found}");
+}
+
+#[test]
+fn the_doc_comment_is_the_verilog_comment() {
+    makes(
+        quote! {
+            /// pairs of samples
+            /// with a hit
+            #[width(plan.pairs)]
+            pub o_hits: Output<Word>
+        },
+        quote!(Output::word(
+            (plan.pairs) as u32,
+            "pairs of samples with a hit"
+        )),
+    );
+    makes(
+        quote! {
+            /// a bit
+            #[about(bit_about(plan))]
+            #[under("Flags")]
+            o_bit: Output<bool>
+        },
+        quote!(Output::bit(bit_about(plan)).under("Flags")),
+    );
+}
+
+#[test]
+fn registers_and_constants_have_widths_and_values() {
+    makes(
+        quote! {
+            /// index
+            #[width(plan.bits)]
+            #[reset(plan.load, index_load)]
+            index: Register<Word>
+        },
+        quote!(Register::word((plan.bits) as u32, plan.load, "index").reset_to("index_load")),
+    );
+    makes(
+        quote!(#[reset(true)] epoch: Register<bool>),
+        quote!(Register::bit(true, "")),
+    );
+    makes(
+        quote!(run: Register<bool>),
+        quote!(Register::bit(false, "")),
+    );
+    makes(
+        quote! {
+            /// Largest count
+            #[width(4)]
+            #[value(7)]
+            largest: Constant
+        },
+        quote!(Constant::new(7, (4) as u32, "Largest count")),
+    );
+}
+
+#[test]
+fn optional_and_repeated_parts_are_made_of_their_part() {
+    makes(
+        quote! {
+            /// turn
+            #[when(plan.several)]
+            #[each(c in 0..plan.counts)]
+            #[width(c)]
+            turns: Optional<Vec<Local<Word>>>
+        },
+        quote!(Optional::new(
+            plan.several,
+            (0..plan.counts)
+                .map(|c| Local::word((c) as u32, "turn"))
+                .collect()
+        )),
+    );
+    makes(
+        quote!(#[is(Child::new(plan.bits))] child: Child),
+        quote!(Child::new(plan.bits)),
+    );
+    makes(quote!(plan: Plan<P>), quote!(plan.clone().into()));
+}
+
+#[test]
+fn a_wiring_is_straight_unless_its_sources_are_given() {
+    makes(
+        quote!(#[width(plan.lanes)] pairs: Wiring),
+        quote!(Wiring::new(
+            (plan.lanes) as usize,
+            (0..(plan.lanes) as usize).collect(),
+            ""
+        )),
+    );
+    makes(
+        quote!(#[sources(plan.taps(), plan.chips)] taps: Wiring),
+        quote!(Wiring::new((plan.chips) as usize, plan.taps(), "")),
+    );
+}
+
+#[test]
+fn what_is_missing_or_of_no_use_is_refused() {
+    is_refused(quote!(a: Input<Word>), "needs `#[width(bits)]`");
+    is_refused(
+        quote!(a: Optional<Input<bool>>),
+        "needs `#[when(condition)]`",
+    );
+    is_refused(quote!(#[width(3)] a: Constant), "needs `#[value(number)]`");
+    is_refused(quote!(a: Child), "needs `#[is(expression)]`");
+    is_refused(quote!(#[width(3)] a: Input<bool>), "no use for `#[width]`");
+    is_refused(quote!(#[when(true)] a: Input<bool>), "no use for `#[when]`");
+    is_refused(quote!(#[reset(3)] a: Wiring), "needs `#[width(bits)]`");
+    is_refused(quote!(a: Input<u8>), "a `bool` or a `Word`");
+}
