@@ -148,6 +148,9 @@ impl Words {
         let segment = last_segment(ty)?;
         let part = match segment.ident.to_string().as_str() {
             "Plan" => quote!(plan.clone().into()),
+            _ if self.is.is_some() && self.when.is_none() && self.each.is_none() => {
+                self.is.take().into_token_stream()
+            }
             "Optional" => {
                 let when = needed(self.when.take(), ty, "when(condition)")?;
                 let part = self.part(argument(segment)?)?;

@@ -1,4 +1,7 @@
 //! The reference, delayed by a phase that grows with every group of steps.
+//!
+//! Latency 2 clocks from `i_chip` to `o_window`. Whole chips of delay cost nothing but a generator
+//! that waits; samples of delay cost one choice between two chips for each lane.
 
 use super::lane_delay::window_about;
 use super::phase_geometry::{PhaseGeometry, ReferenceStart};
@@ -7,28 +10,42 @@ use crate::hdl::front::prelude::*;
 
 /// Delays the reference: whole chips by holding its generator, the rest by
 /// lane.
-#[derive(Debug, Clone, LogicBlock)]
+#[block(StepperPlan)]
 pub struct PhaseStepper {
-    /// Clock.
+    /// one chip per cycle
     pub i_clk: Input<bool>,
-    /// Synchronous reset.
+    /// synchronous, active high
     pub i_rst: Input<bool>,
-    /// Next chip of the reference.
+    /// next chip of the reference
     pub i_chip: Input<bool>,
-    /// The next clock is the last of a group of steps.
+    /// the next clock is the last of a phase step
+    #[when(plan.looks_ahead && plan.geometry.grows_by_samples())]
     pub i_step_ends: Optional<Input<bool>>,
-    /// Last clock of a group of steps.
+    /// last clock of a phase step
     pub i_step_end: Input<bool>,
-    /// First clock of a scan comes next.
+    /// a scan begins with the next clock
+    #[when(plan.realigns)]
     pub i_start: Optional<Input<bool>>,
-    /// The reference generator goes on.
+    /// the reference generator goes on to its next chip
     pub o_advance: Output<bool>,
     /// Reference of each sample; step p of a group of P takes it from bit
     /// P - 1 - p on.
+    #[about(window_about(plan.geometry.parallel))]
+    #[width(plan.geometry.window())]
     pub o_window: Output<Word>,
+    #[is(describe(plan.geometry))]
     about: About,
+    #[is(ChipHistory::new(plan.geometry, plan.start, plan.realigns))]
     chips: ChipHistory,
+    #[is(LaneDelay::new(plan.geometry, plan.looks_ahead, plan.realigns))]
     lanes: LaneDelay,
+}
+
+struct StepperPlan {
+    geometry: PhaseGeometry,
+    start: ReferenceStart,
+    looks_ahead: bool,
+    realigns: bool,
 }
 
 impl PhaseStepper {
@@ -40,22 +57,12 @@ impl PhaseStepper {
         looks_ahead: bool,
         realigns: bool,
     ) -> PhaseStepper {
-        PhaseStepper {
-            i_clk: Input::bit("one chip per cycle"),
-            i_rst: Input::bit("synchronous, active high"),
-            i_chip: Input::bit("next chip of the reference"),
-            i_step_ends: Optional::new(
-                looks_ahead && geometry.grows_by_samples(),
-                Input::bit("the next clock is the last of a phase step"),
-            ),
-            i_step_end: Input::bit("last clock of a phase step"),
-            i_start: Optional::new(realigns, Input::bit("a scan begins with the next clock")),
-            o_advance: Output::bit("the reference generator goes on to its next chip"),
-            o_window: Output::word(geometry.window(), window_about(geometry.parallel)),
-            about: describe(geometry),
-            chips: ChipHistory::new(geometry, start, realigns),
-            lanes: LaneDelay::new(geometry, looks_ahead, realigns),
-        }
+        PhaseStepper::build(&StepperPlan {
+            geometry,
+            start,
+            looks_ahead,
+            realigns,
+        })
     }
 }
 
@@ -79,29 +86,29 @@ fn describe(geometry: PhaseGeometry) -> About {
         .fact("Rate", "one chip per clock")
 }
 
+#[kernel]
 impl Logic for PhaseStepper {
-    #[hdl_gen]
     fn update(&mut self) {
         self.chips.i_clk.next = self.i_clk.val();
         self.chips.i_rst.next = self.i_rst.val();
         self.chips.i_chip.next = self.i_chip.val();
-        for _whole_chips in 0..(self.chips.i_step_end.count()) {
-            self.chips.i_step_end[0].next = self.i_step_end.val();
+        if self.chips.i_step_end.is_present() {
+            self.chips.i_step_end.next = self.i_step_end.val();
         }
         self.lanes.i_clk.next = self.i_clk.val();
         self.lanes.i_rst.next = self.i_rst.val();
         self.lanes.i_chips.next = self.chips.o_chips.val();
-        for _by_samples in 0..(self.lanes.i_step_end.count()) {
-            self.lanes.i_step_end[0].next = self.i_step_end.val();
-            self.chips.i_wrap[0].next = self.lanes.o_wrap[0].val();
+        if self.lanes.i_step_end.is_present() {
+            self.lanes.i_step_end.next = self.i_step_end.val();
+            self.chips.i_wrap.next = self.lanes.o_wrap.val();
         }
-        for _ahead in 0..self.i_step_ends.count() {
-            self.lanes.i_step_ends[0].next = self.i_step_ends[0].val();
+        if self.i_step_ends.is_present() {
+            self.lanes.i_step_ends.next = self.i_step_ends.val();
         }
-        for _realigns in 0..self.i_start.count() {
-            self.chips.i_start[0].next = self.i_start[0].val();
-            for _by_samples in 0..(self.lanes.i_start.count()) {
-                self.lanes.i_start[0].next = self.i_start[0].val();
+        if self.i_start.is_present() {
+            self.chips.i_start.next = self.i_start.val();
+            if self.lanes.i_start.is_present() {
+                self.lanes.i_start.next = self.i_start.val();
             }
         }
         self.o_advance.next = self.chips.o_advance.val();

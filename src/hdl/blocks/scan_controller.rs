@@ -1,4 +1,8 @@
 //! Counts chips and phase steps.
+//!
+//! Latency: `o_dump` comes `clocks_to_dump` clocks after a step's last one. Both counters are
+//! LFSRs: a binary counter of the same length would cost a carry chain and limit the clock.
+//! Their ends are recognised early, so that every flag comes from a register.
 
 use super::StateMatch;
 use super::sequence_counter::SequenceCounter;
@@ -6,61 +10,121 @@ use crate::hdl::front::prelude::*;
 
 /// Says when a phase step, and when a scan, ends. With several steps at once
 /// a step here is a group of them.
-#[derive(Debug, Clone, LogicBlock)]
+#[block(ScanPlan)]
 pub struct ScanController {
-    /// Clock.
+    /// one chip per cycle
     pub i_clk: Input<bool>,
-    /// Synchronous reset.
+    /// synchronous, active high
     pub i_rst: Input<bool>,
-    /// The next clock begins a code period.
+    /// the next clock is the first of a code period
+    #[when(plan.realigns)]
     pub i_epoch: Optional<Input<bool>>,
-    /// The present clock belongs to a scan.
+    /// the present clock belongs to a scan
     pub o_run: Output<bool>,
-    /// The next clock is the last of a phase step.
+    /// the next clock is the last of a phase step
+    #[when(plan.looks_ahead())]
     pub o_step_ends: Optional<Output<bool>>,
-    /// Last clock of a phase step.
+    /// last clock of a phase step
     pub o_step_end: Output<bool>,
-    /// A scan begins with the next clock.
+    /// a scan begins with the next clock
+    #[when(plan.realigns)]
     pub o_start: Optional<Output<bool>>,
-    /// A step's last hits are in the total; a bit for each of its segments.
+    /// the total has just taken in a step's last hits, segment by segment
+    #[width(plan.segments)]
     pub o_dump: Output<Word>,
-    /// The step's count is there in the next clock.
+    /// the step's count is there in the next clock
+    #[when(plan.counts_early)]
     pub o_counts: Optional<Output<bool>>,
-    /// The step's count is there.
+    /// the step's count is there
     pub o_counted: Output<bool>,
-    /// It is the scan's last.
+    /// it is the scan's last
     pub o_last: Output<bool>,
+    #[is(describe(*plan))]
     about: About,
+    /// Chip counter a chip before a step's first
+    #[when(plan.counts_chips() && !plan.realigns)]
+    #[width(plan.dwell().width())]
+    #[value(plan.dwell().state_before_the_first())]
     dwell_reset: Optional<Constant>,
+    /// Chip counter at a step's first chip
+    #[when(plan.counts_chips())]
+    #[width(plan.dwell().width())]
+    #[value(plan.dwell().state(0))]
     dwell_load: Optional<Constant>,
+    /// Taps of the chip counter
+    #[when(plan.counts_chips())]
+    #[width(plan.dwell().width())]
+    #[value(plan.dwell().taps())]
     dwell_taps: Optional<Constant>,
+    #[when(plan.counts_chips())]
+    #[about(if plan.dwell_in_pieces() {
+        "Chip counter three chips before a step's last"
+    } else {
+        "Chip counter two chips before a step's last"
+    })]
+    #[width(plan.dwell().width())]
+    #[value(plan.dwell().state(plan.dwell_count_at_end()))]
     dwell_ending: Optional<Constant>,
+    /// Step counter at a scan's first step
+    #[when(plan.counts_steps())]
+    #[width(plan.step().width())]
+    #[value(plan.step().state(0))]
     steps_load: Optional<Constant>,
+    /// Taps of the step counter
+    #[when(plan.counts_steps())]
+    #[width(plan.step().width())]
+    #[value(plan.step().taps())]
     steps_taps: Optional<Constant>,
+    /// Step counter one step before a scan's last
+    #[when(plan.counts_steps())]
+    #[width(plan.step().width())]
+    #[value(plan.step().state(plan.step_count_at_end()))]
     steps_ending: Optional<Constant>,
+    /// the present clock belongs to a scan
     run: Register<bool>,
+    #[is(plan.chip_counter())]
     dwell: Optional<Register<Word>>,
+    /// the next clock is the last of a phase step
+    #[when(plan.looks_ahead())]
     step_ends: Optional<Register<bool>>,
+    /// last clock of a phase step
+    #[when(plan.looks_ahead())]
     step_end: Optional<Register<bool>>,
+    /// steps of the present scan
+    #[when(plan.counts_steps())]
+    #[width(plan.step().width())]
+    #[reset(plan.step().state(0), steps_load)]
     steps: Optional<Register<Word>>,
+    /// the present step is the scan's last
+    #[when(plan.counts_steps())]
     last_step: Optional<Register<bool>>,
+    /// last clock of a scan
+    #[when(plan.looks_ahead() && plan.counts_steps())]
     scan_end: Optional<Register<bool>>,
+    /// the present clock is a scan's last, or belongs to none
+    #[when(plan.realigns && plan.looks_ahead())]
+    #[reset(true)]
     may_start: Optional<Register<bool>>,
+    #[when(plan.dwell_in_pieces())]
+    #[is(StateMatch::new(plan.dwell().width()))]
     dwell_match: Optional<StateMatch>,
+    #[when(plan.steps_in_pieces())]
+    #[is(StateMatch::new(plan.step().width()))]
     steps_match: Optional<StateMatch>,
+    /// the end of a step on its way through the correlator
+    #[width(plan.to_counted())]
     step_ended: Register<Word>,
+    /// the end of a scan on its way through the correlator
+    #[width(plan.to_counted())]
     scan_ended: Register<Word>,
+    /// last clock of a phase step
     ends_step: Local<bool>,
+    /// last clock of a scan
     ends_scan: Local<bool>,
+    /// dump of each segment
+    #[width(plan.segments)]
     dumps: Wiring,
-    _toggles: usize,
-    _single_chips: usize,
-    _single_step: usize,
-    _dwell_top: usize,
-    _steps_top: usize,
-    _to_dump: usize,
-    _segments: usize,
-    _to_count: usize,
+    plan: Plan<ScanPlan>,
 }
 
 /// What a scan controller counts.
@@ -82,166 +146,93 @@ pub struct ScanPlan {
     pub counts_early: bool,
 }
 
-impl ScanController {
-    /// A controller.
-    pub fn new(plan: ScanPlan) -> ScanController {
-        let ScanPlan {
-            dwell_chips,
-            steps,
-            realigns,
-            ..
-        } = plan;
-        let counts_chips = dwell_chips > 2;
-        let counts_steps = steps > 1;
-        let looks_ahead = dwell_chips > 1;
-        let dwell = SequenceCounter::new(dwell_chips.saturating_sub(2));
-        let step = SequenceCounter::new(steps.saturating_sub(1));
-        // A comparison in pieces takes a clock more.
-        let dwell_in_pieces = dwell.width() > StateMatch::WIDEST_AT_ONCE;
-        let dwell_ending = dwell.state(dwell_chips.saturating_sub(3 + u64::from(dwell_in_pieces)));
-        let steps_ending = step.state(steps.saturating_sub(2));
-        let chips = |part| Optional::new(counts_chips, part);
-        let of_steps = |part| Optional::new(counts_steps, part);
-        let constant = |value: u128, counter: &SequenceCounter, about: &str| {
-            Constant::new(value, counter.width(), about)
-        };
-        let order = if realigns {
-            "A scan begins with a code period; until it does, run is low."
+impl ScanPlan {
+    /// Whether chips are counted; a step of one or two ends without.
+    fn counts_chips(&self) -> bool {
+        self.dwell_chips > 2
+    }
+
+    fn counts_steps(&self) -> bool {
+        self.steps > 1
+    }
+
+    /// Whether a step's end is known a clock early.
+    fn looks_ahead(&self) -> bool {
+        self.dwell_chips > 1
+    }
+
+    /// Whether every other chip ends a step.
+    fn toggles(&self) -> bool {
+        self.dwell_chips == 2
+    }
+
+    fn dwell(&self) -> SequenceCounter {
+        SequenceCounter::new(self.dwell_chips.saturating_sub(2))
+    }
+
+    fn step(&self) -> SequenceCounter {
+        SequenceCounter::new(self.steps.saturating_sub(1))
+    }
+
+    fn dwell_in_pieces(&self) -> bool {
+        self.dwell().width() > StateMatch::WIDEST_AT_ONCE
+    }
+
+    fn steps_in_pieces(&self) -> bool {
+        self.looks_ahead() && self.step().width() > StateMatch::WIDEST_AT_ONCE
+    }
+
+    /// Chips counted when the step's end is recognised. A comparison in pieces
+    /// takes a clock more.
+    fn dwell_count_at_end(&self) -> u64 {
+        let early = 3 + u64::from(self.dwell_in_pieces());
+        self.dwell_chips.saturating_sub(early)
+    }
+
+    /// Steps counted when the scan's end is recognised.
+    fn step_count_at_end(&self) -> u64 {
+        self.steps.saturating_sub(2)
+    }
+
+    fn dwell_top(&self) -> usize {
+        self.dwell().width() as usize - 1
+    }
+
+    fn steps_top(&self) -> usize {
+        self.step().width() as usize - 1
+    }
+
+    fn to_dump(&self) -> usize {
+        self.clocks_to_dump as usize
+    }
+
+    fn to_counted(&self) -> usize {
+        (self.clocks_to_dump + self.clocks_to_count) as usize
+    }
+
+    fn chip_counter(&self) -> Optional<Register<Word>> {
+        let counter = self.dwell();
+        let (first, constant) = if self.realigns {
+            (counter.state(0), "dwell_load")
         } else {
-            "Scans follow one another without a gap, because a scan over the whole code period \
-             ends where it began."
+            // The clock between reset and run counts too, so that no enable is
+            // needed: one made of logic costs an FPGA a global buffer and its
+            // delay.
+            (counter.state_before_the_first(), "dwell_reset")
         };
-        let pipeline = plan.clocks_to_dump + plan.clocks_to_count;
-        let line = |about: &str| Register::word(pipeline, 0, about);
-        ScanController {
-            i_clk: Input::bit("one chip per cycle"),
-            i_rst: Input::bit("synchronous, active high"),
-            i_epoch: Optional::new(
-                realigns,
-                Input::bit("the next clock is the first of a code period"),
-            ),
-            o_run: Output::bit("the present clock belongs to a scan"),
-            o_step_ends: Optional::new(
-                looks_ahead,
-                Output::bit("the next clock is the last of a phase step"),
-            ),
-            o_step_end: Output::bit("last clock of a phase step"),
-            o_start: Optional::new(realigns, Output::bit("a scan begins with the next clock")),
-            o_dump: Output::word(
-                plan.segments,
-                "the total has just taken in a step's last hits, segment by segment",
-            ),
-            o_counts: Optional::new(
-                plan.counts_early,
-                Output::bit("the step's count is there in the next clock"),
-            ),
-            o_counted: Output::bit("the step's count is there"),
-            o_last: Output::bit("it is the scan's last"),
-            about: about(plan).note(order),
-            dwell_reset: Optional::new(
-                counts_chips && !realigns,
-                constant(
-                    dwell.state_before_the_first(),
-                    &dwell,
-                    "Chip counter a chip before a step's first",
-                ),
-            ),
-            dwell_load: chips(constant(
-                dwell.state(0),
-                &dwell,
-                "Chip counter at a step's first chip",
-            )),
-            dwell_taps: chips(constant(dwell.taps(), &dwell, "Taps of the chip counter")),
-            dwell_ending: chips(constant(
-                dwell_ending,
-                &dwell,
-                if dwell_in_pieces {
-                    "Chip counter three chips before a step's last"
-                } else {
-                    "Chip counter two chips before a step's last"
-                },
-            )),
-            steps_load: of_steps(constant(
-                step.state(0),
-                &step,
-                "Step counter at a scan's first step",
-            )),
-            steps_taps: of_steps(constant(step.taps(), &step, "Taps of the step counter")),
-            steps_ending: of_steps(constant(
-                steps_ending,
-                &step,
-                "Step counter one step before a scan's last",
-            )),
-            run: Register::bit(false, "the present clock belongs to a scan"),
-            dwell: Optional::new(
-                counts_chips,
-                if realigns {
-                    Register::word(dwell.width(), dwell.state(0), "chips of the present step")
-                        .reset_to("dwell_load$0")
-                } else {
-                    // The clock between reset and run counts too, so that no
-                    // enable is needed: one made of logic costs an FPGA a global
-                    // buffer and its delay.
-                    let before = dwell.state_before_the_first();
-                    Register::word(dwell.width(), before, "chips of the present step")
-                        .reset_to("dwell_reset$0")
-                },
-            ),
-            step_ends: Optional::new(
-                looks_ahead,
-                Register::bit(false, "the next clock is the last of a phase step"),
-            ),
-            step_end: Optional::new(
-                looks_ahead,
-                Register::bit(false, "last clock of a phase step"),
-            ),
-            steps: Optional::new(
-                counts_steps,
-                Register::word(step.width(), step.state(0), "steps of the present scan")
-                    .reset_to("steps_load$0"),
-            ),
-            last_step: Optional::new(
-                counts_steps,
-                Register::bit(false, "the present step is the scan's last"),
-            ),
-            scan_end: Optional::new(
-                looks_ahead && counts_steps,
-                Register::bit(false, "last clock of a scan"),
-            ),
-            may_start: Optional::new(
-                realigns && looks_ahead,
-                Register::bit(
-                    true,
-                    "the present clock is a scan's last, or belongs to none",
-                ),
-            ),
-            dwell_match: Optional::new(dwell_in_pieces, StateMatch::new(dwell.width())),
-            steps_match: Optional::new(
-                looks_ahead && step.width() > StateMatch::WIDEST_AT_ONCE,
-                StateMatch::new(step.width()),
-            ),
-            step_ended: line("the end of a step on its way through the correlator"),
-            scan_ended: line("the end of a scan on its way through the correlator"),
-            ends_step: Local::bit("last clock of a phase step"),
-            ends_scan: Local::bit("last clock of a scan"),
-            dumps: Wiring::new(
-                plan.segments as usize,
-                (0..plan.segments as usize).collect(),
-                "dump of each segment",
-            ),
-            _toggles: usize::from(dwell_chips == 2),
-            _single_chips: usize::from(!looks_ahead),
-            _single_step: usize::from(!counts_steps),
-            _dwell_top: dwell.width() as usize - 1,
-            _steps_top: step.width() as usize - 1,
-            _to_dump: plan.clocks_to_dump as usize,
-            _segments: plan.segments as usize,
-            _to_count: plan.clocks_to_count as usize,
-        }
+        let register = Register::word(counter.width(), first, "chips of the present step");
+        Optional::new(self.counts_chips(), register.reset_to(constant))
     }
 }
 
-fn about(plan: ScanPlan) -> About {
+impl ScanController {
+    /// A controller.
+    pub fn new(plan: ScanPlan) -> ScanController {
+        ScanController::build(&plan)
+    }
+}
+
+fn describe(plan: ScanPlan) -> About {
     let mut about = About::new(
         "scan_controller",
         "counts chips per phase step and steps per scan",
@@ -253,7 +244,14 @@ fn about(plan: ScanPlan) -> About {
              are recognised a clock early, so that every flag comes from a register.",
         );
     }
+    let order = if plan.realigns {
+        "A scan begins with a code period; until it does, run is low."
+    } else {
+        "Scans follow one another without a gap, because a scan over the whole code period ends \
+         where it began."
+    };
     about
+        .note(order)
         .fact(
             "Dwell",
             format!("{} chips per phase step", plan.dwell_chips),
@@ -268,154 +266,147 @@ fn about(plan: ScanPlan) -> About {
         )
 }
 
+#[kernel]
 impl Logic for ScanController {
-    #[hdl_gen]
     fn update(&mut self) {
         dff_setup!(self, i_clk, run, step_ended, scan_ended);
         self.o_run.next = self.run.q.val();
-
-        for _single_chips in 0..self._single_chips {
-            self.ends_step.next = self.run.q.val();
-            for _single_step in 0..self._single_step {
-                self.ends_scan.next = self.run.q.val();
-            }
-            for _several_steps in self._single_step..1 {
-                self.ends_scan.next = self.run.q.val() & self.last_step[0].q.val();
+        self.find_ends();
+        if self.plan.realigns {
+            self.wait_for_epoch();
+        } else {
+            self.run.d.next = true;
+            if self.plan.toggles() {
+                self.step_ends.d.next = !self.step_ends.q.val();
             }
         }
-        for _looks_ahead in self._single_chips..1 {
-            dff_setup!(self, i_clk, step_ends[0], step_end[0]);
-            self.step_end[0].d.next = self.step_ends[0].q.val();
-            self.ends_step.next = self.step_end[0].q.val();
-            self.o_step_ends[0].next = self.step_ends[0].q.val();
-            for _single_step in 0..self._single_step {
-                self.ends_scan.next = self.step_end[0].q.val();
+        if self.plan.counts_chips() {
+            self.count_chips();
+        }
+        if self.plan.counts_steps() {
+            self.count_steps();
+        }
+        self.report();
+    }
+
+    /// The last clock of a step, and of a scan.
+    fn find_ends(&mut self) {
+        if self.plan.looks_ahead() {
+            dff_setup!(self, i_clk, step_ends, step_end);
+            self.step_end.d.next = self.step_ends.q.val();
+            self.ends_step.next = self.step_end.q.val();
+            self.o_step_ends.next = self.step_ends.q.val();
+            if self.plan.counts_steps() {
+                dff_setup!(self, i_clk, scan_end);
+                self.scan_end.d.next = self.step_ends.q.val() & self.last_step.q.val();
+                self.ends_scan.next = self.scan_end.q.val();
+            } else {
+                self.ends_scan.next = self.step_end.q.val();
             }
-            for _several_steps in self._single_step..1 {
-                dff_setup!(self, i_clk, scan_end[0]);
-                self.scan_end[0].d.next = self.step_ends[0].q.val() & self.last_step[0].q.val();
-                self.ends_scan.next = self.scan_end[0].q.val();
+        } else {
+            self.ends_step.next = self.run.q.val();
+            if self.plan.counts_steps() {
+                self.ends_scan.next = self.run.q.val() & self.last_step.q.val();
+            } else {
+                self.ends_scan.next = self.run.q.val();
             }
         }
         self.o_step_end.next = self.ends_step.val();
+    }
 
-        for _waits in 0..self.i_epoch.count() {
-            for _at_once in self.may_start.count()..1 {
-                self.o_start[0].next =
-                    self.i_epoch[0].val() & (!self.run.q.val() | self.ends_scan.val());
-            }
-            for _known in 0..self.may_start.count() {
-                self.o_start[0].next = self.i_epoch[0].val() & self.may_start[0].q.val();
-            }
-            if self.o_start[0].val() {
-                self.run.d.next = true;
-            } else if self.ends_scan.val() {
-                self.run.d.next = false;
-            }
-            for _known in 0..self.may_start.count() {
-                dff_setup!(self, i_clk, may_start[0]);
-                for _single_step in 0..self._single_step {
-                    self.may_start[0].d.next = self.step_ends[0].q.val()
-                        | !(self.o_start[0].val() | (self.run.q.val() & !self.ends_scan.val()));
-                }
-                for _several_steps in self._single_step..1 {
-                    self.may_start[0].d.next = (self.step_ends[0].q.val()
-                        & self.last_step[0].q.val())
-                        | !(self.o_start[0].val() | (self.run.q.val() & !self.ends_scan.val()));
-                }
-            }
-            for _toggles in 0..self._toggles {
-                self.step_ends[0].d.next =
-                    self.o_start[0].val() | (self.ends_step.val() & !self.ends_scan.val());
-            }
+    /// A scan begins with an epoch.
+    fn wait_for_epoch(&mut self) {
+        if self.may_start.is_present() {
+            self.o_start.next = self.i_epoch.val() & self.may_start.q.val();
+        } else {
+            self.o_start.next = self.i_epoch.val() & (!self.run.q.val() | self.ends_scan.val());
         }
-        for _runs_on in self.i_epoch.count()..1 {
+        if self.o_start.val() {
             self.run.d.next = true;
-            for _toggles in 0..self._toggles {
-                self.step_ends[0].d.next = !self.step_ends[0].q.val();
+        } else if self.ends_scan.val() {
+            self.run.d.next = false;
+        }
+        if self.may_start.is_present() {
+            dff_setup!(self, i_clk, may_start);
+            if self.plan.counts_steps() {
+                self.may_start.d.next = (self.step_ends.q.val() & self.last_step.q.val())
+                    | !(self.o_start.val() | (self.run.q.val() & !self.ends_scan.val()));
+            } else {
+                self.may_start.d.next = self.step_ends.q.val()
+                    | !(self.o_start.val() | (self.run.q.val() & !self.ends_scan.val()));
             }
         }
+        if self.plan.toggles() {
+            self.step_ends.d.next =
+                self.o_start.val() | (self.ends_step.val() & !self.ends_scan.val());
+        }
+    }
 
-        for _counts_chips in 0..self.dwell.count() {
-            dff_setup!(self, i_clk, dwell[0]);
-            for _at_once in self.dwell_match.count()..1 {
-                self.step_ends[0].d.next =
-                    self.run.q.val() & (self.dwell[0].q.val() == self.dwell_ending[0].val());
-            }
-            for _in_pieces in 0..self.dwell_match.count() {
-                self.dwell_match[0].i_clk.next = self.i_clk.val();
-                self.dwell_match[0].i_rst.next = self.i_rst.val();
-                self.dwell_match[0].i_state.next = self.dwell[0].q.val();
-                self.dwell_match[0].i_wanted.next = self.dwell_ending[0].val();
-                self.step_ends[0].d.next = self.run.q.val() & self.dwell_match[0].o_matched.val();
-            }
-            for top in self._dwell_top..(self._dwell_top + 1) {
-                for _waits in 0..self.i_epoch.count() {
-                    if self.ends_step.val() {
-                        self.dwell[0].d.next = self.dwell_load[0].val();
-                    } else if self.run.q.val() {
-                        self.dwell[0].d.next = (self.dwell[0].q.val() >> 1).replace_bit(
-                            top,
-                            (self.dwell[0].q.val() & self.dwell_taps[0].val()).xor(),
-                        );
-                    }
-                }
-                for _runs_on in self.i_epoch.count()..1 {
-                    if self.ends_step.val() {
-                        self.dwell[0].d.next = self.dwell_load[0].val();
-                    } else {
-                        self.dwell[0].d.next = (self.dwell[0].q.val() >> 1).replace_bit(
-                            top,
-                            (self.dwell[0].q.val() & self.dwell_taps[0].val()).xor(),
-                        );
-                    }
-                }
-            }
+    fn count_chips(&mut self) {
+        dff_setup!(self, i_clk, dwell);
+        if self.plan.dwell_in_pieces() {
+            self.dwell_match.i_clk.next = self.i_clk.val();
+            self.dwell_match.i_rst.next = self.i_rst.val();
+            self.dwell_match.i_state.next = self.dwell.q.val();
+            self.dwell_match.i_wanted.next = self.dwell_ending.val();
+            self.step_ends.d.next = self.run.q.val() & self.dwell_match.o_matched.val();
+        } else {
+            self.step_ends.d.next =
+                self.run.q.val() & (self.dwell.q.val() == self.dwell_ending.val());
         }
-        for _counts_steps in 0..self.steps.count() {
-            dff_setup!(self, i_clk, steps[0], last_step[0]);
-            for _at_once in self.steps_match.count()..1 {
-                if self.ends_step.val() {
-                    self.last_step[0].d.next = self.steps[0].q.val() == self.steps_ending[0].val();
-                }
+        let top = self.plan.dwell_top();
+        if self.ends_step.val() {
+            self.dwell.d.next = self.dwell_load.val();
+        } else if self.plan.realigns {
+            if self.run.q.val() {
+                self.dwell.d.next = (self.dwell.q.val() >> 1)
+                    .replace_bit(top, (self.dwell.q.val() & self.dwell_taps.val()).xor());
             }
-            for _in_pieces in 0..self.steps_match.count() {
-                self.steps_match[0].i_clk.next = self.i_clk.val();
-                self.steps_match[0].i_rst.next = self.i_rst.val();
-                self.steps_match[0].i_state.next = self.steps[0].q.val();
-                self.steps_match[0].i_wanted.next = self.steps_ending[0].val();
-                if self.ends_step.val() {
-                    self.last_step[0].d.next = self.steps_match[0].o_matched.val();
-                }
-            }
-            for top in self._steps_top..(self._steps_top + 1) {
-                if self.ends_scan.val() {
-                    self.steps[0].d.next = self.steps_load[0].val();
-                } else if self.ends_step.val() {
-                    self.steps[0].d.next = (self.steps[0].q.val() >> 1).replace_bit(
-                        top,
-                        (self.steps[0].q.val() & self.steps_taps[0].val()).xor(),
-                    );
-                }
-            }
+        } else {
+            self.dwell.d.next = (self.dwell.q.val() >> 1)
+                .replace_bit(top, (self.dwell.q.val() & self.dwell_taps.val()).xor());
         }
+    }
 
+    fn count_steps(&mut self) {
+        dff_setup!(self, i_clk, steps, last_step);
+        if self.plan.steps_in_pieces() {
+            self.steps_match.i_clk.next = self.i_clk.val();
+            self.steps_match.i_rst.next = self.i_rst.val();
+            self.steps_match.i_state.next = self.steps.q.val();
+            self.steps_match.i_wanted.next = self.steps_ending.val();
+            if self.ends_step.val() {
+                self.last_step.d.next = self.steps_match.o_matched.val();
+            }
+        } else if self.ends_step.val() {
+            self.last_step.d.next = self.steps.q.val() == self.steps_ending.val();
+        }
+        if self.ends_scan.val() {
+            self.steps.d.next = self.steps_load.val();
+        } else if self.ends_step.val() {
+            self.steps.d.next = (self.steps.q.val() >> 1).replace_bit(
+                self.plan.steps_top(),
+                (self.steps.q.val() & self.steps_taps.val()).xor(),
+            );
+        }
+    }
+
+    /// Tells the rest when a step's hits, and its count, are there.
+    fn report(&mut self) {
         self.step_ended.d.next =
             (self.step_ended.q.val() << 1).replace_bit(0, self.ends_step.val());
         self.scan_ended.d.next =
             (self.scan_ended.q.val() << 1).replace_bit(0, self.ends_scan.val());
-        for dump in self._to_dump..(self._to_dump + 1) {
-            for s in 0..self._segments {
-                self.dumps.i[s].next = self.step_ended.q.val().get_bit(dump - 1 + s);
-            }
-            for count in self._to_count..(self._to_count + 1) {
-                for _early in 0..self.o_counts.count() {
-                    self.o_counts[0].next = self.step_ended.q.val().get_bit(dump + count - 2);
-                }
-                self.o_counted.next = self.step_ended.q.val().get_bit(dump + count - 1);
-                self.o_last.next = self.scan_ended.q.val().get_bit(dump + count - 1);
-            }
+        let dump = self.plan.to_dump() - 1;
+        let counted = self.plan.to_counted() - 1;
+        for s in 0..(self.plan.segments as usize) {
+            self.dumps.i[s].next = self.step_ended.q.val().get_bit(dump + s);
         }
+        if self.plan.counts_early {
+            self.o_counts.next = self.step_ended.q.val().get_bit(counted - 1);
+        }
+        self.o_counted.next = self.step_ended.q.val().get_bit(counted);
+        self.o_last.next = self.scan_ended.q.val().get_bit(counted);
         self.o_dump.next = self.dumps.o.val();
     }
 }
