@@ -6,13 +6,16 @@
 //! purely syntactic and takes them as they are. They simulate in rust-hdl's
 //! `update_all` loop and answer its probes.
 //!
-//! Rules for kernels (functions under `#[hdl_gen]`) beyond rust-hdl's own:
+//! `#[block]` over a struct makes its constructor from what stands beside the fields; `#[kernel]`
+//! over `impl Logic` is rust-hdl's `#[hdl_gen]` with `if` and `let` at elaboration. The crate
+//! `goldtof-macros` documents both.
+//!
+//! Rules for kernels beyond those of the macro and of rust-hdl:
+//! - what reads no signal by `.val()` is elaboration: `if self.part.is_present()` leaves no gate;
 //! - a bare literal, and `signed_cast(x)`, take the width of what they meet;
 //!   everything else has to agree, or the back end refuses;
-//! - `bit_cast(x, w)` zero-extends or truncates; its arguments must not name a
-//!   loop variable, because rust-hdl evaluates them outside the loop;
-//! - `for x in n..n + 1` names a run-time constant, and
-//!   `for _x in 0..self.part.count()` holds what exists only with `part`;
+//! - `bit_cast(x, w)` zero-extends or truncates;
+//! - numbers are evaluated in branches that are not taken, too: subtract with saturation;
 //! - `a & b == c` binds as in Rust; the back end prints the parentheses.
 
 mod constant;
