@@ -8,7 +8,7 @@ use crate::model::level::Level;
 use crate::model::reference::{Reference, StepResult};
 
 /// Clocks per block: its three arrays stay in a core's second-level cache.
-const BLOCK_CLOCKS: u64 = 16_384;
+pub const BLOCK_CLOCKS: u64 = 16_384;
 
 /// Records of a stretch of clocks, as many of each kind as there are clocks.
 #[derive(Debug, Clone, Default)]

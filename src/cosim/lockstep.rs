@@ -1,18 +1,19 @@
 //! Runs the verilated model and the reference model side by side.
 //!
-//! One thread makes stimulus and expectation and compares; the other does
-//! nothing but clock the verilated model. Blocks of clocks go round between
+//! One thread makes stimulus and expectation and compares; the verilated model
+//! is a process of its own, which another thread keeps busy. Blocks of clocks go round between
 //! them, so memory does not grow with the length of the run.
 
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use super::blocks::{Block, BlockMaker, Records};
-use super::error::CosimError;
+use super::error::{CosimError, When};
 use super::stimulus::Stimulus;
-use super::verilated::Verilated;
+use super::verilated::{BLOCKS_AT_ONCE, Verilated};
 use crate::model::layout::Layout;
 use crate::model::reference::{Reference, StepResult};
 
@@ -107,7 +108,7 @@ impl Lockstep<'_> {
                 under_way -= 1;
                 if let Some(reason) = block.halted {
                     return Err(CosimError::Halted {
-                        clock: block.clocks.start,
+                        when: When::BlockFrom(block.clocks.start),
                         reason,
                     });
                 }
@@ -123,13 +124,32 @@ impl Lockstep<'_> {
     }
 }
 
-/// The other thread: clocks the model until no more blocks come.
+/// The other thread: keeps the model busy until no more blocks come.
 fn clock_blocks(model: &mut Verilated, blocks: &Receiver<Block>, done: &SyncSender<Block>) {
-    for mut block in blocks {
-        let records = &mut block.records;
-        block.halted = model.run(&records.inputs, &mut records.got).err();
-        if done.send(block).is_err() {
+    let mut under_way = VecDeque::new();
+    loop {
+        while under_way.len() < BLOCKS_AT_ONCE {
+            // With one under way there is something better to do than to wait.
+            let next = if under_way.is_empty() {
+                blocks.recv().ok()
+            } else {
+                blocks.try_recv().ok()
+            };
+            let Some(mut block) = next else {
+                break;
+            };
+            block.halted = model.submit(&block.records.inputs).err();
+            under_way.push_back(block);
+        }
+        let Some(mut block) = under_way.pop_front() else {
             return;
+        };
+        if block.halted.is_none() {
+            block.halted = model.collect(&mut block.records.got).err();
+        }
+        let is_over = block.halted.is_some();
+        if done.send(block).is_err() || is_over {
+            return model.discard();
         }
     }
 }

@@ -10,6 +10,7 @@ pub mod manifest;
 pub mod needed;
 pub mod photons;
 pub mod ports;
+mod rejected;
 pub mod stimulus;
 pub mod tools;
 pub mod verilated;
