@@ -166,10 +166,7 @@ mod tests {
     fn a_program_gives_its_outputs_and_its_status() {
         let finished = shell("echo a; echo b >&2; exit 7");
         assert_eq!(finished.status.unwrap().code(), Some(7));
-        assert_eq!(
-            (&*finished.stdout, &*finished.stderr),
-            ("a\n", "b\n")
-        );
+        assert_eq!((&*finished.stdout, &*finished.stderr), ("a\n", "b\n"));
         assert!(run(&mut Command::new("/nonexistent/tool")).is_err());
     }
 
@@ -190,7 +187,9 @@ mod tests {
         let mut said = Said::default();
         let text = "\u{b5}".repeat(KEPT_BYTES);
         // Odd pieces, so that characters are cut.
-        text.as_bytes().chunks(777).for_each(|piece| said.add(piece));
+        text.as_bytes()
+            .chunks(777)
+            .for_each(|piece| said.add(piece));
         assert_eq!(said.text(), text);
     }
 

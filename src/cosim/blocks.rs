@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::stimulus::{Drive, Stimulus};
+use crate::model::exercise::Exercise;
 use crate::model::layout::Layout;
 use crate::model::level::Level;
 use crate::model::reference::{Reference, StepResult};
@@ -30,6 +31,8 @@ pub struct Block {
     pub clocks: Range<u64>,
     /// Inputs and outputs of both sides.
     pub records: Records,
+    /// What the outputs have shown up to its end.
+    pub exercise: Exercise,
     /// Why the Verilog ended the simulation in it, if it did.
     pub halted: Option<String>,
 }
@@ -105,6 +108,7 @@ impl<'a> BlockMaker<'a> {
         self.reference
             .predict(&self.drive.surroundings, &self.hits, &mut records.expected);
         block.clocks = clocks;
+        block.exercise.clone_from(self.reference.exercise());
         block.halted = None;
         true
     }

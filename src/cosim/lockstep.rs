@@ -14,6 +14,7 @@ use super::blocks::{Block, BlockMaker, Records};
 use super::error::{CosimError, When};
 use super::stimulus::Stimulus;
 use super::verilated::{BLOCKS_AT_ONCE, Verilated};
+use crate::model::exercise::Exercise;
 use crate::model::layout::Layout;
 use crate::model::reference::{Reference, StepResult};
 
@@ -48,6 +49,8 @@ pub struct Outcome {
     pub first: Option<Mismatch>,
     /// The clocks round the first mismatch, or the first clocks of the run.
     pub records: Records,
+    /// What the outputs have shown within these clocks.
+    pub exercise: Exercise,
     /// What the Verilog showed after the last clock.
     pub last_outputs: Vec<u64>,
     /// Wall time of the run, without building or loading.
@@ -168,6 +171,7 @@ struct Judge<'a> {
     first_clocks: Option<Records>,
     previous: Option<Records>,
     context: Vec<Records>,
+    exercise: Exercise,
     last_outputs: Vec<u64>,
 }
 
@@ -181,12 +185,14 @@ impl<'a> Judge<'a> {
             first_clocks: None,
             previous: None,
             context: Vec::new(),
+            exercise: Exercise::default(),
             last_outputs: Vec::new(),
         }
     }
 
     fn judge(&mut self, mut block: Block) -> Verdict {
         self.clocks = block.clocks.end;
+        self.exercise.clone_from(&block.exercise);
         let last_record = block.records.got.len() - self.layout.outputs.words;
         self.last_outputs.clear();
         self.last_outputs
@@ -256,6 +262,7 @@ impl<'a> Judge<'a> {
             mismatches: self.mismatches,
             first: self.first,
             records: cut(&sources, window, self.layout),
+            exercise: self.exercise,
             last_outputs: self.last_outputs,
             elapsed,
         }

@@ -169,7 +169,11 @@ pub fn differences(expected: &[Port], found: &[FoundPort]) -> Vec<String> {
     };
     let wanted = |port: &Port| format!("{} of {} bit(s)", word(Some(port.direction)), port.width);
     let describe = |port: &FoundPort| {
-        let array = if port.is_array { "an array, each an " } else { "" };
+        let array = if port.is_array {
+            "an array, each an "
+        } else {
+            ""
+        };
         format!("{array}{} of {} bit(s)", word(port.direction), port.width)
     };
     let fits = |port: &Port, found: &FoundPort| {

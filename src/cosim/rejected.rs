@@ -107,7 +107,11 @@ mod tests {
 
     #[test]
     fn a_tool_that_breaks_down_does_not_blame_the_verilog() {
-        let users = source("a.v", Some("my/a.v"), "module a; initial $c(\"x\"); endmodule");
+        let users = source(
+            "a.v",
+            Some("my/a.v"),
+            "module a; initial $c(\"x\"); endmodule",
+        );
         let plain = source("a.v", Some("my/a.v"), "module a; endmodule");
         let ours = source("a.v", None, "");
         let is_rejected = |raw_status: i32, output: &str, source: &SourceFile| {

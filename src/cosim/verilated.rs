@@ -71,11 +71,13 @@ impl Verilated {
             source,
         };
         let (input_words, output_words) = (layout.inputs.words, layout.outputs.words);
-        let mut model =
-            Verilated::start(path, input_words, output_words).map_err(failed)?;
+        let mut model = Verilated::start(path, input_words, output_words).map_err(failed)?;
         match model.answer() {
             Ok(()) => Ok(model),
-            Err(reason) => Err(CosimError::Halted { when: When::Start, reason }),
+            Err(reason) => Err(CosimError::Halted {
+                when: When::Start,
+                reason,
+            }),
         }
     }
 
