@@ -44,7 +44,9 @@ fn parse_time(text: &str) -> Result<Duration, String> {
         "min" => 60.0,
         "h" => 3600.0,
         _ => {
-            return Err("write a number with its unit, as \"90 s\", \"10min\" or \"2h\"".to_owned());
+            return Err(
+                "write a number with its unit, as \"90 s\", \"10min\" or \"2h\"".to_owned(),
+            );
         }
     };
     let seconds = digits
