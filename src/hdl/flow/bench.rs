@@ -216,6 +216,40 @@ fn reader_instance(vector: &VectorFile) -> String {
     )
 }
 
+/// What the bench does after it has compared a clock, and after the last one.
+const ENDING: &str = "            if (failed) $fatal;
+            // What stands here is taken with the next rising edge.
+            if (m_axis_tvalid && !i_rst) begin
+                if (m_axis_tready) begin
+                    results = results + 1;
+                    if (|m_axis_tdata) counts = counts + 1;
+                    if (m_axis_tlast) scan_ends = scan_ends + 1;
+                end else begin
+                    stalls = stalls + 1;
+                end
+            end
+            if (i_rst && !in_reset) resets = resets + 1;
+            in_reset = i_rst;
+            i_clk    = 1'b0;
+        end
+        if (counts == 0) begin
+            $display(\"INCONCLUSIVE: every output port as expected, but of %0d results that were taken\",
+                     results);
+            $display(\"              none holds a count: nothing shows that the sensor counts\");
+            $fatal;
+        end
+        $display(\"PASS: every output port as expected at each of %0d clocks\", CLOCKS);
+        $display(\"exercised: %0d results, %0d of them not zero, %0d scan ends, %0d clocks stalled,\",
+                 results, counts, scan_ends, stalls);
+        $display(\"           %0d resets\", resets);
+        $finish;
+    end
+
+endmodule
+
+`default_nettype wire
+";
+
 fn check<'a>(vectors: &[VectorFile], outputs: impl Iterator<Item = &'a Port>) -> String {
     let mut text = String::from(
         "
@@ -272,38 +306,7 @@ fn check<'a>(vectors: &[VectorFile], outputs: impl Iterator<Item = &'a Port>) ->
             name = port.name,
         );
     }
-    text += "            if (failed) $fatal;
-            // What stands here is taken with the next rising edge.
-            if (m_axis_tvalid && !i_rst) begin
-                if (m_axis_tready) begin
-                    results = results + 1;
-                    if (|m_axis_tdata) counts = counts + 1;
-                    if (m_axis_tlast) scan_ends = scan_ends + 1;
-                end else begin
-                    stalls = stalls + 1;
-                end
-            end
-            if (i_rst && !in_reset) resets = resets + 1;
-            in_reset = i_rst;
-            i_clk    = 1'b0;
-        end
-        if (counts == 0) begin
-            $display(\"INCONCLUSIVE: every output port as expected, but of %0d results that were taken\",
-                     results);
-            $display(\"              none holds a count: nothing shows that the sensor counts\");
-            $fatal;
-        end
-        $display(\"PASS: every output port as expected at each of %0d clocks\", CLOCKS);
-        $display(\"exercised: %0d results, %0d of them not zero, %0d scan ends, %0d clocks stalled,\",
-                 results, counts, scan_ends, stalls);
-        $display(\"           %0d resets\", resets);
-        $finish;
-    end
-
-endmodule
-
-`default_nettype wire
-";
+    text += ENDING;
     text
 }
 
