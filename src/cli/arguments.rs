@@ -1,6 +1,7 @@
 //! What can be written on the command line.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
@@ -23,8 +24,44 @@ pub(super) struct Cli {
     /// Print no progress and no summary
     #[arg(long, global = true)]
     pub quiet: bool,
+    /// Longest time that an external tool, or a block of clocks of the Verilog, may
+    /// take: a number with its unit, "90 s", "10min" or "2h"
+    #[arg(long, global = true, value_name = "TIME", default_value = "10min",
+          value_parser = parse_time)]
+    pub tool_timeout: Duration,
     #[command(subcommand)]
     pub command: Command,
+}
+
+/// Longest time that can be asked for: 1000 days.
+const MOST_SECONDS: f64 = 1000.0 * 86_400.0;
+
+fn parse_time(text: &str) -> Result<Duration, String> {
+    let text = text.trim();
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit_s = match &text[digits.len()..] {
+        "s" => 1.0,
+        "min" => 60.0,
+        "h" => 3600.0,
+        _ => {
+            return Err(
+                "write a number with its unit, as \"90 s\", \"10min\" or \"2h\"".to_owned(),
+            );
+        }
+    };
+    let seconds = digits
+        .trim()
+        .parse::<f64>()
+        .map_or(f64::NAN, |n| n * unit_s);
+    // Neither is one that is no number.
+    if (1e-3..=MOST_SECONDS).contains(&seconds) {
+        Ok(Duration::from_secs_f64(seconds))
+    } else {
+        Err(format!(
+            "write a time from 0.001 s to {} h",
+            MOST_SECONDS / 3600.0
+        ))
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -193,6 +230,28 @@ pub(super) struct CodesArguments {
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory as _;
+
+    #[test]
+    fn a_time_has_its_unit_and_its_bounds() {
+        let time = |text| super::parse_time(text).map(|time| time.as_secs_f64());
+        assert_eq!(time("10min"), Ok(600.0));
+        assert_eq!(time(" 1.5 h "), Ok(5400.0));
+        assert_eq!(time("0.25s"), Ok(0.25));
+        for text in [
+            "",
+            "10",
+            "s",
+            "-1 s",
+            "0 s",
+            "1e99 h",
+            "nan s",
+            "inf s",
+            "1 d",
+            "1 \u{b5}s",
+        ] {
+            assert!(time(text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn the_argument_tree_is_sound() {

@@ -5,7 +5,7 @@ use super::emit::command_line;
 use super::output::Output;
 use super::{Ending, rtl};
 use crate::cosim::build::{cache_dir, sources_of};
-use crate::cosim::{Cosimulation, Report, Request, cosimulate};
+use crate::cosim::{Cosimulation, Report, Request, StimulusKind, Verdict, cosimulate};
 use crate::files::stage;
 use crate::hdl;
 use crate::scene::{self, Scene};
@@ -36,7 +36,7 @@ pub(super) fn run(
         cosimulation.write_vcd(path)?;
     }
     output.answer(&cosimulation.report, &text(&cosimulation.report))?;
-    Ok(ending(&cosimulation))
+    Ok(ending(&cosimulation.report))
 }
 
 /// Co-simulates and shows how far it is.
@@ -54,12 +54,11 @@ pub(super) fn with_progress(
     Ok(cosimulation?)
 }
 
-/// 1 when the two sides differ.
-pub(super) fn ending(cosimulation: &Cosimulation) -> Ending {
-    if cosimulation.matched() {
-        Ending::Done
-    } else {
-        Ending::DoesNotHold
+/// 1 unless the two sides agree in what makes a sensor.
+pub(super) fn ending(report: &Report) -> Ending {
+    match report.verdict {
+        Verdict::Match => Ending::Done,
+        Verdict::Mismatch | Verdict::Inconclusive => Ending::DoesNotHold,
     }
 }
 
@@ -74,6 +73,7 @@ pub(super) fn text(report: &Report) -> String {
         report.compared_ports.len(),
         report.cycles_per_second / 1e6,
     );
+    text += &exercised(report);
     if let Some(first) = &report.first_mismatch {
         text += &format!(
             "first mismatch at clock {} ({:.3} ns): port {} should be {} and is {}; {} clock(s) \
@@ -88,6 +88,22 @@ pub(super) fn text(report: &Report) -> String {
     }
     if let Some(vcd) = &report.vcd {
         text += &format!("waveforms: {}\n", vcd.display());
+    }
+    text
+}
+
+/// What the verdict rests on, and what it lacks.
+pub(super) fn exercised(report: &Report) -> String {
+    let mut text = format!("exercised: {}\n", report.exercised.text());
+    for missing in &report.missing {
+        text += &format!("inconclusive: {missing}\n");
+    }
+    if !report.not_exercised.is_empty() {
+        text += &format!("not exercised: {}", report.not_exercised.join(", "));
+        text += match report.stimulus {
+            StimulusKind::Photons => " (`goldtof cosim --stimulus adversarial` drives it)\n",
+            StimulusKind::Adversarial => " (more --cycles bring it)\n",
+        };
     }
     text
 }

@@ -24,6 +24,7 @@ use self::arguments::{Cli, Command};
 use self::output::Output;
 use crate::cosim::error::CosimError;
 use crate::interrupt;
+use crate::programs;
 
 /// How a command that did its work ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,6 +50,7 @@ pub fn main() -> ExitCode {
     if let Err(error) = interrupt::watch() {
         output.note(&format!("signals are not watched: {error}"));
     }
+    programs::set_time_limit(cli.tool_timeout);
     let ending = match cli.command {
         Command::Run(arguments) => run::run(&arguments, cli.seed, &mut output),
         Command::Plan(arguments) => plan::run(&arguments, &mut output),

@@ -7,11 +7,11 @@ use serde::Serialize;
 
 use super::Ending;
 use super::arguments::RunArguments;
-use super::cosim::{ending, text as cosim_text, with_progress};
+use super::cosim::{ending, exercised, text as cosim_text, with_progress};
 use super::emit::{command_line, text as emit_text};
 use super::output::Output;
 use crate::cosim::build::{cache_dir, sources_of};
-use crate::cosim::{self, Request, StimulusKind};
+use crate::cosim::{self, Request, StimulusKind, Verdict};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::hdl::{self, Emission};
 use crate::plan::{self, Plan};
@@ -68,7 +68,7 @@ pub(super) fn run(
         seed,
     };
     let mut cosimulation = with_progress(&scene, &request, output)?;
-    if !cosimulation.matched() {
+    if cosimulation.report.verdict == Verdict::Mismatch {
         cosimulation.write_vcd(&folder.join(WAVEFORMS))?;
     }
     output.note(cosim_text(&cosimulation.report).trim_end());
@@ -110,7 +110,7 @@ pub(super) fn run(
         estimates: &estimates,
     };
     output.answer(&report, &summary(&scene, &report, out))?;
-    Ok(ending(&cosimulation))
+    Ok(ending(&cosimulation.report))
 }
 
 /// The end of the run in a few lines.
@@ -123,6 +123,7 @@ fn summary(scene: &Scene, report: &RunReport, out: &Path) -> String {
         report.cosim.phase_steps,
         scene.scan.integration_chips,
     );
+    text += &exercised(report.cosim);
     for (detector, estimate) in report.estimates.iter().enumerate() {
         let _ = writeln!(text, "{estimate}");
         if let Some(peak) = report.cosim.peaks.get(detector) {

@@ -1,4 +1,4 @@
-//! Builds Verilog into a shared library, once.
+//! Builds Verilog into a program that clocks it, once.
 //!
 //! A build's identity is the hash of everything that goes into it: Verilog,
 //! C++, flags and the tools' versions.
@@ -10,17 +10,23 @@ pub use super::cache::cache_dir;
 use super::cache::{hash, once, write};
 use super::error::CosimError;
 use super::ports;
+use super::rejected::{in_build, rejection};
 use super::tools::Tools;
 use crate::hdl::Emission;
 use crate::model::contract::Contract;
 use crate::model::layout::Layout;
 
 const BENCH: &str = include_str!("../../testbench/cosim.cpp");
-const LIBRARY: &str = "sensor.so";
+const PROGRAM: &str = "sensor";
+/// The one unit that the compiler gets.
+const UNIT: &str = "all.cc";
+/// Folder of the Verilog in that of a build.
+pub(super) const RTL: &str = "rtl";
 
 /// `--x-initial unique` starts registers at random, so that a missing reset is
 /// a mismatch and not luck. Lint is the emitter's own tests' business; a user's
-/// RTL is judged by what it does.
+/// RTL is judged by what it does. But what fails when it is elaborated has failed,
+/// and of two modules with one name nobody knows which was meant.
 const VERILATOR_FLAGS: &[&str] = &[
     "--cc",
     "-O3",
@@ -32,12 +38,14 @@ const VERILATOR_FLAGS: &[&str] = &[
     "-Wno-fatal",
     "-Wno-lint",
     "-Wno-style",
+    "-Werror-USERFATAL",
+    "-Werror-USERERROR",
+    "-Werror-MODDUP",
 ];
 
 const COMPILER_FLAGS: &[&str] = &[
     "-std=c++17",
     "-O2",
-    "-fPIC",
     "-DVL_USER_FINISH",
     "-DVL_USER_STOP",
     "-DVL_USER_FATAL",
@@ -56,6 +64,8 @@ pub struct SourceFile {
     pub name: String,
     /// Its text.
     pub text: String,
+    /// Where it was read; none of what was made here.
+    pub origin: Option<PathBuf>,
 }
 
 impl SourceFile {
@@ -74,15 +84,16 @@ pub fn sources_of(emission: &Emission) -> Vec<SourceFile> {
         .map(|file| SourceFile {
             name: file.name.clone(),
             text: file.text.clone(),
+            origin: None,
         })
         .collect()
 }
 
-/// Builds a model, or finds it built, and gives the shared library's path.
+/// Builds a model, or finds it built, and gives the program's path.
 ///
 /// # Errors
-/// When a tool is missing or fails, when the ports do not fit the contract, or
-/// when the cache cannot be written.
+/// When a tool is missing or fails, when the Verilog does not compile or its ports
+/// do not fit the contract, or when the cache cannot be written.
 pub fn build(
     top: &str,
     sources: &[SourceFile],
@@ -107,15 +118,15 @@ pub fn build(
     let folder = once(
         cache,
         &format!("model-{}", hash(&parts)),
-        LIBRARY,
+        PROGRAM,
         |folder| {
             verilate(&tools, top, sources, contract, folder)?;
             write(&folder.join(ports::HEADER), &header)?;
             write(&folder.join("cosim.cpp"), BENCH)?;
-            link(&tools, folder, &runtime)
+            link(&tools, folder, &runtime).map_err(|error| rejection(error, sources))
         },
     )?;
-    Ok(folder.join(LIBRARY))
+    Ok(folder.join(PROGRAM))
 }
 
 /// Verilator's run-time library as object files: the same for every model, and
@@ -155,25 +166,23 @@ fn verilate(
     contract: &Contract,
     folder: &Path,
 ) -> Result<(), CosimError> {
-    let rtl = folder.join("rtl");
+    let rtl = folder.join(RTL);
     fs::create_dir(&rtl).map_err(CosimError::cache(&rtl))?;
-    let mut paths = Vec::new();
     for source in sources {
-        let path = rtl.join(&source.name);
-        write(&path, &source.text)?;
-        // Headers are there to be included.
-        if source.is_compiled() {
-            paths.push(path);
-        }
+        write(&rtl.join(&source.name), &source.text)?;
     }
-    tools.verilator.run(|command| {
+    // From within the folder: what is found follows from the sources alone, and the
+    // file names in what the tool and the model say are short and known.
+    let verilated = tools.verilator.run(|command| {
         command
+            .current_dir(folder)
             .args(VERILATOR_FLAGS)
-            .args(["--top-module", top, "--Mdir"])
-            .arg(folder)
-            .arg(format!("-I{}", rtl.display()))
-            .args(&paths)
-    })?;
+            .args(["--top-module", top, "--Mdir", "."])
+            .arg(format!("-I{RTL}"))
+            // Headers are there to be included.
+            .args(sources.iter().filter(|s| s.is_compiled()).map(in_build))
+    });
+    verilated.map_err(|error| rejection(error, sources))?;
     let header = folder.join(format!("V{top}.h"));
     let text = fs::read_to_string(&header).map_err(CosimError::cache(&header))?;
     let differences = ports::differences(&contract.ports(), &ports::verilated_ports(&text));
@@ -200,21 +209,16 @@ fn link(tools: &Tools, folder: &Path, runtime: &Path) -> Result<(), CosimError> 
         .iter()
         .map(|name| format!("#include \"{name}\"\n"))
         .collect();
-    let unit = folder.join("all.cc");
-    write(&unit, &all)?;
-    let library = folder.join(LIBRARY);
+    write(&folder.join(UNIT), &all)?;
     tools.compiler.run(|command| {
         command
+            .current_dir(folder)
             .args(COMPILER_FLAGS)
-            .arg("-I")
-            .arg(folder)
+            .args(["-I", "."])
             .args(include_flags(tools))
-            .arg("-shared")
-            .arg(&unit)
+            .arg(UNIT)
             .arg(runtime.join("runtime.o"))
-            .arg("-o")
-            .arg(&library)
-            .arg("-pthread")
+            .args(["-o", PROGRAM, "-pthread"])
     })?;
     Ok(())
 }

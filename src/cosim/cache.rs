@@ -193,7 +193,7 @@ mod tests {
         let cache = tempfile::tempdir().unwrap();
         let failed = once(cache.path(), "name", "product", |folder| {
             write(&folder.join("product"), "half")?;
-            Err(CosimError::NoModel)
+            Err(CosimError::NoVerilog(folder.to_owned()))
         });
         assert!(failed.is_err());
         let left: Vec<_> = fs::read_dir(cache.path())

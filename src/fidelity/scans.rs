@@ -5,14 +5,15 @@ use std::path::{Path, PathBuf};
 use std::thread::available_parallelism;
 
 use super::Tier;
-use crate::cosim::TOP;
 use crate::cosim::blocks::{Block, BlockMaker};
 use crate::cosim::build::{build, cache_dir, sources_of};
 use crate::cosim::error::CosimError;
+use crate::cosim::exercised::Exercised;
 use crate::cosim::lockstep::Lockstep;
 use crate::cosim::photons::Photons;
 use crate::cosim::stimulus::clocks_for_scans;
 use crate::cosim::verilated::Verilated;
+use crate::cosim::{StimulusKind, TOP};
 use crate::estimate::PredictionError;
 use crate::hdl::{self, HdlError};
 use crate::model::contract::Contract;
@@ -72,7 +73,7 @@ pub fn scans(
     seed: u64,
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),
-) -> Result<(), ScansError> {
+) -> Result<Vec<String>, ScansError> {
     Prepared::new(scene, tier)?.scans(scene, detector, seed, repetitions, on_scan)
 }
 
@@ -98,7 +99,8 @@ impl Prepared {
 
     /// Simulates `repetitions` scans of one detector of the scene. `on_scan` gets
     /// the counts of each, those of the scan's steps in order. The tier that draws
-    /// nothing has no scans.
+    /// nothing has no scans. Gives what is to be said of them: what the Verilog was
+    /// not made to show.
     ///
     /// # Errors
     /// When the tier cannot do the scene.
@@ -109,17 +111,17 @@ impl Prepared {
         seed: u64,
         repetitions: u64,
         on_scan: impl FnMut(&[StepCount]),
-    ) -> Result<(), ScansError> {
+    ) -> Result<Vec<String>, ScansError> {
         match (self.tier, &self.library) {
-            (Tier::Expected, _) => Ok(()),
-            (Tier::Counts, _) => counts(scene, detector, seed, repetitions, on_scan),
-            (Tier::Events, _) => {
-                events(scene, detector, seed, repetitions, on_scan);
-                Ok(())
+            (Tier::Expected, _) => {}
+            (Tier::Counts, _) => counts(scene, detector, seed, repetitions, on_scan)?,
+            (Tier::Events, _) => events(scene, detector, seed, repetitions, on_scan),
+            (_, None) => sampled(scene, detector, seed, repetitions, on_scan)?,
+            (_, Some(library)) => {
+                return rtl(scene, detector, library, seed, repetitions, on_scan);
             }
-            (_, None) => sampled(scene, detector, seed, repetitions, on_scan),
-            (_, Some(library)) => rtl(scene, detector, library, seed, repetitions, on_scan),
         }
+        Ok(Vec::new())
     }
 }
 
@@ -202,7 +204,7 @@ fn rtl(
     seed: u64,
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),
-) -> Result<(), ScansError> {
+) -> Result<Vec<String>, ScansError> {
     let contract = Contract::of(scene);
     let layout = Layout::of(&contract);
     let mut reference = Reference::new(contract.clone())?;
@@ -220,10 +222,18 @@ fn rtl(
         |result| collector.take(result),
         |_| (),
     )?;
-    match outcome.first {
-        None => Ok(()),
-        Some(_) => Err(ScansError::Mismatch),
+    if outcome.first.is_some() {
+        return Err(ScansError::Mismatch);
     }
+    let names = scene
+        .detectors
+        .iter()
+        .map(|detector| detector.name.as_str());
+    let missing =
+        Exercised::new(&outcome.exercise, names).missing(&contract, StimulusKind::Photons);
+    let remark =
+        |missing| format!("the Verilog is not shown to count as the model does: {missing}");
+    Ok(missing.into_iter().map(remark).collect())
 }
 
 /// Gathers a detector's results, which come in order, into scans.

@@ -7,10 +7,11 @@
 use std::ops::Range;
 
 use super::contract::Contract;
+use super::exercise::{Counted, Exercise};
 use super::layout::Layout;
 use super::pattern::{ChipPattern, chip_patterns};
 use super::peak_ports::PeakPorts;
-use super::stream::{Arrival, ResultStream};
+use super::stream::{Arrival, Beat, ResultStream};
 
 /// What the surroundings do to the hardware in a block of clocks, besides the
 /// detectors' levels.
@@ -133,6 +134,11 @@ impl Reference {
         self.finished.drain(..)
     }
 
+    /// What the outputs have shown in the blocks predicted so far.
+    pub fn exercise(&self) -> &Exercise {
+        &self.stream.exercise
+    }
+
     /// Predicts a block. Blocks follow one another without a gap.
     ///
     /// `hits` are, for each detector, the first samples of the runs of high
@@ -161,6 +167,8 @@ impl Reference {
     }
 
     fn reset(&mut self, released: u64) {
+        // One that reaches into this block was told in the block before, too.
+        self.stream.exercise.resets += u64::from(released != self.released);
         self.released = released;
         self.scan = ScanState::default();
         self.counts.fill(0);
@@ -252,13 +260,14 @@ impl Reference {
             parallel
         };
         let limit = 1i128 << (self.contract.count_bits - 1);
-        let mut results = Vec::with_capacity(self.counts.len());
+        let mut beats = Vec::with_capacity(self.counts.len());
         let mut saturated = false;
         for (detector, counts) in self.counts.chunks_exact(parallel as usize).enumerate() {
             for (step, &exact) in counts[..steps as usize].iter().enumerate() {
                 let count = i128::from(exact).clamp(-limit, limit - 1) as i64;
                 saturated |= count != exact;
-                results.push(count);
+                let counted = Counted::new(detector, exact, self.totals[detector]);
+                beats.push(Beat { count, counted });
                 let number = self.scan.group * parallel + step as u64;
                 if let Some(peak) = &mut self.peak {
                     peak.count(detector, scan.step(number), count);
@@ -272,9 +281,10 @@ impl Reference {
                 });
             }
         }
+        self.stream.exercise.phase_steps += steps;
         self.stream.push(Arrival {
             clock: self.released + end + u64::from(self.contract.result_latency_clocks),
-            counts: results,
+            beats,
             saturated,
             last,
         });

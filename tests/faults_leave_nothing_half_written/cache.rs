@@ -7,7 +7,7 @@ use std::process::Command;
 use super::support::*;
 
 fn cosim(cache: &Path) -> Command {
-    let mut command = goldtof(&["cosim", QUICK, "--cycles", "1000"]);
+    let mut command = goldtof(&["cosim", QUICK, "--cycles", "20000"]);
     command.env("GOLDTOF_CACHE_DIR", cache);
     command
 }
@@ -17,14 +17,11 @@ fn broken_models_are_built_again() {
     let cache = cache_without_models();
     ends_with(0, &mut cosim(cache.path()));
     let model = entries(cache.path(), "model-").remove(0);
-    let whole = fs::read(model.join("sensor.so")).unwrap();
+    let whole = fs::read(model.join("sensor")).unwrap();
 
-    fs::write(model.join("sensor.so"), &whole[..whole.len() / 2]).unwrap();
+    fs::write(model.join("sensor"), &whole[..whole.len() / 2]).unwrap();
     ends_with(0, &mut cosim(cache.path()));
-    assert_eq!(
-        fs::read(model.join("sensor.so")).unwrap().len(),
-        whole.len()
-    );
+    assert_eq!(fs::read(model.join("sensor")).unwrap().len(), whole.len());
 
     let leftover = cache.path().join(format!(
         "{}.building-killed",

@@ -6,6 +6,7 @@ mod full_disk;
 mod interrupted;
 mod killed;
 mod output_folders;
+mod rtl_of_others;
 mod streams;
 mod support;
 mod tools;

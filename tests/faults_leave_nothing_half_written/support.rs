@@ -141,7 +141,7 @@ pub fn entries(cache: &Path, prefix: &str) -> Vec<PathBuf> {
 pub fn slow_linker(folder: &Path, seconds: u32) -> (PathBuf, PathBuf) {
     let (compiler, linking) = (folder.join("slow-g++"), folder.join("linking"));
     let lines = format!(
-        "case \" $* \" in *\" -shared \"*) echo $$ >> {}; sleep {seconds};; esac\nexec g++ \"$@\"",
+        "case \" $* \" in *\" -o sensor \"*) echo $$ >> {}; sleep {seconds};; esac\nexec g++ \"$@\"",
         linking.display()
     );
     script(&compiler, &lines);

@@ -288,6 +288,7 @@ fn find(work: &Path, scene: &str, rtl: &Path, fault: &Fault, number: usize) -> R
             assert_eq!(status, Some(0), "{name}");
             continue;
         }
+        assert_eq!(report["verdict"], "mismatch", "{name}");
         assert_eq!(status, Some(1), "{name}");
         // It is the first clock: a run that ends just before it matches, and
         // one that ends with it does not.
@@ -300,7 +301,8 @@ fn find(work: &Path, scene: &str, rtl: &Path, fault: &Fault, number: usize) -> R
             cosim(work, scene, &folder, &more).1["verdict"].clone()
         };
         if clock > 0 {
-            assert_eq!(verdict_after(clock), "match", "{name}: clock {clock}");
+            // It may be too short to tell anything.
+            assert_ne!(verdict_after(clock), "mismatch", "{name}: clock {clock}");
         }
         assert_eq!(
             verdict_after(clock + 1),

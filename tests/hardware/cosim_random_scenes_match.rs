@@ -4,7 +4,7 @@
 
 use crate::hdl_support::draw::{self, Extent};
 use goldtof::cosim::build::sources_of;
-use goldtof::cosim::{Request, StimulusKind, cosimulate};
+use goldtof::cosim::{Request, StimulusKind, Verdict, cosimulate};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -29,9 +29,11 @@ fn match_under_hostile_inputs(scenes: u64, seed: u64) {
             .report;
         let parameters = &emission.parameters;
         assert_eq!(
-            report.verdict, "match",
-            "scene {number}, {parameters:?}, {:?}",
-            report.first_mismatch
+            report.verdict,
+            Verdict::Match,
+            "scene {number}, {parameters:?}, {:?}, {:?}",
+            report.first_mismatch,
+            report.missing
         );
         assert_eq!(report.cycles, MOST_CLOCKS, "scene {number}");
         with_results += u64::from(report.phase_steps > 0);

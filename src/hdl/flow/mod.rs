@@ -44,6 +44,11 @@ pub struct Bench {
     pub phase_steps: u64,
     /// Scans whose last phase step ends within these clocks.
     pub scans: u64,
+    /// Hits that count up in the results that come to the stream, each once for
+    /// every phase step that sees it.
+    pub hits_up: u64,
+    /// Hits that count down.
+    pub hits_down: u64,
 }
 
 /// Clock constraints.
