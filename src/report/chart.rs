@@ -24,6 +24,16 @@ const COLOURS: [RGBColor; 7] = [
 /// share of its point, and further as far as the axis goes.
 const SHORTEST_BAR_SHOWN: f64 = 0.3;
 
+/// Radius of a dot, in CSS pixels.
+const DOT: i32 = 3;
+/// Radius of a ring.
+const RING: i32 = 7;
+/// Width of the caps of an error bar: wider than a dot, so that a bar shorter than
+/// the dot is seen.
+const CAP: i32 = 12;
+/// In a series of more points caps would run into one another.
+const MOST_CAPPED: usize = 40;
+
 /// One or more panels, side by side.
 #[derive(Debug, Clone)]
 pub struct Chart {
@@ -100,6 +110,8 @@ pub enum Mark {
     Dots,
     /// Both.
     LineAndDots,
+    /// Wide rings, round the dots of another series.
+    Rings,
 }
 
 /// A point, with an interval where its value is uncertain.
@@ -205,15 +217,32 @@ impl Panel {
                 Mark::Line => (true, false),
                 Mark::Dots => (false, true),
                 Mark::LineAndDots => (true, true),
+                Mark::Rings => (false, false),
             };
+            let rings = series.mark == Mark::Rings;
+            if rings {
+                let ring = |p: &&Point| Circle::new((p.x, p.y), RING, colour.stroke_width(1));
+                chart.draw_series(shown.iter().map(ring))?;
+            }
             if line {
                 let path = shown.iter().map(|p| (p.x, p.y));
                 chart.draw_series(LineSeries::new(path, colour.stroke_width(2)))?;
             }
             if dots {
-                let dot = |p: &&Point| Circle::new((p.x, p.y), 3, colour.filled());
+                let dot = |p: &&Point| Circle::new((p.x, p.y), DOT, colour.filled());
                 chart.draw_series(shown.iter().map(dot))?;
             }
+            let half_cap = if shown.len() <= MOST_CAPPED {
+                CAP / 2
+            } else {
+                0
+            };
+            let caps = shown.iter().filter_map(|p| Some((p.x, p.interval?)));
+            let caps = caps.flat_map(|(x, (low, high))| [(x, y.clamp(low)), (x, y.clamp(high))]);
+            chart.draw_series(caps.map(|end| {
+                let cap = vec![(-half_cap, 0), (half_cap, 0)];
+                EmptyElement::at(end) + PathElement::new(cap, colour.stroke_width(1))
+            }))?;
             let bars = shown.iter().filter_map(|p| {
                 let (low, high) = p.interval?;
                 let ends = vec![(p.x, y.clamp(low)), (p.x, y.clamp(high))];
@@ -225,9 +254,11 @@ impl Panel {
             }
             drawn.label(&series.label).legend(move |(x, y)| {
                 let half = if line { 8 } else { 0 };
+                let ring = if rings { RING } else { 0 };
                 EmptyElement::at((x + 8, y))
                     + PathElement::new([(-half, 0), (half, 0)], colour.stroke_width(2))
-                    + Circle::new((0, 0), if dots { 3 } else { 0 }, colour.filled())
+                    + Circle::new((0, 0), if dots { DOT } else { 0 }, colour.filled())
+                    + Circle::new((0, 0), ring, colour.stroke_width(1))
             });
         }
         chart
