@@ -61,7 +61,7 @@ pub fn positions_panel(power_label: &str, curve: &Curve, limits_mm: &[f64]) -> P
         let drawn: Vec<(Point, bool)> = curve.points.iter().map(at).collect();
         rings.extend(drawn.iter().filter(|(_, wavers)| *wavers).map(|(p, _)| *p));
         series.push(Series {
-            label: format!("{}, {position} steps on", curve.label),
+            label: format!("{}, target + {position} T_s", curve.label),
             mark: Mark::LineAndDots,
             colour: number,
             points: drawn.into_iter().map(|(point, _)| point).collect(),

@@ -100,7 +100,7 @@ fn remark(single: &Curve, best: &Best, limit_mm: f64) -> String {
     format!(
         "powers up to {} pW ({:.0} Mcps detected; the dead time allows {:.0}); the least at {} pW \
          ({:.1} Mcps), simulated there again: by phase steps beyond the usual target, in mm, {}. \
-         Below {limit_mm} mm at {}. The coarse stage wavers between steps of a bent peak at {}. \
+         Below {limit_mm} mm, interval included, at {}. The coarse stage wavers between steps of a bent peak at {}. \
          {limit_mm} mm would take {:.2} ms per phase step at the best power. At 1.04 ms the exact \
          moments give at best {}. At its best the mean is off by {} mm: precise is not accurate. \
          The estimator as printed (eqs. 16, 17) returns the grid of coarse steps, 150 mm apart; on \
