@@ -22,7 +22,7 @@ pub use truth::{TrueDelay, true_delay};
 use crate::SPEED_OF_LIGHT_M_PER_S;
 use crate::scene::Scene;
 
-/// Distance (half the optical path) of a time of flight.
+/// Distance (half the optical path, eq. 1) of a time of flight.
 pub fn distance_m(delay_ps: f64) -> f64 {
     0.5 * delay_ps * 1e-12 * SPEED_OF_LIGHT_M_PER_S
 }

@@ -115,7 +115,7 @@ pub enum NoEstimate {
     },
 }
 
-/// Estimates the time of flight.
+/// Estimates the time of flight (eqs. 15 to 17 in their working form).
 ///
 /// Coarse: the largest count over the scan, the first of equals. Fine: with the
 /// window i = -S..S-1 round it, which is one base of the triangle,
@@ -159,7 +159,8 @@ pub fn estimate(
 }
 
 /// The same for values that need not be whole, such as expected counts, with the
-/// coarse stage's answer given: measurement number `peak`.
+/// coarse stage's answer given: measurement number `peak`. Its sum of coarse and fine
+/// is eq. 17.
 pub(super) fn estimate_at(
     values: &[f64],
     peak: usize,
@@ -187,7 +188,7 @@ pub(super) fn estimate_at(
     }
 }
 
-/// Index of the largest value, the first of equals.
+/// Index of the largest value, the first of equals (eq. 15).
 pub(super) fn first_maximum(values: &[f64]) -> usize {
     let mut peak = 0;
     for (index, &value) in values.iter().enumerate() {
@@ -198,7 +199,8 @@ pub(super) fn first_maximum(values: &[f64]) -> usize {
     peak
 }
 
-/// Sum of values\[peak + i\] exp(-j pi i / S) over i = -S..S-1.
+/// Sum of values\[peak + i\] exp(-j pi i / S) over i = -S..S-1 (eq. 16 over one base
+/// of the triangle).
 pub(super) fn fundamental(
     values: &[f64],
     peak: usize,

@@ -36,7 +36,7 @@ impl StepCount {
     }
 }
 
-/// Counts phase step `step` of scan number `repetition`, with the reference
+/// Counts phase step `step` of scan number `repetition` up and down (eq. 11), with the reference
 /// delayed by k T_s (k from the scan) and by the counter's own edge delays. Steps
 /// of one group count the same detections.
 pub fn count_step(model: &DetectorModel, seed: u64, repetition: u64, step: u64) -> StepCount {

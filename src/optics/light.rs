@@ -15,7 +15,8 @@ use crate::scene::{Detector, Path, Source};
 /// Planck constant (exact, SI).
 const PLANCK_J_S: f64 = 6.626_070_15e-34;
 
-/// Photons per second in `power_w` of light: P lambda / (h c).
+/// Photons per second in `power_w` of light: P lambda / (h c), the first factor of
+/// eq. 5.
 pub fn photon_rate_hz(power_w: f64, wavelength_nm: f64) -> f64 {
     power_w * wavelength_nm * 1e-9 / (PLANCK_J_S * SPEED_OF_LIGHT_M_PER_S)
 }
@@ -32,7 +33,8 @@ pub struct LightRates {
 impl LightRates {
     /// Rates of a path: their mean over the code is photon rate x transmission
     /// x detection probability, their ratio the extinction ratio (eq. 5 with an
-    /// off-rate). A code without a single 1 is constant light.
+    /// off-rate; the transmission is the chance alpha of eq. 8, which thins a Poisson
+    /// process to another one). A code without a single 1 is constant light.
     pub fn of(source: &Source, path: &Path, detector: &Detector) -> LightRates {
         let mean_hz = photon_rate_hz(source.mean_power_w, source.wavelength_nm)
             * path.transmission

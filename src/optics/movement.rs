@@ -182,7 +182,7 @@ impl<'m> Trajectory<'m> {
     }
 
     /// When light arrives that would arrive at `still` if the path had kept the
-    /// delay that it has at the scan's start, but not before `from`.
+    /// delay that it has at the scan's start (eq. 7), but not before `from`.
     #[inline]
     pub fn arrival(&mut self, still: ChipTime, from: ChipTime) -> ChipTime {
         let mut arrival = still;

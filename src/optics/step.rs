@@ -19,7 +19,8 @@ pub struct Detection {
     pub fraction: f64,
 }
 
-/// The detections of one phase step in order of registered time.
+/// The detections of one phase step in order of registered time, of all light that
+/// arrives (eq. 9: every path's and the background's).
 ///
 /// A detector that starts ready some time before the step runs from avalanche
 /// to avalanche. The arrivals of each part are Poisson and have no memory, so

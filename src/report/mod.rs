@@ -1,6 +1,7 @@
 //! What people read: plots, tables, the report page.
 
 pub mod chart;
+mod coordinate;
 pub mod page;
 pub mod plot;
 

@@ -63,7 +63,7 @@ pub fn circular_error(run: &mut Run) -> Result<Figure, RunError> {
             let delay = (f64::from(sixth) + (zeta as f64 - 2.0) * 0.06) / 6.0;
             let mut scene = ideal_scene(&code, 1 << zeta, delay, PERIODS_WITH_NOISE);
             scene.estimator = EstimatorKind::Model;
-            let error = run.errors_by(&scene, Tier::Counts, SCANS)?.bias_m;
+            let error = run.fitted_bias_m(&scene, Tier::Counts, SCANS)?;
             let mut row = vec![Some(delay)];
             row.extend(cells(error));
             table.row(&format!("model ζ = {zeta}"), &row);
@@ -105,6 +105,7 @@ pub fn circular_error(run: &mut Run) -> Result<Figure, RunError> {
         },
         table,
         claims: Vec::new(),
+        notes: Vec::new(),
     })
 }
 

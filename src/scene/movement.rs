@@ -53,7 +53,7 @@ impl Path {
             .map_or(0.0, |m| 2.0 * m.velocity_m_per_s / SPEED_OF_LIGHT_M_PER_S)
     }
 
-    /// Mean time of flight at a time after the start of a scan: without the
+    /// Mean time of flight at a time after the start of a scan: eq. 7 without the
     /// fluctuation.
     pub fn delay_ps_at(&self, time_ps: f64) -> f64 {
         self.delay_ps + self.delay_rate() * time_ps

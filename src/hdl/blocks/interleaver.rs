@@ -3,7 +3,7 @@
 use super::{CodePorts, CodeSource};
 use crate::hdl::front::prelude::*;
 
-/// A code interleaved with its inverse.
+/// A code interleaved with its inverse (eq. 23).
 #[derive(Debug, Clone, LogicBlock)]
 pub struct Interleaver {
     /// Ports.

@@ -117,7 +117,10 @@ impl<'m> MeanResponse<'m> {
         self.correlator.hits_per_period() / seconds
     }
 
-    /// Expected counts of step number `step` of the first scan.
+    /// Expected counts of step number `step` of the first scan. An ideal detector's
+    /// are eqs. 12 and 14, which follow from eq. 26: the hits of half an on-chip
+    /// times theta + 2 w - L, straight between chips; the background of eq. 18 adds its
+    /// own times 2 w - L.
     pub fn mean_count(&self, step: u64) -> MeanCount {
         let phase_step = self.model.scan.step(step);
         let whole = self.correlator.signed_per_period(phase_step);
