@@ -155,7 +155,6 @@ pub(super) fn predict_from(
         / f64::from(scene.samples_per_chip);
     let true_delay_ps = scene.paths[path].delay_ps;
     let failures = coarse_failure_bound(&expected, peak, peak_variance, scene);
-    let at_peak = (peak, failures);
     Ok(Prediction {
         bias_m: distance_m(delay_error_ps(
             estimate.delay_ps,
@@ -167,11 +166,25 @@ pub(super) fn predict_from(
         detection_rate_hz: counts.response.detection_rate_hz(),
         phase_std_rad: phase_std,
         coarse_failure_bound: failures,
-        missed_fraction: missed::missed_fraction(
-            counts, scene, detector, path, counting, at_peak,
-        ),
+        missed_fraction: missed_from(counts, scene, detector, path, counting),
         coarse_spread_m: coarse_spread_m(&expected, peak, peak_variance, &measurement),
     })
+}
+
+/// [`Prediction::missed_fraction`], also where there is only a coarse estimate.
+pub(super) fn missed_from(
+    counts: &ExpectedCounts,
+    scene: &Scene,
+    detector: usize,
+    path: usize,
+    counting: CountingTier,
+) -> Option<f64> {
+    let expected = counts.signed();
+    let offset_ps = calibration_offset_ps(scene, detector, counting);
+    let peak = peak_of_path(&expected, scene, path, offset_ps);
+    let variance = counts.second.of_steps(&[peak as u64])[0].signed_variance;
+    let bound = coarse_failure_bound(&expected, peak, variance, scene);
+    missed::missed_fraction(counts, scene, detector, path, counting, (peak, bound))
 }
 
 /// Variance of the sum of weight x r over steps: those of one group go together,

@@ -4,24 +4,26 @@ use super::Tier;
 use super::scans::ScansError;
 use super::simulate::PathStatistics;
 use crate::estimate::unwrap::{check_normal, fold_distance};
-use crate::estimate::{Prediction, PredictionError, distance_m};
+use crate::estimate::{PredictionError, Theory, distance_m};
 use crate::optics::{DetectorModel, MeanResponse};
 use crate::scene::Scene;
 
 /// Makes of the statistics of no scans at all, which have the expectations beside
 /// them, the tier's answer: the expectations themselves, without standard errors.
-/// `predictions` are those of the statistics' paths.
+/// `theory` is that of the statistics' paths.
 ///
 /// # Errors
 /// When the expectations cannot be had.
 pub(super) fn answer(
     scene: &Scene,
     detector: usize,
-    predictions: &[Result<Prediction, PredictionError>],
+    theory: &Theory,
     statistics: &mut [PathStatistics],
 ) -> Result<(), ScansError> {
     let own = &scene.sources[scene.detectors[detector].reference];
-    for (path, prediction) in statistics.iter_mut().zip(predictions) {
+    let expected = theory.predictions.iter().zip(&theory.missed);
+    for (path, (prediction, &missed)) in statistics.iter_mut().zip(expected) {
+        path.take_missed(missed);
         path.bias_m = path.expected_bias_m;
         path.std_m = path.expected_std_m;
         path.std_over_bound = path.std_m.zip(path.bound_m).map(|(std, bound)| std / bound);
@@ -33,15 +35,9 @@ pub(super) fn answer(
         }
         match prediction {
             Ok(expected) => {
-                path.take_missed(expected.missed_fraction);
                 path.detected_rate_cps = expected.detection_rate_hz;
             }
             Err(reason @ (PredictionError::Flat | PredictionError::CoarseOnly(_))) => {
-                path.take_missed(match reason {
-                    // A peak that is not there is not found.
-                    PredictionError::Flat => Some(1.0),
-                    _ => None,
-                });
                 path.detected_rate_cps = detection_rate_cps(scene, detector)?;
                 path.remark = Some(reason.to_string());
             }

@@ -9,7 +9,7 @@
 use std::collections::HashMap;
 
 use super::Target;
-use super::law::CountLaw;
+use super::law::{CountLaw, laws};
 use crate::estimate::theory::ExpectedCounts;
 
 /// From this standard deviation on counts are taken in strides: ties hardly matter.
@@ -22,6 +22,9 @@ const REACH_STD: f64 = 8.0;
 /// whose standard deviations within this share.
 const SAME_MEAN: f64 = 0.04;
 const SAME_STD: f64 = 0.01;
+
+/// Products below e to this are nothing.
+const LEAST_LOG: f64 = -40.0;
 
 /// Steps that have nearly the same law, their mean one.
 struct Alike {
@@ -38,16 +41,7 @@ struct Run {
 
 /// Expected share of scans that miss the target, for independent steps.
 pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> f64 {
-    let moments = counts.second.of_scan();
-    let laws: Vec<CountLaw> = counts
-        .means
-        .iter()
-        .zip(&moments)
-        .map(|(mean, moments)| CountLaw {
-            mean: mean.signed,
-            variance: moments.signed_variance,
-        })
-        .collect();
+    let laws = laws(counts, target);
     // The phase moves an estimate by up to a chip.
     let reach_ps = 2.0 * target.scene.chip_period_ps;
     let near: Vec<usize> = (0..laws.len())
@@ -128,12 +122,16 @@ fn chances_at(laws: &[CountLaw], near: &[usize], runs: &[Run], x: f64, stride: f
         .iter()
         .map(|run| [log_run(run, less), log_run(run, at_most)])
         .collect();
+    let log_of_runs: f64 = log_runs.iter().map(|logs| logs[1]).sum();
+    if log_of_runs < LEAST_LOG {
+        return vec![0.0; near.len()];
+    }
     let log_near: Vec<[f64; 2]> = near
         .iter()
         .map(|&step| [log_of(&laws[step], less), log_of(&laws[step], at_most)])
         .collect();
     // All after; each step, as it is passed, goes to those before.
-    let mut log_product: f64 = log_runs.iter().chain(&log_near).map(|logs| logs[1]).sum();
+    let mut log_product = log_of_runs + log_near.iter().map(|logs| logs[1]).sum::<f64>();
     let mut passed = 0;
     let mut chances = Vec::with_capacity(near.len());
     for (&step, logs) in near.iter().zip(&log_near) {
@@ -165,7 +163,7 @@ fn runs(laws: &[CountLaw], near: &[usize]) -> Vec<Run> {
 }
 
 fn alike(laws: &[CountLaw]) -> Vec<Alike> {
-    let mut sums: HashMap<[i64; 2], [f64; 3]> = HashMap::new();
+    let mut sums: HashMap<[i64; 2], [f64; 4]> = HashMap::new();
     let typical = laws.iter().map(CountLaw::std).sum::<f64>() / laws.len() as f64;
     for law in laws {
         let mean = (law.mean / (SAME_MEAN * typical.max(1e-9))).round() as i64;
@@ -174,15 +172,18 @@ fn alike(laws: &[CountLaw]) -> Vec<Alike> {
         sums[0] += 1.0;
         sums[1] += law.mean;
         sums[2] += law.variance;
+        sums[3] += law.total;
     }
     let mut sums: Vec<_> = sums.into_iter().collect();
     // In an order of its own the sum would differ in its last digits from run to run.
     sums.sort_unstable_by_key(|(key, _)| *key);
     sums.into_iter()
-        .map(|(_, [number, means, variances])| Alike {
+        .map(|(_, [number, means, variances, totals])| Alike {
             law: CountLaw {
                 mean: means / number,
                 variance: variances / number,
+                total: totals / number,
+                afterpulses: laws[0].afterpulses,
             },
             number,
         })
@@ -202,22 +203,25 @@ fn mostly_zero(laws: &[CountLaw]) -> bool {
 mod tests {
     use super::*;
 
+    fn normal(mean: f64, variance: f64) -> CountLaw {
+        CountLaw {
+            mean,
+            variance,
+            total: variance,
+            afterpulses: 0.0,
+        }
+    }
+
     #[test]
     fn equal_laws_share_the_chances_and_the_first_of_equals_wins() {
-        let law = CountLaw {
-            mean: 0.0,
-            variance: 400.0,
-        };
+        let law = normal(0.0, 400.0);
         let laws = vec![law; 5];
         let all: Vec<usize> = (0..5).collect();
         for winner in winners(&laws, &all) {
             assert!((winner.chance - 0.2).abs() < 1e-3, "{}", winner.chance);
         }
         // Two steps that count -1, 0, 1: the first wins P(a >= b) = (1 + P(a = b)) / 2.
-        let law = CountLaw {
-            mean: 0.0,
-            variance: 4.0,
-        };
+        let law = normal(0.0, 4.0);
         let equal: f64 = (-20..=20)
             .map(|x| (law.below(f64::from(x) + 0.5) - law.below(f64::from(x) - 0.5)).powi(2))
             .sum();
@@ -231,13 +235,7 @@ mod tests {
         // Probability of a right decision among M orthogonal signals at d' = 3, M = 1000:
         // integral of phi(x - 3) Phi(x)^999, here by a plain sum of another step.
         let std = 50.0;
-        let mut laws = vec![
-            CountLaw {
-                mean: 0.0,
-                variance: std * std
-            };
-            1000
-        ];
+        let mut laws = vec![normal(0.0, std * std); 1000];
         laws[400].mean = 3.0 * std;
         let exact: f64 = (-600..1200)
             .map(|i| {

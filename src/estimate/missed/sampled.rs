@@ -1,7 +1,8 @@
 //! Shares of misses from drawn scans, where counts are correlated: phase steps that
 //! share their light, and the shape that the model estimator looks for.
 //!
-//! Counts are normal numbers with the exact means and variances. Of steps that share
+//! Counts have the exact means and variances, and the skewness and kurtosis of their
+//! law. Of steps that share
 //! their light, those of groups round the peak have their exact covariances, those of
 //! all others the correlations of one group far from it. The same random numbers are
 //! drawn every time, so that the answer depends on the scene alone.
@@ -11,6 +12,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::Target;
+use super::law::{CountLaw, laws};
 use crate::estimate::model::best_match;
 use crate::estimate::phase::{Measurement, estimate_at, first_maximum};
 use crate::estimate::theory::ExpectedCounts;
@@ -24,10 +26,17 @@ const SEED: u64 = 0x6d69_7373_6564;
 /// Groups whose steps come this near to the path, in chips, have exact covariances.
 const NEAR_CHIPS: f64 = 3.0;
 
-/// One group's counts: mean + L z.
+/// One group's counts: normal numbers L z, each bent to its step's law.
 struct Group {
-    means: Vec<f64>,
+    laws: Vec<Drawn>,
     factor: Vec<Vec<f64>>,
+}
+
+/// mean + std (c0 + c1 z + c2 z^2 + c3 z^3).
+struct Drawn {
+    mean: f64,
+    std: f64,
+    deviation: [f64; 4],
 }
 
 /// Expected share of scans that miss the target, with a standard error of
@@ -69,29 +78,35 @@ impl Target<'_> {
 
 impl Group {
     fn draw(&self, rng: &mut Xoshiro256PlusPlus, values: &mut Vec<f64>) {
-        let normal: Vec<f64> = self.means.iter().map(|_| StandardNormal.sample(rng)).collect();
-        for (mean, row) in self.means.iter().zip(&self.factor) {
-            let error: f64 = row.iter().zip(&normal).map(|(f, z)| f * z).sum();
-            values.push((mean + error).round());
+        let normal: Vec<f64> = self.laws.iter().map(|_| StandardNormal.sample(rng)).collect();
+        for (law, row) in self.laws.iter().zip(&self.factor) {
+            let z: f64 = row.iter().zip(&normal).map(|(f, z)| f * z).sum();
+            let [c0, c1, c2, c3] = law.deviation;
+            let deviation = c0 + z * (c1 + z * (c2 + z * c3));
+            values.push((law.mean + law.std * deviation).round());
+        }
+    }
+}
+
+impl Drawn {
+    fn of(law: &CountLaw) -> Drawn {
+        Drawn {
+            mean: law.mean,
+            std: law.variance.max(0.0).sqrt(),
+            deviation: law.deviation_of_normal(),
         }
     }
 }
 
 fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
     let model = counts.model();
-    let moments = counts.second.of_scan();
-    let means = |steps: &[u64]| -> Vec<f64> {
-        let of_step = |&step: &u64| counts.means[step as usize].signed;
-        steps.iter().map(of_step).collect()
-    };
-    let std = |step: u64| moments[step as usize].signed_variance.max(0.0).sqrt();
+    let laws = laws(counts, target);
     if model.parallel() == 1 {
-        return (0..counts.means.len() as u64)
-            .map(|step| Group {
-                means: means(&[step]),
-                factor: vec![vec![std(step)]],
-            })
-            .collect();
+        let alone = |law: &CountLaw| Group {
+            laws: vec![Drawn::of(law)],
+            factor: vec![vec![1.0]],
+        };
+        return laws.iter().map(alone).collect();
     }
     let reach_ps = NEAR_CHIPS * target.scene.chip_period_ps;
     let is_near = |group: u64| {
@@ -103,22 +118,20 @@ fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
     let far = far.map(|group| counts.second.of_group(group));
     in_parallel(model.groups() as usize, |group| {
         let steps: Vec<u64> = model.steps_of_group(group as u64).collect();
-        let covariance = match &far {
-            Some(far) if !is_near(group as u64) => (0..steps.len())
-                .map(|a| {
-                    let of_pair = |b: usize| correlation(far, a, b) * std(steps[a]) * std(steps[b]);
-                    (0..steps.len()).map(of_pair).collect()
-                })
-                .collect(),
+        let exact;
+        let moments = match &far {
+            Some(far) if !is_near(group as u64) => far,
             _ => {
-                let mut exact = counts.second.of_group(group as u64).covariance;
-                exact.truncate(steps.len());
-                exact
+                exact = counts.second.of_group(group as u64);
+                &exact
             }
         };
+        let of_step = |a: usize| -> Vec<f64> {
+            (0..steps.len()).map(|b| correlation(moments, a, b)).collect()
+        };
         Group {
-            means: means(&steps),
-            factor: cholesky(covariance),
+            laws: steps.iter().map(|&step| Drawn::of(&laws[step as usize])).collect(),
+            factor: cholesky((0..steps.len()).map(of_step).collect()),
         }
     })
 }

@@ -168,7 +168,7 @@ pub fn simulate_prepared(
         let theory = theory(scene, detector, &ranging.paths, tier.counting());
         let mut of_detector = statistics(&ranging, &answers, &theory, rate_cps);
         if !tier.draws() {
-            expected::answer(scene, detector, &theory.predictions, &mut of_detector)?;
+            expected::answer(scene, detector, &theory, &mut of_detector)?;
         }
         estimates.extend(of_detector);
         let predicted = ranging.paths.iter().copied().zip(theory.predictions);

@@ -54,7 +54,7 @@ pub fn statistics(
             missed_fraction: of_scans(missed_scans),
             missed_fraction_ci: (answers.scans > 0)
                 .then(|| share_interval(missed_scans, answers.scans)),
-            expected_missed_fraction: prediction(theory, place).and_then(|p| p.missed_fraction),
+            expected_missed_fraction: theory.missed[place],
             correct_coarse_fraction: of_scans(found),
             mean_m: bias_m.map(|bias_m| fold_distance(true_m + bias_m, range_m)),
             bias_m,
@@ -79,11 +79,6 @@ pub fn statistics(
 fn joined(remarks: [Option<String>; 3]) -> Option<String> {
     let remarks: Vec<String> = remarks.into_iter().flatten().collect();
     (!remarks.is_empty()).then(|| remarks.join("; "))
-}
-
-/// What the phase estimator is expected to say of a path.
-fn prediction(theory: &Theory, place: usize) -> Option<&Prediction> {
-    theory.predictions.get(place)?.as_ref().ok()
 }
 
 /// What each path's estimate is expected to be.
