@@ -5,8 +5,8 @@ use std::fmt;
 use serde::Serialize;
 
 use super::bound::bound;
-use super::unwrap::{check_normal, fold, fold_distance};
 use super::model::{ALARM_SIGMAS, FittedPath, ModelEstimate, expected_fit, fit, shared_light};
+use super::unwrap::{check_normal, fold, fold_distance};
 use super::{
     CountingTier, Measurement, calibration_offset_ps, check_modulated, delay_error_ps, distance_m,
     estimate, folded, predict, true_delay,

@@ -30,7 +30,10 @@ pub fn theory(scene: &Scene, detector: usize, paths: &[usize], counting: Countin
         let predict = |&path: &usize| predict(scene, detector, path, counting);
         let predictions: Vec<_> = paths.iter().map(predict).collect();
         return Theory {
-            missed: predictions.iter().map(|p| p.ok()?.missed_fraction).collect(),
+            missed: predictions
+                .iter()
+                .map(|p| p.ok()?.missed_fraction)
+                .collect(),
             predictions,
             bound: bound(scene, detector, counting),
         };

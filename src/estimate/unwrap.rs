@@ -67,7 +67,11 @@ pub fn unwrap(errors_m: &[f64], range_m: f64) -> Result<Vec<f64>, Spread> {
     let mean_m = sin.atan2(cos) / (2.0 * PI) * range_m;
     let unwrapped = errors_m.iter().map(|&error_m| {
         let turns = ((error_m - mean_m) / range_m).round();
-        if turns == 0.0 { error_m } else { error_m - turns * range_m }
+        if turns == 0.0 {
+            error_m
+        } else {
+            error_m - turns * range_m
+        }
     });
     Ok(unwrapped.collect())
 }
@@ -93,7 +97,11 @@ pub fn check_normal(std_m: f64, range_m: f64) -> Result<(), Spread> {
 /// An error the shorter way round the range.
 pub fn fold(error_m: f64, range_m: f64) -> f64 {
     let turns = (error_m / range_m).round();
-    if turns == 0.0 { error_m } else { error_m - turns * range_m }
+    if turns == 0.0 {
+        error_m
+    } else {
+        error_m - turns * range_m
+    }
 }
 
 /// A distance within 0 .. range, the range itself left out.
@@ -114,8 +122,13 @@ mod tests {
         // Round half the range: 2.9, 3.1 and 3.2 of 6.
         let wrapped = unwrap(&[2.9, -2.9, -2.8], 6.0).expect("they stand together");
         let mean = wrapped.iter().sum::<f64>() / 3.0;
-        assert!((fold(mean - (2.9 + 3.1 + 3.2) / 3.0, 6.0)).abs() < 1e-12, "{mean}");
-        let width = wrapped.iter().fold(0.0, |most: f64, v| most.max((v - mean).abs()));
+        assert!(
+            (fold(mean - (2.9 + 3.1 + 3.2) / 3.0, 6.0)).abs() < 1e-12,
+            "{mean}"
+        );
+        let width = wrapped
+            .iter()
+            .fold(0.0, |most: f64, v| most.max((v - mean).abs()));
         assert!(width < 0.2, "{wrapped:?}");
         assert_eq!(unwrap(&[], 6.0), Ok(Vec::new()));
         assert_eq!(unwrap(&[-2.99], 6.0), Ok(vec![-2.99]));

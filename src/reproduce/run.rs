@@ -138,7 +138,8 @@ impl Run {
         let code = &scene.sources[scene.detectors[0].reference].code;
         let range_m = distance_m(scene.chip_period_ps * code.len() as f64);
         // Those on either side of the range's border belong together.
-        let unwrapped = unwrap(&distances, range_m).map_err(|_| RunError::NoStatistics { scans })?;
+        let unwrapped =
+            unwrap(&distances, range_m).map_err(|_| RunError::NoStatistics { scans })?;
         Ok(sample_std(&unwrapped))
     }
 

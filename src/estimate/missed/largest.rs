@@ -194,7 +194,11 @@ fn alike(laws: &[CountLaw]) -> Vec<Alike> {
 fn mostly_zero(laws: &[CountLaw]) -> bool {
     let zeros = laws.iter().map(|law| {
         let (at_most, less) = (law.below(0.5), law.below(-0.5));
-        if at_most > 0.0 { 1.0 - less / at_most } else { 0.0 }
+        if at_most > 0.0 {
+            1.0 - less / at_most
+        } else {
+            0.0
+        }
     });
     zeros.sum::<f64>() > 0.5 * laws.len() as f64
 }
@@ -247,6 +251,10 @@ mod tests {
             .sum();
         let found = winners(&laws, &[400]);
         // The lattice's law has a small excess kurtosis of 1 / variance.
-        assert!((found[0].chance - exact).abs() < 2e-3, "{} {exact}", found[0].chance);
+        assert!(
+            (found[0].chance - exact).abs() < 2e-3,
+            "{} {exact}",
+            found[0].chance
+        );
     }
 }

@@ -114,7 +114,10 @@ impl CountLaw {
     /// Where K'(s) = y.
     fn saddlepoint(&self, y: f64) -> Option<(f64, Generated)> {
         // The start is that of the difference of two Poisson numbers.
-        let (a, b) = (self.total * self.upward(), self.total * (1.0 - self.upward()));
+        let (a, b) = (
+            self.total * self.upward(),
+            self.total * (1.0 - self.upward()),
+        );
         let root = (y * y + 4.0 * a * b).sqrt();
         let ratio = match y > 0.0 {
             true => 0.5 * (root + y) / a,
@@ -190,7 +193,11 @@ pub fn laws(counts: &ExpectedCounts, target: &Target) -> Vec<CountLaw> {
         let moments = counts.second.of_scan();
         moments.iter().map(|m| m.signed_variance).collect()
     } else {
-        between(counts, steps, target.scene.samples_per_chip.div_ceil(2) as usize)
+        between(
+            counts,
+            steps,
+            target.scene.samples_per_chip.div_ceil(2) as usize,
+        )
     };
     let spad = &target.scene.detectors[target.detector];
     let afterpulses = -(-spad.afterpulsing_probability).ln_1p();
@@ -206,7 +213,9 @@ pub fn laws(counts: &ExpectedCounts, target: &Target) -> Vec<CountLaw> {
 /// Variances of every `stride`-th step and the last, and those between.
 fn between(counts: &ExpectedCounts, steps: usize, stride: usize) -> Vec<f64> {
     let known = |index: usize| (index * stride).min(steps - 1);
-    let asked: Vec<u64> = (0..=steps.div_ceil(stride)).map(|i| known(i) as u64).collect();
+    let asked: Vec<u64> = (0..=steps.div_ceil(stride))
+        .map(|i| known(i) as u64)
+        .collect();
     let moments = counts.second.of_steps(&asked);
     (0..steps)
         .map(|step| {
@@ -252,7 +261,10 @@ mod tests {
             let size = (-m * n as f64).exp() * (m * n as f64).powi(n as i32 - 1) / factorial;
             let mut ways = 1.0;
             for ups in 0..=n {
-                let rate = total * (1.0 - m) * size * ways
+                let rate = total
+                    * (1.0 - m)
+                    * size
+                    * ways
                     * up.powi(ups as i32)
                     * (1.0 - up).powi((n - ups) as i32);
                 chances = add_poisson(&chances, rate, 2 * ups - n);
@@ -296,7 +308,10 @@ mod tests {
                 let tail = below.min(1.0 - below);
                 let found = law.below(x as f64 + 0.5);
                 let error = (found - below).abs();
-                assert!(error < limit * tail + 1e-9, "{mean} {total} {m} {x}: {found} {below}");
+                assert!(
+                    error < limit * tail + 1e-9,
+                    "{mean} {total} {m} {x}: {found} {below}"
+                );
             }
         }
     }

@@ -78,7 +78,11 @@ impl Target<'_> {
 
 impl Group {
     fn draw(&self, rng: &mut Xoshiro256PlusPlus, values: &mut Vec<f64>) {
-        let normal: Vec<f64> = self.laws.iter().map(|_| StandardNormal.sample(rng)).collect();
+        let normal: Vec<f64> = self
+            .laws
+            .iter()
+            .map(|_| StandardNormal.sample(rng))
+            .collect();
         for (law, row) in self.laws.iter().zip(&self.factor) {
             let z: f64 = row.iter().zip(&normal).map(|(f, z)| f * z).sum();
             let [c0, c1, c2, c3] = law.deviation;
@@ -127,10 +131,15 @@ fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
             }
         };
         let of_step = |a: usize| -> Vec<f64> {
-            (0..steps.len()).map(|b| correlation(moments, a, b)).collect()
+            (0..steps.len())
+                .map(|b| correlation(moments, a, b))
+                .collect()
         };
         Group {
-            laws: steps.iter().map(|&step| Drawn::of(&laws[step as usize])).collect(),
+            laws: steps
+                .iter()
+                .map(|&step| Drawn::of(&laws[step as usize]))
+                .collect(),
             factor: cholesky((0..steps.len()).map(of_step).collect()),
         }
     })

@@ -13,7 +13,7 @@ pub struct Planar {
 }
 
 /// Intervals between two places where the integrand may bend.
-const INTERVALS: u32 = 16;
+const INTERVALS: u32 = 64;
 
 impl Planar {
     /// P(angle in `from`..`to`), both within a turn of each other.
@@ -42,7 +42,10 @@ impl Planar {
             let (q, p) = (form(u, u), form(u, self.mean));
             let ahead = (p * p / q - of_mean).min(0.0);
             ((-0.5 * of_mean).exp() / q
-                + p / q.powf(1.5) * (2.0 * PI).sqrt() * (0.5 * ahead).exp() * cumulative(p / q.sqrt()))
+                + p / q.powf(1.5)
+                    * (2.0 * PI).sqrt()
+                    * (0.5 * ahead).exp()
+                    * cumulative(p / q.sqrt()))
                 / (2.0 * PI * determinant.sqrt())
         };
         let centre = y.atan2(x);
@@ -57,7 +60,9 @@ impl Planar {
             }
         }
         cuts.sort_by(f64::total_cmp);
-        let pieces = cuts.windows(2).map(|ends| simpson(&density, ends[0], ends[1]));
+        let pieces = cuts
+            .windows(2)
+            .map(|ends| simpson(&density, ends[0], ends[1]));
         pieces.sum::<f64>().clamp(0.0, 1.0)
     }
 }

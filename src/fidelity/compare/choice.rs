@@ -98,8 +98,16 @@ impl TierPoint {
         if self.name == super::REFERENCE_NAME {
             return 0.0;
         }
-        let intervals = [Some(self.error_ci), Some(self.bias_error_ci), self.missed_error_ci];
-        intervals.into_iter().flatten().map(worst).fold(0.0, f64::max)
+        let intervals = [
+            Some(self.error_ci),
+            Some(self.bias_error_ci),
+            self.missed_error_ci,
+        ];
+        intervals
+            .into_iter()
+            .flatten()
+            .map(worst)
+            .fold(0.0, f64::max)
     }
 }
 

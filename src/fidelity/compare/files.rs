@@ -79,7 +79,10 @@ impl FidelityReport {
                     "error of the bias (% of the standard deviation)",
                     self.tier_series(of_bias),
                 ),
-                panel("error of the share of missed peaks (% of all scans)", missed),
+                panel(
+                    "error of the share of missed peaks (% of all scans)",
+                    missed,
+                ),
             ],
         }
     }

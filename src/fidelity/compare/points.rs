@@ -93,7 +93,8 @@ pub fn needed_scans(run: &Run, half_width: f64) -> Option<u64> {
     let of_moments = n * (Z_95 * standard_error / half_width).powi(2);
     let missed = s.missed_fraction?;
     // Wilson's interval of none of n is z^2 / n wide.
-    let of_missed = missed * (1.0 - missed) * (Z_95 / half_width).powi(2) + Z_95 * Z_95 / half_width;
+    let of_missed =
+        missed * (1.0 - missed) * (Z_95 / half_width).powi(2) + Z_95 * Z_95 / half_width;
     Some(of_moments.max(of_missed).ceil() as u64)
 }
 
@@ -240,7 +241,10 @@ mod tests {
             (p, [low, high])
         };
         let [low, high] = difference(share(56.0, 70.0), share(48.0, 80.0));
-        assert!((low - 0.0524).abs() < 2e-4 && (high - 0.3339).abs() < 2e-4, "{low} {high}");
+        assert!(
+            (low - 0.0524).abs() < 2e-4 && (high - 0.3339).abs() < 2e-4,
+            "{low} {high}"
+        );
     }
 
     #[test]

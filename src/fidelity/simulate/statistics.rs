@@ -34,7 +34,8 @@ pub fn statistics(
         let bias_m = moments.mean.map(|mean| fold(mean, range_m));
         let found = answers.found[place];
         let missed_scans = answers.scans - found;
-        let of_scans = |count: u64| (answers.scans > 0).then(|| count as f64 / answers.scans as f64);
+        let of_scans =
+            |count: u64| (answers.scans > 0).then(|| count as f64 / answers.scans as f64);
         let bound_m = bound.as_ref().ok().and_then(|bound| bound.of_path(path));
         let bound_remark = match bound {
             Err(reason) => Some(format!("no bound: {reason}")),

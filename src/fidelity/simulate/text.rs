@@ -38,8 +38,15 @@ impl PathStatistics {
             None => "an unknown share".to_owned(),
         };
         let coarse = match draws {
-            true => format!("coarse stage right in {} of {}", percent(self.correct_coarse_fraction), simulation.repetitions),
-            false => format!("coarse stage right in {} of all scans", percent(self.correct_coarse_fraction)),
+            true => format!(
+                "coarse stage right in {} of {}",
+                percent(self.correct_coarse_fraction),
+                simulation.repetitions
+            ),
+            false => format!(
+                "coarse stage right in {} of all scans",
+                percent(self.correct_coarse_fraction)
+            ),
         };
         let _ = writeln!(
             text,
