@@ -4,6 +4,7 @@ mod errors_that_wrap;
 mod estimate_against_photons;
 mod estimate_model;
 mod estimate_model_is_unbiased;
+mod fidelity_compares_all_three;
 mod missed_peaks_are_predicted;
 mod optics_detector_statistics;
 mod optics_fast_agrees_with_the_plain_loop;

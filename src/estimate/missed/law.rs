@@ -9,6 +9,11 @@ use crate::optics::fast::normal::cumulative;
 /// Beyond so many standard deviations a tail is taken as a normal one's: nothing.
 const REACH_STD: f64 = 12.0;
 
+/// Clusters' cumulants are taken up to this share of where they end.
+const NEAR_ONE: f64 = 1.0 - 1e-9;
+/// Saddlepoints are looked for up to here: counts of one direction have theirs at
+/// infinity.
+const FARTHEST: f64 = 40.0;
 /// Scans of more steps are worked out by FFT.
 const STEPS_ONE_BY_ONE: usize = 400;
 
@@ -49,19 +54,22 @@ impl CountLaw {
         let up = self.upward();
         let (plus, minus) = (up * s.exp(), (1.0 - up) * (-s).exp());
         let (z, dz) = (plus + minus, plus - minus);
-        // Beyond that a cluster would not end; the variance is exact all the same.
-        let m = self.afterpulses.min(0.5);
-        let mut g = z.min(1.0 / m.max(1e-9));
-        for _ in 0..40 {
-            // Newton on ln G - m (G - 1) = ln z, which has no root far out.
-            let step = (z.ln() - g.ln() + m * (g - 1.0)) / (1.0 / g - m).max(1e-3);
-            g = (g + step).clamp(1e-300, 0.95 / m.max(1e-9));
-            if step.abs() < 1e-13 * g {
+        let m = self.clustering();
+        // ln g - m (g - 1) = ln z has its root below 1 / m; Newton's steps come to it
+        // from below.
+        let mut g = z.min(1.0);
+        for _ in 0..60 {
+            let step = (z.ln() - g.ln() + m * (g - 1.0)) / (1.0 / g - m);
+            let most = if m > 0.0 { NEAR_ONE / m } else { f64::INFINITY };
+            let next = (g + step).clamp(0.1 * g, most.max(g));
+            let is_done = (next - g).abs() < 1e-13 * g;
+            g = next;
+            if is_done {
                 break;
             }
         }
         // d ln G / d ln z, and its derivative by ln z.
-        let gain = 1.0 / (1.0 - m * g).max(0.05);
+        let gain = 1.0 / (1.0 - m * g);
         let bend = gain * gain * gain * m * g;
         let log_slope = dz / z;
         let log_curvature = 1.0 - log_slope * log_slope;
@@ -111,31 +119,52 @@ impl CountLaw {
         (cumulative(w) + density * correction).clamp(0.0, 1.0)
     }
 
-    /// Where K'(s) = y.
-    fn saddlepoint(&self, y: f64) -> Option<(f64, Generated)> {
-        // The start is that of the difference of two Poisson numbers.
-        let (a, b) = (
-            self.total * self.upward(),
-            self.total * (1.0 - self.upward()),
-        );
-        let root = (y * y + 4.0 * a * b).sqrt();
-        let ratio = match y > 0.0 {
-            true => 0.5 * (root + y) / a,
-            false => b / (0.5 * (root - y)),
-        };
-        let mut s = ratio.ln();
-        if !s.is_finite() {
-            return None;
+    /// Afterpulses of an avalanche, as far as clusters end: the variance is exact all
+    /// the same.
+    fn clustering(&self) -> f64 {
+        self.afterpulses.min(0.5)
+    }
+
+    /// Between which s the clusters' cumulants exist: where G(z) < 1 / m.
+    fn limits(&self) -> [f64; 2] {
+        let (m, up) = (self.clustering(), self.upward());
+        if m <= 0.0 {
+            return [-FARTHEST, FARTHEST];
         }
-        for _ in 0..60 {
+        let z = (m - 1.0).exp() / m;
+        let root = (z * z - 4.0 * up * (1.0 - up)).max(0.0).sqrt();
+        // u e^2s - z e^s + 1 - u = 0.
+        let [low, high] = [2.0 * (1.0 - up) / (z + root), (z + root) / (2.0 * up)];
+        [low.ln().max(-FARTHEST), high.ln().min(FARTHEST)]
+    }
+
+    /// Where K'(s) = y: Newton's steps, and halves of the bracket where these leave it.
+    fn saddlepoint(&self, y: f64) -> Option<(f64, Generated)> {
+        let [mut low, mut high] = self.limits();
+        let mut s = 0.0;
+        for _ in 0..100 {
             let there = self.generated(s);
-            let step = ((y - there.slope) / there.curvature).clamp(-0.5, 0.5);
-            s += step;
-            if step.abs() < 1e-10 {
+            if there.slope < y {
+                low = s;
+            } else {
+                high = s;
+            }
+            let next = s + (y - there.slope) / there.curvature;
+            let next = if next > low && next < high {
+                next
+            } else {
+                0.5 * (low + high)
+            };
+            let is_done = (next - s).abs() < 1e-9;
+            s = next;
+            if is_done {
                 break;
             }
         }
-        s.is_finite().then(|| (s, self.generated(s)))
+        let there = self.generated(s);
+        // Short of y at the rim: not to be had by any count.
+        let is_there = (there.slope - y).abs() < 0.1 + 0.01 * y.abs();
+        is_there.then_some((s, there))
     }
 
     /// Skewness and excess kurtosis of the clusters' count.
@@ -313,6 +342,33 @@ mod tests {
                     "{mean} {total} {m} {x}: {found} {below}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn the_chance_grows_with_the_count_however_far_out_and_however_few() {
+        for (mean, total, variance) in [
+            (4.5, 7.5, 6.5),
+            (-0.3, 0.8, 0.9),
+            (0.5, 0.8, 0.7),
+            (7.0, 7.0, 5.0),
+        ] {
+            let law = CountLaw {
+                mean,
+                variance,
+                total,
+                afterpulses: 0.147,
+            };
+            let mut before = 0.0;
+            for x in -40..60 {
+                let below = law.below(f64::from(x) + 0.5);
+                assert!(
+                    (before - 0.02..=1.0).contains(&below),
+                    "{law:?} {x}: {before} {below}"
+                );
+                before = below;
+            }
+            assert!(law.below(-60.5) < 1e-6 && before > 1.0 - 1e-6, "{before}");
         }
     }
 
