@@ -155,9 +155,9 @@ pub(super) struct SimulateArguments {
 pub(super) struct FidelityArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Relative error of the standard deviation to recommend a tier for: 1% or
-    /// 0.01
-    #[arg(long, value_name = "E", default_value = "1%",
+    /// Error of standard deviation, bias (in standard deviations) and share of missed
+    /// peaks to recommend a tier for: 5% or 0.05
+    #[arg(long, value_name = "E", default_value = "5%",
           value_parser = super::fidelity::parse_error)]
     pub target_error: f64,
     /// Folder for fidelity.svg, sensor-trade.svg and their data as CSV; made when

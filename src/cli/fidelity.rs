@@ -32,6 +32,10 @@ pub(super) fn run(
         }
     }
     output.answer(&report, &report.to_text())?;
+    if let Some(refusal) = &report.refusal {
+        output.note(&format!("refused: {refusal}"));
+        return Ok(Ending::DoesNotHold);
+    }
     Ok(Ending::Done)
 }
 

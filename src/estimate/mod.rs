@@ -2,6 +2,7 @@
 
 pub mod bound;
 mod calibration;
+mod missed;
 pub mod model;
 mod modulation;
 mod moving;
@@ -10,9 +11,11 @@ mod prediction;
 pub mod report;
 mod theory;
 mod truth;
+pub mod unwrap;
 
 pub use crate::optics::CountingTier;
 pub use calibration::calibration_offset_ps;
+pub use missed::tolerance_ps;
 pub use modulation::check_modulated;
 pub use phase::{CoarseOnly, Estimate, Measurement, NoEstimate, estimate};
 pub use prediction::{Prediction, PredictionError, predict};

@@ -94,6 +94,7 @@ pub(super) fn predict(
         detection_rate_hz: still.detection_rate_hz,
         phase_std_rad: PI * variance_ps2.sqrt() / scene.chip_period_ps,
         coarse_failure_bound: still.coarse_failure_bound,
+        missed_fraction: still.missed_fraction,
         coarse_spread_m: still.coarse_spread_m,
     })
 }

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use rustfft::num_complex::Complex64;
 
 use super::distance_m;
+use super::unwrap::fold_distance;
 use crate::scene::{Scan, Scene};
 
 /// The counts of one scan.
@@ -179,7 +180,7 @@ pub(super) fn estimate_at(
         Err(reason) => (0.0, Some(reason)),
     };
     let code_period_ps = scan.steps_per_period as f64 * step_ps;
-    let delay_ps = (coarse_ps + fine_ps - calibration_offset_ps).rem_euclid(code_period_ps);
+    let delay_ps = fold_distance(coarse_ps + fine_ps - calibration_offset_ps, code_period_ps);
     Estimate {
         delay_ps,
         distance_m: distance_m(delay_ps),

@@ -7,7 +7,7 @@ use super::phase::{
     CoarseOnly, Estimate, Measurement, estimate_at, first_maximum, fundamental, window_indices,
 };
 use super::theory::ExpectedCounts;
-use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, moving};
+use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, missed, moving};
 use crate::optics::fast::normal::cumulative;
 use crate::optics::{DetectorModel, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::{Path, Scan, Scene};
@@ -29,8 +29,12 @@ pub struct Prediction {
     /// which holds for small ones.
     pub phase_std_rad: f64,
     /// No more than this share of scans has its largest count more than a chip
-    /// from the path's peak.
+    /// from the path's peak: the sum of the chances of all steps there.
     pub coarse_failure_bound: f64,
+    /// Share of scans that miss the path: whose estimate, by the scene's estimator,
+    /// is more than [`tolerance_ps`](super::tolerance_ps) off, or nearer to another
+    /// path. None where it cannot be told (the model estimator with several paths).
+    pub missed_fraction: Option<f64>,
     /// Standard deviation of the fine estimates, in metres, that the expected counts
     /// give round those steps within a chip which may count most, weighted with the
     /// chance to count more than the peak. The standard deviation leaves it out.
@@ -150,6 +154,7 @@ pub(super) fn predict_from(
     let code_period_ps = scene.scan.steps_per_period as f64 * scene.chip_period_ps
         / f64::from(scene.samples_per_chip);
     let true_delay_ps = scene.paths[path].delay_ps;
+    let failures = coarse_failure_bound(&expected, peak, peak_variance, scene);
     Ok(Prediction {
         bias_m: distance_m(delay_error_ps(
             estimate.delay_ps,
@@ -160,9 +165,26 @@ pub(super) fn predict_from(
         estimate,
         detection_rate_hz: counts.response.detection_rate_hz(),
         phase_std_rad: phase_std,
-        coarse_failure_bound: coarse_failure_bound(&expected, peak, peak_variance, scene),
+        coarse_failure_bound: failures,
+        missed_fraction: missed_from(counts, scene, detector, path, counting),
         coarse_spread_m: coarse_spread_m(&expected, peak, peak_variance, &measurement),
     })
+}
+
+/// [`Prediction::missed_fraction`], also where there is only a coarse estimate.
+pub(super) fn missed_from(
+    counts: &ExpectedCounts,
+    scene: &Scene,
+    detector: usize,
+    path: usize,
+    counting: CountingTier,
+) -> Option<f64> {
+    let expected = counts.signed();
+    let offset_ps = calibration_offset_ps(scene, detector, counting);
+    let peak = peak_of_path(&expected, scene, path, offset_ps);
+    let variance = counts.second.of_steps(&[peak as u64])[0].signed_variance;
+    let bound = coarse_failure_bound(&expected, peak, variance, scene);
+    missed::missed_fraction(counts, scene, detector, path, counting, (peak, bound))
 }
 
 /// Variance of the sum of weight x r over steps: those of one group go together,

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::bound::bound;
 use super::model::{ALARM_SIGMAS, FittedPath, ModelEstimate, expected_fit, fit, shared_light};
+use super::unwrap::{check_normal, fold, fold_distance};
 use super::{
     CountingTier, Measurement, calibration_offset_ps, check_modulated, delay_error_ps, distance_m,
     estimate, folded, predict, true_delay,
@@ -209,7 +210,7 @@ impl EstimateReport {
             .min_by(|&a, &b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
         let Some(path) = self.path else { return };
         let truth = truth(path);
-        let true_ps = truth.delay_ps.rem_euclid(code_period_ps);
+        let true_ps = fold_distance(truth.delay_ps, code_period_ps);
         self.true_distance_m = Some(distance_m(true_ps));
         self.true_at_s = truth.at_ps.map(|ps| ps * 1e-12);
         self.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
@@ -217,7 +218,10 @@ impl EstimateReport {
             Ok((bias_m, std_m)) => {
                 self.expected_bias_m = Some(bias_m);
                 self.expected_std_m = Some(std_m);
-                self.deviation_in_std = self.error_m.map(|error_m| (error_m - bias_m) / std_m);
+                let range_m = self.unambiguous_range_m;
+                self.deviation_in_std = self
+                    .error_m
+                    .map(|error_m| fold(error_m - bias_m, range_m) / std_m);
             }
             Err(reason) if self.remark.is_none() => {
                 self.remark = Some(format!("no expectation: {reason}"));
@@ -331,6 +335,9 @@ fn expectation(scene: &Scene, detector: usize, path: usize) -> Result<(f64, f64)
     let tier = CountingTier::Sampled;
     if scene.estimator == EstimatorKind::Fft {
         let expected = predict(scene, detector, path, tier).map_err(|e| e.to_string())?;
+        let code = &scene.sources[scene.paths[path].source].code;
+        let range_m = distance_m(scene.chip_period_ps * code.len() as f64);
+        check_normal(expected.std_m, range_m).map_err(|spread| spread.to_string())?;
         return Ok((expected.bias_m, expected.std_m));
     }
     let fitted = expected_fit(scene, detector, tier).map_err(|e| e.to_string())?;

@@ -2,7 +2,7 @@
 
 use super::bound::{Bound, bound_of};
 use super::model::FitError;
-use super::prediction::{moves, predict_from};
+use super::prediction::{missed_from, moves, predict_from};
 use super::{CountingTier, Prediction, PredictionError, bound::bound, predict};
 use crate::optics::{DetectorModel, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::Scene;
@@ -12,6 +12,9 @@ use crate::scene::Scene;
 pub struct Theory {
     /// What the phase estimator will say of each path that was asked for.
     pub predictions: Vec<Result<Prediction, PredictionError>>,
+    /// Share of scans that miss each of them: those of the predictions, and of paths
+    /// that there is only a coarse estimate of.
+    pub missed: Vec<Option<f64>>,
     /// How precise any estimator can be.
     pub bound: Result<Bound, FitError>,
 }
@@ -24,20 +27,34 @@ pub struct Theory {
 pub fn theory(scene: &Scene, detector: usize, paths: &[usize], counting: CountingTier) -> Theory {
     if moves(scene, detector) {
         // Each phase step has a response of its own.
+        let predict = |&path: &usize| predict(scene, detector, path, counting);
+        let predictions: Vec<_> = paths.iter().map(predict).collect();
         return Theory {
-            predictions: paths
+            missed: predictions
                 .iter()
-                .map(|&path| predict(scene, detector, path, counting))
+                .map(|p| p.ok()?.missed_fraction)
                 .collect(),
+            predictions,
             bound: bound(scene, detector, counting),
         };
     }
-    let of_counts = |counts: &ExpectedCounts| Theory {
-        predictions: paths
-            .iter()
-            .map(|&path| predict_from(counts, scene, detector, path, counting))
-            .collect(),
-        bound: bound_of(scene, detector, counting, counts),
+    let of_counts = |counts: &ExpectedCounts| {
+        let predict = |&path: &usize| predict_from(counts, scene, detector, path, counting);
+        let predictions: Vec<_> = paths.iter().map(predict).collect();
+        let missed = |(predicted, &path): (&Result<Prediction, _>, &usize)| match predicted {
+            Ok(predicted) => predicted.missed_fraction,
+            Err(PredictionError::CoarseOnly(_)) => {
+                missed_from(counts, scene, detector, path, counting)
+            }
+            // A peak that is not there is not found.
+            Err(PredictionError::Flat) => Some(1.0),
+            Err(_) => None,
+        };
+        Theory {
+            missed: predictions.iter().zip(paths).map(missed).collect(),
+            predictions,
+            bound: bound_of(scene, detector, counting, counts),
+        }
     };
     let model = DetectorModel::new(scene, detector);
     let solved = MeanResponse::of_tier(&model, counting).and_then(|response| {
@@ -46,6 +63,7 @@ pub fn theory(scene: &Scene, detector: usize, paths: &[usize], counting: Countin
     });
     solved.unwrap_or_else(|reason: MeanResponseError| Theory {
         predictions: vec![Err(reason.into()); paths.len()],
+        missed: vec![None; paths.len()],
         bound: Err(reason.into()),
     })
 }

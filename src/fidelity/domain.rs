@@ -225,11 +225,12 @@ impl View<'_> {
         expected
             .filter_map(|(path, predicted)| Some((path, predicted.ok()?)))
             .flat_map(|(path, expected)| {
-                let coarse = (expected.coarse_failure_bound > COARSE_FAILURES).then(|| {
+                let missed = expected.missed_fraction;
+                let coarse = missed.filter(|missed| *missed > COARSE_FAILURES).map(|missed| {
                     format!(
-                        "path {path}: in up to {:.2} % of the scans another step counts most; bias \
-                         and standard deviation are those of the other scans",
-                        expected.coarse_failure_bound * 100.0
+                        "path {path}: {:.2} % of the scans are expected to miss the peak; bias and \
+                         standard deviation are those of the other scans",
+                        missed * 100.0
                     )
                 });
                 let linear = (expected.phase_std_rad > LINEAR_PHASE_RAD).then(|| {

@@ -33,5 +33,6 @@ pub use mean_response::{
     CountMoments, CountSampler, CountingTier, GroupMoments, Light, LightPath, MeanCount,
     MeanResponse, MeanResponseError, SecondMoments,
 };
+pub(crate) use mean_response::{cholesky, in_parallel};
 pub use sampled::{Pulse, PulseStream};
 pub use step::{Detection, StepDetections};

@@ -6,7 +6,8 @@ use super::phase::{Errors, phase_errors};
 use super::printed::printed_distance_m;
 use super::statistics::{Measured, rate, sample_mean, sample_std};
 use crate::code::CodeError;
-use crate::estimate::PredictionError;
+use crate::estimate::unwrap::unwrap;
+use crate::estimate::{PredictionError, distance_m};
 use crate::fidelity::Tier;
 use crate::fidelity::scans::{ScansError, scans};
 use crate::fidelity::simulate::simulate;
@@ -74,7 +75,7 @@ impl Run {
             EstimatorKind::Model => FITTED_SEARCH_SCANS,
         });
         let path = &simulate(scene, Tier::Events, seed, scans)?.estimates[0];
-        Ok(rate(path.estimates, scans))
+        Ok(rate(scans - path.missed_scans, scans))
     }
 
     /// Scans behind a standard deviation: the same light for each.
@@ -123,7 +124,12 @@ impl Run {
         if distances.len() < 2 {
             return Err(RunError::NoStatistics { scans });
         }
-        Ok(sample_std(&distances))
+        let code = &scene.sources[scene.detectors[0].reference].code;
+        let range_m = distance_m(scene.chip_period_ps * code.len() as f64);
+        // Those on either side of the range's border belong together.
+        let unwrapped =
+            unwrap(&distances, range_m).map_err(|_| RunError::NoStatistics { scans })?;
+        Ok(sample_std(&unwrapped))
     }
 
     /// Mean count of each phase step.

@@ -1,8 +1,11 @@
 //! Photons, expected counts and estimates.
 
+mod errors_that_wrap;
 mod estimate_against_photons;
 mod estimate_model;
 mod estimate_model_is_unbiased;
+mod fidelity_compares_all_three;
+mod missed_peaks_are_predicted;
 mod optics_detector_statistics;
 mod optics_fast_agrees_with_the_plain_loop;
 mod optics_fast_counts_depend_on_the_seed_alone;

@@ -24,6 +24,7 @@ mod start;
 
 use std::sync::Arc;
 
+pub(super) use coarse::best_match;
 pub use fitter::Fitter;
 pub(super) use problem::{Parameters, PathParameters, Problem, window};
 

@@ -2,9 +2,10 @@
 
 use super::PathStatistics;
 use super::answers::{Answers, Ranging};
-use super::moments::Moments;
+use super::moments::{Moments, share_interval};
 use crate::estimate::model::expected_fit;
-use crate::estimate::{Theory, distance_m, folded};
+use crate::estimate::unwrap::{check_normal, fold, fold_distance, unwrap};
+use crate::estimate::{Prediction, Theory, distance_m, folded};
 use crate::scene::EstimatorKind;
 
 /// Bias and standard deviation in metres.
@@ -23,9 +24,18 @@ pub fn statistics(
     let of_path = |place: usize| {
         let path = ranging.paths[place];
         let truth = &ranging.truths[place];
-        let true_m = distance_m(truth.delay_ps.rem_euclid(ranging.code_period_ps));
+        let range_m = distance_m(ranging.code_period_ps);
+        let true_m = fold_distance(distance_m(truth.delay_ps), range_m);
         let errors_m = &answers.errors_m[place];
-        let moments = Moments::of(errors_m);
+        let (moments, spread) = match unwrap(errors_m, range_m) {
+            Ok(unwrapped) => (Moments::of(&unwrapped), None),
+            Err(spread) => (Moments::NONE, Some(spread.to_string())),
+        };
+        let bias_m = moments.mean.map(|mean| fold(mean, range_m));
+        let found = answers.found[place];
+        let missed_scans = answers.scans - found;
+        let of_scans =
+            |count: u64| (answers.scans > 0).then(|| count as f64 / answers.scans as f64);
         let bound_m = bound.as_ref().ok().and_then(|bound| bound.of_path(path));
         let bound_remark = match bound {
             Err(reason) => Some(format!("no bound: {reason}")),
@@ -41,9 +51,14 @@ pub fn statistics(
             true_m,
             true_at_s: truth.at_ps.map(|ps| ps * 1e-12),
             estimates: errors_m.len() as u64,
-            correct_coarse_fraction: errors_m.len() as f64 / answers.scans as f64,
-            mean_m: moments.mean.map(|mean| true_m + mean),
-            bias_m: moments.mean,
+            missed_scans,
+            missed_fraction: of_scans(missed_scans),
+            missed_fraction_ci: (answers.scans > 0)
+                .then(|| share_interval(missed_scans, answers.scans)),
+            expected_missed_fraction: theory.missed[place],
+            correct_coarse_fraction: of_scans(found),
+            mean_m: bias_m.map(|bias_m| fold_distance(true_m + bias_m, range_m)),
+            bias_m,
             std_m: moments.std,
             std_error_m: moments.std_error,
             std_std_error_m: moments.std_std_error,
@@ -55,22 +70,28 @@ pub fn statistics(
             chi_square_alarm_fraction: (answers.fits > 0)
                 .then(|| answers.alarms as f64 / answers.fits as f64),
             detected_rate_cps,
-            remark: match (answers.remark.clone(), folded(scene, path)) {
-                (Some(remark), Some(folded)) => Some(format!("{remark}; {folded}")),
-                (remark, folded) => remark.or(folded),
-            },
+            remark: joined([answers.remark(), spread, folded(scene, path)]),
         }
     };
     (0..ranging.paths.len()).map(of_path).collect()
 }
 
+/// Remarks one after another.
+fn joined(remarks: [Option<String>; 3]) -> Option<String> {
+    let remarks: Vec<String> = remarks.into_iter().flatten().collect();
+    (!remarks.is_empty()).then(|| remarks.join("; "))
+}
+
 /// What each path's estimate is expected to be.
 fn expectations(ranging: &Ranging, theory: &Theory) -> Vec<Option<Expectation>> {
+    let range_m = distance_m(ranging.code_period_ps);
+    // Errors of longer codes are cut off at a chip.
+    let has_mean = |p: &Prediction| check_normal(p.std_m, range_m).is_ok();
     match ranging.scene.estimator {
         EstimatorKind::Fft => theory
             .predictions
             .iter()
-            .map(|predicted| predicted.ok().map(|p| (p.bias_m, p.std_m)))
+            .map(|predicted| predicted.ok().filter(has_mean).map(|p| (p.bias_m, p.std_m)))
             .collect(),
         EstimatorKind::Model => {
             fitted_to_means(ranging).unwrap_or_else(|| vec![None; ranging.paths.len()])

@@ -88,7 +88,7 @@ impl GroupLaw {
 
 /// The lower triangle L of a matrix L L^T whose lower triangle is given. What
 /// rounding makes negative on the diagonal counts as zero.
-fn cholesky(mut matrix: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+pub fn cholesky(mut matrix: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     for a in 0..matrix.len() {
         for b in 0..=a {
             let known: f64 = (0..b).map(|c| matrix[a][c] * matrix[b][c]).sum();

@@ -39,8 +39,10 @@ mod variance;
 pub use correlator::MeanCount;
 pub use counts::CountSampler;
 pub use expected::MeanResponse;
+pub(crate) use group_counts::cholesky;
 pub use light::{Light, LightPath};
 pub use moments::{CountMoments, GroupMoments, SecondMoments};
+pub(crate) use parallel::in_parallel;
 pub use tier::CountingTier;
 
 /// Most states of pending afterpulses.
