@@ -301,7 +301,8 @@ fn means_agree_with_a_time_stepped_detector_to_a_hundred_thousandth_of_the_peak(
         // The stepped detector's light has no delay.
         let response = MeanResponse::new(&model)
             .expect("it can be solved")
-            .delayed(-16_500.0);
+            .delayed(-16_500.0)
+            .expect("it can be solved");
         let found = response.hits_per_sample();
         let largest = stepped.iter().copied().fold(0.0, f64::max);
         // Sample s sees the detections of the eighth of a chip before it.
