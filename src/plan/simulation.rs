@@ -244,7 +244,7 @@ fn counter_edges(scene: &Scene) -> Part {
         left_out(
             PART,
             "sampled hardware applies the sign to samples and has no such edges; \
-             only the tiers in continuous time (expected, counts, events) use them",
+             only the tier in continuous time (events) uses them",
         )
     } else {
         left_out(PART, "the counter's edge delays and transition are 0")

@@ -3,6 +3,7 @@
 mod estimate_against_photons;
 mod estimate_model;
 mod estimate_model_is_unbiased;
+mod estimate_model_stays_finite;
 mod optics_detector_statistics;
 mod optics_fast_agrees_with_the_plain_loop;
 mod optics_fast_counts_depend_on_the_seed_alone;

@@ -156,6 +156,11 @@ impl<'m> Problem<'m> {
         self.model.chip_period_ps()
     }
 
+    /// Samples per chip, S.
+    pub fn samples_per_chip(&self) -> f64 {
+        f64::from(self.model.samples_per_chip())
+    }
+
     /// The light that the unknowns stand for.
     pub fn light(&self, parameters: &Parameters) -> Light {
         let paths = parameters.paths.iter().zip(&self.codes);

@@ -50,6 +50,7 @@ impl<'m> MeanResponse<'m> {
         light: Light,
         tier: CountingTier,
     ) -> Result<MeanResponse<'m>, MeanResponseError> {
+        light.check()?;
         let (moved_chips, limit_chips) = model.movement_in_scan();
         if moved_chips > limit_chips {
             return Err(MeanResponseError::Moving {
@@ -136,6 +137,11 @@ impl<'m> MeanResponse<'m> {
             light: self.light.clone(),
             ..*self
         })
+    }
+
+    /// Whether the tier leaves out pulses that begin too long before a sample.
+    pub fn misses_pulses(&self) -> bool {
+        self.sampling.is_some_and(|sampling| !sampling.sees_all())
     }
 
     /// The detector.

@@ -306,11 +306,6 @@ fn check_brightness(
     model: &DetectorModel,
     brightest_per_chip: f64,
 ) -> Result<(), MeanResponseError> {
-    if !brightest_per_chip.is_finite() || brightest_per_chip < 0.0 {
-        return Err(MeanResponseError::NotFinite {
-            rate_per_chip: brightest_per_chip,
-        });
-    }
     if model.dead_time_chips <= 0.0 {
         return Ok(());
     }

@@ -110,12 +110,9 @@ pub enum MeanResponseError {
         /// Why their number is not worked out.
         obstacle: &'static str,
     },
-    /// Primary rates are no numbers from zero on.
-    #[error("the light at the detector has no finite strength: {rate_per_chip} detections per chip")]
-    NotFinite {
-        /// Primary rate with every path's chip on, per chip.
-        rate_per_chip: f64,
-    },
+    /// A rate is no number from zero on, or a delay none at all.
+    #[error("the strength or the delay of the light at the detector is no finite number")]
+    NotFinite,
     /// Light of codes with different periods repeats too late.
     #[error(
         "the codes at the detector repeat together after {chips} chips; \

@@ -125,7 +125,8 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         for &(step, weight) in steps {
             let signs = self.signs(self.response.model.scan.step(step));
             let sums = sign.iter_mut().zip(&mut spread);
-            for ((sum, spread), (s, seen)) in sums.zip(signs.iter().zip(self.pairs.seen_of_period()))
+            for ((sum, spread), (s, seen)) in
+                sums.zip(signs.iter().zip(self.pairs.seen_of_period()))
             {
                 *sum += weight * s;
                 *spread += weight * weight * (seen - of_seen(s * s, seen));

@@ -160,13 +160,7 @@ impl<'g, const M: usize> Losses<'g, M> {
     /// The first detection is lost, with what it would have counted: the loss is
     /// z' = exit (z - sign), from nothing at the instant that ends the wait.
     #[inline(always)]
-    fn take_off(
-        &mut self,
-        index: usize,
-        step: &CellStep<M>,
-        sign: f64,
-        value: &mut [[f64; M]; 4],
-    ) {
+    fn take_off(&mut self, index: usize, step: &CellStep<M>, sign: f64, value: &mut [[f64; M]; 4]) {
         let mut gain = [0.0; M];
         for m in 0..M {
             gain[m] = sign * step.exit[m];
