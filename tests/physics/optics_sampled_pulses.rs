@@ -338,6 +338,25 @@ fn pulses_without_a_low_sample_between_them_count_once() {
             },
         ),
         (
+            "no dead time",
+            Case {
+                dead_time_ps: 0.0,
+                pulse_width_ps: 2.3e3,
+                time_constant_ps: 0.0,
+                ..TABLE_I
+            },
+        ),
+        (
+            "no dead time, short pulses",
+            Case {
+                dead_time_ps: 0.0,
+                pulse_width_ps: 700.0,
+                rate_cps: 150e6,
+                time_constant_ps: 0.0,
+                ..TABLE_I
+            },
+        ),
+        (
             "jitter",
             Case {
                 pulse_width_ps: 14e3,

@@ -144,7 +144,8 @@ fn whiten(factor: &[f64; 3], count: &MeanCount) -> [f64; 2] {
 impl Normal {
     fn is_finite(&self) -> bool {
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-        finite(&self.scales) && finite(&self.gradient) && self.inverse.iter().all(|r| finite(r))
+        let inverse_is_finite = self.inverse.iter().all(|row| finite(row));
+        inverse_is_finite && finite(&self.gradient) && finite(&self.standard_deviations())
     }
 
     /// The Gauss-Newton step.

@@ -149,10 +149,9 @@ pub enum FitError {
     },
     /// The counts tell much more of the distance at some places than at others.
     #[error(
-        "pulses are shorter than a sample, so that light which comes between two samples is hardly \
-         told from light that comes a little later: the counts here would scatter a distance by \
-         {std_mm:.1} mm, but by half as much again or two thirds of it that far away, and no \
-         estimate is unbiased"
+        "pulses are shorter than a sample, so that the counts hardly tell where between two samples \
+         light comes: their slope here stands for a standard deviation of {std_mm:.1} mm, but it \
+         changes by more than half within that or half a sample, so that no estimate is unbiased"
     )]
     Uneven {
         /// Standard deviation by the counts' slope at the scene's own delay.

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use super::chain::{Chain, states_needed};
 use super::correlator::{Correlator, MeanCount, Source};
-use super::forward::{self, AllAndMerged, Detections};
+use super::forward::{self, AllAndMerged};
 use super::grid::{Grid, Kinks, Samples, frame_chips};
 use super::light::Light;
 use super::parallel::in_parallel;
+use super::poisson;
 use super::sampling::Sampling;
 use super::tier::{CountingTier, EdgeTiming};
 use super::{MAX_STATES, MeanResponseError, with_states};
@@ -221,8 +222,7 @@ impl<'m> MeanResponse<'m> {
 /// Mean detections of one code period.
 fn detections(model: &DetectorModel, grid: &Grid) -> Result<AllAndMerged, MeanResponseError> {
     if model.dead_time_chips <= 0.0 {
-        let all = Detections::poisson(grid);
-        return Ok(AllAndMerged { all, merged: None });
+        return Ok(poisson::solve(grid).0);
     }
     let needed = states_needed(model.afterpulsing, model.dead_time_chips);
     if needed > MAX_STATES {

@@ -19,7 +19,8 @@ pub struct Detections {
 pub type ReadyStates<const M: usize> = Vec<[State<M>; 3]>;
 
 impl Detections {
-    fn of(grid: &Grid, rates: Vec<[f64; 4]>) -> Detections {
+    /// From the cubics of all cells.
+    pub fn of(grid: &Grid, rates: Vec<[f64; 4]>) -> Detections {
         let mut cumulative = Vec::with_capacity(rates.len() + 1);
         let mut sum = 0.0;
         cumulative.push(sum);

@@ -32,6 +32,7 @@ mod light;
 mod moments;
 mod pairs;
 mod parallel;
+mod poisson;
 mod sampling;
 mod scan_moments;
 mod tier;
@@ -42,7 +43,7 @@ pub use counts::CountSampler;
 pub use expected::MeanResponse;
 pub use light::{Light, LightPath};
 pub use moments::{CountMoments, GroupMoments, SecondMoments};
-pub use sampling::merged_share;
+pub use sampling::{check_merging, merged_share};
 pub use tier::CountingTier;
 
 /// Most states of pending afterpulses.

@@ -4,6 +4,7 @@ use super::chain::{Chain, states_needed};
 use super::forward::{self, AllAndMerged, Detections, ReadyStates};
 use super::grid::{Grid, Kinks, Samples};
 use super::light::Light;
+use super::poisson::{self, Waiting};
 use super::{MAX_STATES, MeanResponseError, variance, with_states};
 use crate::optics::DetectorModel;
 
@@ -31,9 +32,6 @@ struct Solved<const M: usize> {
     chain: Chain<M>,
     ready: ReadyStates<M>,
 }
-
-/// Detections without memory: no pair knows of each other.
-struct Poisson;
 
 impl DetectorPairs {
     pub fn new(
@@ -96,8 +94,8 @@ fn solve(
     grid: &Grid,
 ) -> Result<(AllAndMerged, Box<dyn States>), MeanResponseError> {
     if model.dead_time_chips <= 0.0 {
-        let all = Detections::poisson(grid);
-        return Ok((AllAndMerged { all, merged: None }, Box::new(Poisson)));
+        let (detections, waiting) = poisson::solve(grid);
+        return Ok((detections, Box::new(waiting)));
     }
     let needed = states_needed(model.afterpulsing, model.dead_time_chips);
     if needed > MAX_STATES {
@@ -117,9 +115,9 @@ impl<const M: usize> States for Solved<M> {
     }
 }
 
-impl States for Poisson {
-    fn excess(&self, _: &Grid, _: &Detections, signs: &[f64]) -> Vec<f64> {
-        vec![0.0; signs.len()]
+impl States for Waiting {
+    fn excess(&self, grid: &Grid, _: &Detections, signs: &[f64]) -> Vec<f64> {
+        Waiting::excess(self, grid, signs)
     }
 }
 

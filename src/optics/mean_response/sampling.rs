@@ -147,6 +147,15 @@ impl Sampling {
     }
 }
 
+/// Whether the counts of sampled hardware can be expected, as far as pulses that merge
+/// go, in the scene's own light.
+///
+/// # Errors
+/// Why not.
+pub fn check_merging(model: &DetectorModel) -> Result<(), MeanResponseError> {
+    Sampling::of(model, &Light::of(model), CountingTier::Sampled).map(|_| ())
+}
+
 /// Bound on the share of detections whose pulse merges with the one before: those
 /// that follow it before the first sample that is surely low.
 pub fn merged_share(model: &DetectorModel, light: &Light) -> f64 {
@@ -170,9 +179,9 @@ fn obstacle(model: &DetectorModel) -> Option<&'static str> {
     let sample_chips = 1.0 / f64::from(model.samples_per_chip);
     let jitter_samples = model.jitter_chips.unwrap_or(0.0) / sample_chips;
     let waits = (model.pulse_width_chips - model.dead_time_chips) / sample_chips;
-    if model.dead_time_chips <= 0.0 {
-        Some("a detector without dead time")
-    } else if model.dead_time_chips < sample_chips && model.pulse_width_chips < sample_chips {
+    let is_short = |chips: f64| chips < sample_chips;
+    let dead_time = model.dead_time_chips;
+    if dead_time > 0.0 && is_short(dead_time) && is_short(model.pulse_width_chips) {
         Some("a dead time and a pulse that are both shorter than a sample")
     } else if jitter_samples > LARGEST_JITTER_SAMPLES {
         Some("jitter of more than a quarter of a sample")
