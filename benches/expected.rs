@@ -44,7 +44,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             MeanResponse::of_tier(&model, tier)
         });
         let response = MeanResponse::of_tier(&model, tier)?;
-        measure("tables alone (another delay)", || response.delayed(10.0));
+        measure("tables alone (another delay)", || {
+            response.delayed(10.0).expect("it can be solved")
+        });
         measure("means of all steps", || response.mean_counts());
         measure("variances of the total count", || {
             SecondMoments::new(&response)

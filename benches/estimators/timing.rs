@@ -39,7 +39,7 @@ pub fn timing(scene: &Scene) -> Outcome {
             Ok(())
         })?;
         let later = milliseconds(20, || {
-            response.delayed(10.0);
+            response.delayed(10.0).expect("it can be solved");
             Ok(())
         })?;
         let means = milliseconds(20, || {

@@ -223,10 +223,7 @@ impl EstimateReport {
                     .error_m
                     .map(|error_m| fold(error_m - bias_m, range_m) / std_m);
             }
-            Err(reason) if self.remark.is_none() => {
-                self.remark = Some(format!("no expectation: {reason}"));
-            }
-            Err(_) => {}
+            Err(reason) => self.add_remark(format!("no expectation: {reason}")),
         }
         match bound(scene, detector, CountingTier::Sampled) {
             Ok(bound) => self.bound_m = bound.of_path(path),
@@ -235,9 +232,13 @@ impl EstimateReport {
         let ratio = self.expected_std_m.zip(self.bound_m);
         self.std_over_bound = ratio.map(|(std_m, bound_m)| std_m / bound_m);
         if let Some(folded) = folded(scene, path) {
-            let remark = self.remark.take().map(|remark| remark + "; ");
-            self.remark = Some(remark.unwrap_or_default() + &folded);
+            self.add_remark(folded);
         }
+    }
+
+    fn add_remark(&mut self, remark: String) {
+        let before = self.remark.take().map(|remark| remark + "; ");
+        self.remark = Some(before.unwrap_or_default() + &remark);
     }
 
     /// Name and value of everything that is known, for a table.

@@ -202,6 +202,11 @@ impl DetectorModel {
         self.chip_period_ps
     }
 
+    /// Samples per chip, S.
+    pub fn samples_per_chip(&self) -> u32 {
+        self.samples_per_chip
+    }
+
     /// The scan that the model's steps belong to.
     pub fn scan(&self) -> &Scan {
         &self.scan

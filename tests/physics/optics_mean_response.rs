@@ -27,7 +27,7 @@ fn constant_light_gives_the_renewal_rate_and_variance() {
         for rate in [1e6, 20e6, 100e6] {
             let scene = constant_light(rate, dead_time_ps);
             let model = DetectorModel::new(&scene, 0);
-            let response = MeanResponse::new(&model).expect("it can be solved");
+            let response = MeanResponse::of_tier(&model, CountingTier::Events).expect("solved");
             let slowdown = 1.0 + rate * dead_time_ps * 1e-12;
             let mean = rate * 8e-6 / slowdown;
             let variance = rate * 8e-6 / slowdown.powi(3);
@@ -51,7 +51,7 @@ fn without_dead_time_expected_counts_are_the_interpolated_code_correlation() {
     let delay_samples = 18.0;
     scene.paths[0].delay_ps = delay_samples * 1000.0;
     let model = DetectorModel::new(&scene, 0);
-    let response = MeanResponse::new(&model).expect("it can be solved");
+    let response = MeanResponse::of_tier(&model, CountingTier::Events).expect("solved");
     let correlation = |lag: i64| -> f64 {
         (0..7_i64)
             .map(|i| {
@@ -61,8 +61,7 @@ fn without_dead_time_expected_counts_are_the_interpolated_code_correlation() {
             .sum()
     };
     for k in 0..56 {
-        // The sampled peak stands one sample late.
-        let lag = (k as f64 - delay_samples - 1.0) / 8.0;
+        let lag = (k as f64 - delay_samples) / 8.0;
         let (whole, part) = (lag.floor(), lag - lag.floor());
         let mean = (1.0 - part) * correlation(whole as i64) + part * correlation(whole as i64 + 1);
         // Rate 10 MHz in the mean, four of seven chips on.
@@ -301,7 +300,8 @@ fn means_agree_with_a_time_stepped_detector_to_a_hundred_thousandth_of_the_peak(
         // The stepped detector's light has no delay.
         let response = MeanResponse::new(&model)
             .expect("it can be solved")
-            .delayed(-16_500.0);
+            .delayed(-16_500.0)
+            .expect("it can be solved");
         let found = response.hits_per_sample();
         let largest = stepped.iter().copied().fold(0.0, f64::max);
         // Sample s sees the detections of the eighth of a chip before it.

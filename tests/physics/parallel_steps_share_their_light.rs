@@ -108,7 +108,7 @@ fn the_tiers_agree_step_by_step() {
     let sampled = step_means(&collect(&hardware, Tier::Sampled, 400));
     let events = step_means(&collect(&counter, Tier::Events, 400));
     assert_same_means(&sampled, &events, "events");
-    let counts = step_means(&collect(&counter, Tier::Counts, 400));
+    let counts = step_means(&collect(&hardware, Tier::Counts, 400));
     assert_same_means(&sampled, &counts, "counts");
     let model = DetectorModel::new(&hardware, 0);
     let response = MeanResponse::of_tier(&model, CountingTier::Sampled).unwrap();

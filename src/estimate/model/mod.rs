@@ -28,6 +28,7 @@ pub(super) use coarse::best_match;
 pub use fitter::Fitter;
 pub(super) use problem::{Parameters, PathParameters, Problem, window};
 
+use super::bound::bound;
 use super::{CountingTier, NoEstimate};
 use crate::code::Code;
 use crate::optics::{DetectorModel, MeanCount, MeanResponse, MeanResponseError, StepCount};
@@ -147,6 +148,16 @@ pub enum FitError {
         /// Number of unknowns.
         unknowns: usize,
     },
+    /// The counts tell much more of the distance at some places than at others.
+    #[error(
+        "pulses are shorter than a sample, so that the counts hardly tell where between two samples \
+         light comes: their slope here stands for a standard deviation of {std_mm:.1} mm, but it \
+         changes by more than half within that or half a sample, so that no estimate is unbiased"
+    )]
+    Uneven {
+        /// Standard deviation by the counts' slope at the scene's own delay.
+        std_mm: f64,
+    },
     /// Gauss-Newton does not settle.
     #[error(
         "the fit does not settle within {} steps",
@@ -205,7 +216,12 @@ pub fn expected_fit(
 ) -> Result<ModelEstimate, FitError> {
     check_independent(scene, detector)?;
     let model = DetectorModel::new(scene, detector);
-    let means = MeanResponse::of_tier(&model, tier)?.mean_counts();
+    let response = MeanResponse::of_tier(&model, tier)?;
+    if response.misses_pulses() {
+        // A fit settles everywhere, but there its average is not that of the average.
+        bound(scene, detector, tier)?;
+    }
+    let means = response.mean_counts();
     fit_means(scene, detector, tier, &means, scene.other_light)
 }
 

@@ -156,6 +156,11 @@ impl<'m> Problem<'m> {
         self.model.chip_period_ps()
     }
 
+    /// Samples per chip, S.
+    pub fn samples_per_chip(&self) -> f64 {
+        f64::from(self.model.samples_per_chip())
+    }
+
     /// The light that the unknowns stand for.
     pub fn light(&self, parameters: &Parameters) -> Light {
         let paths = parameters.paths.iter().zip(&self.codes);
@@ -235,8 +240,10 @@ impl<'m> Problem<'m> {
     ) -> Result<Column, MeanResponseError> {
         if parameters.paths.len() == 1 && parameters.is_delay(index) {
             // All light earlier or later at once: the same solution, read off there.
-            let [below, above] = [-DELAY_STEP_CHIPS, DELAY_STEP_CHIPS]
-                .map(|by| self.means_of(&response.delayed(by * self.chip_period_ps())));
+            let at = |by: f64| -> Result<Vec<MeanCount>, MeanResponseError> {
+                Ok(self.means_of(&response.delayed(by * self.chip_period_ps())?))
+            };
+            let (below, above) = (at(-DELAY_STEP_CHIPS)?, at(DELAY_STEP_CHIPS)?);
             return Ok(slope(&below, &above, 2.0 * DELAY_STEP_CHIPS));
         }
         let (above, up) = parameters.nudged(index, 1.0);

@@ -15,8 +15,8 @@
 //!
 //! It is solved once per light, on cells that end where the light changes
 //! ([`grid`]); the correlator's edges then fall where they will, on the
-//! cumulative mean, smoothed by the jitter ([`column`]). Two pulses that merge
-//! into one rising edge of the sampled level count twice here.
+//! cumulative mean, smoothed by the jitter ([`column`]). What of the detections the
+//! sampled hardware counts is [`sampling`]'s.
 
 mod chain;
 mod column;
@@ -32,6 +32,8 @@ mod light;
 mod moments;
 mod pairs;
 mod parallel;
+mod poisson;
+mod sampling;
 mod scan_moments;
 mod tier;
 mod variance;
@@ -43,6 +45,7 @@ pub(crate) use group_counts::cholesky;
 pub use light::{Light, LightPath};
 pub use moments::{CountMoments, GroupMoments, SecondMoments};
 pub(crate) use parallel::in_parallel;
+pub use sampling::{check_merging, merged_share};
 pub use tier::CountingTier;
 
 /// Most states of pending afterpulses.
@@ -88,6 +91,31 @@ pub enum MeanResponseError {
         /// How far it may.
         limit_ps: f64,
     },
+    /// Pulses merge in the sampled hardware, more than can be left out.
+    #[error(
+        "pulses of {} ns after a dead time of {} ns, sampled every {} ns, merge: up to {:.3} % of \
+         the detections are no rising edge of their own, and for {obstacle} that is not worked \
+         out; the tiers sampled and rtl count what the hardware does",
+        pulse_width_ps / 1e3,
+        dead_time_ps / 1e3,
+        sample_ps / 1e3,
+        share * 100.0
+    )]
+    PulsesMerge {
+        /// Width of a pulse.
+        pulse_width_ps: f64,
+        /// The dead time.
+        dead_time_ps: f64,
+        /// From one sample to the next.
+        sample_ps: f64,
+        /// Bound on the share of detections that merge with the one before.
+        share: f64,
+        /// Why their number is not worked out.
+        obstacle: &'static str,
+    },
+    /// A rate is no number from zero on, or a delay none at all.
+    #[error("the strength or the delay of the light at the detector is no finite number")]
+    NotFinite,
     /// Light of codes with different periods repeats too late.
     #[error(
         "the codes at the detector repeat together after {chips} chips; \

@@ -130,8 +130,10 @@ struct Slots {
     /// Whole chips from the frame's origin to the start of code chip 0 (of a
     /// reference that is delayed by less than a chip).
     whole: i64,
-    /// Share of each cell of a chip after the slot's start.
+    /// Share of each cell of a chip after the slot's start, and before it, of what
+    /// samples see.
     after: Vec<f64>,
+    before: Vec<f64>,
     hits: Vec<f64>,
     excess_of_all: Vec<f64>,
 }
@@ -148,8 +150,10 @@ impl Slots {
         let timing = &second.response.timing;
         let start = offset + 0.5 * (timing.rising + timing.falling) - second.frame_chips();
         let [after, _] = second.pairs.shares_after(start - start.floor());
+        let seen = second.pairs.seen.iter().zip(&after);
         let mut slots = Slots {
             whole: start.floor() as i64,
+            before: seen.map(|(seen, after)| seen - after).collect(),
             after,
             hits: Vec::new(),
             excess_of_all: Vec::new(),
@@ -164,9 +168,9 @@ impl Slots {
         let period = per_cell.len() / self.after.len();
         let mut sums = vec![0.0; period];
         for (chip, values) in per_cell.chunks(self.after.len()).enumerate() {
-            for (value, after) in values.iter().zip(&self.after) {
+            for ((value, after), before) in values.iter().zip(&self.after).zip(&self.before) {
                 sums[chip] += after * value;
-                sums[(chip + period - 1) % period] += (1.0 - after) * value;
+                sums[(chip + period - 1) % period] += before * value;
             }
         }
         sums
@@ -179,9 +183,9 @@ impl Slots {
         let mut weights = vec![0.0; period * cells];
         for &slot in comb {
             let next = (slot + 1) % period;
-            for (cell, after) in self.after.iter().enumerate() {
+            for (cell, (after, before)) in self.after.iter().zip(&self.before).enumerate() {
                 weights[slot * cells + cell] += after;
-                weights[next * cells + cell] += 1.0 - after;
+                weights[next * cells + cell] += before;
             }
         }
         let excess = self.add_up(&second.pairs.excess(&weights));
