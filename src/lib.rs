@@ -39,6 +39,7 @@ pub mod plan;
 pub mod report;
 pub mod reproduce;
 pub mod scene;
+pub mod sensor;
 pub mod stress;
 
 /// Speed of light in vacuum (exact, SI).

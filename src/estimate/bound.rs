@@ -8,6 +8,7 @@ use super::theory::ExpectedCounts;
 use super::{CountingTier, distance_m};
 use crate::optics::{DetectorModel, Light, MeanResponse, SecondMoments};
 use crate::scene::Scene;
+use crate::sensor::Step;
 
 /// What the counts of one scan can tell of distances.
 #[derive(Debug, Clone, PartialEq)]
@@ -111,15 +112,15 @@ pub(super) fn bound_of(
 }
 
 /// The steps that the model estimator would use for the scene's light.
-fn steps(scene: &Scene, detector: usize, counts: &ExpectedCounts) -> Vec<u64> {
+fn steps(scene: &Scene, detector: usize, counts: &ExpectedCounts) -> Vec<Step> {
     let own = scene.detectors[detector].reference;
     let mut sources = counts
         .model()
         .modulated_paths()
         .map(|path| scene.paths[path].source);
     if sources.next() != Some(own) || sources.next().is_some() {
-        return (0..scene.scan.steps).collect();
+        return Step::all(scene.scan.steps).collect();
     }
-    let peak = first_maximum(&counts.signed()) as u64;
+    let peak = Step::at(first_maximum(&counts.signed()));
     window(&scene.scan, scene.samples_per_chip, peak)
 }

@@ -250,6 +250,7 @@ impl<'m> ExcessArrivals<'m> {
 mod tests {
     use super::*;
     use crate::optics::random::{Part, StreamKey};
+    use crate::sensor::Group;
 
     /// A photon of 1 eV has 1239.841984 nm (CODATA), and the charge is exact.
     #[test]
@@ -282,7 +283,7 @@ mod tests {
         let key = StreamKey {
             seed: 1,
             detector: 0,
-            step: 0,
+            group: Group(0),
             repetition: 0,
         };
         let mut arrivals = ExcessArrivals::new(

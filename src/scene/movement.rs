@@ -6,6 +6,7 @@ use super::source::round_trip_ps;
 use super::units::Quantity;
 use super::{Path, Scene};
 use crate::SPEED_OF_LIGHT_M_PER_S;
+use crate::sensor::Step;
 
 /// How the distance of a path changes: a constant speed, a random fluctuation,
 /// or both. Every scan starts at the path's own distance.
@@ -78,11 +79,11 @@ impl Scene {
         still
     }
 
-    /// Time from the start of a scan to the middle of its step number `step`, or
+    /// Time from the start of a scan to the middle of a step, or
     /// of the group of `parallel` steps that it belongs to.
-    pub fn middle_of_step_ps(&self, step: u64) -> f64 {
-        let group = step / u64::from(self.hardware.parallel);
-        (group as f64 + 0.5) * self.step_duration_ps()
+    pub fn middle_of_step_ps(&self, step: Step) -> f64 {
+        let group = self.grouping().group_of(step);
+        (group.0 as f64 + 0.5) * self.step_duration_ps()
     }
 
     /// Integration time of a phase step, in whole chips.
@@ -92,8 +93,7 @@ impl Scene {
 
     /// Duration of a scan.
     pub(super) fn scan_duration_ps(&self) -> f64 {
-        let groups = self.scan.steps.div_ceil(u64::from(self.hardware.parallel));
-        groups as f64 * self.step_duration_ps()
+        self.grouping().groups() as f64 * self.step_duration_ps()
     }
 }
 

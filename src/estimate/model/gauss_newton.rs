@@ -39,7 +39,7 @@ impl Fitted {
             steps: problem.steps.len(),
             unknowns: start.len(),
         };
-        let measured: Vec<MeanCount> = problem.steps.iter().map(|&s| counts[s as usize]).collect();
+        let measured: Vec<MeanCount> = problem.steps.iter().map(|&s| counts[s.index()]).collect();
         let mut parameters = start.clone();
         let mut response = problem.response(&parameters)?;
         let mut expected = problem.means_of(&response);

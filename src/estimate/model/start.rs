@@ -6,11 +6,12 @@ use crate::estimate::phase::{Measurement, estimate_at};
 use crate::estimate::{CountingTier, NoEstimate, calibration_offset_ps};
 use crate::optics::MeanCount;
 use crate::scene::Scene;
+use crate::sensor::Step;
 
 /// A start, and the number of the step where the peak is.
 pub struct Start {
     pub parameters: Parameters,
-    pub peak: u64,
+    pub peak: Step,
 }
 
 /// The phase estimate for the delay. For the light, with q the code's share of
@@ -52,6 +53,6 @@ pub fn start(
             }],
             constant: rate * constant_share,
         },
-        peak: peak as u64,
+        peak: Step::at(peak),
     })
 }
