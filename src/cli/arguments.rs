@@ -9,6 +9,9 @@ use crate::fidelity::Tier;
 use crate::reproduce::FigureId;
 use crate::scene::EstimatorKind;
 
+/// Most clocks of a co-simulation: years of them, whose samples 64 bits number.
+const MOST_CYCLES: u64 = 1 << 50;
+
 /// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
 /// time-of-flight sensors.
 #[derive(Debug, Parser)]
@@ -87,7 +90,7 @@ pub(super) struct CosimArguments {
     pub rtl: Option<PathBuf>,
     /// Clocks to run, reset included [default: one whole scan of photons, or as
     /// long as the adversary needs]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MOST_CYCLES))]
     pub cycles: Option<u64>,
     /// What drives both sides
     #[arg(long, value_enum, default_value_t = StimulusKind::Photons)]
@@ -118,8 +121,8 @@ pub(super) struct SimulateArguments {
 pub(super) struct FidelityArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Relative error of the standard deviation to recommend a tier for: 1% or
-    /// 0.01
+    /// Relative error of the standard deviation to recommend a tier for, 0.01% to
+    /// 99%: 1% or 0.01
     #[arg(long, value_name = "E", default_value = "1%",
           value_parser = super::fidelity::parse_error)]
     pub target_error: f64,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::model::{FitError, Parameters, PathParameters, Problem, check_independent, window};
 use super::phase::first_maximum;
 use super::theory::ExpectedCounts;
-use super::{CountingTier, distance_m};
+use super::{CountingTier, TheoryEffort, distance_m};
 use crate::optics::{DetectorModel, Light, MeanResponse, SecondMoments};
 use crate::scene::Scene;
 use crate::sensor::Step;
@@ -50,6 +50,7 @@ impl Bound {
 /// If the scene has no such detector.
 pub fn bound(scene: &Scene, detector: usize, tier: CountingTier) -> Result<Bound, FitError> {
     check_independent(scene, detector)?;
+    TheoryEffort::of(scene, detector)?.check_bound()?;
     let model = DetectorModel::new(scene, detector);
     let response = MeanResponse::of_tier(&model, tier)?;
     let second = SecondMoments::new(&response)?;

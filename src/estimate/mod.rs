@@ -2,6 +2,7 @@
 
 pub mod bound;
 mod calibration;
+mod effort;
 pub mod model;
 mod modulation;
 mod moving;
@@ -13,6 +14,7 @@ mod truth;
 
 pub use crate::optics::CountingTier;
 pub use calibration::calibration_offset_ps;
+pub use effort::TheoryEffort;
 pub use modulation::check_modulated;
 pub use phase::{CoarseOnly, Estimate, Measurement, NoEstimate, estimate};
 pub use prediction::{Prediction, PredictionError, predict};

@@ -28,7 +28,6 @@ pub(super) fn predict(
     path: usize,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
-    check_speed(scene, detector)?;
     let truth = true_delay(scene, path, counting);
     let at_ps = truth.at_ps.unwrap_or(0.0);
     let still = predict_still(&scene.still_at(at_ps), detector, path, counting)?;
@@ -100,7 +99,7 @@ pub(super) fn predict(
 }
 
 /// Refuses movements that are not slow beside the phase steps.
-fn check_speed(scene: &Scene, detector: usize) -> Result<(), PredictionError> {
+pub(super) fn check_speed(scene: &Scene, detector: usize) -> Result<(), PredictionError> {
     let limit_ps = MOST_STEPS_MOVED * scene.chip_period_ps / f64::from(scene.samples_per_chip);
     for (path, of_path) in scene.paths.iter().enumerate() {
         let walk_ps = (of_path.delay_rate() * scene.step_duration_ps()).abs();

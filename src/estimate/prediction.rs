@@ -7,7 +7,9 @@ use super::phase::{
     CoarseOnly, Estimate, Measurement, estimate_at, first_maximum, fundamental, window_indices,
 };
 use super::theory::ExpectedCounts;
-use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, moving};
+use super::{
+    CountingTier, TheoryEffort, calibration_offset_ps, delay_error_ps, distance_m, moving,
+};
 use crate::optics::fast::normal::cumulative;
 use crate::optics::{DetectorModel, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::{Path, Scan, Scene};
@@ -83,6 +85,10 @@ pub fn predict(
     path: usize,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
+    if moves(scene, detector) {
+        moving::check_speed(scene, detector)?;
+    }
+    TheoryEffort::of(scene, detector)?.check_predictions(1)?;
     if moves(scene, detector) {
         moving::predict(scene, detector, path, counting)
     } else {

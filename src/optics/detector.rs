@@ -62,7 +62,7 @@ impl DetectorModel {
         let chips = |ps: f64| ps / scene.chip_period_ps;
         let per_chip = |hz: f64| hz * scene.chip_period_ps * 1e-12;
 
-        let mut excess = Vec::new();
+        let mut excess: Vec<ExcessLight> = Vec::new();
         let mut constant_hz =
             spad.background_rate_cps * spad.photon_detection_probability + spad.dark_count_rate_cps;
         for numbered in paths_to(scene, detector) {
@@ -76,6 +76,7 @@ impl DetectorModel {
                 &source.code,
                 path.delay_ps,
                 scene.chip_period_ps,
+                &excess,
             );
             let movement = Movement::new(path, scene.chip_period_ps);
             excess.extend(light.map(|light| light.moving(movement)));
@@ -192,6 +193,11 @@ impl DetectorModel {
     /// Dead time, in chips.
     pub fn dead_time_chips(&self) -> f64 {
         self.dead_time_chips
+    }
+
+    /// How long before a step its simulation starts.
+    pub fn warm_up_chips(&self) -> i64 {
+        self.warm_up_chips
     }
 
     /// Chip period T_c.

@@ -25,9 +25,9 @@
 //! | `hardware.counter_width` | as wide as no stimulus can overflow |
 //! | `hardware.peak_detector` | false: the host finds the peak |
 
-mod bounds;
 mod detector;
 mod error;
+mod keys;
 mod movement;
 mod read;
 mod reader;
@@ -39,6 +39,7 @@ mod wording;
 use std::sync::Arc;
 
 pub use error::{SceneError, SceneErrors};
+pub use keys::limits;
 pub use movement::{Fluctuation, Movement};
 pub use read::{load, parse};
 

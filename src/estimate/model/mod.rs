@@ -27,7 +27,7 @@ use std::sync::Arc;
 pub use fitter::Fitter;
 pub(super) use problem::{Parameters, PathParameters, Problem, window};
 
-use super::{CountingTier, NoEstimate};
+use super::{CountingTier, NoEstimate, TheoryEffort};
 use crate::code::Code;
 use crate::optics::{DetectorModel, MeanCount, MeanResponse, MeanResponseError, StepCount};
 pub use crate::scene::OtherLight;
@@ -203,6 +203,7 @@ pub fn expected_fit(
     tier: CountingTier,
 ) -> Result<ModelEstimate, FitError> {
     check_independent(scene, detector)?;
+    TheoryEffort::of(scene, detector)?.check_fit()?;
     let model = DetectorModel::new(scene, detector);
     let means = MeanResponse::of_tier(&model, tier)?.mean_counts();
     fit_means(scene, detector, tier, &means, scene.other_light)
