@@ -362,7 +362,7 @@ mod tests {
             number: 0,
         };
         let still =
-            ExcessLight::new(path, rates, &code, 21_350.0, 8_000.0).expect("there is light");
+            ExcessLight::new(path, rates, &code, 21_350.0, 8_000.0, &[]).expect("there is light");
         let at_no_speed = Movement {
             delay_rate: 0.0,
             fluctuation: None,

@@ -69,35 +69,27 @@ pub(super) fn round_trip_ps(distance_m: f64) -> f64 {
     2.0 * distance_m / crate::SPEED_OF_LIGHT_M_PER_S * 1e12
 }
 
-/// On-rate over off-rate: at least 1, or "inf", which is the default.
+/// On-rate over off-rate: a number, or "inf", which is the default.
 fn read_extinction_ratio(section: &Section) -> f64 {
     const NAME: &str = "extinction_ratio";
     let key = SOURCE.key(NAME);
     let Some(value) = section.get(NAME) else {
         return f64::INFINITY;
     };
-    let ratio = match value.get_ref() {
-        DeValue::String(text) if text == "inf" => Some(f64::INFINITY),
-        DeValue::Float(digits) => digits.as_str().parse::<f64>().ok(),
+    let ratio: Option<f64> = match value.get_ref() {
+        DeValue::String(text) if text == "inf" => return f64::INFINITY,
+        DeValue::Float(digits) => digits.as_str().parse().ok(),
         DeValue::Integer(digits) => digits.to_string().parse().ok(),
         _ => None,
     };
-    match ratio {
-        Some(ratio) if key.holds(ratio) => ratio,
-        Some(ratio) if ratio.is_finite() => {
-            section.report_at(NAME, value, &key.outside(&section.excerpt(value)));
-            f64::INFINITY
-        }
-        _ => {
-            let message = format!(
-                "{} is not a ratio of 1 or more; write for example {}, or \"inf\"",
-                section.excerpt(value),
-                key.example
-            );
-            section.report_at(NAME, value, &message);
-            f64::INFINITY
-        }
-    }
+    let shown = section.excerpt(value);
+    let message = match ratio {
+        Some(ratio) if key.holds(ratio) || ratio == f64::INFINITY => return ratio,
+        Some(_) => key.outside(&shown),
+        None => format!("{shown} is no ratio; write for example {}", key.example),
+    };
+    section.report_at(NAME, value, &format!("{message}, or \"inf\""));
+    f64::INFINITY
 }
 
 fn read_code(section: Section) -> Option<Code> {
