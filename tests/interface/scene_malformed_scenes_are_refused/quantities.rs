@@ -187,7 +187,7 @@ fn a_jitter_of_very_many_chips() {
     insta::assert_snapshot!(
         refusal(r#"dead_time = "14 ns""#, "dead_time = \"14 ns\"\njitter = [\"0.4 ms\", \"0.4 ms\"]"),
         @r#"
-    scenes/x.toml:15:10: detector.jitter: ["0.4 ms", "0.4 ms"] is more than 65536 chips in all; write at most "524288 ns"
+    scenes/x.toml:15:10: detector.jitter: ["0.4 ms", "0.4 ms"] is more than 65536 chips; write at most "524288 ns"
       15 | jitter = ["0.4 ms", "0.4 ms"]
          |          ^^^^^^^^^^^^^^^^^^^^
     "#
