@@ -19,6 +19,7 @@ use goldtof::optics::{
     CountSampler, CountingTier, DetectorModel, MeanResponse, MeanResponseError, SecondMoments,
 };
 use goldtof::scene;
+use goldtof::sensor::Step;
 use rustix::time::{ClockId, clock_gettime};
 
 const ROUNDS: usize = 15;
@@ -52,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             SecondMoments::new(&response)
         });
         let second = SecondMoments::new(&response)?;
-        measure("second moments of one step", || second.of_step(1000));
+        measure("second moments of one step", || second.of_step(Step(1000)));
         measure("second moments of all steps", || second.of_scan());
     }
     Ok(())

@@ -40,6 +40,7 @@ pub mod programs;
 pub mod report;
 pub mod reproduce;
 pub mod scene;
+pub mod sensor;
 pub mod stress;
 
 /// Speed of light in vacuum (exact, SI).

@@ -10,6 +10,9 @@ use crate::fidelity::Tier;
 use crate::reproduce::FigureId;
 use crate::scene::EstimatorKind;
 
+/// Most clocks of a co-simulation: years of them, whose samples 64 bits number.
+const MOST_CYCLES: u64 = 1 << 50;
+
 /// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
 /// time-of-flight sensors.
 #[derive(Debug, Parser)]
@@ -124,7 +127,7 @@ pub(super) struct CosimArguments {
     pub rtl: Option<PathBuf>,
     /// Clocks to run, reset included [default: one whole scan of photons, or as
     /// long as the adversary needs]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MOST_CYCLES))]
     pub cycles: Option<u64>,
     /// What drives both sides
     #[arg(long, value_enum, default_value_t = StimulusKind::Photons)]
@@ -156,7 +159,7 @@ pub(super) struct FidelityArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
     /// Error of standard deviation, bias (in standard deviations) and share of missed
-    /// peaks to recommend a tier for: 5% or 0.05
+    /// peaks to recommend a tier for, 0.01% to 99%: 5% or 0.05
     #[arg(long, value_name = "E", default_value = "5%",
           value_parser = super::fidelity::parse_error)]
     pub target_error: f64,

@@ -2,6 +2,7 @@
 
 use super::arguments::CosimArguments;
 use super::emit::command_line;
+use super::forecast::Forecast;
 use super::output::Output;
 use super::{Ending, rtl};
 use crate::cosim::build::{cache_dir, sources_of};
@@ -46,7 +47,11 @@ pub(super) fn with_progress(
     output: &Output,
 ) -> anyhow::Result<Cosimulation> {
     let bar = output.progress("co-simulating");
+    let mut forecast: Option<Forecast> = None;
     let cosimulation = cosimulate(scene, request, |done, of| {
+        // From the first block on: what is built before is not in the rate.
+        let forecast = forecast.get_or_insert_with(|| Forecast::new(output, "the co-simulation"));
+        forecast.progress(done, of);
         bar.set_length(of);
         bar.set_position(done);
     });

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use super::Ending;
 use super::arguments::FidelityArguments;
+use super::forecast::announce;
 use super::output::Output;
 use crate::fidelity::compare::compare;
 use crate::scene;
@@ -20,6 +21,7 @@ pub(super) fn run(
         Some(path) => Some(output.folder(path)?),
         None => None,
     };
+    announce(output, "the comparison", arguments.budget_s as f64);
     let report = compare(&scene, seed, budget, arguments.target_error)?;
     for tier in &report.domains {
         for warning in &tier.warnings {
@@ -39,6 +41,10 @@ pub(super) fn run(
     Ok(Ending::Done)
 }
 
+/// The smallest error that scans can show: it takes 2 10^8 of them.
+const LEAST_ERROR: f64 = 1e-4;
+const MOST_ERROR: f64 = 0.99;
+
 /// Reads a relative error: "1%" or "0.01".
 pub(super) fn parse_error(text: &str) -> Result<f64, String> {
     let (number, scale) = match text.strip_suffix('%') {
@@ -46,9 +52,9 @@ pub(super) fn parse_error(text: &str) -> Result<f64, String> {
         None => (text, 1.0),
     };
     match number.trim().parse::<f64>() {
-        Ok(value) if value > 0.0 && value * scale < 1.0 => Ok(value * scale),
+        Ok(value) if (LEAST_ERROR..=MOST_ERROR).contains(&(value * scale)) => Ok(value * scale),
         _ => Err(format!(
-            "\"{text}\" is no relative error between 0 and 1; write for example 1% or 0.01"
+            "\"{text}\" is no relative error from 0.01% to 99%; write for example 1% or 0.01"
         )),
     }
 }
@@ -61,7 +67,9 @@ mod tests {
     fn an_error_is_a_percentage_or_a_fraction() {
         assert_eq!(parse_error("1%"), Ok(0.01));
         assert_eq!(parse_error("0.25"), Ok(0.25));
-        for wrong in ["", "%", "0", "-1%", "100%", "nan", "one"] {
+        for wrong in [
+            "", "%", "0", "-1%", "100%", "nan", "one", "1e-300", "0.001%",
+        ] {
             assert!(parse_error(wrong).is_err(), "{wrong}");
         }
     }

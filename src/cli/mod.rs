@@ -8,6 +8,7 @@ pub mod codes;
 mod cosim;
 mod emit;
 mod fidelity;
+mod forecast;
 mod output;
 pub mod plan;
 mod reproduce;

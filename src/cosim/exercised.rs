@@ -6,6 +6,7 @@ use super::StimulusKind;
 use super::stimulus::RESET_CLOCKS;
 use crate::model::contract::Contract;
 use crate::model::exercise::Exercise;
+use crate::sensor::Step;
 
 /// What the compared outputs have shown.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -183,7 +184,7 @@ fn signs_reached(contract: &Contract, detector: usize) -> [bool; 2] {
     let mut reached = [false; 2];
     for number in 0..contract.scan.steps {
         let from = number / u64::from(contract.parallel) * dwell % code.len() * lanes;
-        let first = from + period - contract.scan.step(number) % period;
+        let first = from + period - contract.scan.phase_step(Step(number)) % period;
         let (chip, end) = (
             first / lanes,
             (first + dwell.min(code.len()) * lanes).div_ceil(lanes),
@@ -235,7 +236,7 @@ mod tests {
             let group = number / u64::from(contract.parallel);
             let dwell = contract.scan.integration_chips;
             for sample in group * dwell * lanes..(group + 1) * dwell * lanes {
-                let delayed = sample + period - contract.scan.step(number) % period;
+                let delayed = sample + period - contract.scan.phase_step(Step(number)) % period;
                 let chip = code.chips[(delayed % period / lanes) as usize];
                 reached[usize::from(chip == 0)] = true;
             }

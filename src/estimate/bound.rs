@@ -5,9 +5,10 @@ use std::sync::Arc;
 use super::model::{FitError, Parameters, PathParameters, Problem, check_independent, window};
 use super::phase::first_maximum;
 use super::theory::ExpectedCounts;
-use super::{CountingTier, distance_m};
+use super::{CountingTier, TheoryEffort, distance_m};
 use crate::optics::{DetectorModel, Light, MeanResponse, SecondMoments};
 use crate::scene::Scene;
+use crate::sensor::Step;
 
 /// Standard deviations a standard deviation apart that differ by more than this factor
 /// are no measure of an estimate's scatter.
@@ -53,6 +54,7 @@ impl Bound {
 /// If the scene has no such detector.
 pub fn bound(scene: &Scene, detector: usize, tier: CountingTier) -> Result<Bound, FitError> {
     check_independent(scene, detector)?;
+    TheoryEffort::of(scene, detector)?.check_bound()?;
     let model = DetectorModel::new(scene, detector);
     let response = MeanResponse::of_tier(&model, tier)?;
     let second = SecondMoments::new(&response)?;
@@ -149,15 +151,15 @@ fn check_even(
 }
 
 /// The steps that the model estimator would use for the scene's light.
-fn steps(scene: &Scene, detector: usize, counts: &ExpectedCounts) -> Vec<u64> {
+fn steps(scene: &Scene, detector: usize, counts: &ExpectedCounts) -> Vec<Step> {
     let own = scene.detectors[detector].reference;
     let mut sources = counts
         .model()
         .modulated_paths()
         .map(|path| scene.paths[path].source);
     if sources.next() != Some(own) || sources.next().is_some() {
-        return (0..scene.scan.steps).collect();
+        return Step::all(scene.scan.steps).collect();
     }
-    let peak = first_maximum(&counts.signed()) as u64;
+    let peak = Step::at(first_maximum(&counts.signed()));
     window(&scene.scan, scene.samples_per_chip, peak)
 }

@@ -2,6 +2,7 @@
 
 pub mod bound;
 mod calibration;
+mod effort;
 mod missed;
 pub mod model;
 mod modulation;
@@ -15,6 +16,7 @@ pub mod unwrap;
 
 pub use crate::optics::CountingTier;
 pub use calibration::calibration_offset_ps;
+pub use effort::TheoryEffort;
 pub use missed::tolerance_ps;
 pub use modulation::check_modulated;
 pub use phase::{CoarseOnly, Estimate, Measurement, NoEstimate, estimate};

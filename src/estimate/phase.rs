@@ -7,6 +7,7 @@ use rustfft::num_complex::Complex64;
 use super::distance_m;
 use super::unwrap::fold_distance;
 use crate::scene::{Scan, Scene};
+use crate::sensor::Step;
 
 /// The counts of one scan.
 #[derive(Debug, Clone, Copy)]
@@ -170,7 +171,7 @@ pub(super) fn estimate_at(
 ) -> Estimate {
     let scan = &measurement.scan;
     assert_eq!(values.len() as u64, scan.steps, "one count per phase step");
-    let coarse_step = scan.step(peak as u64);
+    let coarse_step = scan.phase_step(Step::at(peak));
 
     let chip_ps = measurement.chip_period_ps;
     let step_ps = chip_ps / f64::from(measurement.samples_per_chip);
@@ -271,9 +272,9 @@ mod tests {
     fn triangle(delay_ps: f64, scan: &Scan, samples_per_chip: u32) -> Vec<i64> {
         let step_ps = CHIP_PS / f64::from(samples_per_chip);
         let period_ps = scan.steps_per_period as f64 * step_ps;
-        (0..scan.steps)
-            .map(|j| {
-                let lag = scan.step(j) as f64 * step_ps - delay_ps;
+        Step::all(scan.steps)
+            .map(|step| {
+                let lag = scan.phase_step(step) as f64 * step_ps - delay_ps;
                 let lag = (lag - (lag / period_ps).round() * period_ps).abs();
                 (1e9 * (1.0 - lag / CHIP_PS).max(0.0)).round() as i64
             })

@@ -7,10 +7,13 @@ use super::phase::{
     CoarseOnly, Estimate, Measurement, estimate_at, first_maximum, fundamental, window_indices,
 };
 use super::theory::ExpectedCounts;
-use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, missed, moving};
+use super::{
+    CountingTier, TheoryEffort, calibration_offset_ps, delay_error_ps, distance_m, missed, moving,
+};
 use crate::optics::fast::normal::cumulative;
 use crate::optics::{DetectorModel, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::{Path, Scan, Scene};
+use crate::sensor::{Group, Step};
 
 /// The estimate that the expected counts give.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,6 +90,10 @@ pub fn predict(
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
     if moves(scene, detector) {
+        moving::check_speed(scene, detector)?;
+    }
+    TheoryEffort::of(scene, detector)?.check_predictions(1)?;
+    if moves(scene, detector) {
         moving::predict(scene, detector, path, counting)
     } else {
         predict_still(scene, detector, path, counting)
@@ -145,12 +152,12 @@ pub(super) fn predict_from(
     let mut window = Vec::new();
     for (offset, index) in window_indices(peak, &measurement)? {
         let angle = PI * offset as f64 / f64::from(scene.samples_per_chip) + fundamental.arg();
-        window.push((index as u64, angle.sin()));
+        window.push((Step::at(index), angle.sin()));
     }
     let phase_std = variance_of_sum(counts, &window).sqrt() / fundamental.norm();
 
     let estimate = estimate_at(&expected, peak, &measurement, offset_ps);
-    let peak_variance = counts.second.of_steps(&[peak as u64])[0].signed_variance;
+    let peak_variance = counts.second.of_steps(&[Step::at(peak)])[0].signed_variance;
     let code_period_ps = scene.scan.steps_per_period as f64 * scene.chip_period_ps
         / f64::from(scene.samples_per_chip);
     let true_delay_ps = scene.paths[path].delay_ps;
@@ -182,24 +189,24 @@ pub(super) fn missed_from(
     let expected = counts.signed();
     let offset_ps = calibration_offset_ps(scene, detector, counting);
     let peak = peak_of_path(&expected, scene, path, offset_ps);
-    let variance = counts.second.of_steps(&[peak as u64])[0].signed_variance;
+    let variance = counts.second.of_steps(&[Step::at(peak)])[0].signed_variance;
     let bound = coarse_failure_bound(&expected, peak, variance, scene);
     missed::missed_fraction(counts, scene, detector, path, counting, (peak, bound))
 }
 
 /// Variance of the sum of weight x r over steps: those of one group go together,
 /// groups are independent.
-fn variance_of_sum(counts: &ExpectedCounts, weighted: &[(u64, f64)]) -> f64 {
+fn variance_of_sum(counts: &ExpectedCounts, weighted: &[(Step, f64)]) -> f64 {
     let model = counts.model();
     if model.parallel() == 1 {
-        let steps: Vec<u64> = weighted.iter().map(|(step, _)| *step).collect();
+        let steps: Vec<Step> = weighted.iter().map(|(step, _)| *step).collect();
         let moments = counts.second.of_steps(&steps);
         let terms = weighted.iter().zip(moments);
         return terms
             .map(|((_, weight), moments)| weight * weight * moments.signed_variance)
             .sum();
     }
-    let mut groups: BTreeMap<u64, Vec<(u64, f64)>> = BTreeMap::new();
+    let mut groups: BTreeMap<Group, Vec<(Step, f64)>> = BTreeMap::new();
     for &(step, weight) in weighted {
         let group = groups.entry(model.group_of(step)).or_default();
         group.push((step, weight));
@@ -252,7 +259,8 @@ fn coarse_spread_m(expected: &[f64], peak: usize, variance: f64, measurement: &M
 
 /// Phase steps between two measurements of a scan, the short way round.
 fn steps_apart(scan: &Scan, a: usize, b: usize) -> u64 {
-    let apart = scan.step(a as u64).abs_diff(scan.step(b as u64));
+    let [a, b] = [a, b].map(|index| scan.phase_step(Step::at(index)));
+    let apart = a.abs_diff(b);
     apart.min(scan.steps_per_period - apart)
 }
 

@@ -3,7 +3,7 @@
 use super::bound::{Bound, bound_of};
 use super::model::FitError;
 use super::prediction::{missed_from, moves, predict_from};
-use super::{CountingTier, Prediction, PredictionError, bound::bound, predict};
+use super::{CountingTier, Prediction, PredictionError, TheoryEffort, bound::bound, predict};
 use crate::optics::{DetectorModel, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::Scene;
 
@@ -27,6 +27,9 @@ pub struct Theory {
 pub fn theory(scene: &Scene, detector: usize, paths: &[usize], counting: CountingTier) -> Theory {
     if moves(scene, detector) {
         // Each phase step has a response of its own.
+        if let Err(reason) = checked_effort(scene, detector, paths.len()) {
+            return Theory::refused(reason, paths.len());
+        }
         let predict = |&path: &usize| predict(scene, detector, path, counting);
         let predictions: Vec<_> = paths.iter().map(predict).collect();
         return Theory {
@@ -38,6 +41,10 @@ pub fn theory(scene: &Scene, detector: usize, paths: &[usize], counting: Countin
             bound: bound(scene, detector, counting),
         };
     }
+    let effort = match checked_effort(scene, detector, paths.len()) {
+        Ok(effort) => effort,
+        Err(reason) => return Theory::refused(reason, paths.len()),
+    };
     let of_counts = |counts: &ExpectedCounts| {
         let predict = |&path: &usize| predict_from(counts, scene, detector, path, counting);
         let predictions: Vec<_> = paths.iter().map(predict).collect();
@@ -53,7 +60,10 @@ pub fn theory(scene: &Scene, detector: usize, paths: &[usize], counting: Countin
         Theory {
             missed: predictions.iter().zip(paths).map(missed).collect(),
             predictions,
-            bound: bound_of(scene, detector, counting, counts),
+            bound: match effort.check_bound() {
+                Ok(()) => bound_of(scene, detector, counting, counts),
+                Err(reason) => Err(reason.into()),
+            },
         }
     };
     let model = DetectorModel::new(scene, detector);
@@ -61,11 +71,28 @@ pub fn theory(scene: &Scene, detector: usize, paths: &[usize], counting: Countin
         let second = SecondMoments::new(&response)?;
         Ok(of_counts(&ExpectedCounts::new(&response, &second)))
     });
-    solved.unwrap_or_else(|reason: MeanResponseError| Theory {
-        predictions: vec![Err(reason.into()); paths.len()],
-        missed: vec![None; paths.len()],
-        bound: Err(reason.into()),
-    })
+    solved.unwrap_or_else(|reason: MeanResponseError| Theory::refused(reason, paths.len()))
+}
+
+impl Theory {
+    fn refused(reason: MeanResponseError, paths: usize) -> Theory {
+        Theory {
+            predictions: vec![Err(reason.into()); paths],
+            missed: vec![None; paths],
+            bound: Err(reason.into()),
+        }
+    }
+}
+
+/// What theory takes, if predictions of so many paths do not take too long.
+fn checked_effort(
+    scene: &Scene,
+    detector: usize,
+    paths: usize,
+) -> Result<TheoryEffort, MeanResponseError> {
+    let effort = TheoryEffort::of(scene, detector)?;
+    effort.check_predictions(paths)?;
+    Ok(effort)
 }
 
 /// The expected counts of a scan, and what their second moments follow from.

@@ -5,6 +5,7 @@ use crate::estimate::model::shared_light;
 use crate::estimate::{Prediction, PredictionError};
 use crate::optics::{DetectorModel, Light, MeanResponse, SecondMoments, merged_share};
 use crate::scene::{EstimatorKind, Scene};
+use crate::sensor::{Group, Step};
 
 /// Coarse estimates more often wrong than this show in the statistics.
 const COARSE_FAILURES: f64 = 1e-3;
@@ -196,7 +197,7 @@ impl View<'_> {
 
     /// The moments are those of the first scan.
     fn later_scans(&self) -> Option<String> {
-        let pitch = self.model.first_chip(1, 0);
+        let pitch = self.model.first_chip(1, Group(0));
         let scene = self.scene;
         let apart: Vec<&str> = scene
             .paths
@@ -256,7 +257,7 @@ impl View<'_> {
         // Without a mean response there is no answer to warn about.
         let response = MeanResponse::of_tier(self.model, Tier::Counts.counting()).ok()?;
         let means = response.mean_counts();
-        let (peak, _) = (0..).zip(&means).max_by(|(_, a), (_, b)| {
+        let (peak, _) = (0..).map(Step).zip(&means).max_by(|(_, a), (_, b)| {
             let [a, b] = [a, b].map(|mean| mean.signed.abs());
             a.total_cmp(&b)
         })?;

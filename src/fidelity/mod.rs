@@ -3,6 +3,7 @@
 pub mod compare;
 pub mod domain;
 mod expected;
+pub mod forecast;
 pub mod scans;
 pub mod simulate;
 

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::peak::PeakPlan;
 use crate::code::Code;
 use crate::scene::{Scan, Scene, Target};
+use crate::sensor::{Group, Grouping};
 
 /// The hardware that a scene needs, as seen from outside.
 #[derive(Debug, Clone)]
@@ -188,12 +189,21 @@ impl Contract {
 
     /// Groups of phase steps in a scan: `parallel` steps share their light.
     pub fn groups(&self) -> u64 {
-        self.scan.steps.div_ceil(u64::from(self.parallel))
+        self.grouping().groups()
+    }
+
+    /// How the scan's steps share their light.
+    pub fn grouping(&self) -> Grouping {
+        Grouping {
+            steps: self.scan.steps,
+            parallel: u64::from(self.parallel),
+        }
     }
 
     /// Phase steps of a scan's last group.
     pub fn last_group_steps(&self) -> u64 {
-        self.scan.steps - (self.groups() - 1) * u64::from(self.parallel)
+        let last = Group(self.groups() - 1);
+        self.grouping().steps_of(last).len() as u64
     }
 
     /// Clocks of a scan; `u64::MAX` if there are more.
@@ -209,7 +219,7 @@ impl Contract {
     /// Whether a scan is followed by a pause until the next epoch. Only scans
     /// over the whole period, in whole groups, end where they began.
     pub fn realigns(&self) -> bool {
-        !self.scan.is_full() || !self.scan.steps.is_multiple_of(u64::from(self.parallel))
+        !self.scan.is_full() || !self.grouping().is_even()
     }
 
     /// Ports of `sensor_top`, in the order of the Verilog.

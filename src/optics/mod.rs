@@ -30,7 +30,7 @@ pub use detector::DetectorModel;
 pub use full::OptionalPart;
 pub use light::{LightRates, photon_rate_hz};
 pub use mean_response::{
-    CountMoments, CountSampler, CountingTier, GroupMoments, Light, LightPath, MeanCount,
+    CountMoments, CountSampler, CountingTier, Effort, GroupMoments, Light, LightPath, MeanCount,
     MeanResponse, MeanResponseError, SecondMoments, check_merging, merged_share,
 };
 pub(crate) use mean_response::{cholesky, in_parallel};

@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 
 use crate::estimate::distance_m;
 use crate::scene::Scene;
+use crate::sensor::Step;
 
 /// One detector's counts of a scan.
 #[derive(Debug, Clone)]
@@ -31,11 +32,12 @@ impl DetectorCounts {
         counts: Vec<i64>,
     ) -> DetectorCounts {
         let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
-        let of_step =
-            |step: u64| distance_m(scene.scan.step(step) as f64 * step_ps - calibration_offset_ps);
+        let of_step = |step: Step| {
+            distance_m(scene.scan.phase_step(step) as f64 * step_ps - calibration_offset_ps)
+        };
         DetectorCounts {
             detector,
-            distances_m: (0..counts.len() as u64).map(of_step).collect(),
+            distances_m: Step::all(counts.len() as u64).map(of_step).collect(),
             counts,
         }
     }
@@ -49,7 +51,7 @@ pub fn counts_csv(scene: &Scene, detectors: &[DetectorCounts]) -> String {
         let name = quoted(&scene.detectors[of_detector.detector].name);
         let steps = of_detector.distances_m.iter().zip(&of_detector.counts);
         for (j, (distance_m, count)) in steps.enumerate() {
-            let step = scene.scan.step(j as u64);
+            let step = scene.scan.phase_step(Step::at(j));
             let _ = writeln!(text, "{j},{step},{distance_m:.6},{count},{name}");
         }
     }

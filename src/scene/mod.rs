@@ -25,9 +25,9 @@
 //! | `hardware.counter_width` | as wide as no stimulus can overflow |
 //! | `hardware.peak_detector` | false: the host finds the peak |
 
-mod bounds;
 mod detector;
 mod error;
+mod keys;
 mod movement;
 mod read;
 mod reader;
@@ -39,10 +39,12 @@ mod wording;
 use std::sync::Arc;
 
 pub use error::{SceneError, SceneErrors};
+pub use keys::limits;
 pub use movement::{Fluctuation, Movement};
 pub use read::{load, parse};
 
 use crate::code::Code;
+use crate::sensor::{Grouping, Step};
 
 /// A checked scene. Every cross-reference is resolved to an index, every
 /// quantity is in the unit its name carries, every default is filled in.
@@ -68,6 +70,16 @@ pub struct Scene {
     pub other_light: OtherLight,
     /// What the hardware is built for.
     pub hardware: Hardware,
+}
+
+impl Scene {
+    /// How the scan's steps share their light.
+    pub fn grouping(&self) -> Grouping {
+        Grouping {
+            steps: self.scan.steps,
+            parallel: u64::from(self.hardware.parallel),
+        }
+    }
 }
 
 /// An on-off-keyed laser.
@@ -163,9 +175,9 @@ pub struct Scan {
 }
 
 impl Scan {
-    /// Phase step of the j-th measurement of a scan.
-    pub fn step(&self, j: u64) -> u64 {
-        (self.first_step + j) % self.steps_per_period
+    /// Phase step k that the reference is delayed by in a step of the scan, 0..K.
+    pub fn phase_step(&self, step: Step) -> u64 {
+        (self.first_step + step.0) % self.steps_per_period
     }
 
     /// Whether the scan covers the whole code period, so that scans follow one

@@ -5,6 +5,7 @@ use super::scenes::{ideal, window};
 use super::{Case, Group, Measured};
 use crate::optics::Pulse;
 use crate::scene::{Scene, Target};
+use crate::sensor::Step;
 
 const BOTH_AGREE: &str = "Verilog and reference model are two constructions of one contract: every \
                           output port at every clock";
@@ -120,7 +121,7 @@ fn one_sided(bench: &Bench, step: u64, up: bool, number: usize) -> Vec<Pulse> {
     let lanes = u64::from(contract.lanes);
     let code = &contract.reference_codes[0];
     let first_clock = bench.first_clock();
-    let delay = contract.scan.step(step);
+    let delay = contract.scan.phase_step(Step(step));
     let dwell = contract.scan.integration_chips;
     let mut pulses: Vec<Pulse> = Vec::new();
     for sample in step * dwell * lanes..(step + 1) * dwell * lanes {

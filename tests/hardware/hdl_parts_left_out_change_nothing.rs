@@ -10,6 +10,7 @@ use goldtof::code::{Code, Generator};
 use goldtof::hdl::emit;
 use goldtof::model::contract::Contract;
 use goldtof::scene::{Scene, Target};
+use goldtof::sensor::Step;
 
 /// A sensor with one detector whose steps follow one another.
 fn plain_scene(noise: &mut Noise, case: u32) -> Scene {
@@ -176,7 +177,7 @@ fn parallel_correlators() {
             let mut alone = together.clone();
             alone.hardware.parallel = 1;
             alone.scan.steps = 1;
-            alone.scan.first_step = together.scan.step(step);
+            alone.scan.first_step = together.scan.phase_step(Step(step));
             let found = counts(&alone, &inputs);
             assert_eq!(
                 found[0], expected[step as usize],

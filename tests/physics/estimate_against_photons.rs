@@ -10,6 +10,7 @@ use goldtof::estimate::{
 };
 use goldtof::optics::{DetectorModel, count_step};
 use goldtof::scene::Scene;
+use goldtof::sensor::Step;
 
 /// Cuts the scan down to the steps round the first path.
 fn scan_around(scene: &mut Scene, steps: u64) {
@@ -27,7 +28,7 @@ fn errors_m(scene: &Scene, tier: CountingTier, scans: u64) -> Moments {
     Moments::of((0..scans).map(|repetition| {
         let counts: Vec<i64> = match tier {
             CountingTier::Events => (0..scene.scan.steps)
-                .map(|step| count_step(&model, 71, repetition, step).signed)
+                .map(|step| count_step(&model, 71, repetition, Step(step)).signed)
                 .collect(),
             CountingTier::Sampled => sampled_counts(scene, &model, 71, repetition, &mut [0.0])
                 .into_iter()

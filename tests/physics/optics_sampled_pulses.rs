@@ -16,6 +16,7 @@ use goldtof::optics::{
     SecondMoments, StepCount,
 };
 use goldtof::scene::{EstimatorKind, Scene};
+use goldtof::sensor::Step;
 
 /// Signed and total counts of the steps of one scan: the level is painted sample by
 /// sample, and a high sample after a low one counts with the reference's sign there.
@@ -42,7 +43,7 @@ fn painted_counts(
     for (sample, &high) in (0_u64..).zip(&level) {
         if high && !before {
             let step = sample / step_samples;
-            let late = sample as i64 - scene.scan.step(step) as i64;
+            let late = sample as i64 - scene.scan.phase_step(Step(step)) as i64;
             let chip = late.div_euclid(per_chip as i64);
             let chip = chip.rem_euclid(chips.len() as i64) as usize;
             counts[step as usize][0] += 2.0 * f64::from(chips[chip]) - 1.0;
@@ -60,7 +61,9 @@ fn compare(name: &str, scene: &Scene, scans: u64) {
     let model = DetectorModel::new(scene, 0);
     let response = MeanResponse::new(&model).expect("it can be solved");
     let second = SecondMoments::new(&response).expect("it can be solved");
-    let expected: Vec<CountMoments> = (0..scene.scan.steps).map(|s| second.of_step(s)).collect();
+    let expected: Vec<CountMoments> = Step::all(scene.scan.steps)
+        .map(|s| second.of_step(s))
+        .collect();
 
     let period = scene.sources[0].code.len() as usize * scene.samples_per_chip as usize;
     let mut hits = vec![0.0; period];

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use super::Target;
 use crate::estimate::theory::ExpectedCounts;
 use crate::optics::fast::normal::cumulative;
+use crate::sensor::Step;
 
 /// Beyond so many standard deviations a tail is taken as a normal one's: nothing.
 const REACH_STD: f64 = 12.0;
@@ -242,8 +243,8 @@ pub fn laws(counts: &ExpectedCounts, target: &Target) -> Vec<CountLaw> {
 /// Variances of every `stride`-th step and the last, and those between.
 fn between(counts: &ExpectedCounts, steps: usize, stride: usize) -> Vec<f64> {
     let known = |index: usize| (index * stride).min(steps - 1);
-    let asked: Vec<u64> = (0..=steps.div_ceil(stride))
-        .map(|i| known(i) as u64)
+    let asked: Vec<Step> = (0..=steps.div_ceil(stride))
+        .map(|i| Step::at(known(i)))
         .collect();
     let moments = counts.second.of_steps(&asked);
     (0..steps)

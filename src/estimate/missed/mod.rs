@@ -14,6 +14,7 @@ mod wedge;
 use super::theory::ExpectedCounts;
 use super::{CountingTier, calibration_offset_ps, true_delay};
 use crate::scene::{EstimatorKind, Scene};
+use crate::sensor::Step;
 
 /// Shares of misses below this are not worked out any further than the sum of the
 /// chances of all wrong steps.
@@ -79,7 +80,7 @@ impl Target<'_> {
     fn step_error_ps(&self, measurement: usize) -> f64 {
         let scene = self.scene;
         let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
-        let at_ps = scene.scan.step(measurement as u64) as f64 * step_ps;
+        let at_ps = scene.scan.phase_step(Step::at(measurement)) as f64 * step_ps;
         super::delay_error_ps(at_ps, self.measured_ps, self.code_period_ps)
     }
 }

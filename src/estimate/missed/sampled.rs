@@ -18,6 +18,7 @@ use crate::estimate::phase::{Measurement, estimate_at, first_maximum};
 use crate::estimate::theory::ExpectedCounts;
 use crate::optics::{GroupMoments, cholesky, in_parallel};
 use crate::scene::EstimatorKind;
+use crate::sensor::{self, Step};
 
 /// Counts drawn, about, and the scans that they may make.
 const COUNTS: u64 = 16_000_000;
@@ -113,20 +114,23 @@ fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
         return laws.iter().map(alone).collect();
     }
     let reach_ps = NEAR_CHIPS * target.scene.chip_period_ps;
-    let is_near = |group: u64| {
+    let is_near = |group: sensor::Group| {
         let mut steps = model.steps_of_group(group);
-        steps.any(|step| target.step_error_ps(step as usize).abs() < reach_ps)
+        steps.any(|step| target.step_error_ps(step.index()).abs() < reach_ps)
     };
     // The last group may be smaller: no model for others.
-    let far = (0..model.groups() - 1).find(|&group| !is_near(group));
+    let far = (0..model.groups() - 1)
+        .map(sensor::Group)
+        .find(|&group| !is_near(group));
     let far = far.map(|group| counts.second.of_group(group));
     in_parallel(model.groups() as usize, |group| {
-        let steps: Vec<u64> = model.steps_of_group(group as u64).collect();
+        let group = sensor::Group(group as u64);
+        let steps: Vec<Step> = model.steps_of_group(group).collect();
         let exact;
         let moments = match &far {
-            Some(far) if !is_near(group as u64) => far,
+            Some(far) if !is_near(group) => far,
             _ => {
-                exact = counts.second.of_group(group as u64);
+                exact = counts.second.of_group(group);
                 &exact
             }
         };
@@ -138,7 +142,7 @@ fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
         Group {
             laws: steps
                 .iter()
-                .map(|&step| Drawn::of(&laws[step as usize]))
+                .map(|&step| Drawn::of(&laws[step.index()]))
                 .collect(),
             factor: cholesky((0..steps.len()).map(of_step).collect()),
         }

@@ -42,7 +42,7 @@ impl Fitted {
         if 2 * problem.steps.len() <= start.len() {
             return Err(undetermined());
         }
-        let measured: Vec<MeanCount> = problem.steps.iter().map(|&s| counts[s as usize]).collect();
+        let measured: Vec<MeanCount> = problem.steps.iter().map(|&s| counts[s.index()]).collect();
         let mut parameters = start.clone();
         let mut response = problem.response(&parameters)?;
         let mut expected = problem.means_of(&response);

@@ -29,7 +29,7 @@ pub use fitter::Fitter;
 pub(super) use problem::{Parameters, PathParameters, Problem, window};
 
 use super::bound::bound;
-use super::{CountingTier, NoEstimate};
+use super::{CountingTier, NoEstimate, TheoryEffort};
 use crate::code::Code;
 use crate::optics::{DetectorModel, MeanCount, MeanResponse, MeanResponseError, StepCount};
 pub use crate::scene::OtherLight;
@@ -215,6 +215,7 @@ pub fn expected_fit(
     tier: CountingTier,
 ) -> Result<ModelEstimate, FitError> {
     check_independent(scene, detector)?;
+    TheoryEffort::of(scene, detector)?.check_fit()?;
     let model = DetectorModel::new(scene, detector);
     let response = MeanResponse::of_tier(&model, tier)?;
     if response.misses_pulses() {

@@ -6,11 +6,12 @@ use crate::estimate::phase::{Measurement, estimate_at};
 use crate::estimate::{CountingTier, NoEstimate, calibration_offset_ps};
 use crate::optics::MeanCount;
 use crate::scene::Scene;
+use crate::sensor::Step;
 
 /// A start, and the number of the step where the peak is.
 pub struct Start {
     pub parameters: Parameters,
-    pub peak: u64,
+    pub peak: Step,
 }
 
 /// Least share of the light that a fit starts to take for the path's.
@@ -68,6 +69,6 @@ pub fn start(
             }],
             constant: mean - rate * ones,
         },
-        peak: peak as u64,
+        peak: Step::at(peak),
     })
 }

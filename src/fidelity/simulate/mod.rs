@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::scans::{Prepared, ScansError};
 use super::{Tier, domain, expected};
-use crate::estimate::theory;
+use crate::estimate::{TheoryEffort, theory};
 use crate::optics::StepCount;
 use crate::scene::{EstimatorKind, Scene};
 
@@ -149,6 +149,10 @@ pub fn simulate_prepared(
     let mut estimates = Vec::new();
     let mut warnings = Vec::new();
     for detector in 0..scene.detectors.len() {
+        if !tier.draws() {
+            // Before anything that takes as long as there are steps or paths.
+            TheoryEffort::of(scene, detector)?.check_predictions(1)?;
+        }
         let ranging = Ranging::new(scene, detector, tier.counting());
         let mut answers = Answers::new(&ranging);
         let mut detections = 0;

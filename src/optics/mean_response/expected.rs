@@ -13,6 +13,7 @@ use super::sampling::Sampling;
 use super::tier::{CountingTier, EdgeTiming};
 use super::{MAX_STATES, MeanResponseError, with_states};
 use crate::optics::DetectorModel;
+use crate::sensor::Step;
 
 /// From this many steps on, all steps of the code period by FFT cost less.
 const STEPS_FOR_FFT: u64 = 200;
@@ -164,12 +165,12 @@ impl<'m> MeanResponse<'m> {
         self.correlator.hits_per_period() / seconds
     }
 
-    /// Expected counts of step number `step` of the first scan. An ideal detector's
+    /// Expected counts of a step of the first scan. An ideal detector's
     /// are eqs. 12 and 14, which follow from eq. 26: the hits of half an on-chip
     /// times theta + 2 w - L, straight between chips; the background of eq. 18 adds its
     /// own times 2 w - L.
-    pub fn mean_count(&self, step: u64) -> MeanCount {
-        let phase_step = self.model.scan.step(step);
+    pub fn mean_count(&self, step: Step) -> MeanCount {
+        let phase_step = self.model.scan.phase_step(step);
         let whole = self.correlator.signed_per_period(phase_step);
         self.with_partial_period(step, whole)
     }
@@ -178,24 +179,24 @@ impl<'m> MeanResponse<'m> {
     pub fn mean_counts(&self) -> Vec<MeanCount> {
         let steps = self.model.scan.steps;
         if steps < STEPS_FOR_FFT {
-            return (0..steps).map(|step| self.mean_count(step)).collect();
+            return Step::all(steps).map(|step| self.mean_count(step)).collect();
         }
         let whole = self.correlator.signed_per_period_of_all();
         in_parallel(steps as usize, |step| {
-            let phase_step = self.model.scan.step(step as u64) as usize;
-            self.with_partial_period(step as u64, whole[phase_step])
+            let phase_step = self.model.scan.phase_step(Step::at(step)) as usize;
+            self.with_partial_period(Step::at(step), whole[phase_step])
         })
     }
 
-    /// Expected signed count of step number `step` of the first scan.
-    pub fn expected_count(&self, step: u64) -> f64 {
+    /// Expected signed count of a step of the first scan.
+    pub fn expected_count(&self, step: Step) -> f64 {
         self.mean_count(step).signed
     }
 
     /// The counts of a step whose phase step counts `whole` in a code period.
-    fn with_partial_period(&self, step: u64, whole: f64) -> MeanCount {
+    fn with_partial_period(&self, step: Step, whole: f64) -> MeanCount {
         let (periods, first, rest) = self.chips_of(step);
-        let phase_step = self.model.scan.step(step);
+        let phase_step = self.model.scan.phase_step(step);
         let correlator = &self.correlator;
         let mut count = MeanCount {
             signed: periods * whole,
@@ -209,7 +210,7 @@ impl<'m> MeanResponse<'m> {
     }
 
     /// Whole periods in a step, its first chip, and the chips left over.
-    pub(super) fn chips_of(&self, step: u64) -> (f64, usize, usize) {
+    pub(super) fn chips_of(&self, step: Step) -> (f64, usize, usize) {
         let period = self.grid.period_chips as u64;
         let chips = self.model.scan.integration_chips;
         let group = self.model.group_of(step);

@@ -22,6 +22,7 @@ mod chain;
 mod column;
 mod correlator;
 mod counts;
+mod effort;
 mod expected;
 mod forward;
 mod grid;
@@ -40,6 +41,7 @@ mod variance;
 
 pub use correlator::MeanCount;
 pub use counts::CountSampler;
+pub use effort::Effort;
 pub use expected::MeanResponse;
 pub(crate) use group_counts::cholesky;
 pub use light::{Light, LightPath};
@@ -192,6 +194,29 @@ pub enum MeanResponseError {
     TooManyAfterpulses {
         /// Most that are told apart.
         limit: usize,
+    },
+    /// What is asked for would take too long.
+    #[error(
+        "this would take about {seconds:.1} s of solving; it is worked out up to {limit_s:.2} s \
+         for each of the scene's detectors: simulate it photon by photon, or take fewer paths, \
+         less jitter, a shorter dead time or afterpulsing time constant, a shorter code"
+    )]
+    TooMuchWork {
+        /// How long, on one core.
+        seconds: f64,
+        /// The longest that is worked out.
+        limit_s: f64,
+    },
+    /// What is asked for would take too much memory.
+    #[error(
+        "this would take {gigabytes:.1} GB of memory; it is worked out up to {limit_gigabytes:.1} \
+         GB: simulate it photon by photon, or take fewer paths, a shorter dead time, a shorter code"
+    )]
+    TooMuchMemory {
+        /// How much.
+        gigabytes: f64,
+        /// The most that is taken.
+        limit_gigabytes: f64,
     },
     /// The counter's edge delays differ by a chip or more.
     #[error(

@@ -9,6 +9,7 @@ use super::grid::{Samples, frame_chips};
 use super::pairs::{DetectorPairs, before_chips};
 use super::parallel::in_parallel;
 use super::scan_moments;
+use crate::sensor::{Group, Step};
 
 /// Moments of the signed count r and the total count N of one phase step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,7 +45,7 @@ pub struct SecondMoments<'r, 'm> {
     /// Variance of N that the chips before each chip add.
     total_variance: Vec<f64>,
     /// Moments of the steps that were asked for so far.
-    known: Mutex<BTreeMap<u64, CountMoments>>,
+    known: Mutex<BTreeMap<Step, CountMoments>>,
 }
 
 impl<'r, 'm> SecondMoments<'r, 'm> {
@@ -71,10 +72,10 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         })
     }
 
-    /// Moments of step number `step` of the first scan.
-    pub fn of_step(&self, step: u64) -> CountMoments {
+    /// Moments of a step of the first scan.
+    pub fn of_step(&self, step: Step) -> CountMoments {
         let mean = self.response.mean_count(step);
-        let signs = self.signs(self.response.model.scan.step(step));
+        let signs = self.signs(self.response.model.scan.phase_step(step));
         let excess = self.pairs.excess(&signs);
         let grid = &self.pairs.grid;
         let cells = || {
@@ -96,9 +97,9 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
 
     /// Moments of some steps of the first scan, on all processors. They are kept:
     /// a step that is asked for again costs nothing.
-    pub fn of_steps(&self, steps: &[u64]) -> Vec<CountMoments> {
+    pub fn of_steps(&self, steps: &[Step]) -> Vec<CountMoments> {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut unknown: Vec<u64> = steps.to_vec();
+        let mut unknown: Vec<Step> = steps.to_vec();
         unknown.retain(|step| !known.contains_key(step));
         let found = in_parallel(unknown.len(), |index| self.of_step(unknown[index]));
         known.extend(unknown.into_iter().zip(found));
@@ -116,14 +117,14 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     ///
     /// # Panics
     /// If there are no steps.
-    pub fn variance_of_sum(&self, steps: &[(u64, f64)]) -> f64 {
+    pub fn variance_of_sum(&self, steps: &[(Step, f64)]) -> f64 {
         let mut sign = vec![0.0; self.pairs.hits.len()];
         // Mean of the squared sign of what is seen: that of one step is 1 also in a
         // cell that an edge divides, where its mean is not. Cells are no wider than an
         // eighth of a chip, so edges of two steps seldom lie in one.
         let mut spread = sign.clone();
         for &(step, weight) in steps {
-            let signs = self.signs(self.response.model.scan.step(step));
+            let signs = self.signs(self.response.model.scan.phase_step(step));
             let sums = sign.iter_mut().zip(&mut spread);
             for ((sum, spread), (s, seen)) in
                 sums.zip(signs.iter().zip(self.pairs.seen_of_period()))
@@ -144,13 +145,13 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     }
 
     /// Moments of the counts of a whole group.
-    pub fn of_group(&self, group: u64) -> GroupMoments {
+    pub fn of_group(&self, group: Group) -> GroupMoments {
         let model = self.response.model;
-        let steps: Vec<u64> = model.steps_of_group(group).collect();
+        let steps: Vec<Step> = model.steps_of_group(group).collect();
         let first = steps[0];
         let signs: Vec<Vec<f64>> = steps
             .iter()
-            .map(|&step| self.signs(model.scan.step(step)))
+            .map(|&step| self.signs(model.scan.phase_step(step)))
             .collect();
         let excess: Vec<Vec<f64>> = signs.iter().map(|s| self.pairs.excess(s)).collect();
         let grid = &self.pairs.grid;
@@ -187,7 +188,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     }
 
     /// Variance of N of a step.
-    pub(super) fn total_variance(&self, step: u64) -> f64 {
+    pub(super) fn total_variance(&self, step: Step) -> f64 {
         self.over_step(step, &self.total_variance)
     }
 
@@ -227,7 +228,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
 
     /// What the chips of a step add up to; `before` has the sums before each chip
     /// of the grid. The window's edges are rounded to whole chips of the grid.
-    fn over_step(&self, step: u64, before: &[f64]) -> f64 {
+    fn over_step(&self, step: Step, before: &[f64]) -> f64 {
         let period = self.pairs.grid.period_chips;
         let (periods, first, rest) = self.response.chips_of(step);
         let shift = (self.frame_chips() - self.response.timing.window).round() as i64;

@@ -24,6 +24,7 @@ use rustfft::num_complex::Complex64;
 
 use super::moments::{CountMoments, SecondMoments};
 use super::parallel::in_parallel;
+use crate::sensor::Step;
 
 /// Phases per chip that are worked out.
 const PHASES_PER_CHIP: usize = 8;
@@ -37,7 +38,7 @@ pub fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
     let phases = second.response.model.samples_per_chip as usize / stride;
     let one_by_one = scan.steps as usize <= memory * phases;
     if one_by_one || period < 2 * memory {
-        return in_parallel(scan.steps as usize, |step| second.of_step(step as u64));
+        return in_parallel(scan.steps as usize, |step| second.of_step(Step::at(step)));
     }
     let solved = all_phase_steps(second, memory, stride);
     let means = second.response.mean_counts();
@@ -45,7 +46,7 @@ pub fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
         .into_iter()
         .enumerate()
         .map(|(step, mean)| {
-            let phase_step = scan.step(step as u64) as usize;
+            let phase_step = scan.phase_step(Step::at(step)) as usize;
             let (early, rest) = (phase_step / stride, phase_step % stride);
             let late = (early + 1) % solved.len();
             let share = rest as f64 / stride as f64;
@@ -55,7 +56,7 @@ pub fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
                 signed_mean: mean.signed,
                 total_mean: mean.total,
                 signed_variance: between(a.variance, b.variance),
-                total_variance: second.total_variance(step as u64),
+                total_variance: second.total_variance(Step::at(step)),
                 covariance: mean.signed + between(a.excess_covariance, b.excess_covariance),
             }
         })

@@ -4,6 +4,7 @@
 use std::collections::VecDeque;
 
 use goldtof::model::contract::Contract;
+use goldtof::sensor::Step;
 
 /// Inputs at one rising clock edge.
 #[derive(Debug, Clone, Copy)]
@@ -166,7 +167,7 @@ fn results(contract: &Contract, inputs: &[Inputs]) -> Vec<Results> {
             let (mut counts, mut saturates) = (Vec::new(), false);
             for detector in 0..contract.reference_codes.len() {
                 for j in group * parallel..((group + 1) * parallel).min(steps) {
-                    let step = contract.scan.step(j);
+                    let step = contract.scan.phase_step(Step(j));
                     let exact = (first..first + dwell)
                         .map(|n| signed_hits(contract, inputs, detector, n, step))
                         .sum::<i64>();
