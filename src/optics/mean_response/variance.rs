@@ -161,10 +161,7 @@ impl<'g, const M: usize> Losses<'g, M> {
     /// z' = exit (z - sign), from nothing at the instant that ends the wait.
     #[inline(always)]
     fn take_off(&mut self, index: usize, step: &CellStep<M>, sign: f64, value: &mut [[f64; M]; 4]) {
-        let mut gain = [0.0; M];
-        for m in 0..M {
-            gain[m] = sign * step.exit[m];
-        }
+        let gain = step.exit.map(|exit| sign * exit);
         let waits = self.rearming.waits[index];
         for (level, end) in self.levels.iter_mut().enumerate() {
             let start = step.advance(end, &[gain; 3]);
