@@ -61,11 +61,9 @@ fn a_target_that_the_budget_cannot_resolve_is_refused_with_the_one_that_would() 
             (0.0..=1.0).contains(&missed) && low <= error && error <= high,
             "{tier}"
         );
-        assert_ne!(
-            tier["verdict"] == "holds",
-            tier["name"] != "sampled",
-            "{tier}"
-        );
+        // Only the reference holds, by what it is.
+        let is_reference = tier["name"] == "sampled";
+        assert_eq!(tier["verdict"] == "holds", is_reference, "{tier}");
         // Wide as they are, they should hold the truth: no tier is that wrong.
         assert!(low - 0.15 < 0.0 && high + 0.15 > 0.0, "{tier}");
     }

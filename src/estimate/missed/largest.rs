@@ -9,7 +9,8 @@
 use std::collections::HashMap;
 
 use super::Target;
-use super::law::{CountLaw, laws};
+use super::law::CountLaw;
+use super::scan::laws;
 use crate::estimate::theory::ExpectedCounts;
 
 /// From this standard deviation on counts are taken in strides: ties hardly matter.

@@ -9,6 +9,7 @@ mod find;
 mod largest;
 mod law;
 mod sampled;
+mod scan;
 mod wedge;
 
 use super::theory::ExpectedCounts;

@@ -12,7 +12,8 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::Target;
-use super::law::{CountLaw, laws};
+use super::law::CountLaw;
+use super::scan::laws;
 use crate::estimate::model::best_match;
 use crate::estimate::phase::{Measurement, estimate_at, first_maximum};
 use crate::estimate::theory::ExpectedCounts;

@@ -39,7 +39,11 @@ pub fn refuse(runs: &[Run], reference: &Reference, target_error: f64) -> Option<
     if half_width <= 1.1 * RESOLUTION * target_error {
         return None;
     }
-    let scans = needed_scans(runs.last()?, RESOLUTION * target_error)?;
+    let (last, asked) = (runs.last()?, RESOLUTION * target_error);
+    // Of a handful of estimates the scatter is not known: as for normal ones.
+    let per_estimate = last.repetitions as f64 / last.statistics.estimates.max(1) as f64;
+    let of_normal = ((Z_95 / asked).powi(2) * per_estimate).ceil() as u64;
+    let scans = needed_scans(last, asked).unwrap_or(of_normal);
     let times: Vec<(u64, f64)> = runs.iter().map(|r| (r.repetitions, r.run_time_s)).collect();
     let (set_up_s, per_scan_s) = cost(&times)?;
     let needed_budget_s = MARGIN * (set_up_s + per_scan_s * scans as f64) / REFERENCE_SHARE;
