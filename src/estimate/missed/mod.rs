@@ -119,7 +119,9 @@ pub(super) fn missed_fraction(
     }
     // Wherever the largest count is, the phase of a period of two chips is the same;
     // nothing of it is in the bound.
-    let one_window = scene.scan.is_full() && scene.scan.steps == window_steps(scene);
+    let has_phase = scene.samples_per_chip > 1;
+    let is_window = scene.scan.is_full() && scene.scan.steps == window_steps(scene);
+    let one_window = has_phase && is_window;
     if bound < NEGLIGIBLE && !one_window && target.finds_from(&counts.signed(), peak) {
         return Some(bound);
     }

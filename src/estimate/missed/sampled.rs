@@ -23,7 +23,7 @@ use crate::sensor::{self, Step};
 
 /// Counts drawn, about, and the scans that they may make.
 const COUNTS: u64 = 16_000_000;
-const SCANS: std::ops::RangeInclusive<u64> = 1_000..=20_000;
+const SCANS: std::ops::RangeInclusive<u64> = 100..=20_000;
 const SEED: u64 = 0x6d69_7373_6564;
 /// Groups whose steps come this near to the path, in chips, have exact covariances.
 const NEAR_CHIPS: f64 = 3.0;
@@ -46,7 +46,7 @@ struct Drawn {
 pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> f64 {
     let groups = groups(counts, target);
     let steps = counts.means.len() as u64;
-    let scans = (COUNTS / steps).clamp(*SCANS.start(), *SCANS.end());
+    let scans = (COUNTS / (steps * work_per_count(target))).clamp(*SCANS.start(), *SCANS.end());
     let found = in_parallel(scans as usize, |scan| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + scan as u64);
         let mut values = Vec::with_capacity(steps as usize);
@@ -57,6 +57,18 @@ pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> f64 {
     });
     let found = found.into_iter().filter(|&found| found).count();
     1.0 - found as f64 / scans as f64
+}
+
+/// What a count costs beside drawing it: the model estimator's coarse stage holds a
+/// template against every step, some chips wide.
+fn work_per_count(target: &Target) -> u64 {
+    let scene = target.scene;
+    if scene.estimator != EstimatorKind::Model {
+        return 1;
+    }
+    let source = scene.detectors[target.detector].reference;
+    let chips = (1_u64 << scene.sources[source].code.interleave) + 1;
+    1 + chips * u64::from(scene.samples_per_chip) / 8
 }
 
 impl Target<'_> {
