@@ -21,7 +21,7 @@ fn misled(delay_ps: f64) -> Scene {
     scene.paths[0].delay_ps = delay_ps;
     let strong = Path {
         source: 1,
-        delay_ps: delay_ps + 0.5 * RANGE_PS + 180.0,
+        delay_ps: delay_ps + 0.5 * RANGE_PS - 40.0,
         ..scene.paths[0].clone()
     };
     scene.paths.push(strong);
