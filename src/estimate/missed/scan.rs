@@ -3,6 +3,7 @@
 use super::Target;
 use super::law::CountLaw;
 use crate::estimate::theory::ExpectedCounts;
+use crate::sensor::Step;
 
 /// Scans of more steps are worked out by FFT.
 const STEPS_ONE_BY_ONE: usize = 400;
