@@ -94,7 +94,7 @@ impl Bench {
         short.scan.integration_chips = (DETECTIONS / per_chip / STEPS as f64).ceil() as u64;
         let model = DetectorModel::new(&short, detector);
         let warm_up = model.warm_up_chips() as f64 * per_chip * short.scan.steps as f64;
-        (warm_up <= MOST_WARM_UP_DETECTIONS).then(|| Bench {
+        (warm_up <= MOST_WARM_UP_DETECTIONS).then_some(Bench {
             has_constant_light: light.constant_per_chip > 0.0,
             model,
         })
