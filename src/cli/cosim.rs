@@ -8,6 +8,7 @@ use crate::cosim::build::{cache_dir, sources_of};
 use crate::cosim::{Cosimulation, Report, Request, cosimulate};
 use crate::files::stage;
 use crate::hdl;
+use crate::printable::printable_path;
 use crate::scene::{self, Scene};
 
 pub(super) fn run(
@@ -87,7 +88,7 @@ pub(super) fn text(report: &Report) -> String {
         );
     }
     if let Some(vcd) = &report.vcd {
-        text += &format!("waveforms: {}\n", vcd.display());
+        text += &format!("waveforms: {}\n", printable_path(vcd));
     }
     text
 }

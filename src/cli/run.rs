@@ -15,6 +15,7 @@ use crate::cosim::{self, Request, StimulusKind};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::hdl::{self, Emission};
 use crate::plan::{self, Plan};
+use crate::printable::printable_path;
 use crate::report::page::Page;
 use crate::report::{DetectorCounts, counts_csv};
 use crate::scene::{self, Scene};
@@ -133,6 +134,6 @@ fn summary(scene: &Scene, report: &RunReport, out: &Path) -> String {
             );
         }
     }
-    let _ = writeln!(text, "report: {}", out.join(REPORT).display());
+    let _ = writeln!(text, "report: {}", printable_path(&out.join(REPORT)));
     text
 }

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::printable::printable_path;
+
 /// A co-simulation that could not be done. A mismatch is not an error.
 #[derive(Debug, thiserror::Error)]
 pub enum CosimError {
@@ -55,10 +57,10 @@ pub enum CosimError {
         differences: Vec<String>,
     },
     /// `--rtl` names a folder without Verilog.
-    #[error("{} holds no .v or .sv file; --rtl wants the folder of the Verilog to check", .0.display())]
+    #[error("{} holds no .v or .sv file; --rtl wants the folder of the Verilog to check", printable_path(.0))]
     NoVerilog(PathBuf),
     /// `--rtl` names a folder whose manifest cannot be used.
-    #[error("{}: {reason}", path.display())]
+    #[error("{}: {reason}", printable_path(path))]
     Manifest {
         /// The manifest.
         path: PathBuf,
@@ -66,7 +68,7 @@ pub enum CosimError {
         reason: String,
     },
     /// A file of the Verilog to check could not be read.
-    #[error("{}: cannot read it: {source}", path.display())]
+    #[error("{}: cannot read it: {source}", printable_path(path))]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -77,7 +79,7 @@ pub enum CosimError {
     #[error(
         "{}: cannot keep built models here: {source}; set GOLDTOF_CACHE_DIR to a folder that can \
          be written",
-        path.display()
+        printable_path(path)
     )]
     Cache {
         /// The file or folder of the cache.
@@ -89,7 +91,7 @@ pub enum CosimError {
     #[error(transparent)]
     Waveforms(#[from] crate::files::FileError),
     /// The built model cannot be loaded.
-    #[error("{}: cannot load the verilated model: {source}", path.display())]
+    #[error("{}: cannot load the verilated model: {source}", printable_path(path))]
     Load {
         /// The shared library.
         path: PathBuf,

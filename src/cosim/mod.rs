@@ -88,7 +88,9 @@ pub struct Report {
     pub stimulus: StimulusKind,
     /// Its seed.
     pub seed: u64,
-    /// The waveform file, if one was written.
+    /// The waveform file, if one was written; bytes of its name that are no text are
+    /// replaced in JSON.
+    #[serde(serialize_with = "path_text")]
     pub vcd: Option<PathBuf>,
 }
 
@@ -186,6 +188,11 @@ impl Cosimulation {
         self.report.vcd = Some(path.to_owned());
         Ok(())
     }
+}
+
+/// A path in JSON, which has no bytes that are not text.
+fn path_text<S: serde::Serializer>(path: &Option<PathBuf>, json: S) -> Result<S::Ok, S::Error> {
+    path.as_ref().map(|path| path.to_string_lossy()).serialize(json)
 }
 
 /// Builds the Verilog and runs it beside the reference model.

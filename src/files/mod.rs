@@ -13,13 +13,15 @@ mod staged;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::printable::printable_path;
+
 pub use folder::OutputFolder;
 pub use read::read_text;
 pub use staged::{Staged, stage};
 
 /// A file or folder that could not be read or written.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: {problem}: {source}", path.display())]
+#[error("{}: {problem}: {source}", printable_path(path))]
 pub struct FileError {
     /// The file or folder, under the name that the user gave it.
     pub path: PathBuf,

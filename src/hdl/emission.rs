@@ -9,6 +9,7 @@ use super::flow::Flow;
 use crate::code::{Generator, Lfsr};
 use crate::model::contract::{Contract, Port};
 use crate::model::peak::PeakPlan;
+use crate::printable::printable_ascii;
 use crate::scene::Scene;
 
 /// Everything that `emit` makes.
@@ -111,10 +112,11 @@ pub struct PeakParameters {
 const MOST_DWELL_CHIPS: u64 = 1 << 60;
 
 /// Makes the Verilog that `scene` needs. `command` is what the user typed; it
-/// stands in every file.
+/// stands in every file, in characters that are no more than a comment there.
 pub fn emit(scene: &Scene, command: &str) -> Result<Emission, HdlError> {
     let contract = Contract::of(scene);
     check_limits(scene, &contract)?;
+    let command = printable_ascii(command);
     let made_by = format!("{command} (goldtof {})", env!("CARGO_PKG_VERSION"));
     let files: Vec<EmittedFile> = verilog_of(&SensorTop::new(&contract), &made_by)?
         .into_iter()
@@ -126,7 +128,7 @@ pub fn emit(scene: &Scene, command: &str) -> Result<Emission, HdlError> {
     let flow = Flow::of(scene, &contract, &files, &made_by)?;
     Ok(Emission {
         scene: scene.name.clone(),
-        command: command.to_owned(),
+        command: command.into_owned(),
         top: "sensor_top",
         files,
         ports: contract.ports(),
