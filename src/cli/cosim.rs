@@ -6,7 +6,7 @@ use super::output::Output;
 use super::{Ending, rtl};
 use crate::cosim::build::{cache_dir, sources_of};
 use crate::cosim::{Cosimulation, Report, Request, cosimulate};
-use crate::files::stage;
+use crate::files::check_target;
 use crate::hdl;
 use crate::printable::printable_path;
 use crate::scene::{self, Scene};
@@ -19,7 +19,7 @@ pub(super) fn run(
     let scene = scene::load(&arguments.scene.scene)?;
     if let Some(path) = &arguments.vcd {
         // Better now than after a long run.
-        drop(stage(path, |_| Ok(()))?);
+        check_target(path)?;
     }
     let sources = match &arguments.rtl {
         Some(folder) => rtl::read(folder)?,

@@ -49,12 +49,19 @@ impl Output {
     /// Opens a folder for the command's files; waits while another run writes
     /// into it.
     pub fn folder(&self, path: &Path) -> Result<OutputFolder, FileError> {
-        OutputFolder::open(path, |path| {
-            self.note(&format!(
-                "{}: another goldtof writes here; waiting for its end",
-                printable_path(path)
-            ));
-        })
+        OutputFolder::open(path, |path| self.waits(path))
+    }
+
+    /// Opens a folder of our own name in one that is open.
+    pub fn subfolder(&self, folder: &OutputFolder, name: &str) -> Result<OutputFolder, FileError> {
+        folder.subfolder(name, |path| self.waits(path))
+    }
+
+    fn waits(&self, path: &Path) {
+        self.note(&format!(
+            "{}: another goldtof writes here; waiting for its end",
+            printable_path(path)
+        ));
     }
 
     /// A progress bar over `total` clocks, drawn only for people who can see it.

@@ -9,7 +9,7 @@ use crate::cosim::build::SourceFile;
 use crate::cosim::error::CosimError;
 use crate::cosim::manifest::file_names;
 use crate::cosim::needed::needed_by;
-use crate::files::read_text;
+use crate::files::read_regular;
 
 /// Largest file of Verilog, and largest manifest, that is read.
 const MOST_BYTES: u64 = 64 << 20;
@@ -60,14 +60,7 @@ fn manifest(folder: &Path) -> Result<Option<Vec<String>>, CosimError> {
 
 /// Reads a file, but neither a folder nor a pipe that nobody may ever fill.
 fn read_file(path: &Path) -> Result<String, CosimError> {
-    let text = fs::metadata(path).and_then(|found| {
-        if found.is_file() {
-            read_text(path, MOST_BYTES)
-        } else {
-            Err(io::Error::other("it is not a regular file"))
-        }
-    });
-    text.map_err(unreadable(path))
+    read_regular(path, MOST_BYTES).map_err(unreadable(path))
 }
 
 fn listing(folder: &Path) -> Result<Vec<String>, CosimError> {

@@ -52,8 +52,9 @@ pub(super) fn run(
     for name in [REPORT, COUNTS, WAVEFORMS] {
         folder.remove(name)?;
     }
+    folder.sync()?;
     let rtl = folder.join("rtl");
-    hdl::write_into(&emission, &output.folder(&rtl)?)?;
+    hdl::write_into(&emission, &output.subfolder(&folder, "rtl")?)?;
     output.note(
         emit_text(&emission, &rtl)
             .lines()
