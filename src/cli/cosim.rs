@@ -27,7 +27,7 @@ pub(super) fn run(
     };
     let request = Request {
         sources,
-        cache: cache_dir(),
+        cache: cache_dir()?,
         stimulus: arguments.stimulus,
         clocks: arguments.cycles,
         seed,

@@ -10,6 +10,7 @@ use crate::cosim::error::CosimError;
 use crate::cosim::manifest::file_names;
 use crate::cosim::needed::needed_by;
 use crate::files::read_regular;
+use crate::printable::is_unprintable;
 
 /// Largest file of Verilog, and largest manifest, that is read.
 const MOST_BYTES: u64 = 64 << 20;
@@ -63,11 +64,17 @@ fn read_file(path: &Path) -> Result<String, CosimError> {
     read_regular(path, MOST_BYTES).map_err(unreadable(path))
 }
 
+/// The names in a folder. One that a tool would not take for a name is refused.
 fn listing(folder: &Path) -> Result<Vec<String>, CosimError> {
     let mut names: Vec<String> = fs::read_dir(folder)
         .map_err(unreadable(folder))?
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
         .collect();
+    names.retain(|name| ENDINGS.iter().any(|ending| name.ends_with(ending)));
+    if let Some(name) = names.iter().find(|name| name.contains(is_unprintable)) {
+        let reason = "its name has characters that cannot be seen; rename it";
+        return Err(unreadable(&folder.join(name))(io::Error::other(reason)));
+    }
     names.sort();
     Ok(names)
 }

@@ -64,7 +64,7 @@ pub(super) fn run(
 
     let request = Request {
         sources: sources_of(&emission),
-        cache: cache_dir(),
+        cache: cache_dir()?,
         stimulus: StimulusKind::Photons,
         clocks: None,
         seed,

@@ -3,12 +3,15 @@
 //! A build's identity is the hash of everything that goes into it: Verilog,
 //! C++, flags and the tools' versions.
 
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 pub use super::cache::cache_dir;
 use super::cache::{hash, once, write};
 use super::error::CosimError;
+use super::image::Image;
 use super::ports;
 use super::tools::Tools;
 use crate::hdl::Emission;
@@ -17,6 +20,7 @@ use crate::model::layout::Layout;
 
 const BENCH: &str = include_str!("../../testbench/cosim.cpp");
 const LIBRARY: &str = "sensor.so";
+const RUNTIME_OBJECT: &str = "runtime.o";
 
 /// `--x-initial unique` starts registers at random, so that a missing reset is
 /// a mismatch and not luck. Lint is the emitter's own tests' business; a user's
@@ -78,7 +82,16 @@ pub fn sources_of(emission: &Emission) -> Vec<SourceFile> {
         .collect()
 }
 
-/// Builds a model, or finds it built, and gives the shared library's path.
+/// A built model, ready to be loaded.
+#[derive(Debug, Clone)]
+pub struct Built {
+    /// Where the cache keeps it.
+    pub path: PathBuf,
+    /// Its code, as it was checked.
+    pub image: Arc<Image>,
+}
+
+/// Builds a model, or finds it built.
 ///
 /// # Errors
 /// When a tool is missing or fails, when the ports do not fit the contract, or
@@ -88,7 +101,7 @@ pub fn build(
     sources: &[SourceFile],
     contract: &Contract,
     cache: &Path,
-) -> Result<PathBuf, CosimError> {
+) -> Result<Built, CosimError> {
     let tools = Tools::find()?;
     let header = ports::header(top, &Layout::of(contract));
     let mut parts = vec![
@@ -103,34 +116,40 @@ pub fn build(
     for source in sources {
         parts.extend([source.name.as_str(), source.text.as_str()]);
     }
-    let runtime = runtime(&tools, cache)?;
-    let folder = once(
+    let name = format!("model-{}", hash(&parts));
+    let bytes = once(
         cache,
-        &format!("model-{}", hash(&parts)),
+        &name,
         LIBRARY,
         |folder| {
+            let runtime = runtime(&tools, cache)?;
             verilate(&tools, top, sources, contract, folder)?;
             write(&folder.join(ports::HEADER), &header)?;
             write(&folder.join("cosim.cpp"), BENCH)?;
             link(&tools, folder, &runtime)
         },
     )?;
-    Ok(folder.join(LIBRARY))
+    let path = cache.join(name).join(LIBRARY);
+    let image = Image::new(&bytes).map_err(CosimError::memory(&path))?;
+    Ok(Built {
+        path,
+        image: Arc::new(image),
+    })
 }
 
 /// Verilator's run-time library as object files: the same for every model, and
 /// most of the compiler's work.
-fn runtime(tools: &Tools, cache: &Path) -> Result<PathBuf, CosimError> {
+fn runtime(tools: &Tools, cache: &Path) -> Result<Vec<u8>, CosimError> {
     let mut parts = vec![tools.versions.as_str(), "runtime"];
     parts.extend(COMPILER_FLAGS);
     once(
         cache,
         &format!("runtime-{}", hash(&parts)),
-        "runtime.o",
+        RUNTIME_OBJECT,
         |folder| {
-            let sources = RUNTIME.iter().map(|name| tools.include.join(name));
-            let all: String = sources
-                .map(|path| format!("#include \"{}\"\n", path.display()))
+            let all: String = RUNTIME
+                .iter()
+                .map(|name| format!("#include \"{name}\"\n"))
                 .collect();
             let unit = folder.join("runtime.cpp");
             write(&unit, &all)?;
@@ -141,7 +160,7 @@ fn runtime(tools: &Tools, cache: &Path) -> Result<PathBuf, CosimError> {
                     .arg("-c")
                     .arg(&unit)
                     .arg("-o")
-                    .arg(folder.join("runtime.o"))
+                    .arg(folder.join(RUNTIME_OBJECT))
             })?;
             Ok(())
         },
@@ -171,7 +190,7 @@ fn verilate(
             .args(VERILATOR_FLAGS)
             .args(["--top-module", top, "--Mdir"])
             .arg(folder)
-            .arg(format!("-I{}", rtl.display()))
+            .arg(include_flag(&rtl))
             .args(&paths)
     })?;
     let header = folder.join(format!("V{top}.h"));
@@ -189,7 +208,7 @@ fn verilate(
 
 /// Compiles the model and the bench as one unit, so that the compiler sees
 /// through the calls between them.
-fn link(tools: &Tools, folder: &Path, runtime: &Path) -> Result<(), CosimError> {
+fn link(tools: &Tools, folder: &Path, runtime: &[u8]) -> Result<(), CosimError> {
     let mut units: Vec<String> = fs::read_dir(folder)
         .map_err(CosimError::cache(folder))?
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
@@ -203,6 +222,9 @@ fn link(tools: &Tools, folder: &Path, runtime: &Path) -> Result<(), CosimError> 
     let unit = folder.join("all.cc");
     write(&unit, &all)?;
     let library = folder.join(LIBRARY);
+    // The bytes that were checked, and not what the cache has by now.
+    let object = folder.join(RUNTIME_OBJECT);
+    fs::write(&object, runtime).map_err(CosimError::cache(&object))?;
     tools.compiler.run(|command| {
         command
             .args(COMPILER_FLAGS)
@@ -211,7 +233,7 @@ fn link(tools: &Tools, folder: &Path, runtime: &Path) -> Result<(), CosimError> 
             .args(include_flags(tools))
             .arg("-shared")
             .arg(&unit)
-            .arg(runtime.join("runtime.o"))
+            .arg(&object)
             .arg("-o")
             .arg(&library)
             .arg("-pthread")
@@ -219,7 +241,12 @@ fn link(tools: &Tools, folder: &Path, runtime: &Path) -> Result<(), CosimError> 
     Ok(())
 }
 
-fn include_flags(tools: &Tools) -> [String; 2] {
-    let include = tools.include.display();
-    [format!("-I{include}"), format!("-I{include}/vltstd")]
+fn include_flags(tools: &Tools) -> [OsString; 2] {
+    [&tools.include, &tools.include.join("vltstd")].map(|folder| include_flag(folder))
+}
+
+fn include_flag(folder: &Path) -> OsString {
+    let mut flag = OsString::from("-I");
+    flag.push(folder);
+    flag
 }

@@ -77,12 +77,26 @@ pub enum CosimError {
     },
     /// Built models cannot be kept.
     #[error(
-        "{}: cannot keep built models here: {source}; set GOLDTOF_CACHE_DIR to a folder that can \
-         be written",
+        "{}: cannot keep built models here: {source}; set GOLDTOF_CACHE_DIR to a folder that you, \
+         and nobody else, can write to",
         printable_path(path)
     )]
     Cache {
         /// The file or folder of the cache.
+        path: PathBuf,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// There is no place to keep built models.
+    #[error(
+        "there is no folder to keep built models in: the user has no home; set GOLDTOF_CACHE_DIR to \
+         a folder that only this user can write"
+    )]
+    NoCache,
+    /// A built model cannot be put into memory.
+    #[error("{}: cannot put the built model into memory: {source}", printable_path(path))]
+    Memory {
+        /// The shared library.
         path: PathBuf,
         /// The system's answer.
         source: std::io::Error,
@@ -119,6 +133,12 @@ impl CosimError {
     pub fn cache(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> CosimError {
         let path = path.into();
         |source| CosimError::Cache { path, source }
+    }
+
+    /// An error of putting the library `path` into memory.
+    pub fn memory(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> CosimError {
+        let path = path.into();
+        |source| CosimError::Memory { path, source }
     }
 
     /// Whether an external tool is to blame.

@@ -5,6 +5,7 @@ pub mod blocks;
 pub mod build;
 pub mod cache;
 pub mod error;
+pub mod image;
 pub mod lockstep;
 pub mod manifest;
 pub mod needed;
@@ -20,7 +21,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use self::adversarial::Adversarial;
-use self::build::SourceFile;
+use self::build::{Built, SourceFile};
 use self::error::CosimError;
 use self::lockstep::{Lockstep, Outcome};
 use self::photons::Photons;
@@ -215,7 +216,7 @@ fn run(
     scene: &Scene,
     contract: Contract,
     mut reference: Reference,
-    library: &Path,
+    library: &Built,
     request: &Request,
     mut on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimError> {

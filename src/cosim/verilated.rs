@@ -1,11 +1,11 @@
 //! A verilated model, loaded.
 
 use std::ffi::{CStr, c_char, c_void};
-use std::path::Path;
 use std::ptr::NonNull;
 
 use libloading::Library;
 
+use super::build::Built;
 use super::error::CosimError;
 use crate::model::layout::Layout;
 
@@ -24,7 +24,7 @@ pub struct Verilated {
     delete: Delete,
     input_words: usize,
     output_words: usize,
-    /// Last, so that the code outlives the handle.
+    /// After the handle, so that the code outlives it.
     _library: Library,
 }
 
@@ -37,16 +37,16 @@ impl Verilated {
     ///
     /// # Errors
     /// When it cannot be loaded or the model cannot be made.
-    pub fn load(path: &Path, layout: &Layout) -> Result<Verilated, CosimError> {
+    pub fn load(built: &Built, layout: &Layout) -> Result<Verilated, CosimError> {
         let failed = |source| CosimError::Load {
-            path: path.to_owned(),
+            path: built.path.clone(),
             source,
         };
         // SAFETY: the library was built from testbench/cosim.cpp, whose
         // functions have the types above; its initialisers only set up C++
         // statics.
         unsafe {
-            let library = Library::new(path).map_err(failed)?;
+            let library = Library::new(built.image.path()).map_err(failed)?;
             let new: New = *library.get(b"goldtof_new\0").map_err(failed)?;
             let run: Run = *library.get(b"goldtof_run\0").map_err(failed)?;
             let run_bare: RunBare = *library.get(b"goldtof_run_bare\0").map_err(failed)?;
