@@ -117,18 +117,13 @@ pub fn build(
         parts.extend([source.name.as_str(), source.text.as_str()]);
     }
     let name = format!("model-{}", hash(&parts));
-    let bytes = once(
-        cache,
-        &name,
-        LIBRARY,
-        |folder| {
-            let runtime = runtime(&tools, cache)?;
-            verilate(&tools, top, sources, contract, folder)?;
-            write(&folder.join(ports::HEADER), &header)?;
-            write(&folder.join("cosim.cpp"), BENCH)?;
-            link(&tools, folder, &runtime)
-        },
-    )?;
+    let bytes = once(cache, &name, LIBRARY, |folder| {
+        let runtime = runtime(&tools, cache)?;
+        verilate(&tools, top, sources, contract, folder)?;
+        write(&folder.join(ports::HEADER), &header)?;
+        write(&folder.join("cosim.cpp"), BENCH)?;
+        link(&tools, folder, &runtime)
+    })?;
     let path = cache.join(name).join(LIBRARY);
     let image = Image::new(&bytes).map_err(CosimError::memory(&path))?;
     Ok(Built {

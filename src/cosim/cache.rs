@@ -266,7 +266,10 @@ mod tests {
         std::os::unix::fs::symlink("victim", &lock).unwrap();
         let asked = once(cache.path(), "name", "product", |_| panic!("not built"));
         let told = asked.unwrap_err().to_string();
-        assert!(told.contains("name.lock") && told.contains("symbolic link"), "{told}");
+        assert!(
+            told.contains("name.lock") && told.contains("symbolic link"),
+            "{told}"
+        );
         assert_eq!(fs::read_to_string(&victim).unwrap(), "precious");
     }
 

@@ -193,7 +193,9 @@ impl Cosimulation {
 
 /// A path in JSON, which has no bytes that are not text.
 fn path_text<S: serde::Serializer>(path: &Option<PathBuf>, json: S) -> Result<S::Ok, S::Error> {
-    path.as_ref().map(|path| path.to_string_lossy()).serialize(json)
+    path.as_ref()
+        .map(|path| path.to_string_lossy())
+        .serialize(json)
 }
 
 /// Builds the Verilog and runs it beside the reference model.

@@ -176,7 +176,10 @@ mod tests {
         fs::create_dir(folder.path().join("real")).unwrap();
         symlink("real", &link).unwrap();
         let real = private_folder(&link.join("cache")).unwrap();
-        assert_eq!(real, fs::canonicalize(folder.path()).unwrap().join("real/cache"));
+        assert_eq!(
+            real,
+            fs::canonicalize(folder.path()).unwrap().join("real/cache")
+        );
         symlink("round", folder.path().join("round")).unwrap();
         assert!(private_folder(&folder.path().join("round")).is_err());
         fs::write(folder.path().join("file"), "").unwrap();

@@ -163,10 +163,7 @@ fn open_hidden(target: PathBuf) -> io::Result<(File, Hidden)> {
 fn at_hidden(hidden: &Path, error: io::Error) -> io::Error {
     match error.raw_os_error() {
         Some(_) => error,
-        None => io::Error::new(
-            error.kind(),
-            format!("{}: {error}", printable_path(hidden)),
-        ),
+        None => io::Error::new(error.kind(), format!("{}: {error}", printable_path(hidden))),
     }
 }
 
@@ -281,7 +278,10 @@ mod tests {
         let before = names(folder.path());
         for name in ["a", "b", "c"] {
             let error = write(&at(name), "new").unwrap_err().to_string();
-            assert!(error.contains(&format!("/.{name}.goldtof-partial: a ")), "{error}");
+            assert!(
+                error.contains(&format!("/.{name}.goldtof-partial: a ")),
+                "{error}"
+            );
             assert!(error.contains("remove it"), "{error}");
         }
         assert_eq!(names(folder.path()), before);

@@ -55,9 +55,7 @@ impl Target {
             _ if kind.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
             Name::Given if kind.is_file() => Ok(Target::File(fs::canonicalize(path)?)),
             Name::Given if is_stream => Ok(Target::Stream(path.to_owned())),
-            Name::Ours if kind.is_file() || kind.is_symlink() => {
-                Ok(Target::File(path.to_owned()))
-            }
+            Name::Ours if kind.is_file() || kind.is_symlink() => Ok(Target::File(path.to_owned())),
             _ => Err(io::Error::other(format!(
                 "{} is there, which goldtof does not replace",
                 kind_of(&found)

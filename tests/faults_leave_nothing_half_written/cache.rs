@@ -63,7 +63,9 @@ fn a_cache_that_cannot_be_written_is_named_with_what_to_set() {
         );
         assert!(told.starts_with(&expected), "{told}");
         assert!(
-            told.contains("set GOLDTOF_CACHE_DIR to a folder that you, and nobody else, can write to"),
+            told.contains(
+                "set GOLDTOF_CACHE_DIR to a folder that you, and nobody else, can write to"
+            ),
             "{told}"
         );
     }

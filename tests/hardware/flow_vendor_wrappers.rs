@@ -33,7 +33,11 @@ fn core(folder: &Path, lanes: u32) -> Vec<String> {
 
 /// Reads the board example of a family round the core in Yosys' own folder.
 fn read_board(family: &str, core: &[String]) -> String {
-    format!("read_verilog {} {}", core.join(" "), wrappers(family).join(" "))
+    format!(
+        "read_verilog {} {}",
+        core.join(" "),
+        wrappers(family).join(" ")
+    )
 }
 
 /// Synthesizes the board example round a core with `lanes` samples per chip and
@@ -124,7 +128,11 @@ endmodule
 
 /// Where Yosys keeps its models of iCE40's cells.
 fn ice40_cells(folder: &Path) -> String {
-    let said = run(folder, "yosys", &["-p", "read_verilog -lib +/ice40/cells_sim.v"]);
+    let said = run(
+        folder,
+        "yosys",
+        &["-p", "read_verilog -lib +/ice40/cells_sim.v"],
+    );
     let cells = said
         .split(['`', '\''])
         .find(|part| part.starts_with('/') && part.ends_with("cells_sim.v"));

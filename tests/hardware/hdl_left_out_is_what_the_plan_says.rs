@@ -9,7 +9,11 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 /// Whether the plan keeps the part `name` for any source.
 fn keeps(plan: &Plan, name: &str) -> bool {
     let is_it = |part: &str| part == name || part.starts_with(&format!("{name} ("));
-    let mut parts = plan.hardware.iter().filter(|part| is_it(&part.part)).peekable();
+    let mut parts = plan
+        .hardware
+        .iter()
+        .filter(|part| is_it(&part.part))
+        .peekable();
     assert!(parts.peek().is_some(), "no part {name}");
     parts.any(|part| part.kept)
 }
@@ -22,17 +26,33 @@ fn traces(emission: &Emission) -> [(&'static str, bool); 7] {
             let module = line.strip_prefix("module ").unwrap_or_default();
             module.starts_with(name)
         };
-        emission.files.iter().any(|file| file.text.lines().any(begins))
+        emission
+            .files
+            .iter()
+            .any(|file| file.text.lines().any(begins))
     };
-    let controller = emission.files.iter().find(|file| file.name == "scan_controller.v");
-    let samples = emission.ports.iter().find(|port| port.name == "i_samples").unwrap();
+    let controller = emission
+        .files
+        .iter()
+        .find(|file| file.name == "scan_controller.v");
+    let samples = emission
+        .ports
+        .iter()
+        .find(|port| port.name == "i_samples")
+        .unwrap();
     [
         ("second_lfsr", has_module("gold_generator")),
         ("interleaver", has_module("interleaver")),
         ("saturation_clamp", has_port("o_saturated")),
         ("peak_detector", has_port("o_peak_valid")),
-        ("scan_realignment", controller.unwrap().text.contains("o_start")),
-        ("lane_choice", samples.width as usize > emission.parameters.detectors),
+        (
+            "scan_realignment",
+            controller.unwrap().text.contains("o_start"),
+        ),
+        (
+            "lane_choice",
+            samples.width as usize > emission.parameters.detectors,
+        ),
         // A group's first count and at least one more come over the stream.
         ("parallel_correlators", emission.parameters.parallel > 1),
     ]
@@ -60,7 +80,14 @@ fn in_two_hundred_random_scenes() {
                 .map(|part| (text(&part["part"]), text(&part["reason"])))
                 .collect()
         };
-        assert_eq!(named(&manifest["left_out"]), named(&plan["hardware"]), "scene {number}");
+        assert_eq!(
+            named(&manifest["left_out"]),
+            named(&plan["hardware"]),
+            "scene {number}"
+        );
     }
-    assert!(seen.as_flattened().iter().all(|&times| times > 5), "{seen:?}");
+    assert!(
+        seen.as_flattened().iter().all(|&times| times > 5),
+        "{seen:?}"
+    );
 }
