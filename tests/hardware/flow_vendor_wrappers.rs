@@ -242,10 +242,14 @@ fn epochs(folder: &Path, sources: &[String]) -> String {
 
 #[test]
 fn a_core_that_does_not_fit_the_board_is_refused_by_a_name_that_says_so() {
-    for (family, fitting, other) in [("ecp5", 4, 8), ("xc7", 8, 4), ("ice40", 2, 4)] {
+    for (family, command, fitting, other) in [
+        ("ecp5", "synth_ecp5", 4, 8),
+        ("xc7", "synth_xilinx", 8, 4),
+        ("ice40", "synth_ice40", 2, 4),
+    ] {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let read = read_board(family, &core(folder.path(), other));
-        let script = format!("{read}; hierarchy -check -top {family}_board");
+        let script = format!("{read}; {command} -top {family}_board");
         let output = std::process::Command::new("yosys")
             .args(["-q", "-p", &script])
             .current_dir(folder.path())

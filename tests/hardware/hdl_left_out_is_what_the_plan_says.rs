@@ -53,16 +53,15 @@ fn traces(emission: &Emission) -> [(&'static str, bool); 7] {
             "lane_choice",
             samples.width as usize > emission.parameters.detectors,
         ),
-        // A group's first count and at least one more come over the stream.
         ("parallel_correlators", emission.parameters.parallel > 1),
     ]
 }
 
 #[test]
-fn in_two_hundred_random_scenes() {
+fn in_eighty_random_scenes() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
     let mut seen = [[0_u32; 2]; 7];
-    for number in 0..200 {
+    for number in 0..80 {
         let (scene, emission) = draw::emitted(&mut rng, Extent::SHORT, |_| ());
         let plan = plan(&scene);
         for (at, (part, is_there)) in traces(&emission).into_iter().enumerate() {
@@ -87,7 +86,7 @@ fn in_two_hundred_random_scenes() {
         );
     }
     assert!(
-        seen.as_flattened().iter().all(|&times| times > 5),
+        seen.as_flattened().iter().all(|&times| times > 2),
         "{seen:?}"
     );
 }
