@@ -62,7 +62,7 @@ fn a_scenes_name_is_a_comment_wherever_it_is_emitted() {
         assert_eq!(text.lines().count(), ordinary.lines().count(), "{name:?}");
         for (line, expected) in text.lines().zip(ordinary.lines()) {
             let is_ours = [
-                "Made by  goldtof",
+                " goldtof emit ",
                 "goldtof:sensor:",
                 "\"scene\": ",
                 "\"command\": ",
