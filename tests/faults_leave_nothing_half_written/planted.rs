@@ -12,6 +12,9 @@ fn pipe(path: &Path) {
     assert!(Command::new("mkfifo").arg(path).status().unwrap().success());
 }
 
+/// Puts something in the place of a path.
+type Plant<'a> = &'a dyn Fn(&Path);
+
 /// As [`goldtof`], but ended after a minute: nothing here may wait for anyone.
 fn bounded(arguments: &[&str]) -> Command {
     let mut command = Command::new("timeout");
@@ -25,7 +28,7 @@ fn a_hidden_name_that_leads_elsewhere_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let victim = folder.path().join("victim");
     fs::write(&victim, "precious").unwrap();
-    let plants: [(&str, &dyn Fn(&Path)); 4] = [
+    let plants: [(&str, Plant); 4] = [
         ("a symbolic link", &|at| symlink(&victim, at).unwrap()),
         ("a symbolic link", &|at| {
             symlink("../elsewhere", at).unwrap()
