@@ -36,6 +36,7 @@ pub mod interrupt;
 pub mod model;
 pub mod optics;
 pub mod plan;
+pub mod printable;
 pub mod programs;
 pub mod report;
 pub mod reproduce;

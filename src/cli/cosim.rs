@@ -7,8 +7,9 @@ use super::output::Output;
 use super::{Ending, rtl};
 use crate::cosim::build::{cache_dir, sources_of};
 use crate::cosim::{Cosimulation, Report, Request, StimulusKind, Verdict, cosimulate};
-use crate::files::stage;
+use crate::files::check_target;
 use crate::hdl;
+use crate::printable::printable_path;
 use crate::scene::{self, Scene};
 
 pub(super) fn run(
@@ -19,7 +20,7 @@ pub(super) fn run(
     let scene = scene::load(&arguments.scene.scene)?;
     if let Some(path) = &arguments.vcd {
         // Better now than after a long run.
-        drop(stage(path, |_| Ok(()))?);
+        check_target(path)?;
     }
     let sources = match &arguments.rtl {
         Some(folder) => rtl::read(folder)?,
@@ -27,7 +28,7 @@ pub(super) fn run(
     };
     let request = Request {
         sources,
-        cache: cache_dir(),
+        cache: cache_dir()?,
         stimulus: arguments.stimulus,
         clocks: arguments.cycles,
         seed,
@@ -92,7 +93,7 @@ pub(super) fn text(report: &Report) -> String {
         );
     }
     if let Some(vcd) = &report.vcd {
-        text += &format!("waveforms: {}\n", vcd.display());
+        text += &format!("waveforms: {}\n", printable_path(vcd));
     }
     text
 }

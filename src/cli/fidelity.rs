@@ -7,6 +7,7 @@ use super::arguments::FidelityArguments;
 use super::forecast::announce;
 use super::output::Output;
 use crate::fidelity::compare::compare;
+use crate::printable::printable_path;
 use crate::scene;
 
 pub(super) fn run(
@@ -30,7 +31,7 @@ pub(super) fn run(
     }
     if let Some(folder) = folder {
         for name in report.write_files(&folder)? {
-            output.note(&format!("wrote {}", folder.join(name).display()));
+            output.note(&format!("wrote {}", printable_path(&folder.join(name))));
         }
     }
     output.answer(&report, &report.to_text())?;

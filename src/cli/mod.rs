@@ -25,6 +25,7 @@ use self::arguments::{Cli, Command};
 use self::output::Output;
 use crate::cosim::error::CosimError;
 use crate::interrupt;
+use crate::printable::printable_lines;
 use crate::programs;
 
 /// How a command that did its work ended.
@@ -43,7 +44,7 @@ pub fn main() -> ExitCode {
         Err(error) => {
             // Help and version are answers, not errors.
             let status = if error.use_stderr() { 2 } else { 0 };
-            let _ = error.print();
+            print_usage(&error);
             return ExitCode::from(status);
         }
     };
@@ -70,6 +71,17 @@ pub fn main() -> ExitCode {
             output.error(&error);
             ExitCode::from(status_of(&error))
         }
+    }
+}
+
+/// What is wrong with the command line, or its help; in colour unless it quotes
+/// what would command the terminal.
+fn print_usage(error: &clap::Error) {
+    let text = error.render().to_string();
+    if printable_lines(&text) == text {
+        let _ = error.print();
+    } else {
+        output::to_stderr(text.trim_end());
     }
 }
 

@@ -10,7 +10,8 @@ use crate::cosim::build::SourceFile;
 use crate::cosim::error::CosimError;
 use crate::cosim::manifest::file_names;
 use crate::cosim::needed::needed_by;
-use crate::files::read_text;
+use crate::files::read_regular;
+use crate::printable::is_unprintable;
 
 /// Largest file of Verilog, and largest manifest, that is read.
 const MOST_BYTES: u64 = 64 << 20;
@@ -77,16 +78,10 @@ fn manifest(folder: &Path) -> Result<Option<Vec<String>>, CosimError> {
 
 /// Reads a file, but neither a folder nor a pipe that nobody may ever fill.
 fn read_file(path: &Path) -> Result<String, CosimError> {
-    let text = fs::metadata(path).and_then(|found| {
-        if found.is_file() {
-            read_text(path, MOST_BYTES)
-        } else {
-            Err(io::Error::other("it is not a regular file"))
-        }
-    });
-    text.map_err(unreadable(path))
+    read_regular(path, MOST_BYTES).map_err(unreadable(path))
 }
 
+/// The names in a folder. One that a tool would not take for a name is refused.
 fn listing(folder: &Path) -> Result<Vec<String>, CosimError> {
     let mut names = Vec::new();
     for entry in fs::read_dir(folder).map_err(unreadable(folder))? {
@@ -100,6 +95,11 @@ fn listing(folder: &Path) -> Result<Vec<String>, CosimError> {
                 }
             }
         }
+    }
+    names.retain(|name| ENDINGS.iter().any(|ending| name.ends_with(ending)));
+    if let Some(name) = names.iter().find(|name| name.contains(is_unprintable)) {
+        let reason = "it has characters that cannot be seen";
+        return Err(file_name(folder, name.into(), reason));
     }
     names.sort();
     Ok(names)

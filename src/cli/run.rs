@@ -15,6 +15,7 @@ use crate::cosim::{self, Request, StimulusKind, Verdict};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::hdl::{self, Emission};
 use crate::plan::{self, Plan};
+use crate::printable::printable_path;
 use crate::report::page::Page;
 use crate::report::{DetectorCounts, counts_csv};
 use crate::scene::{self, Scene};
@@ -51,8 +52,9 @@ pub(super) fn run(
     for name in [REPORT, COUNTS, WAVEFORMS] {
         folder.remove(name)?;
     }
+    folder.sync()?;
     let rtl = folder.join("rtl");
-    hdl::write_into(&emission, &output.folder(&rtl)?)?;
+    hdl::write_into(&emission, &output.subfolder(&folder, "rtl")?)?;
     output.note(
         emit_text(&emission, &rtl)
             .lines()
@@ -62,7 +64,7 @@ pub(super) fn run(
 
     let request = Request {
         sources: sources_of(&emission),
-        cache: cache_dir(),
+        cache: cache_dir()?,
         stimulus: StimulusKind::Photons,
         clocks: None,
         seed,
@@ -134,6 +136,6 @@ fn summary(scene: &Scene, report: &RunReport, out: &Path) -> String {
             );
         }
     }
-    let _ = writeln!(text, "report: {}", out.join(REPORT).display());
+    let _ = writeln!(text, "report: {}", printable_path(&out.join(REPORT)));
     text
 }

@@ -3,12 +3,15 @@
 //! A build's identity is the hash of everything that goes into it: Verilog,
 //! C++, flags and the tools' versions.
 
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 pub use super::cache::cache_dir;
 use super::cache::{hash, once, write};
 use super::error::CosimError;
+use super::image::Image;
 use super::ports;
 use super::rejected::{in_build, rejection};
 use super::tools::Tools;
@@ -18,6 +21,7 @@ use crate::model::layout::Layout;
 
 const BENCH: &str = include_str!("../../testbench/cosim.cpp");
 const PROGRAM: &str = "sensor";
+const RUNTIME_OBJECT: &str = "runtime.o";
 /// The one unit that the compiler gets.
 const UNIT: &str = "all.cc";
 /// Folder of the Verilog in that of a build.
@@ -89,7 +93,16 @@ pub fn sources_of(emission: &Emission) -> Vec<SourceFile> {
         .collect()
 }
 
-/// Builds a model, or finds it built, and gives the program's path.
+/// A built model, ready to be started.
+#[derive(Debug, Clone)]
+pub struct Built {
+    /// Where the cache keeps it.
+    pub path: PathBuf,
+    /// The program, as it was checked.
+    pub image: Arc<Image>,
+}
+
+/// Builds a model, or finds it built.
 ///
 /// # Errors
 /// When a tool is missing or fails, when the Verilog does not compile or its ports
@@ -99,7 +112,7 @@ pub fn build(
     sources: &[SourceFile],
     contract: &Contract,
     cache: &Path,
-) -> Result<PathBuf, CosimError> {
+) -> Result<Built, CosimError> {
     let tools = Tools::find()?;
     let header = ports::header(top, &Layout::of(contract));
     let mut parts = vec![
@@ -114,34 +127,35 @@ pub fn build(
     for source in sources {
         parts.extend([source.name.as_str(), source.text.as_str()]);
     }
-    let runtime = runtime(&tools, cache)?;
-    let folder = once(
-        cache,
-        &format!("model-{}", hash(&parts)),
-        PROGRAM,
-        |folder| {
-            verilate(&tools, top, sources, contract, folder)?;
-            write(&folder.join(ports::HEADER), &header)?;
-            write(&folder.join("cosim.cpp"), BENCH)?;
-            link(&tools, folder, &runtime).map_err(|error| rejection(error, sources))
-        },
-    )?;
-    Ok(folder.join(PROGRAM))
+    let name = format!("model-{}", hash(&parts));
+    let bytes = once(cache, &name, PROGRAM, |folder| {
+        let runtime = runtime(&tools, cache)?;
+        verilate(&tools, top, sources, contract, folder)?;
+        write(&folder.join(ports::HEADER), &header)?;
+        write(&folder.join("cosim.cpp"), BENCH)?;
+        link(&tools, folder, &runtime).map_err(|error| rejection(error, sources))
+    })?;
+    let path = cache.join(name).join(PROGRAM);
+    let image = Image::new(&bytes).map_err(CosimError::memory(&path))?;
+    Ok(Built {
+        path,
+        image: Arc::new(image),
+    })
 }
 
 /// Verilator's run-time library as object files: the same for every model, and
 /// most of the compiler's work.
-fn runtime(tools: &Tools, cache: &Path) -> Result<PathBuf, CosimError> {
+fn runtime(tools: &Tools, cache: &Path) -> Result<Vec<u8>, CosimError> {
     let mut parts = vec![tools.versions.as_str(), "runtime"];
     parts.extend(COMPILER_FLAGS);
     once(
         cache,
         &format!("runtime-{}", hash(&parts)),
-        "runtime.o",
+        RUNTIME_OBJECT,
         |folder| {
-            let sources = RUNTIME.iter().map(|name| tools.include.join(name));
-            let all: String = sources
-                .map(|path| format!("#include \"{}\"\n", path.display()))
+            let all: String = RUNTIME
+                .iter()
+                .map(|name| format!("#include \"{name}\"\n"))
                 .collect();
             let unit = folder.join("runtime.cpp");
             write(&unit, &all)?;
@@ -152,7 +166,7 @@ fn runtime(tools: &Tools, cache: &Path) -> Result<PathBuf, CosimError> {
                     .arg("-c")
                     .arg(&unit)
                     .arg("-o")
-                    .arg(folder.join("runtime.o"))
+                    .arg(folder.join(RUNTIME_OBJECT))
             })?;
             Ok(())
         },
@@ -198,7 +212,7 @@ fn verilate(
 
 /// Compiles the model and the bench as one unit, so that the compiler sees
 /// through the calls between them.
-fn link(tools: &Tools, folder: &Path, runtime: &Path) -> Result<(), CosimError> {
+fn link(tools: &Tools, folder: &Path, runtime: &[u8]) -> Result<(), CosimError> {
     let mut units: Vec<String> = fs::read_dir(folder)
         .map_err(CosimError::cache(folder))?
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
@@ -210,20 +224,26 @@ fn link(tools: &Tools, folder: &Path, runtime: &Path) -> Result<(), CosimError> 
         .map(|name| format!("#include \"{name}\"\n"))
         .collect();
     write(&folder.join(UNIT), &all)?;
+    // The bytes that were checked, and not what the cache has by now.
+    let object = folder.join(RUNTIME_OBJECT);
+    fs::write(&object, runtime).map_err(CosimError::cache(&object))?;
     tools.compiler.run(|command| {
         command
             .current_dir(folder)
             .args(COMPILER_FLAGS)
             .args(["-I", "."])
             .args(include_flags(tools))
-            .arg(UNIT)
-            .arg(runtime.join("runtime.o"))
-            .args(["-o", PROGRAM, "-pthread"])
+            .args([UNIT, RUNTIME_OBJECT, "-o", PROGRAM, "-pthread"])
     })?;
     Ok(())
 }
 
-fn include_flags(tools: &Tools) -> [String; 2] {
-    let include = tools.include.display();
-    [format!("-I{include}"), format!("-I{include}/vltstd")]
+fn include_flags(tools: &Tools) -> [OsString; 2] {
+    [&tools.include, &tools.include.join("vltstd")].map(|folder| include_flag(folder))
+}
+
+fn include_flag(folder: &Path) -> OsString {
+    let mut flag = OsString::from("-I");
+    flag.push(folder);
+    flag
 }

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::printable::printable_path;
+
 /// A co-simulation that could not be done. A mismatch is not an error.
 #[derive(Debug, thiserror::Error)]
 pub enum CosimError {
@@ -80,7 +82,7 @@ pub enum CosimError {
         differences: Vec<String>,
     },
     /// `--rtl` names a folder without Verilog.
-    #[error("{} holds no .v or .sv file; --rtl wants the folder of the Verilog to check", .0.display())]
+    #[error("{} holds no .v or .sv file; --rtl wants the folder of the Verilog to check", printable_path(.0))]
     NoVerilog(PathBuf),
     /// `--rtl` names a folder with more than anyone's sensor has.
     #[error(
@@ -107,7 +109,7 @@ pub enum CosimError {
         reason: &'static str,
     },
     /// `--rtl` names a folder whose manifest cannot be used.
-    #[error("{}: {reason}", path.display())]
+    #[error("{}: {reason}", printable_path(path))]
     Manifest {
         /// The manifest.
         path: PathBuf,
@@ -115,7 +117,7 @@ pub enum CosimError {
         reason: String,
     },
     /// A file of the Verilog to check could not be read.
-    #[error("{}: cannot read it: {source}", path.display())]
+    #[error("{}: cannot read it: {source}", printable_path(path))]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -124,12 +126,29 @@ pub enum CosimError {
     },
     /// Built models cannot be kept.
     #[error(
-        "{}: cannot keep built models here: {source}; set GOLDTOF_CACHE_DIR to a folder that can \
-         be written",
-        path.display()
+        "{}: cannot keep built models here: {source}; set GOLDTOF_CACHE_DIR to a folder that you, \
+         and nobody else, can write to",
+        printable_path(path)
     )]
     Cache {
         /// The file or folder of the cache.
+        path: PathBuf,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// There is no place to keep built models.
+    #[error(
+        "there is no folder to keep built models in: the user has no home; set GOLDTOF_CACHE_DIR to \
+         a folder that only this user can write"
+    )]
+    NoCache,
+    /// A built model cannot be put into memory.
+    #[error(
+        "{}: cannot put the built model into memory: {source}",
+        printable_path(path)
+    )]
+    Memory {
+        /// The shared library.
         path: PathBuf,
         /// The system's answer.
         source: std::io::Error,
@@ -138,7 +157,7 @@ pub enum CosimError {
     #[error(transparent)]
     Waveforms(#[from] crate::files::FileError),
     /// The built model cannot be started.
-    #[error("{}: cannot start the verilated model: {source}", path.display())]
+    #[error("{}: cannot start the verilated model: {source}", printable_path(path))]
     Load {
         /// The program.
         path: PathBuf,
@@ -184,6 +203,12 @@ impl CosimError {
     pub fn cache(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> CosimError {
         let path = path.into();
         |source| CosimError::Cache { path, source }
+    }
+
+    /// An error of putting the library `path` into memory.
+    pub fn memory(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> CosimError {
+        let path = path.into();
+        |source| CosimError::Memory { path, source }
     }
 
     /// Whether an external tool is to blame.

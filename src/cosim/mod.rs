@@ -6,6 +6,7 @@ pub mod build;
 pub mod cache;
 pub mod error;
 pub mod exercised;
+pub mod image;
 pub mod lockstep;
 pub mod manifest;
 pub mod needed;
@@ -22,7 +23,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use self::adversarial::Adversarial;
-use self::build::SourceFile;
+use self::build::{Built, SourceFile};
 use self::error::{CosimError, When};
 use self::exercised::Exercised;
 use self::lockstep::{Lockstep, Outcome};
@@ -100,7 +101,9 @@ pub struct Report {
     pub stimulus: StimulusKind,
     /// Its seed.
     pub seed: u64,
-    /// The waveform file, if one was written.
+    /// The waveform file, if one was written; bytes of its name that are no text are
+    /// replaced in JSON.
+    #[serde(serialize_with = "path_text")]
     pub vcd: Option<PathBuf>,
 }
 
@@ -217,6 +220,13 @@ impl Cosimulation {
     }
 }
 
+/// A path in JSON, which has no bytes that are not text.
+fn path_text<S: serde::Serializer>(path: &Option<PathBuf>, json: S) -> Result<S::Ok, S::Error> {
+    path.as_ref()
+        .map(|path| path.to_string_lossy())
+        .serialize(json)
+}
+
 /// Builds the Verilog and runs it beside the reference model.
 ///
 /// # Errors
@@ -229,8 +239,8 @@ pub fn cosimulate(
 ) -> Result<Cosimulation, CosimError> {
     let contract = Contract::of(scene);
     let reference = Reference::new(contract.clone())?;
-    let program = build::build(TOP, &request.sources, &contract, &request.cache)?;
-    let run = run(scene, contract, reference, &program, request, on_progress);
+    let built = build::build(TOP, &request.sources, &contract, &request.cache)?;
+    let run = run(scene, contract, reference, &built, request, on_progress);
     run.map_err(|error| match error {
         CosimError::Halted { when, reason } => CosimError::Halted {
             when,
@@ -244,12 +254,12 @@ fn run(
     scene: &Scene,
     contract: Contract,
     mut reference: Reference,
-    program: &Path,
+    built: &Built,
     request: &Request,
     mut on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimError> {
     let layout = Layout::of(&contract);
-    let mut model = Verilated::load(program, &layout)?;
+    let mut model = Verilated::load(built, &layout)?;
     let clocks = request.clocks.unwrap_or_else(|| match request.stimulus {
         StimulusKind::Photons => clocks_for_scans(&contract, 1),
         StimulusKind::Adversarial => Adversarial::default_clocks(&contract),

@@ -12,14 +12,14 @@ use std::io::{self, Read as _, Write as _};
 use std::os::fd::OwnedFd;
 use std::os::unix::fs::FileExt as _;
 use std::os::unix::net::UnixStream;
-use std::os::unix::process::ExitStatusExt as _;
-use std::path::Path;
+use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
 use std::process::Command;
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use super::blocks::BLOCK_CLOCKS;
+use super::build::Built;
 use super::error::{CosimError, When};
 use crate::interrupt::Program;
 use crate::model::layout::Layout;
@@ -65,13 +65,13 @@ impl Verilated {
     ///
     /// # Errors
     /// When it cannot be started, or ends before its first clock.
-    pub fn load(path: &Path, layout: &Layout) -> Result<Verilated, CosimError> {
+    pub fn load(built: &Built, layout: &Layout) -> Result<Verilated, CosimError> {
         let failed = |source| CosimError::Load {
-            path: path.to_owned(),
+            path: built.path.clone(),
             source,
         };
         let (input_words, output_words) = (layout.inputs.words, layout.outputs.words);
-        let mut model = Verilated::start(path, input_words, output_words).map_err(failed)?;
+        let mut model = Verilated::start(built, input_words, output_words).map_err(failed)?;
         match model.answer() {
             Ok(()) => Ok(model),
             Err(reason) => Err(CosimError::Halted {
@@ -81,7 +81,7 @@ impl Verilated {
         }
     }
 
-    fn start(path: &Path, input_words: usize, output_words: usize) -> io::Result<Verilated> {
+    fn start(built: &Built, input_words: usize, output_words: usize) -> io::Result<Verilated> {
         let shared = File::from(rustix::fs::memfd_create(
             "goldtof",
             rustix::fs::MemfdFlags::CLOEXEC,
@@ -94,7 +94,8 @@ impl Verilated {
         let (words, theirs) = io::pipe()?;
         // The command keeps its ends of the line and the pipe until it is dropped.
         let program = Program::start(
-            Command::new(path)
+            Command::new(built.image.path())
+                .arg0(&built.path)
                 .stdin(OwnedFd::from(other_end))
                 .stdout(shared.try_clone()?)
                 .stderr(theirs),

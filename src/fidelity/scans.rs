@@ -1,12 +1,11 @@
 //! Counts of whole scans, one tier or another.
 
 use std::num::NonZero;
-use std::path::{Path, PathBuf};
 use std::thread::available_parallelism;
 
 use super::Tier;
 use crate::cosim::blocks::{Block, BlockMaker};
-use crate::cosim::build::{build, cache_dir, sources_of};
+use crate::cosim::build::{Built, build, cache_dir, sources_of};
 use crate::cosim::error::CosimError;
 use crate::cosim::exercised::Exercised;
 use crate::cosim::lockstep::Lockstep;
@@ -59,7 +58,7 @@ pub enum ScansError {
 #[derive(Debug, Clone)]
 pub struct Prepared {
     tier: Tier,
-    library: Option<PathBuf>,
+    library: Option<Built>,
 }
 
 /// [`Prepared::scans`] of a tier that is prepared for them alone.
@@ -85,7 +84,7 @@ impl Prepared {
     pub fn new(scene: &Scene, tier: Tier) -> Result<Prepared, ScansError> {
         let library = if tier == Tier::Rtl {
             let sources = sources_of(&hdl::emit(scene, "goldtof simulate")?);
-            Some(build(TOP, &sources, &Contract::of(scene), &cache_dir())?)
+            Some(build(TOP, &sources, &Contract::of(scene), &cache_dir()?)?)
         } else {
             None
         };
@@ -200,7 +199,7 @@ fn models(scene: &Scene) -> Vec<DetectorModel> {
 fn rtl(
     scene: &Scene,
     detector: usize,
-    library: &Path,
+    library: &Built,
     seed: u64,
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),

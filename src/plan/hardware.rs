@@ -12,6 +12,7 @@ pub(super) fn parts(scene: &Scene) -> Vec<Part> {
         .collect();
     parts.extend([
         phase_stepper(scene),
+        lane_choice(scene),
         edge_detector(scene),
         updown_correlator(scene, &contract),
         parallel_correlators(scene),
@@ -83,11 +84,24 @@ fn phase_stepper(scene: &Scene) -> Part {
     match scene.samples_per_chip {
         1 => kept(
             "phase_stepper",
-            "holds the reference for one chip after each phase step; S = 1 needs no lane choice",
+            "holds the reference for one chip after each phase step",
         ),
         samples => kept(
             "phase_stepper",
             format!("delays the reference by {samples} phase steps per chip"),
+        ),
+    }
+}
+
+fn lane_choice(scene: &Scene) -> Part {
+    match scene.samples_per_chip {
+        1 => left_out(
+            "lane_choice",
+            "S = 1: every phase step is a whole chip, and all lanes are one",
+        ),
+        samples => kept(
+            "lane_choice",
+            format!("delays the reference by parts of a chip, one of {samples} samples at a time"),
         ),
     }
 }

@@ -63,6 +63,13 @@ pub fn plan(scene: &Scene) -> Plan {
     }
 }
 
+/// The parts of the hardware that `scene` does without.
+pub fn hardware_left_out(scene: &Scene) -> Vec<Part> {
+    let mut parts = hardware::parts(scene);
+    parts.retain(|part| !part.kept);
+    parts
+}
+
 /// A part that is kept, because of `reason`.
 fn kept(part: impl Into<String>, reason: impl Into<String>) -> Part {
     Part {

@@ -13,6 +13,7 @@ use super::{
 use super::{detector, movement, scan, source};
 use crate::code::MAX_CODE_CHIPS;
 use crate::files::read_text;
+use crate::printable::{is_unprintable, printable, printable_path};
 
 /// Largest scene file that is read.
 pub(super) const MOST_SCENE_BYTES: u64 = 2 << 20;
@@ -26,7 +27,7 @@ pub(super) const MAX_SCENE_CHIPS: u64 = 2 * MAX_CODE_CHIPS;
 /// # Errors
 /// If the file cannot be read, or everything that is wrong in it.
 pub fn load(path: &FilePath) -> Result<Scene, SceneErrors> {
-    let file_name = path.display().to_string();
+    let file_name = printable_path(path);
     let text = read_text(path, MOST_SCENE_BYTES).map_err(|source| SceneErrors::Unreadable {
         file: file_name.clone(),
         source,
@@ -53,7 +54,7 @@ pub fn parse(file_name: &str, text: &str) -> Result<Scene, SceneErrors> {
     };
     let name = FilePath::new(file_name)
         .file_stem()
-        .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        .map_or_else(String::new, |stem| printable_path(FilePath::new(stem)));
     let root = Section::new(&diagnostics, document.get_ref(), 0..0, String::new());
     let scene = read_scene(&root, name);
     root.finish();
@@ -107,6 +108,14 @@ impl Names {
             section.require_such("name", &format!("\"{example}\""));
             let given = section.string("name", &example);
             let name = given.unwrap_or_default();
+            if name.contains(is_unprintable) {
+                let message = format!(
+                    "\"{}\" has characters that cannot be seen; a {kind}'s name is one line of \
+                     printable text, for example \"{example}\"",
+                    printable(name)
+                );
+                section.report("name", &message);
+            }
             if given.is_some() && name.is_empty() {
                 let message = format!(
                     "a {kind} needs a name that is not empty; write for example \"{example}\""

@@ -94,7 +94,7 @@ impl Bench {
         let contract = Contract::of(scene);
         let layout = Layout::of(&contract);
         let sources = sources_of(&hdl::emit(scene, "goldtof stress")?);
-        let library = build(TOP, &sources, &contract, &cache_dir())?;
+        let library = build(TOP, &sources, &contract, &cache_dir()?)?;
         Ok(Bench {
             model: Verilated::load(&library, &layout)?,
             contract,

@@ -50,7 +50,7 @@ fn a_cache_that_cannot_be_written_is_named_with_what_to_set() {
     fs::write(&file, "mine").unwrap();
     for (cache, reason) in [
         (file.clone(), "not a directory"),
-        (file.join("cache"), "Not a directory"),
+        (file.join("cache"), "not a directory"),
         (Path::new("/proc/goldtof").to_owned(), "No such file"),
     ] {
         let told = ends_with(2, &mut cosim(&cache));
@@ -60,7 +60,9 @@ fn a_cache_that_cannot_be_written_is_named_with_what_to_set() {
         );
         assert!(told.starts_with(&expected), "{told}");
         assert!(
-            told.contains("set GOLDTOF_CACHE_DIR to a folder that can be written"),
+            told.contains(
+                "set GOLDTOF_CACHE_DIR to a folder that you, and nobody else, can write to"
+            ),
             "{told}"
         );
     }

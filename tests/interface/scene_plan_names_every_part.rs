@@ -32,6 +32,7 @@ fn the_plan_of_paper_single() {
       kept      second_lfsr           a Gold code is the XOR of two m-sequences
       left out  interleaver           the code is not interleaved (nu = 0)
       kept      phase_stepper         delays the reference by 8 phase steps per chip
+      kept      lane_choice           delays the reference by parts of a chip, one of 8 samples at a time
       kept      edge_detector         finds rising edges in 8 samples per clock of 1 detector
       kept      updown_correlator     17 bits hold any count of 13100 chips with at most 4 edges each
       left out  parallel_correlators  parallel = 1: phase steps are correlated one after another

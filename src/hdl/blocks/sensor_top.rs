@@ -74,7 +74,7 @@ impl SensorTop {
         let with_peak = |port| Optional::new(contract.peak.is_some(), port);
         SensorTop {
             i_clk: Input::bit("one cycle per chip"),
-            i_rst: Input::bit("synchronous, active high"),
+            i_rst: Input::bit("synchronous, active high; pulse it after power-up"),
             o_laser: Output::word(sources, "chip of each source, bit m for source m")
                 .under("Lasers"),
             o_epoch: Output::bit("o_laser shows the first chip of the reference's code")
@@ -194,6 +194,10 @@ fn describe(contract: &Contract) -> About {
          i_samples one cycle after o_laser shows the chip. In reset all {outputs} outputs are 0.",
         contract.lanes
     ))
+    .note(
+        "Registers have no values at power-up: before the first scan i_rst has to be high at one \
+         rising edge of i_clk at least. Without that the outputs mean nothing.",
+    )
     .fact(
         "Scan",
         format!(
