@@ -168,6 +168,7 @@ pub fn scene(
             target: Target::Ecp525k6,
             parallel: 1,
             counter_width,
+            total_counts: None,
             peak_detector: false,
         },
     }
