@@ -11,8 +11,7 @@ pub(super) fn run(
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let mut scene = scene::load(&arguments.scene.scene)?;
-    scene.estimator = arguments.estimator.unwrap_or(scene.estimator);
+    let scene = scene::load(&arguments.scene.scene)?.with_estimator(arguments.estimator)?;
     let simulation = simulate(&scene, arguments.fidelity, seed, arguments.repeat)?;
     for warning in &simulation.warnings {
         output.note(&format!("warning: {warning}"));

@@ -11,11 +11,7 @@ use super::{
     estimate, folded, predict, true_delay,
 };
 use crate::optics::StepCount;
-use crate::scene::{EstimatorKind, Path, Scene};
-
-/// Where a fit's total counts come from.
-const TOTALS_OF_THE_REFERENCE_MODEL: &str =
-    "the total counts are the reference model's: the hardware sends signed counts alone";
+use crate::scene::{EstimatorKind, Path, Scene, TotalsMissing};
 
 /// What a scan's counts say about the distance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -175,6 +171,10 @@ impl EstimateReport {
 
     /// The fit's answer; gives the time of flight.
     fn take_fit(&mut self, scene: &Scene, detector: usize, counts: &[StepCount]) -> Option<f64> {
+        if !scene.sends_total_counts() {
+            self.remark = Some(format!("no estimate: {TotalsMissing}"));
+            return None;
+        }
         let tier = CountingTier::Sampled;
         match fit(scene, detector, tier, counts, scene.other_light) {
             Err(reason) => {
@@ -183,11 +183,7 @@ impl EstimateReport {
             }
             Ok(fitted) => {
                 self.distance_m = Some(fitted.distance_m);
-                let remarks = [
-                    Some(TOTALS_OF_THE_REFERENCE_MODEL.to_owned()),
-                    shared_light(scene),
-                ];
-                self.remark = Some(remarks.into_iter().flatten().collect::<Vec<_>>().join("; "));
+                self.remark = shared_light(scene);
                 self.fit = Some(FitReport::of(scene, &fitted));
                 Some(fitted.delay_ps)
             }
@@ -231,9 +227,14 @@ impl EstimateReport {
         let ratio = self.expected_std_m.zip(self.bound_m);
         self.std_over_bound = ratio.map(|(std_m, bound_m)| std_m / bound_m);
         if let Some(folded) = folded(scene, path) {
-            let remark = self.remark.take().map(|remark| remark + "; ");
-            self.remark = Some(remark.unwrap_or_default() + &folded);
+            self.add_remark(&folded);
         }
+    }
+
+    /// Adds to what is remarked on already.
+    pub fn add_remark(&mut self, remark: &str) {
+        let before = self.remark.take().map(|before| before + "; ");
+        self.remark = Some(before.unwrap_or_default() + remark);
     }
 
     /// Name and value of everything that is known, for a table.

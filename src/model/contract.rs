@@ -81,6 +81,15 @@ impl CountSegments {
         self.count + u32::from(self.count > 1)
     }
 
+    /// The same for the total beside the count, cut at the same bits: one dump
+    /// serves both.
+    pub fn of_total(self, total: TotalCount) -> CountSegments {
+        CountSegments {
+            top_bits: self.top_bits - (self.bits() - total.exact_bits),
+            ..self
+        }
+    }
+
     /// Bits of all segments.
     pub fn bits(&self) -> u32 {
         self.lower_bits * (self.count - 1) + self.top_bits
@@ -94,29 +103,23 @@ impl CountSegments {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TotalCount {
     /// Bits of a total that no stimulus can overflow, unsigned: one less than the
-    /// signed count has, which needs a sign.
+    /// signed count has, which needs a sign. Where a step is a single chip, as many:
+    /// the adder takes a word's hits as a signed number.
     pub exact_bits: u32,
     /// Bits of a total in a result, unsigned; less than `exact_bits` means that it
     /// saturates. A total is as wide as a count, or exact.
     pub bits: u32,
-    /// How the exact total's adder is split: as the count's, so that one dump
-    /// serves both.
-    pub segments: CountSegments,
     /// Bit of `m_axis_tdata` at which it begins.
     pub first_bit: u32,
 }
 
 impl TotalCount {
-    /// Beside a signed count of `count_bits` bits, cut from one in `segments`.
-    fn of(count_bits: u32, segments: CountSegments) -> TotalCount {
-        let exact_bits = segments.bits() - 1;
+    /// Beside a signed count of `count_bits` bits, cut from one of `exact_count_bits`.
+    fn of(count_bits: u32, exact_count_bits: u32, integration_chips: u64) -> TotalCount {
+        let exact_bits = exact_count_bits - u32::from(integration_chips > 1);
         TotalCount {
             exact_bits,
             bits: count_bits.min(exact_bits),
-            segments: CountSegments {
-                top_bits: segments.top_bits - 1,
-                ..segments
-            },
             first_bit: whole_bytes(count_bits),
         }
     }
@@ -183,9 +186,9 @@ impl Contract {
             .map_or(exact_count_bits, |bits| bits.min(exact_count_bits));
         let count_segments =
             CountSegments::of(exact_count_bits, longest_carry_chain(scene.hardware.target));
-        let total = scene
-            .sends_total_counts()
-            .then(|| TotalCount::of(count_bits, count_segments));
+        let total = scene.sends_total_counts().then(|| {
+            TotalCount::of(count_bits, exact_count_bits, scene.scan.integration_chips)
+        });
         let mut contract = Contract {
             lanes,
             source_codes: scene.sources.iter().map(|s| s.code.clone()).collect(),
@@ -247,6 +250,11 @@ impl Contract {
     /// Clocks of a scan; `u64::MAX` if there are more.
     pub fn scan_clocks(&self) -> u64 {
         self.groups().saturating_mul(self.scan.integration_chips)
+    }
+
+    /// Bits of `m_axis_tdata` that hold the signed count, sign-extended.
+    pub fn signed_data_bits(&self) -> u32 {
+        whole_bytes(self.count_bits)
     }
 
     /// Whether counts can saturate, so that the clamp and its flag exist. Totals

@@ -7,10 +7,10 @@
 use std::ops::Range;
 
 use super::contract::Contract;
-use super::layout::Layout;
+use super::layout::{Layout, mask};
 use super::pattern::{ChipPattern, chip_patterns};
 use super::peak_ports::PeakPorts;
-use super::stream::{Arrival, ResultStream};
+use super::stream::{Arrival, Beat, ResultStream};
 
 /// What the surroundings do to the hardware in a block of clocks, besides the
 /// detectors' levels.
@@ -36,7 +36,8 @@ pub struct StepResult {
     pub step: u64,
     /// The count, saturated as the hardware does.
     pub count: i64,
-    /// The hits that were counted, up and down together.
+    /// The hits that were counted, up and down together; saturated as the hardware
+    /// does where it sends them.
     pub total: u64,
 }
 
@@ -252,13 +253,16 @@ impl Reference {
             parallel
         };
         let limit = 1i128 << (self.contract.count_bits - 1);
-        let mut results = Vec::with_capacity(self.counts.len());
+        let most = self.contract.total.map_or(u64::MAX, |total| mask(total.bits));
+        let mut beats = Vec::with_capacity(self.counts.len());
         let mut saturated = false;
         for (detector, counts) in self.counts.chunks_exact(parallel as usize).enumerate() {
+            let total = self.totals[detector].min(most);
+            saturated |= total != self.totals[detector];
             for (step, &exact) in counts[..steps as usize].iter().enumerate() {
                 let count = i128::from(exact).clamp(-limit, limit - 1) as i64;
                 saturated |= count != exact;
-                results.push(count);
+                beats.push(Beat { count, total });
                 let number = self.scan.group * parallel + step as u64;
                 if let Some(peak) = &mut self.peak {
                     peak.count(detector, scan.step(number), count);
@@ -268,13 +272,13 @@ impl Reference {
                     detector,
                     step: number,
                     count,
-                    total: self.totals[detector],
+                    total,
                 });
             }
         }
         self.stream.push(Arrival {
             clock: self.released + end + u64::from(self.contract.result_latency_clocks),
-            counts: results,
+            beats,
             saturated,
             last,
         });

@@ -48,12 +48,12 @@ fn endless(lanes: u32, clocks: u64, seed: u64) -> Vec<Inputs> {
 
 /// The counts that a receiver takes that is always ready.
 fn counts(scene: &Scene, inputs: &[Inputs]) -> Vec<i64> {
-    let unused = 64 - Contract::of(scene).tdata_bits;
+    let unused = 128 - Contract::of(scene).tdata_bits;
     let outputs = outputs(scene, inputs);
     assert!(outputs.iter().all(|o| !o.overrun && !o.saturated));
     let taken = outputs.iter().filter(|output| output.valid);
     taken
-        .map(|output| (output.data << unused) as i64 >> unused)
+        .map(|output| ((output.data << unused) as i128 >> unused) as i64)
         .collect()
 }
 

@@ -27,7 +27,7 @@ fn clock(sensor: &mut SensorTop, input: &Inputs) -> Outputs {
     let outputs = Outputs {
         laser: sensor.o_laser.val().value() as u64,
         epoch: sensor.o_epoch.val(),
-        data: sensor.m_axis_tdata.val().value() as u64,
+        data: sensor.m_axis_tdata.val().value(),
         valid: sensor.m_axis_tvalid.val(),
         last: sensor.m_axis_tlast.val(),
         overrun: sensor.o_overrun.val(),
@@ -103,9 +103,18 @@ fn any_sensor_agrees_at_every_clock() {
 
 #[test]
 fn a_total_in_segments_counts_as_one_in_a_piece() {
-    for (segment_bits, dwell, lanes) in [(2, 40, 1), (3, 60, 4), (4, 200, 8), (5, 300, 16)] {
+    let shapes = [
+        (2, 40, 1, false),
+        (3, 60, 4, false),
+        (4, 200, 8, true),
+        (5, 300, 16, true),
+        (4, 100, 2, true),
+    ];
+    for (segment_bits, dwell, lanes, totals) in shapes {
         let codes = [code(Family::Gold(5), 0, 2)];
-        let mut contract = Contract::of(&scene(&codes, 0, lanes, 3, Some(9), dwell, None));
+        let mut scene = scene(&codes, 0, lanes, 3, Some(9), dwell, None);
+        scene.hardware.total_counts = Some(totals);
+        let mut contract = Contract::of(&scene);
         let bits = contract.exact_count_bits;
         let count = bits.div_ceil(segment_bits);
         assert!(count > 1 && contract.count_segments.count == 1);

@@ -123,7 +123,7 @@ impl DetectorChannel {
             total: contract
                 .total
                 .iter()
-                .map(|&plan| HitCounter::new(lanes, plan))
+                .map(|&plan| HitCounter::new(lanes, plan, count_segments))
                 .collect(),
             _bank_steps: bank_steps as usize,
             _last_bank_steps: banks.checked_sub(1).map_or(0, steps_of) as usize,

@@ -37,29 +37,24 @@ pub struct HitCounter {
     _segments: usize,
     _segment_bits: usize,
     _top_bits: usize,
-    _sum_bits: usize,
     _addend_bits: usize,
     _exact_bits: usize,
     _total_bits: usize,
 }
 
 impl HitCounter {
-    /// For `lanes` samples per word.
-    pub fn new(lanes: u32, plan: TotalCount) -> HitCounter {
+    /// For `lanes` samples per word; `count_segments` are the signed count's.
+    pub fn new(lanes: u32, plan: TotalCount, count_segments: CountSegments) -> HitCounter {
         let TotalCount {
-            exact_bits,
-            bits,
-            segments,
-            ..
+            exact_bits, bits, ..
         } = plan;
+        let segments = count_segments.of_total(plan);
         let pairs = lanes.div_ceil(2);
         let quads = if pairs >= 4 { pairs / 4 } else { 0 };
         let levels = pairs.ilog2();
         // Up to `pairs` hits, and a bit that stays 0, as the total takes a signed
-        // addend; no wider than the total, which wraps.
-        let sum_bits = levels + 2;
-        let lowest_bits = segment_bits(segments, 0);
-        let addend_bits = sum_bits.min(lowest_bits);
+        // addend.
+        let addend_bits = levels + 2;
         HitCounter {
             i_clk: Input::bit("one word per cycle"),
             i_rst: Input::bit("synchronous, active high"),
@@ -73,7 +68,7 @@ impl HitCounter {
                 plan.saturates(),
                 Output::bit("there were more than o_total can hold"),
             ),
-            about: describe(levels, plan),
+            about: describe(levels, plan, segments),
             hit: Register::word(pairs, 0, "pairs with a hit"),
             hit_of_quad: (0..quads)
                 .map(|_| Wiring::new(4, vec![0, 1, 2, 3], "four pairs with a hit"))
@@ -82,7 +77,7 @@ impl HitCounter {
             sum: match (pairs, quads) {
                 (2, _) | (_, 2) => {
                     let about = format!("hits in samples 0 to {}", lanes - 1);
-                    vec![Register::word(sum_bits, 0, about)]
+                    vec![Register::word(addend_bits, 0, about)]
                 }
                 _ => Vec::new(),
             },
@@ -114,7 +109,6 @@ impl HitCounter {
             _segments: segments.count as usize,
             _segment_bits: segments.lower_bits as usize,
             _top_bits: segments.top_bits as usize,
-            _sum_bits: sum_bits as usize,
             _addend_bits: addend_bits as usize,
             _exact_bits: exact_bits as usize,
             _total_bits: bits as usize,
@@ -131,7 +125,7 @@ fn segment_bits(segments: CountSegments, segment: u32) -> u32 {
     }
 }
 
-fn describe(levels: u32, plan: TotalCount) -> About {
+fn describe(levels: u32, plan: TotalCount, segments: CountSegments) -> About {
     let about = About::new("hit_counter", "hits of a phase step, up and down together")
         .note(
             "All steps of a group see the same light, so one counter serves them all. It keeps \
@@ -142,7 +136,7 @@ fn describe(levels: u32, plan: TotalCount) -> About {
             "Latency",
             format!(
                 "{} clocks from i_hits to o_total",
-                levels + 2 + plan.segments.clocks()
+                levels + 2 + segments.clocks()
             ),
         )
         .fact("Rate", "one word per clock");
@@ -168,19 +162,20 @@ impl Logic for HitCounter {
             self.quad[q].i_down.next = bit_cast(false, 4);
         }
         for _one_quad in 0..self._one_quad {
-            self.addend.next = bit_cast(self.quad[0].o_sum.val(), self._addend_bits);
+            self.addend.next = self.quad[0].o_sum.val();
         }
         for _two_quads in 0..self._two_quads {
             dff_setup!(self, i_clk, sum[0]);
-            self.sum[0].d.next = bit_cast(self.quad[0].o_sum.val(), self._sum_bits)
-                + bit_cast(self.quad[1].o_sum.val(), self._sum_bits);
-            self.addend.next = bit_cast(self.sum[0].q.val(), self._addend_bits);
+            self.sum[0].d.next = (signed_cast(self.quad[0].o_sum.val())
+                + signed_cast(self.quad[1].o_sum.val()))
+            .into();
+            self.addend.next = self.sum[0].q.val();
         }
         for _two_pairs in 0..self._two_pairs {
             dff_setup!(self, i_clk, sum[0]);
-            self.sum[0].d.next = bit_cast(self.hit.q.val().get_bit(0), self._sum_bits)
-                + bit_cast(self.hit.q.val().get_bit(1), self._sum_bits);
-            self.addend.next = bit_cast(self.sum[0].q.val(), self._addend_bits);
+            self.sum[0].d.next = bit_cast(self.hit.q.val().get_bit(0), self._addend_bits)
+                + bit_cast(self.hit.q.val().get_bit(1), self._addend_bits);
+            self.addend.next = self.sum[0].q.val();
         }
         for _one_pair in 0..self._one_pair {
             self.addend.next = bit_cast(self.hit.q.val(), self._addend_bits);

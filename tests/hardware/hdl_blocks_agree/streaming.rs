@@ -91,6 +91,7 @@ pub fn result_stream(noise: &mut Noise, detectors: u32, steps: u32, last_steps: 
     let plan = StreamPlan {
         count_bits: BITS,
         saturates: false,
+        total: None,
         data_bits: 8,
         detectors,
         steps,

@@ -249,6 +249,7 @@ pub fn random_scene(noise: &mut stimulus::Noise, case: u32) -> Scene {
             ..scene.detectors[0].clone()
         });
     }
+    scene.hardware.total_counts = Some(noise.below(2) == 0);
     with_peak_if_possible(&mut scene, noise.below(2) == 0);
     scene
 }
