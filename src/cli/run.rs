@@ -27,8 +27,7 @@ const COUNTS: &str = "counts.csv";
 const WAVEFORMS: &str = "mismatch.vcd";
 
 /// Said of an estimate after a mismatch.
-const OF_THE_VERILOG: &str =
-    "the counts are the Verilog's, which differs from the reference model";
+const OF_THE_VERILOG: &str = "the counts are the Verilog's, which differs from the reference model";
 
 /// The JSON of `goldtof run`.
 #[derive(Serialize)]

@@ -2,7 +2,7 @@
 
 use super::blocks::Records;
 use crate::model::contract::Contract;
-use crate::model::layout::{Field, Layout};
+use crate::model::layout::{Field, Layout, Record};
 use crate::optics::StepCount;
 
 /// A phase step's counts as the Verilog sent them.
@@ -42,11 +42,11 @@ pub struct SentReader {
     data: Field,
     signed_bits: u32,
     total_bits: Option<u32>,
-    valid: Field,
-    last: Field,
-    overrun: Field,
-    reset: Field,
-    ready: Field,
+    valid: Bit,
+    last: Bit,
+    overrun: Bit,
+    reset: Bit,
+    ready: Bit,
     words: (usize, usize),
     detectors: u64,
     steps: u64,
@@ -57,6 +57,27 @@ pub struct SentReader {
     /// The beat on offer before the next clock: signed count, total, last.
     offered: Option<(i64, Option<u64>, bool)>,
     state: State,
+}
+
+/// Place of a port of one bit in a record.
+#[derive(Debug, Clone, Copy)]
+struct Bit {
+    word: usize,
+    mask: u64,
+}
+
+impl Bit {
+    fn of(record: &Record, port: &str) -> Bit {
+        let field = record.field(port);
+        Bit {
+            word: field.word,
+            mask: 1 << field.shift,
+        }
+    }
+
+    fn is_high(self, record: &[u64]) -> bool {
+        record[self.word] & self.mask != 0
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,11 +99,11 @@ impl SentReader {
             total_bits: contract
                 .total
                 .map(|total| contract.tdata_bits - total.first_bit),
-            valid: outputs.field("m_axis_tvalid").clone(),
-            last: outputs.field("m_axis_tlast").clone(),
-            overrun: outputs.field("o_overrun").clone(),
-            reset: inputs.field("i_rst").clone(),
-            ready: inputs.field("m_axis_tready").clone(),
+            valid: Bit::of(outputs, "m_axis_tvalid"),
+            last: Bit::of(outputs, "m_axis_tlast"),
+            overrun: Bit::of(outputs, "o_overrun"),
+            reset: Bit::of(inputs, "i_rst"),
+            ready: Bit::of(inputs, "m_axis_tready"),
             words: (inputs.words, outputs.words),
             detectors: contract.reference_codes.len() as u64,
             steps: contract.scan.steps,
@@ -104,21 +125,21 @@ impl SentReader {
             }
             // What is offered before a clock's edge is taken at it.
             let offered = self.offered.take();
-            if self.reset.low_word(input) == 1 {
+            if self.reset.is_high(input) {
                 if self.state == State::Reading {
                     self.state = State::Lost;
                 }
                 continue;
             }
             self.state = State::Reading;
-            if let Some(offered) = offered.filter(|_| self.ready.low_word(input) == 1)
+            if let Some(offered) = offered.filter(|_| self.ready.is_high(input))
                 && let Some(sent) = self.take(offered)
             {
                 on_sent(sent);
             }
-            if self.overrun.low_word(output) == 1 {
+            if self.overrun.is_high(output) {
                 self.state = State::Lost;
-            } else if self.valid.low_word(output) == 1 {
+            } else if self.valid.is_high(output) {
                 self.offered = Some(self.beat(output));
             }
         }
@@ -131,7 +152,7 @@ impl SentReader {
         (
             signed.cast_signed() >> unused,
             self.total_bits.map(total),
-            self.last.low_word(output) == 1,
+            self.last.is_high(output),
         )
     }
 

@@ -186,9 +186,9 @@ impl Contract {
             .map_or(exact_count_bits, |bits| bits.min(exact_count_bits));
         let count_segments =
             CountSegments::of(exact_count_bits, longest_carry_chain(scene.hardware.target));
-        let total = scene.sends_total_counts().then(|| {
-            TotalCount::of(count_bits, exact_count_bits, scene.scan.integration_chips)
-        });
+        let total = scene
+            .sends_total_counts()
+            .then(|| TotalCount::of(count_bits, exact_count_bits, scene.scan.integration_chips));
         let mut contract = Contract {
             lanes,
             source_codes: scene.sources.iter().map(|s| s.code.clone()).collect(),
@@ -202,8 +202,7 @@ impl Contract {
             exact_count_bits,
             count_bits,
             total,
-            tdata_bits: whole_bytes(count_bits)
-                + total.map_or(0, |total| whole_bytes(total.bits)),
+            tdata_bits: whole_bytes(count_bits) + total.map_or(0, |total| whole_bytes(total.bits)),
             bank_steps: bank_steps(scene),
             count_segments,
             result_latency_clocks: 0,

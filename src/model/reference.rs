@@ -253,7 +253,10 @@ impl Reference {
             parallel
         };
         let limit = 1i128 << (self.contract.count_bits - 1);
-        let most = self.contract.total.map_or(u64::MAX, |total| mask(total.bits));
+        let most = self
+            .contract
+            .total
+            .map_or(u64::MAX, |total| mask(total.bits));
         let mut beats = Vec::with_capacity(self.counts.len());
         let mut saturated = false;
         for (detector, counts) in self.counts.chunks_exact(parallel as usize).enumerate() {

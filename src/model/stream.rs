@@ -187,7 +187,10 @@ impl ResultStream {
                 }
             }
         };
-        or(fields.count, axis.beat.count as u64 & mask(fields.count_bits));
+        or(
+            fields.count,
+            axis.beat.count as u64 & mask(fields.count_bits),
+        );
         if let Some(total) = fields.total {
             or(total, axis.beat.total);
         }

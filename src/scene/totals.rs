@@ -23,7 +23,10 @@ impl Scene {
     ///
     /// # Errors
     /// When the scene's hardware leaves out what the estimator needs.
-    pub fn with_estimator(mut self, estimator: Option<EstimatorKind>) -> Result<Self, TotalsMissing> {
+    pub fn with_estimator(
+        mut self,
+        estimator: Option<EstimatorKind>,
+    ) -> Result<Self, TotalsMissing> {
         self.estimator = estimator.unwrap_or(self.estimator);
         if self.estimator == EstimatorKind::Model && !self.sends_total_counts() {
             return Err(TotalsMissing);

@@ -124,6 +124,30 @@ fn the_peak_detector() {
 }
 
 #[test]
+fn the_total_counts() {
+    let mut noise = Noise::new(5);
+    for case in 0..10 {
+        let mut without = plain_scene(&mut noise, case);
+        without.hardware.total_counts = Some(false);
+        let mut with = without.clone();
+        with.hardware.total_counts = Some(true);
+        let inputs = stimulus::inputs(without.samples_per_chip, 1_500, u64::from(case));
+        let seen = outputs(&with, &inputs);
+        let signed_bits = Contract::of(&without).tdata_bits;
+        assert!(Contract::of(&with).tdata_bits > signed_bits);
+        assert!(seen.iter().any(|output| output.data >> signed_bits != 0));
+        let but_totals: Vec<Outputs> = seen
+            .into_iter()
+            .map(|output| Outputs {
+                data: output.data & ((1 << signed_bits) - 1),
+                ..output
+            })
+            .collect();
+        assert_eq!(but_totals, outputs(&without, &inputs), "case {case}");
+    }
+}
+
+#[test]
 fn the_saturation_clamp() {
     let mut noise = Noise::new(3);
     let mut compared = 0;

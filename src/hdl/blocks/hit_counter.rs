@@ -217,8 +217,8 @@ impl Logic for HitCounter {
                 bit_cast(self.exact.val(), self._total_bits),
                 self._exact_bits,
             ) != self.exact.val();
-            self.o_total.next = bit_cast(self.exact.val(), self._total_bits)
-                | signed_cast(self.o_clamped[0].val());
+            self.o_total.next =
+                bit_cast(self.exact.val(), self._total_bits) | signed_cast(self.o_clamped[0].val());
         }
     }
 }

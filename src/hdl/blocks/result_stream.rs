@@ -39,7 +39,7 @@ pub struct ResultStream {
     count: Vec<Register<Word>>,
     total: Optional<Register<Word>>,
     waiting_total: Vec<Register<Word>>,
-    follows: Vec<Register<Word>>,
+    detector: Vec<Register<Word>>,
     valid: Register<bool>,
     last: Register<bool>,
     overrun: Register<bool>,
@@ -53,8 +53,8 @@ pub struct ResultStream {
     clamped_last: Optional<Wiring>,
     later_ends: Optional<Local<bool>>,
     next: Optional<Local<Word>>,
-    next_follows: Optional<Local<Word>>,
-    signed: Optional<Local<Word>>,
+    next_detector: Optional<Local<Word>>,
+    signed_count: Optional<Local<Word>>,
     blocked: Local<bool>,
     load: Local<bool>,
     _single: usize,
@@ -172,7 +172,7 @@ impl ResultStream {
             waiting_total: (1..=further)
                 .map(|detector| Register::word(total_bits, 0, total_about(detector, detectors)))
                 .collect(),
-            follows: (1..if further > 0 { counts } else { 1 })
+            detector: (1..if further > 0 { counts } else { 1 })
                 .map(|place| {
                     let about = format!("detector of {}, one-hot from 1", place_about(place));
                     Register::word(further, 0, about)
@@ -235,11 +235,11 @@ impl ResultStream {
                 counts > 1,
                 Local::word(count_bits, "the result that comes next"),
             ),
-            next_follows: Optional::new(
+            next_detector: Optional::new(
                 further > 0,
                 Local::word(further.max(1), "its detector, one-hot from 1"),
             ),
-            signed: Optional::new(
+            signed_count: Optional::new(
                 total.is_some(),
                 Local::word(
                     total.map_or(1, |total| total.first_bit),
@@ -280,7 +280,10 @@ fn total_about(detector: u32, detectors: u32) -> String {
 fn data_about(total: Option<TotalCount>) -> String {
     match total {
         None => "count of the step, signed".to_owned(),
-        Some(total) => format!("from bit {} its total, below its signed count", total.first_bit),
+        Some(total) => format!(
+            "from bit {} its total, below its signed count",
+            total.first_bit
+        ),
     }
 }
 
@@ -334,8 +337,8 @@ impl Logic for ResultStream {
         for d in 0..(self.waiting_total.len()) {
             dff_setup!(self, i_clk, waiting_total[d]);
         }
-        for c in 0..(self.follows.len()) {
-            dff_setup!(self, i_clk, follows[c]);
+        for c in 0..(self.detector.len()) {
+            dff_setup!(self, i_clk, detector[c]);
         }
         self.o_valid.next = self.valid.q.val();
         self.o_overrun.next = self.overrun.q.val();
@@ -373,8 +376,8 @@ impl Logic for ResultStream {
             for _two in self.moves_up.count()..1 {
                 self.next[0].next = self.count[1].q.val();
                 self.later_ends[0].next = self.next_ends[1].q.val();
-                for _further in 0..self.next_follows.count() {
-                    self.next_follows[0].next = self.follows[0].q.val();
+                for _further in 0..self.next_detector.count() {
+                    self.next_detector[0].next = self.detector[0].q.val();
                 }
             }
             for second in 2..(self.moves_up.count() + 2) {
@@ -383,14 +386,14 @@ impl Logic for ResultStream {
                 if self.moves_up[0].q.val() {
                     self.next[0].next = self.count[second].q.val();
                     self.later_ends[0].next = self.next_ends[second].q.val();
-                    for _further in 0..self.next_follows.count() {
-                        self.next_follows[0].next = self.follows[second - 1].q.val();
+                    for _further in 0..self.next_detector.count() {
+                        self.next_detector[0].next = self.detector[second - 1].q.val();
                     }
                 } else {
                     self.next[0].next = self.count[1].q.val();
                     self.later_ends[0].next = self.next_ends[1].q.val();
-                    for _further in 0..self.next_follows.count() {
-                        self.next_follows[0].next = self.follows[0].q.val();
+                    for _further in 0..self.next_detector.count() {
+                        self.next_detector[0].next = self.detector[0].q.val();
                     }
                 }
             }
@@ -400,7 +403,7 @@ impl Logic for ResultStream {
                     self.ends[0].d.next = self.next_ends[0].q.val();
                     self.next_ends[0].d.next = self.later_ends[0].val();
                     for d in 0..self._further {
-                        if self.next_follows[0].val().get_bit(d) {
+                        if self.next_detector[0].val().get_bit(d) {
                             self.total[0].d.next = self.waiting_total[d].q.val();
                         }
                     }
@@ -440,11 +443,11 @@ impl Logic for ResultStream {
                 }
                 for steps in (self._steps)..(self._steps + self._further.min(1)) {
                     for step in 1..self._steps {
-                        self.follows[step - 1].d.next = bit_cast(false, self._further);
+                        self.detector[step - 1].d.next = bit_cast(false, self._further);
                     }
                     for d in 0..self._further {
                         for step in 0..self._steps {
-                            self.follows[steps * (d + 1) + step - 1].d.next =
+                            self.detector[steps * (d + 1) + step - 1].d.next =
                                 bit_cast(false, self._further).replace_bit(d, true);
                         }
                     }
@@ -471,8 +474,8 @@ impl Logic for ResultStream {
                                     for step in 0..self._last_steps {
                                         self.count[last_steps * d + step].d.next =
                                             self.i_count[steps * d + step].val();
-                                        for _follows in 0..self.next_follows.count() {
-                                            self.follows[last_steps * d + step - 1].d.next =
+                                        for _further in 0..self.next_detector.count() {
+                                            self.detector[last_steps * d + step - 1].d.next =
                                                 bit_cast(false, self._further)
                                                     .replace_bit(d - 1, true);
                                         }
@@ -491,8 +494,8 @@ impl Logic for ResultStream {
                         for d in 0..self._further {
                             self.waiting_total[d].d.next = self.waiting_total[d].q.val();
                         }
-                        for c in 1..(self.follows.len()) {
-                            self.follows[c - 1].d.next = self.follows[c].q.val();
+                        for c in 1..(self.detector.len()) {
+                            self.detector[c - 1].d.next = self.detector[c].q.val();
                         }
                     }
                 }
@@ -538,8 +541,9 @@ impl Logic for ResultStream {
             self.o_data.next = bit_cast(signed_cast(self.count[0].q.val()), self._data_bits);
         }
         for _beside in 0..self.total.count() {
-            self.signed[0].next = bit_cast(signed_cast(self.count[0].q.val()), self._signed_bits);
-            self.o_data.next = bit_cast(self.signed[0].val(), self._data_bits)
+            self.signed_count[0].next =
+                bit_cast(signed_cast(self.count[0].q.val()), self._signed_bits);
+            self.o_data.next = bit_cast(self.signed_count[0].val(), self._data_bits)
                 | (bit_cast(self.total[0].q.val(), self._data_bits) << self._signed_bits);
         }
     }

@@ -175,7 +175,10 @@ fn peak_about(detectors: usize, about: &str) -> String {
 fn data_about(contract: &Contract) -> String {
     match contract.total {
         None => "count of a phase step, signed".to_owned(),
-        Some(total) => format!("from bit {} its hits, below its signed count", total.first_bit),
+        Some(total) => format!(
+            "from bit {} its hits, below its signed count",
+            total.first_bit
+        ),
     }
 }
 

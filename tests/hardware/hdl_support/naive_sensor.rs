@@ -181,11 +181,11 @@ fn results(contract: &Contract, inputs: &[Inputs]) -> Vec<Results> {
                     let step = contract.scan.step(j);
                     let words = (first..first + dwell)
                         .map(|n| signed_hits(contract, inputs, detector, n, step));
-                    let exact = words.fold((0, 0), |(up, down), word| {
-                        (up + word.0, down + word.1)
-                    });
+                    let exact = words.fold((0, 0), |(up, down), word| (up + word.0, down + word.1));
                     let (count, hits) = (exact.0 - exact.1, (exact.0 + exact.1) as u64);
-                    let most = contract.total.map_or(u64::MAX, |_| (1 << contract.count_bits) - 1);
+                    let most = contract
+                        .total
+                        .map_or(u64::MAX, |_| (1 << contract.count_bits) - 1);
                     counts.push((count.clamp(-half, half - 1), hits.min(most)));
                     saturates |= counts.last() != Some(&(count, hits));
                 }
@@ -206,7 +206,13 @@ fn results(contract: &Contract, inputs: &[Inputs]) -> Vec<Results> {
 
 /// Hits up and hits down of a detector in the word of cycle `n` by its reference
 /// delayed by `k` samples.
-fn signed_hits(contract: &Contract, inputs: &[Inputs], detector: usize, n: u64, k: u64) -> (i64, i64) {
+fn signed_hits(
+    contract: &Contract,
+    inputs: &[Inputs],
+    detector: usize,
+    n: u64,
+    k: u64,
+) -> (i64, i64) {
     let code = &contract.reference_codes[detector];
     let lanes = i128::from(contract.lanes);
     let level = |lane: i128| {
