@@ -196,6 +196,6 @@ fn what_a_receiver_that_stalls_takes_stands_in_its_place() {
             taken += sent.len();
             lost += finished.len() - sent.len();
         }
-        assert!(taken > 200 && lost > 0, "{taken} taken, {lost} lost");
+        assert!(taken > 100 && lost > 100, "{taken} taken, {lost} lost");
     }
 }

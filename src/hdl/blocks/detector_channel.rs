@@ -72,6 +72,11 @@ impl DetectorChannel {
                 .collect()
         };
         let clamps = if contract.saturates() { parallel } else { 0 };
+        let total_clamps = contract.total.is_some_and(|total| total.saturates());
+        let clamped_about = |step: u32| match step {
+            0 if total_clamps => "clamped, or the total",
+            _ => "clamped",
+        };
         DetectorChannel {
             i_clk: Input::bit("one chip per cycle"),
             i_rst: Input::bit("synchronous, active high"),
@@ -96,7 +101,7 @@ impl DetectorChannel {
                 ),
             ),
             o_clamped: (0..clamps)
-                .map(|step| Output::bit(step_about("clamped", step, parallel)))
+                .map(|step| Output::bit(step_about(clamped_about(step), step, parallel)))
                 .collect(),
             about: describe(contract),
             reference: CodeSource::new(code, next_chip, realigns),
@@ -127,7 +132,7 @@ impl DetectorChannel {
                 .collect(),
             _bank_steps: bank_steps as usize,
             _last_bank_steps: banks.checked_sub(1).map_or(0, steps_of) as usize,
-            _total_clamps: usize::from(contract.total.is_some_and(|total| total.saturates())),
+            _total_clamps: usize::from(total_clamps),
         }
     }
 }

@@ -445,10 +445,10 @@ impl Logic for ResultStream {
                     for step in 1..self._steps {
                         self.detector[step - 1].d.next = bit_cast(false, self._further);
                     }
-                    for d in 0..self._further {
+                    for d in 1..(self._further + 1) {
                         for step in 0..self._steps {
-                            self.detector[steps * (d + 1) + step - 1].d.next =
-                                bit_cast(false, self._further).replace_bit(d, true);
+                            self.detector[steps * d + step - 1].d.next =
+                                bit_cast(false, self._further).replace_bit(d - 1, true);
                         }
                     }
                 }
@@ -543,8 +543,10 @@ impl Logic for ResultStream {
         for _beside in 0..self.total.count() {
             self.signed_count[0].next =
                 bit_cast(signed_cast(self.count[0].q.val()), self._signed_bits);
+        }
+        for above in self._signed_bits..(self._signed_bits + self.total.count()) {
             self.o_data.next = bit_cast(self.signed_count[0].val(), self._data_bits)
-                | (bit_cast(self.total[0].q.val(), self._data_bits) << self._signed_bits);
+                | (bit_cast(self.total[0].q.val(), self._data_bits) << above);
         }
     }
 }

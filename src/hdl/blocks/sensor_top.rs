@@ -90,7 +90,7 @@ impl SensorTop {
                 .under("Flags, high until reset"),
             o_saturated: Optional::new(
                 contract.saturates(),
-                Output::bit("a count was clamped since reset").under("Flags, high until reset"),
+                Output::bit(saturated_about(contract)).under("Flags, high until reset"),
             ),
             o_peak_step: with_peak(
                 Output::word(
@@ -169,6 +169,13 @@ fn peak_about(detectors: usize, about: &str) -> String {
     match detectors {
         1 => about.to_owned(),
         _ => format!("{about}; detector 0 lowest"),
+    }
+}
+
+fn saturated_about(contract: &Contract) -> &'static str {
+    match contract.total {
+        None => "a count was clamped since reset",
+        Some(_) => "a count or a total was clamped since reset",
     }
 }
 
