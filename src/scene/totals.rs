@@ -5,8 +5,8 @@ use super::{EstimatorKind, Scene};
 /// The model estimator was asked for, of hardware that sends no total counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "the estimator \"model\" fits the total counts too, which total_counts = false leaves out of \
-     the hardware; leave it out, or estimate with \"fft\""
+    "the estimator \"model\" needs the total counts, which total_counts = false leaves out of \
+     the hardware; remove that key, or estimate with \"fft\""
 )]
 pub struct TotalsMissing;
 
