@@ -33,6 +33,9 @@ struct Inputs {
     ready: Vec<bool>,
 }
 
+/// Signed counts and all hits of a group's steps, and whether they end a scan.
+type Results = (Vec<(i64, u64)>, bool);
+
 /// The hardware, clock by clock.
 fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
     let clocks = inputs.reset.len();
@@ -56,7 +59,7 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
     };
     let mut out = vec![at_rest.clone(); clocks];
     // A group's results by the clock at which they arrive.
-    let mut arrivals: Vec<Option<(Vec<(i64, u64)>, bool)>> = vec![None; clocks];
+    let mut arrivals: Vec<Option<Results>> = vec![None; clocks];
     let mut t = 0;
     while t < clocks {
         if inputs.reset[t] {
@@ -121,7 +124,7 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
         let mut axis = at_rest.clone();
         // What is still to be sent, the next count last, and whether it ends a
         // scan.
-        let mut unsent: (Vec<(i64, u64)>, bool) = Default::default();
+        let mut unsent: Results = Default::default();
         for c in released..end {
             if axis.tvalid == 1 && inputs.ready[c] {
                 unsent.0.pop();
