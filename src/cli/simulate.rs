@@ -13,8 +13,7 @@ pub(super) fn run(
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let mut scene = scene::load(&arguments.scene.scene)?;
-    scene.estimator = arguments.estimator.unwrap_or(scene.estimator);
+    let scene = scene::load(&arguments.scene.scene)?.with_estimator(arguments.estimator)?;
     if let Some(seconds) = forecast::seconds(&scene, arguments.fidelity, arguments.repeat) {
         announce(output, "the simulation", seconds);
     }

@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 
 use super::blocks::{Block, BlockMaker, Records};
 use super::error::{CosimError, When};
+use super::sent::{SentCount, SentReader};
 use super::stimulus::Stimulus;
 use super::verilated::{BLOCKS_AT_ONCE, Verilated};
 use crate::model::exercise::Exercise;
@@ -78,10 +79,26 @@ impl Lockstep<'_> {
     pub fn run(
         self,
         clocks: u64,
+        on_result: impl FnMut(StepResult),
+        on_progress: impl FnMut(u64),
+    ) -> Result<Outcome, CosimError> {
+        self.run_and_read(clocks, on_result, |_| (), on_progress)
+    }
+
+    /// [`Lockstep::run`], and `on_sent` gets what the Verilog's result stream sends;
+    /// always after `on_result` for the same step.
+    ///
+    /// # Errors
+    /// When the Verilog ends the simulation by itself.
+    pub fn run_and_read(
+        self,
+        clocks: u64,
         mut on_result: impl FnMut(StepResult),
+        mut on_sent: impl FnMut(SentCount),
         mut on_progress: impl FnMut(u64),
     ) -> Result<Outcome, CosimError> {
         let started = Instant::now();
+        let mut reader = SentReader::new(self.reference.contract(), self.layout);
         let mut maker = BlockMaker::new(self.reference, self.stimulus, self.layout, clocks);
         let mut judge = Judge::new(self.layout);
         let model = self.model;
@@ -115,6 +132,7 @@ impl Lockstep<'_> {
                         reason,
                     });
                 }
+                reader.read(&block.records, &mut on_sent);
                 on_progress(block.clocks.end);
                 match judge.judge(block) {
                     Verdict::GoOn(block) => spare.push(block),

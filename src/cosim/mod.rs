@@ -13,6 +13,7 @@ pub mod needed;
 pub mod photons;
 pub mod ports;
 mod rejected;
+pub mod sent;
 pub mod stimulus;
 pub mod tools;
 pub mod verilated;
@@ -29,12 +30,13 @@ use self::exercised::Exercised;
 use self::lockstep::{Lockstep, Outcome};
 use self::photons::Photons;
 use self::rejected::in_users_terms;
+use self::sent::SentCount;
 use self::stimulus::{Stimulus, clocks_for_scans};
 use self::verilated::Verilated;
 use crate::model::contract::Contract;
 use crate::model::layout::Layout;
-use crate::model::reference::{Reference, StepResult};
-use crate::optics::{DetectorModel, StepCount};
+use crate::model::reference::Reference;
+use crate::optics::DetectorModel;
 use crate::scene::Scene;
 
 /// Name of the module that is compared.
@@ -193,10 +195,10 @@ impl std::fmt::Display for PortValue {
 pub struct Cosimulation {
     /// What it found.
     pub report: Report,
-    /// For each detector the counts of the first scan's steps, in order;
-    /// complete when the run was long enough. The total counts are the reference
-    /// model's: the hardware sends the signed ones alone.
-    pub counts: Vec<Vec<StepCount>>,
+    /// For each detector the counts of the first scan's steps, in order, as the
+    /// Verilog sent them ([`sent::SentReader`]); complete when the run was long
+    /// enough, and the two sides did not differ before.
+    pub counts: Vec<Vec<SentCount>>,
     outcome: Outcome,
     layout: Layout,
     chip_period_ps: f64,
@@ -279,22 +281,19 @@ fn run(
             &mut adversarial
         }
     };
-    let mut counts = vec![Vec::new(); scene.detectors.len()];
+    let mut counts: Vec<Vec<SentCount>> = vec![Vec::new(); scene.detectors.len()];
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut reference,
         stimulus,
         layout: &layout,
     }
-    .run(
+    .run_and_read(
         clocks,
-        |result: StepResult| {
-            let counts: &mut Vec<StepCount> = &mut counts[result.detector];
-            if result.scan == 0 && counts.len() as u64 == result.step {
-                counts.push(StepCount {
-                    signed: result.count,
-                    total: result.total,
-                });
+        |_| (),
+        |sent| {
+            if sent.scan == 0 {
+                counts[sent.detector].push(sent);
             }
         },
         |done| on_progress(done, clocks),

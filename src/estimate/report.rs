@@ -12,11 +12,7 @@ use super::{
     estimate, folded, predict, true_delay,
 };
 use crate::optics::StepCount;
-use crate::scene::{EstimatorKind, Path, Scene};
-
-/// Where a fit's total counts come from.
-const TOTALS_OF_THE_REFERENCE_MODEL: &str =
-    "the total counts are the reference model's: the hardware sends signed counts alone";
+use crate::scene::{EstimatorKind, Path, Scene, TotalsMissing};
 
 /// What a scan's counts say about the distance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -176,6 +172,10 @@ impl EstimateReport {
 
     /// The fit's answer; gives the time of flight.
     fn take_fit(&mut self, scene: &Scene, detector: usize, counts: &[StepCount]) -> Option<f64> {
+        if !scene.sends_total_counts() {
+            self.remark = Some(format!("no estimate: {TotalsMissing}"));
+            return None;
+        }
         let tier = CountingTier::Sampled;
         match fit(scene, detector, tier, counts, scene.other_light) {
             Err(reason) => {
@@ -184,11 +184,7 @@ impl EstimateReport {
             }
             Ok(fitted) => {
                 self.distance_m = Some(fitted.distance_m);
-                let remarks = [
-                    Some(TOTALS_OF_THE_REFERENCE_MODEL.to_owned()),
-                    shared_light(scene),
-                ];
-                self.remark = Some(remarks.into_iter().flatten().collect::<Vec<_>>().join("; "));
+                self.remark = shared_light(scene);
                 self.fit = Some(FitReport::of(scene, &fitted));
                 Some(fitted.delay_ps)
             }
@@ -223,7 +219,7 @@ impl EstimateReport {
                     .error_m
                     .map(|error_m| fold(error_m - bias_m, range_m) / std_m);
             }
-            Err(reason) => self.add_remark(format!("no expectation: {reason}")),
+            Err(reason) => self.add_remark(&format!("no expectation: {reason}")),
         }
         match bound(scene, detector, CountingTier::Sampled) {
             Ok(bound) => self.bound_m = bound.of_path(path),
@@ -232,13 +228,14 @@ impl EstimateReport {
         let ratio = self.expected_std_m.zip(self.bound_m);
         self.std_over_bound = ratio.map(|(std_m, bound_m)| std_m / bound_m);
         if let Some(folded) = folded(scene, path) {
-            self.add_remark(folded);
+            self.add_remark(&folded);
         }
     }
 
-    fn add_remark(&mut self, remark: String) {
-        let before = self.remark.take().map(|remark| remark + "; ");
-        self.remark = Some(before.unwrap_or_default() + &remark);
+    /// Adds to what is remarked on already.
+    pub fn add_remark(&mut self, remark: &str) {
+        let before = self.remark.take().map(|before| before + "; ");
+        self.remark = Some(before.unwrap_or_default() + remark);
     }
 
     /// Name and value of everything that is known, for a table.

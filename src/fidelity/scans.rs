@@ -1,5 +1,7 @@
 //! Counts of whole scans, one tier or another.
 
+use std::cell::RefCell;
+use std::collections::VecDeque;
 use std::num::NonZero;
 use std::thread::available_parallelism;
 
@@ -17,7 +19,7 @@ use crate::estimate::PredictionError;
 use crate::hdl::{self, HdlError};
 use crate::model::contract::Contract;
 use crate::model::layout::Layout;
-use crate::model::reference::{Reference, ReferenceError, StepResult};
+use crate::model::reference::{Reference, ReferenceError};
 use crate::optics::fast::StepCounter;
 use crate::optics::{
     CountSampler, DetectorModel, MeanResponse, MeanResponseError, SecondMoments, StepCount,
@@ -178,14 +180,18 @@ fn sampled(
     let detectors = models(scene);
     let mut reference = Reference::new(contract.clone())?;
     let mut photons = Photons::new(&detectors, &contract, seed);
-    let mut collector = Collector::new(&contract, detector, repetitions, on_scan);
+    let mut collector = Collector::new(&contract, repetitions, on_scan);
     let clocks = clocks_for_scans(&contract, repetitions);
     let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, clocks);
     let mut block = Block::default();
     while maker.make(&mut block) {
-        maker
-            .take_finished()
-            .for_each(|result| collector.take(result));
+        for result in maker.take_finished().filter(|r| r.detector == detector) {
+            let count = StepCount {
+                signed: result.count,
+                total: result.total,
+            };
+            collector.take(result.scan, count);
+        }
     }
     Ok(())
 }
@@ -209,16 +215,33 @@ fn rtl(
     let mut reference = Reference::new(contract.clone())?;
     let mut model = Verilated::load(library, &layout)?;
     let detectors = models(scene);
-    let mut collector = Collector::new(&contract, detector, repetitions, on_scan);
+    let mut collector = Collector::new(&contract, repetitions, on_scan);
+    // Hits of the steps that the Verilog has yet to send. They stand in where it
+    // sends no totals: the rate of detections needs them, the estimator does not.
+    let hits = RefCell::new(VecDeque::new());
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut reference,
         stimulus: &mut Photons::new(&detectors, &contract, seed),
         layout: &layout,
     }
-    .run(
+    .run_and_read(
         clocks_for_scans(&contract, repetitions),
-        |result| collector.take(result),
+        |result| {
+            if result.detector == detector {
+                hits.borrow_mut().push_back(result.total);
+            }
+        },
+        |sent| {
+            if sent.detector == detector {
+                let hits = hits.borrow_mut().pop_front();
+                let count = StepCount {
+                    signed: sent.signed,
+                    total: sent.total.or(hits).unwrap_or(0),
+                };
+                collector.take(sent.scan, count);
+            }
+        },
         |_| (),
     )?;
     if outcome.first.is_some() {
@@ -235,9 +258,8 @@ fn rtl(
     Ok(missing.into_iter().map(remark).collect())
 }
 
-/// Gathers a detector's results, which come in order, into scans.
+/// Gathers a detector's counts, which come in order, into scans.
 struct Collector<F> {
-    detector: usize,
     steps: u64,
     repetitions: u64,
     scan: Vec<StepCount>,
@@ -245,9 +267,8 @@ struct Collector<F> {
 }
 
 impl<F: FnMut(&[StepCount])> Collector<F> {
-    fn new(contract: &Contract, detector: usize, repetitions: u64, on_scan: F) -> Collector<F> {
+    fn new(contract: &Contract, repetitions: u64, on_scan: F) -> Collector<F> {
         Collector {
-            detector,
             steps: contract.scan.steps,
             repetitions,
             scan: Vec::new(),
@@ -255,16 +276,13 @@ impl<F: FnMut(&[StepCount])> Collector<F> {
         }
     }
 
-    /// Takes the next result. Those beyond the last scan that was asked for are
+    /// Takes the next step's counts. Those beyond the last scan that was asked for are
     /// the start of one more, which the run's last clocks reach into.
-    fn take(&mut self, result: StepResult) {
-        if result.scan >= self.repetitions || result.detector != self.detector {
+    fn take(&mut self, scan: u64, count: StepCount) {
+        if scan >= self.repetitions {
             return;
         }
-        self.scan.push(StepCount {
-            signed: result.count,
-            total: result.total,
-        });
+        self.scan.push(count);
         if self.scan.len() as u64 == self.steps {
             (self.on_scan)(&self.scan);
             self.scan.clear();

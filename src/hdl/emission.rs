@@ -91,9 +91,24 @@ pub struct Parameters {
     pub count_bits: u32,
     /// Bits of a count that nothing can overflow.
     pub exact_count_bits: u32,
+    /// The total counts in `m_axis_tdata`, if they are sent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub total: Option<TotalParameters>,
     /// The peak detector's ports, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak: Option<PeakParameters>,
+}
+
+/// Where `m_axis_tdata` has a phase step's total count: the hits up and down
+/// together. The signed count lies below it, in whole bytes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct TotalParameters {
+    /// Its lowest bit.
+    pub first_bit: u32,
+    /// Its bits, unsigned; zeros fill the last byte.
+    pub bits: u32,
+    /// Bits of a total that nothing can overflow.
+    pub exact_bits: u32,
 }
 
 /// What the peak detector's ports hold: detector d's value in bits d b .. (d + 1) b
@@ -155,6 +170,11 @@ fn parameters(contract: &Contract) -> Parameters {
         parallel: contract.parallel,
         count_bits: contract.count_bits,
         exact_count_bits: contract.exact_count_bits,
+        total: contract.total.map(|total| TotalParameters {
+            first_bit: total.first_bit,
+            bits: total.bits,
+            exact_bits: total.exact_bits,
+        }),
         peak: contract.peak.map(|peak| PeakParameters {
             step_bits: peak.step_bits,
             count_bits: peak.count_bits,

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use super::contract::Contract;
 use super::exercise::{Counted, Exercise};
-use super::layout::Layout;
+use super::layout::{Layout, mask};
 use super::pattern::{ChipPattern, chip_patterns};
 use super::peak_ports::PeakPorts;
 use super::stream::{Arrival, Beat, ResultStream};
@@ -38,7 +38,8 @@ pub struct StepResult {
     pub step: u64,
     /// The count, saturated as the hardware does.
     pub count: i64,
-    /// The hits that were counted, up and down together.
+    /// The hits that were counted, up and down together; saturated as the hardware
+    /// does where it sends them.
     pub total: u64,
 }
 
@@ -266,14 +267,24 @@ impl Reference {
         let grouping = self.contract.grouping();
         let last = grouping.is_last(self.scan.group);
         let limit = 1i128 << (self.contract.count_bits - 1);
+        let most = self
+            .contract
+            .total
+            .map_or(u64::MAX, |total| mask(total.bits));
         let mut beats = Vec::with_capacity(self.counts.len());
         let mut saturated = false;
         for (detector, counts) in self.counts.chunks_exact(parallel as usize).enumerate() {
+            let total = self.totals[detector].min(most);
+            saturated |= total != self.totals[detector];
             for (step, &exact) in grouping.steps_of(self.scan.group).zip(counts) {
                 let count = i128::from(exact).clamp(-limit, limit - 1) as i64;
                 saturated |= count != exact;
                 let counted = Counted::new(detector, exact, self.totals[detector]);
-                beats.push(Beat { count, counted });
+                beats.push(Beat {
+                    count,
+                    total,
+                    counted,
+                });
                 if let Some(peak) = &mut self.peak {
                     peak.count(detector, scan.phase_step(step), count);
                 }
@@ -282,7 +293,7 @@ impl Reference {
                     detector,
                     step: step.0,
                     count,
-                    total: self.totals[detector],
+                    total,
                 });
             }
         }

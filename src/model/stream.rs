@@ -23,6 +23,8 @@ pub(super) struct ResultStream {
 pub(super) struct Beat {
     /// The signed count.
     pub(super) count: i64,
+    /// The total count; not on the stream where totals are left out.
+    pub(super) total: u64,
     /// The hits in it.
     pub(super) counted: Counted,
 }
@@ -30,8 +32,11 @@ pub(super) struct Beat {
 /// Places of the result ports; each is (word, shift).
 #[derive(Debug, Clone, Copy)]
 struct StreamFields {
-    tdata: (usize, u32),
-    tdata_bits: u32,
+    /// The signed count, in whole bytes.
+    count: (usize, u32),
+    count_bits: u32,
+    /// The total count above it, if it is sent.
+    total: Option<(usize, u32)>,
     tvalid: (usize, u32),
     tlast: (usize, u32),
     overrun: (usize, u32),
@@ -45,7 +50,7 @@ pub(super) struct Arrival {
     pub(super) clock: u64,
     /// In the order in which they are sent; at least one.
     pub(super) beats: Vec<Beat>,
-    /// One of them was clamped.
+    /// A count of theirs was clamped.
     pub(super) saturated: bool,
     /// They are the scan's last.
     pub(super) last: bool,
@@ -98,10 +103,16 @@ impl ResultStream {
             let field = layout.outputs.field(name);
             (field.word, field.shift)
         };
+        let data = layout.outputs.field("m_axis_tdata");
+        let total = contract.total.map(|total| {
+            let bit = data.shift + total.first_bit;
+            (data.word + (bit / 64) as usize, bit % 64)
+        });
         ResultStream {
             fields: StreamFields {
-                tdata: place("m_axis_tdata"),
-                tdata_bits: contract.tdata_bits,
+                count: (data.word, data.shift),
+                count_bits: contract.signed_data_bits(),
+                total,
                 tvalid: place("m_axis_tvalid"),
                 tlast: place("m_axis_tlast"),
                 overrun: place("o_overrun"),
@@ -185,21 +196,29 @@ impl ResultStream {
             if value == 0 {
                 return;
             }
+            // What a port wider than a word has beyond the word's end.
+            let beyond = value.unbounded_shr(64 - shift);
             let from = (clocks.start - first_clock) as usize * self.words;
             let to = (clocks.end - first_clock) as usize * self.words;
             let bits = value << shift;
             if self.words == 1 {
                 expected[from..to].iter_mut().for_each(|w| *w |= bits);
             } else {
-                expected[from..to]
-                    .chunks_exact_mut(self.words)
-                    .for_each(|record| record[word] |= bits);
+                for record in expected[from..to].chunks_exact_mut(self.words) {
+                    record[word] |= bits;
+                    if beyond != 0 {
+                        record[word + 1] |= beyond;
+                    }
+                }
             }
         };
         or(
-            fields.tdata,
-            axis.beat.count as u64 & mask(fields.tdata_bits),
+            fields.count,
+            axis.beat.count as u64 & mask(fields.count_bits),
         );
+        if let Some(total) = fields.total {
+            or(total, axis.beat.total);
+        }
         or(fields.tvalid, u64::from(axis.valid));
         or(fields.tlast, u64::from(axis.last));
         or(fields.overrun, u64::from(axis.overrun));

@@ -18,6 +18,7 @@ pub(super) fn parts(scene: &Scene) -> Vec<Part> {
         parallel_correlators(scene),
         count_segments(&contract),
         saturation_clamp(&contract),
+        total_counts(scene, &contract),
         scan_controller(scene),
         scan_realignment(scene, &contract),
         peak_detector(scene, &contract),
@@ -175,6 +176,32 @@ fn saturation_clamp(contract: &Contract) -> Part {
             "saturation_clamp",
             format!("no stimulus can overflow {exact} bits; saves a pipeline stage and a port"),
         )
+    }
+}
+
+fn total_counts(scene: &Scene, contract: &Contract) -> Part {
+    const PART: &str = "total_counts";
+    let given = scene.hardware.total_counts.is_some();
+    let estimator = scene.estimator;
+    match contract.total {
+        Some(total) => kept(
+            PART,
+            format!(
+                "{}: the hits of each phase step in {} bits, above its signed count",
+                match given {
+                    true => "total_counts = true".to_owned(),
+                    false => format!("the estimator \"{estimator}\" fits them too"),
+                },
+                total.bits
+            ),
+        ),
+        None => left_out(
+            PART,
+            match given {
+                true => "total_counts = false: signed counts alone are sent".to_owned(),
+                false => format!("the estimator \"{estimator}\" uses the signed counts alone"),
+            },
+        ),
     }
 }
 

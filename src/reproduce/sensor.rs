@@ -126,6 +126,7 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
             target: Target::Ecp525k6,
             parallel: 1,
             counter_width: None,
+            total_counts: None,
             peak_detector: false,
         },
     }

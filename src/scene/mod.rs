@@ -23,6 +23,7 @@
 //! | `hardware.target` | `"ecp5-25k-6"` |
 //! | `hardware.parallel` | 1 |
 //! | `hardware.counter_width` | as wide as no stimulus can overflow |
+//! | `hardware.total_counts` | true with `estimator = "model"`, which needs them, else false |
 //! | `hardware.peak_detector` | false: the host finds the peak |
 
 mod detector;
@@ -33,6 +34,7 @@ mod read;
 mod reader;
 mod scan;
 mod source;
+mod totals;
 mod units;
 mod wording;
 
@@ -42,6 +44,7 @@ pub use error::{SceneError, SceneErrors};
 pub use keys::limits;
 pub use movement::{Fluctuation, Movement};
 pub use read::{load, parse};
+pub use totals::TotalsMissing;
 
 use crate::code::Code;
 use crate::sensor::{Grouping, Step};
@@ -229,6 +232,9 @@ pub struct Hardware {
     /// Width of a count in the results; `None` gives the width at which no
     /// stimulus at all can overflow. A narrower count saturates and flags.
     pub counter_width: Option<u32>,
+    /// Whether the hardware sends total counts beside the signed ones; `None`
+    /// leaves it to the estimator. See [`Scene::sends_total_counts`].
+    pub total_counts: Option<bool>,
     /// Whether the hardware finds the peak of a scan, beside sending its counts.
     pub peak_detector: bool,
 }

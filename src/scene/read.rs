@@ -9,6 +9,7 @@ use super::reader::Section;
 use super::wording::{alternatives, nearest, quoted};
 use super::{
     Detector, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, SceneErrors, Source, Target,
+    TotalsMissing,
 };
 use super::{detector, movement, scan, source};
 use crate::code::MAX_CODE_CHIPS;
@@ -199,7 +200,7 @@ fn read_scene(root: &Section, name: String) -> Option<Scene> {
         .section("scan", "[scan]")
         .and_then(|section| scan::read(section, clock, steps_per_period));
     let (estimator, other_light) = read_estimate(root);
-    let hardware = read_hardware(root, scan.as_ref());
+    let hardware = read_hardware(root, scan.as_ref(), estimator);
 
     let clock = clock?;
     let scene = Scene {
@@ -316,11 +317,12 @@ fn read_estimate(root: &Section) -> (EstimatorKind, OtherLight) {
     )
 }
 
-fn read_hardware(root: &Section, scan: Option<&Scan>) -> Hardware {
+fn read_hardware(root: &Section, scan: Option<&Scan>, estimator: EstimatorKind) -> Hardware {
     let mut hardware = Hardware {
         target: Target::Ecp525k6,
         parallel: 1,
         counter_width: None,
+        total_counts: None,
         peak_detector: false,
     };
     let Some(section) = root.section("hardware", "[hardware]") else {
@@ -346,6 +348,10 @@ fn read_hardware(root: &Section, scan: Option<&Scan>) -> Hardware {
         }
     }
     hardware.counter_width = section.integer("counter_width").map(|bits| bits as u32);
+    hardware.total_counts = section.boolean("total_counts");
+    if hardware.total_counts == Some(false) && estimator == EstimatorKind::Model {
+        section.report("total_counts", &TotalsMissing.to_string());
+    }
     hardware.peak_detector = section.boolean("peak_detector").unwrap_or(false);
     section.finish();
     hardware

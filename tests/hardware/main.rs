@@ -1,5 +1,6 @@
 //! The emitted Verilog and everything that runs it.
 
+mod cosim_counts_are_the_verilogs;
 mod cosim_finds_faults;
 mod cosim_random_scenes_match;
 mod cosim_says_what_it_exercised;

@@ -161,6 +161,14 @@ pub(in crate::scene) static HARDWARE: Table = Table {
             why: "a sign and a bit; the reference model's counts have 64 bits",
         },
         Key {
+            name: "total_counts",
+            kind: Kind::Words("true or false"),
+            default: Some("true with estimator \"model\", else false"),
+            example: "true",
+            meaning: "whether results carry the total count of a step beside the signed one",
+            why: "",
+        },
+        Key {
             name: "peak_detector",
             kind: Kind::Words("true or false"),
             default: Some("false"),

@@ -109,6 +109,7 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
             target: Target::Ecp525k6,
             parallel: 1,
             counter_width: None,
+            total_counts: None,
             peak_detector: false,
         },
     }
