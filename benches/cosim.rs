@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let sources = sources_of(&hdl::emit(&scene, "goldtof emit paper-single.toml")?);
     let contract = Contract::of(&scene);
     let layout = Layout::of(&contract);
-    let library = build(TOP, &sources, &contract, &cache_dir())?;
+    let library = build(TOP, &sources, &contract, &cache_dir()?)?;
     let detectors = [DetectorModel::new(&scene, 0)];
 
     let mut ratios = Vec::new();

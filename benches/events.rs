@@ -17,6 +17,7 @@ use std::time::Instant;
 use goldtof::optics::fast::{InstructionSet, StepCounter};
 use goldtof::optics::{DetectorModel, StepCount, count_step};
 use goldtof::scene::{self, Scene};
+use goldtof::sensor::Step;
 use rustix::time::{ClockId, clock_gettime};
 
 const ROUNDS: usize = 7;
@@ -84,7 +85,7 @@ fn measure(scene: &Scene) {
         let plain_steps = counts.len() / PLAIN_SHARE;
         plain.push(measured(&mut counts[..plain_steps], |counts| {
             for (step, count) in (0..).zip(counts) {
-                *count = count_step(&model, seed, step / 4096, step % 4096);
+                *count = count_step(&model, seed, step / 4096, Step(step % 4096));
             }
         }));
     }

@@ -19,6 +19,7 @@ use goldtof::optics::{
     CountSampler, CountingTier, DetectorModel, MeanResponse, MeanResponseError, SecondMoments,
 };
 use goldtof::scene;
+use goldtof::sensor::Step;
 use rustix::time::{ClockId, clock_gettime};
 
 const ROUNDS: usize = 15;
@@ -44,13 +45,15 @@ fn main() -> Result<(), Box<dyn Error>> {
             MeanResponse::of_tier(&model, tier)
         });
         let response = MeanResponse::of_tier(&model, tier)?;
-        measure("tables alone (another delay)", || response.delayed(10.0));
+        measure("tables alone (another delay)", || {
+            response.delayed(10.0).expect("it can be solved")
+        });
         measure("means of all steps", || response.mean_counts());
         measure("variances of the total count", || {
             SecondMoments::new(&response)
         });
         let second = SecondMoments::new(&response)?;
-        measure("second moments of one step", || second.of_step(1000));
+        measure("second moments of one step", || second.of_step(Step(1000)));
         measure("second moments of all steps", || second.of_scan());
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! An end from outside: Ctrl-C, SIGTERM, a file-size limit.
+//! An end from outside: Ctrl-C, SIGTERM, SIGHUP, a file-size limit.
 //!
 //! What is unfinished is known here: files and folders under their hidden
 //! names, and external programs. When a signal comes these are removed and
@@ -9,12 +9,12 @@ use std::fs;
 use std::io::{self, Write as _};
 use std::os::unix::process::CommandExt as _;
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, ExitStatus};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use rustix::process::{Pid, Signal, kill_process_group};
-use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
+use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 
 /// What must not outlive an interrupted run.
@@ -49,14 +49,19 @@ fn state() -> MutexGuard<'static, State> {
     STATE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Watches for SIGINT and SIGTERM from now on. A file-size limit becomes an
-/// error of the write that exceeds it.
+/// Signals that end a run.
+const ENDING: [i32; 4] = [SIGHUP, SIGINT, SIGTERM, SIGQUIT];
+
+/// Watches for the signals that end a run from now on, but for those that whoever
+/// started this program wanted ignored, as nohup does. A file-size limit becomes
+/// an error of the write that exceeds it.
 ///
 /// # Errors
 /// When the system takes no handler.
 pub fn watch() -> io::Result<()> {
     signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)))?;
-    let mut signals = Signals::new([SIGINT, SIGTERM])?;
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mut signals = Signals::new(listened_to(&status))?;
     std::thread::Builder::new()
         .name("signals".to_owned())
         .spawn(move || {
@@ -65,6 +70,16 @@ pub fn watch() -> io::Result<()> {
             }
         })?;
     Ok(())
+}
+
+/// The signals to watch for, from the system's account of this process.
+fn listened_to(status: &str) -> Vec<i32> {
+    let ignored = status
+        .lines()
+        .find_map(|line| u64::from_str_radix(line.strip_prefix("SigIgn:")?.trim(), 16).ok())
+        .unwrap_or(0);
+    let is_wanted = |signal: &i32| ignored >> (signal - 1) & 1 == 0;
+    ENDING.into_iter().filter(is_wanted).collect()
 }
 
 /// Ends the program at once. The lock is kept: no file gets its name, and no
@@ -78,10 +93,11 @@ fn end(signal: i32) -> ! {
     for path in &state.unfinished {
         remove(path);
     }
-    let name = if signal == SIGINT {
-        "interrupted"
-    } else {
-        "terminated"
+    let name = match signal {
+        SIGINT => "interrupted",
+        SIGHUP => "hung up",
+        SIGQUIT => "quit",
+        _ => "terminated",
     };
     let _ = writeln!(
         io::stderr(),
@@ -138,33 +154,68 @@ impl Drop for Unfinished {
     }
 }
 
-/// Runs an external program to its end, in a process group of its own, which
-/// ends with this program when that is interrupted.
-///
-/// # Errors
-/// When it cannot be started.
-pub fn run_program(command: &mut Command) -> io::Result<Output> {
-    let (child, group) = start(command)?;
-    let output = child.wait_with_output();
-    state().programs.retain(|other| *other != group);
-    output
+/// A program that was started, in a process group of its own. The group ends
+/// with this program when that is interrupted, and when this value is dropped.
+#[derive(Debug)]
+pub struct Program {
+    child: Child,
+    group: Pid,
 }
 
-fn start(command: &mut Command) -> io::Result<(Child, Pid)> {
-    let mut state = state();
-    let child = command
-        .process_group(0)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()?;
-    let group = Pid::from_child(&child);
-    state.programs.push(group);
-    Ok((child, group))
+impl Program {
+    /// Starts it.
+    ///
+    /// # Errors
+    /// When it cannot be started.
+    pub fn start(command: &mut Command) -> io::Result<Program> {
+        let mut state = state();
+        let child = command.process_group(0).spawn()?;
+        let group = Pid::from_child(&child);
+        state.programs.push(group);
+        Ok(Program { child, group })
+    }
+
+    /// The process itself, for its outputs; to be waited for by
+    /// [`Program::end`] alone.
+    pub fn child(&mut self) -> &mut Child {
+        &mut self.child
+    }
+
+    /// Whether it has ended; its status stays to be had.
+    ///
+    /// # Errors
+    /// When the system does not say.
+    pub fn has_ended(&self) -> io::Result<bool> {
+        let look = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+        Ok(waitid(WaitId::Pid(self.group), look)?.is_some())
+    }
+
+    /// Ends what is left of its group, and gives how it ended.
+    ///
+    /// # Errors
+    /// When the system does not say.
+    pub fn end(&mut self) -> io::Result<ExitStatus> {
+        let mut state = state();
+        if let Some(place) = state.programs.iter().position(|&group| group == self.group) {
+            state.programs.swap_remove(place);
+            // Before it is waited for: until then nobody else has its number.
+            let _ = kill_process_group(self.group, Signal::KILL);
+        }
+        drop(state);
+        self.child.wait()
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        let _ = self.end();
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::os::unix::process::ExitStatusExt as _;
+
     use super::*;
 
     #[test]
@@ -195,14 +246,23 @@ mod tests {
     }
 
     #[test]
-    fn a_program_gives_its_outputs_and_its_status() {
-        let output = run_program(Command::new("sh").args(["-c", "echo $$; echo b >&2; exit 7"]));
-        let output = output.unwrap();
-        assert_eq!(output.stderr, b"b\n");
-        assert_eq!(output.status.code(), Some(7));
-        let said = String::from_utf8(output.stdout).unwrap();
-        let program = Pid::from_raw(said.trim().parse().unwrap()).unwrap();
-        assert!(!state().programs.contains(&program));
-        assert!(run_program(&mut Command::new("/nonexistent/tool")).is_err());
+    fn a_program_is_known_until_its_end_and_ends_when_dropped() {
+        let start = || Program::start(Command::new("sleep").arg("1000")).unwrap();
+        let known = |program: &Program| state().programs.contains(&program.group);
+        let mut program = start();
+        assert!(known(&program) && !program.has_ended().unwrap());
+        assert_eq!(program.end().unwrap().signal(), Some(9));
+        assert!(!known(&program));
+        assert_eq!(program.end().unwrap().signal(), Some(9));
+        let group = start().group;
+        assert!(rustix::process::test_kill_process(group).is_err());
+        assert!(Program::start(&mut Command::new("/nonexistent/tool")).is_err());
+    }
+
+    #[test]
+    fn signals_that_were_ignored_stay_so() {
+        let status = "Name:\tx\nSigIgn:\t0000000000000003\nSigCgt:\t0\n";
+        assert_eq!(listened_to(status), [SIGTERM, SIGQUIT]);
+        assert_eq!(listened_to(""), ENDING);
     }
 }

@@ -36,9 +36,12 @@ pub mod interrupt;
 pub mod model;
 pub mod optics;
 pub mod plan;
+pub mod printable;
+pub mod programs;
 pub mod report;
 pub mod reproduce;
 pub mod scene;
+pub mod sensor;
 pub mod stress;
 
 /// Speed of light in vacuum (exact, SI).

@@ -7,6 +7,7 @@ use goldtof::optics::{CountSampler, DetectorModel, MeanResponse, SecondMoments};
 use goldtof::scene::Scene;
 
 use crate::{Outcome, TIER, cut_scan, set_detection_rate};
+use goldtof::sensor::Step;
 
 /// Processor time of this thread, which others on the machine do not lengthen.
 fn processor_ms() -> Outcome<f64> {
@@ -39,7 +40,7 @@ pub fn timing(scene: &Scene) -> Outcome {
             Ok(())
         })?;
         let later = milliseconds(20, || {
-            response.delayed(10.0);
+            response.delayed(10.0).expect("it can be solved");
             Ok(())
         })?;
         let means = milliseconds(20, || {
@@ -51,7 +52,7 @@ pub fn timing(scene: &Scene) -> Outcome {
             Ok(())
         })?;
         let moments = milliseconds(10, || {
-            second.of_step(3);
+            second.of_step(Step(3));
             Ok(())
         })?;
         let mut repetition = 0;

@@ -3,6 +3,9 @@
 // One clock cycle is one chip of 8 samples. The sample word of a chip is expected on i_samples
 // one cycle after o_laser shows the chip. In reset all 6 outputs are 0.
 //
+// Registers have no values at power-up: before the first scan i_rst has to be high at one
+// rising edge of i_clk at least. Without that the outputs mean nothing.
+//
 // Scan     32752 phase steps from step 0, 13100 chips each
 // Counts   17 bits, signed; no stimulus can overflow them
 // Latency  m_axis_tvalid 6 clocks after the one at which a step's last word is on i_samples
@@ -14,7 +17,7 @@
 module sensor_top (
     // Clock and reset
     input  wire        i_clk,         // one cycle per chip
-    input  wire        i_rst,         // synchronous, active high
+    input  wire        i_rst,         // synchronous, active high; pulse it after power-up
 
     // Lasers
     output reg         o_laser,       // chip of each source, bit m for source m

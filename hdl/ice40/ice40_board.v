@@ -2,33 +2,40 @@
 //
 // The board gives the chip clock, for a chip of 8 ns 125 MHz.
 
+`include "sensor_top.vh" // of the emitted folder: the widths of sensor_top's ports
+
 `default_nettype none
 
-module ice40_board #(
-    parameter W_TDATA = 24          // width of m_axis_tdata of the emitted sensor_top
-) (
-    input  wire               i_clk,
-    input  wire               i_rst,       // asynchronous, active high
-    input  wire               i_spad,
-    output wire               o_laser,
+module ice40_board (
+    input  wire                                          i_clk,
+    input  wire                                          i_rst,        // asynchronous, active high; may stay low for ever
+    input  wire                                          i_spad,
+    output wire                                          o_laser,
 
     // Results, on o_clk: to the user's logic
-    output wire               o_clk,
-    output wire [W_TDATA-1:0] m_axis_tdata,
-    output wire               m_axis_tvalid,
-    input  wire               m_axis_tready,
-    output wire               m_axis_tlast,
-    output wire               o_epoch,
-    output wire               o_overrun
+    output wire                                          o_clk,
+    output wire [`SENSOR_TOP_M_AXIS_TDATA_BITS-1:0]      m_axis_tdata,
+    output wire                                          m_axis_tvalid,
+    input  wire                                          m_axis_tready,
+    output wire                                          m_axis_tlast,
+    output wire                                          o_epoch,
+    output wire                                          o_overrun
 );
 
     wire       clk;
     wire       chip;
     wire [1:0] samples;
-    reg  [1:0] reset_r;
+    reg  [1:0] reset_r = 2'b11; // high at power-up: the core needs a reset before its first scan
 
     assign clk   = i_clk;
     assign o_clk = clk;
+
+    // What else was emitted does not fit these pins: stop here, with a name that says so.
+    generate
+        if (`SENSOR_TOP_I_SAMPLES_BITS != 2 || `SENSOR_TOP_O_LASER_BITS != 1) begin : gen_fit
+            ice40_board_needs_a_scene_of_2_samples_per_chip_one_laser_and_one_detector stop ();
+        end
+    endgenerate
 
     // Reset begins at once and ends with the clock.
     always @(posedge clk or posedge i_rst) begin

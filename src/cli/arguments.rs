@@ -1,6 +1,7 @@
 //! What can be written on the command line.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
@@ -8,6 +9,9 @@ use crate::cosim::StimulusKind;
 use crate::fidelity::Tier;
 use crate::reproduce::FigureId;
 use crate::scene::EstimatorKind;
+
+/// Most clocks of a co-simulation: years of them, whose samples 64 bits number.
+const MOST_CYCLES: u64 = 1 << 50;
 
 /// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
 /// time-of-flight sensors.
@@ -23,8 +27,44 @@ pub(super) struct Cli {
     /// Print no progress and no summary
     #[arg(long, global = true)]
     pub quiet: bool,
+    /// Longest time that an external tool, or a block of clocks of the Verilog, may
+    /// take: a number with its unit, "90 s", "10min" or "2h"
+    #[arg(long, global = true, value_name = "TIME", default_value = "10min",
+          value_parser = parse_time)]
+    pub tool_timeout: Duration,
     #[command(subcommand)]
     pub command: Command,
+}
+
+/// Longest time that can be asked for: 1000 days.
+const MOST_SECONDS: f64 = 1000.0 * 86_400.0;
+
+fn parse_time(text: &str) -> Result<Duration, String> {
+    let text = text.trim();
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit_s = match &text[digits.len()..] {
+        "s" => 1.0,
+        "min" => 60.0,
+        "h" => 3600.0,
+        _ => {
+            return Err(
+                "write a number with its unit, as \"90 s\", \"10min\" or \"2h\"".to_owned(),
+            );
+        }
+    };
+    let seconds = digits
+        .trim()
+        .parse::<f64>()
+        .map_or(f64::NAN, |n| n * unit_s);
+    // Neither is one that is no number.
+    if (1e-3..=MOST_SECONDS).contains(&seconds) {
+        Ok(Duration::from_secs_f64(seconds))
+    } else {
+        Err(format!(
+            "write a time from 0.001 s to {} h",
+            MOST_SECONDS / 3600.0
+        ))
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -87,7 +127,7 @@ pub(super) struct CosimArguments {
     pub rtl: Option<PathBuf>,
     /// Clocks to run, reset included [default: one whole scan of photons, or as
     /// long as the adversary needs]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MOST_CYCLES))]
     pub cycles: Option<u64>,
     /// What drives both sides
     #[arg(long, value_enum, default_value_t = StimulusKind::Photons)]
@@ -118,9 +158,9 @@ pub(super) struct SimulateArguments {
 pub(super) struct FidelityArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Relative error of the standard deviation to recommend a tier for: 1% or
-    /// 0.01
-    #[arg(long, value_name = "E", default_value = "1%",
+    /// Error of standard deviation, bias (in standard deviations) and share of missed
+    /// peaks to recommend a tier for, 0.01% to 99%: 5% or 0.05
+    #[arg(long, value_name = "E", default_value = "5%",
           value_parser = super::fidelity::parse_error)]
     pub target_error: f64,
     /// Folder for fidelity.svg, sensor-trade.svg and their data as CSV; made when
@@ -193,6 +233,28 @@ pub(super) struct CodesArguments {
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory as _;
+
+    #[test]
+    fn a_time_has_its_unit_and_its_bounds() {
+        let time = |text| super::parse_time(text).map(|time| time.as_secs_f64());
+        assert_eq!(time("10min"), Ok(600.0));
+        assert_eq!(time(" 1.5 h "), Ok(5400.0));
+        assert_eq!(time("0.25s"), Ok(0.25));
+        for text in [
+            "",
+            "10",
+            "s",
+            "-1 s",
+            "0 s",
+            "1e99 h",
+            "nan s",
+            "inf s",
+            "1 d",
+            "1 \u{b5}s",
+        ] {
+            assert!(time(text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn the_argument_tree_is_sound() {

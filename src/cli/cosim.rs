@@ -2,12 +2,14 @@
 
 use super::arguments::CosimArguments;
 use super::emit::command_line;
+use super::forecast::Forecast;
 use super::output::Output;
 use super::{Ending, rtl};
 use crate::cosim::build::{cache_dir, sources_of};
-use crate::cosim::{Cosimulation, Report, Request, cosimulate};
-use crate::files::stage;
+use crate::cosim::{Cosimulation, Report, Request, StimulusKind, Verdict, cosimulate};
+use crate::files::check_target;
 use crate::hdl;
+use crate::printable::printable_path;
 use crate::scene::{self, Scene};
 
 pub(super) fn run(
@@ -18,7 +20,7 @@ pub(super) fn run(
     let scene = scene::load(&arguments.scene.scene)?;
     if let Some(path) = &arguments.vcd {
         // Better now than after a long run.
-        drop(stage(path, |_| Ok(()))?);
+        check_target(path)?;
     }
     let sources = match &arguments.rtl {
         Some(folder) => rtl::read(folder)?,
@@ -26,7 +28,7 @@ pub(super) fn run(
     };
     let request = Request {
         sources,
-        cache: cache_dir(),
+        cache: cache_dir()?,
         stimulus: arguments.stimulus,
         clocks: arguments.cycles,
         seed,
@@ -36,7 +38,7 @@ pub(super) fn run(
         cosimulation.write_vcd(path)?;
     }
     output.answer(&cosimulation.report, &text(&cosimulation.report))?;
-    Ok(ending(&cosimulation))
+    Ok(ending(&cosimulation.report))
 }
 
 /// Co-simulates and shows how far it is.
@@ -46,7 +48,11 @@ pub(super) fn with_progress(
     output: &Output,
 ) -> anyhow::Result<Cosimulation> {
     let bar = output.progress("co-simulating");
+    let mut forecast: Option<Forecast> = None;
     let cosimulation = cosimulate(scene, request, |done, of| {
+        // From the first block on: what is built before is not in the rate.
+        let forecast = forecast.get_or_insert_with(|| Forecast::new(output, "the co-simulation"));
+        forecast.progress(done, of);
         bar.set_length(of);
         bar.set_position(done);
     });
@@ -54,12 +60,11 @@ pub(super) fn with_progress(
     Ok(cosimulation?)
 }
 
-/// 1 when the two sides differ.
-pub(super) fn ending(cosimulation: &Cosimulation) -> Ending {
-    if cosimulation.matched() {
-        Ending::Done
-    } else {
-        Ending::DoesNotHold
+/// 1 unless the two sides agree in what makes a sensor.
+pub(super) fn ending(report: &Report) -> Ending {
+    match report.verdict {
+        Verdict::Match => Ending::Done,
+        Verdict::Mismatch | Verdict::Inconclusive => Ending::DoesNotHold,
     }
 }
 
@@ -74,6 +79,7 @@ pub(super) fn text(report: &Report) -> String {
         report.compared_ports.len(),
         report.cycles_per_second / 1e6,
     );
+    text += &exercised(report);
     if let Some(first) = &report.first_mismatch {
         text += &format!(
             "first mismatch at clock {} ({:.3} ns): port {} should be {} and is {}; {} clock(s) \
@@ -87,7 +93,23 @@ pub(super) fn text(report: &Report) -> String {
         );
     }
     if let Some(vcd) = &report.vcd {
-        text += &format!("waveforms: {}\n", vcd.display());
+        text += &format!("waveforms: {}\n", printable_path(vcd));
+    }
+    text
+}
+
+/// What the verdict rests on, and what it lacks.
+pub(super) fn exercised(report: &Report) -> String {
+    let mut text = format!("exercised: {}\n", report.exercised.text());
+    for missing in &report.missing {
+        text += &format!("inconclusive: {missing}\n");
+    }
+    if !report.not_exercised.is_empty() {
+        text += &format!("not exercised: {}", report.not_exercised.join(", "));
+        text += match report.stimulus {
+            StimulusKind::Photons => " (`goldtof cosim --stimulus adversarial` drives it)\n",
+            StimulusKind::Adversarial => " (more --cycles bring it)\n",
+        };
     }
     text
 }

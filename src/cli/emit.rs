@@ -6,6 +6,7 @@ use super::Ending;
 use super::arguments::EmitArguments;
 use super::output::Output;
 use crate::hdl::{self, Emission};
+use crate::printable::printable_path;
 use crate::scene;
 
 pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Result<Ending> {
@@ -19,7 +20,7 @@ pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Res
 /// The command that the headers of emitted files name. Only the scene's file
 /// name is in it, so that emission does not depend on where the scene lies.
 pub(super) fn command_line(scene: &Path) -> String {
-    let name = scene.file_name().unwrap_or_default().to_string_lossy();
+    let name = printable_path(Path::new(scene.file_name().unwrap_or_default()));
     format!("goldtof emit {name}")
 }
 
@@ -28,7 +29,7 @@ pub(super) fn text(emission: &Emission, folder: &Path) -> String {
     let mut text = format!(
         "{} Verilog files and manifest.json in {}, top module {}, {:.3} MHz\n",
         emission.files.len(),
-        folder.display(),
+        printable_path(folder),
         emission.top,
         emission.clock_hz / 1e6,
     );

@@ -8,6 +8,7 @@ pub mod codes;
 mod cosim;
 mod emit;
 mod fidelity;
+mod forecast;
 mod output;
 pub mod plan;
 mod reproduce;
@@ -24,6 +25,8 @@ use self::arguments::{Cli, Command};
 use self::output::Output;
 use crate::cosim::error::CosimError;
 use crate::interrupt;
+use crate::printable::printable_lines;
+use crate::programs;
 
 /// How a command that did its work ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,7 +44,7 @@ pub fn main() -> ExitCode {
         Err(error) => {
             // Help and version are answers, not errors.
             let status = if error.use_stderr() { 2 } else { 0 };
-            let _ = error.print();
+            print_usage(&error);
             return ExitCode::from(status);
         }
     };
@@ -49,6 +52,7 @@ pub fn main() -> ExitCode {
     if let Err(error) = interrupt::watch() {
         output.note(&format!("signals are not watched: {error}"));
     }
+    programs::set_time_limit(cli.tool_timeout);
     let ending = match cli.command {
         Command::Run(arguments) => run::run(&arguments, cli.seed, &mut output),
         Command::Plan(arguments) => plan::run(&arguments, &mut output),
@@ -67,6 +71,17 @@ pub fn main() -> ExitCode {
             output.error(&error);
             ExitCode::from(status_of(&error))
         }
+    }
+}
+
+/// What is wrong with the command line, or its help; in colour unless it quotes
+/// what would command the terminal.
+fn print_usage(error: &clap::Error) {
+    let text = error.render().to_string();
+    if printable_lines(&text) == text {
+        let _ = error.print();
+    } else {
+        output::to_stderr(text.trim_end());
     }
 }
 

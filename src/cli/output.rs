@@ -8,6 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
 use crate::files::{FileError, OutputFolder};
+use crate::printable::{printable_json, printable_lines, printable_path};
 
 /// The outputs of a command.
 pub(super) struct Output {
@@ -25,11 +26,11 @@ impl Output {
         let mut stdout = io::stdout().lock();
         let written = if self.json {
             let document = serde_json::to_string_pretty(value).context("cannot make JSON")?;
-            writeln!(stdout, "{document}")
+            writeln!(stdout, "{}", printable_json(&document))
         } else if self.quiet {
             Ok(())
         } else {
-            write!(stdout, "{text}")
+            write!(stdout, "{}", printable_lines(text))
         };
         match written.and_then(|()| stdout.flush()) {
             // A reader that has seen enough is no error.
@@ -48,12 +49,19 @@ impl Output {
     /// Opens a folder for the command's files; waits while another run writes
     /// into it.
     pub fn folder(&self, path: &Path) -> Result<OutputFolder, FileError> {
-        OutputFolder::open(path, |path| {
-            self.note(&format!(
-                "{}: another goldtof writes here; waiting for its end",
-                path.display()
-            ));
-        })
+        OutputFolder::open(path, |path| self.waits(path))
+    }
+
+    /// Opens a folder of our own name in one that is open.
+    pub fn subfolder(&self, folder: &OutputFolder, name: &str) -> Result<OutputFolder, FileError> {
+        folder.subfolder(name, |path| self.waits(path))
+    }
+
+    fn waits(&self, path: &Path) {
+        self.note(&format!(
+            "{}: another goldtof writes here; waiting for its end",
+            printable_path(path)
+        ));
     }
 
     /// A progress bar over `total` clocks, drawn only for people who can see it.
@@ -92,9 +100,10 @@ fn with_causes(error: &anyhow::Error) -> String {
     })
 }
 
+/// What tools and names of files bring along does not command the terminal.
 /// Nobody may be there to read it, which is no reason to end.
-fn to_stderr(text: &str) {
-    let _ = writeln!(io::stderr(), "{text}");
+pub(super) fn to_stderr(text: &str) {
+    let _ = writeln!(io::stderr(), "{}", printable_lines(text));
 }
 
 #[cfg(test)]

@@ -46,5 +46,12 @@ pub fn to_text(plan: &Plan) -> String {
             let _ = writeln!(text, "  {mark}  {part:width$}  {reason}{saving}");
         }
     }
+    if plan.not_measured > 0 {
+        let _ = writeln!(
+            text,
+            "what {} of the parts left out save was not measured: it would take too long",
+            plan.not_measured
+        );
+    }
     text
 }

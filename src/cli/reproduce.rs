@@ -1,7 +1,10 @@
 //! `goldtof reproduce`: the article's figures and claims.
 
+use std::cell::RefCell;
+
 use super::Ending;
 use super::arguments::ReproduceArguments;
+use super::forecast::Forecast;
 use super::output::Output;
 use crate::reproduce::{FigureId, Options, reproduce};
 
@@ -18,8 +21,14 @@ pub(super) fn run(
             None => FigureId::ALL.to_vec(),
         },
     };
+    let figures = options.figures.len() as u64;
+    // Heard one after another.
+    let progress = RefCell::new((Forecast::new(output, "all figures"), 0));
     let made = reproduce(&options, &output.folder(&arguments.out)?, |title| {
-        output.note(title)
+        let (forecast, done) = &mut *progress.borrow_mut();
+        *done += 1;
+        forecast.progress(*done, figures);
+        output.note(title);
     })?;
     output.answer(&made, &made.to_text())?;
     Ok(if made.holds() {

@@ -1,5 +1,6 @@
 //! Reads the Verilog of `--rtl DIR`.
 
+use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -9,10 +10,13 @@ use crate::cosim::build::SourceFile;
 use crate::cosim::error::CosimError;
 use crate::cosim::manifest::file_names;
 use crate::cosim::needed::needed_by;
-use crate::files::read_text;
+use crate::files::read_regular;
+use crate::printable::is_unprintable;
 
 /// Largest file of Verilog, and largest manifest, that is read.
 const MOST_BYTES: u64 = 64 << 20;
+/// Most of Verilog in all: what a folder of one sensor never has.
+const MOST_MIB_IN_ALL: u64 = 256;
 /// Verilog, and what it may include.
 const ENDINGS: [&str; 4] = [".v", ".sv", ".vh", ".svh"];
 
@@ -29,14 +33,28 @@ pub(super) fn read(folder: &Path) -> Result<Vec<SourceFile>, CosimError> {
         Some(names) => names,
         None => listing(folder)?,
     };
-    let sources: Vec<SourceFile> = names
-        .into_iter()
-        .filter(|name| ENDINGS.iter().any(|ending| name.ends_with(ending)))
-        .map(|name| {
-            let text = read_file(&folder.join(&name))?;
-            Ok(SourceFile { name, text })
-        })
-        .collect::<Result<_, CosimError>>()?;
+    let mut sources = Vec::new();
+    let mut bytes = 0;
+    for name in names {
+        if !ENDINGS.iter().any(|ending| name.ends_with(ending)) {
+            continue;
+        }
+        check_name(folder, &name)?;
+        let path = folder.join(&name);
+        let text = read_file(&path)?;
+        bytes += text.len() as u64;
+        if bytes > MOST_MIB_IN_ALL << 20 {
+            return Err(CosimError::TooMuchVerilog {
+                folder: folder.to_owned(),
+                most_mib: MOST_MIB_IN_ALL,
+            });
+        }
+        sources.push(SourceFile {
+            name,
+            text,
+            origin: Some(path),
+        });
+    }
     if !sources.iter().any(SourceFile::is_compiled) {
         return Err(CosimError::NoVerilog(folder.to_owned()));
     }
@@ -60,23 +78,51 @@ fn manifest(folder: &Path) -> Result<Option<Vec<String>>, CosimError> {
 
 /// Reads a file, but neither a folder nor a pipe that nobody may ever fill.
 fn read_file(path: &Path) -> Result<String, CosimError> {
-    let text = fs::metadata(path).and_then(|found| {
-        if found.is_file() {
-            read_text(path, MOST_BYTES)
-        } else {
-            Err(io::Error::other("it is not a regular file"))
-        }
-    });
-    text.map_err(unreadable(path))
+    read_regular(path, MOST_BYTES).map_err(unreadable(path))
 }
 
+/// The names in a folder. One that a tool would not take for a name is refused.
 fn listing(folder: &Path) -> Result<Vec<String>, CosimError> {
-    let mut names: Vec<String> = fs::read_dir(folder)
-        .map_err(unreadable(folder))?
-        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
-        .collect();
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder).map_err(unreadable(folder))? {
+        let name = entry.map_err(unreadable(folder))?.file_name();
+        match name.into_string() {
+            Ok(name) => names.push(name),
+            Err(name) => {
+                let bytes = name.as_encoded_bytes();
+                if ENDINGS.iter().any(|end| bytes.ends_with(end.as_bytes())) {
+                    return Err(file_name(folder, name, "it is not UTF-8"));
+                }
+            }
+        }
+    }
+    names.retain(|name| ENDINGS.iter().any(|ending| name.ends_with(ending)));
+    if let Some(name) = names.iter().find(|name| name.contains(is_unprintable)) {
+        let reason = "it has characters that cannot be seen";
+        return Err(file_name(folder, name.into(), reason));
+    }
     names.sort();
     Ok(names)
+}
+
+/// Names go into command lines, C++ strings and messages.
+fn check_name(folder: &Path, name: &str) -> Result<(), CosimError> {
+    let reason = if name.contains(char::is_control) {
+        "it holds a control character"
+    } else if name.contains(['"', '\\']) {
+        "it holds a quotation mark or a backslash"
+    } else {
+        return Ok(());
+    };
+    Err(file_name(folder, name.into(), reason))
+}
+
+fn file_name(folder: &Path, name: OsString, reason: &'static str) -> CosimError {
+    CosimError::FileName {
+        folder: folder.to_owned(),
+        name,
+        reason,
+    }
 }
 
 fn unreadable(path: &Path) -> impl FnOnce(io::Error) -> CosimError {

@@ -7,14 +7,17 @@ use serde::Serialize;
 
 use super::Ending;
 use super::arguments::RunArguments;
-use super::cosim::{ending, text as cosim_text, with_progress};
+use super::cosim::{ending, exercised, text as cosim_text, with_progress};
 use super::emit::{command_line, text as emit_text};
 use super::output::Output;
 use crate::cosim::build::{cache_dir, sources_of};
-use crate::cosim::{self, Request, StimulusKind};
+use crate::cosim::sent::SentCount;
+use crate::cosim::{self, Cosimulation, Request, StimulusKind, Verdict};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::hdl::{self, Emission};
+use crate::optics::StepCount;
 use crate::plan::{self, Plan};
+use crate::printable::printable_path;
 use crate::report::page::Page;
 use crate::report::{DetectorCounts, counts_csv};
 use crate::scene::{self, Scene};
@@ -23,6 +26,9 @@ use crate::scene::{self, Scene};
 const REPORT: &str = "report.html";
 const COUNTS: &str = "counts.csv";
 const WAVEFORMS: &str = "mismatch.vcd";
+
+/// Said of an estimate after a mismatch.
+const OF_THE_VERILOG: &str = "the counts are the Verilog's, which differs from the reference model";
 
 /// The JSON of `goldtof run`.
 #[derive(Serialize)]
@@ -42,8 +48,7 @@ pub(super) fn run(
 ) -> anyhow::Result<Ending> {
     let path = &arguments.scene.scene;
     let out = &arguments.out;
-    let mut scene = scene::load(path)?;
-    scene.estimator = arguments.estimator.unwrap_or(scene.estimator);
+    let scene = scene::load(path)?.with_estimator(arguments.estimator)?;
     let plan = plan::plan(&scene);
     let emission = hdl::emit(&scene, &command_line(path))?;
     let folder = output.folder(out)?;
@@ -51,8 +56,9 @@ pub(super) fn run(
     for name in [REPORT, COUNTS, WAVEFORMS] {
         folder.remove(name)?;
     }
+    folder.sync()?;
     let rtl = folder.join("rtl");
-    hdl::write_into(&emission, &output.folder(&rtl)?)?;
+    hdl::write_into(&emission, &output.subfolder(&folder, "rtl")?)?;
     output.note(
         emit_text(&emission, &rtl)
             .lines()
@@ -62,31 +68,24 @@ pub(super) fn run(
 
     let request = Request {
         sources: sources_of(&emission),
-        cache: cache_dir(),
+        cache: cache_dir()?,
         stimulus: StimulusKind::Photons,
         clocks: None,
         seed,
     };
     let mut cosimulation = with_progress(&scene, &request, output)?;
-    if !cosimulation.matched() {
+    if cosimulation.report.verdict == Verdict::Mismatch {
         cosimulation.write_vcd(&folder.join(WAVEFORMS))?;
     }
     output.note(cosim_text(&cosimulation.report).trim_end());
-    let estimates: Vec<EstimateReport> = cosimulation
-        .counts
-        .iter()
-        .enumerate()
-        .map(|(detector, counts)| estimate_scan(&scene, detector, counts))
-        .collect();
-
+    let estimates = estimates(&scene, &cosimulation);
     let counts: Vec<DetectorCounts> = cosimulation
         .counts
         .iter()
         .zip(&estimates)
         .enumerate()
         .map(|(detector, (counts, estimate))| {
-            let signed = counts.iter().map(|count| count.signed).collect();
-            DetectorCounts::new(&scene, detector, estimate.calibration_offset_ps, signed)
+            DetectorCounts::new(&scene, detector, estimate.calibration_offset_ps, counts)
         })
         .collect();
     folder.write(COUNTS, &counts_csv(&scene, &counts))?;
@@ -110,7 +109,21 @@ pub(super) fn run(
         estimates: &estimates,
     };
     output.answer(&report, &summary(&scene, &report, out))?;
-    Ok(ending(&cosimulation))
+    Ok(ending(&cosimulation.report))
+}
+
+/// What the counts that the Verilog sent say of the distance, detector by detector.
+fn estimates(scene: &Scene, cosimulation: &Cosimulation) -> Vec<EstimateReport> {
+    let of_detector = |(detector, sent): (usize, &Vec<SentCount>)| {
+        let counts: Vec<StepCount> = sent.iter().map(SentCount::step_count).collect();
+        let mut estimate = estimate_scan(scene, detector, &counts);
+        if cosimulation.report.verdict == Verdict::Mismatch {
+            estimate.add_remark(OF_THE_VERILOG);
+        }
+        estimate
+    };
+    let counts = cosimulation.counts.iter().enumerate();
+    counts.map(of_detector).collect()
 }
 
 /// The end of the run in a few lines.
@@ -123,6 +136,7 @@ fn summary(scene: &Scene, report: &RunReport, out: &Path) -> String {
         report.cosim.phase_steps,
         scene.scan.integration_chips,
     );
+    text += &exercised(report.cosim);
     for (detector, estimate) in report.estimates.iter().enumerate() {
         let _ = writeln!(text, "{estimate}");
         if let Some(peak) = report.cosim.peaks.get(detector) {
@@ -133,6 +147,6 @@ fn summary(scene: &Scene, report: &RunReport, out: &Path) -> String {
             );
         }
     }
-    let _ = writeln!(text, "report: {}", out.join(REPORT).display());
+    let _ = writeln!(text, "report: {}", printable_path(&out.join(REPORT)));
     text
 }

@@ -2,7 +2,9 @@
 
 use super::Ending;
 use super::arguments::SimulateArguments;
+use super::forecast::announce;
 use super::output::Output;
+use crate::fidelity::forecast;
 use crate::fidelity::simulate::simulate;
 use crate::scene;
 
@@ -11,8 +13,10 @@ pub(super) fn run(
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let mut scene = scene::load(&arguments.scene.scene)?;
-    scene.estimator = arguments.estimator.unwrap_or(scene.estimator);
+    let scene = scene::load(&arguments.scene.scene)?.with_estimator(arguments.estimator)?;
+    if let Some(seconds) = forecast::seconds(&scene, arguments.fidelity, arguments.repeat) {
+        announce(output, "the simulation", seconds);
+    }
     let simulation = simulate(&scene, arguments.fidelity, seed, arguments.repeat)?;
     for warning in &simulation.warnings {
         output.note(&format!("warning: {warning}"));

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::Ending;
 use super::arguments::StressArguments;
+use super::forecast::Forecast;
 use super::output::Output;
 use crate::stress::{Case, cases, run as run_cases};
 
@@ -22,7 +23,11 @@ pub(super) fn run(
         output.answer(&names, &text)?;
         return Ok(Ending::Done);
     }
+    let mut forecast = Forecast::new(output, "all cases");
+    let mut done = 0;
     let report = run_cases(&chosen, seed, |case| {
+        done += 1;
+        forecast.progress(done, chosen.len() as u64);
         output.note(&format!("{:>6.2} s  {}", case.run_time_s, case.name));
     })?;
     output.answer(&report, &report.to_text())?;

@@ -76,6 +76,7 @@ pub fn cross_correlation_counts(u: &[u8], v: &[u8], degree: u32) -> BTreeMap<i64
     value_counts(values[1..].iter().map(|&value| -i64::from(value)))
 }
 
+/// +1 for chip 1, -1 for chip 0 (eq. 10).
 fn chi(chip: u8) -> i64 {
     2 * i64::from(chip) - 1
 }

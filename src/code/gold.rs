@@ -27,7 +27,8 @@ impl GoldSet {
         self.length() + 2
     }
 
-    /// Gold's bound t(n) on the magnitude of the correlations off the peak.
+    /// Gold's bound t(n) on the magnitude of the correlations off the peak: at once
+    /// beta of eq. 20 (between codes) and alpha of eq. 21 (of one code).
     pub fn bound(&self) -> i64 {
         bound(self.u.degree)
     }

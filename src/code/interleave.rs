@@ -1,6 +1,6 @@
 //! Interleaving (eq. 23).
 
-/// Interleaves one code period to depth `nu`: chip i of the result is chip
+/// Interleaves one code period to depth `nu` (eq. 23): chip i of the result is chip
 /// floor(i / 2^nu) of `chips`, inverted where i is odd. The result has 2^nu
 /// times as many chips. Depth 0 means no interleaving: the chips as they are,
 /// without eq. 23's inversion, which would not be periodic for an odd length.

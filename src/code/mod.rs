@@ -135,7 +135,16 @@ impl Code {
         })
     }
 
-    /// Number of chips that are 1.
+    /// Amplitude of the decorrelation triangle over the peak, (theta\[0\] -
+    /// theta\[1\]) / L' (eq. 22): 2 for the square wave, and for a code of low side
+    /// lobes about 2 (1 - 2^-(nu + 1)) (eq. 25).
+    pub fn decorrelation_amplitude(&self) -> f64 {
+        let theta: Vec<i64> = self.autocorrelation().take(2).collect();
+        let [peak, next] = [theta[0], theta[1 % theta.len()]];
+        (peak - next) as f64 / self.len() as f64
+    }
+
+    /// Number of chips that are 1: w of eqs. 5 and 14.
     pub fn weight(&self) -> u64 {
         self.chips.iter().map(|&c| u64::from(c)).sum()
     }
@@ -172,6 +181,20 @@ pub fn parse_chips(text: &str) -> Option<Vec<u8>> {
 mod tests {
     use super::*;
 
+    /// Eq. 25 with the side lobe that it neglects: for an m-sequence, -1.
+    #[test]
+    fn interleaving_raises_the_triangle_as_eq_25_says() {
+        let register = Lfsr::new(5, &[5, 2, 0], None).unwrap();
+        for nu in 1..=4_u32 {
+            let code = Code::new(Generator::MSequence(register.clone()), nu).unwrap();
+            let halves = 0.5_f64.powi(nu as i32 + 1);
+            let expected = 2.0 * (1.0 - halves) - 1.0 / code.len() as f64;
+            assert!((code.decorrelation_amplitude() - expected).abs() < 1e-12);
+        }
+        let square = Code::new(Generator::Square, 0).unwrap();
+        assert_eq!(square.decorrelation_amplitude(), 2.0);
+    }
+
     #[test]
     fn the_autocorrelation_of_interleaved_codes_is_that_of_the_definition() {
         let register = Lfsr::new(4, &[4, 1, 0], None).unwrap();
@@ -184,6 +207,8 @@ mod tests {
                 let code = Code::new(generator.clone(), interleave).unwrap();
                 let theta: Vec<i64> = code.autocorrelation().collect();
                 assert_eq!(theta, correlate_naive(&code.chips, &code.chips));
+                let amplitude = (theta[0] - theta[1]) as f64 / theta.len() as f64;
+                assert!((code.decorrelation_amplitude() - amplitude).abs() < 1e-12);
             }
         }
     }

@@ -14,6 +14,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::stimulus::{Drive, RESET_CLOCKS, Stimulus, clocks_for_scans, scan_start};
 use crate::model::contract::Contract;
 use crate::optics::Pulse;
+use crate::sensor::Group;
 
 /// Longest run that is chosen when the user asks for no number of clocks.
 const LONGEST_DEFAULT: u64 = 20_000_000;
@@ -197,16 +198,16 @@ impl Adversarial {
         let lanes = u64::from(self.contract.lanes);
         let cycle = (sample / lanes).checked_sub(self.released + 1)?;
         let in_scan = cycle % scan_start(&self.contract, 1);
-        let group = in_scan / self.contract.scan.integration_chips;
-        if group >= self.contract.groups() {
+        let group = Group(in_scan / self.contract.scan.integration_chips);
+        if group.0 >= self.contract.groups() {
             return None;
         }
-        let number = group * u64::from(self.contract.parallel) + lane;
-        let step = self.contract.scan.step(number);
+        let step = self.contract.grouping().step_of(group, lane);
+        let phase_step = self.contract.scan.phase_step(step);
         let code = &self.contract.reference_codes[detector];
         let period = code.len() * lanes;
         let in_period = (cycle % code.len()) * lanes + sample % lanes;
-        let chip = (in_period + period - step) % period / lanes;
+        let chip = (in_period + period - phase_step) % period / lanes;
         Some(code.chips[chip as usize] == 1)
     }
 }

@@ -3,12 +3,13 @@
 use std::ops::Range;
 
 use super::stimulus::{Drive, Stimulus};
+use crate::model::exercise::Exercise;
 use crate::model::layout::Layout;
 use crate::model::level::Level;
 use crate::model::reference::{Reference, StepResult};
 
 /// Clocks per block: its three arrays stay in a core's second-level cache.
-const BLOCK_CLOCKS: u64 = 16_384;
+pub const BLOCK_CLOCKS: u64 = 16_384;
 
 /// Records of a stretch of clocks, as many of each kind as there are clocks.
 #[derive(Debug, Clone, Default)]
@@ -30,6 +31,8 @@ pub struct Block {
     pub clocks: Range<u64>,
     /// Inputs and outputs of both sides.
     pub records: Records,
+    /// What the outputs have shown up to its end.
+    pub exercise: Exercise,
     /// Why the Verilog ended the simulation in it, if it did.
     pub halted: Option<String>,
 }
@@ -105,6 +108,7 @@ impl<'a> BlockMaker<'a> {
         self.reference
             .predict(&self.drive.surroundings, &self.hits, &mut records.expected);
         block.clocks = clocks;
+        block.exercise.clone_from(self.reference.exercise());
         block.halted = None;
         true
     }

@@ -1,26 +1,36 @@
-//! Builds Verilog into a shared library, once.
+//! Builds Verilog into a program that clocks it, once.
 //!
 //! A build's identity is the hash of everything that goes into it: Verilog,
 //! C++, flags and the tools' versions.
 
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 pub use super::cache::cache_dir;
 use super::cache::{hash, once, write};
 use super::error::CosimError;
+use super::image::Image;
 use super::ports;
+use super::rejected::{in_build, rejection};
 use super::tools::Tools;
 use crate::hdl::Emission;
 use crate::model::contract::Contract;
 use crate::model::layout::Layout;
 
 const BENCH: &str = include_str!("../../testbench/cosim.cpp");
-const LIBRARY: &str = "sensor.so";
+const PROGRAM: &str = "sensor";
+const RUNTIME_OBJECT: &str = "runtime.o";
+/// The one unit that the compiler gets.
+const UNIT: &str = "all.cc";
+/// Folder of the Verilog in that of a build.
+pub(super) const RTL: &str = "rtl";
 
 /// `--x-initial unique` starts registers at random, so that a missing reset is
 /// a mismatch and not luck. Lint is the emitter's own tests' business; a user's
-/// RTL is judged by what it does.
+/// RTL is judged by what it does. But what fails when it is elaborated has failed,
+/// and of two modules with one name nobody knows which was meant.
 const VERILATOR_FLAGS: &[&str] = &[
     "--cc",
     "-O3",
@@ -32,12 +42,14 @@ const VERILATOR_FLAGS: &[&str] = &[
     "-Wno-fatal",
     "-Wno-lint",
     "-Wno-style",
+    "-Werror-USERFATAL",
+    "-Werror-USERERROR",
+    "-Werror-MODDUP",
 ];
 
 const COMPILER_FLAGS: &[&str] = &[
     "-std=c++17",
     "-O2",
-    "-fPIC",
     "-DVL_USER_FINISH",
     "-DVL_USER_STOP",
     "-DVL_USER_FATAL",
@@ -56,6 +68,8 @@ pub struct SourceFile {
     pub name: String,
     /// Its text.
     pub text: String,
+    /// Where it was read; none of what was made here.
+    pub origin: Option<PathBuf>,
 }
 
 impl SourceFile {
@@ -74,21 +88,31 @@ pub fn sources_of(emission: &Emission) -> Vec<SourceFile> {
         .map(|file| SourceFile {
             name: file.name.clone(),
             text: file.text.clone(),
+            origin: None,
         })
         .collect()
 }
 
-/// Builds a model, or finds it built, and gives the shared library's path.
+/// A built model, ready to be started.
+#[derive(Debug, Clone)]
+pub struct Built {
+    /// Where the cache keeps it.
+    pub path: PathBuf,
+    /// The program, as it was checked.
+    pub image: Arc<Image>,
+}
+
+/// Builds a model, or finds it built.
 ///
 /// # Errors
-/// When a tool is missing or fails, when the ports do not fit the contract, or
-/// when the cache cannot be written.
+/// When a tool is missing or fails, when the Verilog does not compile or its ports
+/// do not fit the contract, or when the cache cannot be written.
 pub fn build(
     top: &str,
     sources: &[SourceFile],
     contract: &Contract,
     cache: &Path,
-) -> Result<PathBuf, CosimError> {
+) -> Result<Built, CosimError> {
     let tools = Tools::find()?;
     let header = ports::header(top, &Layout::of(contract));
     let mut parts = vec![
@@ -103,34 +127,35 @@ pub fn build(
     for source in sources {
         parts.extend([source.name.as_str(), source.text.as_str()]);
     }
-    let runtime = runtime(&tools, cache)?;
-    let folder = once(
-        cache,
-        &format!("model-{}", hash(&parts)),
-        LIBRARY,
-        |folder| {
-            verilate(&tools, top, sources, contract, folder)?;
-            write(&folder.join(ports::HEADER), &header)?;
-            write(&folder.join("cosim.cpp"), BENCH)?;
-            link(&tools, folder, &runtime)
-        },
-    )?;
-    Ok(folder.join(LIBRARY))
+    let name = format!("model-{}", hash(&parts));
+    let bytes = once(cache, &name, PROGRAM, |folder| {
+        let runtime = runtime(&tools, cache)?;
+        verilate(&tools, top, sources, contract, folder)?;
+        write(&folder.join(ports::HEADER), &header)?;
+        write(&folder.join("cosim.cpp"), BENCH)?;
+        link(&tools, folder, &runtime).map_err(|error| rejection(error, sources))
+    })?;
+    let path = cache.join(name).join(PROGRAM);
+    let image = Image::new(&bytes).map_err(CosimError::memory(&path))?;
+    Ok(Built {
+        path,
+        image: Arc::new(image),
+    })
 }
 
 /// Verilator's run-time library as object files: the same for every model, and
 /// most of the compiler's work.
-fn runtime(tools: &Tools, cache: &Path) -> Result<PathBuf, CosimError> {
+fn runtime(tools: &Tools, cache: &Path) -> Result<Vec<u8>, CosimError> {
     let mut parts = vec![tools.versions.as_str(), "runtime"];
     parts.extend(COMPILER_FLAGS);
     once(
         cache,
         &format!("runtime-{}", hash(&parts)),
-        "runtime.o",
+        RUNTIME_OBJECT,
         |folder| {
-            let sources = RUNTIME.iter().map(|name| tools.include.join(name));
-            let all: String = sources
-                .map(|path| format!("#include \"{}\"\n", path.display()))
+            let all: String = RUNTIME
+                .iter()
+                .map(|name| format!("#include \"{name}\"\n"))
                 .collect();
             let unit = folder.join("runtime.cpp");
             write(&unit, &all)?;
@@ -141,7 +166,7 @@ fn runtime(tools: &Tools, cache: &Path) -> Result<PathBuf, CosimError> {
                     .arg("-c")
                     .arg(&unit)
                     .arg("-o")
-                    .arg(folder.join("runtime.o"))
+                    .arg(folder.join(RUNTIME_OBJECT))
             })?;
             Ok(())
         },
@@ -155,25 +180,23 @@ fn verilate(
     contract: &Contract,
     folder: &Path,
 ) -> Result<(), CosimError> {
-    let rtl = folder.join("rtl");
+    let rtl = folder.join(RTL);
     fs::create_dir(&rtl).map_err(CosimError::cache(&rtl))?;
-    let mut paths = Vec::new();
     for source in sources {
-        let path = rtl.join(&source.name);
-        write(&path, &source.text)?;
-        // Headers are there to be included.
-        if source.is_compiled() {
-            paths.push(path);
-        }
+        write(&rtl.join(&source.name), &source.text)?;
     }
-    tools.verilator.run(|command| {
+    // From within the folder: what is found follows from the sources alone, and the
+    // file names in what the tool and the model say are short and known.
+    let verilated = tools.verilator.run(|command| {
         command
+            .current_dir(folder)
             .args(VERILATOR_FLAGS)
-            .args(["--top-module", top, "--Mdir"])
-            .arg(folder)
-            .arg(format!("-I{}", rtl.display()))
-            .args(&paths)
-    })?;
+            .args(["--top-module", top, "--Mdir", "."])
+            .arg(format!("-I{RTL}"))
+            // Headers are there to be included.
+            .args(sources.iter().filter(|s| s.is_compiled()).map(in_build))
+    });
+    verilated.map_err(|error| rejection(error, sources))?;
     let header = folder.join(format!("V{top}.h"));
     let text = fs::read_to_string(&header).map_err(CosimError::cache(&header))?;
     let differences = ports::differences(&contract.ports(), &ports::verilated_ports(&text));
@@ -189,7 +212,7 @@ fn verilate(
 
 /// Compiles the model and the bench as one unit, so that the compiler sees
 /// through the calls between them.
-fn link(tools: &Tools, folder: &Path, runtime: &Path) -> Result<(), CosimError> {
+fn link(tools: &Tools, folder: &Path, runtime: &[u8]) -> Result<(), CosimError> {
     let mut units: Vec<String> = fs::read_dir(folder)
         .map_err(CosimError::cache(folder))?
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
@@ -200,26 +223,27 @@ fn link(tools: &Tools, folder: &Path, runtime: &Path) -> Result<(), CosimError> 
         .iter()
         .map(|name| format!("#include \"{name}\"\n"))
         .collect();
-    let unit = folder.join("all.cc");
-    write(&unit, &all)?;
-    let library = folder.join(LIBRARY);
+    write(&folder.join(UNIT), &all)?;
+    // The bytes that were checked, and not what the cache has by now.
+    let object = folder.join(RUNTIME_OBJECT);
+    fs::write(&object, runtime).map_err(CosimError::cache(&object))?;
     tools.compiler.run(|command| {
         command
+            .current_dir(folder)
             .args(COMPILER_FLAGS)
-            .arg("-I")
-            .arg(folder)
+            .args(["-I", "."])
             .args(include_flags(tools))
-            .arg("-shared")
-            .arg(&unit)
-            .arg(runtime.join("runtime.o"))
-            .arg("-o")
-            .arg(&library)
-            .arg("-pthread")
+            .args([UNIT, RUNTIME_OBJECT, "-o", PROGRAM, "-pthread"])
     })?;
     Ok(())
 }
 
-fn include_flags(tools: &Tools) -> [String; 2] {
-    let include = tools.include.display();
-    [format!("-I{include}"), format!("-I{include}/vltstd")]
+fn include_flags(tools: &Tools) -> [OsString; 2] {
+    [&tools.include, &tools.include.join("vltstd")].map(|folder| include_flag(folder))
+}
+
+fn include_flag(folder: &Path) -> OsString {
+    let mut flag = OsString::from("-I");
+    flag.push(folder);
+    flag
 }

@@ -3,55 +3,64 @@
 //! A folder is made under another name beside its final place and renamed when
 //! it is done, so a build that was cut off is never taken for a finished one; a
 //! lock per identity keeps two runs from doing it twice.
+//!
+//! What is found here is loaded and run, so nobody else may have put it there:
+//! the cache, each folder on the way to it and each entry have to be this user's,
+//! and nobody else's to write. What a build made is not synced: what a power cut
+//! spoils does not have its digest and is built again.
 
-use std::fs::{self, File};
+use std::fs::{self, OpenOptions};
+use std::io::{self, Read as _};
+use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
 
+use rustix::fs::OFlags;
+use rustix::process::geteuid;
 use sha2::{Digest, Sha256};
 
 use super::error::CosimError;
+use crate::files::{check_private, open_ours, private_folder};
 use crate::interrupt::Unfinished;
 
 /// Holds the digest of the file that counts.
-const DIGEST: &str = "sensor.so.sha256";
+const DIGEST: &str = "sensor.sha256";
 
-/// Where builds are kept: `$GOLDTOF_CACHE_DIR`, or `goldtof` in the user's cache
-/// folder, or in the temporary folder where there is none.
-pub fn cache_dir() -> PathBuf {
-    let from = |name: &str| {
-        std::env::var_os(name)
-            .filter(|value| !value.is_empty())
-            .map(PathBuf::from)
-    };
-    from("GOLDTOF_CACHE_DIR")
-        .or_else(|| Some(from("XDG_CACHE_HOME")?.join("goldtof")))
-        .or_else(|| Some(from("HOME")?.join(".cache").join("goldtof")))
-        .unwrap_or_else(|| std::env::temp_dir().join("goldtof"))
+/// Where builds are kept: `$GOLDTOF_CACHE_DIR`, or `goldtof` in the platform's
+/// folder for caches (`$XDG_CACHE_HOME`, else `.cache` in the user's home).
+///
+/// # Errors
+/// When the user has no home.
+pub fn cache_dir() -> Result<PathBuf, CosimError> {
+    std::env::var_os("GOLDTOF_CACHE_DIR")
+        .filter(|given| !given.is_empty())
+        .map(PathBuf::from)
+        .or_else(|| Some(dirs::cache_dir()?.join("goldtof")))
+        .ok_or(CosimError::NoCache)
 }
 
-/// Finds the folder `name` of the cache, or makes it with `fill`. `product` is
-/// the file in it that counts; a digest beside it tells whether it is whole.
+/// Finds the file `product` in the folder `name` of the cache, or makes the
+/// folder with `fill`; gives the bytes of that file, whose digest has been checked.
+///
+/// # Errors
+/// When the cache cannot be had, or is not this user's alone.
 pub fn once(
     cache: &Path,
     name: &str,
     product: &str,
     fill: impl FnOnce(&Path) -> Result<(), CosimError>,
-) -> Result<PathBuf, CosimError> {
+) -> Result<Vec<u8>, CosimError> {
+    let cache = &private_folder(cache).map_err(CosimError::cache(cache))?;
     let folder = cache.join(name);
-    if is_whole(&folder, product) {
-        return Ok(folder);
+    let whole = || whole(&folder, product).map_err(CosimError::cache(&folder));
+    if let Some(bytes) = whole()? {
+        return Ok(bytes);
     }
-    if cache.exists() && !cache.is_dir() {
-        let reason = std::io::ErrorKind::NotADirectory.into();
-        return Err(CosimError::cache(cache)(reason));
-    }
-    fs::create_dir_all(cache).map_err(CosimError::cache(cache))?;
     let lock_path = cache.join(format!("{name}.lock"));
-    let lock = File::create(&lock_path).map_err(CosimError::cache(&lock_path))?;
+    let lock = open_ours(&lock_path, 0o600).map_err(CosimError::cache(&lock_path))?;
     lock.lock().map_err(CosimError::cache(&lock_path))?;
     // Another run may have built it while this one waited.
-    if is_whole(&folder, product) {
-        return Ok(folder);
+    if let Some(bytes) = whole()? {
+        return Ok(bytes);
     }
     remove_broken(cache, name).map_err(CosimError::cache(&folder))?;
     let building = tempfile::Builder::new()
@@ -62,11 +71,17 @@ pub fn once(
     fill(building.path())?;
     let built = building.path().join(product);
     let bytes = fs::read(&built).map_err(CosimError::cache(&built))?;
-    write(&building.path().join(DIGEST), &digest(&bytes))?;
+    let digest_path = building.path().join(DIGEST);
+    write(&digest_path, &digest(&bytes))?;
+    for path in [&built, &digest_path] {
+        // Whatever the umask is.
+        let ours = fs::Permissions::from_mode(0o600);
+        fs::set_permissions(path, ours).map_err(CosimError::cache(path))?;
+    }
     building
         .rename(&folder)
         .map_err(CosimError::cache(&folder))?;
-    Ok(folder)
+    Ok(bytes)
 }
 
 /// Start of the names of the folders in which `name` is built.
@@ -96,10 +111,50 @@ fn remove_broken(cache: &Path, name: &str) -> std::io::Result<()> {
     Ok(())
 }
 
-fn is_whole(folder: &Path, product: &str) -> bool {
-    let expected = fs::read_to_string(folder.join(DIGEST));
-    let bytes = fs::read(folder.join(product));
-    matches!((expected, bytes), (Ok(expected), Ok(bytes)) if digest(&bytes) == expected)
+/// The bytes of the product in `folder`, if both are there, nobody else could
+/// have changed them, and they have their digest.
+///
+/// # Errors
+/// When something of it belongs to another user.
+fn whole(folder: &Path, product: &str) -> io::Result<Option<Vec<u8>>> {
+    let Some(()) = ours(fs::symlink_metadata(folder))? else {
+        return Ok(None);
+    };
+    let read = |name: &str| -> io::Result<Option<Vec<u8>>> {
+        let opened = OpenOptions::new()
+            .read(true)
+            .custom_flags((OFlags::NOFOLLOW | OFlags::NONBLOCK).bits().cast_signed())
+            .open(folder.join(name));
+        let Ok(mut file) = opened else {
+            return Ok(None);
+        };
+        let found = file.metadata()?;
+        if !found.is_file() || ours(Ok(found))?.is_none() {
+            return Ok(None);
+        }
+        let mut bytes = Vec::new();
+        Ok(file.read_to_end(&mut bytes).ok().map(|_| bytes))
+    };
+    let (Some(expected), Some(bytes)) = (read(DIGEST)?, read(product)?) else {
+        return Ok(None);
+    };
+    Ok((digest(&bytes).as_bytes() == expected).then_some(bytes))
+}
+
+/// Nothing where nothing is, or what others can write to, which is built again.
+///
+/// # Errors
+/// When it belongs to another user, who is not to be robbed of it either.
+fn ours(found: io::Result<fs::Metadata>) -> io::Result<Option<()>> {
+    let Ok(found) = found else {
+        return Ok(None);
+    };
+    match check_private(&found) {
+        Ok(()) => Ok(Some(())),
+        Err(_) if found.is_symlink() => Ok(None),
+        Err(_) if found.uid() == geteuid().as_raw() => Ok(None),
+        Err(error) => Err(error),
+    }
 }
 
 /// Writes a file of a folder that is being made.
@@ -137,7 +192,85 @@ mod tests {
             fills.set(fills.get() + 1);
             write(&folder.join("product"), "whole")
         };
-        once(cache, "name", "product", fill).unwrap()
+        let bytes = once(cache, "name", "product", fill).unwrap();
+        assert_eq!(bytes, b"whole");
+        cache.join("name")
+    }
+
+    fn set_mode(path: &Path, mode: u32) {
+        fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
+    }
+
+    /// A product with its right digest, as somebody else would plant it.
+    fn plant(folder: &Path) {
+        fs::create_dir(folder).unwrap();
+        fs::write(folder.join("product"), "planted").unwrap();
+        fs::write(folder.join(DIGEST), digest(b"planted")).unwrap();
+    }
+
+    #[test]
+    fn what_others_could_have_changed_is_built_again() {
+        let cache = tempfile::tempdir().unwrap();
+        let folder = cache.path().join("name");
+        let product = folder.join("product");
+        let opened: [&dyn Fn(); 4] = [
+            &|| set_mode(&folder, 0o770),
+            &|| set_mode(&product, 0o666),
+            &|| set_mode(&folder.join(DIGEST), 0o622),
+            &|| {
+                fs::rename(&product, cache.path().join("moved")).unwrap();
+                std::os::unix::fs::symlink("../moved", &product).unwrap();
+            },
+        ];
+        for open_it in opened {
+            plant(&folder);
+            set_mode(&folder, 0o700);
+            for file in [&product, &folder.join(DIGEST)] {
+                set_mode(file, 0o600);
+            }
+            open_it();
+            let fills = Cell::new(0);
+            ask(cache.path(), &fills);
+            assert_eq!(fills.get(), 1);
+            fs::remove_dir_all(&folder).unwrap();
+        }
+    }
+
+    #[test]
+    fn what_another_user_owns_is_refused_and_stays() {
+        use std::os::unix::fs::chown;
+        let cache = tempfile::tempdir().unwrap();
+        let folder = cache.path().join("name");
+        plant(&folder);
+        let of_other = |path: &Path| chown(path, Some(12_345), None).is_ok();
+        for path in [folder.join("product"), folder.join(DIGEST), folder.clone()] {
+            set_mode(&folder, 0o700);
+            // Only root can give a file away.
+            if !of_other(&path) {
+                return;
+            }
+            let asked = once(cache.path(), "name", "product", |_| panic!("not built"));
+            let told = asked.unwrap_err().to_string();
+            assert!(told.contains("belongs to user 12345"), "{told}");
+            chown(&path, Some(0), None).unwrap();
+        }
+        assert_eq!(fs::read(folder.join("product")).unwrap(), b"planted");
+    }
+
+    #[test]
+    fn a_lock_that_is_a_link_is_not_followed() {
+        let cache = tempfile::tempdir().unwrap();
+        let victim = cache.path().join("victim");
+        fs::write(&victim, "precious").unwrap();
+        let lock = cache.path().join("name.lock");
+        std::os::unix::fs::symlink("victim", &lock).unwrap();
+        let asked = once(cache.path(), "name", "product", |_| panic!("not built"));
+        let told = asked.unwrap_err().to_string();
+        assert!(
+            told.contains("name.lock") && told.contains("symbolic link"),
+            "{told}"
+        );
+        assert_eq!(fs::read_to_string(&victim).unwrap(), "precious");
     }
 
     #[test]
@@ -193,7 +326,7 @@ mod tests {
         let cache = tempfile::tempdir().unwrap();
         let failed = once(cache.path(), "name", "product", |folder| {
             write(&folder.join("product"), "half")?;
-            Err(CosimError::NoModel)
+            Err(CosimError::NoVerilog(folder.to_owned()))
         });
         assert!(failed.is_err());
         let left: Vec<_> = fs::read_dir(cache.path())

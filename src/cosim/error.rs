@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::printable::printable_path;
+
 /// A co-simulation that could not be done. A mismatch is not an error.
 #[derive(Debug, thiserror::Error)]
 pub enum CosimError {
@@ -39,7 +41,32 @@ pub enum CosimError {
         command: String,
         /// Its exit status.
         status: std::process::ExitStatus,
-        /// What it wrote to both its outputs.
+        /// What it wrote to both its outputs: of much the start and the end.
+        output: String,
+    },
+    /// An external tool did not come to an end.
+    #[error(
+        "{tool} was not done after {} s and was ended (--tool-timeout gives it more time): \
+         {command}\nit wrote:\n{}",
+        limit.as_secs_f64(),
+        output.trim_end()
+    )]
+    ToolTimeout {
+        /// What it is.
+        tool: &'static str,
+        /// The command as it was run.
+        command: String,
+        /// The time that it had.
+        limit: std::time::Duration,
+        /// What it wrote to both its outputs: of much the start and the end.
+        output: String,
+    },
+    /// The user's Verilog does not compile.
+    #[error("{tool} does not take the Verilog to check:\n{}", output.trim_end())]
+    Rejected {
+        /// Who says so.
+        tool: &'static str,
+        /// Its words, with the user's own file names.
         output: String,
     },
     /// The user's Verilog does not have the scene's ports.
@@ -55,10 +82,34 @@ pub enum CosimError {
         differences: Vec<String>,
     },
     /// `--rtl` names a folder without Verilog.
-    #[error("{} holds no .v or .sv file; --rtl wants the folder of the Verilog to check", .0.display())]
+    #[error("{} holds no .v or .sv file; --rtl wants the folder of the Verilog to check", printable_path(.0))]
     NoVerilog(PathBuf),
+    /// `--rtl` names a folder with more than anyone's sensor has.
+    #[error(
+        "{}: more than {most_mib} MiB of Verilog in all; --rtl wants the folder of one sensor",
+        folder.display()
+    )]
+    TooMuchVerilog {
+        /// The folder.
+        folder: PathBuf,
+        /// The most that is read.
+        most_mib: u64,
+    },
+    /// A file of Verilog has a name that cannot be handed to the tools.
+    #[error(
+        "{}: a file of Verilog cannot be named {name:?} here: {reason}; rename it",
+        folder.display()
+    )]
+    FileName {
+        /// The folder.
+        folder: PathBuf,
+        /// The file's name.
+        name: std::ffi::OsString,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
     /// `--rtl` names a folder whose manifest cannot be used.
-    #[error("{}: {reason}", path.display())]
+    #[error("{}: {reason}", printable_path(path))]
     Manifest {
         /// The manifest.
         path: PathBuf,
@@ -66,7 +117,7 @@ pub enum CosimError {
         reason: String,
     },
     /// A file of the Verilog to check could not be read.
-    #[error("{}: cannot read it: {source}", path.display())]
+    #[error("{}: cannot read it: {source}", printable_path(path))]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -75,9 +126,9 @@ pub enum CosimError {
     },
     /// Built models cannot be kept.
     #[error(
-        "{}: cannot keep built models here: {source}; set GOLDTOF_CACHE_DIR to a folder that can \
-         be written",
-        path.display()
+        "{}: cannot keep built models here: {source}; set GOLDTOF_CACHE_DIR to a folder that you, \
+         and nobody else, can write to",
+        printable_path(path)
     )]
     Cache {
         /// The file or folder of the cache.
@@ -85,31 +136,66 @@ pub enum CosimError {
         /// The system's answer.
         source: std::io::Error,
     },
+    /// There is no place to keep built models.
+    #[error(
+        "there is no folder to keep built models in: the user has no home; set GOLDTOF_CACHE_DIR to \
+         a folder that only this user can write"
+    )]
+    NoCache,
+    /// A built model cannot be put into memory.
+    #[error(
+        "{}: cannot put the built model into memory: {source}",
+        printable_path(path)
+    )]
+    Memory {
+        /// The shared library.
+        path: PathBuf,
+        /// The system's answer.
+        source: std::io::Error,
+    },
     /// The waveforms could not be written.
     #[error(transparent)]
     Waveforms(#[from] crate::files::FileError),
-    /// The built model cannot be loaded.
-    #[error("{}: cannot load the verilated model: {source}", path.display())]
+    /// The built model cannot be started.
+    #[error("{}: cannot start the verilated model: {source}", printable_path(path))]
     Load {
-        /// The shared library.
+        /// The program.
         path: PathBuf,
-        /// The loader's answer.
-        source: libloading::Error,
+        /// The system's answer.
+        source: std::io::Error,
     },
-    /// The model could not be made.
-    #[error("the verilated model could not be made (out of memory, or its initial blocks failed)")]
-    NoModel,
     /// The Verilog ended the simulation.
-    #[error("the Verilog ended the simulation in the block after clock {clock}: {reason}")]
+    #[error("the Verilog ended the simulation {when}: {reason}")]
     Halted {
-        /// First clock of the block.
-        clock: u64,
-        /// `$finish`, `$stop` or `$fatal`, and where.
+        /// How far it was.
+        when: When,
+        /// `$finish`, `$stop` or `$fatal`, and where; or how its process ended.
         reason: String,
     },
     /// The hardware is not modelled.
     #[error(transparent)]
     Reference(#[from] crate::model::reference::ReferenceError),
+}
+
+/// How far a simulation was when the Verilog ended it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum When {
+    /// Its initial blocks had not ended.
+    Start,
+    /// In the block of clocks that begins with this one.
+    BlockFrom(u64),
+    /// In its final blocks.
+    End,
+}
+
+impl std::fmt::Display for When {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            When::Start => f.write_str("before its first clock"),
+            When::BlockFrom(clock) => write!(f, "in the block after clock {clock}"),
+            When::End => f.write_str("in a final block"),
+        }
+    }
 }
 
 impl CosimError {
@@ -119,6 +205,12 @@ impl CosimError {
         |source| CosimError::Cache { path, source }
     }
 
+    /// An error of putting the library `path` into memory.
+    pub fn memory(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> CosimError {
+        let path = path.into();
+        |source| CosimError::Memory { path, source }
+    }
+
     /// Whether an external tool is to blame.
     pub fn is_tool(&self) -> bool {
         matches!(
@@ -126,6 +218,7 @@ impl CosimError {
             CosimError::MissingTool { .. }
                 | CosimError::OldVerilator { .. }
                 | CosimError::ToolFailed { .. }
+                | CosimError::ToolTimeout { .. }
         )
     }
 }

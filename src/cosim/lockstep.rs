@@ -1,18 +1,21 @@
 //! Runs the verilated model and the reference model side by side.
 //!
-//! One thread makes stimulus and expectation and compares; the other does
-//! nothing but clock the verilated model. Blocks of clocks go round between
+//! One thread makes stimulus and expectation and compares; the verilated model
+//! is a process of its own, which another thread keeps busy. Blocks of clocks go round between
 //! them, so memory does not grow with the length of the run.
 
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use super::blocks::{Block, BlockMaker, Records};
-use super::error::CosimError;
+use super::error::{CosimError, When};
+use super::sent::{SentCount, SentReader};
 use super::stimulus::Stimulus;
-use super::verilated::Verilated;
+use super::verilated::{BLOCKS_AT_ONCE, Verilated};
+use crate::model::exercise::Exercise;
 use crate::model::layout::Layout;
 use crate::model::reference::{Reference, StepResult};
 
@@ -47,6 +50,8 @@ pub struct Outcome {
     pub first: Option<Mismatch>,
     /// The clocks round the first mismatch, or the first clocks of the run.
     pub records: Records,
+    /// What the outputs have shown within these clocks.
+    pub exercise: Exercise,
     /// What the Verilog showed after the last clock.
     pub last_outputs: Vec<u64>,
     /// Wall time of the run, without building or loading.
@@ -74,10 +79,26 @@ impl Lockstep<'_> {
     pub fn run(
         self,
         clocks: u64,
+        on_result: impl FnMut(StepResult),
+        on_progress: impl FnMut(u64),
+    ) -> Result<Outcome, CosimError> {
+        self.run_and_read(clocks, on_result, |_| (), on_progress)
+    }
+
+    /// [`Lockstep::run`], and `on_sent` gets what the Verilog's result stream sends;
+    /// always after `on_result` for the same step.
+    ///
+    /// # Errors
+    /// When the Verilog ends the simulation by itself.
+    pub fn run_and_read(
+        self,
+        clocks: u64,
         mut on_result: impl FnMut(StepResult),
+        mut on_sent: impl FnMut(SentCount),
         mut on_progress: impl FnMut(u64),
     ) -> Result<Outcome, CosimError> {
         let started = Instant::now();
+        let mut reader = SentReader::new(self.reference.contract(), self.layout);
         let mut maker = BlockMaker::new(self.reference, self.stimulus, self.layout, clocks);
         let mut judge = Judge::new(self.layout);
         let model = self.model;
@@ -107,10 +128,11 @@ impl Lockstep<'_> {
                 under_way -= 1;
                 if let Some(reason) = block.halted {
                     return Err(CosimError::Halted {
-                        clock: block.clocks.start,
+                        when: When::BlockFrom(block.clocks.start),
                         reason,
                     });
                 }
+                reader.read(&block.records, &mut on_sent);
                 on_progress(block.clocks.end);
                 match judge.judge(block) {
                     Verdict::GoOn(block) => spare.push(block),
@@ -123,13 +145,32 @@ impl Lockstep<'_> {
     }
 }
 
-/// The other thread: clocks the model until no more blocks come.
+/// The other thread: keeps the model busy until no more blocks come.
 fn clock_blocks(model: &mut Verilated, blocks: &Receiver<Block>, done: &SyncSender<Block>) {
-    for mut block in blocks {
-        let records = &mut block.records;
-        block.halted = model.run(&records.inputs, &mut records.got).err();
-        if done.send(block).is_err() {
+    let mut under_way = VecDeque::new();
+    loop {
+        while under_way.len() < BLOCKS_AT_ONCE {
+            // With one under way there is something better to do than to wait.
+            let next = if under_way.is_empty() {
+                blocks.recv().ok()
+            } else {
+                blocks.try_recv().ok()
+            };
+            let Some(mut block) = next else {
+                break;
+            };
+            block.halted = model.submit(&block.records.inputs).err();
+            under_way.push_back(block);
+        }
+        let Some(mut block) = under_way.pop_front() else {
             return;
+        };
+        if block.halted.is_none() {
+            block.halted = model.collect(&mut block.records.got).err();
+        }
+        let is_over = block.halted.is_some();
+        if done.send(block).is_err() || is_over {
+            return model.discard();
         }
     }
 }
@@ -148,6 +189,7 @@ struct Judge<'a> {
     first_clocks: Option<Records>,
     previous: Option<Records>,
     context: Vec<Records>,
+    exercise: Exercise,
     last_outputs: Vec<u64>,
 }
 
@@ -161,12 +203,14 @@ impl<'a> Judge<'a> {
             first_clocks: None,
             previous: None,
             context: Vec::new(),
+            exercise: Exercise::default(),
             last_outputs: Vec::new(),
         }
     }
 
     fn judge(&mut self, mut block: Block) -> Verdict {
         self.clocks = block.clocks.end;
+        self.exercise.clone_from(&block.exercise);
         let last_record = block.records.got.len() - self.layout.outputs.words;
         self.last_outputs.clear();
         self.last_outputs
@@ -236,6 +280,7 @@ impl<'a> Judge<'a> {
             mismatches: self.mismatches,
             first: self.first,
             records: cut(&sources, window, self.layout),
+            exercise: self.exercise,
             last_outputs: self.last_outputs,
             elapsed,
         }

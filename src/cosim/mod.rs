@@ -5,11 +5,15 @@ pub mod blocks;
 pub mod build;
 pub mod cache;
 pub mod error;
+pub mod exercised;
+pub mod image;
 pub mod lockstep;
 pub mod manifest;
 pub mod needed;
 pub mod photons;
 pub mod ports;
+mod rejected;
+pub mod sent;
 pub mod stimulus;
 pub mod tools;
 pub mod verilated;
@@ -20,16 +24,19 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use self::adversarial::Adversarial;
-use self::build::SourceFile;
-use self::error::CosimError;
+use self::build::{Built, SourceFile};
+use self::error::{CosimError, When};
+use self::exercised::Exercised;
 use self::lockstep::{Lockstep, Outcome};
 use self::photons::Photons;
+use self::rejected::in_users_terms;
+use self::sent::SentCount;
 use self::stimulus::{Stimulus, clocks_for_scans};
 use self::verilated::Verilated;
 use crate::model::contract::Contract;
 use crate::model::layout::Layout;
-use crate::model::reference::{Reference, StepResult};
-use crate::optics::{DetectorModel, StepCount};
+use crate::model::reference::Reference;
+use crate::optics::DetectorModel;
 use crate::scene::Scene;
 
 /// Name of the module that is compared.
@@ -64,14 +71,22 @@ pub struct Request {
 /// What a co-simulation found; the JSON of `goldtof cosim`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
-    /// "match" or "mismatch".
-    pub verdict: &'static str,
+    /// What the comparison says.
+    pub verdict: Verdict,
     /// Clocks compared.
     pub cycles: u64,
     /// Output ports compared at every clock.
     pub compared_ports: Vec<String>,
     /// Phase steps that ended within these clocks.
     pub phase_steps: u64,
+    /// What the compared outputs have shown: a match says no more than that.
+    pub exercised: Exercised,
+    /// Why equal outputs say nothing of the sensor, and what would; with an
+    /// inconclusive verdict.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub missing: Vec<String>,
+    /// What else was not exercised.
+    pub not_exercised: Vec<&'static str>,
     /// Clocks at which a port differed.
     pub mismatches: u64,
     /// The first difference.
@@ -88,8 +103,32 @@ pub struct Report {
     pub stimulus: StimulusKind,
     /// Its seed.
     pub seed: u64,
-    /// The waveform file, if one was written.
+    /// The waveform file, if one was written; bytes of its name that are no text are
+    /// replaced in JSON.
+    #[serde(serialize_with = "path_text")]
     pub vcd: Option<PathBuf>,
+}
+
+/// What a comparison says of the Verilog.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// Every output was as expected at every clock, and the sensor has worked.
+    Match,
+    /// Some output was not.
+    Mismatch,
+    /// Every output was as expected, but too little has happened to tell.
+    Inconclusive,
+}
+
+impl std::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Verdict::Match => "match",
+            Verdict::Mismatch => "mismatch",
+            Verdict::Inconclusive => "inconclusive",
+        })
+    }
 }
 
 /// A peak as the hardware's ports show it.
@@ -156,21 +195,16 @@ impl std::fmt::Display for PortValue {
 pub struct Cosimulation {
     /// What it found.
     pub report: Report,
-    /// For each detector the counts of the first scan's steps, in order;
-    /// complete when the run was long enough. The total counts are the reference
-    /// model's: the hardware sends the signed ones alone.
-    pub counts: Vec<Vec<StepCount>>,
+    /// For each detector the counts of the first scan's steps, in order, as the
+    /// Verilog sent them ([`sent::SentReader`]); complete when the run was long
+    /// enough, and the two sides did not differ before.
+    pub counts: Vec<Vec<SentCount>>,
     outcome: Outcome,
     layout: Layout,
     chip_period_ps: f64,
 }
 
 impl Cosimulation {
-    /// Whether Verilog and reference model agreed.
-    pub fn matched(&self) -> bool {
-        self.outcome.first.is_none()
-    }
-
     /// Writes the waveforms round the first mismatch, or of the first clocks,
     /// and names the file in the report.
     ///
@@ -188,11 +222,18 @@ impl Cosimulation {
     }
 }
 
+/// A path in JSON, which has no bytes that are not text.
+fn path_text<S: serde::Serializer>(path: &Option<PathBuf>, json: S) -> Result<S::Ok, S::Error> {
+    path.as_ref()
+        .map(|path| path.to_string_lossy())
+        .serialize(json)
+}
+
 /// Builds the Verilog and runs it beside the reference model.
 ///
 /// # Errors
-/// When a tool is missing or fails, or the ports do not fit. A mismatch is a
-/// result.
+/// When a tool is missing or fails, the Verilog does not compile, its ports do not
+/// fit, or it ends the simulation. A mismatch is a result.
 pub fn cosimulate(
     scene: &Scene,
     request: &Request,
@@ -200,20 +241,27 @@ pub fn cosimulate(
 ) -> Result<Cosimulation, CosimError> {
     let contract = Contract::of(scene);
     let reference = Reference::new(contract.clone())?;
-    let library = build::build(TOP, &request.sources, &contract, &request.cache)?;
-    run(scene, contract, reference, &library, request, on_progress)
+    let built = build::build(TOP, &request.sources, &contract, &request.cache)?;
+    let run = run(scene, contract, reference, &built, request, on_progress);
+    run.map_err(|error| match error {
+        CosimError::Halted { when, reason } => CosimError::Halted {
+            when,
+            reason: in_users_terms(&reason, &request.sources),
+        },
+        other => other,
+    })
 }
 
 fn run(
     scene: &Scene,
     contract: Contract,
     mut reference: Reference,
-    library: &Path,
+    built: &Built,
     request: &Request,
     mut on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimError> {
     let layout = Layout::of(&contract);
-    let mut model = Verilated::load(library, &layout)?;
+    let mut model = Verilated::load(built, &layout)?;
     let clocks = request.clocks.unwrap_or_else(|| match request.stimulus {
         StimulusKind::Photons => clocks_for_scans(&contract, 1),
         StimulusKind::Adversarial => Adversarial::default_clocks(&contract),
@@ -233,35 +281,25 @@ fn run(
             &mut adversarial
         }
     };
-    let mut counts = vec![Vec::new(); scene.detectors.len()];
-    let mut phase_steps = 0;
+    let mut counts: Vec<Vec<SentCount>> = vec![Vec::new(); scene.detectors.len()];
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut reference,
         stimulus,
         layout: &layout,
     }
-    .run(
+    .run_and_read(
         clocks,
-        |result: StepResult| {
-            phase_steps += u64::from(result.detector == 0);
-            let counts: &mut Vec<StepCount> = &mut counts[result.detector];
-            if result.scan == 0 && counts.len() as u64 == result.step {
-                counts.push(StepCount {
-                    signed: result.count,
-                    total: result.total,
-                });
+        |_| (),
+        |sent| {
+            if sent.scan == 0 {
+                counts[sent.detector].push(sent);
             }
         },
         |done| on_progress(done, clocks),
     )?;
-    let mut report = report(
-        request,
-        &outcome,
-        &layout,
-        scene.chip_period_ps,
-        phase_steps,
-    );
+    finish(&mut model, &outcome)?;
+    let mut report = report(scene, request, &contract, &outcome, &layout);
     if request.stimulus == StimulusKind::Photons && outcome.clocks >= clocks_for_scans(&contract, 1)
     {
         report.peaks = peaks(scene, &contract, &layout, &outcome.last_outputs);
@@ -273,6 +311,15 @@ fn run(
         layout,
         chip_period_ps: scene.chip_period_ps,
     })
+}
+
+/// Runs the final blocks; they have no say where a port differs already.
+fn finish(model: &mut Verilated, outcome: &Outcome) -> Result<(), CosimError> {
+    let when = When::End;
+    match model.finish() {
+        Err(reason) if outcome.first.is_none() => Err(CosimError::Halted { when, reason }),
+        _ => Ok(()),
+    }
 }
 
 /// Reads the peak detector's ports, if there are any.
@@ -298,26 +345,38 @@ fn peaks(scene: &Scene, contract: &Contract, layout: &Layout, outputs: &[u64]) -
 }
 
 fn report(
+    scene: &Scene,
     request: &Request,
+    contract: &Contract,
     outcome: &Outcome,
     layout: &Layout,
-    chip_period_ps: f64,
-    phase_steps: u64,
 ) -> Report {
     let fields = &layout.outputs.fields;
+    let names = scene
+        .detectors
+        .iter()
+        .map(|detector| detector.name.as_str());
+    let exercised = Exercised::new(&outcome.exercise, names);
+    let missing = match &outcome.first {
+        Some(_) => Vec::new(),
+        None => exercised.missing(contract, request.stimulus),
+    };
     Report {
-        verdict: if outcome.first.is_none() {
-            "match"
-        } else {
-            "mismatch"
+        verdict: match &outcome.first {
+            Some(_) => Verdict::Mismatch,
+            None if missing.is_empty() => Verdict::Match,
+            None => Verdict::Inconclusive,
         },
         cycles: outcome.clocks,
         compared_ports: fields.iter().map(|field| field.port.name.clone()).collect(),
-        phase_steps,
+        phase_steps: exercised.phase_steps,
+        not_exercised: exercised.not_reached(contract),
+        exercised,
+        missing,
         mismatches: outcome.mismatches,
         first_mismatch: outcome.first.as_ref().map(|first| FirstMismatch {
             cycle: first.clock,
-            time_ps: first.clock as f64 * chip_period_ps,
+            time_ps: first.clock as f64 * scene.chip_period_ps,
             port: fields[first.field].port.name.clone(),
             expected: PortValue::new(&first.expected),
             got: PortValue::new(&first.got),

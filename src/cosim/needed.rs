@@ -125,6 +125,7 @@ mod tests {
         let files = files.iter().map(|(name, text)| SourceFile {
             name: (*name).to_owned(),
             text: (*text).to_owned(),
+            origin: None,
         });
         let kept = needed_by("top", files.collect());
         kept.into_iter().map(|file| file.name).collect()

@@ -86,55 +86,113 @@ fn masked(width: u32, full: u32) -> String {
     }
 }
 
+/// A port as Verilator found it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FoundPort {
+    /// Its name as it stands in the Verilog.
+    pub name: String,
+    /// Its direction; none of an `inout`.
+    pub direction: Option<Direction>,
+    /// Bits.
+    pub width: u32,
+    /// Whether it has several of these: an unpacked array.
+    pub is_array: bool,
+}
+
 /// Reads the ports from the header that Verilator wrote for its model.
 ///
 /// Verilator declares each port of the top module as
-/// `VL_IN8(&name,msb,lsb);` or `VL_OUTW(&name,msb,lsb,words);` and the like.
-pub fn verilated_ports(header: &str) -> Vec<Port> {
+/// `VL_IN8(&name,msb,lsb);` or `VL_OUTW(&name,msb,lsb,words);` and the like, and an
+/// unpacked array as `VL_OUT8((&name)[2],msb,lsb);`.
+pub fn verilated_ports(header: &str) -> Vec<FoundPort> {
     header.lines().filter_map(verilated_port).collect()
 }
 
-fn verilated_port(line: &str) -> Option<Port> {
+fn verilated_port(line: &str) -> Option<FoundPort> {
     let line = line.trim();
-    let (direction, rest) = if let Some(rest) = line.strip_prefix("VL_IN") {
-        (Direction::Input, rest)
+    let (direction, rest) = if let Some(rest) = line.strip_prefix("VL_INOUT") {
+        (None, rest)
+    } else if let Some(rest) = line.strip_prefix("VL_IN") {
+        (Some(Direction::Input), rest)
     } else {
-        (Direction::Output, line.strip_prefix("VL_OUT")?)
+        (Some(Direction::Output), line.strip_prefix("VL_OUT")?)
     };
     let (_, rest) = rest.split_once('(')?;
-    let (arguments, _) = rest.split_once(')')?;
+    let (arguments, _) = rest.rsplit_once(')')?;
     let mut arguments = arguments.split(',');
-    let name = arguments.next()?.trim().trim_start_matches('&').to_owned();
+    let name = arguments.next()?.trim();
+    let (name, is_array) = match name.strip_prefix("(&").and_then(|n| n.split_once(')')) {
+        Some((name, _)) => (name, true),
+        None => (name.trim_start_matches('&'), false),
+    };
     let msb: u32 = arguments.next()?.trim().parse().ok()?;
     let lsb: u32 = arguments.next()?.trim().parse().ok()?;
-    Some(Port {
-        name,
+    Some(FoundPort {
+        name: unescaped(name),
         direction,
         width: msb.abs_diff(lsb).checked_add(1)?,
+        is_array,
     })
+}
+
+/// The name in the Verilog: Verilator writes what C++ does not allow in a name as
+/// `__0` and two hexadecimal digits.
+fn unescaped(name: &str) -> String {
+    let mut parts = name.split("__0");
+    let mut text = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let code = part
+            .get(..2)
+            .and_then(|code| u8::from_str_radix(code, 16).ok())
+            .filter(u8::is_ascii_graphic);
+        match code {
+            Some(code) => {
+                text.push(char::from(code));
+                text += &part[2..];
+            }
+            None => {
+                text += "__0";
+                text += part;
+            }
+        }
+    }
+    text
 }
 
 /// Every way in which a top module's ports differ from the contract's, one
 /// sentence each.
-pub fn differences(expected: &[Port], found: &[Port]) -> Vec<String> {
+pub fn differences(expected: &[Port], found: &[FoundPort]) -> Vec<String> {
     let word = |direction| match direction {
-        Direction::Input => "input",
-        Direction::Output => "output",
+        Some(Direction::Input) => "input",
+        Some(Direction::Output) => "output",
+        None => "inout",
     };
-    let describe = |port: &Port| format!("{} of {} bit(s)", word(port.direction), port.width);
+    let wanted = |port: &Port| format!("{} of {} bit(s)", word(Some(port.direction)), port.width);
+    let describe = |port: &FoundPort| {
+        let array = if port.is_array {
+            "an array, each an "
+        } else {
+            ""
+        };
+        format!("{array}{} of {} bit(s)", word(port.direction), port.width)
+    };
+    let fits = |port: &Port, found: &FoundPort| {
+        !found.is_array && found.direction == Some(port.direction) && found.width == port.width
+    };
     let mut differences = Vec::new();
     for port in expected {
         match found.iter().find(|p| p.name == port.name) {
             None => differences.push(format!(
                 "port {} is missing; it should be an {}",
                 port.name,
-                describe(port)
+                wanted(port)
             )),
-            Some(other) if other != port => differences.push(format!(
-                "port {} is an {}; it should be an {}",
+            Some(other) if !fits(port, other) => differences.push(format!(
+                "port {} is {}{}; it should be an {}",
                 port.name,
+                if other.is_array { "" } else { "an " },
                 describe(other),
-                describe(port)
+                wanted(port)
             )),
             Some(_) => {}
         }
@@ -160,20 +218,26 @@ mod tests {
         let header = "  public:\n    VL_IN8(&i_clk,0,0);\n    VL_OUT(&m_axis_tdata,23,0);\n    \
                       VL_INW(&i_samples,127,0,4);\n    int unrelated(int);\n";
         let ports = verilated_ports(header);
+        let found = |name: &str, direction, width| FoundPort {
+            name: name.into(),
+            direction,
+            width,
+            is_array: false,
+        };
+        assert_eq!(
+            ports,
+            [
+                found("i_clk", Some(Direction::Input), 1),
+                found("m_axis_tdata", Some(Direction::Output), 24),
+                found("i_samples", Some(Direction::Input), 128),
+            ]
+        );
+        assert!(verilated_ports("VL_OUT(&a,4294967295,0);").is_empty());
         let port = |name: &str, direction, width| Port {
             name: name.into(),
             direction,
             width,
         };
-        assert_eq!(
-            ports,
-            [
-                port("i_clk", Direction::Input, 1),
-                port("m_axis_tdata", Direction::Output, 24),
-                port("i_samples", Direction::Input, 128),
-            ]
-        );
-        assert!(verilated_ports("VL_OUT(&a,4294967295,0);").is_empty());
         let wanted = [
             port("i_clk", Direction::Input, 1),
             port("m_axis_tdata", Direction::Output, 16),
@@ -185,6 +249,31 @@ mod tests {
                 "port m_axis_tdata is an output of 24 bit(s); it should be an output of 16 bit(s)",
                 "port i_rst is missing; it should be an input of 1 bit(s)",
                 "port i_samples (input of 128 bit(s)) is not one of this scene's ports",
+            ]
+        );
+    }
+
+    #[test]
+    fn inouts_arrays_and_escaped_names_are_named() {
+        let header = "VL_INOUT8(&i_rst,0,0);\nVL_OUT8((&o_laser)[2],3,0);\n\
+                      VL_INOUTW(&pads,99,0,4);\nVL_OUT8(&o__02bx__0,0,0);\n";
+        let port = |name: &str, direction, width| Port {
+            name: name.into(),
+            direction,
+            width,
+        };
+        let wanted = [
+            port("i_rst", Direction::Input, 1),
+            port("o_laser", Direction::Output, 4),
+        ];
+        assert_eq!(
+            differences(&wanted, &verilated_ports(header)),
+            [
+                "port i_rst is an inout of 1 bit(s); it should be an input of 1 bit(s)",
+                "port o_laser is an array, each an output of 4 bit(s); it should be an output of 4 \
+                 bit(s)",
+                "port pads (inout of 100 bit(s)) is not one of this scene's ports",
+                "port o+x__0 (output of 1 bit(s)) is not one of this scene's ports",
             ]
         );
     }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use super::error::CosimError;
-use crate::interrupt::run_program;
+use crate::programs;
 
 /// An external program.
 #[derive(Debug, Clone)]
@@ -83,30 +83,47 @@ impl Tool {
     ) -> Result<String, CosimError> {
         let mut command = Command::new(&self.program);
         arguments(&mut command);
-        let output = run_program(&mut command).map_err(|reason| CosimError::MissingTool {
+        let limit = programs::time_limit();
+        let finished = programs::run(&mut command).map_err(|reason| CosimError::MissingTool {
             tool: self.name,
             program: self.program.clone(),
             reason,
             install: self.install,
         })?;
-        let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
-        if output.status.success() {
-            return Ok(stdout);
+        let tool = self.name;
+        let command = format!("{command:?}");
+        match finished.status {
+            Some(status) if status.success() => Ok(finished.stdout),
+            Some(status) => Err(CosimError::ToolFailed {
+                tool,
+                command,
+                status,
+                output: finished.stdout + &finished.stderr,
+            }),
+            None => Err(CosimError::ToolTimeout {
+                tool,
+                command,
+                limit,
+                output: finished.stdout + &finished.stderr,
+            }),
         }
-        Err(CosimError::ToolFailed {
-            tool: self.name,
-            command: format!("{command:?}"),
-            status: output.status,
-            output: stdout + &String::from_utf8_lossy(&output.stderr),
-        })
     }
 }
 
+/// A program's name. One with a folder is where it is from here, wherever it is
+/// started.
 fn program(variable: &str, default: &str) -> String {
-    std::env::var(variable)
+    let chosen = std::env::var(variable)
         .ok()
         .filter(|value| !value.trim().is_empty())
-        .unwrap_or_else(|| default.to_owned())
+        .unwrap_or_else(|| default.to_owned());
+    if !chosen.contains('/') {
+        return chosen;
+    }
+    let absolute = std::path::absolute(&chosen).ok();
+    absolute
+        .and_then(|path| path.into_os_string().into_string().ok())
+        .unwrap_or(chosen)
 }
 
 fn first_line(text: &str) -> String {

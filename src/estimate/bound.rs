@@ -5,9 +5,14 @@ use std::sync::Arc;
 use super::model::{FitError, Parameters, PathParameters, Problem, check_independent, window};
 use super::phase::first_maximum;
 use super::theory::ExpectedCounts;
-use super::{CountingTier, distance_m};
+use super::{CountingTier, TheoryEffort, distance_m};
 use crate::optics::{DetectorModel, Light, MeanResponse, SecondMoments};
 use crate::scene::Scene;
+use crate::sensor::Step;
+
+/// Standard deviations a standard deviation apart that differ by more than this factor
+/// are no measure of an estimate's scatter.
+const MOST_UNEVEN: f64 = 1.5;
 
 /// What the counts of one scan can tell of distances.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,6 +54,7 @@ impl Bound {
 /// If the scene has no such detector.
 pub fn bound(scene: &Scene, detector: usize, tier: CountingTier) -> Result<Bound, FitError> {
     check_independent(scene, detector)?;
+    TheoryEffort::of(scene, detector)?.check_bound()?;
     let model = DetectorModel::new(scene, detector);
     let response = MeanResponse::of_tier(&model, tier)?;
     let second = SecondMoments::new(&response)?;
@@ -98,6 +104,9 @@ pub(super) fn bound_of(
         unknowns: parameters.len(),
     };
     let deviations = information.ok_or(undetermined)?.standard_deviations();
+    if counts.response.misses_pulses() {
+        check_even(&problem, &parameters, counts, &deviations)?;
+    }
     let paths = model.modulated_paths().zip(deviations.chunks(2));
     Ok(Bound {
         paths: paths
@@ -110,16 +119,47 @@ pub(super) fn bound_of(
     })
 }
 
+/// Whether the counts tell nearly as much of each delay a standard deviation away from
+/// the scene's: only then is there such a thing as an unbiased estimate, and does the
+/// bound mean anything. Where light comes between two samples, pulses that are shorter
+/// leave the counts nearly as they are whatever its delay.
+fn check_even(
+    problem: &Problem,
+    parameters: &Parameters,
+    counts: &ExpectedCounts,
+    deviations: &[f64],
+) -> Result<(), FitError> {
+    let weights = problem.weights_of(counts.second);
+    let half_sample = 0.5 / problem.samples_per_chip();
+    for index in 0..parameters.paths.len() {
+        let std_chips = deviations[2 * index];
+        for side in [-1.0, 1.0] {
+            let mut moved = parameters.clone();
+            moved.paths[index].delay_chips += side * std_chips.min(half_sample);
+            let jacobian = problem.central_jacobian(&moved, &problem.response(&moved)?)?;
+            let there = weights.information(&jacobian);
+            let there = there.map(|information| information.standard_deviations()[2 * index]);
+            let ratio = there.map_or(f64::INFINITY, |there| there / std_chips);
+            if !(1.0 / MOST_UNEVEN..=MOST_UNEVEN).contains(&ratio) {
+                return Err(FitError::Uneven {
+                    std_mm: distance_m(std_chips * problem.chip_period_ps()) * 1e3,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
 /// The steps that the model estimator would use for the scene's light.
-fn steps(scene: &Scene, detector: usize, counts: &ExpectedCounts) -> Vec<u64> {
+fn steps(scene: &Scene, detector: usize, counts: &ExpectedCounts) -> Vec<Step> {
     let own = scene.detectors[detector].reference;
     let mut sources = counts
         .model()
         .modulated_paths()
         .map(|path| scene.paths[path].source);
     if sources.next() != Some(own) || sources.next().is_some() {
-        return (0..scene.scan.steps).collect();
+        return Step::all(scene.scan.steps).collect();
     }
-    let peak = first_maximum(&counts.signed()) as u64;
+    let peak = Step::at(first_maximum(&counts.signed()));
     window(&scene.scan, scene.samples_per_chip, peak)
 }

@@ -12,7 +12,8 @@ use crate::scene::Scene;
 /// `Sampled`: delay + T_s. Sample s stands for the registered times in
 /// ((s - 1) T_s, s T_s], so that a detection is seen T_s / 2 late on average;
 /// and the reference at sample s is that of the instant s T_s, the *first* of
-/// the T_s that it holds for, which is another T_s / 2.
+/// the T_s that it holds for, which is another T_s / 2. Of pulses shorter than a
+/// sample only those are seen that begin w at most before it: w / 2 late on average.
 pub fn calibration_offset_ps(scene: &Scene, detector: usize, tier: CountingTier) -> f64 {
     let spad = &scene.detectors[detector];
     match tier {
@@ -20,7 +21,8 @@ pub fn calibration_offset_ps(scene: &Scene, detector: usize, tier: CountingTier)
             spad.delay_ps - 0.5 * (spad.counter.rising_delay_ps + spad.counter.falling_delay_ps)
         }
         CountingTier::Sampled => {
-            spad.delay_ps + scene.chip_period_ps / f64::from(scene.samples_per_chip)
+            let sample_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
+            spad.delay_ps + 0.5 * (sample_ps + spad.pulse_width_ps.min(sample_ps))
         }
     }
 }

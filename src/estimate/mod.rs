@@ -2,6 +2,8 @@
 
 pub mod bound;
 mod calibration;
+mod effort;
+mod missed;
 pub mod model;
 mod modulation;
 mod moving;
@@ -10,9 +12,12 @@ mod prediction;
 pub mod report;
 mod theory;
 mod truth;
+pub mod unwrap;
 
 pub use crate::optics::CountingTier;
 pub use calibration::calibration_offset_ps;
+pub use effort::TheoryEffort;
+pub use missed::tolerance_ps;
 pub use modulation::check_modulated;
 pub use phase::{CoarseOnly, Estimate, Measurement, NoEstimate, estimate};
 pub use prediction::{Prediction, PredictionError, predict};
@@ -22,7 +27,7 @@ pub use truth::{TrueDelay, true_delay};
 use crate::SPEED_OF_LIGHT_M_PER_S;
 use crate::scene::Scene;
 
-/// Distance (half the optical path) of a time of flight.
+/// Distance (half the optical path, eq. 1) of a time of flight.
 pub fn distance_m(delay_ps: f64) -> f64 {
     0.5 * delay_ps * 1e-12 * SPEED_OF_LIGHT_M_PER_S
 }

@@ -8,6 +8,7 @@ use super::prediction::{Prediction, PredictionError, predict_still};
 use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, true_delay};
 use crate::optics::{DetectorModel, MeanResponse, SecondMoments};
 use crate::scene::{Fluctuation, Scene};
+use crate::sensor::Step;
 
 /// Within a phase step delays may move by at most this share of it.
 const MOST_STEPS_MOVED: f64 = 0.25;
@@ -27,7 +28,6 @@ pub(super) fn predict(
     path: usize,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
-    check_speed(scene, detector)?;
     let truth = true_delay(scene, path, counting);
     let at_ps = truth.at_ps.unwrap_or(0.0);
     let still = predict_still(&scene.still_at(at_ps), detector, path, counting)?;
@@ -40,7 +40,7 @@ pub(super) fn predict(
     for &(_, index) in &window {
         let model = DetectorModel::new(&scene_in_step(scene, index), detector);
         let response = MeanResponse::of_tier(&model, counting)?;
-        let moments = SecondMoments::new(&response)?.of_step(index as u64);
+        let moments = SecondMoments::new(&response)?.of_step(Step::at(index));
         expected[index] = moments.signed_mean;
         variances.push(moments.signed_variance);
     }
@@ -77,7 +77,7 @@ pub(super) fn predict(
         let mut responses = Vec::with_capacity(window.len());
         for (&(_, step), weight) in window.iter().zip(&weights) {
             let slope = slope_of_step(scene, detector, counting, step, index)?;
-            responses.push((step as u64, weight * slope));
+            responses.push((Step::at(step), weight * slope));
         }
         for &(a, response_a) in &responses {
             for &(b, response_b) in &responses {
@@ -94,12 +94,13 @@ pub(super) fn predict(
         detection_rate_hz: still.detection_rate_hz,
         phase_std_rad: PI * variance_ps2.sqrt() / scene.chip_period_ps,
         coarse_failure_bound: still.coarse_failure_bound,
+        missed_fraction: still.missed_fraction,
         coarse_spread_m: still.coarse_spread_m,
     })
 }
 
 /// Refuses movements that are not slow beside the phase steps.
-fn check_speed(scene: &Scene, detector: usize) -> Result<(), PredictionError> {
+pub(super) fn check_speed(scene: &Scene, detector: usize) -> Result<(), PredictionError> {
     let limit_ps = MOST_STEPS_MOVED * scene.chip_period_ps / f64::from(scene.samples_per_chip);
     for (path, of_path) in scene.paths.iter().enumerate() {
         let walk_ps = (of_path.delay_rate() * scene.step_duration_ps()).abs();
@@ -123,7 +124,7 @@ fn peak_in_scan(scene: &Scene, phase_step: u64) -> usize {
 
 /// The scene with every path standing still where it is in the middle of a step.
 fn scene_in_step(scene: &Scene, step: usize) -> Scene {
-    scene.still_at(scene.middle_of_step_ps(step as u64))
+    scene.still_at(scene.middle_of_step_ps(Step::at(step)))
 }
 
 /// d(count) / d(delay of a path) of a step, per ps.
@@ -140,14 +141,14 @@ fn slope_of_step(
         still.paths[path].delay_ps += by_ps;
         let model = DetectorModel::new(&still, detector);
         let response = MeanResponse::of_tier(&model, counting)?;
-        Ok(response.expected_count(step as u64))
+        Ok(response.expected_count(Step::at(step)))
     };
     Ok((nudged(nudge_ps)? - nudged(-nudge_ps)?) / (2.0 * nudge_ps))
 }
 
 /// Correlation of an Ornstein-Uhlenbeck process averaged over step `a` with the
 /// same averaged over step `b`.
-fn mean_correlation(scene: &Scene, fluctuation: &Fluctuation, a: u64, b: u64) -> f64 {
+fn mean_correlation(scene: &Scene, fluctuation: &Fluctuation, a: Step, b: Step) -> f64 {
     let duration_ps = scene.step_duration_ps();
     let apart_ps = (scene.middle_of_step_ps(a) - scene.middle_of_step_ps(b)).abs();
     // Durations in correlation times.

@@ -5,7 +5,9 @@ use std::f64::consts::PI;
 use rustfft::num_complex::Complex64;
 
 use super::distance_m;
+use super::unwrap::fold_distance;
 use crate::scene::{Scan, Scene};
+use crate::sensor::Step;
 
 /// The counts of one scan.
 #[derive(Debug, Clone, Copy)]
@@ -115,7 +117,7 @@ pub enum NoEstimate {
     },
 }
 
-/// Estimates the time of flight.
+/// Estimates the time of flight (eqs. 15 to 17 in their working form).
 ///
 /// Coarse: the largest count over the scan, the first of equals. Fine: with the
 /// window i = -S..S-1 round it, which is one base of the triangle,
@@ -159,7 +161,8 @@ pub fn estimate(
 }
 
 /// The same for values that need not be whole, such as expected counts, with the
-/// coarse stage's answer given: measurement number `peak`.
+/// coarse stage's answer given: measurement number `peak`. Its sum of coarse and fine
+/// is eq. 17.
 pub(super) fn estimate_at(
     values: &[f64],
     peak: usize,
@@ -168,7 +171,7 @@ pub(super) fn estimate_at(
 ) -> Estimate {
     let scan = &measurement.scan;
     assert_eq!(values.len() as u64, scan.steps, "one count per phase step");
-    let coarse_step = scan.step(peak as u64);
+    let coarse_step = scan.phase_step(Step::at(peak));
 
     let chip_ps = measurement.chip_period_ps;
     let step_ps = chip_ps / f64::from(measurement.samples_per_chip);
@@ -178,7 +181,7 @@ pub(super) fn estimate_at(
         Err(reason) => (0.0, Some(reason)),
     };
     let code_period_ps = scan.steps_per_period as f64 * step_ps;
-    let delay_ps = (coarse_ps + fine_ps - calibration_offset_ps).rem_euclid(code_period_ps);
+    let delay_ps = fold_distance(coarse_ps + fine_ps - calibration_offset_ps, code_period_ps);
     Estimate {
         delay_ps,
         distance_m: distance_m(delay_ps),
@@ -187,7 +190,7 @@ pub(super) fn estimate_at(
     }
 }
 
-/// Index of the largest value, the first of equals.
+/// Index of the largest value, the first of equals (eq. 15).
 pub(super) fn first_maximum(values: &[f64]) -> usize {
     let mut peak = 0;
     for (index, &value) in values.iter().enumerate() {
@@ -198,7 +201,8 @@ pub(super) fn first_maximum(values: &[f64]) -> usize {
     peak
 }
 
-/// Sum of values\[peak + i\] exp(-j pi i / S) over i = -S..S-1.
+/// Sum of values\[peak + i\] exp(-j pi i / S) over i = -S..S-1 (eq. 16 over one base
+/// of the triangle).
 pub(super) fn fundamental(
     values: &[f64],
     peak: usize,
@@ -268,9 +272,9 @@ mod tests {
     fn triangle(delay_ps: f64, scan: &Scan, samples_per_chip: u32) -> Vec<i64> {
         let step_ps = CHIP_PS / f64::from(samples_per_chip);
         let period_ps = scan.steps_per_period as f64 * step_ps;
-        (0..scan.steps)
-            .map(|j| {
-                let lag = scan.step(j) as f64 * step_ps - delay_ps;
+        Step::all(scan.steps)
+            .map(|step| {
+                let lag = scan.phase_step(step) as f64 * step_ps - delay_ps;
                 let lag = (lag - (lag / period_ps).round() * period_ps).abs();
                 (1e9 * (1.0 - lag / CHIP_PS).max(0.0)).round() as i64
             })

@@ -7,10 +7,13 @@ use super::phase::{
     CoarseOnly, Estimate, Measurement, estimate_at, first_maximum, fundamental, window_indices,
 };
 use super::theory::ExpectedCounts;
-use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, moving};
+use super::{
+    CountingTier, TheoryEffort, calibration_offset_ps, delay_error_ps, distance_m, missed, moving,
+};
 use crate::optics::fast::normal::cumulative;
 use crate::optics::{DetectorModel, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::{Path, Scan, Scene};
+use crate::sensor::{Group, Step};
 
 /// The estimate that the expected counts give.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,8 +32,12 @@ pub struct Prediction {
     /// which holds for small ones.
     pub phase_std_rad: f64,
     /// No more than this share of scans has its largest count more than a chip
-    /// from the path's peak.
+    /// from the path's peak: the sum of the chances of all steps there.
     pub coarse_failure_bound: f64,
+    /// Share of scans that miss the path: whose estimate, by the scene's estimator,
+    /// is more than [`tolerance_ps`](super::tolerance_ps) off, or nearer to another
+    /// path. None where it cannot be told (the model estimator with several paths).
+    pub missed_fraction: Option<f64>,
     /// Standard deviation of the fine estimates, in metres, that the expected counts
     /// give round those steps within a chip which may count most, weighted with the
     /// chance to count more than the peak. The standard deviation leaves it out.
@@ -82,6 +89,10 @@ pub fn predict(
     path: usize,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
+    if moves(scene, detector) {
+        moving::check_speed(scene, detector)?;
+    }
+    TheoryEffort::of(scene, detector)?.check_predictions(1)?;
     if moves(scene, detector) {
         moving::predict(scene, detector, path, counting)
     } else {
@@ -141,15 +152,16 @@ pub(super) fn predict_from(
     let mut window = Vec::new();
     for (offset, index) in window_indices(peak, &measurement)? {
         let angle = PI * offset as f64 / f64::from(scene.samples_per_chip) + fundamental.arg();
-        window.push((index as u64, angle.sin()));
+        window.push((Step::at(index), angle.sin()));
     }
     let phase_std = variance_of_sum(counts, &window).sqrt() / fundamental.norm();
 
     let estimate = estimate_at(&expected, peak, &measurement, offset_ps);
-    let peak_variance = counts.second.of_steps(&[peak as u64])[0].signed_variance;
+    let peak_variance = counts.second.of_steps(&[Step::at(peak)])[0].signed_variance;
     let code_period_ps = scene.scan.steps_per_period as f64 * scene.chip_period_ps
         / f64::from(scene.samples_per_chip);
     let true_delay_ps = scene.paths[path].delay_ps;
+    let failures = coarse_failure_bound(&expected, peak, peak_variance, scene);
     Ok(Prediction {
         bias_m: distance_m(delay_error_ps(
             estimate.delay_ps,
@@ -160,24 +172,41 @@ pub(super) fn predict_from(
         estimate,
         detection_rate_hz: counts.response.detection_rate_hz(),
         phase_std_rad: phase_std,
-        coarse_failure_bound: coarse_failure_bound(&expected, peak, peak_variance, scene),
+        coarse_failure_bound: failures,
+        missed_fraction: missed_from(counts, scene, detector, path, counting),
         coarse_spread_m: coarse_spread_m(&expected, peak, peak_variance, &measurement),
     })
 }
 
+/// [`Prediction::missed_fraction`], also where there is only a coarse estimate.
+pub(super) fn missed_from(
+    counts: &ExpectedCounts,
+    scene: &Scene,
+    detector: usize,
+    path: usize,
+    counting: CountingTier,
+) -> Option<f64> {
+    let expected = counts.signed();
+    let offset_ps = calibration_offset_ps(scene, detector, counting);
+    let peak = peak_of_path(&expected, scene, path, offset_ps);
+    let variance = counts.second.of_steps(&[Step::at(peak)])[0].signed_variance;
+    let bound = coarse_failure_bound(&expected, peak, variance, scene);
+    missed::missed_fraction(counts, scene, detector, path, counting, (peak, bound))
+}
+
 /// Variance of the sum of weight x r over steps: those of one group go together,
 /// groups are independent.
-fn variance_of_sum(counts: &ExpectedCounts, weighted: &[(u64, f64)]) -> f64 {
+fn variance_of_sum(counts: &ExpectedCounts, weighted: &[(Step, f64)]) -> f64 {
     let model = counts.model();
     if model.parallel() == 1 {
-        let steps: Vec<u64> = weighted.iter().map(|(step, _)| *step).collect();
+        let steps: Vec<Step> = weighted.iter().map(|(step, _)| *step).collect();
         let moments = counts.second.of_steps(&steps);
         let terms = weighted.iter().zip(moments);
         return terms
             .map(|((_, weight), moments)| weight * weight * moments.signed_variance)
             .sum();
     }
-    let mut groups: BTreeMap<u64, Vec<(u64, f64)>> = BTreeMap::new();
+    let mut groups: BTreeMap<Group, Vec<(Step, f64)>> = BTreeMap::new();
     for &(step, weight) in weighted {
         let group = groups.entry(model.group_of(step)).or_default();
         group.push((step, weight));
@@ -230,7 +259,8 @@ fn coarse_spread_m(expected: &[f64], peak: usize, variance: f64, measurement: &M
 
 /// Phase steps between two measurements of a scan, the short way round.
 fn steps_apart(scan: &Scan, a: usize, b: usize) -> u64 {
-    let apart = scan.step(a as u64).abs_diff(scan.step(b as u64));
+    let [a, b] = [a, b].map(|index| scan.phase_step(Step::at(index)));
+    let apart = a.abs_diff(b);
     apart.min(scan.steps_per_period - apart)
 }
 

@@ -6,16 +6,13 @@ use serde::Serialize;
 
 use super::bound::bound;
 use super::model::{ALARM_SIGMAS, FittedPath, ModelEstimate, expected_fit, fit, shared_light};
+use super::unwrap::{check_normal, fold, fold_distance};
 use super::{
     CountingTier, Measurement, calibration_offset_ps, check_modulated, delay_error_ps, distance_m,
     estimate, folded, predict, true_delay,
 };
 use crate::optics::StepCount;
-use crate::scene::{EstimatorKind, Path, Scene};
-
-/// Where a fit's total counts come from.
-const TOTALS_OF_THE_REFERENCE_MODEL: &str =
-    "the total counts are the reference model's: the hardware sends signed counts alone";
+use crate::scene::{EstimatorKind, Path, Scene, TotalsMissing};
 
 /// What a scan's counts say about the distance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -175,6 +172,10 @@ impl EstimateReport {
 
     /// The fit's answer; gives the time of flight.
     fn take_fit(&mut self, scene: &Scene, detector: usize, counts: &[StepCount]) -> Option<f64> {
+        if !scene.sends_total_counts() {
+            self.remark = Some(format!("no estimate: {TotalsMissing}"));
+            return None;
+        }
         let tier = CountingTier::Sampled;
         match fit(scene, detector, tier, counts, scene.other_light) {
             Err(reason) => {
@@ -183,11 +184,7 @@ impl EstimateReport {
             }
             Ok(fitted) => {
                 self.distance_m = Some(fitted.distance_m);
-                let remarks = [
-                    Some(TOTALS_OF_THE_REFERENCE_MODEL.to_owned()),
-                    shared_light(scene),
-                ];
-                self.remark = Some(remarks.into_iter().flatten().collect::<Vec<_>>().join("; "));
+                self.remark = shared_light(scene);
                 self.fit = Some(FitReport::of(scene, &fitted));
                 Some(fitted.delay_ps)
             }
@@ -209,7 +206,7 @@ impl EstimateReport {
             .min_by(|&a, &b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
         let Some(path) = self.path else { return };
         let truth = truth(path);
-        let true_ps = truth.delay_ps.rem_euclid(code_period_ps);
+        let true_ps = fold_distance(truth.delay_ps, code_period_ps);
         self.true_distance_m = Some(distance_m(true_ps));
         self.true_at_s = truth.at_ps.map(|ps| ps * 1e-12);
         self.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
@@ -217,12 +214,12 @@ impl EstimateReport {
             Ok((bias_m, std_m)) => {
                 self.expected_bias_m = Some(bias_m);
                 self.expected_std_m = Some(std_m);
-                self.deviation_in_std = self.error_m.map(|error_m| (error_m - bias_m) / std_m);
+                let range_m = self.unambiguous_range_m;
+                self.deviation_in_std = self
+                    .error_m
+                    .map(|error_m| fold(error_m - bias_m, range_m) / std_m);
             }
-            Err(reason) if self.remark.is_none() => {
-                self.remark = Some(format!("no expectation: {reason}"));
-            }
-            Err(_) => {}
+            Err(reason) => self.add_remark(&format!("no expectation: {reason}")),
         }
         match bound(scene, detector, CountingTier::Sampled) {
             Ok(bound) => self.bound_m = bound.of_path(path),
@@ -231,9 +228,14 @@ impl EstimateReport {
         let ratio = self.expected_std_m.zip(self.bound_m);
         self.std_over_bound = ratio.map(|(std_m, bound_m)| std_m / bound_m);
         if let Some(folded) = folded(scene, path) {
-            let remark = self.remark.take().map(|remark| remark + "; ");
-            self.remark = Some(remark.unwrap_or_default() + &folded);
+            self.add_remark(&folded);
         }
+    }
+
+    /// Adds to what is remarked on already.
+    pub fn add_remark(&mut self, remark: &str) {
+        let before = self.remark.take().map(|before| before + "; ");
+        self.remark = Some(before.unwrap_or_default() + remark);
     }
 
     /// Name and value of everything that is known, for a table.
@@ -331,6 +333,9 @@ fn expectation(scene: &Scene, detector: usize, path: usize) -> Result<(f64, f64)
     let tier = CountingTier::Sampled;
     if scene.estimator == EstimatorKind::Fft {
         let expected = predict(scene, detector, path, tier).map_err(|e| e.to_string())?;
+        let code = &scene.sources[scene.paths[path].source].code;
+        let range_m = distance_m(scene.chip_period_ps * code.len() as f64);
+        check_normal(expected.std_m, range_m).map_err(|spread| spread.to_string())?;
         return Ok((expected.bias_m, expected.std_m));
     }
     let fitted = expected_fit(scene, detector, tier).map_err(|e| e.to_string())?;

@@ -2,8 +2,8 @@
 
 use super::bound::{Bound, bound_of};
 use super::model::FitError;
-use super::prediction::{moves, predict_from};
-use super::{CountingTier, Prediction, PredictionError, bound::bound, predict};
+use super::prediction::{missed_from, moves, predict_from};
+use super::{CountingTier, Prediction, PredictionError, TheoryEffort, bound::bound, predict};
 use crate::optics::{DetectorModel, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::Scene;
 
@@ -12,6 +12,9 @@ use crate::scene::Scene;
 pub struct Theory {
     /// What the phase estimator will say of each path that was asked for.
     pub predictions: Vec<Result<Prediction, PredictionError>>,
+    /// Share of scans that miss each of them: those of the predictions, and of paths
+    /// that there is only a coarse estimate of.
+    pub missed: Vec<Option<f64>>,
     /// How precise any estimator can be.
     pub bound: Result<Bound, FitError>,
 }
@@ -24,30 +27,72 @@ pub struct Theory {
 pub fn theory(scene: &Scene, detector: usize, paths: &[usize], counting: CountingTier) -> Theory {
     if moves(scene, detector) {
         // Each phase step has a response of its own.
+        if let Err(reason) = checked_effort(scene, detector, paths.len()) {
+            return Theory::refused(reason, paths.len());
+        }
+        let predict = |&path: &usize| predict(scene, detector, path, counting);
+        let predictions: Vec<_> = paths.iter().map(predict).collect();
         return Theory {
-            predictions: paths
+            missed: predictions
                 .iter()
-                .map(|&path| predict(scene, detector, path, counting))
+                .map(|p| p.ok()?.missed_fraction)
                 .collect(),
+            predictions,
             bound: bound(scene, detector, counting),
         };
     }
-    let of_counts = |counts: &ExpectedCounts| Theory {
-        predictions: paths
-            .iter()
-            .map(|&path| predict_from(counts, scene, detector, path, counting))
-            .collect(),
-        bound: bound_of(scene, detector, counting, counts),
+    let effort = match checked_effort(scene, detector, paths.len()) {
+        Ok(effort) => effort,
+        Err(reason) => return Theory::refused(reason, paths.len()),
+    };
+    let of_counts = |counts: &ExpectedCounts| {
+        let predict = |&path: &usize| predict_from(counts, scene, detector, path, counting);
+        let predictions: Vec<_> = paths.iter().map(predict).collect();
+        let missed = |(predicted, &path): (&Result<Prediction, _>, &usize)| match predicted {
+            Ok(predicted) => predicted.missed_fraction,
+            Err(PredictionError::CoarseOnly(_)) => {
+                missed_from(counts, scene, detector, path, counting)
+            }
+            // A peak that is not there is not found.
+            Err(PredictionError::Flat) => Some(1.0),
+            Err(_) => None,
+        };
+        Theory {
+            missed: predictions.iter().zip(paths).map(missed).collect(),
+            predictions,
+            bound: match effort.check_bound() {
+                Ok(()) => bound_of(scene, detector, counting, counts),
+                Err(reason) => Err(reason.into()),
+            },
+        }
     };
     let model = DetectorModel::new(scene, detector);
     let solved = MeanResponse::of_tier(&model, counting).and_then(|response| {
         let second = SecondMoments::new(&response)?;
         Ok(of_counts(&ExpectedCounts::new(&response, &second)))
     });
-    solved.unwrap_or_else(|reason: MeanResponseError| Theory {
-        predictions: vec![Err(reason.into()); paths.len()],
-        bound: Err(reason.into()),
-    })
+    solved.unwrap_or_else(|reason: MeanResponseError| Theory::refused(reason, paths.len()))
+}
+
+impl Theory {
+    fn refused(reason: MeanResponseError, paths: usize) -> Theory {
+        Theory {
+            predictions: vec![Err(reason.into()); paths],
+            missed: vec![None; paths],
+            bound: Err(reason.into()),
+        }
+    }
+}
+
+/// What theory takes, if predictions of so many paths do not take too long.
+fn checked_effort(
+    scene: &Scene,
+    detector: usize,
+    paths: usize,
+) -> Result<TheoryEffort, MeanResponseError> {
+    let effort = TheoryEffort::of(scene, detector)?;
+    effort.check_predictions(paths)?;
+    Ok(effort)
 }
 
 /// The expected counts of a scan, and what their second moments follow from.

@@ -2,6 +2,7 @@
 
 use super::{CountingTier, calibration_offset_ps};
 use crate::scene::Scene;
+use crate::sensor::Step;
 
 /// The delay of a path that a scan should find.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,14 +37,14 @@ pub fn true_delay(scene: &Scene, path: usize, tier: CountingTier) -> TrueDelay {
     let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
     let period_steps = scene.scan.steps_per_period as f64;
     // How far in front of the light the reference is at a step, in steps.
-    let ahead = |step: u64| -> f64 {
+    let ahead = |step: Step| -> f64 {
         let light = path.delay_ps_at(scene.middle_of_step_ps(step)) + offset_ps;
-        let steps = light / step_ps - scene.scan.step(step) as f64;
+        let steps = light / step_ps - scene.scan.phase_step(step) as f64;
         steps - period_steps * (steps / period_steps).round()
     };
-    let nearest = (0..scene.scan.steps)
+    let nearest = Step::all(scene.scan.steps)
         .min_by(|&a, &b| ahead(a).abs().total_cmp(&ahead(b).abs()))
-        .unwrap_or(0);
+        .unwrap_or(Step(0));
     let mut at_ps = scene.middle_of_step_ps(nearest);
     let walk_steps = path.delay_rate() * scene.step_duration_ps() / step_ps;
     let steps_to_go = ahead(nearest) / (1.0 - walk_steps);

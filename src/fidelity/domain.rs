@@ -2,9 +2,10 @@
 
 use super::Tier;
 use crate::estimate::model::shared_light;
-use crate::estimate::{CountingTier, Prediction, PredictionError};
-use crate::optics::{DetectorModel, Light, MeanResponse, SecondMoments};
+use crate::estimate::{Prediction, PredictionError};
+use crate::optics::{DetectorModel, Light, MeanResponse, SecondMoments, merged_share};
 use crate::scene::{EstimatorKind, Scene};
+use crate::sensor::{Group, Step};
 
 /// Coarse estimates more often wrong than this show in the statistics.
 const COARSE_FAILURES: f64 = 1e-3;
@@ -32,14 +33,14 @@ const STEP_IN_MEMORIES: f64 = 6.0;
 pub fn of(tier: Tier) -> &'static str {
     match tier {
         Tier::Expected => {
-            "exact means and covariances of the continuous-time counter's counts; the standard \
-             deviation is linear in the counts' errors and that of scans whose coarse stage finds \
+            "exact means and covariances of the sampled hardware's counts, but for clamped ones; \
+             the standard deviation is linear in the counts' errors and that of scans whose coarse stage finds \
              the path; the noise of the coarse stage itself, which can add a few tenths of a \
              millimetre to the bias, is left out"
         }
         Tier::Counts => {
-            "counts with exact means, variances and covariances of the continuous-time counter, \
-             drawn as normal numbers (small ones as binomial, Poisson or negative binomial, and \
+            "counts with exact means, variances and covariances of the sampled hardware's, but \
+             for clamped ones, drawn as normal numbers (small ones as binomial, Poisson or negative binomial, and \
              a covariance of counts upwards and downwards only where it is positive); those of \
              the first scan stand for all"
         }
@@ -73,9 +74,11 @@ pub fn warnings(
         brightest_per_chip: light.brightest_per_chip(),
     };
     let mut warnings = Vec::new();
-    if tier.counting() == CountingTier::Events {
+    if tier == Tier::Events {
         warnings.extend(view.merged_pulses());
         warnings.extend(view.missed_pulses());
+    }
+    if tier <= Tier::Events {
         warnings.extend(view.clamped_counts());
     }
     if tier <= Tier::Counts {
@@ -120,13 +123,7 @@ impl View<'_> {
         if ready_ps <= 0.0 {
             return None;
         }
-        // Within `ready_ps` of the end of a dead time: light, and afterpulses.
-        let light = self.brightest_per_chip * ready_ps / self.scene.chip_period_ps;
-        let released = match spad.afterpulsing_time_constant_ps {
-            0.0 => 1.0,
-            constant_ps => 1.0 - (-ready_ps / constant_ps).exp(),
-        };
-        let share = 1.0 - (-light).exp() * (1.0 - spad.afterpulsing_probability * released);
+        let share = merged_share(self.model, &Light::of(self.model));
         (share > SHARE).then(|| {
             format!(
                 "pulses of {} ns leave no low sample within {:.3} ns of the end of the dead time: \
@@ -200,7 +197,7 @@ impl View<'_> {
 
     /// The moments are those of the first scan.
     fn later_scans(&self) -> Option<String> {
-        let pitch = self.model.first_chip(1, 0);
+        let pitch = self.model.first_chip(1, Group(0));
         let scene = self.scene;
         let apart: Vec<&str> = scene
             .paths
@@ -225,11 +222,12 @@ impl View<'_> {
         expected
             .filter_map(|(path, predicted)| Some((path, predicted.ok()?)))
             .flat_map(|(path, expected)| {
-                let coarse = (expected.coarse_failure_bound > COARSE_FAILURES).then(|| {
+                let missed = expected.missed_fraction;
+                let coarse = missed.filter(|missed| *missed > COARSE_FAILURES).map(|missed| {
                     format!(
-                        "path {path}: in up to {:.2} % of the scans another step counts most; bias \
-                         and standard deviation are those of the other scans",
-                        expected.coarse_failure_bound * 100.0
+                        "path {path}: {:.2} % of the scans are expected to miss the peak; bias and \
+                         standard deviation are those of the other scans",
+                        missed * 100.0
                     )
                 });
                 let linear = (expected.phase_std_rad > LINEAR_PHASE_RAD).then(|| {
@@ -259,7 +257,7 @@ impl View<'_> {
         // Without a mean response there is no answer to warn about.
         let response = MeanResponse::of_tier(self.model, Tier::Counts.counting()).ok()?;
         let means = response.mean_counts();
-        let (peak, _) = (0..).zip(&means).max_by(|(_, a), (_, b)| {
+        let (peak, _) = (0..).map(Step).zip(&means).max_by(|(_, a), (_, b)| {
             let [a, b] = [a, b].map(|mean| mean.signed.abs());
             a.total_cmp(&b)
         })?;

@@ -3,37 +3,43 @@
 use super::Tier;
 use super::scans::ScansError;
 use super::simulate::PathStatistics;
-use crate::estimate::{Prediction, PredictionError};
+use crate::estimate::unwrap::{check_normal, fold_distance};
+use crate::estimate::{PredictionError, Theory, distance_m};
 use crate::optics::{DetectorModel, MeanResponse};
 use crate::scene::Scene;
 
 /// Makes of the statistics of no scans at all, which have the expectations beside
 /// them, the tier's answer: the expectations themselves, without standard errors.
-/// `predictions` are those of the statistics' paths.
-///
-/// The share of right coarse estimates is one less the sum of the chances of all
-/// wrong steps: a lower bound.
+/// `theory` is that of the statistics' paths.
 ///
 /// # Errors
 /// When the expectations cannot be had.
 pub(super) fn answer(
     scene: &Scene,
     detector: usize,
-    predictions: &[Result<Prediction, PredictionError>],
+    theory: &Theory,
     statistics: &mut [PathStatistics],
 ) -> Result<(), ScansError> {
-    for (path, prediction) in statistics.iter_mut().zip(predictions) {
+    let own = &scene.sources[scene.detectors[detector].reference];
+    let expected = theory.predictions.iter().zip(&theory.missed);
+    for (path, (prediction, &missed)) in statistics.iter_mut().zip(expected) {
+        path.take_missed(missed);
         path.bias_m = path.expected_bias_m;
         path.std_m = path.expected_std_m;
         path.std_over_bound = path.std_m.zip(path.bound_m).map(|(std, bound)| std / bound);
-        path.mean_m = path.bias_m.map(|bias_m| path.true_m + bias_m);
+        let range_m = distance_m(scene.chip_period_ps * own.code.len() as f64);
+        path.mean_m = path
+            .bias_m
+            .map(|bias_m| fold_distance(path.true_m + bias_m, range_m));
+        if let (Ok(expected), None) = (prediction, path.bias_m) {
+            let spread = check_normal(expected.std_m, range_m).err();
+            path.remark = path.remark.take().or(spread.map(|s| s.to_string()));
+        }
         match prediction {
             Ok(expected) => {
-                path.correct_coarse_fraction = 1.0 - expected.coarse_failure_bound;
                 path.detected_rate_cps = expected.detection_rate_hz;
             }
             Err(reason @ (PredictionError::Flat | PredictionError::CoarseOnly(_))) => {
-                path.correct_coarse_fraction = 0.0;
                 path.detected_rate_cps = detection_rate_cps(scene, detector)?;
                 path.remark = Some(reason.to_string());
             }
@@ -41,6 +47,16 @@ pub(super) fn answer(
         }
     }
     Ok(())
+}
+
+impl PathStatistics {
+    /// Takes an expected share of misses for the measured one.
+    fn take_missed(&mut self, share: Option<f64>) {
+        self.missed_scans = 0;
+        self.missed_fraction = share;
+        self.expected_missed_fraction = share;
+        self.correct_coarse_fraction = share.map(|share| 1.0 - share);
+    }
 }
 
 fn detection_rate_cps(scene: &Scene, detector: usize) -> Result<f64, ScansError> {

@@ -3,6 +3,7 @@
 pub mod compare;
 pub mod domain;
 mod expected;
+pub mod forecast;
 pub mod scans;
 pub mod simulate;
 
@@ -14,8 +15,8 @@ use crate::estimate::CountingTier;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Tier {
-    /// No random numbers: the exact mean response, and the scatter that the
-    /// counts' exact covariance gives.
+    /// No random numbers: the exact mean response of the sampled hardware, and the
+    /// scatter that the counts' exact covariance gives.
     Expected,
     /// Counts drawn from their exact means and covariances, without photons.
     Counts,
@@ -40,8 +41,8 @@ impl Tier {
     /// How this tier turns detections into counts.
     pub fn counting(self) -> CountingTier {
         match self {
-            Tier::Expected | Tier::Counts | Tier::Events => CountingTier::Events,
-            Tier::Sampled | Tier::Rtl => CountingTier::Sampled,
+            Tier::Events => CountingTier::Events,
+            Tier::Expected | Tier::Counts | Tier::Sampled | Tier::Rtl => CountingTier::Sampled,
         }
     }
 

@@ -1,23 +1,25 @@
 //! Counts of whole scans, one tier or another.
 
+use std::cell::RefCell;
+use std::collections::VecDeque;
 use std::num::NonZero;
-use std::path::{Path, PathBuf};
 use std::thread::available_parallelism;
 
 use super::Tier;
-use crate::cosim::TOP;
 use crate::cosim::blocks::{Block, BlockMaker};
-use crate::cosim::build::{build, cache_dir, sources_of};
+use crate::cosim::build::{Built, build, cache_dir, sources_of};
 use crate::cosim::error::CosimError;
+use crate::cosim::exercised::Exercised;
 use crate::cosim::lockstep::Lockstep;
 use crate::cosim::photons::Photons;
 use crate::cosim::stimulus::clocks_for_scans;
 use crate::cosim::verilated::Verilated;
+use crate::cosim::{StimulusKind, TOP};
 use crate::estimate::PredictionError;
 use crate::hdl::{self, HdlError};
 use crate::model::contract::Contract;
 use crate::model::layout::Layout;
-use crate::model::reference::{Reference, ReferenceError, StepResult};
+use crate::model::reference::{Reference, ReferenceError};
 use crate::optics::fast::StepCounter;
 use crate::optics::{
     CountSampler, DetectorModel, MeanResponse, MeanResponseError, SecondMoments, StepCount,
@@ -58,7 +60,7 @@ pub enum ScansError {
 #[derive(Debug, Clone)]
 pub struct Prepared {
     tier: Tier,
-    library: Option<PathBuf>,
+    library: Option<Built>,
 }
 
 /// [`Prepared::scans`] of a tier that is prepared for them alone.
@@ -72,7 +74,7 @@ pub fn scans(
     seed: u64,
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),
-) -> Result<(), ScansError> {
+) -> Result<Vec<String>, ScansError> {
     Prepared::new(scene, tier)?.scans(scene, detector, seed, repetitions, on_scan)
 }
 
@@ -84,7 +86,7 @@ impl Prepared {
     pub fn new(scene: &Scene, tier: Tier) -> Result<Prepared, ScansError> {
         let library = if tier == Tier::Rtl {
             let sources = sources_of(&hdl::emit(scene, "goldtof simulate")?);
-            Some(build(TOP, &sources, &Contract::of(scene), &cache_dir())?)
+            Some(build(TOP, &sources, &Contract::of(scene), &cache_dir()?)?)
         } else {
             None
         };
@@ -98,7 +100,8 @@ impl Prepared {
 
     /// Simulates `repetitions` scans of one detector of the scene. `on_scan` gets
     /// the counts of each, those of the scan's steps in order. The tier that draws
-    /// nothing has no scans.
+    /// nothing has no scans. Gives what is to be said of them: what the Verilog was
+    /// not made to show.
     ///
     /// # Errors
     /// When the tier cannot do the scene.
@@ -109,17 +112,17 @@ impl Prepared {
         seed: u64,
         repetitions: u64,
         on_scan: impl FnMut(&[StepCount]),
-    ) -> Result<(), ScansError> {
+    ) -> Result<Vec<String>, ScansError> {
         match (self.tier, &self.library) {
-            (Tier::Expected, _) => Ok(()),
-            (Tier::Counts, _) => counts(scene, detector, seed, repetitions, on_scan),
-            (Tier::Events, _) => {
-                events(scene, detector, seed, repetitions, on_scan);
-                Ok(())
+            (Tier::Expected, _) => {}
+            (Tier::Counts, _) => counts(scene, detector, seed, repetitions, on_scan)?,
+            (Tier::Events, _) => events(scene, detector, seed, repetitions, on_scan),
+            (_, None) => sampled(scene, detector, seed, repetitions, on_scan)?,
+            (_, Some(library)) => {
+                return rtl(scene, detector, library, seed, repetitions, on_scan);
             }
-            (_, None) => sampled(scene, detector, seed, repetitions, on_scan),
-            (_, Some(library)) => rtl(scene, detector, library, seed, repetitions, on_scan),
         }
+        Ok(Vec::new())
     }
 }
 
@@ -177,14 +180,18 @@ fn sampled(
     let detectors = models(scene);
     let mut reference = Reference::new(contract.clone())?;
     let mut photons = Photons::new(&detectors, &contract, seed);
-    let mut collector = Collector::new(&contract, detector, repetitions, on_scan);
+    let mut collector = Collector::new(&contract, repetitions, on_scan);
     let clocks = clocks_for_scans(&contract, repetitions);
     let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, clocks);
     let mut block = Block::default();
     while maker.make(&mut block) {
-        maker
-            .take_finished()
-            .for_each(|result| collector.take(result));
+        for result in maker.take_finished().filter(|r| r.detector == detector) {
+            let count = StepCount {
+                signed: result.count,
+                total: result.total,
+            };
+            collector.take(result.scan, count);
+        }
     }
     Ok(())
 }
@@ -198,37 +205,61 @@ fn models(scene: &Scene) -> Vec<DetectorModel> {
 fn rtl(
     scene: &Scene,
     detector: usize,
-    library: &Path,
+    library: &Built,
     seed: u64,
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),
-) -> Result<(), ScansError> {
+) -> Result<Vec<String>, ScansError> {
     let contract = Contract::of(scene);
     let layout = Layout::of(&contract);
     let mut reference = Reference::new(contract.clone())?;
     let mut model = Verilated::load(library, &layout)?;
     let detectors = models(scene);
-    let mut collector = Collector::new(&contract, detector, repetitions, on_scan);
+    let mut collector = Collector::new(&contract, repetitions, on_scan);
+    // Hits of the steps that the Verilog has yet to send. They stand in where it
+    // sends no totals: the rate of detections needs them, the estimator does not.
+    let hits = RefCell::new(VecDeque::new());
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut reference,
         stimulus: &mut Photons::new(&detectors, &contract, seed),
         layout: &layout,
     }
-    .run(
+    .run_and_read(
         clocks_for_scans(&contract, repetitions),
-        |result| collector.take(result),
+        |result| {
+            if result.detector == detector {
+                hits.borrow_mut().push_back(result.total);
+            }
+        },
+        |sent| {
+            if sent.detector == detector {
+                let hits = hits.borrow_mut().pop_front();
+                let count = StepCount {
+                    signed: sent.signed,
+                    total: sent.total.or(hits).unwrap_or(0),
+                };
+                collector.take(sent.scan, count);
+            }
+        },
         |_| (),
     )?;
-    match outcome.first {
-        None => Ok(()),
-        Some(_) => Err(ScansError::Mismatch),
+    if outcome.first.is_some() {
+        return Err(ScansError::Mismatch);
     }
+    let names = scene
+        .detectors
+        .iter()
+        .map(|detector| detector.name.as_str());
+    let missing =
+        Exercised::new(&outcome.exercise, names).missing(&contract, StimulusKind::Photons);
+    let remark =
+        |missing| format!("the Verilog is not shown to count as the model does: {missing}");
+    Ok(missing.into_iter().map(remark).collect())
 }
 
-/// Gathers a detector's results, which come in order, into scans.
+/// Gathers a detector's counts, which come in order, into scans.
 struct Collector<F> {
-    detector: usize,
     steps: u64,
     repetitions: u64,
     scan: Vec<StepCount>,
@@ -236,9 +267,8 @@ struct Collector<F> {
 }
 
 impl<F: FnMut(&[StepCount])> Collector<F> {
-    fn new(contract: &Contract, detector: usize, repetitions: u64, on_scan: F) -> Collector<F> {
+    fn new(contract: &Contract, repetitions: u64, on_scan: F) -> Collector<F> {
         Collector {
-            detector,
             steps: contract.scan.steps,
             repetitions,
             scan: Vec::new(),
@@ -246,16 +276,13 @@ impl<F: FnMut(&[StepCount])> Collector<F> {
         }
     }
 
-    /// Takes the next result. Those beyond the last scan that was asked for are
+    /// Takes the next step's counts. Those beyond the last scan that was asked for are
     /// the start of one more, which the run's last clocks reach into.
-    fn take(&mut self, result: StepResult) {
-        if result.scan >= self.repetitions || result.detector != self.detector {
+    fn take(&mut self, scan: u64, count: StepCount) {
+        if scan >= self.repetitions {
             return;
         }
-        self.scan.push(StepCount {
-            signed: result.count,
-            total: result.total,
-        });
+        self.scan.push(count);
         if self.scan.len() as u64 == self.steps {
             (self.on_scan)(&self.scan);
             self.scan.clear();

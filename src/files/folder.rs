@@ -1,10 +1,14 @@
 //! A folder that one run at a time writes into.
 
 use std::fs::{self, File, TryLockError};
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::{FileError, write};
+use super::FileError;
+use super::durable::{make_folders, sync_folder};
+use super::guarded::kind_of;
+use super::staged::{Staged, stage_as};
+use super::target::Name;
 
 /// A folder for a command's files, locked against other runs of goldtof until
 /// it is dropped. Files of others in it are left alone.
@@ -21,7 +25,7 @@ impl OutputFolder {
     /// # Errors
     /// When it cannot be made or opened.
     pub fn open(path: &Path, on_wait: impl FnOnce(&Path)) -> Result<OutputFolder, FileError> {
-        fs::create_dir_all(path).map_err(FileError::new(path, "cannot make the folder"))?;
+        make_folders(path).map_err(FileError::new(path, "cannot make the folder"))?;
         let folder = File::open(path).map_err(FileError::new(path, "cannot open the folder"))?;
         let locked = match folder.try_lock() {
             Err(TryLockError::WouldBlock) => {
@@ -53,12 +57,73 @@ impl OutputFolder {
         self.path.join(name)
     }
 
+    /// Opens the folder `name` in it, as [`OutputFolder::open`] does. A link of that
+    /// name is not followed: nobody asked for files elsewhere.
+    ///
+    /// # Errors
+    /// When it cannot be made or opened.
+    pub fn subfolder(
+        &self,
+        name: &str,
+        on_wait: impl FnOnce(&Path),
+    ) -> Result<OutputFolder, FileError> {
+        let path = self.join(name);
+        match fs::symlink_metadata(&path) {
+            Ok(found) if !found.is_dir() => {
+                let reason = format!("{} is there; remove it", kind_of(&found));
+                Err(FileError::new(&path, "cannot make the folder")(
+                    io::Error::new(io::ErrorKind::NotADirectory, reason),
+                ))
+            }
+            _ => OutputFolder::open(&path, on_wait),
+        }
+    }
+
+    /// Writes one of its files under a hidden name. What has its name already is
+    /// replaced, but not followed if it is a link.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn stage(
+        &self,
+        name: &str,
+        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<Staged, FileError> {
+        stage_as(Name::Ours, &self.join(name), fill)
+    }
+
     /// Writes one of its files, whole or not at all.
     ///
     /// # Errors
     /// When it cannot be written.
     pub fn write(&self, name: &str, text: &str) -> Result<(), FileError> {
-        write(&self.join(name), text)
+        self.stage(name, |out| out.write_all(text.as_bytes()))?
+            .publish()
+    }
+
+    /// Gives files that were staged here their names, and waits until all are on the
+    /// disk: for the contents of each before the first has its name, for the
+    /// names once.
+    ///
+    /// # Errors
+    /// When one cannot be synced or renamed.
+    pub fn publish(&self, staged: Vec<Staged>) -> Result<(), FileError> {
+        for file in &staged {
+            file.sync()?;
+        }
+        for file in staged {
+            file.rename()?;
+        }
+        self.sync()
+    }
+
+    /// Waits until its list of names is on the disk, and so what was removed is
+    /// gone for good.
+    ///
+    /// # Errors
+    /// When it cannot be written there.
+    pub fn sync(&self) -> Result<(), FileError> {
+        sync_folder(&self.path).map_err(FileError::new(&self.path, "cannot sync the folder"))
     }
 
     /// Removes a file of an earlier run, if it is there.

@@ -5,21 +5,32 @@
 //! writes it holds a lock, so that two runs do not mix and what a killed run
 //! left is taken over by the next one. An [`OutputFolder`] is locked as a
 //! whole: its files are those of one run.
+//!
+//! What stands under a name that others can foresee is never followed, shortened
+//! or waited for ([`open_ours`]), and what has its name is on the disk.
 
+mod durable;
 mod folder;
+mod guarded;
+mod private;
 mod read;
 mod staged;
+mod target;
 
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::printable::printable_path;
+
 pub use folder::OutputFolder;
-pub use read::read_text;
-pub use staged::{Staged, stage};
+pub use guarded::open_ours;
+pub use private::{check_private, private_folder};
+pub use read::{read_regular, read_text};
+pub use staged::{Staged, check_target, stage};
 
 /// A file or folder that could not be read or written.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: {problem}: {source}", path.display())]
+#[error("{}: {problem}: {source}", printable_path(path))]
 pub struct FileError {
     /// The file or folder, under the name that the user gave it.
     pub path: PathBuf,

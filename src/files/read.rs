@@ -1,8 +1,13 @@
 //! Text files of bounded size.
 
-use std::fs::File;
+use std::fs::{File, OpenOptions};
 use std::io::{self, Read as _};
+use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::Path;
+
+use rustix::fs::OFlags;
+
+use super::guarded::flags;
 
 /// Reads a text file of at most `most_bytes`: a device without end, or a file
 /// that cannot be meant, must not fill the memory.
@@ -10,10 +15,28 @@ use std::path::Path;
 /// # Errors
 /// When it cannot be read, is larger, or is not UTF-8.
 pub fn read_text(path: &Path, most_bytes: u64) -> io::Result<String> {
+    text_of(File::open(path)?, most_bytes)
+}
+
+/// [`read_text`] of a file, but neither of a folder nor of a pipe that nobody may
+/// ever fill.
+///
+/// # Errors
+/// As [`read_text`], and when it is not a regular file.
+pub fn read_regular(path: &Path, most_bytes: u64) -> io::Result<String> {
+    let file = OpenOptions::new()
+        .read(true)
+        .custom_flags(flags(OFlags::NONBLOCK | OFlags::NOCTTY))
+        .open(path)?;
+    if !file.metadata()?.is_file() {
+        return Err(io::Error::other("it is not a regular file"));
+    }
+    text_of(file, most_bytes)
+}
+
+fn text_of(file: File, most_bytes: u64) -> io::Result<String> {
     let mut bytes = Vec::new();
-    File::open(path)?
-        .take(most_bytes + 1)
-        .read_to_end(&mut bytes)?;
+    file.take(most_bytes + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most_bytes {
         let mebibytes = most_bytes >> 20;
         return Err(io::Error::new(

@@ -9,6 +9,8 @@ use super::flow::Flow;
 use crate::code::{Generator, Lfsr};
 use crate::model::contract::{Contract, Port};
 use crate::model::peak::PeakPlan;
+use crate::plan::{Part, hardware_left_out};
+use crate::printable::printable_ascii;
 use crate::scene::Scene;
 
 /// Everything that `emit` makes.
@@ -89,9 +91,24 @@ pub struct Parameters {
     pub count_bits: u32,
     /// Bits of a count that nothing can overflow.
     pub exact_count_bits: u32,
+    /// The total counts in `m_axis_tdata`, if they are sent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub total: Option<TotalParameters>,
     /// The peak detector's ports, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak: Option<PeakParameters>,
+}
+
+/// Where `m_axis_tdata` has a phase step's total count: the hits up and down
+/// together. The signed count lies below it, in whole bytes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct TotalParameters {
+    /// Its lowest bit.
+    pub first_bit: u32,
+    /// Its bits, unsigned; zeros fill the last byte.
+    pub bits: u32,
+    /// Bits of a total that nothing can overflow.
+    pub exact_bits: u32,
 }
 
 /// What the peak detector's ports hold: detector d's value in bits d b .. (d + 1) b
@@ -111,10 +128,11 @@ pub struct PeakParameters {
 const MOST_DWELL_CHIPS: u64 = 1 << 60;
 
 /// Makes the Verilog that `scene` needs. `command` is what the user typed; it
-/// stands in every file.
+/// stands in every file, in characters that are no more than a comment there.
 pub fn emit(scene: &Scene, command: &str) -> Result<Emission, HdlError> {
     let contract = Contract::of(scene);
     check_limits(scene, &contract)?;
+    let command = printable_ascii(command);
     let made_by = format!("{command} (goldtof {})", env!("CARGO_PKG_VERSION"));
     let files: Vec<EmittedFile> = verilog_of(&SensorTop::new(&contract), &made_by)?
         .into_iter()
@@ -126,12 +144,12 @@ pub fn emit(scene: &Scene, command: &str) -> Result<Emission, HdlError> {
     let flow = Flow::of(scene, &contract, &files, &made_by)?;
     Ok(Emission {
         scene: scene.name.clone(),
-        command: command.to_owned(),
+        command: command.into_owned(),
         top: "sensor_top",
         files,
         ports: contract.ports(),
         clock_hz: 1e12 / scene.chip_period_ps,
-        left_out: left_out(&contract),
+        left_out: left_out(scene),
         result_latency_clocks: contract.result_latency_clocks,
         parameters: parameters(&contract),
         flow,
@@ -152,6 +170,11 @@ fn parameters(contract: &Contract) -> Parameters {
         parallel: contract.parallel,
         count_bits: contract.count_bits,
         exact_count_bits: contract.exact_count_bits,
+        total: contract.total.map(|total| TotalParameters {
+            first_bit: total.first_bit,
+            bits: total.bits,
+            exact_bits: total.exact_bits,
+        }),
         peak: contract.peak.map(|peak| PeakParameters {
             step_bits: peak.step_bits,
             count_bits: peak.count_bits,
@@ -316,53 +339,10 @@ fn within(
     })
 }
 
-fn left_out(contract: &Contract) -> Vec<LeftOut> {
-    let mut parts = Vec::new();
-    let mut leave_out = |condition: bool, part: &str, reason: &str| {
-        if condition {
-            parts.push(LeftOut {
-                part: part.into(),
-                reason: reason.into(),
-            });
-        }
-    };
-    leave_out(
-        contract.peak.is_none(),
-        "peak_detector",
-        "the host finds the peak in the results",
-    );
-    leave_out(
-        contract.parallel == 1,
-        "parallel correlators",
-        "phase steps are correlated one at a time (parallel = 1)",
-    );
-    let codes = &contract.source_codes;
-    leave_out(
-        codes.iter().all(|c| c.interleave == 0),
-        "interleaver",
-        "no code is interleaved (nu = 0)",
-    );
-    leave_out(
-        codes
-            .iter()
-            .all(|c| matches!(c.generator, Generator::MSequence(_))),
-        "second LFSR",
-        "an m-sequence needs one",
-    );
-    leave_out(
-        !contract.realigns(),
-        "realignment with the epoch",
-        "a scan over the whole code period ends where it began",
-    );
-    leave_out(
-        !contract.saturates(),
-        "saturation",
-        "counts are wide enough for any stimulus",
-    );
-    leave_out(
-        contract.lanes == 1,
-        "lane delays",
-        "with one sample per chip every phase step is a whole chip",
-    );
+/// As the plan names them.
+fn left_out(scene: &Scene) -> Vec<LeftOut> {
+    let parts = hardware_left_out(scene).into_iter();
     parts
+        .map(|Part { part, reason, .. }| LeftOut { part, reason })
+        .collect()
 }

@@ -1,10 +1,11 @@
 //! Emitted files on disk, whole or not at all.
 
+use std::fs;
 use std::path::Path;
 
 use super::emission::Emission;
 use super::error::HdlError;
-use crate::files::{FileError, OutputFolder, Staged, read_text, stage};
+use crate::files::{FileError, OutputFolder, Staged, read_regular};
 
 const MANIFEST: &str = "manifest.json";
 /// Largest manifest that is read.
@@ -31,7 +32,7 @@ pub fn write(emission: &Emission, folder: &Path) -> Result<(), HdlError> {
 /// When a file cannot be written.
 pub fn write_into(emission: &Emission, folder: &OutputFolder) -> Result<(), HdlError> {
     let stage_text =
-        |name: &str, text: &str| stage(&folder.join(name), |out| out.write_all(text.as_bytes()));
+        |name: &str, text: &str| folder.stage(name, |out| out.write_all(text.as_bytes()));
     let mut manifest = serde_json::to_string_pretty(emission).map_err(HdlError::Manifest)?;
     manifest.push('\n');
     let staged = emission
@@ -41,21 +42,24 @@ pub fn write_into(emission: &Emission, folder: &OutputFolder) -> Result<(), HdlE
         .map(|file| stage_text(&file.name, &file.text))
         .collect::<Result<Vec<Staged>, FileError>>()?;
     let manifest = stage_text(MANIFEST, &manifest)?;
+    for file in staged.iter().chain([&manifest]) {
+        file.sync()?;
+    }
 
     let stale = stale_files(emission, &folder.join(MANIFEST));
+    // The older manifest must not come back after a power cut, among newer files.
     folder.remove(MANIFEST)?;
-    for file in staged {
-        file.publish()?;
-    }
+    folder.sync()?;
+    folder.publish(staged)?;
     for name in stale {
         folder.remove(&name)?;
     }
-    Ok(manifest.publish()?)
+    Ok(folder.publish(vec![manifest])?)
 }
 
 /// Verilog files of the older manifest's design that the new one has not.
 fn stale_files(emission: &Emission, older_manifest: &Path) -> Vec<String> {
-    let Ok(text) = read_text(older_manifest, MOST_MANIFEST_BYTES) else {
+    let Ok(text) = read_regular(older_manifest, MOST_MANIFEST_BYTES) else {
         return Vec::new();
     };
     let Ok(manifest) = serde_json::from_str::<serde_json::Value>(&text) else {
@@ -70,7 +74,11 @@ fn stale_files(emission: &Emission, older_manifest: &Path) -> Vec<String> {
         .into_iter()
         .flatten()
         .filter_map(|file| file.as_str())
-        .filter(|name| is_stale(name) && older_manifest.with_file_name(name).is_file())
+        .filter(|name| is_stale(name) && is_file(&older_manifest.with_file_name(name)))
         .map(str::to_owned)
         .collect()
+}
+
+fn is_file(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|found| found.is_file())
 }

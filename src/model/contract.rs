@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::peak::PeakPlan;
 use crate::code::Code;
 use crate::scene::{Scan, Scene, Target};
+use crate::sensor::{Group, Grouping};
 
 /// The hardware that a scene needs, as seen from outside.
 #[derive(Debug, Clone)]
@@ -31,7 +32,10 @@ pub struct Contract {
     /// Bits of the signed count in a result; less than `exact_count_bits` means
     /// that it saturates.
     pub count_bits: u32,
-    /// Bits of `m_axis_tdata`: the count, sign-extended to whole bytes.
+    /// The total counts beside the signed ones, if the hardware sends them.
+    pub total: Option<TotalCount>,
+    /// Bits of `m_axis_tdata`: the count, sign-extended to whole bytes, and above
+    /// it the total count, zero-extended to whole bytes, if it is sent.
     pub tdata_bits: u32,
     /// Phase steps whose correlators work in the same clock; those of the next
     /// bank are a clock behind.
@@ -78,9 +82,52 @@ impl CountSegments {
         self.count + u32::from(self.count > 1)
     }
 
+    /// The same for the total beside the count, cut at the same bits: one dump
+    /// serves both.
+    pub fn of_total(self, total: TotalCount) -> CountSegments {
+        CountSegments {
+            top_bits: self.top_bits - (self.bits() - total.exact_bits),
+            ..self
+        }
+    }
+
     /// Bits of all segments.
     pub fn bits(&self) -> u32 {
         self.lower_bits * (self.count - 1) + self.top_bits
+    }
+}
+
+/// The number of hits of a phase step, up and down together: N beside r.
+///
+/// All steps of a group see the same light, so each detector has one for all of
+/// them; it is sent with each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TotalCount {
+    /// Bits of a total that no stimulus can overflow, unsigned: one less than the
+    /// signed count has, which needs a sign. Where a step is a single chip, as many:
+    /// the adder takes a word's hits as a signed number.
+    pub exact_bits: u32,
+    /// Bits of a total in a result, unsigned; less than `exact_bits` means that it
+    /// saturates. A total is as wide as a count, or exact.
+    pub bits: u32,
+    /// Bit of `m_axis_tdata` at which it begins.
+    pub first_bit: u32,
+}
+
+impl TotalCount {
+    /// Beside a signed count of `count_bits` bits, cut from one of `exact_count_bits`.
+    fn of(count_bits: u32, exact_count_bits: u32, integration_chips: u64) -> TotalCount {
+        let exact_bits = exact_count_bits - u32::from(integration_chips > 1);
+        TotalCount {
+            exact_bits,
+            bits: count_bits.min(exact_bits),
+            first_bit: whole_bytes(count_bits),
+        }
+    }
+
+    /// Whether totals can saturate.
+    pub fn saturates(&self) -> bool {
+        self.bits < self.exact_bits
     }
 }
 
@@ -140,6 +187,9 @@ impl Contract {
             .map_or(exact_count_bits, |bits| bits.min(exact_count_bits));
         let count_segments =
             CountSegments::of(exact_count_bits, longest_carry_chain(scene.hardware.target));
+        let total = scene
+            .sends_total_counts()
+            .then(|| TotalCount::of(count_bits, exact_count_bits, scene.scan.integration_chips));
         let mut contract = Contract {
             lanes,
             source_codes: scene.sources.iter().map(|s| s.code.clone()).collect(),
@@ -152,7 +202,8 @@ impl Contract {
             parallel: scene.hardware.parallel,
             exact_count_bits,
             count_bits,
-            tdata_bits: count_bits.div_ceil(8) * 8,
+            total,
+            tdata_bits: whole_bytes(count_bits) + total.map_or(0, |total| whole_bytes(total.bits)),
             bank_steps: bank_steps(scene),
             count_segments,
             result_latency_clocks: 0,
@@ -188,12 +239,21 @@ impl Contract {
 
     /// Groups of phase steps in a scan: `parallel` steps share their light.
     pub fn groups(&self) -> u64 {
-        self.scan.steps.div_ceil(u64::from(self.parallel))
+        self.grouping().groups()
+    }
+
+    /// How the scan's steps share their light.
+    pub fn grouping(&self) -> Grouping {
+        Grouping {
+            steps: self.scan.steps,
+            parallel: u64::from(self.parallel),
+        }
     }
 
     /// Phase steps of a scan's last group.
     pub fn last_group_steps(&self) -> u64 {
-        self.scan.steps - (self.groups() - 1) * u64::from(self.parallel)
+        let last = Group(self.groups() - 1);
+        self.grouping().steps_of(last).len() as u64
     }
 
     /// Clocks of a scan; `u64::MAX` if there are more.
@@ -201,7 +261,13 @@ impl Contract {
         self.groups().saturating_mul(self.scan.integration_chips)
     }
 
-    /// Whether counts can saturate, so that the clamp and its flag exist.
+    /// Bits of `m_axis_tdata` that hold the signed count, sign-extended.
+    pub fn signed_data_bits(&self) -> u32 {
+        whole_bytes(self.count_bits)
+    }
+
+    /// Whether counts can saturate, so that the clamp and its flag exist. Totals
+    /// cannot where counts cannot.
     pub fn saturates(&self) -> bool {
         self.count_bits < self.exact_count_bits
     }
@@ -209,7 +275,7 @@ impl Contract {
     /// Whether a scan is followed by a pause until the next epoch. Only scans
     /// over the whole period, in whole groups, end where they began.
     pub fn realigns(&self) -> bool {
-        !self.scan.is_full() || !self.scan.steps.is_multiple_of(u64::from(self.parallel))
+        !self.scan.is_full() || !self.grouping().is_even()
     }
 
     /// Ports of `sensor_top`, in the order of the Verilog.
@@ -249,6 +315,11 @@ impl Contract {
         }
         ports
     }
+}
+
+/// Bits of the bytes that hold `bits` bits: AXI4-Stream data come in bytes.
+fn whole_bytes(bits: u32) -> u32 {
+    bits.div_ceil(8) * 8
 }
 
 /// Bits of a two's complement number that holds -magnitude..=magnitude.

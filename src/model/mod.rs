@@ -5,6 +5,7 @@
 //! instead of an edge detector.
 
 pub mod contract;
+pub mod exercise;
 pub mod layout;
 pub mod level;
 mod pattern;

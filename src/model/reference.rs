@@ -7,10 +7,12 @@
 use std::ops::Range;
 
 use super::contract::Contract;
-use super::layout::Layout;
+use super::exercise::{Counted, Exercise};
+use super::layout::{Layout, mask};
 use super::pattern::{ChipPattern, chip_patterns};
 use super::peak_ports::PeakPorts;
-use super::stream::{Arrival, ResultStream};
+use super::stream::{Arrival, Beat, ResultStream};
+use crate::sensor::Group;
 
 /// What the surroundings do to the hardware in a block of clocks, besides the
 /// detectors' levels.
@@ -36,7 +38,8 @@ pub struct StepResult {
     pub step: u64,
     /// The count, saturated as the hardware does.
     pub count: i64,
-    /// The hits that were counted, up and down together.
+    /// The hits that were counted, up and down together; saturated as the hardware
+    /// does where it sends them.
     pub total: u64,
 }
 
@@ -72,12 +75,20 @@ pub struct Reference {
 }
 
 /// Where the scan stands, in cycles since reset.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct ScanState {
     scan: u64,
-    group: u64,
+    group: Group,
     /// First cycle of the group of steps.
     from: u64,
+}
+
+impl ScanState {
+    const START: ScanState = ScanState {
+        scan: 0,
+        group: Group(0),
+        from: 0,
+    };
 }
 
 impl Reference {
@@ -109,7 +120,7 @@ impl Reference {
             stream: ResultStream::new(&contract, &layout),
             peak: PeakPorts::new(&contract, &layout),
             released: 0,
-            scan: ScanState::default(),
+            scan: ScanState::START,
             counts: vec![0; contract.reference_codes.len() * contract.parallel as usize],
             totals: vec![0; contract.reference_codes.len()],
             finished: Vec::new(),
@@ -131,6 +142,11 @@ impl Reference {
     /// whether or not the stream had room for them. Empties the list.
     pub fn take_finished(&mut self) -> std::vec::Drain<'_, StepResult> {
         self.finished.drain(..)
+    }
+
+    /// What the outputs have shown in the blocks predicted so far.
+    pub fn exercise(&self) -> &Exercise {
+        &self.stream.exercise
     }
 
     /// Predicts a block. Blocks follow one another without a gap.
@@ -161,8 +177,10 @@ impl Reference {
     }
 
     fn reset(&mut self, released: u64) {
+        // One that reaches into this block was told in the block before, too.
+        self.stream.exercise.resets += u64::from(released != self.released);
         self.released = released;
-        self.scan = ScanState::default();
+        self.scan = ScanState::START;
         self.counts.fill(0);
         self.totals.fill(0);
         self.stream.reset();
@@ -223,13 +241,14 @@ impl Reference {
         let signs = &self.signs[detector][..];
         let steps_per_period = (signs.len() as u64) << lanes_log2;
         let parallel = u64::from(self.contract.parallel);
-        let step = self.contract.scan.step(self.scan.group * parallel);
+        let first = self.contract.grouping().step_of(self.scan.group, 0);
+        let phase_step = self.contract.scan.phase_step(first);
         let first_sample = (self.released + 1) << lanes_log2;
         self.totals[detector] += hits.len() as u64;
         let counts = &mut self.counts[detector * parallel as usize..][..parallel as usize];
         for &sample in hits {
             let in_period = (sample - first_sample) % steps_per_period;
-            let mut delayed = in_period + steps_per_period - step;
+            let mut delayed = in_period + steps_per_period - phase_step;
             if delayed >= steps_per_period {
                 delayed -= steps_per_period;
             }
@@ -245,36 +264,43 @@ impl Reference {
         let scan = &self.contract.scan;
         let parallel = u64::from(self.contract.parallel);
         let end = self.scan.from + scan.integration_chips;
-        let last = self.scan.group + 1 == self.contract.groups();
-        let steps = if last {
-            self.contract.last_group_steps()
-        } else {
-            parallel
-        };
+        let grouping = self.contract.grouping();
+        let last = grouping.is_last(self.scan.group);
         let limit = 1i128 << (self.contract.count_bits - 1);
-        let mut results = Vec::with_capacity(self.counts.len());
+        let most = self
+            .contract
+            .total
+            .map_or(u64::MAX, |total| mask(total.bits));
+        let mut beats = Vec::with_capacity(self.counts.len());
         let mut saturated = false;
         for (detector, counts) in self.counts.chunks_exact(parallel as usize).enumerate() {
-            for (step, &exact) in counts[..steps as usize].iter().enumerate() {
+            let total = self.totals[detector].min(most);
+            saturated |= total != self.totals[detector];
+            for (step, &exact) in grouping.steps_of(self.scan.group).zip(counts) {
                 let count = i128::from(exact).clamp(-limit, limit - 1) as i64;
                 saturated |= count != exact;
-                results.push(count);
-                let number = self.scan.group * parallel + step as u64;
+                let counted = Counted::new(detector, exact, self.totals[detector]);
+                beats.push(Beat {
+                    count,
+                    total,
+                    counted,
+                });
                 if let Some(peak) = &mut self.peak {
-                    peak.count(detector, scan.step(number), count);
+                    peak.count(detector, scan.phase_step(step), count);
                 }
                 self.finished.push(StepResult {
                     scan: self.scan.scan,
                     detector,
-                    step: number,
+                    step: step.0,
                     count,
-                    total: self.totals[detector],
+                    total,
                 });
             }
         }
+        self.stream.exercise.phase_steps += grouping.steps_of(self.scan.group).count() as u64;
         self.stream.push(Arrival {
             clock: self.released + end + u64::from(self.contract.result_latency_clocks),
-            counts: results,
+            beats,
             saturated,
             last,
         });
@@ -286,12 +312,12 @@ impl Reference {
         self.scan = if last {
             ScanState {
                 scan: self.scan.scan + 1,
-                group: 0,
+                group: Group(0),
                 from: self.next_scan(end),
             }
         } else {
             ScanState {
-                group: self.scan.group + 1,
+                group: Group(self.scan.group.0 + 1),
                 from: end,
                 ..self.scan
             }

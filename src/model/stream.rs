@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use super::contract::Contract;
+use super::exercise::{Counted, Exercise};
 use super::layout::{Layout, mask};
 
 /// The AXI4-Stream of results and its sticky flags.
@@ -13,13 +14,29 @@ pub(super) struct ResultStream {
     words: usize,
     arriving: VecDeque<Arrival>,
     axis: AxisState,
+    /// What has been on it, resets notwithstanding.
+    pub(super) exercise: Exercise,
+}
+
+/// One transfer of the stream.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Beat {
+    /// The signed count.
+    pub(super) count: i64,
+    /// The total count; not on the stream where totals are left out.
+    pub(super) total: u64,
+    /// The hits in it.
+    pub(super) counted: Counted,
 }
 
 /// Places of the result ports; each is (word, shift).
 #[derive(Debug, Clone, Copy)]
 struct StreamFields {
-    tdata: (usize, u32),
-    tdata_bits: u32,
+    /// The signed count, in whole bytes.
+    count: (usize, u32),
+    count_bits: u32,
+    /// The total count above it, if it is sent.
+    total: Option<(usize, u32)>,
     tvalid: (usize, u32),
     tlast: (usize, u32),
     overrun: (usize, u32),
@@ -32,8 +49,8 @@ pub(super) struct Arrival {
     /// Clock after whose rising edge the first shows.
     pub(super) clock: u64,
     /// In the order in which they are sent; at least one.
-    pub(super) counts: Vec<i64>,
-    /// One of them was clamped.
+    pub(super) beats: Vec<Beat>,
+    /// A count of theirs was clamped.
     pub(super) saturated: bool,
     /// They are the scan's last.
     pub(super) last: bool,
@@ -42,11 +59,15 @@ pub(super) struct Arrival {
 /// The result stream's registers.
 #[derive(Debug, Clone, Default)]
 struct AxisState {
-    data: i64,
+    beat: Beat,
+    /// Clock after whose rising edge it stood there first.
+    shown_at: u64,
+    /// It was left standing.
+    is_held: bool,
     valid: bool,
     last: bool,
     /// Results behind the one on the stream.
-    waiting: VecDeque<i64>,
+    waiting: VecDeque<Beat>,
     /// They are the scan's last.
     waiting_last: bool,
     overrun: bool,
@@ -54,13 +75,23 @@ struct AxisState {
 }
 
 impl AxisState {
-    /// The receiver took what was on the stream: the next result, if any,
-    /// comes on it.
-    fn take(&mut self) {
+    /// At the rising edge of `clock` the receiver took what was on the stream, or
+    /// nothing was: the next result, if any, comes on it.
+    fn take(&mut self, clock: u64, exercise: &mut Exercise) {
         self.valid = !self.waiting.is_empty();
-        if let Some(data) = self.waiting.pop_front() {
-            self.data = data;
+        if let Some(beat) = self.waiting.pop_front() {
+            self.beat = beat;
             self.last = self.waiting_last && self.waiting.is_empty();
+            (self.shown_at, self.is_held) = (clock, false);
+            exercise.shows(beat.counted, self.last);
+        }
+    }
+
+    /// Nobody took what is on the stream before `clock`.
+    fn stands_until(&mut self, clock: u64, exercise: &mut Exercise) {
+        if self.valid && self.shown_at + 1 < clock && !self.is_held {
+            self.is_held = true;
+            exercise.results_held += 1;
         }
     }
 }
@@ -72,10 +103,16 @@ impl ResultStream {
             let field = layout.outputs.field(name);
             (field.word, field.shift)
         };
+        let data = layout.outputs.field("m_axis_tdata");
+        let total = contract.total.map(|total| {
+            let bit = data.shift + total.first_bit;
+            (data.word + (bit / 64) as usize, bit % 64)
+        });
         ResultStream {
             fields: StreamFields {
-                tdata: place("m_axis_tdata"),
-                tdata_bits: contract.tdata_bits,
+                count: (data.word, data.shift),
+                count_bits: contract.signed_data_bits(),
+                total,
                 tvalid: place("m_axis_tvalid"),
                 tlast: place("m_axis_tlast"),
                 overrun: place("o_overrun"),
@@ -84,6 +121,7 @@ impl ResultStream {
             words: layout.outputs.words,
             arriving: VecDeque::new(),
             axis: AxisState::default(),
+            exercise: Exercise::of(contract.reference_codes.len()),
         }
     }
 
@@ -126,7 +164,9 @@ impl ResultStream {
             next = event + 1;
             let blocked = self.axis.valid && (taken != event || !self.axis.waiting.is_empty());
             if self.axis.valid && taken == event {
-                self.axis.take();
+                self.axis.stands_until(event, &mut self.exercise);
+                self.exercise.results_taken += 1;
+                self.axis.take(event, &mut self.exercise);
             }
             if arrival > event {
                 continue;
@@ -135,14 +175,17 @@ impl ResultStream {
                 break;
             };
             self.axis.saturated |= results.saturated;
+            self.exercise.groups_clamped += u64::from(results.saturated);
             if blocked {
                 self.axis.overrun = true;
+                self.exercise.groups_lost += 1;
             } else {
-                self.axis.waiting.extend(results.counts);
+                self.axis.waiting.extend(results.beats);
                 self.axis.waiting_last = results.last;
-                self.axis.take();
+                self.axis.take(event, &mut self.exercise);
             }
         }
+        self.axis.stands_until(clocks.end, &mut self.exercise);
         self.fill(clocks.start, filled..clocks.end, expected);
     }
 
@@ -153,18 +196,29 @@ impl ResultStream {
             if value == 0 {
                 return;
             }
+            // What a port wider than a word has beyond the word's end.
+            let beyond = value.unbounded_shr(64 - shift);
             let from = (clocks.start - first_clock) as usize * self.words;
             let to = (clocks.end - first_clock) as usize * self.words;
             let bits = value << shift;
             if self.words == 1 {
                 expected[from..to].iter_mut().for_each(|w| *w |= bits);
             } else {
-                expected[from..to]
-                    .chunks_exact_mut(self.words)
-                    .for_each(|record| record[word] |= bits);
+                for record in expected[from..to].chunks_exact_mut(self.words) {
+                    record[word] |= bits;
+                    if beyond != 0 {
+                        record[word + 1] |= beyond;
+                    }
+                }
             }
         };
-        or(fields.tdata, axis.data as u64 & mask(fields.tdata_bits));
+        or(
+            fields.count,
+            axis.beat.count as u64 & mask(fields.count_bits),
+        );
+        if let Some(total) = fields.total {
+            or(total, axis.beat.total);
+        }
         or(fields.tvalid, u64::from(axis.valid));
         or(fields.tlast, u64::from(axis.last));
         or(fields.overrun, u64::from(axis.overrun));

@@ -96,6 +96,7 @@ impl PendingAfterpulses {
 mod tests {
     use super::*;
     use crate::optics::random::{Part, StreamKey};
+    use crate::sensor::Group;
 
     #[test]
     fn numbers_are_poisson() {
@@ -103,7 +104,7 @@ mod tests {
         let key = StreamKey {
             seed: 3,
             detector: 0,
-            step: 0,
+            group: Group(0),
             repetition: 0,
         };
         let mut pending = PendingAfterpulses::new(afterpulsing, key.stream(Part::Afterpulsing));

@@ -5,6 +5,7 @@ use rand::RngExt;
 use super::detector::DetectorModel;
 use super::random::Part;
 use super::step::Detection;
+use crate::sensor::Step;
 
 /// What the counter shows at the end of a phase step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -36,17 +37,19 @@ impl StepCount {
     }
 }
 
-/// Counts phase step `step` of scan number `repetition`, with the reference
+/// Counts a step of scan number `repetition` up and down (eq. 11), with the reference
 /// delayed by k T_s (k from the scan) and by the counter's own edge delays. Steps
 /// of one group count the same detections.
-pub fn count_step(model: &DetectorModel, seed: u64, repetition: u64, step: u64) -> StepCount {
+pub fn count_step(model: &DetectorModel, seed: u64, repetition: u64, step: Step) -> StepCount {
     let reference = CounterReference::new(model, repetition, step);
-    let mut transition = model.key(seed, repetition, step).stream(Part::Transition);
+    let group = model.group_of(step);
+    let key = model.key(seed, repetition, group);
+    let mut transition = key.stream_of_step(step, Part::Transition);
     let mut count = StepCount {
         signed: 0,
         total: 0,
     };
-    for detection in model.step(seed, repetition, model.group_of(step)) {
+    for detection in model.step(seed, repetition, group) {
         count.total += 1;
         let up = reference
             .level(detection)
@@ -71,11 +74,11 @@ struct CounterReference<'m> {
 }
 
 impl<'m> CounterReference<'m> {
-    fn new(model: &'m DetectorModel, repetition: u64, step: u64) -> CounterReference<'m> {
+    fn new(model: &'m DetectorModel, repetition: u64, step: Step) -> CounterReference<'m> {
         let timing = &model.counter;
         let chips = |ps: f64| ps / model.chip_period_ps;
         let samples_per_chip = u64::from(model.samples_per_chip);
-        let phase_step = model.scan.step(step);
+        let phase_step = model.scan.phase_step(step);
         let whole_chips = (phase_step / samples_per_chip) as i64;
         let part_chips = (phase_step % samples_per_chip) as f64 / samples_per_chip as f64;
         let first_edge_ps = timing.rising_delay_ps.min(timing.falling_delay_ps);

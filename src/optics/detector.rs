@@ -1,6 +1,5 @@
 //! What one detector sees of a scene, in chips.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use rand::RngExt;
@@ -13,6 +12,7 @@ use super::random::{Part, StreamKey};
 use super::step::StepDetections;
 use crate::code::Code;
 use crate::scene::{CounterTiming, Scan, Scene};
+use crate::sensor::{Group, Grouping, Step};
 
 /// The ready-made numbers behind every phase step of one detector.
 ///
@@ -24,8 +24,8 @@ pub struct DetectorModel {
     /// What its random streams are told apart by.
     number: u64,
     pub(super) scan: Scan,
-    /// Phase steps that share their light.
-    parallel: u64,
+    /// The phase steps that share their light.
+    grouping: Grouping,
     pub(super) samples_per_chip: u32,
     pub(super) reference: Arc<Code>,
     /// Excess on-light, one entry per path that has any.
@@ -62,7 +62,7 @@ impl DetectorModel {
         let chips = |ps: f64| ps / scene.chip_period_ps;
         let per_chip = |hz: f64| hz * scene.chip_period_ps * 1e-12;
 
-        let mut excess = Vec::new();
+        let mut excess: Vec<ExcessLight> = Vec::new();
         let mut constant_hz =
             spad.background_rate_cps * spad.photon_detection_probability + spad.dark_count_rate_cps;
         for numbered in paths_to(scene, detector) {
@@ -76,6 +76,7 @@ impl DetectorModel {
                 &source.code,
                 path.delay_ps,
                 scene.chip_period_ps,
+                &excess,
             );
             let movement = Movement::new(path, scene.chip_period_ps);
             excess.extend(light.map(|light| light.moving(movement)));
@@ -86,7 +87,7 @@ impl DetectorModel {
         let mut model = DetectorModel {
             number: number_of(&spad.name),
             scan: scene.scan,
-            parallel: u64::from(scene.hardware.parallel),
+            grouping: scene.grouping(),
             samples_per_chip: scene.samples_per_chip,
             excess,
             constant_per_chip: per_chip(constant_hz),
@@ -114,18 +115,16 @@ impl DetectorModel {
         self.excess.iter().map(|light| light.path)
     }
 
-    /// Simulates group `group` (0-based number in the scan; the number of the
-    /// phase step, unless several are correlated at once) of scan number
-    /// `repetition`. The result depends on the arguments alone.
-    pub fn step(&self, seed: u64, repetition: u64, group: u64) -> StepDetections<'_> {
+    /// Simulates the light of a group of steps of scan number `repetition`. The result depends on the arguments alone.
+    pub fn step(&self, seed: u64, repetition: u64, group: Group) -> StepDetections<'_> {
         StepDetections::new(self, self.key(seed, repetition, group))
     }
 
-    pub(super) fn key(&self, seed: u64, repetition: u64, group: u64) -> StreamKey {
+    pub(super) fn key(&self, seed: u64, repetition: u64, group: Group) -> StreamKey {
         StreamKey {
             seed,
             detector: self.number,
-            step: group,
+            group,
             repetition,
         }
     }
@@ -133,43 +132,42 @@ impl DetectorModel {
     /// Groups of a scan: the `parallel` phase steps of a group see the same
     /// light at the same time.
     pub fn groups(&self) -> u64 {
-        self.scan.steps.div_ceil(self.parallel)
+        self.grouping.groups()
     }
 
-    /// The group that step number `step` of the scan belongs to.
-    pub fn group_of(&self, step: u64) -> u64 {
-        step / self.parallel
+    /// The group that a step of the scan belongs to.
+    pub fn group_of(&self, step: Step) -> Group {
+        self.grouping.group_of(step)
     }
 
     /// Steps that a group may have.
     pub fn parallel(&self) -> u64 {
-        self.parallel
+        self.grouping.parallel
     }
 
     /// The steps of a group; the last group may have fewer than the others.
-    pub fn steps_of_group(&self, group: u64) -> Range<u64> {
-        let first = group * self.parallel;
-        first..(first + self.parallel).min(self.scan.steps)
+    pub fn steps_of_group(&self, group: Group) -> impl ExactSizeIterator<Item = Step> + use<> {
+        self.grouping.steps_of(group)
     }
 
     /// Whether scans follow one another without a gap: when the reference ends
     /// where it began.
     pub(super) fn runs_on(&self) -> bool {
-        self.scan.is_full() && self.scan.steps.is_multiple_of(self.parallel)
+        self.scan.is_full() && self.grouping.is_even()
     }
 
     /// Index, in the running transmit code, of the first chip of a group.
     ///
     /// Scans over the whole code period follow one another without a gap; after
     /// any other scan the hardware waits for the reference's next first chip.
-    pub fn first_chip(&self, repetition: u64, group: u64) -> u128 {
+    pub fn first_chip(&self, repetition: u64, group: Group) -> u128 {
         u128::from(repetition) * self.scan_pitch_chips
-            + u128::from(group) * u128::from(self.scan.integration_chips)
+            + u128::from(group.0) * u128::from(self.scan.integration_chips)
     }
 
     /// Chips from the start of a scan to the start of a group of phase steps.
-    pub(super) fn start_in_scan(&self, group: u64) -> i64 {
-        let chips = u128::from(group) * u128::from(self.scan.integration_chips);
+    pub(super) fn start_in_scan(&self, group: Group) -> i64 {
+        let chips = u128::from(group.0) * u128::from(self.scan.integration_chips);
         i64::try_from(chips).unwrap_or(i64::MAX)
     }
 
@@ -188,7 +186,7 @@ impl DetectorModel {
     }
 
     /// Position in a code of `length` chips at which a group starts.
-    pub(super) fn code_position(&self, repetition: u64, group: u64, length: u64) -> i64 {
+    pub(super) fn code_position(&self, repetition: u64, group: Group, length: u64) -> i64 {
         (self.first_chip(repetition, group) % u128::from(length)) as i64
     }
 
@@ -197,9 +195,19 @@ impl DetectorModel {
         self.dead_time_chips
     }
 
+    /// How long before a step its simulation starts.
+    pub fn warm_up_chips(&self) -> i64 {
+        self.warm_up_chips
+    }
+
     /// Chip period T_c.
     pub fn chip_period_ps(&self) -> f64 {
         self.chip_period_ps
+    }
+
+    /// Samples per chip, S.
+    pub fn samples_per_chip(&self) -> u32 {
+        self.samples_per_chip
     }
 
     /// The scan that the model's steps belong to.

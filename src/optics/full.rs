@@ -68,7 +68,7 @@ impl DetectorModel {
                 let code = Arc::clone(&model.reference);
                 let period_ps = self.chip_period_ps();
                 let delay_ps = 0.3 * period_ps;
-                let light = ExcessLight::new(path, dark, &code, delay_ps, period_ps);
+                let light = ExcessLight::new(path, dark, &code, delay_ps, period_ps, others);
                 model.excess.extend(light);
             }
             OptionalPart::Afterpulsing => {

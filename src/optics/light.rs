@@ -15,7 +15,8 @@ use crate::scene::{Detector, Path, Source};
 /// Planck constant (exact, SI).
 const PLANCK_J_S: f64 = 6.626_070_15e-34;
 
-/// Photons per second in `power_w` of light: P lambda / (h c).
+/// Photons per second in `power_w` of light: P lambda / (h c), the first factor of
+/// eq. 5.
 pub fn photon_rate_hz(power_w: f64, wavelength_nm: f64) -> f64 {
     power_w * wavelength_nm * 1e-9 / (PLANCK_J_S * SPEED_OF_LIGHT_M_PER_S)
 }
@@ -32,7 +33,8 @@ pub struct LightRates {
 impl LightRates {
     /// Rates of a path: their mean over the code is photon rate x transmission
     /// x detection probability, their ratio the extinction ratio (eq. 5 with an
-    /// off-rate). A code without a single 1 is constant light.
+    /// off-rate; the transmission is the chance alpha of eq. 8, which thins a Poisson
+    /// process to another one). A code without a single 1 is constant light.
     pub fn of(source: &Source, path: &Path, detector: &Detector) -> LightRates {
         let mean_hz = photon_rate_hz(source.mean_power_w, source.wavelength_nm)
             * path.transmission
@@ -104,13 +106,15 @@ pub struct ExcessLight {
 }
 
 impl ExcessLight {
-    /// `None` if the path adds nothing to the constant light.
+    /// `None` if the path adds nothing to the constant light. With one of `others`
+    /// that has the same code it shares what follows from the code.
     pub fn new(
         path: NumberedPath,
         rates: LightRates,
         code: &Arc<Code>,
         delay_ps: f64,
         chip_period_ps: f64,
+        others: &[ExcessLight],
     ) -> Option<ExcessLight> {
         let rate_per_chip = rates.excess_hz() * chip_period_ps * 1e-12;
         if rate_per_chip <= 0.0 || code.weight() == 0 {
@@ -118,7 +122,13 @@ impl ExcessLight {
         }
         let delay = delay_ps / chip_period_ps;
         Some(ExcessLight {
-            on_chips: Arc::new(OnChips::of(code)),
+            on_chips: others
+                .iter()
+                .find(|other| Arc::ptr_eq(&other.code, code))
+                .map_or_else(
+                    || Arc::new(OnChips::of(code)),
+                    |other| Arc::clone(&other.on_chips),
+                ),
             mean_wait_chips: 1.0 / rate_per_chip,
             delay_chips: delay.floor() as i64,
             delay_fraction: delay - delay.floor(),
@@ -250,6 +260,7 @@ impl<'m> ExcessArrivals<'m> {
 mod tests {
     use super::*;
     use crate::optics::random::{Part, StreamKey};
+    use crate::sensor::Group;
 
     /// A photon of 1 eV has 1239.841984 nm (CODATA), and the charge is exact.
     #[test]
@@ -278,11 +289,12 @@ mod tests {
             index: 0,
             number: 0,
         };
-        let light = ExcessLight::new(path, rates, &code, delay_ps, 1.0).expect("there is light");
+        let light =
+            ExcessLight::new(path, rates, &code, delay_ps, 1.0, &[]).expect("there is light");
         let key = StreamKey {
             seed: 1,
             detector: 0,
-            step: 0,
+            group: Group(0),
             repetition: 0,
         };
         let mut arrivals = ExcessArrivals::new(

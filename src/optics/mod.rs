@@ -30,8 +30,9 @@ pub use detector::DetectorModel;
 pub use full::OptionalPart;
 pub use light::{LightRates, photon_rate_hz};
 pub use mean_response::{
-    CountMoments, CountSampler, CountingTier, GroupMoments, Light, LightPath, MeanCount,
-    MeanResponse, MeanResponseError, SecondMoments,
+    CountMoments, CountSampler, CountingTier, Effort, GroupMoments, Light, LightPath, MeanCount,
+    MeanResponse, MeanResponseError, SecondMoments, check_merging, merged_share,
 };
+pub(crate) use mean_response::{cholesky, in_parallel};
 pub use sampled::{Pulse, PulseStream};
 pub use step::{Detection, StepDetections};

@@ -182,7 +182,7 @@ impl<'m> Trajectory<'m> {
     }
 
     /// When light arrives that would arrive at `still` if the path had kept the
-    /// delay that it has at the scan's start, but not before `from`.
+    /// delay that it has at the scan's start (eq. 7), but not before `from`.
     #[inline]
     pub fn arrival(&mut self, still: ChipTime, from: ChipTime) -> ChipTime {
         let mut arrival = still;
@@ -201,11 +201,12 @@ impl<'m> Trajectory<'m> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sensor::Group;
 
     const KEY: StreamKey = StreamKey {
         seed: 5,
         detector: 0,
-        step: 0,
+        group: Group(0),
         repetition: 0,
     };
 
@@ -288,7 +289,7 @@ mod tests {
         // Another detector's step that starts 777 chips later, asked backwards.
         let key = StreamKey {
             detector: 4,
-            step: 9,
+            group: Group(9),
             ..KEY
         };
         let mut backwards = Trajectory::new(&movement, &key, 3, 1_000_777);
@@ -361,7 +362,7 @@ mod tests {
             number: 0,
         };
         let still =
-            ExcessLight::new(path, rates, &code, 21_350.0, 8_000.0).expect("there is light");
+            ExcessLight::new(path, rates, &code, 21_350.0, 8_000.0, &[]).expect("there is light");
         let at_no_speed = Movement {
             delay_rate: 0.0,
             fluctuation: None,

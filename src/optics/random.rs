@@ -1,5 +1,6 @@
 //! One random stream per part of the model, found by number, not by order.
 
+use crate::sensor::{Group, Step};
 use rand::SeedableRng;
 use rand_xoshiro::{SplitMix64, Xoshiro256PlusPlus, rand_core::Rng};
 
@@ -40,15 +41,15 @@ impl Part {
     }
 }
 
-/// Which phase step of which detector is simulated.
+/// Which light of which detector is simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StreamKey {
     /// The user's seed.
     pub seed: u64,
     /// The number of the detector's name.
     pub detector: u64,
-    /// Number of the phase step in the scan, from 0.
-    pub step: u64,
+    /// The steps that share the light.
+    pub group: Group,
     /// Number of the scan, from 0.
     pub repetition: u64,
 }
@@ -61,18 +62,27 @@ impl StreamKey {
 
     /// The number that a part's stream is seeded with.
     pub fn hash(&self, part: Part) -> u64 {
-        [self.detector, self.step, self.repetition, part.number()]
+        self.hash_of(self.group.0, part)
+    }
+
+    /// The stream of a part that every step of the group has for itself.
+    pub fn stream_of_step(&self, step: Step, part: Part) -> StreamRng {
+        StreamRng::seed_from_u64(self.hash_of(step.0, part))
+    }
+
+    fn hash_of(&self, number: u64, part: Part) -> u64 {
+        [self.detector, number, self.repetition, part.number()]
             .into_iter()
             .fold(mix(self.seed), scatter)
     }
 
     /// The number that a path's movement is drawn by: the same for every detector
-    /// and phase step of a scan, because it is the scene that moves.
+    /// and group of a scan, because it is the scene that moves.
     pub fn hash_of_movement(&self, path: u64) -> u64 {
         let of_scan = StreamKey {
-            // No detector and no step has this number.
+            // No detector and no group has this number.
             detector: u64::MAX,
-            step: u64::MAX,
+            group: Group(u64::MAX),
             ..*self
         };
         of_scan.hash(Part::Path(path))
@@ -106,7 +116,7 @@ mod tests {
                         let key = StreamKey {
                             seed,
                             detector,
-                            step,
+                            group: Group(step),
                             repetition,
                         };
                         for part in [

@@ -2,6 +2,7 @@
 
 use super::detector::DetectorModel;
 use super::step::{Detection, StepDetections};
+use crate::sensor::Group;
 
 /// The samples during which one detection's pulse is high.
 ///
@@ -29,10 +30,10 @@ pub struct PulseStream<'m> {
     model: &'m DetectorModel,
     seed: u64,
     repetition: u64,
-    step: u64,
+    group: Group,
     detections: StepDetections<'m>,
-    /// Sample number at which the present step starts.
-    step_start: u64,
+    /// Sample number at which the present group starts.
+    group_start: u64,
     /// Found, but not asked for yet.
     pending: Option<Pulse>,
     ended: bool,
@@ -45,9 +46,9 @@ impl<'m> PulseStream<'m> {
             model,
             seed,
             repetition,
-            step: 0,
-            detections: model.step(seed, repetition, 0),
-            step_start: 0,
+            group: Group(0),
+            detections: model.step(seed, repetition, Group(0)),
+            group_start: 0,
             pending: None,
             ended: false,
         }
@@ -75,8 +76,8 @@ impl<'m> PulseStream<'m> {
     /// The next pulse, or `None` if none starts before `until_sample`.
     fn next_pulse(&mut self, until_sample: u64) -> Option<Pulse> {
         loop {
-            // Steps that begin later are not even simulated yet.
-            if self.ended || self.step_start >= until_sample {
+            // Groups that begin later are not even simulated yet.
+            if self.ended || self.group_start >= until_sample {
                 return None;
             }
             match self.detections.next() {
@@ -86,30 +87,30 @@ impl<'m> PulseStream<'m> {
                         return Some(pulse);
                     }
                 }
-                None => self.start_next_step(),
+                None => self.start_next_group(),
             }
         }
     }
 
-    fn start_next_step(&mut self) {
+    fn start_next_group(&mut self) {
         let scan = &self.model.scan;
-        self.step += 1;
-        if self.step == self.model.groups() {
+        self.group.0 += 1;
+        if self.group.0 == self.model.groups() {
             if !self.model.runs_on() {
                 self.ended = true;
                 return;
             }
-            self.step = 0;
+            self.group = Group(0);
             self.repetition += 1;
         }
-        self.step_start += scan.integration_chips * u64::from(self.model.samples_per_chip);
-        self.detections = self.model.step(self.seed, self.repetition, self.step);
+        self.group_start += scan.integration_chips * u64::from(self.model.samples_per_chip);
+        self.detections = self.model.step(self.seed, self.repetition, self.group);
     }
 
     #[inline]
     fn sample(&self, detection: Detection) -> Pulse {
         let samples_per_chip = self.model.samples_per_chip;
-        let chip_start = self.step_start + detection.chip * u64::from(samples_per_chip);
+        let chip_start = self.group_start + detection.chip * u64::from(samples_per_chip);
         let sample_at_or_after =
             |chips: f64| chip_start + ceil_to_u64(chips * f64::from(samples_per_chip));
         Pulse {

@@ -19,7 +19,8 @@ pub struct Detection {
     pub fraction: f64,
 }
 
-/// The detections of one phase step in order of registered time.
+/// The detections of one group of phase steps in order of registered time, of all
+/// light that arrives (eq. 9: every path's and the background's).
 ///
 /// A detector that starts ready some time before the step runs from avalanche
 /// to avalanche. The arrivals of each part are Poisson and have no memory, so
@@ -44,9 +45,9 @@ impl<'m> StepDetections<'m> {
             .excess
             .iter()
             .map(|light| {
-                let position = model.code_position(key.repetition, key.step, light.code.len());
+                let position = model.code_position(key.repetition, key.group, light.code.len());
                 let trajectory = light.movement.as_ref().map(|movement| {
-                    Trajectory::new(movement, &key, light.number, model.start_in_scan(key.step))
+                    Trajectory::new(movement, &key, light.number, model.start_in_scan(key.group))
                 });
                 let rng = key.stream(Part::Path(light.number));
                 ExcessArrivals::new(light, rng, trajectory, position, start)

@@ -12,11 +12,13 @@ pub(super) fn parts(scene: &Scene) -> Vec<Part> {
         .collect();
     parts.extend([
         phase_stepper(scene),
+        lane_choice(scene),
         edge_detector(scene),
         updown_correlator(scene, &contract),
         parallel_correlators(scene),
         count_segments(&contract),
         saturation_clamp(&contract),
+        total_counts(scene, &contract),
         scan_controller(scene),
         scan_realignment(scene, &contract),
         peak_detector(scene, &contract),
@@ -83,11 +85,24 @@ fn phase_stepper(scene: &Scene) -> Part {
     match scene.samples_per_chip {
         1 => kept(
             "phase_stepper",
-            "holds the reference for one chip after each phase step; S = 1 needs no lane choice",
+            "holds the reference for one chip after each phase step",
         ),
         samples => kept(
             "phase_stepper",
             format!("delays the reference by {samples} phase steps per chip"),
+        ),
+    }
+}
+
+fn lane_choice(scene: &Scene) -> Part {
+    match scene.samples_per_chip {
+        1 => left_out(
+            "lane_choice",
+            "S = 1: every phase step is a whole chip, and all lanes are one",
+        ),
+        samples => kept(
+            "lane_choice",
+            format!("delays the reference by parts of a chip, one of {samples} samples at a time"),
         ),
     }
 }
@@ -161,6 +176,32 @@ fn saturation_clamp(contract: &Contract) -> Part {
             "saturation_clamp",
             format!("no stimulus can overflow {exact} bits; saves a pipeline stage and a port"),
         )
+    }
+}
+
+fn total_counts(scene: &Scene, contract: &Contract) -> Part {
+    const PART: &str = "total_counts";
+    let given = scene.hardware.total_counts.is_some();
+    let estimator = scene.estimator;
+    match contract.total {
+        Some(total) => kept(
+            PART,
+            format!(
+                "{}: the hits of each phase step in {} bits, above its signed count",
+                match given {
+                    true => "total_counts = true".to_owned(),
+                    false => format!("the estimator \"{estimator}\" fits them too"),
+                },
+                total.bits
+            ),
+        ),
+        None => left_out(
+            PART,
+            match given {
+                true => "total_counts = false: signed counts alone are sent".to_owned(),
+                false => format!("the estimator \"{estimator}\" uses the signed counts alone"),
+            },
+        ),
     }
 }
 

@@ -6,7 +6,7 @@
 //! the time differs.
 
 use std::hint::black_box;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::{Plan, Saving};
 use crate::optics::fast::StepCounter;
@@ -19,15 +19,21 @@ const DETECTIONS: f64 = 1e5;
 const STEPS: u64 = 64;
 /// Times that each is measured.
 const ROUNDS: usize = 7;
+/// Most detections before the steps, which make the detector forget its start.
+const MOST_WARM_UP_DETECTIONS: f64 = 4.0 * DETECTIONS;
+/// Measuring ends after so long.
+const MOST_TIME: Duration = Duration::from_millis(1200);
 /// The engine goes at least this often through its loop, per chip.
 const ITERATIONS_PER_CHIP: f64 = 1e-3;
 
 /// Adds to a plan what leaving out parts of the simulation saves: measured, in
-/// some hundredths of a second, and so a little different each time.
+/// some hundredths of a second, and so a little different each time. After
+/// [`MOST_TIME`] no more is measured, nor where a detector takes so long to forget
+/// its start that a few phase steps are too many.
 pub fn with_savings(mut plan: Plan, scene: &Scene) -> Plan {
-    let detectors: Vec<Bench> = (0..scene.detectors.len())
-        .map(|detector| Bench::new(scene, detector))
-        .collect();
+    let end = Instant::now() + MOST_TIME;
+    let mut detectors: Vec<Option<Option<Bench>>> = Vec::new();
+    detectors.resize_with(scene.detectors.len(), || None);
     let mut known: Vec<(usize, OptionalPart, Saving)> = Vec::new();
     for part in plan.simulation.iter_mut().filter(|part| !part.kept) {
         let (name, label) = match part.part.split_once(" (") {
@@ -41,11 +47,18 @@ pub fn with_savings(mut plan: Plan, scene: &Scene) -> Plan {
         let labelled = |spad: &crate::scene::Detector| Some(spad.name.as_str()) == label;
         let detector = scene.detectors.iter().position(labelled).unwrap_or(0);
         let saving = match known.iter().find(|k| (k.0, k.1) == (detector, optional)) {
-            Some((_, _, saving)) => saving.clone(),
-            None => detectors[detector].saving_of(optional),
+            Some((_, _, saving)) => Some(saving.clone()),
+            None if Instant::now() >= end => None,
+            None => {
+                let bench = &mut detectors[detector];
+                let bench = bench.get_or_insert_with(|| Bench::new(scene, detector));
+                let bench = bench.as_ref();
+                bench.and_then(|bench| bench.saving_of(optional, end))
+            }
         };
-        part.saving = Some(saving.clone());
-        known.push((detector, optional, saving));
+        plan.not_measured += usize::from(saving.is_none());
+        part.saving.clone_from(&saving);
+        known.extend(saving.map(|saving| (detector, optional, saving)));
     }
     plan
 }
@@ -70,7 +83,8 @@ struct Bench {
 }
 
 impl Bench {
-    fn new(scene: &Scene, detector: usize) -> Bench {
+    /// `None` if its steps take too long.
+    fn new(scene: &Scene, detector: usize) -> Option<Bench> {
         let light = Light::of(&DetectorModel::new(scene, detector));
         let primary = light.brightest_per_chip();
         let dead_time_chips = scene.detectors[detector].dead_time_ps / scene.chip_period_ps;
@@ -78,25 +92,34 @@ impl Bench {
         let mut short = scene.clone();
         short.scan.steps = STEPS.min(scene.scan.steps);
         short.scan.integration_chips = (DETECTIONS / per_chip / STEPS as f64).ceil() as u64;
-        Bench {
-            model: DetectorModel::new(&short, detector),
+        let model = DetectorModel::new(&short, detector);
+        let warm_up = model.warm_up_chips() as f64 * per_chip * short.scan.steps as f64;
+        (warm_up <= MOST_WARM_UP_DETECTIONS).then_some(Bench {
             has_constant_light: light.constant_per_chip > 0.0,
-        }
+            model,
+        })
     }
 
-    fn saving_of(&self, part: OptionalPart) -> Saving {
+    /// `None` if the time is up before anything is measured.
+    fn saving_of(&self, part: OptionalPart, end: Instant) -> Option<Saving> {
         if part == OptionalPart::ConstantLight && self.has_constant_light {
-            return Saving {
+            return Some(Saving {
                 share: 0.0,
                 basis: "all constant light is one process, which the scene has".to_owned(),
-            };
+            });
         }
         let with = self.model.with_neutral(part);
         let models = [&self.model, &with];
         let counters = models.map(StepCounter::new);
         let mut least_s = [f64::INFINITY; 2];
         let mut detections = 0;
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
+            if Instant::now() >= end {
+                if round == 0 {
+                    return None;
+                }
+                break;
+            }
             for (counter, least_s) in counters.iter().zip(&mut least_s) {
                 let mut counts = vec![StepCount::ZERO; self.model.scan().steps as usize];
                 let started = Instant::now();
@@ -106,7 +129,7 @@ impl Bench {
             }
         }
         let [without_s, with_s] = least_s;
-        Saving {
+        Some(Saving {
             share: (1.0 - without_s / with_s).max(0.0),
             basis: format!(
                 "measured over {detections} detections of the events tier: {:.3} ms in place of \
@@ -114,6 +137,6 @@ impl Bench {
                 without_s * 1e3,
                 with_s * 1e3
             ),
-        }
+        })
     }
 }

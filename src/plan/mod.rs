@@ -44,6 +44,14 @@ pub struct Plan {
     pub hardware: Vec<Part>,
     /// Parts of the simulation, along the way of the light.
     pub simulation: Vec<Part>,
+    /// Parts left out whose saving was to be measured, but would have taken too
+    /// long.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub not_measured: usize,
+}
+
+fn is_zero(number: &usize) -> bool {
+    *number == 0
 }
 
 /// Decides, part by part, what `scene` needs.
@@ -51,7 +59,15 @@ pub fn plan(scene: &Scene) -> Plan {
     Plan {
         hardware: hardware::parts(scene),
         simulation: simulation::parts(scene),
+        not_measured: 0,
     }
+}
+
+/// The parts of the hardware that `scene` does without.
+pub fn hardware_left_out(scene: &Scene) -> Vec<Part> {
+    let mut parts = hardware::parts(scene);
+    parts.retain(|part| !part.kept);
+    parts
 }
 
 /// A part that is kept, because of `reason`.

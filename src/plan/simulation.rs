@@ -1,6 +1,9 @@
 //! Parts of the simulation, from the light to the estimate.
 
+use std::fmt::Write as _;
+
 use super::{Part, Saving, kept, labelled, left_out, movement};
+use crate::optics::{DetectorModel, check_merging};
 use crate::scene::{Detector, EstimatorKind, Path, Scene};
 
 pub(super) fn parts(scene: &Scene) -> Vec<Part> {
@@ -136,15 +139,26 @@ fn detector_parts(scene: &Scene, index: usize) -> Vec<Part> {
         afterpulsing(detector, name("afterpulsing")),
         delay(detector, name("delay")),
         jitter(detector, name("jitter")),
-        kept(
-            name("pulse_sampling"),
-            format!(
-                "pulses of {} ns are sampled every {} ns; those that merge count once",
-                in_nano(detector.pulse_width_ps),
-                in_nano(scene.chip_period_ps / f64::from(scene.samples_per_chip))
-            ),
-        ),
+        pulse_sampling(scene, index, name("pulse_sampling")),
     ]
+}
+
+/// Pulses that merge or fall between samples, and whether that can be expected.
+fn pulse_sampling(scene: &Scene, index: usize, part: String) -> Part {
+    let detector = &scene.detectors[index];
+    let sample_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
+    let mut reason = format!(
+        "pulses of {} ns are sampled every {} ns; those that merge count once",
+        in_nano(detector.pulse_width_ps),
+        in_nano(sample_ps)
+    );
+    if detector.pulse_width_ps < sample_ps {
+        reason += ", and those between two samples not at all";
+    }
+    if let Err(obstacle) = check_merging(&DetectorModel::new(scene, index)) {
+        let _ = write!(reason, "; no expectation, no bound and no fit: {obstacle}");
+    }
+    kept(part, reason)
 }
 
 fn photon_detection(detector: &Detector, part: String) -> Part {
@@ -244,7 +258,7 @@ fn counter_edges(scene: &Scene) -> Part {
         left_out(
             PART,
             "sampled hardware applies the sign to samples and has no such edges; \
-             only the tiers in continuous time (expected, counts, events) use them",
+             only the tier in continuous time (events) uses them",
         )
     } else {
         left_out(PART, "the counter's edge delays and transition are 0")

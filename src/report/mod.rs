@@ -1,13 +1,16 @@
 //! What people read: plots, tables, the report page.
 
 pub mod chart;
+mod coordinate;
 pub mod page;
 pub mod plot;
 
 use std::fmt::Write as _;
 
+use crate::cosim::sent::SentCount;
 use crate::estimate::distance_m;
 use crate::scene::Scene;
+use crate::sensor::Step;
 
 /// One detector's counts of a scan.
 #[derive(Debug, Clone)]
@@ -19,37 +22,52 @@ pub struct DetectorCounts {
     pub distances_m: Vec<f64>,
     /// Signed counts of the steps, in order.
     pub counts: Vec<i64>,
+    /// Their total counts, if the hardware sends them.
+    pub totals: Option<Vec<u64>>,
 }
 
 impl DetectorCounts {
-    /// Counts of the scan's steps, or of the first of them, and where they belong.
+    /// Counts that were sent of the scan's steps, or of the first of them, and where
+    /// they belong.
     pub fn new(
         scene: &Scene,
         detector: usize,
         calibration_offset_ps: f64,
-        counts: Vec<i64>,
+        sent: &[SentCount],
     ) -> DetectorCounts {
         let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
-        let of_step =
-            |step: u64| distance_m(scene.scan.step(step) as f64 * step_ps - calibration_offset_ps);
+        let of_step = |step: Step| {
+            distance_m(scene.scan.phase_step(step) as f64 * step_ps - calibration_offset_ps)
+        };
         DetectorCounts {
             detector,
-            distances_m: (0..counts.len() as u64).map(of_step).collect(),
-            counts,
+            distances_m: Step::all(sent.len() as u64).map(of_step).collect(),
+            counts: sent.iter().map(|count| count.signed).collect(),
+            totals: sent.iter().map(|count| count.total).collect(),
         }
     }
 }
 
-/// The counts of a scan as CSV: number of the measurement,
-/// phase step, its calibrated distance, count, name of the detector.
+/// The counts of a scan as CSV: number of the measurement, phase step, its
+/// calibrated distance, signed count, name of the detector, and the total count if
+/// the scene's hardware sends it.
 pub fn counts_csv(scene: &Scene, detectors: &[DetectorCounts]) -> String {
-    let mut text = "measurement,phase_step,distance_m,count,detector\n".to_owned();
+    let heading = match scene.sends_total_counts() {
+        true => ",total_count",
+        false => "",
+    };
+    let mut text = format!("measurement,phase_step,distance_m,count,detector{heading}\n");
     for of_detector in detectors {
         let name = quoted(&scene.detectors[of_detector.detector].name);
         let steps = of_detector.distances_m.iter().zip(&of_detector.counts);
         for (j, (distance_m, count)) in steps.enumerate() {
-            let step = scene.scan.step(j as u64);
-            let _ = writeln!(text, "{j},{step},{distance_m:.6},{count},{name}");
+            let step = scene.scan.phase_step(Step::at(j));
+            let _ = write!(text, "{j},{step},{distance_m:.6},{count},{name}");
+            let total = of_detector.totals.as_ref().map(|totals| totals[j]);
+            let _ = match total {
+                Some(total) => writeln!(text, ",{total}"),
+                None => writeln!(text),
+            };
         }
     }
     text

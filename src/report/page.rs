@@ -38,7 +38,7 @@ border-bottom: 1px solid #ddd; }
 td.kept { white-space: nowrap; }
 tr.left-out { color: #777; }
 .verdict { font-weight: bold; padding: 0.1em 0.5em; border-radius: 0.3em; color: white; }
-.match { background: #2e7d32; } .mismatch { background: #b3261e; }
+.match { background: #2e7d32; } .mismatch { background: #b3261e; } .inconclusive { background: #8a5a00; }
 svg { width: 100%; height: auto; }
 ";
 
@@ -61,7 +61,9 @@ impl Page<'_> {
                     h1 { (title) }
                     p {
                         "Verilog and reference model: "
-                        span class={ "verdict " (self.cosim.verdict) } { (self.cosim.verdict) }
+                        span class={ "verdict " (self.cosim.verdict.to_string()) } {
+                            (self.cosim.verdict.to_string())
+                        }
                         ". Seed " (self.seed) "."
                     }
                     h2 { "Distance" }
@@ -155,7 +157,13 @@ impl Page<'_> {
         html! {
             table {
                 tr { th { "clocks compared" } td { (report.cycles) } }
-                tr { th { "phase steps" } td { (report.phase_steps) } }
+                @for missing in &report.missing {
+                    tr { th { "inconclusive" } td { (missing) } }
+                }
+                tr { th { "exercised" } td { (report.exercised.text()) } }
+                @if !report.not_exercised.is_empty() {
+                    tr { th { "not exercised" } td { (report.not_exercised.join(", ")) } }
+                }
                 tr { th { "ports compared at every clock" } td { (report.compared_ports.join(", ")) } }
                 tr {
                     th { "million clocks per second" }

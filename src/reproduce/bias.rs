@@ -64,8 +64,8 @@ impl Bias {
         for &x in coarse {
             let mut scene = scene(x);
             scene.estimator = EstimatorKind::Model;
-            let errors = run.errors_by(&scene, by.tier, by.scans)?;
-            self.model.push((x, errors.bias_m));
+            let bias_m = run.fitted_bias_m(&scene, by.tier, by.scans)?;
+            self.model.push((x, bias_m));
         }
         Ok(self)
     }
@@ -127,6 +127,7 @@ pub fn figure(frame: &Frame, biases: &[Bias]) -> Figure {
         },
         table: table(frame.x_column, biases),
         claims: Vec::new(),
+        notes: Vec::new(),
     }
 }
 
@@ -137,15 +138,20 @@ pub fn limits(limit_mm: f64, series: &[Series]) -> [Series; 2] {
         places().fold(f64::INFINITY, f64::min),
         places().fold(f64::NEG_INFINITY, f64::max),
     ];
-    [limit_mm, -limit_mm].map(|level| Series {
-        label: match level > 0.0 {
-            true => format!("±{limit_mm} mm"),
-            false => String::new(),
-        },
+    [
+        level(format!("±{limit_mm} mm"), limit_mm, ends),
+        level(String::new(), -limit_mm, ends),
+    ]
+}
+
+/// A level line from one x to another.
+pub fn level(label: String, y: f64, ends: [f64; 2]) -> Series {
+    Series {
+        label,
         mark: Mark::Line,
         colour: LIMIT_COLOUR,
-        points: ends.map(|x| Point::new(x, level)).to_vec(),
-    })
+        points: ends.map(|x| Point::new(x, y)).to_vec(),
+    }
 }
 
 /// Black, which no data have.

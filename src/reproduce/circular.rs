@@ -16,6 +16,7 @@ use crate::fidelity::Tier;
 use crate::optics::{DetectorModel, MeanResponse};
 use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
 use crate::scene::{EstimatorKind, Scene};
+use crate::sensor::Step;
 
 /// Degree of the code.
 const DEGREE: u32 = 11;
@@ -63,7 +64,7 @@ pub fn circular_error(run: &mut Run) -> Result<Figure, RunError> {
             let delay = (f64::from(sixth) + (zeta as f64 - 2.0) * 0.06) / 6.0;
             let mut scene = ideal_scene(&code, 1 << zeta, delay, PERIODS_WITH_NOISE);
             scene.estimator = EstimatorKind::Model;
-            let error = run.errors_by(&scene, Tier::Counts, SCANS)?.bias_m;
+            let error = run.fitted_bias_m(&scene, Tier::Counts, SCANS)?;
             let mut row = vec![Some(delay)];
             row.extend(cells(error));
             table.row(&format!("model ζ = {zeta}"), &row);
@@ -105,6 +106,7 @@ pub fn circular_error(run: &mut Run) -> Result<Figure, RunError> {
         },
         table,
         claims: Vec::new(),
+        notes: Vec::new(),
     })
 }
 
@@ -139,7 +141,7 @@ fn phase_error_m(
     let scene = ideal_scene(code, samples_per_chip, delay, PERIODS_WITHOUT_NOISE);
     let model = DetectorModel::new(&scene, 0);
     let response = MeanResponse::new(&model)?;
-    let counts: Vec<i64> = (0..scene.scan.steps)
+    let counts: Vec<i64> = Step::all(scene.scan.steps)
         .map(|step| response.expected_count(step).round() as i64)
         .collect();
     let offset_ps = calibration_offset_ps(&scene, 0, CountingTier::Sampled);
@@ -211,9 +213,9 @@ mod tests {
             for delay in [-0.02, 0.1, 0.25, 0.5, 0.98] {
                 let scene = ideal_scene(&code, samples, delay, 100_000);
                 let s = f64::from(samples);
-                let counts: Vec<MeanCount> = (0..scene.scan.steps)
+                let counts: Vec<MeanCount> = Step::all(scene.scan.steps)
                     .map(|step| {
-                        let lag = scene.scan.step(step) as f64 - 5.0 * s - delay;
+                        let lag = scene.scan.phase_step(step) as f64 - 5.0 * s - delay;
                         let height = (1.0 - lag.abs() / s).max(0.0);
                         // In step every detection counts up; a chip off, the
                         // 16 on-chips meet 8 chips of either sign.

@@ -2,7 +2,7 @@
 
 use super::figure::{Figure, Table, cells};
 use super::run::{Run, RunError};
-use super::sensor::{Light, gold, sensor};
+use super::sensor::{Light, balanced_gold, sensor};
 use super::statistics::Measured;
 use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
 use crate::scene::{EstimatorKind, OtherLight};
@@ -25,7 +25,7 @@ pub fn coarse_search(run: &mut Run) -> Result<Figure, RunError> {
         (EstimatorKind::Model, "shape of the peak (model)"),
     ] {
         for nu in 0..=1 {
-            let code = gold(0, nu)?;
+            let code = balanced_gold(0, nu)?;
             let label = format!("ν = {nu}, {name}");
             let mut points = Vec::new();
             for power_pw in POWERS_PW {
@@ -67,6 +67,7 @@ pub fn coarse_search(run: &mut Run) -> Result<Figure, RunError> {
         },
         table,
         claims: Vec::new(),
+        notes: Vec::new(),
     })
 }
 

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::statistics::Measured;
+use super::verdict::Verdict;
 use crate::report::chart::Chart;
 
 /// The figures that can be made: the article's, and those of the errors that
@@ -110,6 +111,8 @@ pub struct Figure {
     pub table: Table,
     /// The claims that its data decide.
     pub claims: Vec<Claim>,
+    /// What the data say beside that.
+    pub notes: Vec<String>,
 }
 
 /// Data of a figure, as CSV.
@@ -158,7 +161,7 @@ impl Table {
 /// A claim of the article, as measured.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Claim {
-    /// C1 to C8.
+    /// C1 to C8; with a letter, a second criterion of ours for the same claim.
     pub id: &'static str,
     /// What the article says.
     pub article: &'static str,
@@ -170,8 +173,9 @@ pub struct Claim {
     pub unit: &'static str,
     /// 95 % confidence interval; none for what is exact.
     pub ci: Option<[f64; 2]>,
-    /// Whether the criterion is met.
-    pub holds: bool,
+    /// Whether the criterion is met; `holds` and `verdict` in JSON.
+    #[serde(flatten)]
+    pub verdict: Verdict,
     /// In which range, and at what price.
     pub remark: String,
 }

@@ -16,13 +16,16 @@ mod circular;
 mod coarse;
 mod correlations;
 mod errors;
+mod extremes;
 mod figure;
+mod phase;
 mod precision;
 mod printed;
 mod run;
 mod sensor;
 mod statistics;
 mod theory;
+mod verdict;
 
 use std::fmt::Write as _;
 use std::time::Instant;
@@ -32,6 +35,7 @@ use serde::Serialize;
 use self::figure::Figure;
 pub use self::figure::{Claim, FigureId};
 use self::run::{Run, RunError};
+pub use self::verdict::Verdict;
 use crate::files::OutputFolder;
 
 /// What to make, and how well.
@@ -74,6 +78,8 @@ pub struct FigureFiles {
     pub title: String,
     /// Its files, in the folder that was asked for.
     pub files: Vec<String>,
+    /// What its data say beside the claims.
+    pub notes: Vec<String>,
     /// Wall time.
     pub run_time_s: f64,
 }
@@ -103,6 +109,7 @@ pub fn reproduce(
             number: id.number(),
             title: figure.chart.title,
             files: vec![drawing, data],
+            notes: figure.notes,
             run_time_s: figure_started.elapsed().as_secs_f64(),
         };
         progress(&format!("{} ({:.1} s)", files.title, files.run_time_s));
@@ -141,18 +148,15 @@ fn make(id: FigureId, options: &Options) -> Result<Figure, RunError> {
 impl Reproduction {
     /// Whether every claim that was measured holds.
     pub fn holds(&self) -> bool {
-        self.claims.iter().all(|claim| claim.holds)
+        let holds = |claim: &Claim| claim.verdict == Verdict::Holds;
+        self.claims.iter().all(holds)
     }
 
     /// The claims as a table, and the files, for people.
     pub fn to_text(&self) -> String {
         let mut text = String::new();
         for claim in &self.claims {
-            let verdict = if claim.holds {
-                "holds"
-            } else {
-                "DOES NOT HOLD"
-            };
+            let verdict = claim.verdict.text();
             let _ = writeln!(text, "{}  {verdict}: {}", claim.id, claim.article);
             let _ = writeln!(text, "    measured  {}", claim.measured_text());
             let _ = writeln!(text, "    asked     {}", claim.criterion);
@@ -160,6 +164,9 @@ impl Reproduction {
         }
         for figure in &self.figures {
             let _ = writeln!(text, "{}: {}", figure.title, figure.files.join(", "));
+            for note in &figure.notes {
+                let _ = writeln!(text, "    {note}");
+            }
         }
         let _ = writeln!(
             text,

@@ -6,6 +6,7 @@ use rustfft::num_complex::Complex64;
 
 use crate::estimate::distance_m;
 use crate::scene::Scene;
+use crate::sensor::Step;
 
 /// Distance, in metres and not calibrated, by eqs. 16 and 17 as printed: 2 S + 1
 /// samples, half the fundamental, the absolute phase step in the exponent (T_s
@@ -24,13 +25,13 @@ pub fn printed_distance_m(scene: &Scene, counts: &[i64]) -> Option<f64> {
         .iter()
         .zip(window)
         .map(|(&count, index)| {
-            let k = scene.scan.step(index as u64) as f64;
+            let k = scene.scan.phase_step(Step::at(index)) as f64;
             Complex64::from_polar(count as f64, -PI * k / (2 * samples) as f64)
         })
         .sum();
     let fine_ps = fundamental.arg() / (2.0 * PI) * step_ps;
     Some(distance_m(
-        scene.scan.step(peak as u64) as f64 * step_ps + fine_ps,
+        scene.scan.phase_step(Step::at(peak)) as f64 * step_ps + fine_ps,
     ))
 }
 

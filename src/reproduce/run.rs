@@ -2,10 +2,12 @@
 
 use super::Options;
 use super::figure::FigureId;
+use super::phase::{Errors, phase_errors};
 use super::printed::printed_distance_m;
 use super::statistics::{Measured, rate, sample_mean, sample_std};
 use crate::code::CodeError;
-use crate::estimate::PredictionError;
+use crate::estimate::unwrap::unwrap;
+use crate::estimate::{PredictionError, distance_m};
 use crate::fidelity::Tier;
 use crate::fidelity::scans::{ScansError, scans};
 use crate::fidelity::simulate::simulate;
@@ -44,19 +46,6 @@ pub enum RunError {
     },
 }
 
-/// Statistics of the distances of many scans.
-#[derive(Debug, Clone, Copy)]
-pub struct Errors {
-    /// Standard deviation, in metres.
-    pub std_m: Measured,
-    /// Mean error, in metres.
-    pub bias_m: Measured,
-    /// Share of scans within a chip of the target.
-    pub correct_coarse: Measured,
-    /// Detections per second.
-    pub detected_rate_cps: f64,
-}
-
 /// Makes the scans of one figure; every call has random numbers of its own.
 #[derive(Debug)]
 pub struct Run {
@@ -86,7 +75,7 @@ impl Run {
             EstimatorKind::Model => FITTED_SEARCH_SCANS,
         });
         let path = &simulate(scene, Tier::Events, seed, scans)?.estimates[0];
-        Ok(rate(path.estimates, scans))
+        Ok(rate(scans - path.missed_scans, scans))
     }
 
     /// Scans behind a standard deviation: the same light for each.
@@ -100,28 +89,29 @@ impl Run {
         self.repetitions
     }
 
-    /// Errors of the estimates of the scene's first path.
+    /// Errors of the phase estimates of the scene's first path.
     pub fn errors(&mut self, scene: &Scene) -> Result<Errors, RunError> {
-        self.errors_by(scene, Tier::Events, self.scans_of(scene))
+        self.share_of_errors(scene, 1)
     }
 
-    /// The same from so many scans of a tier.
-    pub fn errors_by(&mut self, scene: &Scene, tier: Tier, scans: u64) -> Result<Errors, RunError> {
-        let seed = self.next_seed();
-        let path = &simulate(scene, tier, seed, scans)?.estimates[0];
-        let statistics = (
-            path.std_m.zip(path.std_std_error_m),
-            path.bias_m.zip(path.std_error_m),
-        );
-        let (Some((std_m, std_error)), Some((bias_m, bias_error))) = statistics else {
+    /// The same from one of so many shares of the scans.
+    pub fn share_of_errors(&mut self, scene: &Scene, shares: u64) -> Result<Errors, RunError> {
+        let scans = self.scans_of(scene).div_ceil(shares).max(2);
+        phase_errors(scene, self.next_seed(), scans)
+    }
+
+    /// Mean error, in metres, of the fits of so many scans of a tier.
+    pub fn fitted_bias_m(
+        &mut self,
+        scene: &Scene,
+        tier: Tier,
+        scans: u64,
+    ) -> Result<Measured, RunError> {
+        let path = &simulate(scene, tier, self.next_seed(), scans)?.estimates[0];
+        let (Some(bias_m), Some(error_m)) = (path.bias_m, path.std_error_m) else {
             return Err(RunError::NoStatistics { scans });
         };
-        Ok(Errors {
-            std_m: Measured::normal(std_m, std_error),
-            bias_m: Measured::normal(bias_m, bias_error),
-            correct_coarse: rate(path.estimates, scans),
-            detected_rate_cps: path.detected_rate_cps,
-        })
+        Ok(Measured::normal(bias_m, error_m))
     }
 
     /// Standard deviation, in metres, of the estimator as the article prints it.
@@ -134,7 +124,12 @@ impl Run {
         if distances.len() < 2 {
             return Err(RunError::NoStatistics { scans });
         }
-        Ok(sample_std(&distances))
+        let code = &scene.sources[scene.detectors[0].reference].code;
+        let range_m = distance_m(scene.chip_period_ps * code.len() as f64);
+        // Those on either side of the range's border belong together.
+        let unwrapped =
+            unwrap(&distances, range_m).map_err(|_| RunError::NoStatistics { scans })?;
+        Ok(sample_std(&unwrapped))
     }
 
     /// Mean count of each phase step.
@@ -154,13 +149,13 @@ impl Run {
             .collect())
     }
 
-    /// Share of scans whose counts have a property.
+    /// Share of scans, one for each that was asked for, whose counts have a property.
     pub fn share(
         &mut self,
         scene: &Scene,
         mut property: impl FnMut(&[i64]) -> bool,
     ) -> Result<Measured, RunError> {
-        let n = self.repetitions.min(SEARCH_SCANS);
+        let n = self.repetitions;
         let mut successes = 0;
         self.each_scan(scene, n, |counts| successes += u64::from(property(counts)))?;
         Ok(rate(successes, n))

@@ -29,6 +29,30 @@ pub fn gold(index: i64, interleave: u32) -> Result<Arc<Code>, CodeError> {
     spec.build().map(Arc::new)
 }
 
+/// A balanced code of that set (weight 2^(n-1)), as the article demands after
+/// eq. 18: number `number` of them, in the order of their indices. Other codes
+/// leave a pedestal of 2 w / L - 1 of the hits under every correlation.
+pub fn balanced_gold(number: usize, interleave: u32) -> Result<Arc<Code>, CodeError> {
+    gold(balanced_index(number)?, interleave)
+}
+
+/// Its index. An odd degree n has 2^(n-1) + 1 balanced codes.
+pub fn balanced_index(number: usize) -> Result<i64, CodeError> {
+    let mut passed = 0;
+    // The last index is followed by an error.
+    for index in 0.. {
+        let code = gold(index, 0)?;
+        let weight = code.chips.iter().filter(|&&chip| chip == 1).count();
+        if 2 * weight == code.chips.len() + 1 {
+            if passed == number {
+                return Ok(index);
+            }
+            passed += 1;
+        }
+    }
+    unreachable!("an index beyond the set is an error")
+}
+
 /// The square wave that the article compares with.
 pub fn square() -> Result<Arc<Code>, CodeError> {
     CodeSpec::new(Family::Square).build().map(Arc::new)
@@ -102,6 +126,7 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
             target: Target::Ecp525k6,
             parallel: 1,
             counter_width: None,
+            total_counts: None,
             peak_detector: false,
         },
     }
@@ -167,10 +192,11 @@ pub fn delays_chips(scene: &Scene) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::optics::{DetectorModel, MeanResponse};
 
     #[test]
     fn a_window_has_the_target_at_its_middle_and_wraps_round_zero() {
-        let code = gold(0, 0).expect("a Gold code");
+        let code = balanced_gold(0, 0).expect("a Gold code");
         for delay_ps in [0.0, TARGET_PS, 1e6] {
             let light = Light::new(&code, POWER_PW).at(delay_ps);
             let scene = window(sensor(&[light], 104.8e-6), delay_ps, 4);
@@ -178,6 +204,27 @@ mod tests {
             assert_eq!(delays.len(), 65);
             let middle_ps = delays[32] * CHIP_PERIOD_PS;
             assert!((middle_ps - delay_ps).abs() <= 500.0, "{middle_ps}");
+        }
+    }
+
+    /// The signs of a whole period add up to 2 w - L, and so does the correlation
+    /// over all lags, to that share of the detections.
+    #[test]
+    fn no_pedestal_is_under_the_correlations() {
+        for number in 0..2 {
+            let code = balanced_gold(number, 0).expect("a Gold code");
+            let mut scene = sensor(&[Light::new(&code, POWER_PW)], 1e-3);
+            scene.scan.integration_chips = 60 * code.len();
+            let model = DetectorModel::new(&scene, 0);
+            let response = MeanResponse::new(&model).expect("a mean response");
+            let counts = response.mean_counts();
+            let signed: f64 = counts.iter().map(|count| count.signed).sum();
+            let total: f64 = counts.iter().map(|count| count.total).sum();
+            let pedestal = signed / total;
+            assert!(
+                (pedestal - 1.0 / 2047.0).abs() < 1e-4,
+                "{number}: {pedestal}"
+            );
         }
     }
 

@@ -2,8 +2,11 @@
 
 use super::figure::{Claim, Figure, Table};
 use super::run::{Run, RunError};
-use super::sensor::{CHIP_PERIOD_PS, Light, POWER_PW, gold, sensor, square};
+use super::sensor::{
+    CHIP_PERIOD_PS, Light, POWER_PW, balanced_gold, balanced_index, gold, sensor, square,
+};
 use super::statistics::Measured;
+use super::verdict::Verdict;
 use crate::code::{Code, CodeError, bound, correlate};
 use crate::estimate::distance_m;
 use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
@@ -18,7 +21,7 @@ pub fn code_correlation(run: &mut Run) -> Result<Figure, RunError> {
     let mut table = Table::new(&["series", "lag_chips", "correlation"]);
     let (mut whole, mut near) = (Vec::new(), Vec::new());
     for nu in 0..=2 {
-        let code = gold(0, nu)?;
+        let code = balanced_gold(0, nu)?;
         let label = format!("ν = {nu}");
         let points = normalised(&code);
         for point in &points {
@@ -66,6 +69,7 @@ pub fn code_correlation(run: &mut Run) -> Result<Figure, RunError> {
         },
         table,
         claims: vec![unambiguous_range(run)?, side_lobes()?],
+        notes: Vec::new(),
     })
 }
 
@@ -92,7 +96,7 @@ fn period_chips(code: &Code) -> u64 {
 
 /// C5, with scans of a target near the end of the range.
 fn unambiguous_range(run: &mut Run) -> Result<Claim, RunError> {
-    let (code, square) = (gold(0, 0)?, square()?);
+    let (code, square) = (balanced_gold(0, 0)?, square()?);
     let range_m = |code: &Code| distance_m(period_chips(code) as f64 * CHIP_PERIOD_PS);
     let times = range_m(&code) / range_m(&square);
     let light = Light::new(&code, POWER_PW).at(FAR_TARGET_PS);
@@ -105,7 +109,9 @@ fn unambiguous_range(run: &mut Run) -> Result<Claim, RunError> {
         measured: range_m(&code),
         unit: "m",
         ci: None,
-        holds: (range_m(&code) - 2450.0).abs() < 5.0 && times >= 1000.0 && found.value >= 1.0,
+        verdict: Verdict::exact(
+            (range_m(&code) - 2450.0).abs() < 5.0 && times >= 1000.0 && found.value >= 1.0,
+        ),
         remark: format!(
             "{times:.1} times the square wave's {:.2} m. Scans over the whole range at {POWER_PW} \
              pW and 104.8 us find the target at 2.4 km in {:.1} % ({:.1} to {:.1}); at low light \
@@ -118,18 +124,19 @@ fn unambiguous_range(run: &mut Run) -> Result<Claim, RunError> {
     })
 }
 
-/// C8: every code's autocorrelation, and code 0 against every other.
+/// C8: every code's autocorrelation, and the figures' code against every other.
 fn side_lobes() -> Result<Claim, CodeError> {
     // t(n) = 2^((n + 1) / 2) + 1 for odd n.
     let t = bound(DEGREE);
     let allowed = [-1, -t, t - 2];
-    let first = gold(0, 0)?;
+    let own = balanced_index(0)?;
+    let first = gold(own, 0)?;
     let (mut codes, mut lobes, mut outside, mut largest) = (0_u64, 0_u64, 0_u64, 0);
     for index in -2..first.len() as i64 {
         let code = gold(index, 0)?;
         let auto = correlate(&code.chips, &code.chips);
         let cross = correlate(&first.chips, &code.chips);
-        let cross = if index == 0 { &[][..] } else { &cross[..] };
+        let cross = if index == own { &[][..] } else { &cross[..] };
         for value in auto[1..].iter().chain(cross) {
             lobes += 1;
             outside += u64::from(!allowed.contains(value));
@@ -141,11 +148,11 @@ fn side_lobes() -> Result<Claim, CodeError> {
         id: "C8",
         article: "side lobes within Gold's three values",
         criterion: "no autocorrelation side lobe of any code of the set, and no cross-correlation \
-                    of code 0 with another, is any other value than -1, -65, 63",
+                    of the figures' code with another, is any other value than -1, -65, 63",
         measured: outside as f64,
         unit: "other values",
         ci: None,
-        holds: outside == 0,
+        verdict: Verdict::exact(outside == 0),
         remark: format!(
             "{lobes} side lobes of {codes} codes; the largest is {largest}, {:.1} % of the peak. \
              Integrating other than whole code periods (13,100 chips are 6.4) adds side lobes of \
@@ -161,7 +168,10 @@ mod tests {
 
     #[test]
     fn a_gold_code_repeats_after_all_its_chips_and_a_square_wave_after_two() {
-        assert_eq!(period_chips(&gold(0, 0).expect("a Gold code")), 2047);
+        assert_eq!(
+            period_chips(&balanced_gold(0, 0).expect("a Gold code")),
+            2047
+        );
         assert_eq!(period_chips(&square().expect("a square wave")), 2);
     }
 }

@@ -1,14 +1,14 @@
 //! Tables `[[detector]]`.
 
 use super::read::Clock;
-use super::reader::{Bounds, Section};
-use super::units::Quantity;
+use super::reader::Section;
 use super::{CounterTiming, Detector};
 
-/// Longest afterpulsing time constant: a simulation starts thirty of them early.
-const LONGEST_TIME_CONSTANT_PS: f64 = 1e10;
 /// Largest jitter: detections of twenty of them are put in order.
 const LARGEST_JITTER_CHIPS: f64 = (1_u32 << 16) as f64;
+/// The counter's edges are late by at most so many chips: the sign looks back over
+/// the difference of their delays, chip by chip.
+const MOST_EDGE_CHIPS: f64 = (1_u32 << 16) as f64;
 
 /// Reads one detector. `reference` is the index of the source it names, if that
 /// is known, and `clock` is for the default pulse width.
@@ -18,13 +18,10 @@ pub(super) fn read(
     clock: Option<Clock>,
 ) -> Option<Detector> {
     let name = section.get("name").and_then(|name| name.get_ref().as_str());
-    let time = |key, example| section.quantity(key, Quantity::Time, Bounds::NotNegative, example);
-    let rate = |key, example| section.quantity(key, Quantity::Rate, Bounds::NotNegative, example);
-    let photon_detection_probability =
-        section.number("photon_detection_probability", Bounds::Share, "0.31");
-    let dark_count_rate_cps = rate("dark_count_rate", "71 kcps").unwrap_or(0.0);
-    let background_rate_cps = rate("background_rate", "1 Mcps").unwrap_or(0.0);
-    let dead_time_ps = time("dead_time", "14 ns");
+    let photon_detection_probability = section.number("photon_detection_probability");
+    let dark_count_rate_cps = section.quantity("dark_count_rate").unwrap_or(0.0);
+    let background_rate_cps = section.quantity("background_rate").unwrap_or(0.0);
+    let dead_time_ps = section.quantity("dead_time");
     let has_dead_time = match dead_time_ps {
         Some(dead_time_ps) => dead_time_ps > 0.0,
         // One that cannot be read is complained about already.
@@ -33,10 +30,10 @@ pub(super) fn read(
     let dead_time_ps = dead_time_ps.unwrap_or(0.0);
     let (afterpulsing_probability, afterpulsing_time_constant_ps) =
         read_afterpulsing(&section, has_dead_time);
-    let pulse_width_ps = section.quantity("pulse_width", Quantity::Time, Bounds::Positive, "7 ns");
-    let delay_ps = time("delay", "1.75 ns").unwrap_or(0.0);
+    let pulse_width_ps = section.quantity("pulse_width");
+    let delay_ps = section.quantity("delay").unwrap_or(0.0);
     let jitter_ps = read_jitter(&section, clock);
-    let counter = read_counter(&section);
+    let counter = read_counter(&section, clock);
     section.finish();
     Some(Detector {
         name: name?.to_owned(),
@@ -67,19 +64,10 @@ fn read_afterpulsing(detector: &Section, has_dead_time: bool) -> (f64, f64) {
     let Some(section) = detector.section("afterpulsing", EXAMPLE) else {
         return (0.0, 0.0);
     };
-    section.require("probability", "0.137");
-    section.require("time_constant", "\"5 ns\"");
-    let probability = section.number("probability", Bounds::ProperShare, "0.137");
-    let time_constant = section.quantity("time_constant", Quantity::Time, Bounds::Positive, "5 ns");
-    if time_constant.is_some_and(|constant| constant > LONGEST_TIME_CONSTANT_PS)
-        && let Some(value) = section.get("time_constant")
-    {
-        let message = format!(
-            "{} is longer than any simulation could begin early enough for; write at most \"10 ms\"",
-            section.excerpt(value)
-        );
-        section.report_at("time_constant", value, &message);
-    }
+    section.require("probability");
+    section.require("time_constant");
+    let probability = section.number("probability");
+    let time_constant = section.quantity("time_constant");
     if let Some(probability) = probability
         && !has_dead_time
         && -(-probability).ln_1p() >= 1.0
@@ -102,30 +90,37 @@ fn read_afterpulsing(detector: &Section, has_dead_time: bool) -> (f64, f64) {
 fn read_jitter(detector: &Section, clock: Option<Clock>) -> Vec<f64> {
     const KEY: &str = "jitter";
     let jitter_ps: Vec<f64> = detector
-        .array(KEY, "[\"53.5 ps\", \"4 ps\"]")
+        .quantities(KEY, "[\"53.5 ps\", \"4 ps\"]")
         .into_iter()
-        .flat_map(|array| array.iter())
-        .filter_map(|value| {
-            detector.quantity_of(KEY, value, Quantity::Time, Bounds::NotNegative, "53.5 ps")
-        })
         .filter(|&deviation| deviation > 0.0)
         .collect();
     let together_ps = jitter_ps.iter().map(|s| s * s).sum::<f64>().sqrt();
-    let most_ps = clock.map(|clock| LARGEST_JITTER_CHIPS * clock.chip_period_ps);
-    if let Some(most_ps) = most_ps.filter(|&most_ps| together_ps > most_ps)
-        && let Some(value) = detector.get(KEY)
-    {
-        let message = format!(
-            "{} is more than {LARGEST_JITTER_CHIPS} chips in all; write at most \"{} ns\"",
-            detector.excerpt(value),
-            (most_ps / 1e3).floor()
-        );
-        detector.report_at(KEY, value, &message);
-    }
+    check_chips(detector, KEY, together_ps, LARGEST_JITTER_CHIPS, clock);
     jitter_ps
 }
 
-fn read_counter(detector: &Section) -> CounterTiming {
+/// Reports a time of more than `most` chips.
+fn check_chips(
+    section: &Section,
+    key: &'static str,
+    time_ps: f64,
+    most: f64,
+    clock: Option<Clock>,
+) {
+    let most_ps = clock.map(|clock| most * clock.chip_period_ps);
+    if let Some(most_ps) = most_ps.filter(|&most_ps| time_ps > most_ps)
+        && let Some(value) = section.get(key)
+    {
+        let message = format!(
+            "{} is more than {most} chips; write at most \"{} ns\"",
+            section.excerpt(value),
+            (most_ps / 1e3).floor()
+        );
+        section.report_at(key, value, &message);
+    }
+}
+
+fn read_counter(detector: &Section, clock: Option<Clock>) -> CounterTiming {
     const EXAMPLE: &str = "{ rising_delay = \"340 ps\", falling_delay = \"390 ps\" }";
     let mut counter = CounterTiming {
         rising_delay_ps: 0.0,
@@ -133,15 +128,15 @@ fn read_counter(detector: &Section) -> CounterTiming {
         transition_ps: 0.0,
     };
     if let Some(section) = detector.section("counter", EXAMPLE) {
-        let time = |key, example| {
-            section
-                .quantity(key, Quantity::Time, Bounds::NotNegative, example)
-                .unwrap_or(0.0)
+        let time = |key| {
+            let time_ps = section.quantity(key).unwrap_or(0.0);
+            check_chips(&section, key, time_ps, MOST_EDGE_CHIPS, clock);
+            time_ps
         };
         counter = CounterTiming {
-            rising_delay_ps: time("rising_delay", "340 ps"),
-            falling_delay_ps: time("falling_delay", "390 ps"),
-            transition_ps: time("transition", "1.5 ps"),
+            rising_delay_ps: time("rising_delay"),
+            falling_delay_ps: time("falling_delay"),
+            transition_ps: time("transition"),
         };
         section.finish();
     }

@@ -4,6 +4,8 @@ use std::cell::RefCell;
 use std::fmt;
 use std::ops::Range;
 
+use crate::printable::{pictured, printable};
+
 /// One thing that is wrong with a scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SceneError {
@@ -111,6 +113,7 @@ impl<'t> Diagnostics<'t> {
 
     /// Adds an error about the bytes `span` of the text.
     pub(super) fn report(&self, span: Range<usize>, message: String) {
+        let message = printable(&message).into_owned();
         self.errors.borrow_mut().push((span, abridged(message)));
     }
 
@@ -124,11 +127,11 @@ impl<'t> Diagnostics<'t> {
         let (source_line, marked_at) = window(line, column - 1);
         let shown_after_mark = source_line.chars().count().saturating_sub(marked_at);
         SceneError {
-            file: self.file.to_owned(),
+            file: printable(self.file).into_owned(),
             line: self.text[..line_start].matches('\n').count() + 1,
             column,
             message,
-            source_line,
+            source_line: pictured(&source_line),
             marked_at,
             marked: self.text[start..end]
                 .chars()

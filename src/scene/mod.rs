@@ -23,26 +23,31 @@
 //! | `hardware.target` | `"ecp5-25k-6"` |
 //! | `hardware.parallel` | 1 |
 //! | `hardware.counter_width` | as wide as no stimulus can overflow |
+//! | `hardware.total_counts` | true with `estimator = "model"`, which needs them, else false |
 //! | `hardware.peak_detector` | false: the host finds the peak |
 
-mod bounds;
 mod detector;
 mod error;
+mod keys;
 mod movement;
 mod read;
 mod reader;
 mod scan;
 mod source;
+mod totals;
 mod units;
 mod wording;
 
 use std::sync::Arc;
 
 pub use error::{SceneError, SceneErrors};
+pub use keys::limits;
 pub use movement::{Fluctuation, Movement};
 pub use read::{load, parse};
+pub use totals::TotalsMissing;
 
 use crate::code::Code;
+use crate::sensor::{Grouping, Step};
 
 /// A checked scene. Every cross-reference is resolved to an index, every
 /// quantity is in the unit its name carries, every default is filled in.
@@ -68,6 +73,16 @@ pub struct Scene {
     pub other_light: OtherLight,
     /// What the hardware is built for.
     pub hardware: Hardware,
+}
+
+impl Scene {
+    /// How the scan's steps share their light.
+    pub fn grouping(&self) -> Grouping {
+        Grouping {
+            steps: self.scan.steps,
+            parallel: u64::from(self.hardware.parallel),
+        }
+    }
 }
 
 /// An on-off-keyed laser.
@@ -163,9 +178,9 @@ pub struct Scan {
 }
 
 impl Scan {
-    /// Phase step of the j-th measurement of a scan.
-    pub fn step(&self, j: u64) -> u64 {
-        (self.first_step + j) % self.steps_per_period
+    /// Phase step k that the reference is delayed by in a step of the scan, 0..K.
+    pub fn phase_step(&self, step: Step) -> u64 {
+        (self.first_step + step.0) % self.steps_per_period
     }
 
     /// Whether the scan covers the whole code period, so that scans follow one
@@ -217,6 +232,9 @@ pub struct Hardware {
     /// Width of a count in the results; `None` gives the width at which no
     /// stimulus at all can overflow. A narrower count saturates and flags.
     pub counter_width: Option<u32>,
+    /// Whether the hardware sends total counts beside the signed ones; `None`
+    /// leaves it to the estimator. See [`Scene::sends_total_counts`].
+    pub total_counts: Option<bool>,
     /// Whether the hardware finds the peak of a scan, beside sending its counts.
     pub peak_detector: bool,
 }

@@ -1,11 +1,11 @@
 //! Paths whose length changes in time (eq. 7).
 
 use super::read::Clock;
-use super::reader::{Bounds, Section};
+use super::reader::Section;
 use super::source::round_trip_ps;
-use super::units::Quantity;
 use super::{Path, Scene};
 use crate::SPEED_OF_LIGHT_M_PER_S;
+use crate::sensor::Step;
 
 /// How the distance of a path changes: a constant speed, a random fluctuation,
 /// or both. Every scan starts at the path's own distance.
@@ -27,8 +27,6 @@ pub struct Fluctuation {
     pub correlation_time_ps: f64,
 }
 
-/// Largest speed, as a share of the speed of light.
-const LARGEST_SPEED_SHARE: f64 = 1e-3;
 /// Largest ratio of a fluctuation's standard deviation and correlation time, as
 /// a share of the speed of light: light must not overtake itself.
 const LARGEST_FLUCTUATION_SHARE: f64 = 1e-5;
@@ -53,7 +51,7 @@ impl Path {
             .map_or(0.0, |m| 2.0 * m.velocity_m_per_s / SPEED_OF_LIGHT_M_PER_S)
     }
 
-    /// Mean time of flight at a time after the start of a scan: without the
+    /// Mean time of flight at a time after the start of a scan: eq. 7 without the
     /// fluctuation.
     pub fn delay_ps_at(&self, time_ps: f64) -> f64 {
         self.delay_ps + self.delay_rate() * time_ps
@@ -78,11 +76,11 @@ impl Scene {
         still
     }
 
-    /// Time from the start of a scan to the middle of its step number `step`, or
+    /// Time from the start of a scan to the middle of a step, or
     /// of the group of `parallel` steps that it belongs to.
-    pub fn middle_of_step_ps(&self, step: u64) -> f64 {
-        let group = step / u64::from(self.hardware.parallel);
-        (group as f64 + 0.5) * self.step_duration_ps()
+    pub fn middle_of_step_ps(&self, step: Step) -> f64 {
+        let group = self.grouping().group_of(step);
+        (group.0 as f64 + 0.5) * self.step_duration_ps()
     }
 
     /// Integration time of a phase step, in whole chips.
@@ -92,21 +90,13 @@ impl Scene {
 
     /// Duration of a scan.
     pub(super) fn scan_duration_ps(&self) -> f64 {
-        let groups = self.scan.steps.div_ceil(u64::from(self.hardware.parallel));
-        groups as f64 * self.step_duration_ps()
+        self.grouping().groups() as f64 * self.step_duration_ps()
     }
 }
 
 /// The movement of a path; `None` for one that stands still.
 pub(super) fn read(path: &Section, clock: Option<Clock>) -> Option<Movement> {
-    const KEY: &str = "velocity";
-    let mut velocity = path.quantity(KEY, Quantity::Speed, Bounds::Any, "1.5 m/s");
-    let limit = LARGEST_SPEED_SHARE * SPEED_OF_LIGHT_M_PER_S;
-    if velocity.is_some_and(|velocity| velocity.abs() > limit) {
-        let advice = format!("at most \"{:.0} km/s\"", (limit / 1e3).floor());
-        refuse(path, KEY, "faster than a thousandth of light", &advice);
-        velocity = None;
-    }
+    let velocity = path.quantity("velocity");
     let movement = Movement {
         velocity_m_per_s: velocity.unwrap_or(0.0),
         fluctuation: read_fluctuation(path, clock),
@@ -127,10 +117,10 @@ fn read_fluctuation(path: &Section, clock: Option<Clock>) -> Option<Fluctuation>
     const STD: &str = "std";
     const TIME: &str = "correlation_time";
     let section = path.section("fluctuation", EXAMPLE)?;
-    section.require(STD, "\"2 mm\"");
-    section.require(TIME, "\"1 ms\"");
-    let std_m = section.quantity(STD, Quantity::Distance, Bounds::NotNegative, "2 mm");
-    let time_ps = section.quantity(TIME, Quantity::Time, Bounds::Positive, "1 ms");
+    section.require(STD);
+    section.require(TIME);
+    let std_m = section.quantity(STD);
+    let time_ps = section.quantity(TIME);
     if let (Some(time_ps), Some(clock)) = (time_ps, clock) {
         let chips = time_ps / clock.chip_period_ps;
         if chips < LEAST_CORRELATION_CHIPS {

@@ -5,33 +5,30 @@ use std::path::Path as FilePath;
 use toml::de::DeTable;
 
 use super::error::Diagnostics;
-use super::reader::{Bounds, Section};
-use super::units::Quantity;
+use super::reader::Section;
 use super::wording::{alternatives, nearest, quoted};
 use super::{
     Detector, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, SceneErrors, Source, Target,
+    TotalsMissing,
 };
 use super::{detector, movement, scan, source};
 use crate::code::MAX_CODE_CHIPS;
 use crate::files::read_text;
+use crate::printable::{is_unprintable, printable, printable_path};
 
 /// Largest scene file that is read.
-const MOST_SCENE_BYTES: u64 = 2 << 20;
+pub(super) const MOST_SCENE_BYTES: u64 = 2 << 20;
 /// Most tables of one kind in a scene.
-const MAX_TABLES: usize = 256;
+pub(super) const MAX_TABLES: usize = 256;
 /// Most chips of all codes of a scene together.
-const MAX_SCENE_CHIPS: u64 = 2 * MAX_CODE_CHIPS;
-/// Most samples per chip.
-const MAX_SAMPLES_PER_CHIP: i64 = 64;
-/// Most phase steps correlated at once.
-const MAX_PARALLEL: i64 = 64;
+pub(super) const MAX_SCENE_CHIPS: u64 = 2 * MAX_CODE_CHIPS;
 
 /// Reads and checks the scene in the file `path`.
 ///
 /// # Errors
 /// If the file cannot be read, or everything that is wrong in it.
 pub fn load(path: &FilePath) -> Result<Scene, SceneErrors> {
-    let file_name = path.display().to_string();
+    let file_name = printable_path(path);
     let text = read_text(path, MOST_SCENE_BYTES).map_err(|source| SceneErrors::Unreadable {
         file: file_name.clone(),
         source,
@@ -58,7 +55,7 @@ pub fn parse(file_name: &str, text: &str) -> Result<Scene, SceneErrors> {
     };
     let name = FilePath::new(file_name)
         .file_stem()
-        .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        .map_or_else(String::new, |stem| printable_path(FilePath::new(stem)));
     let root = Section::new(&diagnostics, document.get_ref(), 0..0, String::new());
     let scene = read_scene(&root, name);
     root.finish();
@@ -109,9 +106,17 @@ impl Names {
         let mut names: Vec<String> = Vec::new();
         for section in sections {
             let example = format!("my-{kind}");
-            section.require("name", &format!("\"{example}\""));
+            section.require_such("name", &format!("\"{example}\""));
             let given = section.string("name", &example);
             let name = given.unwrap_or_default();
+            if name.contains(is_unprintable) {
+                let message = format!(
+                    "\"{}\" has characters that cannot be seen; a {kind}'s name is one line of \
+                     printable text, for example \"{example}\"",
+                    printable(name)
+                );
+                section.report("name", &message);
+            }
             if given.is_some() && name.is_empty() {
                 let message = format!(
                     "a {kind} needs a name that is not empty; write for example \"{example}\""
@@ -131,7 +136,7 @@ impl Names {
     pub(super) fn resolve(&self, section: &Section, key: &'static str) -> Option<usize> {
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
         let example = names.first().unwrap_or(&self.kind);
-        section.require(key, &format!("\"{example}\""));
+        section.require_such(key, &format!("\"{example}\""));
         let wanted = section.string(key, example)?;
         let index = names.iter().position(|name| *name == wanted);
         // A name that could not be read may be the one that is wanted.
@@ -195,7 +200,7 @@ fn read_scene(root: &Section, name: String) -> Option<Scene> {
         .section("scan", "[scan]")
         .and_then(|section| scan::read(section, clock, steps_per_period));
     let (estimator, other_light) = read_estimate(root);
-    let hardware = read_hardware(root, scan.as_ref());
+    let hardware = read_hardware(root, scan.as_ref(), estimator);
 
     let clock = clock?;
     let scene = Scene {
@@ -270,11 +275,11 @@ fn shared_code_length(
 
 fn read_clock(section: Section) -> Option<Clock> {
     const DEFAULT_SAMPLES_PER_CHIP: i64 = 8;
-    section.require("chip_period", "\"8 ns\"");
-    let chip_period_ps = section.quantity("chip_period", Quantity::Time, Bounds::Positive, "8 ns");
+    section.require("chip_period");
+    let chip_period_ps = section.quantity("chip_period");
     let samples = match section.get("samples_per_chip") {
         None => Some(DEFAULT_SAMPLES_PER_CHIP),
-        Some(_) => section.integer("samples_per_chip", 1..=MAX_SAMPLES_PER_CHIP, 8),
+        Some(_) => section.integer("samples_per_chip"),
     };
     let samples = samples.and_then(|samples| u32::try_from(samples).ok());
     if let Some(samples) = samples.filter(|samples| !samples.is_power_of_two()) {
@@ -312,11 +317,12 @@ fn read_estimate(root: &Section) -> (EstimatorKind, OtherLight) {
     )
 }
 
-fn read_hardware(root: &Section, scan: Option<&Scan>) -> Hardware {
+fn read_hardware(root: &Section, scan: Option<&Scan>, estimator: EstimatorKind) -> Hardware {
     let mut hardware = Hardware {
         target: Target::Ecp525k6,
         parallel: 1,
         counter_width: None,
+        total_counts: None,
         peak_detector: false,
     };
     let Some(section) = root.section("hardware", "[hardware]") else {
@@ -330,7 +336,7 @@ fn read_hardware(root: &Section, scan: Option<&Scan>) -> Hardware {
     if let Some(target) = section.choice("target", &targets) {
         hardware.target = target;
     }
-    if let Some(parallel) = section.integer("parallel", 1..=MAX_PARALLEL, 8) {
+    if let Some(parallel) = section.integer("parallel") {
         hardware.parallel = parallel as u32;
         if let Some(scan) = scan.filter(|scan| scan.steps < parallel as u64) {
             let message = format!(
@@ -341,9 +347,11 @@ fn read_hardware(root: &Section, scan: Option<&Scan>) -> Hardware {
             section.report("parallel", &message);
         }
     }
-    hardware.counter_width = section
-        .integer("counter_width", 2..=64, 20)
-        .map(|bits| bits as u32);
+    hardware.counter_width = section.integer("counter_width").map(|bits| bits as u32);
+    hardware.total_counts = section.boolean("total_counts");
+    if hardware.total_counts == Some(false) && estimator == EstimatorKind::Model {
+        section.report("total_counts", &TotalsMissing.to_string());
+    }
     hardware.peak_detector = section.boolean("peak_detector").unwrap_or(false);
     section.finish();
     hardware

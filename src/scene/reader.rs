@@ -1,14 +1,13 @@
 //! Reads keys of one TOML table, and reports what is wrong with them.
 
 use std::cell::RefCell;
-use std::ops::{Range, RangeInclusive};
+use std::ops::Range;
 
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
-pub(super) use super::bounds::Bounds;
-use super::bounds::outside;
 use super::error::Diagnostics;
+use super::keys::{Key, Kind, TABLES};
 use super::units::{self, Quantity};
 use super::wording::{alternatives, nearest, quoted};
 
@@ -52,8 +51,30 @@ impl<'r, 't> Section<'r, 't> {
         self.table.get(key)
     }
 
+    /// What a key of this table means and may be.
+    ///
+    /// # Panics
+    /// If it is in no table of keys.
+    fn key(&self, name: &str) -> &'static Key {
+        let table = TABLES.iter().find(|table| table.path == self.path);
+        match table {
+            Some(table) => table.key(name),
+            None => unreachable!("there is no table of keys \"{}\"", self.path),
+        }
+    }
+
     /// Reports that a required key is missing, unless it is there.
-    pub(super) fn require(&self, key: &'static str, example: &str) {
+    pub(super) fn require(&self, key: &'static str) {
+        let known = self.key(key);
+        let example = match known.kind {
+            Kind::Quantity { .. } => format!("\"{}\"", known.example),
+            _ => known.example.to_owned(),
+        };
+        self.require_such(key, &example);
+    }
+
+    /// [`Section::require`], with an example that suits the file.
+    pub(super) fn require_such(&self, key: &'static str, example: &str) {
         if !self.table.contains_key(key) {
             self.complain(&format!(
                 "`{key}` is missing; write for example {key} = {example}"
@@ -119,110 +140,94 @@ impl<'r, 't> Section<'r, 't> {
         }
     }
 
-    /// A quantity in its unit (see [`Quantity`]), within `bounds`.
-    pub(super) fn quantity(
-        &self,
-        key: &'static str,
-        quantity: Quantity,
-        bounds: Bounds,
-        example: &str,
-    ) -> Option<f64> {
-        let value = self.get(key)?;
-        self.quantity_of(key, value, quantity, bounds, example)
+    /// A quantity in its unit (see [`Quantity`]), within its bounds.
+    pub(super) fn quantity(&self, name: &'static str) -> Option<f64> {
+        let value = self.get(name)?;
+        self.quantity_of(name, value, self.key(name))
     }
 
-    /// Like [`Section::quantity`], for a value already found.
-    pub(super) fn quantity_of(
+    /// Every quantity of a list.
+    pub(super) fn quantities(&self, name: &'static str, example: &str) -> Vec<f64> {
+        let array = self.array(name, example).into_iter();
+        array
+            .flat_map(|array| array.iter())
+            .filter_map(|value| self.quantity_of(name, value, self.key(name)))
+            .collect()
+    }
+
+    /// The quantity `value` of the key `name`, if it is what `key` says.
+    pub(super) fn quantity_of(&self, name: &str, value: Value, key: &Key) -> Option<f64> {
+        let Kind::Quantity { quantity, .. } = key.kind else {
+            unreachable!("{name} is no quantity");
+        };
+        let parsed = self.parse_quantity(value, quantity, key.example);
+        let checked = parsed.and_then(|number| match key.holds(number) {
+            true => Ok(number),
+            false => Err(key.outside(&self.excerpt(value))),
+        });
+        checked
+            .map_err(|message| self.report_at(name, value, &message))
+            .ok()
+    }
+
+    fn parse_quantity(
         &self,
-        key: &str,
         value: Value,
         quantity: Quantity,
-        bounds: Bounds,
         example: &str,
-    ) -> Option<f64> {
-        let parsed = match value.get_ref() {
+    ) -> Result<f64, String> {
+        match value.get_ref() {
             DeValue::String(text) => units::parse(text, quantity, example),
             DeValue::Integer(_) | DeValue::Float(_) => {
                 let number = self.excerpt(value);
                 Err(units::missing_unit(&number, &number, example))
             }
             _ => Err(self.wrong_type(value, quantity.name(), &format!("\"{example}\""))),
-        };
-        match parsed {
-            Ok(number) if bounds.contains(number) => Some(number),
-            Ok(_) => {
-                let message = format!(
-                    "{} must be {}; write for example \"{example}\"",
-                    self.excerpt(value),
-                    bounds.text()
-                );
-                self.report_at(key, value, &message);
-                None
-            }
-            Err(message) => {
-                self.report_at(key, value, &message);
-                None
-            }
         }
     }
 
-    /// A plain number within `bounds`.
-    pub(super) fn number(&self, key: &'static str, bounds: Bounds, example: &str) -> Option<f64> {
-        let value = self.get(key)?;
-        let number = match value.get_ref() {
+    /// A plain number within its bounds.
+    pub(super) fn number(&self, name: &'static str) -> Option<f64> {
+        let value = self.get(name)?;
+        let key = self.key(name);
+        let number: Option<f64> = match value.get_ref() {
             DeValue::Integer(digits) => digits.to_string().parse().ok(),
-            DeValue::Float(digits) => digits.as_str().parse::<f64>().ok(),
+            DeValue::Float(digits) => digits.as_str().parse().ok(),
             _ => {
-                let message = self.wrong_type(value, "a plain number", example);
-                self.report_at(key, value, &message);
+                let message = self.wrong_type(value, "a plain number", key.example);
+                self.report_at(name, value, &message);
                 return None;
             }
         };
-        let number = number.filter(|number: &f64| number.is_finite() && bounds.contains(*number));
+        let number = number.filter(|&number| key.holds(number));
         if number.is_none() {
-            let message = format!(
-                "{} is not a number {}; write for example {example}",
-                self.excerpt(value),
-                bounds.text()
-            );
-            self.report_at(key, value, &message);
+            self.report_at(name, value, &key.outside(&self.excerpt(value)));
         }
         number
     }
 
-    /// A whole number within `range`.
-    pub(super) fn integer(
-        &self,
-        key: &'static str,
-        range: RangeInclusive<i64>,
-        example: i64,
-    ) -> Option<i64> {
-        let value = self.get(key)?;
-        self.integer_of(key, value, range, example)
+    /// A whole number within its bounds.
+    pub(super) fn integer(&self, name: &'static str) -> Option<i64> {
+        let value = self.get(name)?;
+        self.integer_of(name, value)
     }
 
     /// Like [`Section::integer`], for a value already found.
-    pub(super) fn integer_of(
-        &self,
-        key: &str,
-        value: Value,
-        range: RangeInclusive<i64>,
-        example: i64,
-    ) -> Option<i64> {
+    pub(super) fn integer_of(&self, name: &str, value: Value) -> Option<i64> {
+        let key = self.key(name);
+        let Kind::Integer { least, most } = key.kind else {
+            unreachable!("{name} is no whole number");
+        };
         let message = match value.get_ref() {
             DeValue::Integer(digits) => {
                 match i64::from_str_radix(digits.as_str(), digits.radix()) {
-                    Ok(number) if range.contains(&number) => return Some(number),
-                    read => format!(
-                        "{} is {}; write for example {example}",
-                        self.excerpt(value),
-                        outside(read.ok(), &range)
-                    ),
+                    Ok(number) if (least..=most).contains(&number) => return Some(number),
+                    _ => key.outside(&self.excerpt(value)),
                 }
             }
-            _ => self.wrong_type(value, "a whole number", &example.to_string()),
+            _ => self.wrong_type(value, "a whole number", key.example),
         };
-        self.report_at(key, value, &message);
+        self.report_at(name, value, &message);
         None
     }
 

@@ -3,14 +3,17 @@
 use toml::de::DeValue;
 
 use super::Scan;
+use super::keys::{PATH, STEPS};
 use super::read::Clock;
-use super::reader::{Bounds, Section, Value};
+use super::reader::{Section, Value};
 use super::source::round_trip_ps;
 use super::units::Quantity;
 
-/// Most chips of one scan: 2^60 chips of 8 ns are 292 years, and a chip's
-/// number over any practical count of scans stays within 64 bits.
-const MAX_SCAN_CHIPS: u128 = 1 << 60;
+/// Most samples of one scan: 2^60 samples of 1 ns are 36 years, and the number of
+/// a sample in any of 8 scans stays within 64 bits.
+const MAX_SCAN_SAMPLES: u128 = 1 << 60;
+/// Most chips of a step: doubles count them one by one.
+const MAX_STEP_CHIPS: f64 = (1_u64 << 53) as f64;
 
 const STEPS_EXAMPLE: &str =
     "\"all\", { first = 0, count = 64 } or { around = \"3.2 m\", halfwidth = 16 }";
@@ -21,17 +24,19 @@ pub(super) fn read(
     clock: Option<Clock>,
     steps_per_period: Option<u64>,
 ) -> Option<Scan> {
-    section.require("integration", "\"100 us\"");
+    section.require("integration");
     let steps = read_steps(&section, clock, steps_per_period);
-    let requested_ps = section.quantity("integration", Quantity::Time, Bounds::Positive, "100 us");
+    let requested_ps = section.quantity("integration");
     let chips = requested_ps
         .zip(clock)
         .and_then(|(requested, clock)| whole_chips(&section, requested, clock));
     if let (Some((_, count)), Some(chips)) = (steps, chips)
-        && u128::from(count) * u128::from(chips) > MAX_SCAN_CHIPS
+        && let Some(clock) = clock
+        && u128::from(count) * u128::from(chips) * u128::from(clock.samples_per_chip)
+            > MAX_SCAN_SAMPLES
     {
         let message = format!(
-            "{count} phase steps of this length are more than 2^60 chips; integrate for less"
+            "{count} phase steps of this length are more than 2^60 samples; integrate for less"
         );
         section.report("integration", &message);
     }
@@ -56,7 +61,16 @@ fn whole_chips(section: &Section, requested_ps: f64, clock: Clock) -> Option<u64
         section.report("integration", &message);
         return None;
     }
-    // The cast saturates, and so much is refused with the steps counted in.
+    if chips > MAX_STEP_CHIPS {
+        section.report(
+            "integration",
+            &format!(
+                "this is more than 2^53 chips; integrate for at most \"{:.0} s\"",
+                (MAX_STEP_CHIPS * clock.chip_period_ps * 1e-12).floor()
+            ),
+        );
+        return None;
+    }
     Some(chips as u64)
 }
 
@@ -92,10 +106,10 @@ fn read_window(
     clock: Option<Clock>,
     steps_per_period: Option<u64>,
 ) -> Option<(u64, u64)> {
-    let first = section.integer("first", 0..=i64::MAX, 0);
-    let count = section.integer("count", 1..=i64::MAX, 64);
+    let first = section.integer("first");
+    let count = section.integer("count");
     let around = section.get("around");
-    let halfwidth = section.integer("halfwidth", 0..=i64::MAX / 4, 16);
+    let halfwidth = section.integer("halfwidth");
     let given = |keys: [&'static str; 2]| keys.map(|key| section.get(key).is_some());
     match (given(["first", "count"]), given(["around", "halfwidth"])) {
         ([true, true], [false, false]) => {
@@ -147,10 +161,10 @@ fn read_centre(section: &Section, value: Value) -> Option<f64> {
         .as_str()
         .is_some_and(|text| super::units::parse(text, Quantity::Time, "").is_ok());
     if is_time {
-        section.quantity_of(KEY, value, Quantity::Time, Bounds::NotNegative, "21.35 ns")
+        section.quantity_of(KEY, value, PATH.key("delay"))
     } else {
         section
-            .quantity_of(KEY, value, Quantity::Distance, Bounds::NotNegative, "3.2 m")
+            .quantity_of(KEY, value, STEPS.key(KEY))
             .map(round_trip_ps)
     }
 }

@@ -4,33 +4,23 @@ use std::sync::Arc;
 
 use toml::de::DeValue;
 
+use super::keys::SOURCE;
 use super::movement;
 use super::read::{Clock, Names};
-use super::reader::{Bounds, Section};
-use super::units::Quantity;
+use super::reader::Section;
 use super::{Path, Source};
-use crate::code::{Code, CodeSpec, Family, MAX_DEGREE, MAX_INTERLEAVE, MIN_DEGREE};
+use crate::code::{Code, CodeSpec, Family};
 
 const CODE_EXAMPLE: &str = "{ family = \"gold\", degree = 11 }";
-const RATIO_EXAMPLE: &str = "10";
 
 pub(super) fn read(section: Section) -> Option<Source> {
-    for (key, example) in [
-        ("code", CODE_EXAMPLE),
-        ("wavelength", "\"783 nm\""),
-        ("mean_power", "\"4 pW\""),
-    ] {
-        section.require(key, example);
+    for key in ["code", "wavelength", "mean_power"] {
+        section.require(key);
     }
     let name = section.get("name").and_then(|name| name.get_ref().as_str());
     let code = section.section("code", CODE_EXAMPLE).and_then(read_code);
-    let wavelength_nm = section.quantity(
-        "wavelength",
-        Quantity::Wavelength,
-        Bounds::Positive,
-        "783 nm",
-    );
-    let mean_power_w = section.quantity("mean_power", Quantity::Power, Bounds::NotNegative, "4 pW");
+    let wavelength_nm = section.quantity("wavelength");
+    let mean_power_w = section.quantity("mean_power");
     let extinction_ratio = read_extinction_ratio(&section);
     section.finish();
     Some(Source {
@@ -50,8 +40,8 @@ pub(super) fn read_path(
 ) -> Option<Path> {
     let source = sources.resolve(&section, "source");
     let detector = detectors.resolve(&section, "detector");
-    let distance_m = section.quantity("distance", Quantity::Distance, Bounds::NotNegative, "3.2 m");
-    let delay_ps = section.quantity("delay", Quantity::Time, Bounds::NotNegative, "21.35 ns");
+    let distance_m = section.quantity("distance");
+    let delay_ps = section.quantity("delay");
     match (section.get("distance"), section.get("delay")) {
         (Some(_), Some(_)) => section.report(
             "delay",
@@ -62,7 +52,7 @@ pub(super) fn read_path(
         ),
         _ => {}
     }
-    let transmission = section.number("transmission", Bounds::Share, "0.5");
+    let transmission = section.number("transmission");
     let movement = movement::read(&section, clock);
     section.finish();
     Some(Path {
@@ -79,44 +69,42 @@ pub(super) fn round_trip_ps(distance_m: f64) -> f64 {
     2.0 * distance_m / crate::SPEED_OF_LIGHT_M_PER_S * 1e12
 }
 
-/// On-rate over off-rate: at least 1, or "inf", which is the default.
+/// On-rate over off-rate: a number, or "inf", which is the default.
 fn read_extinction_ratio(section: &Section) -> f64 {
-    let Some(value) = section.get("extinction_ratio") else {
+    const NAME: &str = "extinction_ratio";
+    let key = SOURCE.key(NAME);
+    let Some(value) = section.get(NAME) else {
         return f64::INFINITY;
     };
-    let ratio = match value.get_ref() {
-        DeValue::String(text) if text == "inf" => Some(f64::INFINITY),
-        DeValue::Float(digits) => digits.as_str().parse::<f64>().ok(),
+    let ratio: Option<f64> = match value.get_ref() {
+        DeValue::String(text) if text == "inf" => return f64::INFINITY,
+        DeValue::Float(digits) => digits.as_str().parse().ok(),
         DeValue::Integer(digits) => digits.to_string().parse().ok(),
         _ => None,
     };
-    match ratio {
-        Some(ratio) if ratio >= 1.0 => ratio,
-        _ => {
-            let message = format!(
-                "{} is not a ratio of 1 or more; write for example {RATIO_EXAMPLE}, or \"inf\"",
-                section.excerpt(value)
-            );
-            section.report_at("extinction_ratio", value, &message);
-            f64::INFINITY
-        }
-    }
+    let shown = section.excerpt(value);
+    let message = match ratio {
+        Some(ratio) if key.holds(ratio) || ratio == f64::INFINITY => return ratio,
+        Some(_) => key.outside(&shown),
+        None => format!("{shown} is no ratio; write for example {}", key.example),
+    };
+    section.report_at(NAME, value, &format!("{message}, or \"inf\""));
+    f64::INFINITY
 }
 
 fn read_code(section: Section) -> Option<Code> {
-    section.require("family", "\"gold\"");
+    section.require("family");
     let family = section.choice("family", &Family::NAMES);
-    let number = |key, range: std::ops::RangeInclusive<u32>, example| {
-        let range = i64::from(*range.start())..=i64::from(*range.end());
-        let number = section.integer(key, range, example)?;
+    let number = |key| {
+        let number = section.integer(key)?;
         u32::try_from(number).ok()
     };
-    let interleave = number("interleave", 0..=MAX_INTERLEAVE, 1);
+    let interleave = number("interleave");
     let spec = CodeSpec {
         // The other keys are read even if the family is not known.
         family: family.unwrap_or(Family::Gold),
-        degree: number("degree", MIN_DEGREE..=MAX_DEGREE, 11),
-        index: section.integer("index", i64::MIN..=i64::MAX, 0),
+        degree: number("degree"),
+        index: section.integer("index"),
         interleave: interleave.unwrap_or(0),
         polynomials: read_polynomials(&section),
         seeds: read_seeds(&section),
@@ -157,7 +145,6 @@ fn read_code(section: Section) -> Option<Code> {
 fn read_polynomials(section: &Section) -> Option<Vec<Vec<u32>>> {
     const KEY: &str = "polynomials";
     const EXAMPLE: &str = "[[11, 2, 0], [11, 8, 5, 2, 0]]";
-    const EXPONENTS: std::ops::RangeInclusive<i64> = 0..=MAX_DEGREE as i64;
     section
         .array(KEY, EXAMPLE)?
         .iter()
@@ -166,7 +153,7 @@ fn read_polynomials(section: &Section) -> Option<Vec<Vec<u32>>> {
                 .array_of(KEY, polynomial, EXAMPLE)?
                 .iter()
                 .map(|exponent| {
-                    let exponent = section.integer_of(KEY, exponent, EXPONENTS, 2)?;
+                    let exponent = section.integer_of(KEY, exponent)?;
                     u32::try_from(exponent).ok()
                 })
                 .collect()

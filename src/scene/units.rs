@@ -155,6 +155,8 @@ const UNITS: [Unit; 36] = [
 /// Reads `text` as `quantity`, in the quantity's unit. `example` is a right
 /// value, for the error message.
 ///
+/// The value is infinite where it is too large for a double.
+///
 /// Decimal units shift the decimal exponent before the number becomes binary,
 /// so that "53.5 ps" and "0.0535 ns" are the same double.
 pub(super) fn parse(text: &str, quantity: Quantity, example: &str) -> Result<f64, String> {
@@ -178,12 +180,10 @@ pub(super) fn parse(text: &str, quantity: Quantity, example: &str) -> Result<f64
     let base = quantity.base_exponent();
     let converted = match unit.scale {
         Scale::Decimal(exponent) => shifted(number, exponent - base),
-        Scale::Multiple(factor) => shifted(number, -base).map(|value| value * factor),
-        Scale::Dbm => Some(1e-3 * 10f64.powf(value / 10.0)),
+        Scale::Multiple(factor) => shifted(number, -base) * factor,
+        Scale::Dbm => 1e-3 * 10f64.powf(value / 10.0),
     };
-    converted
-        .filter(|value| value.is_finite())
-        .ok_or_else(|| format!("\"{text}\" is too large; write for example \"{example}\""))
+    Ok(converted)
 }
 
 /// The complaint about a number without a unit; `shown` is how it was written.
@@ -206,15 +206,20 @@ fn split_number(text: &str) -> (&str, &str) {
     (&text[..end], text[end..].trim_start())
 }
 
-/// `number` times 10^`shift`, correctly rounded.
-fn shifted(number: &str, shift: i32) -> Option<f64> {
-    let (mantissa, exponent) = match number.split_once(['e', 'E']) {
-        Some((mantissa, exponent)) => (mantissa, exponent.parse::<i32>().ok()?),
-        None => (number, 0),
+/// `number`, which can be read, times 10^`shift`, correctly rounded: infinite, or
+/// zero, where a double ends.
+fn shifted(number: &str, shift: i32) -> f64 {
+    // No number of this length makes up for such an exponent.
+    const MOST: i64 = 1 << 40;
+    let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
+    let limit = if exponent.starts_with('-') {
+        -MOST
+    } else {
+        MOST
     };
-    format!("{mantissa}e{}", exponent.checked_add(shift)?)
-        .parse()
-        .ok()
+    let exponent = exponent.parse().unwrap_or(limit).clamp(-MOST, MOST);
+    let shifted = format!("{mantissa}e{}", exponent + i64::from(shift));
+    shifted.parse().unwrap_or(f64::NAN)
 }
 
 fn find_unit(text: &str, name: &str, quantity: Quantity) -> Result<&'static Unit, String> {

@@ -2,15 +2,17 @@
 
 use std::ops::Range;
 
-use crate::cosim::TOP;
 use crate::cosim::adversarial::Adversarial;
 use crate::cosim::blocks::Records;
 use crate::cosim::build::{build, cache_dir, sources_of};
+use crate::cosim::exercised::Exercised;
 use crate::cosim::lockstep::Lockstep;
 use crate::cosim::stimulus::{Drive, RESET_CLOCKS, Stimulus};
 use crate::cosim::verilated::Verilated;
+use crate::cosim::{StimulusKind, TOP};
 use crate::hdl;
 use crate::model::contract::Contract;
+use crate::model::exercise::Exercise;
 use crate::model::layout::Layout;
 use crate::model::reference::{Reference, StepResult};
 use crate::optics::Pulse;
@@ -83,6 +85,7 @@ pub(super) struct Run {
     /// Results of all steps, in order.
     pub results: Vec<StepResult>,
     records: Records,
+    exercise: Exercise,
 }
 
 impl Bench {
@@ -91,7 +94,7 @@ impl Bench {
         let contract = Contract::of(scene);
         let layout = Layout::of(&contract);
         let sources = sources_of(&hdl::emit(scene, "goldtof stress")?);
-        let library = build(TOP, &sources, &contract, &cache_dir())?;
+        let library = build(TOP, &sources, &contract, &cache_dir()?)?;
         Ok(Bench {
             model: Verilated::load(&library, &layout)?,
             contract,
@@ -107,13 +110,29 @@ impl Bench {
     /// Plays a script for some clocks.
     pub fn play(&mut self, script: &Script, clocks: u64) -> anyhow::Result<Run> {
         let lanes = u64::from(self.contract.lanes);
-        self.run(&mut Player { script, lanes }, clocks)
+        let run = self.run(&mut Player { script, lanes }, clocks)?;
+        let hits = run
+            .exercise
+            .detectors
+            .iter()
+            .map(|d| d.hits_up + d.hits_down);
+        anyhow::ensure!(
+            hits.min() > Some(0),
+            "a detector's results that came to the stream hold no hit"
+        );
+        Ok(run)
     }
 
     /// Sets the adversary on it.
     pub fn attack(&mut self, seed: u64, clocks: u64) -> anyhow::Result<Run> {
         let mut adversary = Adversarial::new(&self.contract, seed);
-        self.run(&mut adversary, clocks)
+        let run = self.run(&mut adversary, clocks)?;
+        let names = self.contract.reference_codes.iter().map(|_| "spad");
+        let exercised = Exercised::new(&run.exercise, names);
+        // Agreement on nothing is not what a case is for.
+        let missing = exercised.missing(&self.contract, StimulusKind::Adversarial);
+        anyhow::ensure!(missing.is_empty(), "{}", missing.join("; "));
+        Ok(run)
     }
 
     fn run(&mut self, stimulus: &mut dyn Stimulus, clocks: u64) -> anyhow::Result<Run> {
@@ -129,6 +148,7 @@ impl Bench {
             mismatches: outcome.mismatches,
             results,
             records: outcome.records,
+            exercise: outcome.exercise,
         })
     }
 

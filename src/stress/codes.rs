@@ -9,6 +9,7 @@ use crate::estimate::{CoarseOnly, Measurement, NoEstimate, estimate};
 use crate::optics::fast::StepCounter;
 use crate::optics::{DetectorModel, MeanResponse};
 use crate::scene::{self, Scene};
+use crate::sensor::Step;
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -271,9 +272,9 @@ fn scan_of(samples_per_chip: u32) -> anyhow::Result<Scene> {
 fn triangle(scene: &Scene, delay_steps: f64) -> Vec<i64> {
     let period = scene.scan.steps_per_period as f64;
     let base = f64::from(scene.samples_per_chip);
-    (0..scene.scan.steps)
-        .map(|j| {
-            let turns = (scene.scan.step(j) as f64 - delay_steps) / period;
+    Step::all(scene.scan.steps)
+        .map(|step| {
+            let turns = (scene.scan.phase_step(step) as f64 - delay_steps) / period;
             let distance = (turns - turns.round()).abs() * period;
             ((1.0 - distance / base).max(0.0) * 1e12).round() as i64
         })

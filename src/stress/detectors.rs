@@ -8,6 +8,7 @@ use crate::estimate::CountingTier;
 use crate::optics::fast::StepCounter;
 use crate::optics::{DetectorModel, MeanResponse, photon_rate_hz};
 use crate::scene::{self, Scene};
+use crate::sensor::Step;
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -206,7 +207,7 @@ fn smeared(seed: u64) -> anyhow::Result<Smeared> {
         StepCounter::new(&model).count(seed, 0..400, 0..1, &mut found);
         let signed = Sample::of(found.iter().map(|count| count.signed as f64));
         result.photons.push(signed.z(mean));
-        let expected = MeanResponse::of_tier(&model, CountingTier::Events)?.mean_count(0);
+        let expected = MeanResponse::of_tier(&model, CountingTier::Events)?.mean_count(Step(0));
         result.expected.push((expected.signed - mean) / photons);
     }
     Ok(result)

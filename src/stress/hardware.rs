@@ -5,6 +5,7 @@ use super::scenes::{ideal, window};
 use super::{Case, Group, Measured};
 use crate::optics::Pulse;
 use crate::scene::{Scene, Target};
+use crate::sensor::Step;
 
 const BOTH_AGREE: &str = "Verilog and reference model are two constructions of one contract: every \
                           output port at every clock";
@@ -52,6 +53,30 @@ pub(super) const CASES: &[Case] = &[
         run: |_| counters([12, 16], [7, -8], true),
     },
     Case {
+        name: "totals-at-saturation",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong totals, flags and ports with 15 hits, up and down, into 4 bits",
+        why: "4 bits without a sign hold 15: nothing is clamped, the flag stays low",
+        run: |_| totals(15, 15, false),
+    },
+    Case {
+        name: "totals-beyond-saturation",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong totals, flags and ports with 16 hits, up and down, into 4 bits",
+        why: "4 bits hold 15: the total is clamped and flagged, the signed count of -2 is not",
+        run: |_| totals(16, 15, true),
+    },
+    Case {
+        name: "totals-far-beyond-saturation",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong totals, flags and ports with 28 hits into 4 bits: every one there can be",
+        why: "4 bits hold 15: the total is clamped, never wrapped, and flagged",
+        run: |_| totals(28, 15, true),
+    },
+    Case {
         name: "hits-in-every-other-sample",
         group: Group::Hardware,
         quick: false,
@@ -90,8 +115,8 @@ pub(super) const CASES: &[Case] = &[
         name: "everything-at-once",
         group: Group::Hardware,
         quick: false,
-        what: "clocks at which a port differs: two detectors, five steps at once, nu = 2, 3-bit counts, \
-               100,000 hostile clocks",
+        what: "clocks at which a port differs: two detectors, five steps at once, nu = 2, 3-bit counts \
+               and totals, 100,000 hostile clocks",
         why: BOTH_AGREE,
         run: everything_at_once,
     },
@@ -120,7 +145,7 @@ fn one_sided(bench: &Bench, step: u64, up: bool, number: usize) -> Vec<Pulse> {
     let lanes = u64::from(contract.lanes);
     let code = &contract.reference_codes[0];
     let first_clock = bench.first_clock();
-    let delay = contract.scan.step(step);
+    let delay = contract.scan.phase_step(Step(step));
     let dwell = contract.scan.integration_chips;
     let mut pulses: Vec<Pulse> = Vec::new();
     for sample in step * dwell * lanes..(step + 1) * dwell * lanes {
@@ -155,6 +180,41 @@ fn counters(hits: [usize; 2], expected: [i64; 2], flagged: bool) -> anyhow::Resu
         .collect();
     let wrong = usize::from(counts != expected)
         + usize::from(sent.get(..2) != Some(&expected[..]))
+        + usize::from(is_flagged != flagged);
+    Measured::none(wrong + run.mismatches as usize, "wrong values")
+}
+
+/// A hit in every other sample, `hits` of them in the first step.
+fn totals(hits: u64, expected: u64, flagged: bool) -> anyhow::Result<Measured> {
+    let mut scene = small_sensor()?;
+    scene.hardware.total_counts = Some(true);
+    let mut bench = Bench::new(&scene)?;
+    let first = bench.first_clock() * u64::from(bench.contract.lanes);
+    let pulses = (0..hits).map(|hit| Pulse {
+        first: first + 2 * hit,
+        end: first + 2 * hit + 1,
+    });
+    let run = bench.play(&Script::new(pulses.collect()), 60)?;
+    // Hit i is in chip (2 i - k) / 4 of the reference, k the phase step.
+    let (code, step) = (
+        &bench.contract.reference_codes[0],
+        bench.contract.scan.phase_step(Step(0)),
+    );
+    let sign = |hit: u64| {
+        let delayed = (2 * hit + 4 * code.len() - step) / 4;
+        2 * i64::from(code.chips[(delayed % code.len()) as usize]) - 1
+    };
+    let signed: i64 = (0..hits).map(sign).sum();
+    let result = run.results.first().map(|r| (r.count, r.total));
+    let is_flagged = bench.port(&run, "o_saturated").last() == Some(1);
+    // What the Verilog sends first: a signed byte, and the total in the byte above.
+    let data = bench.port(&run, "m_axis_tdata");
+    let mut sent = data.zip(bench.port(&run, "m_axis_tvalid"));
+    let sent = sent
+        .find(|&(_, valid)| valid == 1)
+        .map(|(data, _)| (i64::from(data as u8 as i8), data >> 8));
+    let wrong = usize::from(result != Some((signed, expected)))
+        + usize::from(sent != Some((signed, expected)))
         + usize::from(is_flagged != flagged);
     Measured::none(wrong + run.mismatches as usize, "wrong values")
 }
@@ -261,6 +321,7 @@ fn everything_at_once(seed: u64) -> anyhow::Result<Measured> {
     window(&mut scene, 211, 43);
     scene.hardware.parallel = 5;
     scene.hardware.counter_width = Some(3);
+    scene.hardware.total_counts = Some(true);
     scene.hardware.target = Target::Ice40Hx8k;
     let run = Bench::new(&scene)?.attack(seed, 100_000)?;
     Measured::none(run.mismatches as usize, "clocks")

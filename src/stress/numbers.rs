@@ -14,6 +14,7 @@ use crate::code::{CodeSpec, Family};
 use crate::estimate::{CountingTier, Measurement, estimate};
 use crate::optics::{CountSampler, DetectorModel, MeanResponse, SecondMoments};
 use crate::scene::Scene;
+use crate::sensor::Step;
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -191,7 +192,7 @@ fn drawn_totals(seed: u64) -> anyhow::Result<Measured> {
     let mean = 1e8 * step_s(&scene);
     let model = DetectorModel::new(&scene, 0);
     let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
-    let moments = SecondMoments::new(&response)?.of_step(0);
+    let moments = SecondMoments::new(&response)?.of_step(Step(0));
     let sampler = CountSampler::new(&model, &[moments]);
     let totals = Sample::of((0..20_000).map(|scan| sampler.scan(seed, scan)[0].total as f64));
     Measured::deviation(worst([totals.z(mean), totals.variance_z(mean)]))
@@ -265,7 +266,7 @@ fn rates_apart() -> anyhow::Result<Measured> {
         scene.detectors[0].dark_count_rate_cps = dark_cps;
         let model = DetectorModel::new(&scene, 0);
         let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
-        Ok(response.mean_count(0).total / step_s(&scene))
+        Ok(response.mean_count(Step(0)).total / step_s(&scene))
     };
     let errors = [
         total(0.0, 1e-9)? / 1e-9 - 1.0,

@@ -7,6 +7,7 @@ use crate::estimate::{CountingTier, predict};
 use crate::optics::fast::StepCounter;
 use crate::optics::{Detection, DetectorModel, StepCount, count_step};
 use crate::scene::Scene;
+use crate::sensor::{self, Step};
 
 const NO_DRIFT: &str = "time is whole chips and an offset, and the code's position is taken modulo \
                         the code: the same random numbers must give the same detections, to the \
@@ -144,7 +145,7 @@ fn detections_moved_by(periods: u64, seed: u64) -> anyhow::Result<usize> {
     let start_of_step_1 = |periods: u64| -> anyhow::Result<Vec<Detection>> {
         let scene = stiff_sensor(31 * periods)?;
         let model = DetectorModel::new(&scene, 0);
-        let step = model.step(seed, 0, 1);
+        let step = model.step(seed, 0, sensor::Group(1));
         Ok(step
             .take_while(|detection| detection.chip < 31 * (COMPARED_PERIODS - 10))
             .collect())
@@ -167,7 +168,7 @@ fn counts_after_1e12_periods(seed: u64) -> anyhow::Result<Measured> {
         let model = DetectorModel::new(&scene, 0);
         let mut found = vec![StepCount::ZERO; 200];
         StepCounter::new(&model).count(seed, 1..2, 0..200, &mut found);
-        found.extend((0..200).map(|step| count_step(&model, seed, 1, step)));
+        found.extend((0..200).map(|step| count_step(&model, seed, 1, Step(step))));
         Ok(found)
     };
     // Neither is the full scan of 248 steps.
@@ -194,10 +195,13 @@ fn edge_after_1e12_periods(seed: u64) -> anyhow::Result<Measured> {
     scene.paths[0].delay_ps = delay_chips * 8e3;
     window(&mut scene, 0, 2);
     let model = DetectorModel::new(&scene, 0);
-    let offsets_fs = model.step(seed, 0, 1).take(20_000).map(|detection| {
-        let offset_chips = (detection.chip % 4) as f64 + detection.fraction - 1.0 - delay_chips;
-        offset_chips * 8e6
-    });
+    let offsets_fs = model
+        .step(seed, 0, sensor::Group(1))
+        .take(20_000)
+        .map(|detection| {
+            let offset_chips = (detection.chip % 4) as f64 + detection.fraction - 1.0 - delay_chips;
+            offset_chips * 8e6
+        });
     Measured::at_most(worst(offsets_fs), "fs", 1.0)
 }
 
@@ -364,7 +368,12 @@ mod tests {
         // One chip more than a whole number of periods.
         let early = DetectorModel::new(&stiff_sensor(31_000).unwrap(), 0);
         let late = DetectorModel::new(&stiff_sensor(31_001).unwrap(), 0);
-        let first = |model: &DetectorModel| model.step(1, 0, 1).take(100).collect::<Vec<_>>();
+        let first = |model: &DetectorModel| {
+            model
+                .step(1, 0, sensor::Group(1))
+                .take(100)
+                .collect::<Vec<_>>()
+        };
         assert_ne!(first(&early), first(&late));
     }
 }

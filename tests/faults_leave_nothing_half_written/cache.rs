@@ -7,7 +7,7 @@ use std::process::Command;
 use super::support::*;
 
 fn cosim(cache: &Path) -> Command {
-    let mut command = goldtof(&["cosim", QUICK, "--cycles", "1000"]);
+    let mut command = goldtof(&["cosim", QUICK, "--cycles", "20000"]);
     command.env("GOLDTOF_CACHE_DIR", cache);
     command
 }
@@ -17,14 +17,11 @@ fn broken_models_are_built_again() {
     let cache = cache_without_models();
     ends_with(0, &mut cosim(cache.path()));
     let model = entries(cache.path(), "model-").remove(0);
-    let whole = fs::read(model.join("sensor.so")).unwrap();
+    let whole = fs::read(model.join("sensor")).unwrap();
 
-    fs::write(model.join("sensor.so"), &whole[..whole.len() / 2]).unwrap();
+    fs::write(model.join("sensor"), &whole[..whole.len() / 2]).unwrap();
     ends_with(0, &mut cosim(cache.path()));
-    assert_eq!(
-        fs::read(model.join("sensor.so")).unwrap().len(),
-        whole.len()
-    );
+    assert_eq!(fs::read(model.join("sensor")).unwrap().len(), whole.len());
 
     let leftover = cache.path().join(format!(
         "{}.building-killed",
@@ -53,7 +50,7 @@ fn a_cache_that_cannot_be_written_is_named_with_what_to_set() {
     fs::write(&file, "mine").unwrap();
     for (cache, reason) in [
         (file.clone(), "not a directory"),
-        (file.join("cache"), "Not a directory"),
+        (file.join("cache"), "not a directory"),
         (Path::new("/proc/goldtof").to_owned(), "No such file"),
     ] {
         let told = ends_with(2, &mut cosim(&cache));
@@ -63,7 +60,9 @@ fn a_cache_that_cannot_be_written_is_named_with_what_to_set() {
         );
         assert!(told.starts_with(&expected), "{told}");
         assert!(
-            told.contains("set GOLDTOF_CACHE_DIR to a folder that can be written"),
+            told.contains(
+                "set GOLDTOF_CACHE_DIR to a folder that you, and nobody else, can write to"
+            ),
             "{told}"
         );
     }

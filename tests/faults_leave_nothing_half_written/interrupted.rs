@@ -1,4 +1,4 @@
-//! Ctrl-C and SIGTERM in every long command.
+//! Ctrl-C, SIGTERM and SIGHUP in every long command.
 
 use std::fs;
 use std::io::Read as _;
@@ -79,10 +79,11 @@ fn ctrl_c_ends_a_run_with_130_and_without_a_report() {
     fs::create_dir(&out).unwrap();
     fs::write(out.join("report.html"), "of an earlier run").unwrap();
     // Built beforehand, so that it is the co-simulation that is interrupted.
-    ends_with(
-        0,
+    let told = ends_with(
+        1,
         &mut goldtof(&["cosim", text(&endless), "--cycles", "1000"]),
     );
+    assert!(told.is_empty(), "{told}");
     let child = start(&mut goldtof(&["run", text(&endless), "--out", text(&out)]));
     wait_until("the Verilog is there", || {
         out.join("rtl/manifest.json").exists()
@@ -102,7 +103,7 @@ fn ctrl_c_ends_a_co_simulation_and_leaves_the_older_waveforms() {
     let folder = tempfile::tempdir().unwrap();
     let vcd = folder.path().join("a.vcd");
     fs::write(&vcd, "older").unwrap();
-    ends_with(0, &mut goldtof(&["cosim", QUICK, "--cycles", "1000"]));
+    ends_with(0, &mut goldtof(&["cosim", QUICK, "--cycles", "20000"]));
     interrupted_after(
         Duration::from_millis(500),
         &mut goldtof(&[
@@ -124,6 +125,7 @@ fn signals_while_compiling_end_the_compiler_and_empty_the_cache() {
     for (with, status, word) in [
         (Signal::INT, 130, "interrupted"),
         (Signal::TERM, 143, "terminated"),
+        (Signal::HUP, 129, "hung up"),
     ] {
         let cache = cache_without_models();
         let (compiler, linking) = slow_linker(folder.path(), 1000);
@@ -167,4 +169,20 @@ fn ctrl_c_while_waiting_for_another_run_ends_with_130() {
     );
     assert_eq!(interrupt(child, Signal::INT).0, Some(130));
     assert!(files_below(folder.path()).is_empty());
+}
+
+#[test]
+fn a_hang_up_that_nohup_ignores_stays_ignored() {
+    let folder = tempfile::tempdir().unwrap();
+    let endless = endless_scene(folder.path());
+    let mut command = Command::new("sh");
+    command.args(["-c", "trap '' HUP; exec \"$@\"", "sh"]);
+    command.arg(env!("CARGO_BIN_EXE_goldtof"));
+    command.args(["simulate", text(&endless), "--repeat", "1000000"]);
+    let mut child = start(&mut command);
+    std::thread::sleep(Duration::from_millis(500));
+    signal(&child, Signal::HUP);
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(child.try_wait().unwrap().is_none(), "it ended");
+    assert_eq!(interrupt(child, Signal::INT).0, Some(130));
 }

@@ -101,12 +101,12 @@ fn a_build_killed_while_it_compiles_is_done_again_and_leaves_nothing() {
     assert_eq!(left.len(), 1);
 
     // What the orphaned compiler still writes must not reach the next build.
-    let mut next = goldtof(&["cosim", QUICK, "--cycles", "1000"]);
+    let mut next = goldtof(&["cosim", QUICK, "--cycles", "20000"]);
     ends_with(0, next.env("GOLDTOF_CACHE_DIR", cache.path()));
     std::thread::sleep(Duration::from_secs(4));
     let left = entries(cache.path(), "model-");
     assert_eq!(left.len(), 1, "{left:?}");
     assert!(!text(&left[0]).contains(".building-"));
-    let mut again = goldtof(&["cosim", QUICK, "--cycles", "1000"]);
+    let mut again = goldtof(&["cosim", QUICK, "--cycles", "20000"]);
     ends_with(0, again.env("GOLDTOF_CACHE_DIR", cache.path()));
 }

@@ -3,9 +3,13 @@
 
 mod cache;
 mod full_disk;
+mod hostile_names;
 mod interrupted;
 mod killed;
 mod output_folders;
+mod planted;
+mod power_cut;
+mod rtl_of_others;
 mod streams;
 mod support;
 mod tools;

@@ -40,7 +40,7 @@ fn closed_outputs_change_no_exit_status() {
         ("codes --degree 99 2>/dev/full", 2),
         ("plan scenes/absent.toml >&- 2>&-", 2),
         ("run 2>/dev/full", 2),
-        ("cosim scenes/quick.toml --cycles 1000 2>/dev/full", 0),
+        ("cosim scenes/quick.toml --cycles 20000 2>/dev/full", 0),
     ] {
         let output = pipeline(line);
         assert_eq!(output.status.code(), Some(status), "{line}");

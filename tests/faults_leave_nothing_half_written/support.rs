@@ -108,7 +108,7 @@ pub fn endless_scene(folder: &Path) -> PathBuf {
 pub fn cache_without_models() -> tempfile::TempDir {
     ends_with(0, &mut goldtof(&["cosim", QUICK, "--quiet"]));
     let cache = tempfile::tempdir().unwrap();
-    for entry in fs::read_dir(goldtof::cosim::build::cache_dir()).unwrap() {
+    for entry in fs::read_dir(goldtof::cosim::build::cache_dir().unwrap()).unwrap() {
         let entry = entry.unwrap();
         let name = entry.file_name().into_string().unwrap();
         if !name.starts_with("runtime-") || !entry.path().is_dir() || name.contains("building") {
@@ -141,7 +141,7 @@ pub fn entries(cache: &Path, prefix: &str) -> Vec<PathBuf> {
 pub fn slow_linker(folder: &Path, seconds: u32) -> (PathBuf, PathBuf) {
     let (compiler, linking) = (folder.join("slow-g++"), folder.join("linking"));
     let lines = format!(
-        "case \" $* \" in *\" -shared \"*) echo $$ >> {}; sleep {seconds};; esac\nexec g++ \"$@\"",
+        "case \" $* \" in *\" -o sensor \"*) echo $$ >> {}; sleep {seconds};; esac\nexec g++ \"$@\"",
         linking.display()
     );
     script(&compiler, &lines);

@@ -6,7 +6,7 @@ use std::process::Command;
 use super::support::*;
 
 fn cosim(cache: &Path) -> Command {
-    let mut command = goldtof(&["cosim", QUICK, "--cycles", "1000"]);
+    let mut command = goldtof(&["cosim", QUICK, "--cycles", "20000"]);
     command.env("GOLDTOF_CACHE_DIR", cache);
     command
 }
@@ -125,8 +125,74 @@ fn a_compiler_that_makes_nothing_or_no_library_is_noticed() {
     script(&tool, "case $1 in --version) exec g++ \"$@\";; esac");
     let told = ends_with(2, cosim(cache.path()).env("CXX", &tool));
     assert!(
-        told.contains("sensor.so: cannot keep built models here: No such file"),
+        told.contains("sensor: cannot keep built models here: No such file"),
         "{told}"
     );
     assert!(entries(cache.path(), "model-").is_empty());
+}
+
+/// Verilator that does its work, in the end, with these lines first.
+fn verilator_after(tool: &Path, lines: &str) {
+    let lines = format!(
+        "case $1 in --version|--getenv) exec verilator \"$@\";; esac\n{lines}\nexec verilator \"$@\""
+    );
+    script(tool, &lines);
+}
+
+#[test]
+fn a_tool_that_does_not_end_is_ended_with_its_children_when_its_time_is_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = cache_without_models();
+    let (tool, child) = (folder.path().join("tool"), folder.path().join("child"));
+    verilator_after(
+        &tool,
+        &format!(
+            "echo thinking\nsleep 1000 & echo $! > {}\nwait",
+            text(&child)
+        ),
+    );
+    let mut command = cosim(cache.path());
+    command
+        .args(["--tool-timeout", "2 s"])
+        .env("VERILATOR", &tool);
+    let told = ends_with(3, &mut command);
+    assert!(
+        told.starts_with("error: Verilator was not done after 2 s and was ended (--tool-timeout"),
+        "{told}"
+    );
+    assert!(told.ends_with("it wrote:\nthinking\n"), "{told}");
+    let child = std::fs::read_to_string(child).unwrap();
+    wait_until("the tool's child is gone", || {
+        std::fs::read_to_string(format!("/proc/{}/stat", child.trim()))
+            .map_or(true, |stat| stat.contains(") Z "))
+    });
+    assert!(entries(cache.path(), "model-").is_empty());
+}
+
+#[test]
+fn of_a_tool_that_says_a_great_deal_the_start_and_the_end_are_quoted() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = cache_without_models();
+    let tool = folder.path().join("tool");
+    verilator_after(
+        &tool,
+        "echo the start; yes nonsense | head -c 300000000; echo the end >&2; exit 1",
+    );
+    // Of memory a fraction of what the tool says.
+    let mut command = Command::new("sh");
+    command.args(["-c", "ulimit -d 200000; exec \"$@\"", "sh"]);
+    command.arg(env!("CARGO_BIN_EXE_goldtof"));
+    command.args(["cosim", QUICK]);
+    command
+        .env("GOLDTOF_CACHE_DIR", cache.path())
+        .env("VERILATOR", &tool);
+    let told = ends_with(3, &mut command);
+    assert!(told.len() < 100_000, "{} bytes", told.len());
+    for part in [
+        "it wrote:\nthe start\nnonsense\n",
+        " bytes left out ...]",
+        "the end\n",
+    ] {
+        assert!(told.contains(part), "{part}");
+    }
 }

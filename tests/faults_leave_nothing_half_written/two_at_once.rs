@@ -12,7 +12,7 @@ fn two_runs_on_one_cache_build_once_and_both_work() {
     let children: Vec<_> = (0..2)
         .map(|_| {
             start(
-                goldtof(&["cosim", QUICK, "--cycles", "1000", "--json"])
+                goldtof(&["cosim", QUICK, "--cycles", "20000", "--json"])
                     .env("GOLDTOF_CACHE_DIR", cache.path())
                     .env("CXX", &compiler),
             )

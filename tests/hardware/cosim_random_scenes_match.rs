@@ -4,7 +4,7 @@
 
 use crate::hdl_support::draw::{self, Extent};
 use goldtof::cosim::build::sources_of;
-use goldtof::cosim::{Request, StimulusKind, cosimulate};
+use goldtof::cosim::{Request, StimulusKind, Verdict, cosimulate};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -14,7 +14,7 @@ const MOST_CLOCKS: u64 = 400_000;
 fn match_under_hostile_inputs(scenes: u64, seed: u64) {
     let cache = tempfile::tempdir().expect("a temporary folder");
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let (mut with_results, mut with_peak) = (0, 0);
+    let (mut with_results, mut with_peak, mut with_totals) = (0, 0, 0);
     for number in 0..scenes {
         let (scene, emission) = draw::emitted(&mut rng, Extent::SHORT, |_| ());
         let request = Request {
@@ -29,16 +29,20 @@ fn match_under_hostile_inputs(scenes: u64, seed: u64) {
             .report;
         let parameters = &emission.parameters;
         assert_eq!(
-            report.verdict, "match",
-            "scene {number}, {parameters:?}, {:?}",
-            report.first_mismatch
+            report.verdict,
+            Verdict::Match,
+            "scene {number}, {parameters:?}, {:?}, {:?}",
+            report.first_mismatch,
+            report.missing
         );
         assert_eq!(report.cycles, MOST_CLOCKS, "scene {number}");
         with_results += u64::from(report.phase_steps > 0);
         with_peak += u64::from(scene.hardware.peak_detector);
+        with_totals += u64::from(scene.sends_total_counts());
     }
     assert_eq!(with_results, scenes, "every run shows results");
     assert!(with_peak * 5 > scenes, "{with_peak} have a peak detector");
+    assert!(with_totals * 5 > scenes, "{with_totals} send totals");
 }
 
 #[test]

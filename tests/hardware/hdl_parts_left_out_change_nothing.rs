@@ -10,6 +10,7 @@ use goldtof::code::{Code, Generator};
 use goldtof::hdl::emit;
 use goldtof::model::contract::Contract;
 use goldtof::scene::{Scene, Target};
+use goldtof::sensor::Step;
 
 /// A sensor with one detector whose steps follow one another.
 fn plain_scene(noise: &mut Noise, case: u32) -> Scene {
@@ -48,12 +49,12 @@ fn endless(lanes: u32, clocks: u64, seed: u64) -> Vec<Inputs> {
 
 /// The counts that a receiver takes that is always ready.
 fn counts(scene: &Scene, inputs: &[Inputs]) -> Vec<i64> {
-    let unused = 64 - Contract::of(scene).tdata_bits;
+    let unused = 128 - Contract::of(scene).tdata_bits;
     let outputs = outputs(scene, inputs);
     assert!(outputs.iter().all(|o| !o.overrun && !o.saturated));
     let taken = outputs.iter().filter(|output| output.valid);
     taken
-        .map(|output| (output.data << unused) as i64 >> unused)
+        .map(|output| ((output.data << unused) as i128 >> unused) as i64)
         .collect()
 }
 
@@ -124,6 +125,30 @@ fn the_peak_detector() {
 }
 
 #[test]
+fn the_total_counts() {
+    let mut noise = Noise::new(5);
+    for case in 0..10 {
+        let mut without = plain_scene(&mut noise, case);
+        without.hardware.total_counts = Some(false);
+        let mut with = without.clone();
+        with.hardware.total_counts = Some(true);
+        let inputs = stimulus::inputs(without.samples_per_chip, 1_500, u64::from(case));
+        let seen = outputs(&with, &inputs);
+        let signed_bits = Contract::of(&without).tdata_bits;
+        assert!(Contract::of(&with).tdata_bits > signed_bits);
+        assert!(seen.iter().any(|output| output.data >> signed_bits != 0));
+        let but_totals: Vec<Outputs> = seen
+            .into_iter()
+            .map(|output| Outputs {
+                data: output.data & ((1 << signed_bits) - 1),
+                ..output
+            })
+            .collect();
+        assert_eq!(but_totals, outputs(&without, &inputs), "case {case}");
+    }
+}
+
+#[test]
 fn the_saturation_clamp() {
     let mut noise = Noise::new(3);
     let mut compared = 0;
@@ -176,7 +201,7 @@ fn parallel_correlators() {
             let mut alone = together.clone();
             alone.hardware.parallel = 1;
             alone.scan.steps = 1;
-            alone.scan.first_step = together.scan.step(step);
+            alone.scan.first_step = together.scan.phase_step(Step(step));
             let found = counts(&alone, &inputs);
             assert_eq!(
                 found[0], expected[step as usize],

@@ -5,7 +5,7 @@ use crate::hdl_support::naive_sensor::{Inputs, Outputs};
 use crate::hdl_support::{Family, code, naive_sensor, random_scene, scene, stimulus};
 use goldtof::hdl::blocks::{CodeSource, SensorTop};
 use goldtof::hdl::front::Word;
-use goldtof::model::contract::{Contract, CountSegments};
+use goldtof::model::contract::{Contract, CountSegments, TotalCount};
 use goldtof::scene::Scene;
 use rust_hdl::core::block::Block;
 use rust_hdl::core::simulate::simulate;
@@ -27,7 +27,7 @@ fn clock(sensor: &mut SensorTop, input: &Inputs) -> Outputs {
     let outputs = Outputs {
         laser: sensor.o_laser.val().value() as u64,
         epoch: sensor.o_epoch.val(),
-        data: sensor.m_axis_tdata.val().value() as u64,
+        data: sensor.m_axis_tdata.val().value(),
         valid: sensor.m_axis_tvalid.val(),
         last: sensor.m_axis_tlast.val(),
         overrun: sensor.o_overrun.val(),
@@ -103,9 +103,18 @@ fn any_sensor_agrees_at_every_clock() {
 
 #[test]
 fn a_total_in_segments_counts_as_one_in_a_piece() {
-    for (segment_bits, dwell, lanes) in [(2, 40, 1), (3, 60, 4), (4, 200, 8), (5, 300, 16)] {
+    let shapes = [
+        (2, 40, 1, false),
+        (3, 60, 4, false),
+        (4, 200, 8, true),
+        (5, 300, 16, true),
+        (4, 100, 2, true),
+    ];
+    for (segment_bits, dwell, lanes, totals) in shapes {
         let codes = [code(Family::Gold(5), 0, 2)];
-        let mut contract = Contract::of(&scene(&codes, 0, lanes, 3, Some(9), dwell, None));
+        let mut scene = scene(&codes, 0, lanes, 3, Some(9), dwell, None);
+        scene.hardware.total_counts = Some(totals);
+        let mut contract = Contract::of(&scene);
         let bits = contract.exact_count_bits;
         let count = bits.div_ceil(segment_bits);
         assert!(count > 1 && contract.count_segments.count == 1);
@@ -117,6 +126,30 @@ fn a_total_in_segments_counts_as_one_in_a_piece() {
         contract.result_latency_clocks += contract.count_segments.clocks() - 1;
         keeps(&contract, 4000, u64::from(lanes));
     }
+}
+
+#[test]
+fn counts_and_totals_of_more_than_a_word_agree_at_every_clock() {
+    let codes = [code(Family::Gold(4), 0, 2)];
+    let mut scene = scene(&codes, 0, 8, 3, Some(9), 30, None);
+    scene.hardware.total_counts = Some(true);
+    scene.hardware.parallel = 2;
+    let mut contract = Contract::of(&scene);
+    contract.exact_count_bits = 45;
+    contract.count_bits = 45;
+    contract.count_segments = CountSegments {
+        count: 4,
+        lower_bits: 12,
+        top_bits: 9,
+    };
+    contract.total = Some(TotalCount {
+        exact_bits: 44,
+        bits: 44,
+        first_bit: 48,
+    });
+    contract.tdata_bits = 96;
+    contract.result_latency_clocks += contract.count_segments.clocks() - 1;
+    keeps(&contract, 1000, 5);
 }
 
 #[test]

@@ -1,7 +1,10 @@
 //! The emitted Verilog and everything that runs it.
 
+mod cosim_counts_are_the_verilogs;
 mod cosim_finds_faults;
 mod cosim_random_scenes_match;
+mod cosim_says_what_it_exercised;
+mod documents_commands_run;
 mod flow_fusesoc_and_bench;
 mod flow_generated_files_are_current;
 mod flow_lint_matrix;
@@ -10,6 +13,7 @@ mod hdl_blocks_agree;
 mod hdl_emit_limits_and_files;
 mod hdl_emitted_verilog;
 mod hdl_generator_chips;
+mod hdl_left_out_is_what_the_plan_says;
 mod hdl_lint;
 mod hdl_parts_left_out_change_nothing;
 mod hdl_rust_simulation;

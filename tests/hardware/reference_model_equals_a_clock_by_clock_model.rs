@@ -4,7 +4,7 @@
 
 use goldtof::cosim::adversarial::Adversarial;
 use goldtof::cosim::stimulus::{Drive, Stimulus};
-use goldtof::model::contract::Contract;
+use goldtof::model::contract::{Contract, TotalCount};
 use goldtof::model::layout::Layout;
 use goldtof::model::level::Level;
 use goldtof::model::reference::Reference;
@@ -15,7 +15,7 @@ use goldtof::scene::{self, Scene};
 struct Ports {
     laser: u64,
     epoch: u64,
-    tdata: u64,
+    tdata: u128,
     tvalid: u64,
     tlast: u64,
     overrun: u64,
@@ -33,6 +33,9 @@ struct Inputs {
     ready: Vec<bool>,
 }
 
+/// Signed counts and all hits of a group's steps, and whether they end a scan.
+type Results = (Vec<(i64, u64)>, bool);
+
 /// The hardware, clock by clock.
 fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
     let clocks = inputs.reset.len();
@@ -45,6 +48,8 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
     let steps_per_period = period * lanes;
     let bits = contract.count_bits;
     let (low, high) = (-(1i64 << (bits - 1)), (1i64 << (bits - 1)) - 1);
+    // Hits are sent in as many bits, without a sign.
+    let most_hits = contract.total.map_or(u64::MAX, |_| (1 << bits) - 1);
     // In reset all outputs are 0.
     let at_rest = Ports {
         peaks: contract
@@ -54,7 +59,7 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
     };
     let mut out = vec![at_rest.clone(); clocks];
     // A group's results by the clock at which they arrive.
-    let mut arrivals: Vec<Option<(Vec<i64>, bool)>> = vec![None; clocks];
+    let mut arrivals: Vec<Option<Results>> = vec![None; clocks];
     let mut t = 0;
     while t < clocks {
         if inputs.reset[t] {
@@ -80,7 +85,7 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
                 for ((code, level), scan_counts) in detectors.zip(&mut scan_counts) {
                     for j in group * parallel..((group + 1) * parallel).min(steps) {
                         let k = (scan.first_step as usize + j) % steps_per_period;
-                        let mut count = 0i64;
+                        let (mut count, mut hits) = (0i64, 0u64);
                         for cycle in first..first + dwell {
                             for lane in 0..lanes {
                                 let sample = (released + 1 + cycle) * lanes + lane;
@@ -88,11 +93,12 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
                                     let delayed =
                                         (cycle * lanes + lane + steps_per_period * (1 + k) - k)
                                             % steps_per_period;
+                                    hits += 1;
                                     count += 2 * i64::from(code.chips[delayed / lanes]) - 1;
                                 }
                             }
                         }
-                        counts.push(count);
+                        counts.push((count, hits));
                         scan_counts.push((k as u64, count.clamp(low, high)));
                     }
                 }
@@ -118,13 +124,14 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
         let mut axis = at_rest.clone();
         // What is still to be sent, the next count last, and whether it ends a
         // scan.
-        let mut unsent: (Vec<i64>, bool) = Default::default();
+        let mut unsent: Results = Default::default();
         for c in released..end {
             if axis.tvalid == 1 && inputs.ready[c] {
                 unsent.0.pop();
             }
             if let Some((counts, last)) = arrivals[c].take() {
-                axis.saturated |= u64::from(counts.iter().any(|&n| n < low || n > high));
+                let is_clamped = |&(n, hits): &(i64, u64)| n < low || n > high || hits > most_hits;
+                axis.saturated |= u64::from(counts.iter().any(is_clamped));
                 if unsent.0.is_empty() {
                     unsent = (counts.into_iter().rev().collect(), last);
                 } else {
@@ -132,9 +139,12 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
                 }
             }
             axis.tvalid = u64::from(!unsent.0.is_empty());
-            if let Some(count) = unsent.0.last() {
-                let mask = u64::MAX >> (64 - contract.tdata_bits);
-                axis.tdata = (*count).clamp(low, high) as u64 & mask;
+            if let Some(&(count, hits)) = unsent.0.last() {
+                let bytes = bits.div_ceil(8);
+                axis.tdata = count.clamp(low, high) as u128 & ((1 << (8 * bytes)) - 1);
+                if contract.total.is_some() {
+                    axis.tdata |= u128::from(hits.min(most_hits)) << (8 * bytes);
+                }
                 axis.tlast = u64::from(unsent.1 && unsent.0.len() == 1);
             }
             axis.peak_valid = u64::from(peaks[c].is_some());
@@ -214,7 +224,13 @@ fn event_driven(contract: &Contract, seed: u64, clocks: u64, block: u64) -> (Inp
             ports.push(Ports {
                 laser: read("o_laser"),
                 epoch: read("o_epoch"),
-                tdata: read("m_axis_tdata"),
+                tdata: {
+                    let words = layout.outputs.field("m_axis_tdata").read(record);
+                    words
+                        .iter()
+                        .rev()
+                        .fold(0, |data, &word| data << 64 | u128::from(word))
+                },
                 tvalid: read("m_axis_tvalid"),
                 tlast: read("m_axis_tlast"),
                 overrun: read("o_overrun"),
@@ -304,6 +320,21 @@ fn with_detectors(mut scene: Scene, count: usize) -> Scene {
     scene
 }
 
+/// The contract with counts of 45 bits and totals of 44.
+fn with_wide_counts(contract: Contract) -> Contract {
+    Contract {
+        exact_count_bits: 45,
+        count_bits: 45,
+        total: Some(TotalCount {
+            exact_bits: 44,
+            bits: 44,
+            first_bit: 48,
+        }),
+        tdata_bits: 96,
+        ..contract
+    }
+}
+
 #[test]
 fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
     let gold = r#"{ family = "gold", degree = 5, index = 3 }"#;
@@ -350,6 +381,23 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
             scene(8, gold, "integration = \"320 ns\"", "peak_detector = true"),
             9,
         ),
+        // Total counts: exact, clamped, of several steps and detectors.
+        scene(8, gold, "integration = \"320 ns\"", "total_counts = true"),
+        scene(
+            1,
+            gold,
+            "integration = \"160 ns\"",
+            "total_counts = true\ncounter_width = 3",
+        ),
+        with_detectors(
+            scene(
+                4,
+                gold,
+                "integration = \"400 ns\"\nsteps = { first = 3, count = 41 }",
+                "parallel = 7\ncounter_width = 5\ntotal_counts = true\npeak_detector = true",
+            ),
+            3,
+        ),
         with_detectors(
             scene(
                 2,
@@ -360,11 +408,13 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
             2,
         ),
     ];
-    for (i, scene) in scenes.iter().enumerate() {
-        let contract = Contract::of(scene);
+    let mut contracts: Vec<Contract> = scenes.iter().map(Contract::of).collect();
+    // Counts as wide as hours of integration need: results of more than a word.
+    contracts.push(with_wide_counts(Contract::of(&scenes[7])));
+    for (i, contract) in contracts.iter().enumerate() {
         for seed in 0..4 {
-            let (inputs, predicted) = event_driven(&contract, seed, 40_000, 1 << 12);
-            let expected = clock_by_clock(&contract, &inputs);
+            let (inputs, predicted) = event_driven(contract, seed, 40_000, 1 << 12);
+            let expected = clock_by_clock(contract, &inputs);
             let differs = (0..expected.len()).find(|&c| expected[c] != predicted[c]);
             if let Some(clock) = differs {
                 panic!(

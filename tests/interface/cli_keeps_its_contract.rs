@@ -56,6 +56,70 @@ fn run_does_the_whole_way_and_says_so_in_json() {
 }
 
 #[test]
+fn a_run_with_the_model_estimator_fits_totals_that_the_verilog_sends() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let report = json(&["run", QUICK, "--estimator", "model", "--json", "--out", out]);
+    assert_eq!(report["cosim"]["verdict"], "match");
+    let total = &report["emit"]["parameters"]["total"];
+    let signed_bits = most_hits_bits(&report) + 1;
+    assert_eq!(total["first_bit"], signed_bits.div_ceil(8) * 8, "{total}");
+    assert_eq!(total["bits"], most_hits_bits(&report), "{total}");
+    let estimate = &report["estimates"][0];
+    assert_eq!(estimate["estimator"], "model");
+    assert!(estimate["distance_m"].is_number(), "{estimate}");
+    assert!(estimate["remark"].is_null(), "{estimate}");
+    let counts = fs::read_to_string(folder.path().join("counts.csv")).unwrap();
+    let mut lines = counts.lines();
+    let heading = "measurement,phase_step,distance_m,count,detector,total_count";
+    assert_eq!(lines.next(), Some(heading));
+    let mut hits = 0;
+    for line in lines {
+        let fields: Vec<&str> = line.split(',').collect();
+        let (count, total): (i64, i64) = (fields[3].parse().unwrap(), fields[5].parse().unwrap());
+        // Hits up less hits down, and both together.
+        assert!(total >= count.abs() && (total - count) % 2 == 0, "{line}");
+        hits += total;
+    }
+    assert!(hits > 0);
+}
+
+/// Bits of the most hits that a phase step of a run can have, S / 2 in each chip.
+fn most_hits_bits(report: &Value) -> u64 {
+    let parameter = |name: &str| report["emit"]["parameters"][name].as_u64().unwrap();
+    let most = parameter("integration_chips") * parameter("samples_per_chip") / 2;
+    u64::from(u64::BITS - most.leading_zeros())
+}
+
+#[test]
+fn the_phase_estimator_has_no_totals_and_the_model_estimator_does_not_go_without() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let out = out.to_str().unwrap();
+    let emission = json(&["emit", QUICK, "--json", "--out", out]);
+    assert!(emission["parameters"]["total"].is_null());
+    let scene = folder.path().join("without.toml");
+    let text = fs::read_to_string(QUICK).unwrap();
+    fs::write(
+        &scene,
+        format!("{text}\n[hardware]\ntotal_counts = false\n"),
+    )
+    .unwrap();
+    let scene = scene.to_str().unwrap();
+    for command in [
+        vec!["run", scene, "--estimator", "model", "--out", out],
+        vec!["simulate", scene, "--estimator", "model"],
+    ] {
+        let output = goldtof(&command);
+        assert_eq!(output.status.code(), Some(2), "{command:?}");
+        assert!(
+            stderr(&output).contains("total_counts = false"),
+            "{command:?}"
+        );
+    }
+}
+
+#[test]
 fn a_run_shows_every_detector() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("two.toml");

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use goldtof::cli::plan::to_text;
 use goldtof::plan::{Part, plan};
-use goldtof::scene::{Fluctuation, Movement, Scene, load};
+use goldtof::scene::{EstimatorKind, Fluctuation, Movement, Scene, load};
 
 fn standard(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -32,11 +32,13 @@ fn the_plan_of_paper_single() {
       kept      second_lfsr           a Gold code is the XOR of two m-sequences
       left out  interleaver           the code is not interleaved (nu = 0)
       kept      phase_stepper         delays the reference by 8 phase steps per chip
+      kept      lane_choice           delays the reference by parts of a chip, one of 8 samples at a time
       kept      edge_detector         finds rising edges in 8 samples per clock of 1 detector
       kept      updown_correlator     17 bits hold any count of 13100 chips with at most 4 edges each
       left out  parallel_correlators  parallel = 1: phase steps are correlated one after another
       left out  count_segments        one carry chain holds 17 bits at full clock; saves pipeline stages
       left out  saturation_clamp      no stimulus can overflow 17 bits; saves a pipeline stage and a port
+      left out  total_counts          the estimator "fft" uses the signed counts alone
       kept      scan_controller       walks 16376 phase steps of 13100 chips each
       left out  scan_realignment      a scan of all 16376 phase steps ends where it began
       left out  peak_detector         the host receives all 16376 counts and finds their maximum
@@ -115,6 +117,28 @@ fn a_narrow_counter_is_clamped() {
     // 13,100 chips with 4 edges each are 52,400 counts: 16 bits and a sign.
     scene.hardware.counter_width = Some(17);
     assert!(!part(&scene, "saturation_clamp").kept);
+}
+
+#[test]
+fn total_counts_follow_the_estimator_unless_the_scene_says_otherwise() {
+    let mut scene = standard("paper-single");
+    scene.estimator = EstimatorKind::Model;
+    // Up to 52,400 hits are 16 bits without a sign, above 17 in three bytes.
+    let totals = part(&scene, "total_counts");
+    assert!(totals.kept);
+    assert_eq!(
+        totals.reason,
+        "the estimator \"model\" fits them too: the hits of each phase step in 16 bits, above \
+         its signed count"
+    );
+    let stream = part(&scene, "result_stream").reason;
+    assert_eq!(stream, "counts leave as an AXI4-Stream of 40 bits");
+    scene.estimator = EstimatorKind::Fft;
+    scene.hardware.total_counts = Some(true);
+    assert!(part(&scene, "total_counts").kept);
+    scene.hardware.total_counts = Some(false);
+    let totals = part(&scene, "total_counts");
+    assert!(!totals.kept && totals.reason.contains("total_counts = false"));
 }
 
 #[test]

@@ -61,6 +61,8 @@ fn what_is_left_out_has_the_documented_default() {
     assert_eq!(scene.hardware.parallel, 1);
     assert_eq!(scene.hardware.counter_width, None);
     assert!(!scene.hardware.peak_detector);
+    assert_eq!(scene.hardware.total_counts, None);
+    assert!(!scene.sends_total_counts());
 }
 
 #[test]
@@ -80,13 +82,35 @@ fn optional_tables_are_read() {
     let scene = scene(&format!(
         "{LEAST}\n[estimate]\nestimator = \"model\"\n\n\
          [hardware]\ntarget = \"ice40-hx8k\"\nparallel = 4\ncounter_width = 12\n\
-         peak_detector = true\n"
+         peak_detector = true\ntotal_counts = true\n"
     ));
     assert_eq!(scene.estimator, EstimatorKind::Model);
     assert_eq!(scene.hardware.target, Target::Ice40Hx8k);
     assert_eq!(scene.hardware.parallel, 4);
     assert_eq!(scene.hardware.counter_width, Some(12));
     assert!(scene.hardware.peak_detector);
+    assert_eq!(scene.hardware.total_counts, Some(true));
+}
+
+#[test]
+fn the_model_estimator_brings_total_counts_and_will_not_do_without() {
+    let model = scene(&format!("{LEAST}\n[estimate]\nestimator = \"model\"\n"));
+    assert!(model.sends_total_counts());
+    // By the command line too, unless the scene's hardware has none.
+    let phase = scene(LEAST)
+        .with_estimator(None)
+        .expect("nothing is asked for");
+    assert!(!phase.sends_total_counts());
+    let asked = phase.with_estimator(Some(EstimatorKind::Model));
+    assert!(
+        asked
+            .expect("the scene leaves it open")
+            .sends_total_counts()
+    );
+    let without = scene(&format!("{LEAST}\n[hardware]\ntotal_counts = false\n"));
+    let refused = without.with_estimator(Some(EstimatorKind::Model));
+    let error = refused.expect_err("there are no totals").to_string();
+    assert!(error.contains("total_counts = false"), "{error}");
 }
 
 #[test]

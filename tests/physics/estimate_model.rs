@@ -14,6 +14,7 @@ use goldtof::estimate::{
 };
 use goldtof::optics::{DetectorModel, StepCount, count_step};
 use goldtof::scene::{Path, Scene, Source};
+use goldtof::sensor::Step;
 
 const TIER: CountingTier = CountingTier::Events;
 
@@ -27,7 +28,7 @@ fn scan_around(scene: &mut Scene, halfwidth: u64) {
 fn photons(scene: &Scene, repetition: u64) -> Vec<StepCount> {
     let model = DetectorModel::new(scene, 0);
     (0..scene.scan.steps)
-        .map(|step| count_step(&model, 97, repetition, step))
+        .map(|step| count_step(&model, 97, repetition, Step(step)))
         .collect()
 }
 

@@ -14,6 +14,7 @@ use goldtof::fidelity::Tier;
 use goldtof::fidelity::simulate::simulate;
 use goldtof::optics::{DetectorModel, MeanCount, StepCount, count_step};
 use goldtof::scene::{EstimatorKind, Path, Scene, Source};
+use goldtof::sensor::Step;
 
 const TIER: CountingTier = CountingTier::Events;
 const STEP_PS: f64 = 25.0;
@@ -120,7 +121,7 @@ fn an_interferer_at_any_delay_moves_nothing_whether_its_code_is_given_or_found()
 fn photons(scene: &Scene, repetition: u64) -> Vec<StepCount> {
     let model = DetectorModel::new(scene, 0);
     (0..scene.scan.steps)
-        .map(|step| count_step(&model, 11, repetition, step))
+        .map(|step| count_step(&model, 11, repetition, Step(step)))
         .collect()
 }
 

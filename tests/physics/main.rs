@@ -1,14 +1,19 @@
 //! Photons, expected counts and estimates.
 
+mod errors_that_wrap;
 mod estimate_against_photons;
 mod estimate_model;
 mod estimate_model_is_unbiased;
+mod estimate_model_stays_finite;
+mod fidelity_compares_all_three;
+mod missed_peaks_are_predicted;
 mod optics_detector_statistics;
 mod optics_fast_agrees_with_the_plain_loop;
 mod optics_fast_counts_depend_on_the_seed_alone;
 mod optics_fast_obeys_closed_forms;
 mod optics_mean_response;
 mod optics_moving_paths;
+mod optics_sampled_pulses;
 mod optics_streams;
 mod optics_support;
 mod parallel_steps_share_their_light;

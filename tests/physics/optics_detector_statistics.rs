@@ -8,12 +8,13 @@ use crate::optics_support::{
 };
 use goldtof::optics::{Detection, DetectorModel};
 use goldtof::scene::Scene;
+use goldtof::sensor::Group;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 fn counts_per_step(scene: &Scene, seed: u64, steps: u64) -> Moments {
     let model = DetectorModel::new(scene, 0);
-    Moments::of((0..steps).map(|step| model.step(seed, 0, step).count() as f64))
+    Moments::of((0..steps).map(|step| model.step(seed, 0, Group(step)).count() as f64))
 }
 
 #[test]
@@ -59,7 +60,7 @@ fn without_dead_time_counts_follow_the_delayed_code_as_a_poisson_process() {
     let mut bins = [0.0_f64; 70];
     let steps = 200;
     for step in 0..steps {
-        for Detection { chip, fraction } in model.step(13, 0, step) {
+        for Detection { chip, fraction } in model.step(13, 0, Group(step)) {
             let position = (step * 7 * 500 + chip) % 7;
             bins[position as usize * 10 + (fraction * 10.0) as usize] += 1.0;
         }
@@ -161,7 +162,13 @@ fn modulated_light_with_dead_time_and_afterpulses_agrees_with_a_naive_simulator(
         bins
     };
     let ours: Vec<Vec<f64>> = (0..steps)
-        .map(|step| histogram(&mut model.step(21, 0, step).map(|d| d.chip as f64 + d.fraction)))
+        .map(|step| {
+            histogram(
+                &mut model
+                    .step(21, 0, Group(step))
+                    .map(|d| d.chip as f64 + d.fraction),
+            )
+        })
         .collect();
     let mut rng = StdRng::seed_from_u64(22);
     let naive: Vec<Vec<f64>> = (0..steps)
@@ -192,7 +199,7 @@ fn delay_and_jitter_shift_registered_times_as_independent_gaussians() {
     bare.detectors[0].delay_ps = 0.0;
     let times = |scene: &Scene| -> Vec<(u64, f64)> {
         let model = DetectorModel::new(scene, 0);
-        let times = model.step(31, 0, 0).map(|d| (d.chip, d.fraction));
+        let times = model.step(31, 0, Group(0)).map(|d| (d.chip, d.fraction));
         times.collect()
     };
     // The first registered time may lie just across the border of the step.
@@ -216,10 +223,13 @@ fn delay_and_jitter_shift_registered_times_as_independent_gaussians() {
 #[test]
 fn strong_jitter_still_gives_ordered_times_and_loses_none() {
     let mut scene = ideal_scene(code(&[1]), 200e6, 100_000);
-    let without = DetectorModel::new(&scene, 0).step(41, 0, 0).count() as f64;
+    let without = DetectorModel::new(&scene, 0).step(41, 0, Group(0)).count() as f64;
     scene.detectors[0].jitter_ps = vec![20e3];
     let model = DetectorModel::new(&scene, 0);
-    let times: Vec<(u64, f64)> = model.step(41, 0, 0).map(|d| (d.chip, d.fraction)).collect();
+    let times: Vec<(u64, f64)> = model
+        .step(41, 0, Group(0))
+        .map(|d| (d.chip, d.fraction))
+        .collect();
     assert!(times.is_sorted());
     // Shifting a Poisson process independently leaves it Poisson.
     let mean: f64 = 200e6 * 100_000.0 * 8e-9;
@@ -240,7 +250,7 @@ fn steps_of_a_blinded_detector_start_anywhere_in_its_dead_time() {
     let steps = 200;
     let mut eighths = [0.0; 8];
     for step in 0..steps {
-        let first = model.step(2, 0, step).next().expect("it fires");
+        let first = model.step(2, 0, Group(step)).next().expect("it fires");
         let dead_times = (first.chip as f64 + first.fraction) * 8.0;
         eighths[((dead_times * 8.0) as usize).min(7)] += 1.0;
     }

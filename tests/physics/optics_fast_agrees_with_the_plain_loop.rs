@@ -8,6 +8,7 @@ use goldtof::code::Code;
 use goldtof::optics::fast::StepCounter;
 use goldtof::optics::{DetectorModel, StepCount, count_step};
 use goldtof::scene::{Path, Scan, Scene};
+use goldtof::sensor::Step;
 
 /// Counts of both, by step and scan.
 struct Comparison {
@@ -30,7 +31,7 @@ impl Comparison {
                 .collect()
         };
         Comparison {
-            plain: by_step(&|scan, step| count_step(&model, 2, scan, step)),
+            plain: by_step(&|scan, step| count_step(&model, 2, scan, Step(step))),
             fast: by_step(&|scan, step| counts[(scan * steps + step) as usize]),
         }
     }

@@ -8,6 +8,7 @@ use goldtof::optics::fast::{
 };
 use goldtof::optics::{DetectorModel, StepCount, count_step};
 use goldtof::scene::Scene;
+use goldtof::sensor::Step;
 
 fn scene() -> Scene {
     table_i_scene(gold_11(), 12e6, 3_000)
@@ -88,7 +89,9 @@ fn models_beyond_the_lanes_go_through_the_plain_loop() {
         let mut scene = bare();
         change(&mut scene);
         let model = DetectorModel::new(&scene, 0);
-        let plain: Vec<StepCount> = (0..5).map(|step| count_step(&model, 3, 4, step)).collect();
+        let plain: Vec<StepCount> = (0..5)
+            .map(|step| count_step(&model, 3, 4, Step(step)))
+            .collect();
         assert_eq!(counts(&model, 3, 0..5), plain);
         StepCounter::new(&model).outside_domain()
     };

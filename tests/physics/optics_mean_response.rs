@@ -13,6 +13,7 @@ use goldtof::optics::{
     count_step,
 };
 use goldtof::scene::Scene;
+use goldtof::sensor::Step;
 
 /// A one-chip code that is always on: constant light, counted upwards.
 fn constant_light(rate_cps: f64, dead_time_ps: f64) -> Scene {
@@ -27,13 +28,13 @@ fn constant_light_gives_the_renewal_rate_and_variance() {
         for rate in [1e6, 20e6, 100e6] {
             let scene = constant_light(rate, dead_time_ps);
             let model = DetectorModel::new(&scene, 0);
-            let response = MeanResponse::new(&model).expect("it can be solved");
+            let response = MeanResponse::of_tier(&model, CountingTier::Events).expect("solved");
             let slowdown = 1.0 + rate * dead_time_ps * 1e-12;
             let mean = rate * 8e-6 / slowdown;
             let variance = rate * 8e-6 / slowdown.powi(3);
             let moments = SecondMoments::new(&response)
                 .expect("it can be solved")
-                .of_step(3);
+                .of_step(Step(3));
             let found = (moments.signed_mean, moments.signed_variance);
             assert!((found.0 / mean - 1.0).abs() < 1e-6, "{found:?} {mean}");
             assert!(
@@ -51,7 +52,7 @@ fn without_dead_time_expected_counts_are_the_interpolated_code_correlation() {
     let delay_samples = 18.0;
     scene.paths[0].delay_ps = delay_samples * 1000.0;
     let model = DetectorModel::new(&scene, 0);
-    let response = MeanResponse::new(&model).expect("it can be solved");
+    let response = MeanResponse::of_tier(&model, CountingTier::Events).expect("solved");
     let correlation = |lag: i64| -> f64 {
         (0..7_i64)
             .map(|i| {
@@ -61,13 +62,12 @@ fn without_dead_time_expected_counts_are_the_interpolated_code_correlation() {
             .sum()
     };
     for k in 0..56 {
-        // The sampled peak stands one sample late.
-        let lag = (k as f64 - delay_samples - 1.0) / 8.0;
+        let lag = (k as f64 - delay_samples) / 8.0;
         let (whole, part) = (lag.floor(), lag - lag.floor());
         let mean = (1.0 - part) * correlation(whole as i64) + part * correlation(whole as i64 + 1);
         // Rate 10 MHz in the mean, four of seven chips on.
         let expected = mean * 10e6 * 7.0 / 4.0 * 8e-9 * 100.0;
-        let found = response.expected_count(k);
+        let found = response.expected_count(Step(k));
         assert!((found - expected).abs() < 1e-9, "{k}: {found} {expected}");
     }
 }
@@ -131,10 +131,10 @@ fn compare_with_photons(scene: &Scene) {
     let mut variance_ratio = Vec::new();
     for step in 0..scene.scan.steps {
         let found = Moments::of(counts.iter().map(|scan| scan[step as usize]));
-        let expected = response.expected_count(step);
+        let expected = response.expected_count(Step(step));
         assert_within_standard_errors(found.z(expected), 5.0, &format!("count of step {step}"));
         mean_z.push(found.z(expected));
-        variance_ratio.push(found.variance / moments.of_step(step).signed_variance);
+        variance_ratio.push(found.variance / moments.of_step(Step(step)).signed_variance);
     }
     let mean_z = Moments::of(mean_z);
     assert_within_standard_errors(mean_z.z(0.0), 5.0, "all counts together");
@@ -162,14 +162,14 @@ fn the_continuous_time_counter_counts_as_the_mean_response_says() {
         .map(|scan| {
             let steps = 0..scene.scan.steps;
             steps
-                .map(|step| count_step(&model, 3, scan, step))
+                .map(|step| count_step(&model, 3, scan, Step(step)))
                 .collect()
         })
         .collect();
     let mut z = [Vec::new(), Vec::new()];
     let mut ratios = [Vec::new(), Vec::new(), Vec::new()];
     for step in 0..scene.scan.steps {
-        let expected = second.of_step(step);
+        let expected = second.of_step(Step(step));
         assert!((means[step as usize].signed - expected.signed_mean).abs() < 1e-6);
         assert!((means[step as usize].total - expected.total_mean).abs() < 1e-6);
         let of_step = || counts.iter().map(|scan| scan[step as usize]);
@@ -301,7 +301,8 @@ fn means_agree_with_a_time_stepped_detector_to_a_hundred_thousandth_of_the_peak(
         // The stepped detector's light has no delay.
         let response = MeanResponse::new(&model)
             .expect("it can be solved")
-            .delayed(-16_500.0);
+            .delayed(-16_500.0)
+            .expect("it can be solved");
         let found = response.hits_per_sample();
         let largest = stepped.iter().copied().fold(0.0, f64::max);
         // Sample s sees the detections of the eighth of a chip before it.
@@ -339,7 +340,7 @@ fn moments_of_a_scan_are_those_of_its_steps_within_two_per_cent() {
         for step in [
             0, 3, 100, 17, 22, 23, 24, 31, 35, 180, 1_000, 5_555, 12_345, 16_375,
         ] {
-            let (found, exact) = (scan[step as usize], second.of_step(step));
+            let (found, exact) = (scan[step as usize], second.of_step(Step(step)));
             let scale = (exact.signed_variance * exact.total_variance).sqrt();
             assert!((found.signed_mean - exact.signed_mean).abs() < 1e-6);
             assert!((found.signed_variance / exact.signed_variance - 1.0).abs() < 0.02);
@@ -417,7 +418,7 @@ fn assert_moments_of_table_i(detections: f64, chips: u64) {
         let mut counts = vec![StepCount::ZERO; (scans * 32) as usize];
         let threads = available_parallelism().unwrap_or(NonZero::<usize>::MIN);
         StepCounter::new(&model).count_on_threads(threads, 9, 0..scans, 0..32, &mut counts);
-        let of_steps: Vec<u64> = (0..32).collect();
+        let of_steps: Vec<Step> = Step::all(32).collect();
         let expected = second.of_steps(&of_steps);
         let peak = expected.iter().map(|m| m.signed_mean).fold(0.0, f64::max);
         // Sums over scans and steps of deviations from the expected means, and of

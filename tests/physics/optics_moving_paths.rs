@@ -10,6 +10,7 @@ use goldtof::estimate::{
 use goldtof::optics::fast::{OutsideDomain, StepCounter};
 use goldtof::optics::{DetectorModel, MeanResponse, MeanResponseError, StepCount, count_step};
 use goldtof::scene::{Fluctuation, Movement, Scene};
+use goldtof::sensor::{Group, Step};
 
 const LIGHT_M_PER_S: f64 = 299_792_458.0;
 
@@ -34,7 +35,7 @@ fn fluctuating(mut scene: Scene, std_m: f64, correlation_time_ps: f64) -> Scene 
 
 fn scan(model: &DetectorModel, seed: u64, repetition: u64) -> Vec<StepCount> {
     (0..model.scan().steps)
-        .map(|step| count_step(model, seed, repetition, step))
+        .map(|step| count_step(model, seed, repetition, Step(step)))
         .collect()
 }
 
@@ -75,7 +76,7 @@ fn the_code_is_seen_with_its_doppler_shift() {
     let model = DetectorModel::new(&scene, 0);
     let (mut total, mut last_chip) = (0_u64, [0_u64; 2]);
     let mut per_quarter = [0_u64; 4];
-    for detection in model.step(1, 0, 0) {
+    for detection in model.step(1, 0, Group(0)) {
         // t - tau(t) in chips; the product is exact to 10^-9.
         let moved = rate * (detection.chip as f64 + detection.fraction) + 21.0 / 8.0;
         let emitted =

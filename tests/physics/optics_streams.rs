@@ -5,11 +5,12 @@ use crate::optics_support::{
 };
 use goldtof::optics::{Detection, DetectorModel, Pulse, PulseStream, count_step};
 use goldtof::scene::{CounterTiming, Path, Scene, Source};
+use goldtof::sensor::{Group, Step};
 use proptest::prelude::*;
 
 fn detections(scene: &Scene, seed: u64, repetition: u64, step: u64) -> Vec<Detection> {
     DetectorModel::new(scene, 0)
-        .step(seed, repetition, step)
+        .step(seed, repetition, Group(step))
         .collect()
 }
 
@@ -32,9 +33,11 @@ fn the_same_numbers_give_the_same_detections_and_others_do_not() {
 fn the_order_of_steps_does_not_matter() {
     let scene = table_i_scene(gold_5(), 20e6, 500);
     let model = DetectorModel::new(&scene, 0);
-    let forwards: Vec<Vec<Detection>> = (0..20).map(|j| model.step(1, 0, j).collect()).collect();
+    let forwards: Vec<Vec<Detection>> = (0..20)
+        .map(|j| model.step(1, 0, Group(j)).collect())
+        .collect();
     // Interleaved, one detection of each step at a time.
-    let mut side_by_side: Vec<_> = (0..20).rev().map(|j| model.step(1, 0, j)).collect();
+    let mut side_by_side: Vec<_> = (0..20).rev().map(|j| model.step(1, 0, Group(j))).collect();
     let mut found = vec![Vec::new(); 20];
     loop {
         let mut any = false;
@@ -103,7 +106,7 @@ fn naive_pulses(scene: &Scene, model: &DetectorModel, steps: &[(u64, u64)]) -> V
     let mut pulses = Vec::new();
     for (number, &(repetition, step)) in steps.iter().enumerate() {
         let step_start = number as u64 * samples_per_step;
-        for detection in model.step(1, repetition, step) {
+        for detection in model.step(1, repetition, Group(step)) {
             let time_ps = (detection.chip as f64 + detection.fraction) * scene.chip_period_ps;
             let high: Vec<u64> = (0..samples_per_step + 64)
                 .filter(|&s| {
@@ -151,8 +154,8 @@ fn a_window_scan_ends_after_its_last_step() {
     let steps: Vec<(u64, u64)> = (0..5).map(|j| (0, j)).collect();
     assert_eq!(pulses, naive_pulses(&scene, &model, &steps));
     // 250 chips, realigned to the ninth period of 31 chips.
-    assert_eq!(model.first_chip(0, 4), 200);
-    assert_eq!(model.first_chip(1, 0), 279);
+    assert_eq!(model.first_chip(0, Group(4)), 200);
+    assert_eq!(model.first_chip(1, Group(0)), 279);
 }
 
 proptest! {
@@ -218,7 +221,7 @@ fn the_counter_correlates_with_the_delayed_reference_and_its_late_edges() {
         };
         let model = DetectorModel::new(&scene, 0);
         for k in [0, 5, 17, 18, 19, 30, 44] {
-            let count = count_step(&model, 51, 0, k);
+            let count = count_step(&model, 51, 0, Step(k));
             let timing = [rising_ps / 8000.0, falling_ps / 8000.0];
             let mean = naive_correlation(&chips, 2.3, k as f64 / 8.0, timing);
             let n = count.total as f64;
@@ -240,7 +243,7 @@ fn near_an_edge_either_sign_is_equally_likely() {
     let shares = Moments::of((0..16).map(|j| {
         // A quarter chip on either side of every edge is drawn at random, which
         // cuts the triangle 1 - 2 |lag| off at a half.
-        let count = count_step(&model, 61, 0, j);
+        let count = count_step(&model, 61, 0, Step(j));
         let lag = (j as f64 / 8.0 + 1.0) % 2.0 - 1.0;
         let certain = (1.0 - 2.0 * lag.abs()).clamp(-0.5, 0.5);
         count.signed as f64 / count.total as f64 - certain

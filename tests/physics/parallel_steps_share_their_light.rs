@@ -11,6 +11,7 @@ use goldtof::optics::{
     CountingTier, DetectorModel, MeanResponse, SecondMoments, StepCount, count_step,
 };
 use goldtof::scene::Scene;
+use goldtof::sensor::{Group, Step};
 
 const PARALLEL: u32 = 4;
 
@@ -108,7 +109,7 @@ fn the_tiers_agree_step_by_step() {
     let sampled = step_means(&collect(&hardware, Tier::Sampled, 400));
     let events = step_means(&collect(&counter, Tier::Events, 400));
     assert_same_means(&sampled, &events, "events");
-    let counts = step_means(&collect(&counter, Tier::Counts, 400));
+    let counts = step_means(&collect(&hardware, Tier::Counts, 400));
     assert_same_means(&sampled, &counts, "counts");
     let model = DetectorModel::new(&hardware, 0);
     let response = MeanResponse::of_tier(&model, CountingTier::Sampled).unwrap();
@@ -148,7 +149,7 @@ fn lanes_and_plain_loop_agree_and_the_lanes_know_their_limit() {
                     counter.count(1, repetition..repetition + 1, 0..16, &mut scan);
                 } else {
                     let count = |step| count_step(&model, 2, repetition, step);
-                    scan = (0..16).map(count).collect();
+                    scan = Step::all(16).map(count).collect();
                 }
                 scan
             })
@@ -176,7 +177,7 @@ fn covariances_of_a_group_are_those_of_its_counts() {
     scene.scan.steps = u64::from(PARALLEL);
     let model = DetectorModel::new(&scene, 0);
     let response = MeanResponse::of_tier(&model, CountingTier::Events).unwrap();
-    let moments = SecondMoments::new(&response).unwrap().of_group(0);
+    let moments = SecondMoments::new(&response).unwrap().of_group(Group(0));
     let scans = collect(&scene, Tier::Events, 20_000);
     let n = scans.len() as f64;
     let value = |scan: &[StepCount], i: usize| match scan.get(i) {
@@ -232,4 +233,64 @@ fn the_predicted_scatter_knows_that_steps_of_a_group_go_together() {
     let expected = of(Tier::Expected, 7);
     assert_eq!(expected.estimates, 0);
     assert_eq!(expected.std_m, expected.expected_std_m);
+}
+
+/// Under light that keeps the detector blind nearly all the time, so that it starts
+/// anywhere in a dead time: the start, too, belongs to the light that a group shares.
+#[test]
+fn steps_of_a_group_share_the_start_of_a_detector_that_is_nearly_always_blind() {
+    const STEPS: u64 = 8;
+    const SCANS: u64 = 24;
+    let mut scene = scene();
+    let spad = &mut scene.detectors[0];
+    spad.background_rate_cps = 65e9;
+    spad.afterpulsing_probability = 0.0;
+    scene.scan.steps = STEPS;
+    scene.scan.integration_chips = 1_249;
+    // The detector fires once in a dead time and a wait for light.
+    let spad = &scene.detectors[0];
+    let wait_ps = 1e12 / (spad.background_rate_cps * spad.photon_detection_probability);
+    let step_ps = 1_249.0 * scene.chip_period_ps;
+    let turns = step_ps / (spad.dead_time_ps + wait_ps);
+
+    let model = DetectorModel::new(&scene, 0);
+    let counter = StepCounter::new(&model);
+    assert_eq!(counter.outside_domain(), None, "the lanes must be used");
+    let lanes = |repetition: u64| {
+        let mut scan = vec![StepCount::ZERO; STEPS as usize];
+        counter.count(1, repetition..repetition + 1, 0..STEPS, &mut scan);
+        scan
+    };
+    let plain = |repetition: u64| -> Vec<StepCount> {
+        let count = |step| count_step(&model, 2, repetition, step);
+        Step::all(STEPS).map(count).collect()
+    };
+    let engines: [(&str, Vec<Vec<StepCount>>); 2] = [
+        ("lanes", (0..SCANS).map(lanes).collect()),
+        ("plain loop", (0..SCANS).map(plain).collect()),
+    ];
+    for (engine, scans) in &engines {
+        let mut of_groups = Vec::new();
+        for group in scans.iter().flat_map(|scan| scan.chunks(PARALLEL as usize)) {
+            let totals: Vec<u64> = group.iter().map(|count| count.total).collect();
+            assert!(
+                totals.iter().all(|t| t == &totals[0]),
+                "{engine}: {totals:?}"
+            );
+            of_groups.push(totals[0] as f64);
+        }
+        // A clock whose phase is anywhere: the whole number below or above.
+        let n = of_groups.len() as f64;
+        let mean = of_groups.iter().sum::<f64>() / n;
+        let whole = turns.floor();
+        let spread = ((turns - whole) * (1.0 - turns + whole)).max(0.1);
+        let what = format!("{engine}: {mean} for {turns}");
+        assert_within_standard_errors((mean - turns) / (spread / n).sqrt(), 5.0, &what);
+        let (least, most) = of_groups
+            .iter()
+            .fold((f64::MAX, 0.0_f64), |(least, most), &n| {
+                (least.min(n), most.max(n))
+            });
+        assert!(least < most, "{what}: groups have light of their own");
+    }
 }

@@ -5,6 +5,7 @@ use crate::optics_support::{code, gold_5, m_sequence, table_i_scene};
 use goldtof::optics::fast::StepCounter;
 use goldtof::optics::{DetectorModel, OptionalPart, Pulse, PulseStream, StepCount, count_step};
 use goldtof::scene::{Path, Scene};
+use goldtof::sensor::Step;
 use proptest::prelude::*;
 
 /// What a random scene has of everything that may be left out.
@@ -105,7 +106,7 @@ fn pulses(model: &DetectorModel, seed: u64) -> Vec<Pulse> {
 }
 
 fn plain_counts(model: &DetectorModel, seed: u64) -> Vec<StepCount> {
-    let count = |step| count_step(model, seed, 1, step);
+    let count = |step| count_step(model, seed, 1, Step(step));
     (0..model.scan().steps).map(count).collect()
 }
 

@@ -59,6 +59,7 @@ fn bias_and_scatter_of_the_sampled_tier_are_those_of_the_exact_mean_response() {
         "{estimate}"
     );
     assert_eq!(number(estimate, "correct_coarse_fraction"), 1.0);
+    assert_eq!(number(estimate, "missed_scans"), 0.0);
     let mean = number(estimate, "mean_m") - number(estimate, "bias_m");
     assert!((mean - 3.2).abs() < 1e-9);
 }

@@ -9,6 +9,7 @@ use super::{FitError, ModelEstimate, OtherLight, search, start};
 use crate::estimate::CountingTier;
 use crate::optics::{DetectorModel, MeanCount, StepCount};
 use crate::scene::Scene;
+use crate::sensor::Step;
 
 /// Fits the scans of one detector. Second moments that one scan needed are kept for
 /// the next; what a scan gives does not depend on which came before.
@@ -96,7 +97,7 @@ impl<'s> Fitter<'s> {
             });
         }
         let mut problem = Problem {
-            steps: (0..scene.scan.steps).collect(),
+            steps: Step::all(scene.scan.steps).collect(),
             ..first
         };
         for candidates in wanted {

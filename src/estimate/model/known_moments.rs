@@ -12,6 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::least_squares::Weights;
 use super::problem::{Parameters, PathParameters, Problem};
 use crate::optics::{CountMoments, MeanCount, MeanResponseError};
+use crate::sensor::Step;
 
 /// Distance of nodes: delays in chips, and rates times dead time, which is what
 /// moments per detection depend on.
@@ -41,7 +42,7 @@ const OF_SCANS: Spacing = Spacing {
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 struct Key {
     /// Steps of a window; none for the whole scan.
-    steps: Vec<u64>,
+    steps: Vec<Step>,
     /// Chips of the codes.
     codes: Vec<Vec<u8>>,
     /// Delay and strength of each path, and the constant light, in spacings.

@@ -84,7 +84,7 @@ impl Weights {
             })
     }
 
-    /// The normal equations; `None` if they are singular.
+    /// The normal equations; `None` if they are singular, or say nothing finite.
     pub fn normal(
         &self,
         jacobian: &[Column],
@@ -104,7 +104,7 @@ impl Weights {
         let matrix = (0..size)
             .map(|i| (0..size).map(|j| information(i, j)).collect())
             .collect();
-        Some(Normal {
+        let normal = Normal {
             gradient: columns
                 .iter()
                 .zip(&scales)
@@ -112,7 +112,8 @@ impl Weights {
                 .collect(),
             inverse: inverse(matrix)?,
             scales,
-        })
+        };
+        normal.is_finite().then_some(normal)
     }
 
     /// Information of the counts about the unknowns, without any data.
@@ -141,6 +142,12 @@ fn whiten(factor: &[f64; 3], count: &MeanCount) -> [f64; 2] {
 }
 
 impl Normal {
+    fn is_finite(&self) -> bool {
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        let inverse_is_finite = self.inverse.iter().all(|row| finite(row));
+        inverse_is_finite && finite(&self.gradient) && finite(&self.standard_deviations())
+    }
+
     /// The Gauss-Newton step.
     pub fn solution(&self) -> Vec<f64> {
         self.inverse

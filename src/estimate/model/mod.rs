@@ -24,10 +24,12 @@ mod start;
 
 use std::sync::Arc;
 
+pub(super) use coarse::best_match;
 pub use fitter::Fitter;
 pub(super) use problem::{Parameters, PathParameters, Problem, window};
 
-use super::{CountingTier, NoEstimate};
+use super::bound::bound;
+use super::{CountingTier, NoEstimate, TheoryEffort};
 use crate::code::Code;
 use crate::optics::{DetectorModel, MeanCount, MeanResponse, MeanResponseError, StepCount};
 pub use crate::scene::OtherLight;
@@ -146,6 +148,16 @@ pub enum FitError {
         /// Number of unknowns.
         unknowns: usize,
     },
+    /// The counts tell much more of the distance at some places than at others.
+    #[error(
+        "pulses are shorter than a sample, so that the counts hardly tell where between two samples \
+         light comes: their slope here stands for a standard deviation of {std_mm:.1} mm, but it \
+         changes by more than half within that or half a sample, so that no estimate is unbiased"
+    )]
+    Uneven {
+        /// Standard deviation by the counts' slope at the scene's own delay.
+        std_mm: f64,
+    },
     /// Gauss-Newton does not settle.
     #[error(
         "the fit does not settle within {} steps",
@@ -203,8 +215,14 @@ pub fn expected_fit(
     tier: CountingTier,
 ) -> Result<ModelEstimate, FitError> {
     check_independent(scene, detector)?;
+    TheoryEffort::of(scene, detector)?.check_fit()?;
     let model = DetectorModel::new(scene, detector);
-    let means = MeanResponse::of_tier(&model, tier)?.mean_counts();
+    let response = MeanResponse::of_tier(&model, tier)?;
+    if response.misses_pulses() {
+        // A fit settles everywhere, but there its average is not that of the average.
+        bound(scene, detector, tier)?;
+    }
+    let means = response.mean_counts();
     fit_means(scene, detector, tier, &means, scene.other_light)
 }
 

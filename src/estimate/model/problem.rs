@@ -9,6 +9,7 @@ use crate::optics::{
     MeanResponseError, SecondMoments,
 };
 use crate::scene::Scan;
+use crate::sensor::Step;
 
 /// Steps for derivatives: delay in chips, logarithm of a strength, and constant
 /// light as a share of all light.
@@ -49,24 +50,24 @@ pub struct Problem<'m> {
     /// The code of each path.
     pub codes: Vec<Arc<Code>>,
     /// Numbers of the steps in the scan, ascending.
-    pub steps: Vec<u64>,
+    pub steps: Vec<Step>,
 }
 
 /// Derivatives of every step's means by one unknown.
 pub type Column = Vec<MeanCount>;
 
 /// 3 S steps round a peak, or what the scan has of them.
-pub fn window(scan: &Scan, samples_per_chip: u32, peak: u64) -> Vec<u64> {
+pub fn window(scan: &Scan, samples_per_chip: u32, peak: Step) -> Vec<Step> {
     let half = (3 * i64::from(samples_per_chip)).div_euclid(2).max(3);
-    let (peak, steps) = (peak as i64, scan.steps as i64);
-    let mut window: Vec<u64> = if scan.is_full() {
+    let (peak, steps) = (peak.0 as i64, scan.steps as i64);
+    let mut window: Vec<Step> = if scan.is_full() {
         let half = half.min(steps / 2);
         (peak - half..peak + half)
-            .map(|s| s.rem_euclid(steps) as u64)
+            .map(|s| Step(s.rem_euclid(steps) as u64))
             .collect()
     } else {
         ((peak - half).max(0)..(peak + half).min(steps))
-            .map(|s| s as u64)
+            .map(|s| Step(s as u64))
             .collect()
     };
     window.sort_unstable();
@@ -156,6 +157,11 @@ impl<'m> Problem<'m> {
         self.model.chip_period_ps()
     }
 
+    /// Samples per chip, S.
+    pub fn samples_per_chip(&self) -> f64 {
+        f64::from(self.model.samples_per_chip())
+    }
+
     /// The light that the unknowns stand for.
     pub fn light(&self, parameters: &Parameters) -> Light {
         let paths = parameters.paths.iter().zip(&self.codes);
@@ -235,8 +241,10 @@ impl<'m> Problem<'m> {
     ) -> Result<Column, MeanResponseError> {
         if parameters.paths.len() == 1 && parameters.is_delay(index) {
             // All light earlier or later at once: the same solution, read off there.
-            let [below, above] = [-DELAY_STEP_CHIPS, DELAY_STEP_CHIPS]
-                .map(|by| self.means_of(&response.delayed(by * self.chip_period_ps())));
+            let at = |by: f64| -> Result<Vec<MeanCount>, MeanResponseError> {
+                Ok(self.means_of(&response.delayed(by * self.chip_period_ps())?))
+            };
+            let (below, above) = (at(-DELAY_STEP_CHIPS)?, at(DELAY_STEP_CHIPS)?);
             return Ok(slope(&below, &above, 2.0 * DELAY_STEP_CHIPS));
         }
         let (above, up) = parameters.nudged(index, 1.0);

@@ -131,7 +131,10 @@ pub fn strongest(
     let (_, own_height) = transform.peak_of_phases(&measured, own, samples_per_chip);
     let step_ps = scene.chip_period_ps / samples_per_chip as f64;
     let offset_ps = calibration_offset_ps(scene, detector, problem.tier);
-    let ratio = (height / own_height).clamp(1e-3, 1e3);
+    let ratio = match own_height > 0.0 {
+        true => (height / own_height).clamp(1e-3, 1e3),
+        false => 1.0,
+    };
     Ok(Some(Found {
         path: PathParameters {
             delay_chips: (delay_steps as f64 * step_ps - offset_ps) / scene.chip_period_ps,

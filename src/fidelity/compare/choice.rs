@@ -1,7 +1,12 @@
-//! Which tier is worth its time.
+//! Which tier is worth its time, and whether that can be told at all.
 
-use super::points::{Z_95, worst};
-use super::{Recommendation, Reference, TierPoint};
+use super::points::{RESOLUTION, Run, Z_95, cost, needed_scans, worst};
+use super::{Recommendation, Reference, Refusal, TierPoint, Verdict};
+
+/// Share of the whole budget that the reference gets.
+pub const REFERENCE_SHARE: f64 = 0.4;
+/// The runs before the last one, and what the clock is unsure of.
+const MARGIN: f64 = 2.0;
 
 /// Marks the points that no other one beats in both time and error of the
 /// standard deviation.
@@ -17,38 +22,42 @@ pub fn mark_pareto(tiers: &mut [TierPoint]) {
     }
 }
 
-/// The cheapest tier whose difference from the reference is no larger than
-/// chance and target together, with as many scans as bring its own random error
-/// below the target.
-pub fn recommend(
-    tiers: &[TierPoint],
-    reference: &Reference,
-    target_error: f64,
-) -> Option<Recommendation> {
-    let chance = Z_95 * reference.std_std_error_m / reference.std_m;
-    let agrees = |tier: &TierPoint| {
-        let half = (tier.error_ci[1] - tier.error_ci[0]) / 2.0;
-        tier.error_vs_reference.abs() <= half.max(chance) + target_error
-    };
-    let cost = |tier: &TierPoint| match tier.repetitions {
-        None => (None, tier.run_time_s),
-        Some(repetitions) => {
-            // The relative standard error of a standard deviation of n normal
-            // numbers is 1 / sqrt(2 (n - 1)).
-            let needed = (0.5 * (Z_95 / target_error).powi(2)).ceil() as u64 + 1;
-            // What a tier sets up before its first scan is in every run's time.
-            let shortest = tiers
-                .iter()
-                .filter(|other| other.name == tier.name && other.repetitions < tier.repetitions)
-                .min_by_key(|other| other.repetitions);
-            let (fewest, least_s) = shortest.map_or((0, 0.0), |run| {
-                (run.repetitions.unwrap_or(0), run.run_time_s)
-            });
-            let per_scan_s = (tier.run_time_s - least_s).max(0.0) / (repetitions - fewest) as f64;
-            let set_up_s = (least_s - per_scan_s * fewest as f64).max(0.0);
-            (Some(needed), set_up_s + per_scan_s * needed as f64)
-        }
-    };
+/// Refuses a target error that the reference's runs do not resolve: with such
+/// intervals no tier could be seen to hold.
+pub fn refuse(runs: &[Run], reference: &Reference, target_error: f64) -> Option<Refusal> {
+    let of_missed = reference
+        .missed_fraction_ci
+        .map(|end| (end - reference.missed_fraction).abs());
+    let half_width = [
+        Z_95 * reference.std_std_error_m / reference.std_m,
+        Z_95 * reference.std_error_m / reference.std_m,
+        of_missed[0].max(of_missed[1]),
+    ]
+    .into_iter()
+    .fold(0.0, f64::max);
+    // As many scans as were asked for are enough, whatever chance makes of them.
+    if half_width <= 1.1 * RESOLUTION * target_error {
+        return None;
+    }
+    let (last, asked) = (runs.last()?, RESOLUTION * target_error);
+    // Of a handful of estimates the scatter is not known: as for normal ones.
+    let per_estimate = last.repetitions as f64 / last.statistics.estimates.max(1) as f64;
+    let of_normal = ((Z_95 / asked).powi(2) * per_estimate).ceil() as u64;
+    let scans = needed_scans(last, asked).unwrap_or(of_normal);
+    let times: Vec<(u64, f64)> = runs.iter().map(|r| (r.repetitions, r.run_time_s)).collect();
+    let (set_up_s, per_scan_s) = cost(&times)?;
+    let needed_budget_s = MARGIN * (set_up_s + per_scan_s * scans as f64) / REFERENCE_SHARE;
+    Some(Refusal {
+        target_error,
+        resolved_error: half_width / RESOLUTION,
+        needed_scans: scans,
+        needed_budget_s: needed_budget_s.ceil(),
+    })
+}
+
+/// The cheapest tier that was seen to hold in all three errors, with as many scans as
+/// bring its own random errors below the target.
+pub fn recommend(tiers: &[TierPoint], target_error: f64) -> Option<Recommendation> {
     // Of each tier the run with the most scans, whose time per scan is surest.
     let largest = |tier: &&TierPoint| {
         !tiers
@@ -58,86 +67,118 @@ pub fn recommend(
     tiers
         .iter()
         .filter(largest)
-        .filter(|tier| agrees(tier))
-        .map(|tier| (tier, cost(tier)))
+        .filter(|tier| tier.verdict == Verdict::Holds)
+        .map(|tier| (tier, time_of(tiers, tier, target_error)))
         .min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b))
         .map(|(tier, (repetitions, run_time_s))| Recommendation {
             target_error,
             name: tier.name.clone(),
             repetitions,
             run_time_s,
-            shown_error: worst(tier.error_ci),
+            shown_error: tier.shown_error(),
         })
+}
+
+/// Scans that a tier needs for the target, and their time.
+fn time_of(tiers: &[TierPoint], tier: &TierPoint, target_error: f64) -> (Option<u64>, f64) {
+    if tier.repetitions.is_none() {
+        return (None, tier.run_time_s);
+    }
+    // The bias of n estimates is known to sigma / sqrt(n), a share to
+    // sqrt(p (1 - p) / n), the standard deviation better than either.
+    let missed = tier.missed_fraction.unwrap_or(0.0);
+    let of_bias = 1.0 / (1.0 - missed).max(0.01);
+    let needed = (Z_95 / target_error).powi(2) * of_bias.max(missed * (1.0 - missed));
+    let needed = needed.ceil() as u64;
+    let runs = tiers.iter().filter(|other| other.name == tier.name);
+    let runs = runs.filter_map(|run| Some((run.repetitions?, run.run_time_s)));
+    let (set_up_s, per_scan_s) = cost(&runs.collect::<Vec<_>>()).unwrap_or_default();
+    (Some(needed), set_up_s + per_scan_s * needed as f64)
+}
+
+impl TierPoint {
+    /// The largest error that its intervals hold; of the reference nothing.
+    fn shown_error(&self) -> f64 {
+        if self.name == super::REFERENCE_NAME {
+            return 0.0;
+        }
+        let intervals = [
+            Some(self.error_ci),
+            Some(self.bias_error_ci),
+            self.missed_error_ci,
+        ];
+        intervals
+            .into_iter()
+            .flatten()
+            .map(worst)
+            .fold(0.0, f64::max)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const REFERENCE: Reference = Reference {
-        name: "sampled",
-        repetitions: 20_000,
-        run_time_s: 100.0,
-        std_m: 0.01,
-        std_std_error_m: 0.000_05,
-        bias_m: 0.0,
-        std_error_m: 0.000_07,
-    };
-
-    fn point(name: &str, scans: Option<u64>, run_time_s: f64, error: f64, half: f64) -> TierPoint {
+    fn point(name: &str, scans: Option<u64>, run_time_s: f64, verdict: Verdict) -> TierPoint {
         TierPoint {
             name: name.to_owned(),
             repetitions: scans,
             run_time_s,
             std_m: 0.01,
             bias_m: 0.0,
-            error_vs_reference: error,
-            error_ci: [error - half, error + half],
+            missed_fraction: Some(0.0),
+            missed_fraction_ci: None,
+            error_vs_reference: 0.0,
+            error_ci: [-0.01, 0.02],
             bias_error_vs_reference: 0.0,
-            bias_error_ci: [-half, half],
+            bias_error_ci: [-0.03, 0.01],
+            missed_error_vs_reference: Some(0.0),
+            missed_error_ci: Some([-0.01, 0.01]),
+            verdict,
             pareto: false,
         }
     }
 
     #[test]
     fn a_point_that_another_beats_in_time_and_error_is_not_on_the_front() {
-        let mut tiers = [
-            point("a", Some(10), 1.0, 0.0, 0.4),
-            point("b", Some(10), 2.0, 0.1, 0.4),
-            point("b", Some(100), 3.0, 0.0, 0.1),
-        ];
+        let of = |name, run_time_s, error: f64| TierPoint {
+            error_ci: [-error, error],
+            ..point(name, Some(10), run_time_s, Verdict::Holds)
+        };
+        let mut tiers = [of("a", 1.0, 0.4), of("b", 2.0, 0.5), of("c", 3.0, 0.1)];
         mark_pareto(&mut tiers);
         assert_eq!(tiers.map(|tier| tier.pareto), [true, false, true]);
     }
 
     #[test]
-    fn the_cheapest_tier_that_agrees_is_recommended_with_the_scans_it_needs() {
+    fn the_cheapest_tier_that_holds_is_recommended_with_the_scans_it_needs() {
         let tiers = [
-            // Wrong by a fifth, far more than chance.
-            point("expected", None, 0.01, 0.2, 0.01),
-            point("events", Some(1_000), 1.0, 0.02, 0.045),
-            point("rtl", Some(100), 5.0, 0.0, 0.14),
+            point("expected", None, 0.01, Verdict::Differs),
+            point("counts", Some(1_000), 0.1, Verdict::Unresolved),
+            point("events", Some(1_000), 1.0, Verdict::Holds),
+            point("rtl", Some(100), 5.0, Verdict::Holds),
         ];
-        let best = recommend(&tiers, &REFERENCE, 0.05).expect("one agrees");
+        let best = recommend(&tiers, 0.05).expect("one holds");
         assert_eq!(best.name, "events");
-        // 1.96 / sqrt(2 (n - 1)) = 0.05 at n = 769.
-        assert_eq!(best.repetitions, Some(770));
-        assert!((best.run_time_s - 0.770).abs() < 1e-12);
-        assert!((best.shown_error - 0.065).abs() < 1e-12);
+        // (1.96 / 0.05)^2 = 1536.6.
+        assert_eq!(best.repetitions, Some(1537));
+        assert!((best.run_time_s - 1.537).abs() < 1e-12);
+        assert!((best.shown_error - 0.03).abs() < 1e-12);
+        assert!(recommend(&tiers[..2], 0.05).is_none());
     }
 
     #[test]
     fn what_a_tier_sets_up_counts_however_few_the_scans() {
         // 20 ms and 1 us a scan, against 16 ms in all.
         let tiers = [
-            point("expected", None, 0.016, 0.0, 0.01),
-            point("counts", Some(1_000), 0.021, 0.0, 0.01),
-            point("counts", Some(100_000), 0.120, 0.0, 0.01),
+            point("expected", None, 0.016, Verdict::Holds),
+            point("counts", Some(1_000), 0.021, Verdict::Holds),
+            point("counts", Some(100_000), 0.120, Verdict::Holds),
         ];
-        let best = recommend(&tiers, &REFERENCE, 0.05).expect("both agree");
+        let best = recommend(&tiers, 0.05).expect("both hold");
         assert_eq!(best.name, "expected");
-        let best = recommend(&tiers[1..], &REFERENCE, 0.05).expect("it agrees");
-        assert_eq!(best.repetitions, Some(770));
-        assert!((best.run_time_s - 0.020_77).abs() < 1e-12);
+        let best = recommend(&tiers[1..], 0.05).expect("it holds");
+        assert_eq!(best.repetitions, Some(1537));
+        assert!((best.run_time_s - 0.021_537).abs() < 1e-9);
     }
 }

@@ -36,6 +36,17 @@ impl FidelityReport {
     fn tiers_chart(&self) -> Chart {
         let of_std = |tier: &TierPoint| (tier.error_vs_reference, tier.error_ci);
         let of_bias = |tier: &TierPoint| (tier.bias_error_vs_reference, tier.bias_error_ci);
+        let of_missed = |tier: &TierPoint| {
+            (
+                tier.missed_error_vs_reference.unwrap_or(f64::NAN),
+                tier.missed_error_ci.unwrap_or([f64::NAN; 2]),
+            )
+        };
+        let mut missed = self.tier_series(of_missed);
+        for series in &mut missed {
+            // Of a tier that cannot tell, and of the reference against itself.
+            series.points.retain(|point| point.y > 0.0);
+        }
         let mut std_series = self.tier_series(of_std);
         let mut front: Vec<&TierPoint> = self.tiers.iter().filter(|tier| tier.pareto).collect();
         front.sort_by(|a, b| a.run_time_s.total_cmp(&b.run_time_s));
@@ -67,6 +78,10 @@ impl FidelityReport {
                 panel(
                     "error of the bias (% of the standard deviation)",
                     self.tier_series(of_bias),
+                ),
+                panel(
+                    "error of the share of missed peaks (% of all scans)",
+                    missed,
                 ),
             ],
         }
@@ -144,12 +159,13 @@ impl FidelityReport {
 
     fn tiers_csv(&self) -> String {
         let mut text = "tier,scans,run_time_s,std_m,bias_m,std_error,std_error_low,std_error_high,\
-                        bias_error,bias_error_low,bias_error_high,pareto\n"
+                        bias_error,bias_error_low,bias_error_high,pareto,missed_fraction,missed_error,\
+                        missed_error_low,missed_error_high,verdict\n"
             .to_owned();
         for tier in &self.tiers {
             let _ = writeln!(
                 text,
-                "{},{},{},{},{},{},{},{},{},{},{},{}",
+                "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
                 tier.name,
                 tier.repetitions.map_or(String::new(), |n| n.to_string()),
                 tier.run_time_s,
@@ -161,7 +177,12 @@ impl FidelityReport {
                 tier.bias_error_vs_reference,
                 tier.bias_error_ci[0],
                 tier.bias_error_ci[1],
-                tier.pareto
+                tier.pareto,
+                cell(tier.missed_fraction),
+                cell(tier.missed_error_vs_reference),
+                cell(tier.missed_error_ci.map(|ci| ci[0])),
+                cell(tier.missed_error_ci.map(|ci| ci[1])),
+                tier.verdict
             );
         }
         text
@@ -169,22 +190,28 @@ impl FidelityReport {
 
     fn sensor_csv(&self) -> String {
         let mut text = "relative_power,detected_rate_cps,integration_s,std_m,bias_m,\
-                        coarse_failure_bound\n"
+                        coarse_failure_bound,missed_fraction\n"
             .to_owned();
         for p in &self.sensor {
             let _ = writeln!(
                 text,
-                "{},{},{},{},{},{}",
+                "{},{},{},{},{},{},{}",
                 p.relative_power,
                 p.detected_rate_cps,
                 p.integration_s,
                 p.std_m,
                 p.bias_m,
-                p.coarse_failure_bound
+                p.coarse_failure_bound,
+                cell(p.missed_fraction)
             );
         }
         text
     }
+}
+
+/// A number, or nothing, of a table.
+fn cell(value: Option<f64>) -> String {
+    value.map_or(String::new(), |value| value.to_string())
 }
 
 fn axis(label: &str) -> Axis {

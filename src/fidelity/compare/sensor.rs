@@ -2,7 +2,7 @@
 
 use super::SensorPoint;
 use crate::estimate::{CountingTier, predict};
-use crate::scene::Scene;
+use crate::scene::{EstimatorKind, Scene};
 
 /// Powers and integration times, relative to the scene's.
 const POWERS: [f64; 4] = [0.1, 0.3, 1.0, 3.0];
@@ -15,6 +15,8 @@ pub fn trade(scene: &Scene, path: usize) -> Vec<SensorPoint> {
     for relative_power in POWERS {
         for factor in INTEGRATIONS {
             let mut other = scene.clone();
+            // The trade is that of the phase estimator, its misses too.
+            other.estimator = EstimatorKind::Fft;
             for source in &mut other.sources {
                 source.mean_power_w *= relative_power;
             }
@@ -32,6 +34,7 @@ pub fn trade(scene: &Scene, path: usize) -> Vec<SensorPoint> {
                 std_m: expected.std_m,
                 bias_m: expected.bias_m,
                 coarse_failure_bound: expected.coarse_failure_bound,
+                missed_fraction: expected.missed_fraction,
             });
         }
     }

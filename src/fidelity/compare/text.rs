@@ -10,7 +10,7 @@ impl FidelityReport {
         let r = &self.reference;
         let mut text = format!(
             "{}, seed {}; reference: {} with {} scans, standard deviation {:.3} +- {:.3} mm, bias \
-             {:.3} +- {:.3} mm\n\n",
+             {:.3} +- {:.3} mm, peak missed in {:.2} % [{:.2}, {:.2}]\n\n",
             self.scene,
             self.seed,
             r.name,
@@ -19,12 +19,27 @@ impl FidelityReport {
             r.std_std_error_m * 1e3,
             r.bias_m * 1e3,
             r.std_error_m * 1e3,
+            r.missed_fraction * 100.0,
+            r.missed_fraction_ci[0] * 100.0,
+            r.missed_fraction_ci[1] * 100.0,
         );
         let _ = writeln!(
             text,
-            "{:10} {:>7} {:>10} {:>9} {:>9}  {:>24}  {:>24}",
-            "tier", "scans", "time s", "std mm", "bias mm", "error of std, 95 %", "of bias, in std"
+            "{:10} {:>7} {:>10} {:>9} {:>9} {:>8}  {:>24}  {:>24}  {:>24}",
+            "tier",
+            "scans",
+            "time s",
+            "std mm",
+            "bias mm",
+            "missed %",
+            "error of std, 95 %",
+            "of bias, in std",
+            "of missed, of all scans"
         );
+        let percent = |share: Option<f64>| match share {
+            Some(share) => format!("{:.2}", share * 100.0),
+            None => "unknown".to_owned(),
+        };
         let interval = |error: f64, ci: [f64; 2]| {
             format!(
                 "{:+.2} % [{:+.2}, {:+.2}]",
@@ -34,18 +49,22 @@ impl FidelityReport {
             )
         };
         for tier in &self.tiers {
+            let missed = tier.missed_error_vs_reference.zip(tier.missed_error_ci);
             let scans = tier.repetitions.map_or("-".to_owned(), |n| n.to_string());
             let _ = writeln!(
                 text,
-                "{:10} {:>7} {:>10.4} {:>9.3} {:>9.3}  {:>24}  {:>24}{}",
+                "{:10} {:>7} {:>10.4} {:>9.3} {:>9.3} {:>8}  {:>24}  {:>24}  {:>24}  {}{}",
                 tier.name,
                 scans,
                 tier.run_time_s,
                 tier.std_m * 1e3,
                 tier.bias_m * 1e3,
+                percent(tier.missed_fraction),
                 interval(tier.error_vs_reference, tier.error_ci),
                 interval(tier.bias_error_vs_reference, tier.bias_error_ci),
-                if tier.pareto { "  Pareto" } else { "" },
+                missed.map_or("unknown".to_owned(), |(error, ci)| interval(error, ci)),
+                tier.verdict,
+                if tier.pareto { ", Pareto" } else { "" },
             );
         }
         for tier in &self.domains {
@@ -57,14 +76,17 @@ impl FidelityReport {
                 );
             }
         }
+        if let Some(refusal) = &self.refusal {
+            let _ = writeln!(text, "\nno tier is recommended: {refusal}");
+        }
         if let Some(best) = &self.recommended {
             let scans = best
                 .repetitions
                 .map_or(String::new(), |n| format!(" with {n} scans"));
             let _ = writeln!(
                 text,
-                "\nfor an error of {} % of the standard deviation: {}{scans}, {:.3} s (seen to \
-                 agree within {:.2} %)",
+                "\nfor an error of {} % (of standard deviation, bias and missed peaks): {}{scans}, {:.3} s (seen \
+                 to agree within {:.2} %)",
                 best.target_error * 100.0,
                 best.name,
                 best.run_time_s,
@@ -73,18 +95,19 @@ impl FidelityReport {
         }
         let _ = writeln!(
             text,
-            "\n{:>10} {:>12} {:>16} {:>9} {:>9}",
-            "power", "Mcps", "integration us", "std mm", "bias mm"
+            "\n{:>10} {:>12} {:>16} {:>9} {:>9} {:>9}",
+            "power", "Mcps", "integration us", "std mm", "bias mm", "missed %"
         );
         for point in &self.sensor {
             let _ = writeln!(
                 text,
-                "{:>9}x {:>12.3} {:>16.1} {:>9.3} {:>9.3}",
+                "{:>9}x {:>12.3} {:>16.1} {:>9.3} {:>9.3} {:>9}",
                 point.relative_power,
                 point.detected_rate_cps / 1e6,
                 point.integration_s * 1e6,
                 point.std_m * 1e3,
-                point.bias_m * 1e3
+                point.bias_m * 1e3,
+                percent(point.missed_fraction)
             );
         }
         text.push('\n');

@@ -1,12 +1,19 @@
 //! The phase steps that a comparison needs.
 
-use crate::estimate::{CountingTier, calibration_offset_ps};
+use crate::estimate::{CountingTier, calibration_offset_ps, predict};
 use crate::plan::{Part, Saving};
 use crate::scene::{Scan, Scene};
 
+/// Expected misses of the whole scan that a window may leave out, in target errors.
+const LEFT_OUT: f64 = 0.01;
+
 /// The scene with only the phase steps that the fine stage needs, two chips on
 /// either side of the path's peak (whole groups of them), and what that saved.
-pub fn round_peak(scene: &Scene, path: usize) -> (Scene, Option<Part>) {
+///
+/// Steps elsewhere decide how many scans miss the peak. They are left out only where
+/// that is expected to be next to nothing beside the target error, by the sum of the
+/// chances of all of them.
+pub fn round_peak(scene: &Scene, path: usize, target_error: f64) -> (Scene, Option<Part>) {
     let mut windowed = scene.clone();
     let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
     let offset_ps = calibration_offset_ps(scene, 0, CountingTier::Sampled);
@@ -17,6 +24,12 @@ pub fn round_peak(scene: &Scene, path: usize) -> (Scene, Option<Part>) {
     if !scene.scan.is_full() || steps >= period {
         return (windowed, None);
     }
+    let missed = match predict(scene, 0, path, CountingTier::Sampled) {
+        Ok(expected) if expected.coarse_failure_bound <= LEFT_OUT * target_error => {
+            expected.coarse_failure_bound
+        }
+        _ => return (windowed, None),
+    };
     windowed.scan = Scan {
         first_step: (peak + period - half) % period,
         steps,
@@ -25,7 +38,11 @@ pub fn round_peak(scene: &Scene, path: usize) -> (Scene, Option<Part>) {
     let part = Part {
         part: "phase_steps_away_from_the_peak".to_owned(),
         kept: false,
-        reason: format!("the fine stage needs {steps} of {period} phase steps"),
+        reason: format!(
+            "the fine stage needs {steps} of {period} phase steps, and the others are expected to \
+             mislead at most {:.1e} of the scans",
+            missed
+        ),
         saving: Some(Saving {
             share: 1.0 - steps as f64 / period as f64,
             basis: "share of the phase steps: photons and clocks".to_owned(),

@@ -7,7 +7,7 @@ use std::thread::{self, available_parallelism};
 use crate::estimate::model::{ALARM_SIGMAS, Fitter, ModelEstimate};
 use crate::estimate::{
     CountingTier, Measurement, NoEstimate, TrueDelay, calibration_offset_ps, check_modulated,
-    delay_error_ps, distance_m, estimate, true_delay,
+    delay_error_ps, distance_m, estimate, tolerance_ps, true_delay,
 };
 use crate::optics::{DetectorModel, StepCount};
 use crate::scene::{EstimatorKind, OtherLight, Scene};
@@ -155,12 +155,15 @@ pub struct Answers<'r> {
     ranging: &'r Ranging<'r>,
     /// For each path the errors of its estimates, in metres.
     pub errors_m: Vec<Vec<f64>>,
+    /// For each path how many of them found its peak.
+    pub found: Vec<u64>,
     pub scans: u64,
     /// Fits, and those of them with an alarm.
     pub fits: u64,
     pub alarms: u64,
-    /// The last remark of any scan.
+    /// The last remark of any scan, and how many had one.
     pub remark: Option<String>,
+    pub remarks: u64,
 }
 
 impl<'r> Answers<'r> {
@@ -168,11 +171,22 @@ impl<'r> Answers<'r> {
         Answers {
             ranging,
             errors_m: vec![Vec::new(); ranging.paths.len()],
+            found: vec![0; ranging.paths.len()],
             scans: 0,
             fits: 0,
             alarms: 0,
             remark: None,
+            remarks: 0,
         }
+    }
+
+    /// What went wrong in scans, and in how many, unless it was in all.
+    pub fn remark(&self) -> Option<String> {
+        let remark = self.remark.as_ref()?;
+        Some(match self.remarks == self.scans {
+            true => remark.clone(),
+            false => format!("in {} of {} scans: {remark}", self.remarks, self.scans),
+        })
     }
 
     /// Takes the counts of whole scans, one after another.
@@ -199,10 +213,15 @@ impl<'r> Answers<'r> {
             });
             joined.collect()
         });
+        let tolerance_m = distance_m(tolerance_ps(
+            ranging.scene.chip_period_ps,
+            ranging.code_period_ps,
+        ));
         for answer in answers {
             self.scans += 1;
             for (place, error_m) in answer.found {
                 self.errors_m[place].push(error_m);
+                self.found[place] += u64::from(error_m.abs() <= tolerance_m);
             }
             if let Some(alarm) = answer.alarm {
                 self.fits += 1;
@@ -210,6 +229,7 @@ impl<'r> Answers<'r> {
             }
             if answer.remark.is_some() {
                 self.remark = answer.remark;
+                self.remarks += 1;
             }
         }
     }

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::scans::{Prepared, ScansError};
 use super::{Tier, domain, expected};
-use crate::estimate::theory;
+use crate::estimate::{TheoryEffort, theory};
 use crate::optics::StepCount;
 use crate::scene::{EstimatorKind, Scene};
 
@@ -48,7 +48,7 @@ pub struct Simulation {
 /// Statistics of the estimates that a detector's scans give of one path.
 ///
 /// A repetition counts for the path nearest to its estimate, if that is within a
-/// chip of it; all statistics are over the repetitions that count for the path.
+/// chip of it; mean and scatter are over the repetitions that count for the path.
 #[derive(Debug, Clone, Serialize)]
 pub struct PathStatistics {
     /// Name of the detector.
@@ -65,17 +65,32 @@ pub struct PathStatistics {
     pub true_at_s: Option<f64>,
     /// Repetitions that count for the path.
     pub estimates: u64,
-    /// Their share of all repetitions: how often the coarse stage is right.
-    pub correct_coarse_fraction: f64,
-    /// Mean estimate; none without estimates.
+    /// Repetitions that miss the path: no estimate within a chip of it (of a code of
+    /// fewer than four chips, within a quarter of its period;
+    /// [`crate::estimate::tolerance_ps`]), or another path is nearer.
+    pub missed_scans: u64,
+    /// Their share of all repetitions; of the tier that draws nothing the expected
+    /// share. None where that cannot be told.
+    pub missed_fraction: Option<f64>,
+    /// Its 95 % confidence interval (Wilson); none without repetitions.
+    pub missed_fraction_ci: Option<[f64; 2]>,
+    /// The share that the exact moments of the counts give, by the same definition.
+    /// None where it cannot be told (the model estimator with several paths).
+    pub expected_missed_fraction: Option<f64>,
+    /// One less `missed_fraction`: how often the coarse stage is right.
+    pub correct_coarse_fraction: Option<f64>,
+    /// Mean estimate, folded into the unambiguous range; none without estimates, or
+    /// where they are spread all over the range ([`crate::estimate::unwrap`]).
     pub mean_m: Option<f64>,
-    /// Mean error.
+    /// Mean error, the shorter way round the unambiguous range. Errors are taken
+    /// round their circular mean, and so is `std_m`.
     pub bias_m: Option<f64>,
     /// Standard deviation of one scan's estimate; none below two estimates.
     pub std_m: Option<f64>,
     /// Standard error of `mean_m` and `bias_m`.
     pub std_error_m: Option<f64>,
-    /// Standard error of `std_m`, for normal errors.
+    /// Standard error of `std_m`, for normal errors, or larger where their fourth
+    /// moment says so.
     pub std_std_error_m: Option<f64>,
     /// The bias that the exact mean response gives: the estimator's answer to
     /// the expected counts.
@@ -134,11 +149,15 @@ pub fn simulate_prepared(
     let mut estimates = Vec::new();
     let mut warnings = Vec::new();
     for detector in 0..scene.detectors.len() {
+        if !tier.draws() {
+            // Before anything that takes as long as there are steps or paths.
+            TheoryEffort::of(scene, detector)?.check_predictions(1)?;
+        }
         let ranging = Ranging::new(scene, detector, tier.counting());
         let mut answers = Answers::new(&ranging);
         let mut detections = 0;
         let mut waiting: Vec<StepCount> = Vec::new();
-        prepared.scans(scene, detector, seed, repetitions, |counts| {
+        let remarks = prepared.scans(scene, detector, seed, repetitions, |counts| {
             detections += counts.iter().map(|count| count.total).sum::<u64>();
             waiting.extend_from_slice(counts);
             if waiting.len() + counts.len() > COUNTS_AT_ONCE {
@@ -146,6 +165,10 @@ pub fn simulate_prepared(
                 waiting.clear();
             }
         })?;
+        // Every detector's scans run the whole hardware.
+        if detector == 0 {
+            warnings.extend(remarks);
+        }
         answers.take(&waiting);
         let integration_s = scene.scan.integration_chips as f64 * scene.chip_period_ps * 1e-12;
         let measured_s = repetitions as f64 * scene.scan.steps as f64 * integration_s;
@@ -153,7 +176,7 @@ pub fn simulate_prepared(
         let theory = theory(scene, detector, &ranging.paths, tier.counting());
         let mut of_detector = statistics(&ranging, &answers, &theory, rate_cps);
         if !tier.draws() {
-            expected::answer(scene, detector, &theory.predictions, &mut of_detector)?;
+            expected::answer(scene, detector, &theory, &mut of_detector)?;
         }
         estimates.extend(of_detector);
         let predicted = ranging.paths.iter().copied().zip(theory.predictions);

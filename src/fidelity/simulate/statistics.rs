@@ -2,13 +2,17 @@
 
 use super::PathStatistics;
 use super::answers::{Answers, Ranging};
-use super::moments::Moments;
-use crate::estimate::model::expected_fit;
+use super::moments::{Moments, share_interval};
+use crate::estimate::model::{FitError, expected_fit};
+use crate::estimate::unwrap::{check_normal, fold, fold_distance, unwrap};
 use crate::estimate::{Theory, distance_m, folded};
 use crate::scene::EstimatorKind;
 
 /// Bias and standard deviation in metres.
 type Expectation = (f64, f64);
+
+/// What is expected of a path, or why nothing is.
+type Expected = Result<Expectation, String>;
 
 /// One entry per path of a detector.
 pub fn statistics(
@@ -23,9 +27,18 @@ pub fn statistics(
     let of_path = |place: usize| {
         let path = ranging.paths[place];
         let truth = &ranging.truths[place];
-        let true_m = distance_m(truth.delay_ps.rem_euclid(ranging.code_period_ps));
+        let range_m = distance_m(ranging.code_period_ps);
+        let true_m = fold_distance(distance_m(truth.delay_ps), range_m);
         let errors_m = &answers.errors_m[place];
-        let moments = Moments::of(errors_m);
+        let (moments, spread) = match unwrap(errors_m, range_m) {
+            Ok(unwrapped) => (Moments::of(&unwrapped), None),
+            Err(spread) => (Moments::NONE, Some(spread.to_string())),
+        };
+        let bias_m = moments.mean.map(|mean| fold(mean, range_m));
+        let found = answers.found[place];
+        let missed_scans = answers.scans - found;
+        let of_scans =
+            |count: u64| (answers.scans > 0).then(|| count as f64 / answers.scans as f64);
         let bound_m = bound.as_ref().ok().and_then(|bound| bound.of_path(path));
         let bound_remark = match bound {
             Err(reason) => Some(format!("no bound: {reason}")),
@@ -41,50 +54,74 @@ pub fn statistics(
             true_m,
             true_at_s: truth.at_ps.map(|ps| ps * 1e-12),
             estimates: errors_m.len() as u64,
-            correct_coarse_fraction: errors_m.len() as f64 / answers.scans as f64,
-            mean_m: moments.mean.map(|mean| true_m + mean),
-            bias_m: moments.mean,
+            missed_scans,
+            missed_fraction: of_scans(missed_scans),
+            missed_fraction_ci: (answers.scans > 0)
+                .then(|| share_interval(missed_scans, answers.scans)),
+            expected_missed_fraction: theory.missed[place],
+            correct_coarse_fraction: of_scans(found),
+            mean_m: bias_m.map(|bias_m| fold_distance(true_m + bias_m, range_m)),
+            bias_m,
             std_m: moments.std,
             std_error_m: moments.std_error,
             std_std_error_m: moments.std_std_error,
-            expected_bias_m: expected[place].map(|(bias_m, _)| bias_m),
-            expected_std_m: expected[place].map(|(_, std_m)| std_m),
+            expected_bias_m: expected[place].as_ref().ok().map(|(bias_m, _)| *bias_m),
+            expected_std_m: expected[place].as_ref().ok().map(|(_, std_m)| *std_m),
             bound_m,
             std_over_bound: moments.std.zip(bound_m).map(|(std, bound)| std / bound),
             bound_remark,
             chi_square_alarm_fraction: (answers.fits > 0)
                 .then(|| answers.alarms as f64 / answers.fits as f64),
             detected_rate_cps,
-            remark: match (answers.remark.clone(), folded(scene, path)) {
-                (Some(remark), Some(folded)) => Some(format!("{remark}; {folded}")),
-                (remark, folded) => remark.or(folded),
-            },
+            remark: joined([
+                answers.remark(),
+                spread,
+                expected[place]
+                    .as_ref()
+                    .err()
+                    .map(|reason| format!("no expectation: {reason}")),
+                folded(scene, path),
+            ]),
         }
     };
     (0..ranging.paths.len()).map(of_path).collect()
 }
 
 /// What each path's estimate is expected to be.
-fn expectations(ranging: &Ranging, theory: &Theory) -> Vec<Option<Expectation>> {
+fn expectations(ranging: &Ranging, theory: &Theory) -> Vec<Expected> {
+    let range_m = distance_m(ranging.code_period_ps);
     match ranging.scene.estimator {
         EstimatorKind::Fft => theory
             .predictions
             .iter()
-            .map(|predicted| predicted.ok().map(|p| (p.bias_m, p.std_m)))
+            .map(|predicted| match predicted {
+                Ok(expected) => match check_normal(expected.std_m, range_m) {
+                    Ok(()) => Ok((expected.bias_m, expected.std_m)),
+                    // Errors of longer codes are cut off at a chip.
+                    Err(spread) => Err(spread.to_string()),
+                },
+                Err(reason) => Err(reason.to_string()),
+            })
             .collect(),
-        EstimatorKind::Model => {
-            fitted_to_means(ranging).unwrap_or_else(|| vec![None; ranging.paths.len()])
-        }
+        EstimatorKind::Model => fitted_to_means(ranging)
+            .unwrap_or_else(|reason| vec![Err(reason.to_string()); ranging.paths.len()]),
     }
 }
 
 /// The fit's answer to the expected counts.
-fn fitted_to_means(ranging: &Ranging) -> Option<Vec<Option<Expectation>>> {
-    let fitted = expected_fit(ranging.scene, ranging.detector, ranging.counting).ok()?;
-    let mut expected = vec![None; ranging.paths.len()];
+fn fitted_to_means(ranging: &Ranging) -> Result<Vec<Expected>, FitError> {
+    let fitted = expected_fit(ranging.scene, ranging.detector, ranging.counting)?;
+    let unseen = || Err("the expected counts do not show the path".to_owned());
+    let mut expected: Vec<Expected> = ranging.paths.iter().map(|_| unseen()).collect();
     for (order, place, bias_m) in ranging.matched(&fitted) {
         let std_m = distance_m(fitted.paths[order].delay_std_ps);
-        expected[place] = Some((bias_m, std_m));
+        expected[place] = Ok((bias_m, std_m));
     }
-    Some(expected)
+    Ok(expected)
+}
+
+/// What there is of remarks, in one; none if there are none.
+fn joined(remarks: impl IntoIterator<Item = Option<String>>) -> Option<String> {
+    let remarks: Vec<String> = remarks.into_iter().flatten().collect();
+    (!remarks.is_empty()).then(|| remarks.join("; "))
 }

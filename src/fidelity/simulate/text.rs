@@ -33,15 +33,19 @@ impl PathStatistics {
             Some(_) => format!("{} +- {}", millimetres(value), millimetres(error)),
             None => millimetres(value),
         };
+        let percent = |share: Option<f64>| match share {
+            Some(share) => format!("{:.1} %", share * 100.0),
+            None => "an unknown share".to_owned(),
+        };
         let coarse = match draws {
             true => format!(
-                "coarse stage right in {:.1} % of {}",
-                self.correct_coarse_fraction * 100.0,
+                "coarse stage right in {} of {}",
+                percent(self.correct_coarse_fraction),
                 simulation.repetitions
             ),
             false => format!(
-                "coarse stage right in at least {:.1} % of all scans",
-                self.correct_coarse_fraction * 100.0
+                "coarse stage right in {} of all scans",
+                percent(self.correct_coarse_fraction)
             ),
         };
         let _ = writeln!(
@@ -64,9 +68,10 @@ impl PathStatistics {
         if draws && self.expected_bias_m.is_some() {
             let _ = writeln!(
                 text,
-                "  expected: bias {}, standard deviation {}",
+                "  expected: bias {}, standard deviation {}, coarse stage right in {}",
                 millimetres(self.expected_bias_m),
-                millimetres(self.expected_std_m)
+                millimetres(self.expected_std_m),
+                percent(self.expected_missed_fraction.map(|missed| 1.0 - missed)),
             );
         }
         if self.bound_m.is_some() {

@@ -1,7 +1,10 @@
 //! What belongs to one detector.
 
 use super::phase_geometry::{PhaseGeometry, ReferenceStart};
-use super::{CodeSource, CorrelatorBank, CountClamp, EdgeDetector, PhaseStepper, UpdownCorrelator};
+use super::{
+    CodeSource, CorrelatorBank, CountClamp, EdgeDetector, HitCounter, PhaseStepper,
+    UpdownCorrelator,
+};
 use crate::code::Code;
 use crate::hdl::front::prelude::*;
 use crate::model::contract::Contract;
@@ -27,7 +30,9 @@ pub struct DetectorChannel {
     pub i_dump: Input<Word>,
     /// Counts of the group's steps.
     pub o_count: Vec<Output<Word>>,
-    /// Which of them were clamped.
+    /// Total count of each of them.
+    pub o_total: Optional<Output<Word>>,
+    /// Which of them were clamped; the first also when the total was.
     pub o_clamped: Vec<Output<bool>>,
     about: About,
     reference: CodeSource,
@@ -37,8 +42,10 @@ pub struct DetectorChannel {
     bank: Vec<CorrelatorBank>,
     exact: Vec<Local<Word>>,
     clamp: Vec<CountClamp>,
+    total: Vec<HitCounter>,
     _bank_steps: usize,
     _last_bank_steps: usize,
+    _total_clamps: usize,
 }
 
 impl DetectorChannel {
@@ -65,6 +72,11 @@ impl DetectorChannel {
                 .collect()
         };
         let clamps = if contract.saturates() { parallel } else { 0 };
+        let total_clamps = contract.total.is_some_and(|total| total.saturates());
+        let clamped_about = |step: u32| match step {
+            0 if total_clamps => "clamped, or the total",
+            _ => "clamped",
+        };
         DetectorChannel {
             i_clk: Input::bit("one chip per cycle"),
             i_rst: Input::bit("synchronous, active high"),
@@ -81,8 +93,15 @@ impl DetectorChannel {
                 "the totals have just taken in a step's last hits, segment by segment",
             ),
             o_count: of_steps(contract.count_bits, "signed"),
+            o_total: Optional::new(
+                contract.total.is_some(),
+                Output::word(
+                    contract.total.map_or(1, |total| total.bits),
+                    "hits of a phase step, up and down together",
+                ),
+            ),
             o_clamped: (0..clamps)
-                .map(|step| Output::bit(step_about("clamped", step, parallel)))
+                .map(|step| Output::bit(step_about(clamped_about(step), step, parallel)))
                 .collect(),
             about: describe(contract),
             reference: CodeSource::new(code, next_chip, realigns),
@@ -106,8 +125,14 @@ impl DetectorChannel {
             clamp: (0..clamps)
                 .map(|_| CountClamp::new(contract.exact_count_bits, contract.count_bits))
                 .collect(),
+            total: contract
+                .total
+                .iter()
+                .map(|&plan| HitCounter::new(lanes, plan, count_segments))
+                .collect(),
             _bank_steps: bank_steps as usize,
             _last_bank_steps: banks.checked_sub(1).map_or(0, steps_of) as usize,
+            _total_clamps: usize::from(total_clamps),
         }
     }
 }
@@ -231,13 +256,26 @@ impl Logic for DetectorChannel {
             }
         }
 
-        for p in 0..(self.clamp.len()) {
+        for first in 0..self._total_clamps {
+            self.clamp[first].i_count.next = self.exact[first].val();
+            self.o_count[first].next = self.clamp[first].o_count.val();
+            self.o_clamped[first].next =
+                self.clamp[first].o_clamped.val() | self.total[first].o_clamped[0].val();
+        }
+        for p in self._total_clamps..(self.clamp.len()) {
             self.clamp[p].i_count.next = self.exact[p].val();
             self.o_count[p].next = self.clamp[p].o_count.val();
             self.o_clamped[p].next = self.clamp[p].o_clamped.val();
         }
         for p in (self.clamp.len())..(self.o_count.len()) {
             self.o_count[p].next = self.exact[p].val();
+        }
+        for t in 0..(self.total.len()) {
+            self.total[t].i_clk.next = self.i_clk.val();
+            self.total[t].i_rst.next = self.i_rst.val();
+            self.total[t].i_hits.next = self.edges.o_hits.val();
+            self.total[t].i_dump.next = self.i_dump.val();
+            self.o_total[0].next = self.total[t].o_total.val();
         }
     }
 }

@@ -6,7 +6,7 @@
 use super::{CodePorts, CodeSource};
 use crate::hdl::front::prelude::*;
 
-/// A code interleaved with its inverse.
+/// A code interleaved with its inverse (eq. 23).
 #[block(InterleaverPlan)]
 pub struct Interleaver {
     /// ports

@@ -1,6 +1,7 @@
 //! Counts as an AXI4-Stream.
 
 use crate::hdl::front::prelude::*;
+use crate::model::contract::TotalCount;
 
 /// Offers the counts of a group of phase steps as a stream, one per beat:
 /// the first detector's steps, then the next detector's.
@@ -12,6 +13,8 @@ pub struct ResultStream {
     pub i_rst: Input<bool>,
     /// Counts, detector by detector.
     pub i_count: Vec<Input<Word>>,
+    /// Total count of each detector, if they are sent.
+    pub i_total: Vec<Input<Word>>,
     /// Which of them were clamped.
     pub i_clamped: Vec<Input<bool>>,
     /// New counts are there in the next clock; if there are several.
@@ -22,7 +25,7 @@ pub struct ResultStream {
     pub i_last: Input<bool>,
     /// The receiver takes the result.
     pub i_ready: Input<bool>,
-    /// The count, sign-extended.
+    /// The count, sign-extended, and above it the total, zero-extended.
     pub o_data: Output<Word>,
     /// `o_data` and `o_last` hold a result.
     pub o_valid: Output<bool>,
@@ -34,6 +37,9 @@ pub struct ResultStream {
     pub o_saturated: Optional<Output<bool>>,
     about: About,
     count: Vec<Register<Word>>,
+    total: Optional<Register<Word>>,
+    waiting_total: Vec<Register<Word>>,
+    detector: Vec<Register<Word>>,
     valid: Register<bool>,
     last: Register<bool>,
     overrun: Register<bool>,
@@ -47,6 +53,8 @@ pub struct ResultStream {
     clamped_last: Optional<Wiring>,
     later_ends: Optional<Local<bool>>,
     next: Optional<Local<Word>>,
+    next_detector: Optional<Local<Word>>,
+    signed_count: Optional<Local<Word>>,
     blocked: Local<bool>,
     load: Local<bool>,
     _single: usize,
@@ -65,6 +73,8 @@ pub struct ResultStream {
     _first_whole: usize,
     _back_to_back: usize,
     _data_bits: usize,
+    _signed_bits: usize,
+    _further: usize,
 }
 
 /// What a result stream carries.
@@ -74,6 +84,8 @@ pub struct StreamPlan {
     pub count_bits: u32,
     /// Counts may have been clamped.
     pub saturates: bool,
+    /// The totals, if they are sent.
+    pub total: Option<TotalCount>,
     /// Bits of the stream's words.
     pub data_bits: u32,
     /// Detectors.
@@ -92,6 +104,7 @@ impl ResultStream {
         let StreamPlan {
             count_bits,
             saturates,
+            total,
             data_bits,
             detectors,
             steps,
@@ -99,6 +112,9 @@ impl ResultStream {
             back_to_back,
         } = plan;
         let counts = (detectors * steps) as usize;
+        let total_bits = total.map_or(1, |total| total.bits);
+        // Detectors whose totals wait for their results' turn.
+        let further = total.map_or(0, |_| detectors - 1);
         let is_short = last_steps < steps;
         let of = |count: usize| (count as u32 / steps, count as u32 % steps);
         let count_about = |count: usize| match (detectors, steps, of(count)) {
@@ -127,6 +143,9 @@ impl ResultStream {
             i_count: (0..counts)
                 .map(|count| Input::word(count_bits, count_about(count)))
                 .collect(),
+            i_total: (0..total.map_or(0, |_| detectors))
+                .map(|detector| Input::word(total_bits, total_about(detector, detectors)))
+                .collect(),
             i_clamped: (0..if saturates { counts } else { 0 })
                 .map(|count| Input::bit(format!("clamped: {}", count_about(count))))
                 .collect(),
@@ -137,7 +156,7 @@ impl ResultStream {
             i_counted: Input::bit("new counts are there"),
             i_last: Input::bit("they are the scan's last"),
             i_ready: Input::bit("the receiver takes the result"),
-            o_data: Output::word(data_bits, "count of the step, signed"),
+            o_data: Output::word(data_bits, data_about(total)),
             o_valid: Output::bit("a result waits"),
             o_last: Output::bit("the result is the scan's last"),
             o_overrun: Output::bit("a result was lost since reset"),
@@ -145,6 +164,19 @@ impl ResultStream {
             about: describe(plan),
             count: (0..counts)
                 .map(|count| Register::word(count_bits, 0, place_about(count)))
+                .collect(),
+            total: Optional::new(
+                total.is_some(),
+                Register::word(total_bits, 0, "the result's total count"),
+            ),
+            waiting_total: (1..=further)
+                .map(|detector| Register::word(total_bits, 0, total_about(detector, detectors)))
+                .collect(),
+            detector: (1..if further > 0 { counts } else { 1 })
+                .map(|place| {
+                    let about = format!("detector of {}, one-hot from 1", place_about(place));
+                    Register::word(further, 0, about)
+                })
                 .collect(),
             valid: Register::bit(false, "a result waits"),
             last: Register::bit(false, "the waiting results are the scan's last"),
@@ -203,6 +235,17 @@ impl ResultStream {
                 counts > 1,
                 Local::word(count_bits, "the result that comes next"),
             ),
+            next_detector: Optional::new(
+                further > 0,
+                Local::word(further.max(1), "its detector, one-hot from 1"),
+            ),
+            signed_count: Optional::new(
+                total.is_some(),
+                Local::word(
+                    total.map_or(1, |total| total.first_bit),
+                    "the count, signed, in whole bytes",
+                ),
+            ),
             blocked: Local::bit("results still wait"),
             load: Local::bit("new counts are taken over"),
             _single: usize::from(counts == 1),
@@ -221,7 +264,26 @@ impl ResultStream {
             _first_whole: usize::from(whole_end == 0),
             _back_to_back: usize::from(back_to_back),
             _data_bits: data_bits as usize,
+            _signed_bits: total.map_or(data_bits, |total| total.first_bit) as usize,
+            _further: further as usize,
         }
+    }
+}
+
+fn total_about(detector: u32, detectors: u32) -> String {
+    match detectors {
+        1 => "total count of the group's steps".to_owned(),
+        _ => format!("total count of detector {detector}'s steps"),
+    }
+}
+
+fn data_about(total: Option<TotalCount>) -> String {
+    match total {
+        None => "count of the step, signed".to_owned(),
+        Some(total) => format!(
+            "from bit {} its total, below its signed count",
+            total.first_bit
+        ),
     }
 }
 
@@ -241,6 +303,12 @@ fn describe(plan: StreamPlan) -> About {
                 "The first register is offered. Those behind it move up a clock later, so that \
                  i_ready reaches few gates; until they have, what comes next is the third's.",
             );
+    }
+    if plan.total.is_some() {
+        about = about.note(
+            "A detector's steps have seen the same light: their total count is kept once, and \
+             goes out with each of them.",
+        );
     }
     if plan.last_steps < plan.steps {
         about = about.note(format!(
@@ -262,6 +330,15 @@ impl Logic for ResultStream {
         dff_setup!(self, i_clk, valid, last, overrun);
         for c in 0..(self.count.len()) {
             dff_setup!(self, i_clk, count[c]);
+        }
+        for _total in 0..self.total.count() {
+            dff_setup!(self, i_clk, total[0]);
+        }
+        for d in 0..(self.waiting_total.len()) {
+            dff_setup!(self, i_clk, waiting_total[d]);
+        }
+        for c in 0..(self.detector.len()) {
+            dff_setup!(self, i_clk, detector[c]);
         }
         self.o_valid.next = self.valid.q.val();
         self.o_overrun.next = self.overrun.q.val();
@@ -299,6 +376,9 @@ impl Logic for ResultStream {
             for _two in self.moves_up.count()..1 {
                 self.next[0].next = self.count[1].q.val();
                 self.later_ends[0].next = self.next_ends[1].q.val();
+                for _further in 0..self.next_detector.count() {
+                    self.next_detector[0].next = self.detector[0].q.val();
+                }
             }
             for second in 2..(self.moves_up.count() + 2) {
                 dff_setup!(self, i_clk, moves_up[0]);
@@ -306,9 +386,15 @@ impl Logic for ResultStream {
                 if self.moves_up[0].q.val() {
                     self.next[0].next = self.count[second].q.val();
                     self.later_ends[0].next = self.next_ends[second].q.val();
+                    for _further in 0..self.next_detector.count() {
+                        self.next_detector[0].next = self.detector[second - 1].q.val();
+                    }
                 } else {
                     self.next[0].next = self.count[1].q.val();
                     self.later_ends[0].next = self.next_ends[1].q.val();
+                    for _further in 0..self.next_detector.count() {
+                        self.next_detector[0].next = self.detector[0].q.val();
+                    }
                 }
             }
             if self.i_ready.val() | !self.valid.q.val() {
@@ -316,8 +402,16 @@ impl Logic for ResultStream {
                     self.count[0].d.next = self.next[0].val();
                     self.ends[0].d.next = self.next_ends[0].q.val();
                     self.next_ends[0].d.next = self.later_ends[0].val();
+                    for d in 0..self._further {
+                        if self.next_detector[0].val().get_bit(d) {
+                            self.total[0].d.next = self.waiting_total[d].q.val();
+                        }
+                    }
                 } else if self.i_counted.val() {
                     self.count[0].d.next = self.i_count[0].val();
+                    for _total in 0..self.total.count() {
+                        self.total[0].d.next = self.i_total[0].val();
+                    }
                     for _several_counts in self._short_at_once..1 {
                         self.ends[0].d.next = false;
                     }
@@ -344,6 +438,20 @@ impl Logic for ResultStream {
                 for c in 1..(self.count.len()) {
                     self.count[c].d.next = self.i_count[c].val();
                 }
+                for d in 0..self._further {
+                    self.waiting_total[d].d.next = self.i_total[d + 1].val();
+                }
+                for steps in (self._steps)..(self._steps + self._further.min(1)) {
+                    for step in 1..self._steps {
+                        self.detector[step - 1].d.next = bit_cast(false, self._further);
+                    }
+                    for d in 1..(self._further + 1) {
+                        for step in 0..self._steps {
+                            self.detector[steps * d + step - 1].d.next =
+                                bit_cast(false, self._further).replace_bit(d - 1, true);
+                        }
+                    }
+                }
                 for c in 1..(self.next_ends.len()) {
                     self.next_ends[c].d.next = false;
                 }
@@ -366,6 +474,11 @@ impl Logic for ResultStream {
                                     for step in 0..self._last_steps {
                                         self.count[last_steps * d + step].d.next =
                                             self.i_count[steps * d + step].val();
+                                        for _further in 0..self.next_detector.count() {
+                                            self.detector[last_steps * d + step - 1].d.next =
+                                                bit_cast(false, self._further)
+                                                    .replace_bit(d - 1, true);
+                                        }
                                     }
                                 }
                             }
@@ -378,6 +491,12 @@ impl Logic for ResultStream {
                             self.count[c].d.next = self.count[c + 1].q.val();
                             self.next_ends[c].d.next = self.next_ends[c + 1].q.val();
                         }
+                        for d in 0..self._further {
+                            self.waiting_total[d].d.next = self.waiting_total[d].q.val();
+                        }
+                        for c in 1..(self.detector.len()) {
+                            self.detector[c - 1].d.next = self.detector[c].q.val();
+                        }
                     }
                 }
             }
@@ -385,6 +504,9 @@ impl Logic for ResultStream {
         if self.load.val() {
             for _single in 0..self._single {
                 self.count[0].d.next = self.i_count[0].val();
+                for _total in 0..self.total.count() {
+                    self.total[0].d.next = self.i_total[0].val();
+                }
             }
             self.last.d.next = self.i_last.val();
         }
@@ -415,6 +537,16 @@ impl Logic for ResultStream {
         if self.i_counted.val() & self.blocked.val() {
             self.overrun.d.next = true;
         }
-        self.o_data.next = bit_cast(signed_cast(self.count[0].q.val()), self._data_bits);
+        for _alone in self.total.count()..1 {
+            self.o_data.next = bit_cast(signed_cast(self.count[0].q.val()), self._data_bits);
+        }
+        for _beside in 0..self.total.count() {
+            self.signed_count[0].next =
+                bit_cast(signed_cast(self.count[0].q.val()), self._signed_bits);
+        }
+        for above in self._signed_bits..(self._signed_bits + self.total.count()) {
+            self.o_data.next = bit_cast(self.signed_count[0].val(), self._data_bits)
+                | (bit_cast(self.total[0].q.val(), self._data_bits) << above);
+        }
     }
 }

@@ -74,14 +74,14 @@ impl SensorTop {
         let with_peak = |port| Optional::new(contract.peak.is_some(), port);
         SensorTop {
             i_clk: Input::bit("one cycle per chip"),
-            i_rst: Input::bit("synchronous, active high"),
+            i_rst: Input::bit("synchronous, active high; pulse it after power-up"),
             o_laser: Output::word(sources, "chip of each source, bit m for source m")
                 .under("Lasers"),
             o_epoch: Output::bit("o_laser shows the first chip of the reference's code")
                 .under("Lasers"),
             i_samples: Input::word(width("i_samples"), samples_about(detectors, lanes))
                 .under("Detector"),
-            m_axis_tdata: Output::word(width("m_axis_tdata"), "count of a phase step, signed")
+            m_axis_tdata: Output::word(width("m_axis_tdata"), data_about(contract))
                 .under("Results, AXI4-Stream"),
             m_axis_tvalid: Output::bit("a result waits").under("Results, AXI4-Stream"),
             m_axis_tready: Input::bit("the receiver takes it").under("Results, AXI4-Stream"),
@@ -90,7 +90,7 @@ impl SensorTop {
                 .under("Flags, high until reset"),
             o_saturated: Optional::new(
                 contract.saturates(),
-                Output::bit("a count was clamped since reset").under("Flags, high until reset"),
+                Output::bit(saturated_about(contract)).under("Flags, high until reset"),
             ),
             o_peak_step: with_peak(
                 Output::word(
@@ -141,6 +141,7 @@ impl SensorTop {
             results: ResultStream::new(StreamPlan {
                 count_bits: contract.count_bits,
                 saturates: contract.saturates(),
+                total: contract.total,
                 data_bits: contract.tdata_bits,
                 detectors: detectors as u32,
                 steps: parallel,
@@ -171,6 +172,23 @@ fn peak_about(detectors: usize, about: &str) -> String {
     }
 }
 
+fn saturated_about(contract: &Contract) -> &'static str {
+    match contract.total {
+        None => "a count was clamped since reset",
+        Some(_) => "a count or a total was clamped since reset",
+    }
+}
+
+fn data_about(contract: &Contract) -> String {
+    match contract.total {
+        None => "count of a phase step, signed".to_owned(),
+        Some(total) => format!(
+            "from bit {} its hits, below its signed count",
+            total.first_bit
+        ),
+    }
+}
+
 fn samples_about(detectors: usize, lanes: u32) -> String {
     match detectors {
         1 => "SPAD level, bit 0 earliest".to_owned(),
@@ -179,6 +197,23 @@ fn samples_about(detectors: usize, lanes: u32) -> String {
 }
 
 fn describe(contract: &Contract) -> About {
+    let about = describe_counts(contract);
+    match contract.total {
+        None => about,
+        Some(total) => about.fact(
+            "Totals",
+            format!(
+                "{} bits, unsigned, in m_axis_tdata[{}:{}]{}",
+                total.bits,
+                contract.tdata_bits - 1,
+                total.first_bit,
+                if total.saturates() { ", clamped" } else { "" }
+            ),
+        ),
+    }
+}
+
+fn describe_counts(contract: &Contract) -> About {
     let scan = &contract.scan;
     let outputs = contract
         .ports()
@@ -194,6 +229,10 @@ fn describe(contract: &Contract) -> About {
          i_samples one cycle after o_laser shows the chip. In reset all {outputs} outputs are 0.",
         contract.lanes
     ))
+    .note(
+        "Registers have no values at power-up: before the first scan i_rst has to be high at one \
+         rising edge of i_clk at least. Without that the outputs mean nothing.",
+    )
     .fact(
         "Scan",
         format!(
@@ -295,6 +334,10 @@ impl Logic for SensorTop {
                     }
                 }
             }
+        }
+
+        for d in 0..(self.results.i_total.len()) {
+            self.results.i_total[d].next = self.channel[d].o_total[0].val();
         }
 
         for _realigns in 0..self._realigns {

@@ -75,6 +75,8 @@ pub(super) fn bench(
         clocks: recording.clocks,
         phase_steps: recording.phase_steps,
         scans: recording.scans,
+        hits_up: recording.hits_up,
+        hits_down: recording.hits_down,
         vectors: vectors
             .into_iter()
             .map(|v| file(v.file_name(), v.words.text))
@@ -117,6 +119,11 @@ fn top(recording: &Recording, vectors: &[VectorFile], made_by: &str) -> String {
         text += &declared("wire", vector.group.bits(), &name);
     }
     text += "\n    integer      clock;\n    reg          failed;\n";
+    text += "\n    // What has been exercised\n";
+    for name in ["results", "counts", "scan_ends", "stalls", "resets"] {
+        text += &format!("    integer      {name};\n");
+    }
+    text += "    reg          in_reset;\n";
     text += &instance(inputs.iter().chain(outputs()));
     for vector in vectors {
         text += &reader_instance(vector);
@@ -127,7 +134,9 @@ fn top(recording: &Recording, vectors: &[VectorFile], made_by: &str) -> String {
 
 fn header(recording: &Recording, made_by: &str) -> String {
     let results = match (recording.scans, recording.phase_steps) {
-        (0, 0) => "a phase step takes longer than that: no result is reached".to_owned(),
+        (0, 0) => "a phase step takes longer than that: no result is reached,\n\
+                   //          which ends it with INCONCLUSIVE in place of PASS"
+            .to_owned(),
         (0, steps) => format!("{steps} phase steps end in them, no scan does"),
         (scans, steps) => format!("{steps} phase steps and {scans} scans end in them"),
     };
@@ -142,8 +151,11 @@ fn header(recording: &Recording, made_by: &str) -> String {
 // Inputs   hostile: the most and the fewest hits, edges at word borders, a receiver that stalls,
 //          {resets} resets
 // Length   {clocks} clocks; {results}
-// Ends     with PASS and exit status 0, or at the first clock at which a port differs with that
-//          clock, the port, the expected value and the one seen, and a non-zero exit status
+// Counts   {hits_up} hits up and {hits_down} hits down in the results that come to the stream
+// Ends     with PASS, what was exercised, and exit status 0; or at the first clock at which a port
+//          differs with that clock, the port, the expected value and the one seen, and a non-zero
+//          exit status; or with INCONCLUSIVE and a non-zero exit status, if no result was taken
+//          that counts anything: a sensor that does nothing would pass then
 // Language Verilog-2005, and the system task $fatal of IEEE 1800, which gives the exit status
 // Made by  {made_by}
 //
@@ -159,6 +171,8 @@ fn header(recording: &Recording, made_by: &str) -> String {
 ",
         resets = recording.resets,
         clocks = recording.clocks,
+        hits_up = recording.hits_up,
+        hits_down = recording.hits_down,
     )
 }
 
@@ -202,6 +216,40 @@ fn reader_instance(vector: &VectorFile) -> String {
     )
 }
 
+/// What the bench does after it has compared a clock, and after the last one.
+const ENDING: &str = "            if (failed) $fatal;
+            // What stands here is taken with the next rising edge.
+            if (m_axis_tvalid && !i_rst) begin
+                if (m_axis_tready) begin
+                    results = results + 1;
+                    if (|m_axis_tdata) counts = counts + 1;
+                    if (m_axis_tlast) scan_ends = scan_ends + 1;
+                end else begin
+                    stalls = stalls + 1;
+                end
+            end
+            if (i_rst && !in_reset) resets = resets + 1;
+            in_reset = i_rst;
+            i_clk    = 1'b0;
+        end
+        if (counts == 0) begin
+            $display(\"INCONCLUSIVE: every output port as expected, but of %0d results that were taken\",
+                     results);
+            $display(\"              none holds a count: nothing shows that the sensor counts\");
+            $fatal;
+        end
+        $display(\"PASS: every output port as expected at each of %0d clocks\", CLOCKS);
+        $display(\"exercised: %0d results, %0d of them not zero, %0d scan ends, %0d clocks stalled,\",
+                 results, counts, scan_ends, stalls);
+        $display(\"           %0d resets\", resets);
+        $finish;
+    end
+
+endmodule
+
+`default_nettype wire
+";
+
 fn check<'a>(vectors: &[VectorFile], outputs: impl Iterator<Item = &'a Port>) -> String {
     let mut text = String::from(
         "
@@ -215,8 +263,14 @@ fn check<'a>(vectors: &[VectorFile], outputs: impl Iterator<Item = &'a Port>) ->
         "            $dumpfile(\"{TOP}.vcd\");
             $dumpvars(0, {TOP});
         end
-        failed = 1'b0;
-        i_clk  = 1'b0;
+        failed    = 1'b0;
+        i_clk     = 1'b0;
+        results   = 0;
+        counts    = 0;
+        scan_ends = 0;
+        stalls    = 0;
+        resets    = 0;
+        in_reset  = 1'b0;
         for (clock = 0; clock < CLOCKS; clock = clock + 1) begin
             #1 i_clk = 1'b1;
             #1;
@@ -252,17 +306,7 @@ fn check<'a>(vectors: &[VectorFile], outputs: impl Iterator<Item = &'a Port>) ->
             name = port.name,
         );
     }
-    text += "            if (failed) $fatal;
-            i_clk = 1'b0;
-        end
-        $display(\"PASS: every output port as expected at each of %0d clocks\", CLOCKS);
-        $finish;
-    end
-
-endmodule
-
-`default_nettype wire
-";
+    text += ENDING;
     text
 }
 

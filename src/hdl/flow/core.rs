@@ -43,6 +43,7 @@ fn listed<'a>(top: &str, files: impl Iterator<Item = &'a EmittedFile>, made_by: 
 pub(super) fn core(
     scene: &Scene,
     files: &[EmittedFile],
+    header: &EmittedFile,
     bench: &Bench,
     constraints: &Constraints,
     made_by: &str,
@@ -70,7 +71,8 @@ filesets:
   rtl:
     file_type: verilogSource-2005
     files:
-{rtl}
+{rtl}      - {header}: {{is_include_file: true}}
+
   bench:
     file_type: verilogSource-2005
     files:
@@ -131,6 +133,7 @@ targets:
 ",
         version = env!("CARGO_PKG_VERSION"),
         rtl = listed(files),
+        header = header.name,
         bench_files = listed(&bench.files),
         vectors = bench
             .vectors

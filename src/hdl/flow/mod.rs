@@ -4,6 +4,7 @@
 mod bench;
 mod constraints;
 mod core;
+mod header;
 mod run_length;
 mod stimulus;
 
@@ -21,6 +22,8 @@ pub struct Flow {
     pub bench: Bench,
     /// The clock, in the languages of the tools.
     pub constraints: Constraints,
+    /// The widths of the ports as macros, for Verilog round the design.
+    pub header: EmittedFile,
     /// The design's files, for `-f` of simulators and linters.
     pub file_list: EmittedFile,
     /// FuseSoC core description (CAPI2).
@@ -44,6 +47,11 @@ pub struct Bench {
     pub phase_steps: u64,
     /// Scans whose last phase step ends within these clocks.
     pub scans: u64,
+    /// Hits that count up in the results that come to the stream, each once for
+    /// every phase step that sees it.
+    pub hits_up: u64,
+    /// Hits that count down.
+    pub hits_down: u64,
 }
 
 /// Clock constraints.
@@ -72,11 +80,13 @@ impl Flow {
     ) -> Result<Flow, HdlError> {
         let bench = bench::bench(contract, files, made_by)?;
         let constraints = constraints::constraints(scene.chip_period_ps, made_by);
+        let header = header::header(contract, made_by);
         let file_list = core::file_list(files, made_by);
-        let core = core::core(scene, files, &bench, &constraints, made_by);
+        let core = core::core(scene, files, &header, &bench, &constraints, made_by);
         Ok(Flow {
             bench,
             constraints,
+            header,
             file_list,
             core,
         })
@@ -90,6 +100,7 @@ impl Flow {
             .iter()
             .chain(&self.bench.vectors)
             .chain([&constraints.sdc, &constraints.lpf, &constraints.xdc])
-            .chain([&self.file_list, &self.bench.file_list, &self.core])
+            .chain([&self.header, &self.file_list])
+            .chain([&self.bench.file_list, &self.core])
     }
 }

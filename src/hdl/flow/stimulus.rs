@@ -106,6 +106,10 @@ pub struct Recording {
     pub phase_steps: u64,
     /// Scans whose last phase step ends in it.
     pub scans: u64,
+    /// Hits that the results on the stream count up.
+    pub hits_up: u64,
+    /// Hits that they count down.
+    pub hits_down: u64,
 }
 
 /// Records a run that begins in reset.
@@ -129,6 +133,8 @@ pub fn record(contract: &Contract) -> Result<Recording, ReferenceError> {
         resets: 0,
         phase_steps: 0,
         scans: 0,
+        hits_up: 0,
+        hits_down: 0,
     };
     recording.chips.push_zero();
     recording.results.push_zero();
@@ -145,6 +151,9 @@ pub fn record(contract: &Contract) -> Result<Recording, ReferenceError> {
             recording.chips.push(words);
             recording.results.push(words);
         }
+        let detectors = &block.exercise.detectors;
+        recording.hits_up = detectors.iter().map(|d| d.hits_up).sum();
+        recording.hits_down = detectors.iter().map(|d| d.hits_down).sum();
         for result in finished {
             recording.phase_steps += 1;
             recording.scans += u64::from(result.step + 1 == contract.scan.steps);

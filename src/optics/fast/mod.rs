@@ -248,7 +248,7 @@ mod tests {
             index: 1,
             number: 1,
         };
-        let dark = ExcessLight::new(other, rates, &code, 333.0, neutral.chip_period_ps);
+        let dark = ExcessLight::new(other, rates, &code, 333.0, neutral.chip_period_ps, &[]);
         neutral.excess.extend(dark);
         assert_eq!(neutral.excess.len(), 2);
         assert_same(&without, &neutral);

@@ -8,6 +8,7 @@ use super::lanes::Lanes;
 use super::sign;
 use crate::optics::random::Part;
 use crate::optics::{DetectorModel, StepCount};
+use crate::sensor::{Group, Step};
 
 /// Phase steps to simulate, numbered from 0: all steps of a scan, then those of
 /// the next.
@@ -19,12 +20,12 @@ pub struct Jobs {
 }
 
 impl Jobs {
-    /// Number of the scan and of the step.
-    pub fn repetition_and_step(&self, job: u64) -> (u64, u64) {
+    /// Number of the scan, and the step.
+    pub fn repetition_and_step(&self, job: u64) -> (u64, Step) {
         let steps = self.steps.end - self.steps.start;
         (
             self.first_repetition + job / steps,
-            self.steps.start + job % steps,
+            Step(self.steps.start + job % steps),
         )
     }
 }
@@ -260,7 +261,7 @@ impl<'t, 'o> StepRunner<'t, 'o> {
 
     /// Steps of one group get the same streams: the same detections, in each of
     /// their lanes.
-    fn restart_streams(&mut self, lane: usize, repetition: u64, group: u64) {
+    fn restart_streams(&mut self, lane: usize, repetition: u64, group: Group) {
         let key = self.model.key(self.jobs.seed, repetition, group);
         let lanes = &mut self.lanes;
         for (path, table) in lanes.paths.iter_mut().zip(&self.tables.paths) {
@@ -281,7 +282,7 @@ impl<'t, 'o> StepRunner<'t, 'o> {
     }
 
     /// Puts a ready detector before the step, and the lane's border at its start.
-    fn aim_at_start(&mut self, lane: usize, repetition: u64, step: u64) {
+    fn aim_at_start(&mut self, lane: usize, repetition: u64, step: Step) {
         let grid = self.tables.grid;
         let model = self.model;
         // All in avalanche time: a detection is registered `delay` later.
@@ -293,14 +294,14 @@ impl<'t, 'o> StepRunner<'t, 'o> {
         for (path, table) in self.lanes.paths.iter_mut().zip(&self.tables.paths) {
             path.offsets[lane] = grid.phase(code - table.delay_ticks);
         }
-        let phase_step = model.scan.step(step);
+        let phase_step = model.scan.phase_step(step);
         let samples_per_chip = u64::from(model.samples_per_chip);
         let phase_step = (phase_step / samples_per_chip * u64::from(grid.chip_ticks())) as i64
             + grid.round((phase_step % samples_per_chip) as f64 / samples_per_chip as f64);
         self.lanes.sign.offsets[lane] =
             grid.phase(code + delay - phase_step - self.tables.sign.first_cell);
 
-        let first_ready = model.first_ready_chips(&model.key(self.jobs.seed, repetition, step));
+        let first_ready = model.first_ready_chips(&model.key(self.jobs.seed, repetition, group));
         let start =
             grid.round(first_ready) - model.warm_up_chips * i64::from(grid.chip_ticks()) - border;
         self.lanes.phases[lane] = grid.phase(start);

@@ -15,9 +15,10 @@ use goldtof_fft::Planner;
 use rustfft::num_complex::Complex64;
 
 use super::column::Column;
-use super::forward::Detections;
+use super::forward::{AllAndMerged, Detections};
 use super::grid::{Grid, frame_chips};
 use super::light::Light;
+use super::sampling::Sampling;
 use super::tier::EdgeTiming;
 use crate::optics::DetectorModel;
 
@@ -44,6 +45,22 @@ pub struct Correlator {
     window: Vec<f64>,
 }
 
+/// What a correlator's tables follow from.
+pub struct Source<'a> {
+    /// Cells of integration.
+    pub grid: &'a Grid,
+    /// The light that the grid was made for.
+    pub light: &'a Light,
+    /// Mean detections.
+    pub detections: &'a AllAndMerged,
+    /// The tier's edges.
+    pub timing: EdgeTiming,
+    /// What samples show of detections; none for a counter in continuous time.
+    pub sampling: Option<Sampling>,
+    /// Added to every path's time of flight.
+    pub delay_chips: f64,
+}
+
 /// The tables of one sub-chip phase b.
 #[derive(Debug, Clone)]
 struct Phase {
@@ -65,50 +82,49 @@ struct Reference {
 }
 
 impl Correlator {
-    /// `delay_chips` is added to every path's time of flight.
-    pub fn new(
-        model: &DetectorModel,
-        grid: &Grid,
-        light: &Light,
-        detections: &Detections,
-        timing: EdgeTiming,
-        delay_chips: f64,
-    ) -> Correlator {
+    /// The tables of a detector's counts.
+    pub fn new(model: &DetectorModel, source: &Source) -> Correlator {
+        let timing = &source.timing;
         let samples_per_chip = u64::from(model.samples_per_chip);
-        let sigma = model.jitter_chips.unwrap_or(0.0);
-        // Registered time to the grid's avalanche time.
-        let origin = -(frame_chips(light) + delay_chips + model.delay_chips);
-        let column = |time: f64, transition: f64| {
-            Column::new(grid, time + origin, sigma, transition).cumulative(grid, detections)
+        let period_chips = source.grid.period_chips;
+        let offset = |phase: u64| phase as f64 / samples_per_chip as f64;
+        let columns = |edge: f64, transition: f64| -> Vec<Vec<f64>> {
+            (0..samples_per_chip)
+                .map(|phase| source.column(model, offset(phase) + edge, transition))
+                .collect()
         };
+        let mut before = columns(timing.rising, timing.transition);
+        let mut window = source.column(model, timing.window, 0.0);
+        let mut hits_per_period = source.detections.per_period();
+        if let Some(unseen_until) = source.seen_from(timing.rising) {
+            // The edges of slots and of the window are sample instants.
+            before = seen(&before, &columns(unseen_until, 0.0));
+            window = before[0].clone();
+            hits_per_period = window[period_chips];
+        }
         let lag = timing.falling - timing.rising;
-        let phases = (0..samples_per_chip)
-            .map(|phase| {
-                let offset = phase as f64 / samples_per_chip as f64;
-                let before = column(offset + timing.rising, timing.transition);
-                let hits = before.windows(2).map(|edge| edge[1] - edge[0]).collect();
-                let falling = if lag == 0.0 {
-                    Vec::new()
-                } else {
-                    let fallen = column(offset + timing.falling, timing.transition);
-                    let between = fallen.iter().zip(&before).map(|(f, r)| 2.0 * (f - r));
-                    twice(between.take(grid.period_chips).collect())
-                };
-                Phase {
-                    before,
-                    hits: twice(hits),
-                    falling,
-                }
-            })
-            .collect();
+        let fallen = (lag != 0.0).then(|| columns(timing.falling, timing.transition));
+        let phases = before.into_iter().enumerate().map(|(phase, before)| {
+            let falling = fallen.as_ref().map(|fallen| {
+                let between = fallen[phase].iter().zip(&before);
+                let between = between.map(|(f, r)| 2.0 * (f - r));
+                twice(between.take(period_chips).collect())
+            });
+            let hits = before.windows(2).map(|edge| edge[1] - edge[0]).collect();
+            Phase {
+                before,
+                hits: twice(hits),
+                falling: falling.unwrap_or_default(),
+            }
+        });
         Correlator {
-            reference: Reference::new(&model.reference.chips, grid.period_chips),
+            reference: Reference::new(&model.reference.chips, period_chips),
             samples_per_chip,
-            period_chips: grid.period_chips,
-            hits_per_period: detections.per_period(),
+            period_chips,
+            hits_per_period,
             rising_after_window: timing.rising - timing.window,
-            phases,
-            window: column(timing.window, 0.0),
+            phases: phases.collect(),
+            window,
         }
     }
 
@@ -260,6 +276,53 @@ impl Correlator {
             (phase_step % self.samples_per_chip) as usize,
         )
     }
+}
+
+impl Source<'_> {
+    /// Expected detections that count, registered before a time after the start of
+    /// chips 0..=period.
+    ///
+    /// Merged ones are taken off where they would be without jitter: they come, by
+    /// what merging is, before the sample instant that they would have counted at.
+    fn column(&self, model: &DetectorModel, time: f64, transition: f64) -> Vec<f64> {
+        let sigma = model.jitter_chips.unwrap_or(0.0);
+        // Registered time to the grid's avalanche time.
+        let origin = -(frame_chips(self.light) + self.delay_chips + model.delay_chips);
+        let before = |sigma: f64, detections: &Detections| {
+            let column = Column::new(self.grid, time + origin, sigma, transition);
+            column.cumulative(self.grid, detections)
+        };
+        let mut counted = before(sigma, &self.detections.all);
+        if let Some(merged) = &self.detections.merged {
+            for (counted, merged) in counted.iter_mut().zip(before(0.0, merged)) {
+                *counted -= merged;
+            }
+        }
+        counted
+    }
+
+    /// From when on a sample sees the pulses that end at `edge`, if not all of them.
+    fn seen_from(&self, edge: f64) -> Option<f64> {
+        let sampling = self.sampling.as_ref()?;
+        (!sampling.sees_all()).then(|| edge - sampling.seen_chips())
+    }
+}
+
+/// What is seen before each sample instant, the first of chip 0 being the origin, from
+/// what is registered until each instant and until a pulse is first seen there: one
+/// row per sample of a chip, with a value per chip.
+fn seen(until: &[Vec<f64>], unseen_until: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut before = until.to_vec();
+    let mut sum = 0.0;
+    for chip in 0..until[0].len() {
+        for sample in 0..until.len() {
+            if (chip, sample) != (0, 0) {
+                sum += until[sample][chip] - unseen_until[sample][chip];
+            }
+            before[sample][chip] = sum;
+        }
+    }
+    before
 }
 
 impl Reference {

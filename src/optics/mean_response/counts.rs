@@ -8,6 +8,7 @@ use super::parallel::in_parallel;
 use crate::optics::counter::StepCount;
 use crate::optics::detector::DetectorModel;
 use crate::optics::random::{Part, StreamRng};
+use crate::sensor::Group;
 
 /// Up and down counts whose means are this many standard deviations above zero
 /// are drawn as a pair of normal values: less than one in a million would have
@@ -90,7 +91,7 @@ impl<'m> CountSampler<'m> {
             return CountSampler::new(model, &moments.of_scan());
         }
         let groups = in_parallel(model.groups() as usize, |group| {
-            GroupLaw::of(&moments.of_group(group as u64))
+            GroupLaw::of(&moments.of_group(Group(group as u64)))
         });
         CountSampler {
             model,
@@ -114,7 +115,7 @@ impl<'m> CountSampler<'m> {
                 .iter()
                 .zip(0..)
                 .filter(|(law, _)| !law.is_normal)
-                .map(|(_, group)| self.model.steps_of_group(group).count())
+                .map(|(_, group)| self.model.steps_of_group(Group(group)).len())
                 .sum(),
         }
     }
@@ -122,10 +123,14 @@ impl<'m> CountSampler<'m> {
     /// Counts of all steps of scan number `repetition`. They depend on the
     /// arguments alone.
     pub fn scan(&self, seed: u64, repetition: u64) -> Vec<StepCount> {
-        let stream = |group| self.model.key(seed, repetition, group).stream(Part::Counts);
+        let stream = |group| {
+            let key = self.model.key(seed, repetition, Group(group));
+            key.stream(Part::Counts)
+        };
         match &self.laws {
             Laws::Steps(laws) => {
-                let draw = |(law, step): (&Law, u64)| law.draw(&mut stream(step)).into();
+                // One step at a time: each is a group.
+                let draw = |(law, group): (&Law, u64)| law.draw(&mut stream(group)).into();
                 laws.iter().zip(0..).map(draw).collect()
             }
             Laws::Groups(laws) => {
@@ -246,7 +251,7 @@ mod tests {
         let key = StreamKey {
             seed: 5,
             detector: 0,
-            step: 0,
+            group: Group(0),
             repetition: 0,
         };
         let mut rng = key.stream(Part::Counts);

@@ -1,9 +1,9 @@
 //! The state of the detector through one code period.
 
 use super::chain::{Chain, State};
-use super::grid::Grid;
+use super::grid::{Grid, Rearming};
 use super::history::History;
-use super::integrator::CellSteps;
+use super::integrator::{CellStep, CellSteps};
 
 /// Mean detections over one common code period.
 #[derive(Debug, Clone)]
@@ -19,7 +19,8 @@ pub struct Detections {
 pub type ReadyStates<const M: usize> = Vec<[State<M>; 3]>;
 
 impl Detections {
-    fn of(grid: &Grid, rates: Vec<[f64; 4]>) -> Detections {
+    /// From the cubics of all cells.
+    pub fn of(grid: &Grid, rates: Vec<[f64; 4]>) -> Detections {
         let mut cumulative = Vec::with_capacity(rates.len() + 1);
         let mut sum = 0.0;
         cumulative.push(sum);
@@ -68,6 +69,84 @@ pub fn integrated_basis(x: f64) -> [f64; 4] {
         0.5 * square - 2.0 / 3.0 * cube + 0.25 * square * square,
         0.25 * square * square - cube / 3.0,
     ]
+}
+
+/// Mean detections, and those among them whose pulse merges with the one before.
+#[derive(Debug, Clone)]
+pub struct AllAndMerged {
+    /// Every detection.
+    pub all: Detections,
+    /// Those that are no rising edge of their own; none where pulses cannot merge.
+    pub merged: Option<Detections>,
+}
+
+impl AllAndMerged {
+    /// Expected rising edges in a whole code period.
+    pub fn per_period(&self) -> f64 {
+        self.all.per_period() - self.merged.as_ref().map_or(0.0, Detections::per_period)
+    }
+
+    /// Detections that are rising edges.
+    pub fn counted(&self) -> Detections {
+        let Some(merged) = &self.merged else {
+            return self.all.clone();
+        };
+        let less = |(a, b): (&[f64; 4], &[f64; 4])| std::array::from_fn(|i| a[i] - b[i]);
+        let (all, merged_before) = (&self.all.cumulative, &merged.cumulative);
+        Detections {
+            rates: self.all.rates.iter().zip(&merged.rates).map(less).collect(),
+            cumulative: all.iter().zip(merged_before).map(|(a, b)| a - b).collect(),
+        }
+    }
+}
+
+/// Ready states whose next pulse will not count, by the number of sample instants
+/// that must pass first, less one.
+struct Unarmed<'g, const M: usize> {
+    rearming: &'g Rearming,
+    levels: Vec<State<M>>,
+}
+
+impl<'g, const M: usize> Unarmed<'g, M> {
+    fn new(grid: &'g Grid) -> Option<Unarmed<'g, M>> {
+        let rearming = grid.rearming.as_ref()?;
+        Some(Unarmed {
+            levels: vec![[0.0; M]; rearming.most_waits()],
+            rearming,
+        })
+    }
+
+    /// Goes through cell `index`: the states at its start and end, and their slopes.
+    #[inline(always)]
+    fn advance(
+        &mut self,
+        index: usize,
+        step: &CellStep<M>,
+        inflow: &[State<M>; 3],
+    ) -> [State<M>; 4] {
+        if self.rearming.at_instant[index] {
+            self.levels.rotate_left(1);
+            if let Some(last) = self.levels.last_mut() {
+                *last = [0.0; M];
+            }
+        }
+        let waits = self.rearming.waits[index];
+        let nothing = [[0.0; M]; 3];
+        let mut sums = [[0.0; M]; 4];
+        for (level, state) in self.levels.iter_mut().enumerate() {
+            let inflow = if level + 1 == waits { inflow } else { &nothing };
+            let end = step.advance(state, inflow);
+            let slopes = [step.slope(state, &inflow[0]), step.slope(&end, &inflow[2])];
+            for m in 0..M {
+                sums[0][m] += state[m];
+                sums[1][m] += end[m];
+                sums[2][m] += slopes[0][m];
+                sums[3][m] += slopes[1][m];
+            }
+            *state = end;
+        }
+        sums
+    }
 }
 
 /// Detections within the last dead time.
@@ -125,7 +204,7 @@ impl DeadTime {
 
 /// Solves from a ready detector through the memory time and one code period, of
 /// which the mean detections are returned; `states`, if given, receives the
-/// ready states.
+/// ready states whose next pulse counts.
 ///
 /// With the widest vectors that the processor has: no operation differs, so
 /// results do not.
@@ -133,7 +212,7 @@ pub fn solve<const M: usize>(
     grid: &Grid,
     chain: &Chain<M>,
     states: Option<&mut ReadyStates<M>>,
-) -> Detections {
+) -> AllAndMerged {
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") {
         // SAFETY: the processor has the instructions, as just made sure.
@@ -148,7 +227,7 @@ fn solve_avx2<const M: usize>(
     grid: &Grid,
     chain: &Chain<M>,
     states: Option<&mut ReadyStates<M>>,
-) -> Detections {
+) -> AllAndMerged {
     solve_forwards(grid, chain, states)
 }
 
@@ -157,15 +236,17 @@ fn solve_forwards<const M: usize>(
     grid: &Grid,
     chain: &Chain<M>,
     mut states: Option<&mut ReadyStates<M>>,
-) -> Detections {
+) -> AllAndMerged {
     let per_chip = grid.cells.len();
     let warm_up = grid.memory_chips;
     let mut history = History::<M>::new(per_chip, grid.reach_chips);
     let mut rates = Vec::with_capacity(grid.period_chips * per_chip);
+    let mut merged_rates = Vec::new();
     let mut steps = CellSteps::new(chain, per_chip);
     let mut lambdas = Vec::new();
     let mut start: State<M> = [0.0; M];
     start[0] = 1.0;
+    let mut unarmed = Unarmed::<M>::new(grid);
     let mut dead = DeadTime::new(grid);
     for chip in 0..warm_up + grid.period_chips {
         // Steps of finite length lose or gain some 10^-8 of probability at a time,
@@ -185,37 +266,78 @@ fn solve_forwards<const M: usize>(
             let end = step.advance(&start, &inflow);
             let start_slope = step.slope(&start, &inflow[0]);
             let end_slope = step.slope(&end, &inflow[2]);
+            let borders = [start, end, start_slope, end_slope];
+            let waiting = match &mut unarmed {
+                Some(unarmed) => unarmed.advance(index, step, &inflow),
+                None => [[0.0; M]; 4],
+            };
             // What comes back one dead time later; linear, so slopes pass alike.
-            let passing = [
-                step.pass_forwards(&start),
-                step.pass_forwards(&end),
-                step.pass_forwards(&start_slope),
-                step.pass_forwards(&end_slope),
-            ];
-            let mut rate = [0.0; 4];
-            for (rate, passing) in rate.iter_mut().zip(&passing) {
-                for passing in passing {
-                    *rate += passing;
-                }
-            }
-            rate[2] *= cell.width;
-            rate[3] *= cell.width;
+            let passing = pass(step, &borders);
+            let rate = rates_of(&passing, cell.width);
             dead.put(chip, index, rate);
             if chip >= warm_up {
                 rates.push(rate);
+                if unarmed.is_some() {
+                    merged_rates.push(rates_of(&pass(step, &waiting), cell.width));
+                }
                 if let Some(states) = states.as_deref_mut() {
-                    let eighth = cell.width / 8.0;
-                    let mut middle = [0.0; M];
-                    for m in 0..M {
-                        middle[m] =
-                            0.5 * (start[m] + end[m]) + eighth * (start_slope[m] - end_slope[m]);
-                    }
-                    states.push([start, middle, end]);
+                    states.push(armed(&borders, &waiting, cell.width));
                 }
             }
             history.put(chip, index, passing);
             start = end;
         }
     }
-    Detections::of(grid, rates)
+    AllAndMerged {
+        all: Detections::of(grid, rates),
+        merged: unarmed.map(|_| Detections::of(grid, merged_rates)),
+    }
+}
+
+/// Rates at which states lead on, and their slopes.
+#[inline(always)]
+fn pass<const M: usize>(step: &CellStep<M>, borders: &[State<M>; 4]) -> [State<M>; 4] {
+    let [start, end, start_slope, end_slope] = borders;
+    [
+        step.pass_forwards(start),
+        step.pass_forwards(end),
+        step.pass_forwards(start_slope),
+        step.pass_forwards(end_slope),
+    ]
+}
+
+/// The cubic of a cell's detection rate.
+#[inline(always)]
+fn rates_of<const M: usize>(passing: &[State<M>; 4], width: f64) -> [f64; 4] {
+    let mut rate = [0.0; 4];
+    for (rate, passing) in rate.iter_mut().zip(passing) {
+        for passing in passing {
+            *rate += passing;
+        }
+    }
+    rate[2] *= width;
+    rate[3] *= width;
+    rate
+}
+
+/// Ready states at a cell's start, middle and end, less those that wait.
+#[inline(always)]
+fn armed<const M: usize>(
+    ready: &[State<M>; 4],
+    waiting: &[State<M>; 4],
+    width: f64,
+) -> [State<M>; 3] {
+    let mut borders = [[0.0; M]; 4];
+    for (border, (ready, waiting)) in borders.iter_mut().zip(ready.iter().zip(waiting)) {
+        for m in 0..M {
+            border[m] = ready[m] - waiting[m];
+        }
+    }
+    let [start, end, start_slope, end_slope] = borders;
+    let eighth = width / 8.0;
+    let mut middle = [0.0; M];
+    for m in 0..M {
+        middle[m] = 0.5 * (start[m] + end[m]) + eighth * (start_slope[m] - end_slope[m]);
+    }
+    [start, middle, end]
 }

@@ -2,6 +2,7 @@
 
 use super::MeanResponseError;
 use super::light::Light;
+use super::sampling::Sampling;
 use crate::optics::DetectorModel;
 
 /// The finest step of integration, as a share of a chip.
@@ -34,8 +35,20 @@ pub struct Grid {
     pub reach_chips: usize,
     /// Chips that make the detector forget how it started.
     pub memory_chips: usize,
+    /// For pulses that may merge.
+    pub rearming: Option<Rearming>,
     paths: Vec<GridPath>,
     constant_per_chip: f64,
+}
+
+/// Where sample instants are, for pulses that may merge.
+#[derive(Debug, Clone)]
+pub struct Rearming {
+    /// For each cell of a chip: sample instants that a detector which becomes ready
+    /// there has to wait for until its next pulse counts.
+    pub waits: Vec<usize>,
+    /// For each cell, whether it starts at a sample instant.
+    pub at_instant: Vec<bool>,
 }
 
 /// Where an edge of the light leaves kinks.
@@ -83,6 +96,7 @@ impl Grid {
         model: &DetectorModel,
         light: &Light,
         kinks: Kinks,
+        samples: Samples,
     ) -> Result<Grid, MeanResponseError> {
         check(model)?;
         check_brightness(model, light.brightest_per_chip())?;
@@ -90,7 +104,7 @@ impl Grid {
         let period_chips = common_period(model, light)? as usize;
         let frame = frame_chips(light);
         let delays: Vec<f64> = light.paths.iter().map(|p| p.delay_chips - frame).collect();
-        let edges = edges(model, light, &delays, kinks);
+        let edges = edges(model, light, &delays, kinks, samples);
         let dead_time = model.dead_time_chips;
         let cells = edges
             .windows(2)
@@ -128,6 +142,7 @@ impl Grid {
             });
         Ok(Grid {
             period_chips,
+            rearming: samples.rearming(&edges),
             cells,
             edges,
             dead_time_chips: dead_time,
@@ -176,6 +191,55 @@ impl Place {
             cell,
             weights: [1.0 - end, end, start_slope, end_slope],
         }
+    }
+}
+
+/// Sample instants in the grid's frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Samples {
+    /// Registered time of the frame's origin, in chips.
+    pub origin_chips: f64,
+    /// What the samples show; none for a counter in continuous time.
+    pub sampling: Option<Sampling>,
+}
+
+impl Samples {
+    /// Where counting changes within a chip, 0..1; and where that leaves the value of
+    /// being in a state with a step or a kink.
+    fn breaks(&self, kinks: Kinks, dead_time_chips: f64) -> Vec<f64> {
+        let back: &[f64] = match kinks {
+            Kinks::Later => &[0.0],
+            Kinks::LaterAndEarlier => &[0.0, 1.0, 2.0],
+        };
+        let registered = self.sampling.map_or(Vec::new(), |s| s.breaks());
+        registered
+            .into_iter()
+            .flat_map(|time| back.iter().map(move |dead| time - dead * dead_time_chips))
+            .map(|time| time - self.origin_chips)
+            .map(|time| time - time.floor())
+            .collect()
+    }
+
+    fn rearming(&self, edges: &[f64]) -> Option<Rearming> {
+        let sampling = self.sampling.filter(Sampling::merges)?;
+        let waits = edges
+            .windows(2)
+            .map(|cell| sampling.waits(0.5 * (cell[0] + cell[1]) + self.origin_chips));
+        let starts = &edges[..edges.len() - 1];
+        let at_instant = starts
+            .iter()
+            .map(|start| sampling.is_instant(start + self.origin_chips));
+        Some(Rearming {
+            waits: waits.collect(),
+            at_instant: at_instant.collect(),
+        })
+    }
+}
+
+impl Rearming {
+    /// The largest number of instants to wait for.
+    pub fn most_waits(&self) -> usize {
+        self.waits.iter().copied().max().unwrap_or(0)
     }
 }
 
@@ -279,8 +343,15 @@ fn memory_chips(
 /// Edges of the cells of one chip, 0 and 1 included: every edge of light, and
 /// the kinks that those edges leave up to three dead times away; then divided
 /// until the cells are short enough.
-fn edges(model: &DetectorModel, light: &Light, delays: &[f64], kinks: Kinks) -> Vec<f64> {
+fn edges(
+    model: &DetectorModel,
+    light: &Light,
+    delays: &[f64],
+    kinks: Kinks,
+    samples: Samples,
+) -> Vec<f64> {
     let mut breaks = vec![0.0, 1.0];
+    breaks.extend(samples.breaks(kinks, model.dead_time_chips));
     let first = match kinks {
         Kinks::Later => 0,
         Kinks::LaterAndEarlier => -3,

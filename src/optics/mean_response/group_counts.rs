@@ -88,7 +88,7 @@ impl GroupLaw {
 
 /// The lower triangle L of a matrix L L^T whose lower triangle is given. What
 /// rounding makes negative on the diagonal counts as zero.
-fn cholesky(mut matrix: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+pub fn cholesky(mut matrix: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     for a in 0..matrix.len() {
         for b in 0..=a {
             let known: f64 = (0..b).map(|c| matrix[a][c] * matrix[b][c]).sum();
@@ -110,6 +110,7 @@ fn cholesky(mut matrix: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
 mod tests {
     use super::*;
     use crate::optics::random::{Part, StreamKey};
+    use crate::sensor::Group;
 
     #[test]
     fn a_group_draws_the_asked_means_and_covariances() {
@@ -136,7 +137,7 @@ mod tests {
         let key = StreamKey {
             seed: 8,
             detector: 0,
-            step: 0,
+            group: Group(0),
             repetition: 0,
         };
         let mut rng = key.stream(Part::Counts);

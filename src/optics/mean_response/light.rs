@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::MeanResponseError;
 use crate::code::Code;
 use crate::optics::DetectorModel;
 
@@ -38,6 +39,17 @@ impl Light {
         Light {
             paths: paths.collect(),
             constant_per_chip: model.constant_per_chip,
+        }
+    }
+
+    /// Whether every rate and delay is a number that light can have.
+    pub(super) fn check(&self) -> Result<(), MeanResponseError> {
+        let is_rate = |rate: f64| rate.is_finite() && rate >= 0.0;
+        let is_light =
+            |path: &LightPath| is_rate(path.rate_per_chip) && path.delay_chips.is_finite();
+        match is_rate(self.constant_per_chip) && self.paths.iter().all(is_light) {
+            true => Ok(()),
+            false => Err(MeanResponseError::NotFinite),
         }
     }
 

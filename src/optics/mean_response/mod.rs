@@ -15,13 +15,14 @@
 //!
 //! It is solved once per light, on cells that end where the light changes
 //! ([`grid`]); the correlator's edges then fall where they will, on the
-//! cumulative mean, smoothed by the jitter ([`column`]). Two pulses that merge
-//! into one rising edge of the sampled level count twice here.
+//! cumulative mean, smoothed by the jitter ([`column`]). What of the detections the
+//! sampled hardware counts is [`sampling`]'s.
 
 mod chain;
 mod column;
 mod correlator;
 mod counts;
+mod effort;
 mod expected;
 mod forward;
 mod grid;
@@ -32,15 +33,21 @@ mod light;
 mod moments;
 mod pairs;
 mod parallel;
+mod poisson;
+mod sampling;
 mod scan_moments;
 mod tier;
 mod variance;
 
 pub use correlator::MeanCount;
 pub use counts::CountSampler;
+pub use effort::Effort;
 pub use expected::MeanResponse;
+pub(crate) use group_counts::cholesky;
 pub use light::{Light, LightPath};
 pub use moments::{CountMoments, GroupMoments, SecondMoments};
+pub(crate) use parallel::in_parallel;
+pub use sampling::{check_merging, merged_share};
 pub use tier::CountingTier;
 
 /// Most states of pending afterpulses.
@@ -86,6 +93,31 @@ pub enum MeanResponseError {
         /// How far it may.
         limit_ps: f64,
     },
+    /// Pulses merge in the sampled hardware, more than can be left out.
+    #[error(
+        "pulses of {} ns after a dead time of {} ns, sampled every {} ns, merge: up to {:.3} % of \
+         the detections are no rising edge of their own, and for {obstacle} that is not worked \
+         out; the tiers sampled and rtl count what the hardware does",
+        pulse_width_ps / 1e3,
+        dead_time_ps / 1e3,
+        sample_ps / 1e3,
+        share * 100.0
+    )]
+    PulsesMerge {
+        /// Width of a pulse.
+        pulse_width_ps: f64,
+        /// The dead time.
+        dead_time_ps: f64,
+        /// From one sample to the next.
+        sample_ps: f64,
+        /// Bound on the share of detections that merge with the one before.
+        share: f64,
+        /// Why their number is not worked out.
+        obstacle: &'static str,
+    },
+    /// A rate is no number from zero on, or a delay none at all.
+    #[error("the strength or the delay of the light at the detector is no finite number")]
+    NotFinite,
     /// Light of codes with different periods repeats too late.
     #[error(
         "the codes at the detector repeat together after {chips} chips; \
@@ -162,6 +194,29 @@ pub enum MeanResponseError {
     TooManyAfterpulses {
         /// Most that are told apart.
         limit: usize,
+    },
+    /// What is asked for would take too long.
+    #[error(
+        "this would take about {seconds:.1} s of solving; it is worked out up to {limit_s:.2} s \
+         for each of the scene's detectors: simulate it photon by photon, or take fewer paths, \
+         less jitter, a shorter dead time or afterpulsing time constant, a shorter code"
+    )]
+    TooMuchWork {
+        /// How long, on one core.
+        seconds: f64,
+        /// The longest that is worked out.
+        limit_s: f64,
+    },
+    /// What is asked for would take too much memory.
+    #[error(
+        "this would take {gigabytes:.1} GB of memory; it is worked out up to {limit_gigabytes:.1} \
+         GB: simulate it photon by photon, or take fewer paths, a shorter dead time, a shorter code"
+    )]
+    TooMuchMemory {
+        /// How much.
+        gigabytes: f64,
+        /// The most that is taken.
+        limit_gigabytes: f64,
     },
     /// The counter's edge delays differ by a chip or more.
     #[error(

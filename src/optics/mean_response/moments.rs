@@ -5,10 +5,11 @@ use std::sync::{Mutex, PoisonError};
 
 use super::MeanResponseError;
 use super::expected::MeanResponse;
-use super::grid::frame_chips;
+use super::grid::{Samples, frame_chips};
 use super::pairs::{DetectorPairs, before_chips};
 use super::parallel::in_parallel;
 use super::scan_moments;
+use crate::sensor::{Group, Step};
 
 /// Moments of the signed count r and the total count N of one phase step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,7 +45,7 @@ pub struct SecondMoments<'r, 'm> {
     /// Variance of N that the chips before each chip add.
     total_variance: Vec<f64>,
     /// Moments of the steps that were asked for so far.
-    known: Mutex<BTreeMap<u64, CountMoments>>,
+    known: Mutex<BTreeMap<Step, CountMoments>>,
 }
 
 impl<'r, 'm> SecondMoments<'r, 'm> {
@@ -53,9 +54,15 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     /// # Errors
     /// As for the mean response.
     pub fn new(response: &'r MeanResponse<'m>) -> Result<SecondMoments<'r, 'm>, MeanResponseError> {
-        let pairs = DetectorPairs::new(response.model, &response.light)?;
+        let samples = Samples {
+            origin_chips: origin_chips(response),
+            sampling: response.sampling,
+        };
+        let pairs = DetectorPairs::new(response.model, &response.light, samples)?;
         let per_cell = pairs.hits.iter().zip(&pairs.excess_of_all);
-        let per_cell = per_cell.map(|(hits, excess)| hits + 2.0 * excess);
+        let per_cell = per_cell
+            .zip(pairs.seen_of_period())
+            .map(|((hits, excess), seen)| seen * (hits + 2.0 * excess));
         let total_variance = before_chips(&pairs.grid, per_cell);
         Ok(SecondMoments {
             response,
@@ -65,17 +72,20 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         })
     }
 
-    /// Moments of step number `step` of the first scan.
-    pub fn of_step(&self, step: u64) -> CountMoments {
+    /// Moments of a step of the first scan.
+    pub fn of_step(&self, step: Step) -> CountMoments {
         let mean = self.response.mean_count(step);
-        let signs = self.signs(self.response.model.scan.step(step));
+        let signs = self.signs(self.response.model.scan.phase_step(step));
         let excess = self.pairs.excess(&signs);
         let grid = &self.pairs.grid;
-        let cells = || self.pairs.hits.iter().zip(&signs).zip(&excess);
-        let variance = cells().map(|((hits, s), q)| hits + 2.0 * s * q);
+        let cells = || {
+            let cells = self.pairs.hits.iter().zip(&signs).zip(&excess);
+            cells.zip(self.pairs.seen_of_period())
+        };
+        let variance = cells().map(|(((hits, s), q), seen)| seen * hits + 2.0 * s * q);
         let covariance = cells()
             .zip(&self.pairs.excess_of_all)
-            .map(|(((hits, s), q), q_all)| s * (hits + q_all) + q);
+            .map(|((((hits, s), q), seen), q_all)| s * (hits + q_all) + seen * q);
         CountMoments {
             signed_mean: mean.signed,
             total_mean: mean.total,
@@ -87,9 +97,9 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
 
     /// Moments of some steps of the first scan, on all processors. They are kept:
     /// a step that is asked for again costs nothing.
-    pub fn of_steps(&self, steps: &[u64]) -> Vec<CountMoments> {
+    pub fn of_steps(&self, steps: &[Step]) -> Vec<CountMoments> {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut unknown: Vec<u64> = steps.to_vec();
+        let mut unknown: Vec<Step> = steps.to_vec();
         unknown.retain(|step| !known.contains_key(step));
         let found = in_parallel(unknown.len(), |index| self.of_step(unknown[index]));
         known.extend(unknown.into_iter().zip(found));
@@ -107,37 +117,46 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     ///
     /// # Panics
     /// If there are no steps.
-    pub fn variance_of_sum(&self, steps: &[(u64, f64)]) -> f64 {
+    pub fn variance_of_sum(&self, steps: &[(Step, f64)]) -> f64 {
         let mut sign = vec![0.0; self.pairs.hits.len()];
-        // Mean of the squared sign: that of one step is 1 also in a cell that an
-        // edge divides, where its mean is not. Cells are no wider than an eighth
-        // of a chip, so edges of two steps seldom lie in one.
+        // Mean of the squared sign of what is seen: that of one step is 1 also in a
+        // cell that an edge divides, where its mean is not. Cells are no wider than an
+        // eighth of a chip, so edges of two steps seldom lie in one.
         let mut spread = sign.clone();
         for &(step, weight) in steps {
-            let signs = self.signs(self.response.model.scan.step(step));
-            for ((sum, spread), s) in sign.iter_mut().zip(&mut spread).zip(signs) {
+            let signs = self.signs(self.response.model.scan.phase_step(step));
+            let sums = sign.iter_mut().zip(&mut spread);
+            for ((sum, spread), (s, seen)) in
+                sums.zip(signs.iter().zip(self.pairs.seen_of_period()))
+            {
                 *sum += weight * s;
-                *spread += weight * weight * (1.0 - s * s);
+                *spread += weight * weight * (seen - of_seen(s * s, seen));
             }
         }
         let excess = self.pairs.excess(&sign);
         let cells = self.pairs.hits.iter().zip(&sign).zip(&spread).zip(&excess);
-        let variance = cells.map(|(((hits, s), spread), q)| hits * (s * s + spread) + 2.0 * s * q);
+        let variance =
+            cells
+                .zip(self.pairs.seen_of_period())
+                .map(|((((hits, s), spread), q), seen)| {
+                    hits * (of_seen(s * s, seen) + spread) + 2.0 * s * q
+                });
         self.over_step(steps[0].0, &before_chips(&self.pairs.grid, variance))
     }
 
     /// Moments of the counts of a whole group.
-    pub fn of_group(&self, group: u64) -> GroupMoments {
+    pub fn of_group(&self, group: Group) -> GroupMoments {
         let model = self.response.model;
-        let steps: Vec<u64> = model.steps_of_group(group).collect();
+        let steps: Vec<Step> = model.steps_of_group(group).collect();
         let first = steps[0];
         let signs: Vec<Vec<f64>> = steps
             .iter()
-            .map(|&step| self.signs(model.scan.step(step)))
+            .map(|&step| self.signs(model.scan.phase_step(step)))
             .collect();
         let excess: Vec<Vec<f64>> = signs.iter().map(|s| self.pairs.excess(s)).collect();
         let grid = &self.pairs.grid;
         let hits = &self.pairs.hits;
+        let seen: Vec<f64> = self.pairs.seen_of_period().collect();
         let over_step = |of_cell: &dyn Fn(usize) -> f64| {
             self.over_step(first, &before_chips(grid, (0..hits.len()).map(of_cell)))
         };
@@ -146,13 +165,17 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         for a in 0..count {
             for b in 0..=a {
                 let (sa, sb, qa, qb) = (&signs[a], &signs[b], &excess[a], &excess[b]);
-                let product = |cell: usize| if a == b { 1.0 } else { sa[cell] * sb[cell] };
+                let product = |cell: usize| match a == b {
+                    true => seen[cell],
+                    false => of_seen(sa[cell] * sb[cell], seen[cell]),
+                };
                 covariance[a][b] =
                     over_step(&|c| hits[c] * product(c) + sa[c] * qb[c] + sb[c] * qa[c]);
                 covariance[b][a] = covariance[a][b];
             }
             let all = &self.pairs.excess_of_all;
-            covariance[a][count] = over_step(&|c| signs[a][c] * (hits[c] + all[c]) + excess[a][c]);
+            covariance[a][count] =
+                over_step(&|c| signs[a][c] * (hits[c] + all[c]) + seen[c] * excess[a][c]);
             covariance[count][a] = covariance[a][count];
         }
         covariance[count][count] = self.total_variance(first);
@@ -165,11 +188,11 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     }
 
     /// Variance of N of a step.
-    pub(super) fn total_variance(&self, step: u64) -> f64 {
+    pub(super) fn total_variance(&self, step: Step) -> f64 {
         self.over_step(step, &self.total_variance)
     }
 
-    /// Mean sign in every cell of the code period.
+    /// Mean sign in every cell of the code period, 0 where no sample sees a pulse.
     fn signs(&self, phase_step: u64) -> Vec<f64> {
         let response = self.response;
         let chips = &response.model.reference.chips;
@@ -188,10 +211,11 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
                 [2, 1, 0].map(|back| chip_at(chip - whole as i64 - back));
             for cell in 0..grid.cells.len() {
                 // An edge a little over a chip late still belongs to the chip before.
-                let level = level_after(two_before, before, rise[1][cell], fall[1][cell])
-                    + level_after(before, after, rise[0][cell], fall[0][cell])
-                    - f64::from(before);
-                signs.push(2.0 * level - 1.0);
+                let seen = self.pairs.seen[cell];
+                let level = level_after(two_before, before, rise[1][cell], fall[1][cell], seen)
+                    + level_after(before, after, rise[0][cell], fall[0][cell], seen)
+                    - f64::from(before) * seen;
+                signs.push(2.0 * level - seen);
             }
         }
         signs
@@ -199,13 +223,12 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
 
     /// Registered time of the grid's origin, in chips.
     pub(super) fn frame_chips(&self) -> f64 {
-        let response = self.response;
-        frame_chips(&response.light) + response.delay_chips + response.model.delay_chips
+        origin_chips(self.response)
     }
 
     /// What the chips of a step add up to; `before` has the sums before each chip
     /// of the grid. The window's edges are rounded to whole chips of the grid.
-    fn over_step(&self, step: u64, before: &[f64]) -> f64 {
+    fn over_step(&self, step: Step, before: &[f64]) -> f64 {
         let period = self.pairs.grid.period_chips;
         let (periods, first, rest) = self.response.chips_of(step);
         let shift = (self.frame_chips() - self.response.timing.window).round() as i64;
@@ -219,11 +242,23 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     }
 }
 
-/// Mean level over a cell that an edge from `before` to `after` may divide.
-fn level_after(before: u8, after: u8, after_rise: f64, after_fall: f64) -> f64 {
+/// Registered time of the origin of a response's grid, in chips.
+fn origin_chips(response: &MeanResponse) -> f64 {
+    frame_chips(&response.light) + response.delay_chips + response.model.delay_chips
+}
+
+/// A mean over what is seen of a cell, taken as its mean's square would be: of the
+/// square of a sum over the cell, and the seen share.
+fn of_seen(square: f64, seen: f64) -> f64 {
+    if seen > 0.0 { square / seen } else { 0.0 }
+}
+
+/// Mean level over what is seen of a cell that an edge from `before` to `after` may
+/// divide.
+fn level_after(before: u8, after: u8, after_rise: f64, after_fall: f64, seen: f64) -> f64 {
     match (before, after) {
         (0, 1) => after_rise,
-        (1, 0) => 1.0 - after_fall,
-        _ => f64::from(after),
+        (1, 0) => seen - after_fall,
+        _ => f64::from(after) * seen,
     }
 }

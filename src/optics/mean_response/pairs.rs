@@ -1,9 +1,10 @@
 //! Pairs of detections of one detector in one light.
 
 use super::chain::{Chain, states_needed};
-use super::forward::{self, Detections, ReadyStates};
-use super::grid::{Grid, Kinks};
+use super::forward::{self, AllAndMerged, Detections, ReadyStates};
+use super::grid::{Grid, Kinks, Samples};
 use super::light::Light;
+use super::poisson::{self, Waiting};
 use super::{MAX_STATES, MeanResponseError, variance, with_states};
 use crate::optics::DetectorModel;
 
@@ -12,10 +13,14 @@ pub struct DetectorPairs {
     pub grid: Grid,
     detections: Detections,
     states: Box<dyn States>,
-    /// Expected detections in every cell of the code period.
+    /// Expected detections in every cell of the code period, less those that merge
+    /// with the one before.
     pub hits: Vec<f64>,
-    /// [`DetectorPairs::excess`] of all detections.
+    /// [`DetectorPairs::excess`] of all detections that count.
     pub excess_of_all: Vec<f64>,
+    samples: Samples,
+    /// Share of each cell of a chip in which a pulse is seen by a sample.
+    pub seen: Vec<f64>,
 }
 
 /// The detector's states, whatever their number.
@@ -28,13 +33,15 @@ struct Solved<const M: usize> {
     ready: ReadyStates<M>,
 }
 
-/// Detections without memory: no pair knows of each other.
-struct Poisson;
-
 impl DetectorPairs {
-    pub fn new(model: &DetectorModel, light: &Light) -> Result<DetectorPairs, MeanResponseError> {
-        let grid = Grid::new(model, light, Kinks::LaterAndEarlier)?;
+    pub fn new(
+        model: &DetectorModel,
+        light: &Light,
+        samples: Samples,
+    ) -> Result<DetectorPairs, MeanResponseError> {
+        let grid = Grid::new(model, light, Kinks::LaterAndEarlier, samples)?;
         let (detections, states) = solve(model, &grid)?;
+        let detections = detections.counted();
         let cumulative = &detections.cumulative;
         let hits: Vec<f64> = cumulative.windows(2).map(|c| c[1] - c[0]).collect();
         let mut pairs = DetectorPairs {
@@ -43,8 +50,12 @@ impl DetectorPairs {
             states,
             excess_of_all: Vec::new(),
             hits,
+            samples,
+            seen: Vec::new(),
         };
-        pairs.excess_of_all = pairs.excess(&vec![1.0; pairs.hits.len()]);
+        [pairs.seen, _] = pairs.shares_after(f64::NEG_INFINITY);
+        let seen: Vec<f64> = pairs.seen_of_period().collect();
+        pairs.excess_of_all = pairs.excess(&seen);
         Ok(pairs)
     }
 
@@ -55,23 +66,36 @@ impl DetectorPairs {
     }
 
     /// Share of each cell of a chip that comes after `edge` (in chips from the
-    /// chip's start), and after the edge of the chip before.
+    /// chip's start), and after the edge of the chip before; of what a sample sees.
     pub fn shares_after(&self, edge: f64) -> [Vec<f64>; 2] {
+        let seen = |from: f64, to: f64| {
+            let registered = |time: f64| time + self.samples.origin_chips;
+            match &self.samples.sampling {
+                None => to - from,
+                Some(sampling) => sampling.seen_between(registered(from), registered(to)),
+            }
+        };
         [edge, edge - 1.0].map(|edge| {
             let cells = self.grid.edges.windows(2);
             cells
-                .map(|cell| ((cell[1] - edge) / (cell[1] - cell[0])).clamp(0.0, 1.0))
+                .map(|cell| seen(edge.clamp(cell[0], cell[1]), cell[1]) / (cell[1] - cell[0]))
                 .collect()
         })
+    }
+
+    /// Share of every cell of the code period in which a pulse is seen.
+    pub fn seen_of_period(&self) -> impl Iterator<Item = f64> + '_ {
+        self.seen.iter().copied().cycle().take(self.hits.len())
     }
 }
 
 fn solve(
     model: &DetectorModel,
     grid: &Grid,
-) -> Result<(Detections, Box<dyn States>), MeanResponseError> {
+) -> Result<(AllAndMerged, Box<dyn States>), MeanResponseError> {
     if model.dead_time_chips <= 0.0 {
-        return Ok((Detections::poisson(grid), Box::new(Poisson)));
+        let (detections, waiting) = poisson::solve(grid);
+        return Ok((detections, Box::new(waiting)));
     }
     let needed = states_needed(model.afterpulsing, model.dead_time_chips);
     if needed > MAX_STATES {
@@ -91,9 +115,9 @@ impl<const M: usize> States for Solved<M> {
     }
 }
 
-impl States for Poisson {
-    fn excess(&self, _: &Grid, _: &Detections, signs: &[f64]) -> Vec<f64> {
-        vec![0.0; signs.len()]
+impl States for Waiting {
+    fn excess(&self, grid: &Grid, _: &Detections, signs: &[f64]) -> Vec<f64> {
+        Waiting::excess(self, grid, signs)
     }
 }
 

@@ -24,6 +24,7 @@ use rustfft::num_complex::Complex64;
 
 use super::moments::{CountMoments, SecondMoments};
 use super::parallel::in_parallel;
+use crate::sensor::Step;
 
 /// Phases per chip that are worked out.
 const PHASES_PER_CHIP: usize = 8;
@@ -37,7 +38,7 @@ pub fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
     let phases = second.response.model.samples_per_chip as usize / stride;
     let one_by_one = scan.steps as usize <= memory * phases;
     if one_by_one || period < 2 * memory {
-        return in_parallel(scan.steps as usize, |step| second.of_step(step as u64));
+        return in_parallel(scan.steps as usize, |step| second.of_step(Step::at(step)));
     }
     let solved = all_phase_steps(second, memory, stride);
     let means = second.response.mean_counts();
@@ -45,7 +46,7 @@ pub fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
         .into_iter()
         .enumerate()
         .map(|(step, mean)| {
-            let phase_step = scan.step(step as u64) as usize;
+            let phase_step = scan.phase_step(Step::at(step)) as usize;
             let (early, rest) = (phase_step / stride, phase_step % stride);
             let late = (early + 1) % solved.len();
             let share = rest as f64 / stride as f64;
@@ -55,7 +56,7 @@ pub fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
                 signed_mean: mean.signed,
                 total_mean: mean.total,
                 signed_variance: between(a.variance, b.variance),
-                total_variance: second.total_variance(step as u64),
+                total_variance: second.total_variance(Step::at(step)),
                 covariance: mean.signed + between(a.excess_covariance, b.excess_covariance),
             }
         })
@@ -130,8 +131,10 @@ struct Slots {
     /// Whole chips from the frame's origin to the start of code chip 0 (of a
     /// reference that is delayed by less than a chip).
     whole: i64,
-    /// Share of each cell of a chip after the slot's start.
+    /// Share of each cell of a chip after the slot's start, and before it, of what
+    /// samples see.
     after: Vec<f64>,
+    before: Vec<f64>,
     hits: Vec<f64>,
     excess_of_all: Vec<f64>,
 }
@@ -148,8 +151,10 @@ impl Slots {
         let timing = &second.response.timing;
         let start = offset + 0.5 * (timing.rising + timing.falling) - second.frame_chips();
         let [after, _] = second.pairs.shares_after(start - start.floor());
+        let seen = second.pairs.seen.iter().zip(&after);
         let mut slots = Slots {
             whole: start.floor() as i64,
+            before: seen.map(|(seen, after)| seen - after).collect(),
             after,
             hits: Vec::new(),
             excess_of_all: Vec::new(),
@@ -164,9 +169,9 @@ impl Slots {
         let period = per_cell.len() / self.after.len();
         let mut sums = vec![0.0; period];
         for (chip, values) in per_cell.chunks(self.after.len()).enumerate() {
-            for (value, after) in values.iter().zip(&self.after) {
+            for ((value, after), before) in values.iter().zip(&self.after).zip(&self.before) {
                 sums[chip] += after * value;
-                sums[(chip + period - 1) % period] += (1.0 - after) * value;
+                sums[(chip + period - 1) % period] += before * value;
             }
         }
         sums
@@ -179,9 +184,9 @@ impl Slots {
         let mut weights = vec![0.0; period * cells];
         for &slot in comb {
             let next = (slot + 1) % period;
-            for (cell, after) in self.after.iter().enumerate() {
+            for (cell, (after, before)) in self.after.iter().zip(&self.before).enumerate() {
                 weights[slot * cells + cell] += after;
-                weights[next * cells + cell] += 1.0 - after;
+                weights[next * cells + cell] += before;
             }
         }
         let excess = self.add_up(&second.pairs.excess(&weights));

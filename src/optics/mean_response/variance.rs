@@ -11,15 +11,20 @@
 //!
 //! with m the detection rate, s the sign, and Q the rate of detections times
 //! that excess, for counts with the sign (Q_r) and without (Q_N).
+//!
+//! Where pulses of the sampled level may merge, W is less by what a detector loses
+//! that is ready again but must wait for some sample instants until its next pulse
+//! counts; and only detections that count begin a pair.
 
 use super::chain::Chain;
 use super::forward::{Detections, ReadyStates};
-use super::grid::{Grid, Place};
+use super::grid::{Grid, Place, Rearming};
 use super::history::History;
-use super::integrator::CellSteps;
+use super::integrator::{CellStep, CellSteps};
 
 /// Q integrated over each cell of the code period. `signs` has the mean sign of
-/// every cell of the period.
+/// every cell of the period; `states` are the ready states whose next pulse counts,
+/// and `detections` those that count.
 ///
 /// With the widest vectors that the processor has: no operation differs, so
 /// results do not.
@@ -66,6 +71,7 @@ fn solve_backwards<const M: usize>(
     let mut history = History::<M>::new(per_chip, grid.reach_chips);
     let mut steps = CellSteps::new(chain, per_chip);
     let mut lambdas = Vec::new();
+    let mut losses = grid.rearming.as_ref().map(Losses::new);
     let mut end = [0.0; M];
     let mut expected_end = 0.0;
     for chip in (0..chips).rev() {
@@ -121,16 +127,62 @@ fn solve_backwards<const M: usize>(
                 }
                 excess[in_period] = cell.width / 6.0 * (density[0] + 4.0 * density[1] + density[2]);
             }
-            history.put(
-                chips - 1 - chip,
-                index,
-                [start, end, start_slope, end_slope],
-            );
+            let mut on_return = [start, end, start_slope, end_slope];
+            if let Some(losses) = &mut losses {
+                losses.take_off(index, step, sign, &mut on_return);
+            }
+            history.put(chips - 1 - chip, index, on_return);
             end = start;
             expected_end = expected[0];
         }
     }
     excess
+}
+
+/// What a ready detector loses of the counts to come by having to wait for sample
+/// instants, by their number less one.
+struct Losses<'g, const M: usize> {
+    rearming: &'g Rearming,
+    levels: Vec<[f64; M]>,
+}
+
+impl<'g, const M: usize> Losses<'g, M> {
+    fn new(rearming: &'g Rearming) -> Losses<'g, M> {
+        Losses {
+            levels: vec![[0.0; M]; rearming.most_waits()],
+            rearming,
+        }
+    }
+
+    /// Goes backwards through cell `index`, and takes the loss of those that become
+    /// ready there off the value and its slopes.
+    ///
+    /// The first detection is lost, with what it would have counted: the loss is
+    /// z' = exit (z - sign), from nothing at the instant that ends the wait.
+    #[inline(always)]
+    fn take_off(&mut self, index: usize, step: &CellStep<M>, sign: f64, value: &mut [[f64; M]; 4]) {
+        let gain = step.exit.map(|exit| sign * exit);
+        let waits = self.rearming.waits[index];
+        for (level, end) in self.levels.iter_mut().enumerate() {
+            let start = step.advance(end, &[gain; 3]);
+            if level + 1 == waits {
+                let slopes = [step.slope(&start, &gain), step.slope(end, &gain)];
+                for m in 0..M {
+                    value[0][m] -= start[m];
+                    value[1][m] -= end[m];
+                    value[2][m] += slopes[0][m];
+                    value[3][m] += slopes[1][m];
+                }
+            }
+            *end = start;
+        }
+        if self.rearming.at_instant[index] {
+            self.levels.rotate_right(1);
+            if let Some(first) = self.levels.first_mut() {
+                *first = [0.0; M];
+            }
+        }
+    }
 }
 
 /// U at a place later than the cell; zero after the last chip.

@@ -1,10 +1,10 @@
 //! From samples to counts.
 
 use goldtof::hdl::blocks::{
-    Accumulator, CountClamp, EdgeDetector, Place, QuadCounter, UpdownCorrelator,
+    Accumulator, CountClamp, EdgeDetector, HitCounter, Place, QuadCounter, UpdownCorrelator,
 };
 use goldtof::hdl::front::Word;
-use goldtof::model::contract::CountSegments;
+use goldtof::model::contract::{CountSegments, TotalCount};
 
 use super::{CLOCKS, bit, signed, wrapped};
 use crate::hdl_support::block_bench::{Case, Ports};
@@ -190,6 +190,80 @@ pub fn updown_correlator(noise: &mut Noise) -> Case {
             block.i_dump.next = Word::new(input[3], 3);
         },
         |block| vec![block.o_count.val().value()],
+    )
+}
+
+/// Hits of phase steps of random lengths, whatever their sign, in as many bits as
+/// are sent: a word is in the total a clock after its hits, and a clock later for
+/// each halving of its pairs.
+pub fn hit_counter(noise: &mut Noise, lanes: u32, segments: CountSegments, bits: u32) -> Case {
+    let pairs = lanes.div_ceil(2);
+    let to_total = 2 + pairs.ilog2() as usize;
+    let exact_bits = segments.bits() - 1;
+    let plan = TotalCount {
+        exact_bits,
+        bits,
+        first_bit: 8,
+    };
+    let mut dumps = vec![false; CLOCKS];
+    let mut clock = 20;
+    while clock < CLOCKS {
+        dumps[clock] = true;
+        clock += 6 + noise.below(60) as usize;
+    }
+    let mut clock = 0;
+    let inputs = noise.words(CLOCKS, |noise| {
+        let dump =
+            (0..segments.count).filter(|&s| clock >= s as usize && dumps[clock - s as usize]);
+        let dump = dump.fold(0, |dump, s| dump | 1 << s);
+        clock += 1;
+        // Long stretches without a pause reach the most that there can be.
+        let hits = match clock / 500 % 2 {
+            0 => noise.below(1 << pairs),
+            _ => (1 << pairs) - 1,
+        };
+        vec![u128::from(hits), dump]
+    });
+    let mut expected = vec![None; CLOCKS];
+    let mut from = Case::RESET_CLOCKS;
+    let ends: Vec<usize> = (0..CLOCKS).filter(|&clock| dumps[clock]).collect();
+    let saturates = bits < exact_bits;
+    for (number, &end) in ends.iter().enumerate() {
+        let until = end - to_total + 1;
+        let words = inputs[from..until].iter();
+        let total: u32 = words.map(|input| input[0].count_ones()).sum();
+        let most = (1 << bits) - 1;
+        // What the counter is not wide enough for, a contract never sends it.
+        let total = u128::from(total) % (1 << exact_bits);
+        from = until;
+        let next = ends.get(number + 1).copied().unwrap_or(CLOCKS);
+        let complete = end + segments.clocks() as usize - 1;
+        for shown in expected.iter_mut().take(next).skip(complete) {
+            let mut outputs = vec![total.min(most)];
+            outputs.extend(saturates.then_some(u128::from(total > most)));
+            *shown = Some(outputs);
+        }
+    }
+    let mut outputs = vec![("o_total", bits)];
+    outputs.extend(saturates.then_some(("o_clamped", 1)));
+    let count = segments.count;
+    Case::clocked(
+        HitCounter::new(lanes, plan, segments),
+        Ports::new(&[("i_hits", pairs), ("i_dump", count)], &outputs),
+        inputs,
+        expected,
+        clock_and_reset!(),
+        move |block, input| {
+            block.i_hits.next = Word::new(input[0], pairs);
+            block.i_dump.next = Word::new(input[1], count);
+        },
+        move |block| {
+            let mut outputs = vec![block.o_total.val().value()];
+            if saturates {
+                outputs.push(u128::from(block.o_clamped[0].val()));
+            }
+            outputs
+        },
     )
 }
 

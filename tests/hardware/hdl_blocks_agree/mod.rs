@@ -21,6 +21,7 @@ use crate::hdl_support::block_bench::run_in_verilator;
 use crate::hdl_support::stimulus::Noise;
 use comparing::*;
 use counting::*;
+use goldtof::model::contract::CountSegments;
 use sequence::*;
 use streaming::*;
 
@@ -60,9 +61,33 @@ fn every_block_does_in_rust_hdl_and_in_verilator_what_it_is_for() {
         detector_channel(noise),
         peak_detector(noise, 1),
         peak_detector(noise, 5),
-        result_stream(noise, 1, 2, 1),
-        result_stream(noise, 1, 5, 2),
-        result_stream(noise, 3, 4, 3),
+        result_stream(noise, 1, 2, 1, false),
+        result_stream(noise, 1, 5, 2, false),
+        result_stream(noise, 3, 4, 3, false),
+        result_stream(noise, 1, 1, 1, true),
+        result_stream(noise, 1, 2, 1, true),
+        result_stream(noise, 1, 5, 2, true),
+        result_stream(noise, 2, 1, 1, true),
+        result_stream(noise, 2, 3, 1, true),
+        result_stream(noise, 3, 4, 3, true),
+    ]);
+    let one = |top_bits| CountSegments {
+        count: 1,
+        lower_bits: top_bits,
+        top_bits,
+    };
+    let three = CountSegments {
+        count: 3,
+        lower_bits: 4,
+        top_bits: 3,
+    };
+    cases.extend([
+        hit_counter(noise, 1, one(8), 7),
+        hit_counter(noise, 2, one(8), 4),
+        hit_counter(noise, 4, one(9), 8),
+        hit_counter(noise, 8, three, 10),
+        hit_counter(noise, 8, three, 7),
+        hit_counter(noise, 16, one(11), 10),
     ]);
     let verilog = run_in_verilator(&cases);
     for (case, verilog) in cases.iter().zip(&verilog) {

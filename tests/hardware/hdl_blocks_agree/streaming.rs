@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use goldtof::hdl::blocks::{ResultStream, StreamPlan};
 use goldtof::hdl::front::Word;
+use goldtof::model::contract::TotalCount;
 
 use super::{CLOCKS, signed, wrapped};
 use crate::hdl_support::block_bench::{Case, Ports};
@@ -11,8 +12,18 @@ use crate::hdl_support::stimulus::Noise;
 
 /// A queue of results: a group is taken in whole when nothing else waits, one
 /// result leaves per clock.
-pub fn result_stream(noise: &mut Noise, detectors: u32, steps: u32, last_steps: u32) -> Case {
+/// With totals each count has its detector's above it.
+pub fn result_stream(
+    noise: &mut Noise,
+    detectors: u32,
+    steps: u32,
+    last_steps: u32,
+    has_totals: bool,
+) -> Case {
     const BITS: u32 = 6;
+    const TOTAL_BITS: u32 = 5;
+    let totals = if has_totals { detectors as usize } else { 0 };
+    let data_bits = if has_totals { 16 } else { 8 };
     let counts = (detectors * steps) as usize;
     let mut wait = 10;
     let mut hurry = 1;
@@ -31,6 +42,7 @@ pub fn result_stream(noise: &mut Noise, detectors: u32, steps: u32, last_steps: 
         let last = u128::from(noise.below(3) == 0);
         let mut input = vec![u128::from(comes), last, u128::from(noise.below(4) != 0)];
         input.extend((0..counts).map(|_| u128::from(noise.below(1 << BITS))));
+        input.extend((0..totals).map(|_| u128::from(noise.below(1 << TOTAL_BITS))));
         input
     });
     let mut queue = VecDeque::new();
@@ -52,8 +64,12 @@ pub fn result_stream(noise: &mut Noise, detectors: u32, steps: u32, last_steps: 
                     for detector in 0..detectors {
                         for step in 0..sent {
                             let count = input[(3 + detector * steps + step) as usize];
+                            let mut data = wrapped(signed(count, BITS), 8);
+                            if has_totals {
+                                data |= input[3 + counts + detector as usize] << 8;
+                            }
                             let is_last = detector + 1 == detectors && step + 1 == sent;
-                            queue.push_back((count, is_last && input[1] == 1));
+                            queue.push_back((data, is_last && input[1] == 1));
                         }
                     }
                 }
@@ -62,36 +78,49 @@ pub fn result_stream(noise: &mut Noise, detectors: u32, steps: u32, last_steps: 
                 shown = next;
                 valid = true;
             }
-            let data = wrapped(signed(shown.0, BITS), 8);
             Some(vec![
-                data,
+                shown.0,
                 u128::from(valid),
                 u128::from(shown.1),
                 u128::from(overrun),
             ])
         })
         .collect();
-    // The block is told of counts a clock before they come.
+    // The block is told of counts a clock before they come, if there are several.
+    let several = counts > 1;
     let mut inputs = inputs;
-    for (clock, input) in inputs.iter_mut().enumerate() {
+    for (clock, input) in inputs.iter_mut().enumerate().filter(|_| several) {
         let early = arrivals.get(clock + 1).is_some_and(|&comes| comes);
         input.insert(0, u128::from(early));
     }
     expected.truncate(CLOCKS);
+    // A vector of one port has no number.
+    let numbered = |name: &str, number: usize, of: usize| match of {
+        1 => name.to_owned(),
+        _ => format!("{name}_{number}"),
+    };
     let names: Vec<String> = (0..counts)
-        .map(|count| format!("i_count_{count}"))
+        .map(|count| numbered("i_count", count, counts))
         .collect();
-    let mut ports = vec![
-        ("i_counts", 1),
-        ("i_counted", 1),
-        ("i_last", 1),
-        ("i_ready", 1),
-    ];
+    let mut ports = match several {
+        true => vec![("i_counts", 1)],
+        false => Vec::new(),
+    };
+    ports.extend([("i_counted", 1), ("i_last", 1), ("i_ready", 1)]);
+    let total_names: Vec<String> = (0..totals)
+        .map(|total| numbered("i_total", total, totals))
+        .collect();
     ports.extend(names.iter().map(|name| (name.as_str(), BITS)));
+    ports.extend(total_names.iter().map(|name| (name.as_str(), TOTAL_BITS)));
     let plan = StreamPlan {
         count_bits: BITS,
         saturates: false,
-        data_bits: 8,
+        total: has_totals.then_some(TotalCount {
+            exact_bits: TOTAL_BITS,
+            bits: TOTAL_BITS,
+            first_bit: 8,
+        }),
+        data_bits,
         detectors,
         steps,
         last_steps,
@@ -102,7 +131,7 @@ pub fn result_stream(noise: &mut Noise, detectors: u32, steps: u32, last_steps: 
         Ports::new(
             &ports,
             &[
-                ("o_data", 8),
+                ("o_data", data_bits),
                 ("o_valid", 1),
                 ("o_last", 1),
                 ("o_overrun", 1),
@@ -112,12 +141,22 @@ pub fn result_stream(noise: &mut Noise, detectors: u32, steps: u32, last_steps: 
         expected,
         clock_and_reset!(),
         move |block, input| {
-            block.i_counts[0].next = input[0] == 1;
-            block.i_counted.next = input[1] == 1;
-            block.i_last.next = input[2] == 1;
-            block.i_ready.next = input[3] == 1;
+            let input = match input {
+                [early, rest @ ..] if several => {
+                    block.i_counts[0].next = *early == 1;
+                    rest
+                }
+                whole => whole,
+            };
+            block.i_counted.next = input[0] == 1;
+            block.i_last.next = input[1] == 1;
+            block.i_ready.next = input[2] == 1;
             for count in 0..counts {
-                block.i_count[count].next = Word::new(input[4 + count], BITS);
+                block.i_count[count].next = Word::new(input[3 + count], BITS);
+            }
+            for total in 0..totals {
+                let value = Word::new(input[3 + counts + total], TOTAL_BITS);
+                block.i_total[total].next = value;
             }
         },
         |block| {

@@ -77,6 +77,7 @@ fn draw(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> Scene {
         scene.detectors.push(scene.detectors[0].clone());
     }
     scene.hardware.peak_detector = rng.random_bool(0.4);
+    scene.hardware.total_counts = Some(rng.random());
     if rng.random_bool(0.3) {
         scene.hardware.target = Target::Ice40Hx8k;
     }

@@ -42,7 +42,7 @@ pub fn simulate(
             Outputs {
                 laser: fields[0] as u64,
                 epoch: fields[1] == 1,
-                data: fields[2] as u64,
+                data: fields[2],
                 valid: fields[3] == 1,
                 last: fields[4] == 1,
                 overrun: fields[5] == 1,

@@ -168,6 +168,7 @@ pub fn scene(
             target: Target::Ecp525k6,
             parallel: 1,
             counter_width,
+            total_counts: None,
             peak_detector: false,
         },
     }
@@ -248,6 +249,7 @@ pub fn random_scene(noise: &mut stimulus::Noise, case: u32) -> Scene {
             ..scene.detectors[0].clone()
         });
     }
+    scene.hardware.total_counts = Some(noise.below(2) == 0);
     with_peak_if_possible(&mut scene, noise.below(2) == 0);
     scene
 }

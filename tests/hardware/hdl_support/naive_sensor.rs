@@ -4,6 +4,7 @@
 use std::collections::VecDeque;
 
 use goldtof::model::contract::Contract;
+use goldtof::sensor::Step;
 
 /// Inputs at one rising clock edge.
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +20,7 @@ pub struct Inputs {
 pub struct Outputs {
     pub laser: u64,
     pub epoch: bool,
-    pub data: u64,
+    pub data: u128,
     pub valid: bool,
     pub last: bool,
     pub overrun: bool,
@@ -34,7 +35,8 @@ pub struct Outputs {
 /// counted from the first after reset, at which the stream takes them over.
 struct Results {
     edge: u64,
-    counts: Vec<i64>,
+    /// Signed count, and all hits.
+    counts: Vec<(i64, u64)>,
     is_last: bool,
     saturates: bool,
 }
@@ -61,7 +63,7 @@ fn run(contract: &Contract, inputs: &[Inputs]) -> Vec<Outputs> {
     let mut next_peak = peaks.iter().peekable();
     let mut shown = Outputs::default();
     // Counts behind the one shown.
-    let mut behind: VecDeque<i64> = VecDeque::new();
+    let mut behind: VecDeque<(i64, u64)> = VecDeque::new();
     let mut behind_is_last = false;
     let mut next = results.iter().peekable();
     inputs
@@ -88,8 +90,8 @@ fn run(contract: &Contract, inputs: &[Inputs]) -> Vec<Outputs> {
             }
             if refill {
                 shown.valid = !behind.is_empty();
-                if let Some(count) = behind.pop_front() {
-                    shown.data = count as u64 & (u64::MAX >> (64 - contract.tdata_bits));
+                if let Some(result) = behind.pop_front() {
+                    shown.data = data(contract, result);
                     shown.last = behind_is_last && behind.is_empty();
                 }
             }
@@ -101,6 +103,17 @@ fn run(contract: &Contract, inputs: &[Inputs]) -> Vec<Outputs> {
             shown
         })
         .collect()
+}
+
+/// What the stream shows of a count and its hits: the count in whole bytes, and
+/// above it, if the hardware sends them, the hits in whole bytes.
+fn data(contract: &Contract, (count, hits): (i64, u64)) -> u128 {
+    let count_bytes = contract.count_bits.div_ceil(8);
+    let low = count as u128 & ((1 << (8 * count_bytes)) - 1);
+    match contract.total {
+        None => low,
+        Some(_) => low | u128::from(hits) << (8 * count_bytes),
+    }
 }
 
 /// What the peak detector's ports show from an edge on.
@@ -121,7 +134,7 @@ fn peaks(contract: &Contract, results: &[Results]) -> Vec<Peaks> {
     for group in results {
         let steps = group.counts.len() / detectors;
         for (counts, group) in scan.iter_mut().zip(group.counts.chunks(steps)) {
-            counts.extend_from_slice(group);
+            counts.extend(group.iter().map(|&(count, _)| count));
         }
         if !group.is_last {
             continue;
@@ -166,12 +179,16 @@ fn results(contract: &Contract, inputs: &[Inputs]) -> Vec<Results> {
             let (mut counts, mut saturates) = (Vec::new(), false);
             for detector in 0..contract.reference_codes.len() {
                 for j in group * parallel..((group + 1) * parallel).min(steps) {
-                    let step = contract.scan.step(j);
-                    let exact = (first..first + dwell)
-                        .map(|n| signed_hits(contract, inputs, detector, n, step))
-                        .sum::<i64>();
-                    counts.push(exact.clamp(-half, half - 1));
-                    saturates |= counts.last() != Some(&exact);
+                    let step = contract.scan.phase_step(Step(j));
+                    let words = (first..first + dwell)
+                        .map(|n| signed_hits(contract, inputs, detector, n, step));
+                    let exact = words.fold((0, 0), |(up, down), word| (up + word.0, down + word.1));
+                    let (count, hits) = (exact.0 - exact.1, (exact.0 + exact.1) as u64);
+                    let most = contract
+                        .total
+                        .map_or(u64::MAX, |_| (1 << contract.count_bits) - 1);
+                    counts.push((count.clamp(-half, half - 1), hits.min(most)));
+                    saturates |= counts.last() != Some(&(count, hits));
                 }
             }
             found.push(Results {
@@ -188,9 +205,15 @@ fn results(contract: &Contract, inputs: &[Inputs]) -> Vec<Results> {
     }
 }
 
-/// Hits of a detector in the word of cycle `n` with the sign of its reference
+/// Hits up and hits down of a detector in the word of cycle `n` by its reference
 /// delayed by `k` samples.
-fn signed_hits(contract: &Contract, inputs: &[Inputs], detector: usize, n: u64, k: u64) -> i64 {
+fn signed_hits(
+    contract: &Contract,
+    inputs: &[Inputs],
+    detector: usize,
+    n: u64,
+    k: u64,
+) -> (i64, i64) {
     let code = &contract.reference_codes[detector];
     let lanes = i128::from(contract.lanes);
     let level = |lane: i128| {
@@ -199,12 +222,13 @@ fn signed_hits(contract: &Contract, inputs: &[Inputs], detector: usize, n: u64, 
         let bit = detector as i128 * lanes + lane.rem_euclid(lanes);
         inputs[edge].samples >> bit & 1 == 1
     };
-    (0..lanes)
-        .filter(|&l| level(l) && !level(l - 1))
-        .map(|l| {
-            let chip = (i128::from(n) * lanes + l - i128::from(k)).div_euclid(lanes);
-            let chip = code.chips[chip.rem_euclid(i128::from(code.len())) as usize];
-            if chip == 1 { 1 } else { -1 }
-        })
-        .sum()
+    let (mut up, mut down) = (0, 0);
+    for l in (0..lanes).filter(|&l| level(l) && !level(l - 1)) {
+        let chip = (i128::from(n) * lanes + l - i128::from(k)).div_euclid(lanes);
+        match code.chips[chip.rem_euclid(i128::from(code.len())) as usize] {
+            1 => up += 1,
+            _ => down += 1,
+        }
+    }
+    (up, down)
 }

@@ -446,7 +446,7 @@ fn scan() {
 
 #[test]
 fn estimate_and_hardware() {
-    const CASES: [Case; 9] = [
+    const CASES: [Case; 12] = [
         (
             "an unknown estimator",
             "[scan]",
@@ -491,6 +491,21 @@ fn estimate_and_hardware() {
             "an unknown key of the hardware",
             "[scan]",
             "[hardware]\ncounter_bits = 20\n\n[scan]",
+        ),
+        (
+            "total counts that are a number",
+            "[scan]",
+            "[hardware]\ntotal_counts = 1\n\n[scan]",
+        ),
+        (
+            "total counts that are a word",
+            "[scan]",
+            "[hardware]\ntotal_counts = \"yes\"\n\n[scan]",
+        ),
+        (
+            "the model estimator without total counts",
+            "[scan]",
+            "[estimate]\nestimator = \"model\"\n\n[hardware]\ntotal_counts = false\n\n[scan]",
         ),
     ];
     insta::assert_snapshot!(refusals(&CASES));

@@ -38,7 +38,7 @@ fn an_unknown_unit_of_speed() {
 #[test]
 fn a_speed_near_that_of_light() {
     insta::assert_snapshot!(refused_path("velocity = \"-300 km/s\""), @r#"
-    scenes/x.toml:20:12: path.velocity: "-300 km/s" is faster than a thousandth of light; write at most "299 km/s"
+    scenes/x.toml:20:12: path.velocity: "-300 km/s" is outside "-299 km/s" to "299 km/s"; write for example "1.5 m/s"
       20 | velocity = "-300 km/s"
          |            ^^^^^^^^^^^
     "#);
@@ -91,7 +91,7 @@ fn a_negative_fluctuation() {
     insta::assert_snapshot!(
         refused_path("fluctuation = { std = \"-2 mm\", correlation_time = \"1 ms\" }"),
         @r#"
-    scenes/x.toml:20:23: path.fluctuation.std: "-2 mm" must be 0 or more; write for example "2 mm"
+    scenes/x.toml:20:23: path.fluctuation.std: "-2 mm" is outside "0 m" to "1000 km"; write for example "2 mm"
       20 | fluctuation = { std = "-2 mm", correlation_time = "1 ms" }
          |                       ^^^^^^^
     "#

@@ -10,6 +10,7 @@ use goldtof::optics::{DetectorModel, Pulse, PulseStream};
 use goldtof::scene::{
     CounterTiming, Detector, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, Source, Target,
 };
+use goldtof::sensor::Step;
 
 pub fn code(chips: &[u8]) -> Arc<Code> {
     Arc::new(Code {
@@ -108,6 +109,7 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
             target: Target::Ecp525k6,
             parallel: 1,
             counter_width: None,
+            total_counts: None,
             peak_detector: false,
         },
     }
@@ -157,7 +159,7 @@ pub fn sampled_counts(
     let mut counts = vec![0.0; steps as usize];
     for Pulse { first, .. } in pulses {
         let step = first / step_samples;
-        let k = scene.scan.step(step) as i64;
+        let k = scene.scan.phase_step(Step(step)) as i64;
         let chip = (first as i64 - k)
             .div_euclid(8)
             .rem_euclid(chips.len() as i64);

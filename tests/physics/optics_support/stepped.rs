@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use goldtof::optics::MeanCount;
 use goldtof::scene::{Detector, Scene};
+use goldtof::sensor::Step;
 
 /// States: this many afterpulses pending at most.
 const STATES: usize = 5;
@@ -111,7 +112,7 @@ impl<'s> Stepped<'s> {
         let length = code.len();
         (0..scan.steps)
             .map(|step| {
-                let phase_step = scan.step(step) as usize;
+                let phase_step = scan.phase_step(Step(step)) as usize;
                 let [rising, falling] = &edges[phase_step % samples];
                 let mut up = 0.0;
                 for chip in 0..length {

@@ -1,0 +1,185 @@
+//! What the Verilog sends: the beats of its result stream that the receiver took.
+
+use super::blocks::Records;
+use crate::model::contract::Contract;
+use crate::model::layout::{Field, Layout, Record};
+use crate::optics::StepCount;
+
+/// A phase step's counts as the Verilog sent them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SentCount {
+    /// Number of the scan since reset.
+    pub scan: u64,
+    /// The detector.
+    pub detector: usize,
+    /// Number of the step within the scan, 0..steps.
+    pub step: u64,
+    /// The signed count.
+    pub signed: i64,
+    /// The total count; none of hardware that sends none.
+    pub total: Option<u64>,
+}
+
+impl SentCount {
+    /// As the estimators take it. Without a total its place is empty: of such
+    /// hardware only the signed counts are to be used.
+    pub fn step_count(&self) -> StepCount {
+        StepCount {
+            signed: self.signed,
+            total: self.total.unwrap_or(0),
+        }
+    }
+}
+
+/// Reads the result stream of a run, record by record.
+///
+/// Beats have no address: the order tells whose they are. So it reads from the
+/// first reset to the next, and no further than the order holds: not behind a lost
+/// result (`o_overrun`), nor behind a beat whose `m_axis_tlast` is not as a scan of
+/// this length has it.
+#[derive(Debug)]
+pub struct SentReader {
+    data: Field,
+    signed_bits: u32,
+    total_bits: Option<u32>,
+    valid: Bit,
+    last: Bit,
+    overrun: Bit,
+    reset: Bit,
+    ready: Bit,
+    words: (usize, usize),
+    detectors: u64,
+    steps: u64,
+    parallel: u64,
+    /// Beats taken of the present scan.
+    taken: u64,
+    scan: u64,
+    /// The beat on offer before the next clock: signed count, total, last.
+    offered: Option<(i64, Option<u64>, bool)>,
+    state: State,
+}
+
+/// Place of a port of one bit in a record.
+#[derive(Debug, Clone, Copy)]
+struct Bit {
+    word: usize,
+    mask: u64,
+}
+
+impl Bit {
+    fn of(record: &Record, port: &str) -> Bit {
+        let field = record.field(port);
+        Bit {
+            word: field.word,
+            mask: 1 << field.shift,
+        }
+    }
+
+    fn is_high(self, record: &[u64]) -> bool {
+        record[self.word] & self.mask != 0
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum State {
+    InFirstReset,
+    Reading,
+    /// What comes belongs to no known step.
+    Lost,
+}
+
+impl SentReader {
+    /// A reader of a run that begins in reset.
+    pub fn new(contract: &Contract, layout: &Layout) -> SentReader {
+        let (inputs, outputs) = (&layout.inputs, &layout.outputs);
+        let signed_bits = contract.signed_data_bits();
+        SentReader {
+            data: outputs.field("m_axis_tdata").clone(),
+            signed_bits,
+            total_bits: contract
+                .total
+                .map(|total| contract.tdata_bits - total.first_bit),
+            valid: Bit::of(outputs, "m_axis_tvalid"),
+            last: Bit::of(outputs, "m_axis_tlast"),
+            overrun: Bit::of(outputs, "o_overrun"),
+            reset: Bit::of(inputs, "i_rst"),
+            ready: Bit::of(inputs, "m_axis_tready"),
+            words: (inputs.words, outputs.words),
+            detectors: contract.reference_codes.len() as u64,
+            steps: contract.scan.steps,
+            parallel: u64::from(contract.parallel),
+            taken: 0,
+            scan: 0,
+            offered: None,
+            state: State::InFirstReset,
+        }
+    }
+
+    /// Reads the records of the next clocks; `on_sent` gets every beat that was
+    /// taken in them.
+    pub fn read(&mut self, records: &Records, mut on_sent: impl FnMut(SentCount)) {
+        let inputs = records.inputs.chunks_exact(self.words.0);
+        for (input, output) in inputs.zip(records.got.chunks_exact(self.words.1)) {
+            if self.state == State::Lost {
+                return;
+            }
+            // What is offered before a clock's edge is taken at it.
+            let offered = self.offered.take();
+            if self.reset.is_high(input) {
+                if self.state == State::Reading {
+                    self.state = State::Lost;
+                }
+                continue;
+            }
+            self.state = State::Reading;
+            if let Some(offered) = offered.filter(|_| self.ready.is_high(input))
+                && let Some(sent) = self.take(offered)
+            {
+                on_sent(sent);
+            }
+            if self.overrun.is_high(output) {
+                self.state = State::Lost;
+            } else if self.valid.is_high(output) {
+                self.offered = Some(self.beat(output));
+            }
+        }
+    }
+
+    fn beat(&self, output: &[u64]) -> (i64, Option<u64>, bool) {
+        let unused = 64 - self.signed_bits;
+        let signed = self.data.bits(output, 0, self.signed_bits) << unused;
+        let total = |bits| self.data.bits(output, self.signed_bits, bits);
+        (
+            signed.cast_signed() >> unused,
+            self.total_bits.map(total),
+            self.last.is_high(output),
+        )
+    }
+
+    /// The beat in its place; none if it is not where a scan ends, or is and does
+    /// not say so.
+    fn take(&mut self, (signed, total, last): (i64, Option<u64>, bool)) -> Option<SentCount> {
+        let per_group = self.detectors * self.parallel;
+        let group = self.taken / per_group;
+        let steps = self.parallel.min(self.steps - group * self.parallel);
+        let in_group = self.taken % per_group;
+        let sent = SentCount {
+            scan: self.scan,
+            detector: (in_group / steps) as usize,
+            step: group * self.parallel + in_group % steps,
+            signed,
+            total,
+        };
+        self.taken += 1;
+        let ends = self.taken == self.detectors * self.steps;
+        if ends {
+            self.taken = 0;
+            self.scan += 1;
+        }
+        if ends == last {
+            return Some(sent);
+        }
+        self.state = State::Lost;
+        None
+    }
+}

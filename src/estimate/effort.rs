@@ -1,0 +1,153 @@
+//! What theory may take: refused before the work, and not after hours of it.
+
+use crate::optics::{DetectorModel, Effort, Light, MeanResponseError};
+use crate::scene::Scene;
+
+/// Predictions of all detectors of a scene take no longer than this on one core,
+/// and bounds no longer again.
+const LIMIT_S: f64 = 2.0;
+/// Most memory that is taken.
+const LIMIT_BYTES: f64 = 1e9;
+/// One step's part in a path's prediction beside its moments.
+const STEP_OF_PATH_S: f64 = 60e-9;
+/// Turns of a fit until it settles, about.
+const TURNS: f64 = 6.0;
+/// One product of two derivatives.
+const DERIVATIVES_S: f64 = 4e-9;
+
+/// What theory takes for one detector.
+#[derive(Debug, Clone, Copy)]
+pub struct TheoryEffort {
+    effort: Effort,
+    steps: f64,
+    samples_per_chip: f64,
+    /// Paths with modulated light.
+    paths: f64,
+    /// Paths with light that fluctuate.
+    fluctuating: f64,
+    moves: bool,
+    /// Whether the bound takes the steps round one peak.
+    one_path: bool,
+    limit_s: f64,
+}
+
+impl TheoryEffort {
+    /// What it takes with the scene's own light.
+    ///
+    /// # Errors
+    /// As for the mean response.
+    ///
+    /// # Panics
+    /// If the scene has no such detector.
+    pub fn of(scene: &Scene, detector: usize) -> Result<TheoryEffort, MeanResponseError> {
+        let still = scene.still_at(0.0);
+        let model = DetectorModel::new(&still, detector);
+        let light = Light::of(&model);
+        let of_detector = || scene.paths.iter().filter(|p| p.detector == detector);
+        let own = scene.detectors[detector].reference;
+        let mut modulated = model.modulated_paths();
+        let first = modulated.next().map(|path| scene.paths[path].source);
+        Ok(TheoryEffort {
+            effort: Effort::of(&model, &light)?,
+            steps: scene.scan.steps as f64,
+            samples_per_chip: f64::from(scene.samples_per_chip),
+            paths: light.paths.len() as f64,
+            fluctuating: of_detector().filter(|p| p.delay_std_ps() > 0.0).count() as f64,
+            moves: of_detector().any(|p| p.movement.is_some()),
+            one_path: first == Some(own) && modulated.next().is_none(),
+            limit_s: LIMIT_S / scene.detectors.len() as f64,
+        })
+    }
+
+    /// Seconds that the predictions of `paths` paths take.
+    pub fn predictions_s(&self, paths: usize) -> f64 {
+        let of = &self.effort;
+        let paths = paths as f64;
+        let window = 2.0 * self.samples_per_chip;
+        let solution_s = of.response_s + of.counts_s + of.moments_s;
+        let path_s = self.steps * STEP_OF_PATH_S + (window + 1.0) * of.step_s;
+        if !self.moves {
+            let steps = (paths * (window + 1.0)).min(self.steps);
+            return solution_s + steps * of.step_s + paths * self.steps * STEP_OF_PATH_S;
+        }
+        // Each step of the window has a response of its own, and two for each
+        // path that fluctuates.
+        let step_s = of.response_s + of.moments_s + of.step_s;
+        let nudged_s = 2.0 * self.fluctuating * (of.response_s + of.count_s);
+        let true_delay_s = 2.0 * self.steps * STEP_OF_PATH_S;
+        paths * (true_delay_s + solution_s + path_s + window * (step_s + nudged_s))
+    }
+
+    /// Seconds that a fit takes, about: some turns, and the second moments.
+    pub fn fit_s(&self) -> f64 {
+        let of = &self.effort;
+        let unknowns = 2.0 * self.paths + 1.0;
+        if self.one_path {
+            let window = 3.0 * self.samples_per_chip;
+            let response_s = of.response_s + window * of.count_s;
+            return TURNS * (unknowns + 1.0) * response_s + of.moments_s + window * of.step_s;
+        }
+        TURNS * ((unknowns + 1.0) * (of.response_s + of.counts_s))
+            + of.moments_s
+            + of.scan_s
+            + TURNS * self.steps * unknowns * unknowns * DERIVATIVES_S
+    }
+
+    /// Seconds that the bound takes beside the predictions.
+    pub fn bound_s(&self) -> f64 {
+        let of = &self.effort;
+        if self.one_path {
+            let window = 3.0 * self.samples_per_chip;
+            return 6.0 * (of.response_s + window * of.count_s) + window * of.step_s;
+        }
+        let unknowns = 2.0 * self.paths + 1.0;
+        2.0 * unknowns * (of.response_s + of.counts_s)
+            + of.scan_s
+            + self.steps * unknowns * unknowns * DERIVATIVES_S
+    }
+
+    /// Seconds until counts can be drawn.
+    pub fn draws_s(&self) -> f64 {
+        self.effort.response_s + self.effort.moments_s + self.effort.scan_s
+    }
+
+    /// Refuses predictions that take too long.
+    ///
+    /// # Errors
+    /// With how long they would take, and the limit.
+    pub fn check_predictions(&self, paths: usize) -> Result<(), MeanResponseError> {
+        self.check(self.predictions_s(paths))
+    }
+
+    /// Refuses a bound that takes too long.
+    ///
+    /// # Errors
+    /// With how long it would take, and the limit.
+    pub fn check_bound(&self) -> Result<(), MeanResponseError> {
+        self.check(self.bound_s())
+    }
+
+    /// Refuses a fit to the expected counts that takes too long.
+    ///
+    /// # Errors
+    /// With how long it would take, and the limit.
+    pub fn check_fit(&self) -> Result<(), MeanResponseError> {
+        self.check(self.fit_s())
+    }
+
+    fn check(&self, seconds: f64) -> Result<(), MeanResponseError> {
+        if self.effort.bytes > LIMIT_BYTES {
+            return Err(MeanResponseError::TooMuchMemory {
+                gigabytes: self.effort.bytes / 1e9,
+                limit_gigabytes: LIMIT_BYTES / 1e9,
+            });
+        }
+        if seconds > self.limit_s {
+            return Err(MeanResponseError::TooMuchWork {
+                seconds,
+                limit_s: self.limit_s,
+            });
+        }
+        Ok(())
+    }
+}

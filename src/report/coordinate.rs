@@ -1,0 +1,153 @@
+//! Axes of charts: where a value stands, and which ticks there are.
+
+use std::ops::Range;
+
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+
+use super::chart::Scale;
+
+/// An axis with ticks at 1, 2 or 5 times a power of ten.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Coordinate {
+    scale: Scale,
+    low: f64,
+    high: f64,
+}
+
+impl Coordinate {
+    /// The range of `values`, and so many times as much below and above.
+    pub fn of(scale: Scale, margins: [f64; 2], values: impl Iterator<Item = f64>) -> Coordinate {
+        let drawn = values.filter(|&v| v.is_finite() && (scale == Scale::Linear || v > 0.0));
+        let (low, high) = drawn.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (low.min(v), high.max(v))
+        });
+        let (low, high) = if low > high { (1.0, 1.0) } else { (low, high) };
+        let (from, to) = (place(scale, low), place(scale, high));
+        // A single value still needs an axis round it.
+        let extra = margins.map(|m| if to > from { (to - from) * m } else { 0.5 });
+        Coordinate {
+            scale,
+            low: value(scale, from - extra[0]),
+            high: value(scale, to + extra[1]),
+        }
+    }
+
+    pub fn holds(&self, v: f64) -> bool {
+        v.is_finite() && (self.scale == Scale::Linear || v > 0.0)
+    }
+
+    pub fn clamp(&self, v: f64) -> f64 {
+        v.clamp(self.low, self.high)
+    }
+
+    /// Ticks of a step of 1, 2 or 5 times a power of ten, at most `most`.
+    fn linear_ticks(&self, most: usize) -> Vec<f64> {
+        let least = (self.high - self.low) / most.max(1) as f64;
+        let decade = 10f64.powf(least.log10().floor());
+        let factor = [1.0, 2.0, 5.0, 10.0]
+            .into_iter()
+            .find(|factor| factor * decade >= least)
+            .unwrap_or(10.0);
+        let step = factor * decade;
+        let first = (self.low / step).ceil() as i64;
+        let last = (self.high / step).floor() as i64;
+        (first..=last).map(|tick| tick as f64 * step).collect()
+    }
+
+    /// 1, 2 and 5 times each power of ten, or fewer of them where decades are
+    /// many.
+    fn log_ticks(&self, most: usize) -> Vec<f64> {
+        let (first, last) = (self.low.log10().floor(), self.high.log10().ceil());
+        let factors: &[f64] = if 3.0 * (last - first) <= most as f64 + 4.0 {
+            &[1.0, 2.0, 5.0]
+        } else {
+            &[1.0]
+        };
+        (first as i32..=last as i32)
+            .flat_map(|decade| factors.iter().map(move |f| f * 10f64.powi(decade)))
+            .filter(|&tick| tick >= self.low && tick <= self.high)
+            .collect()
+    }
+}
+
+fn place(scale: Scale, value: f64) -> f64 {
+    match scale {
+        Scale::Linear => value,
+        Scale::Log => value.log10(),
+    }
+}
+
+fn value(scale: Scale, place: f64) -> f64 {
+    match scale {
+        Scale::Linear => place,
+        Scale::Log => 10f64.powf(place),
+    }
+}
+
+impl Ranged for Coordinate {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, v: &f64, limit: (i32, i32)) -> i32 {
+        let [low, high, at] = [self.low, self.high, *v].map(|v| place(self.scale, v));
+        let share = (at - low) / (high - low);
+        limit.0 + (share * f64::from(limit.1 - limit.0)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        let most = hint.max_num_points().min(10);
+        match self.scale {
+            Scale::Linear => self.linear_ticks(most),
+            Scale::Log => self.log_ticks(most),
+        }
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.low..self.high
+    }
+}
+
+impl ValueFormatter<f64> for Coordinate {
+    fn format_ext(&self, v: &f64) -> String {
+        // Ticks have one significant digit beyond their step: drop what rounding
+        // left behind.
+        let rounded: f64 = format!("{v:.6e}").parse().unwrap_or(*v);
+        rounded.to_string().replace('-', "\u{2212}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn coordinate(scale: Scale, low: f64, high: f64) -> Coordinate {
+        Coordinate { scale, low, high }
+    }
+
+    #[test]
+    fn ticks_are_round_numbers_within_the_range() {
+        let linear = coordinate(Scale::Linear, -0.3, 1.05);
+        assert_eq!(linear.linear_ticks(5), [0.0, 0.5, 1.0]);
+        let log = coordinate(Scale::Log, 0.4, 30.0);
+        assert_eq!(log.log_ticks(10), [0.5, 1.0, 2.0, 5.0, 10.0, 20.0]);
+        assert_eq!(linear.format_ext(&(0.1 + 0.2)), "0.3");
+    }
+
+    #[test]
+    fn a_decade_has_the_same_width_everywhere_on_a_log_axis() {
+        let log = coordinate(Scale::Log, 0.1, 100.0);
+        let at: Vec<i32> = [0.1, 1.0, 10.0, 100.0]
+            .iter()
+            .map(|v| log.map(v, (0, 300)))
+            .collect();
+        assert_eq!(at, [0, 100, 200, 300]);
+    }
+
+    #[test]
+    fn values_without_logarithm_and_lone_values_still_give_an_axis() {
+        let log = Coordinate::of(Scale::Log, [0.0; 2], [0.0, -1.0, 10.0].into_iter());
+        assert!(log.low < 10.0 && log.high > 10.0 && !log.holds(0.0));
+        let empty = Coordinate::of(Scale::Linear, [0.0; 2], std::iter::empty());
+        assert!(empty.low < empty.high);
+    }
+}

@@ -1,0 +1,68 @@
+//! The bounds as a document.
+
+use std::fmt::Write as _;
+
+use super::{Key, Kind, TABLES};
+use crate::code::MAX_CODE_CHIPS;
+use crate::scene::read;
+
+/// `docs/scene-limits.md`: every key of a scene with its bounds.
+pub fn limits() -> String {
+    let mut text = "# Limits of a scene\n\n\
+        Made from `src/scene/keys` by `GOLDTOF_UPDATE=1 cargo test --lib scene::keys`; \
+        a test compares.\n\n\
+        A value at a bound is allowed. One outside is refused when the scene is read, with file, \
+        line, column and the bound. Quantities may be written in any unit of their kind.\n\n\
+        Bounds are what the arithmetic keeps precise, or what is physical, whichever is narrower. \
+        Time in a simulation is whole chips in 64 bits and an offset within the chip (2^-53 of a \
+        chip at any time); delays are doubles, which keep 2 fs up to 10 s; numbers of samples and \
+        counts have 64 bits.\n"
+        .to_owned();
+    for table in TABLES {
+        let _ = writeln!(text, "\n## `{}`\n", table.path);
+        text += "| key | least | most | when left out | meaning | why these bounds |\n";
+        text += "|---|---|---|---|---|---|\n";
+        for key in table.keys {
+            let [least, most] = bounds(key);
+            let default = key.default.unwrap_or("it must be given");
+            let _ = writeln!(
+                text,
+                "| `{}` | {least} | {most} | {default} | {} | {} |",
+                key.name, key.meaning, key.why
+            );
+        }
+    }
+    text + &together()
+}
+
+fn bounds(key: &Key) -> [String; 2] {
+    match key.kind {
+        Kind::Quantity { least, most, .. } => [least, most].map(str::to_owned),
+        Kind::Number { least, most } => [least, most].map(|bound| bound.to_string()),
+        Kind::Integer { least, most } => [least, most].map(|bound| bound.to_string()),
+        Kind::Words(words) => [words.to_owned(), String::new()],
+    }
+}
+
+/// What depends on several keys.
+fn together() -> String {
+    format!(
+        "\n## Several keys together\n\n\
+        | what | most |\n|---|---|\n\
+        | bytes of a scene file | {} |\n\
+        | tables of a kind | {} |\n\
+        | chips of a code, interleaving included | {MAX_CODE_CHIPS} |\n\
+        | chips of all codes of a scene | {} |\n\
+        | samples of a scan: phase steps x chips of a step x samples per chip | 2^60 |\n\
+        | chips of a step | 2^53 |\n\
+        | all jitters of a detector together, and each delay of its counter | 65,536 chips |\n\
+        | afterpulsing without a dead time | probability below 1 - 1/e |\n\
+        | correlation time of a fluctuation | 2^50 chips; 16 chips at least |\n\
+        | standard deviation of a fluctuation | correlation time x 10^-5 of the speed of light; \
+        a sixth of the distance |\n\
+        | distance of a path that moves | it may not come to the sensor within a scan |\n",
+        read::MOST_SCENE_BYTES,
+        read::MAX_TABLES,
+        read::MAX_SCENE_CHIPS,
+    )
+}

@@ -1,0 +1,252 @@
+//! Sources, their codes, and the paths of their light.
+
+use super::{Key, Kind, Table};
+use crate::code::{MAX_DEGREE, MAX_INTERLEAVE, MIN_DEGREE};
+use crate::scene::units::Quantity;
+
+pub(in crate::scene) static SOURCE: Table = Table {
+    path: "source",
+    keys: &[
+        Key {
+            name: "name",
+            kind: Kind::Words("a text that is not empty"),
+            default: None,
+            example: "\"laser\"",
+            meaning: "what paths and detectors call it",
+            why: "",
+        },
+        Key {
+            name: "code",
+            kind: Kind::Words("a table"),
+            default: None,
+            example: "{ family = \"gold\", degree = 11 }",
+            meaning: "the code that it repeats without end",
+            why: "",
+        },
+        Key {
+            name: "wavelength",
+            kind: Kind::Quantity {
+                quantity: Quantity::Wavelength,
+                least: "1 nm",
+                most: "1 mm",
+            },
+            default: None,
+            example: "783 nm",
+            meaning: "vacuum wavelength",
+            why: "soft X-rays to far infrared: what photon counters exist for",
+        },
+        Key {
+            name: "mean_power",
+            kind: Kind::Quantity {
+                quantity: Quantity::Power,
+                least: "0 W",
+                most: "1000 W",
+            },
+            default: None,
+            example: "4 pW",
+            meaning: "optical power averaged over the code, at the source",
+            why: "no laser is keyed chip by chip at more",
+        },
+        Key {
+            name: "extinction_ratio",
+            kind: Kind::Number {
+                least: 1.0,
+                most: 1e15,
+            },
+            default: Some("\"inf\": no light in the off-state"),
+            example: "10",
+            meaning: "on-rate over off-rate, or \"inf\"",
+            why: "1 is light without a code; beyond 10^15 a double no longer tells the off-light \
+                  from none: write \"inf\"",
+        },
+    ],
+};
+
+pub(in crate::scene) static CODE: Table = Table {
+    path: "source.code",
+    keys: &[
+        Key {
+            name: "family",
+            kind: Kind::Words("\"gold\", \"m-sequence\", \"square\" or \"chips\""),
+            default: None,
+            example: "\"gold\"",
+            meaning: "family of the code",
+            why: "",
+        },
+        Key {
+            name: "degree",
+            kind: Kind::Integer {
+                least: MIN_DEGREE as i64,
+                most: MAX_DEGREE as i64,
+            },
+            default: Some("none: Gold codes and m-sequences need it"),
+            example: "11",
+            meaning: "degree n of the polynomials: 2^n - 1 chips",
+            why: "shorter ones make no Gold code; codes are kept in memory, chip by chip",
+        },
+        Key {
+            name: "index",
+            kind: Kind::Integer {
+                least: -2,
+                most: (1 << MAX_DEGREE) - 2,
+            },
+            default: Some("0"),
+            example: "0",
+            meaning: "code of the Gold set, -2 to 2^n - 2",
+            why: "codes of the largest set",
+        },
+        Key {
+            name: "interleave",
+            kind: Kind::Integer {
+                least: 0,
+                most: MAX_INTERLEAVE as i64,
+            },
+            default: Some("0"),
+            example: "1",
+            meaning: "interleaving depth nu: 2^nu times as many chips",
+            why: "codes are kept in memory, chip by chip",
+        },
+        Key {
+            name: "polynomials",
+            kind: Kind::Integer {
+                least: 0,
+                most: MAX_DEGREE as i64,
+            },
+            default: Some("a preferred pair; for an m-sequence its first polynomial"),
+            example: "2",
+            meaning: "lists of exponents, [[11, 2, 0], [11, 8, 5, 2, 0]]",
+            why: "as for `degree`",
+        },
+        Key {
+            name: "seeds",
+            kind: Kind::Words("a list of texts of n digits 0 and 1"),
+            default: Some("all ones"),
+            example: "[\"11111\", \"11111\"]",
+            meaning: "first n chips of each m-sequence",
+            why: "",
+        },
+        Key {
+            name: "allow_non_preferred",
+            kind: Kind::Words("true or false"),
+            default: Some("false"),
+            example: "true",
+            meaning: "whether a pair that is not preferred may make a Gold set",
+            why: "",
+        },
+        Key {
+            name: "chips",
+            kind: Kind::Words("a text of digits 0 and 1"),
+            default: Some("none: family \"chips\" needs it"),
+            example: "\"0110\"",
+            meaning: "one period of the code, first chip first",
+            why: "",
+        },
+    ],
+};
+
+pub(in crate::scene) static PATH: Table = Table {
+    path: "path",
+    keys: &[
+        Key {
+            name: "source",
+            kind: Kind::Words("the name of a source"),
+            default: None,
+            example: "\"laser\"",
+            meaning: "where the light comes from",
+            why: "",
+        },
+        Key {
+            name: "detector",
+            kind: Kind::Words("the name of a detector"),
+            default: None,
+            example: "\"spad\"",
+            meaning: "where it arrives",
+            why: "",
+        },
+        Key {
+            name: "distance",
+            kind: Kind::Quantity {
+                quantity: Quantity::Distance,
+                least: "0 m",
+                most: "1500000 km",
+            },
+            default: Some("none: `delay` stands for it"),
+            example: "3.2 m",
+            meaning: "half the optical path",
+            why: "four times as far as the moon; as for `delay`",
+        },
+        Key {
+            name: "delay",
+            kind: Kind::Quantity {
+                quantity: Quantity::Time,
+                least: "0 s",
+                most: "10.01 s",
+            },
+            default: Some("none: `distance` stands for it"),
+            example: "21.35 ns",
+            meaning: "time of flight",
+            why: "a double keeps 2 fs there, 0.3 um of distance",
+        },
+        Key {
+            name: "transmission",
+            kind: Kind::Number {
+                least: 0.0,
+                most: 1.0,
+            },
+            default: Some("1"),
+            example: "0.5",
+            meaning: "share of the source's photons that arrive",
+            why: "a share",
+        },
+        Key {
+            name: "velocity",
+            kind: Kind::Quantity {
+                quantity: Quantity::Speed,
+                least: "-299 km/s",
+                most: "299 km/s",
+            },
+            default: Some("0 m/s: the path stands still"),
+            example: "1.5 m/s",
+            meaning: "change of the distance; positive is away from the sensor",
+            why: "a thousandth of the speed of light: no relativity is modelled",
+        },
+        Key {
+            name: "fluctuation",
+            kind: Kind::Words("a table"),
+            default: Some("none"),
+            example: "{ std = \"2 mm\", correlation_time = \"1 ms\" }",
+            meaning: "what the distance does at random beside that",
+            why: "",
+        },
+    ],
+};
+
+pub(in crate::scene) static FLUCTUATION: Table = Table {
+    path: "path.fluctuation",
+    keys: &[
+        Key {
+            name: "std",
+            kind: Kind::Quantity {
+                quantity: Quantity::Distance,
+                least: "0 m",
+                most: "1000 km",
+            },
+            default: None,
+            example: "2 mm",
+            meaning: "standard deviation of the distance",
+            why: "light must not overtake itself: see what depends on several keys",
+        },
+        Key {
+            name: "correlation_time",
+            kind: Kind::Quantity {
+                quantity: Quantity::Time,
+                least: "16 ps",
+                most: "10000 h",
+            },
+            default: None,
+            example: "1 ms",
+            meaning: "time after which the correlation is 1/e",
+            why: "16 of the shortest chips; a year",
+        },
+    ],
+};

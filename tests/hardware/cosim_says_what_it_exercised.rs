@@ -1,0 +1,259 @@
+//! A match on nothing is no match: what a verdict rests on.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+use goldtof::cosim::adversarial::Adversarial;
+use goldtof::cosim::blocks::{Block, BlockMaker};
+use goldtof::model::contract::Contract;
+use goldtof::model::exercise::{DetectorExercise, Exercise};
+use goldtof::model::layout::Layout;
+use goldtof::model::reference::Reference;
+use goldtof::scene;
+
+const QUICK: &str = "scenes/quick.toml";
+const DARK: &str = "tests/scenes/dark.toml";
+
+/// Runs goldtof: exit status and JSON.
+fn goldtof(arguments: &[&str]) -> (Option<i32>, Value) {
+    let output = Command::new(env!("CARGO_BIN_EXE_goldtof"))
+        .args(["--json", "--quiet"])
+        .args(arguments)
+        .output()
+        .unwrap();
+    let json = serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stderr)));
+    (output.status.code(), json)
+}
+
+/// The Verilog of a scene, whose edge detector never sees a hit.
+fn dead(folder: &Path, scene: &str) -> PathBuf {
+    let rtl = folder.join("dead");
+    goldtof(&["emit", scene, "--out", rtl.to_str().unwrap()]);
+    let file = rtl.join("edge_detector.v");
+    let verilog = fs::read_to_string(&file).unwrap();
+    let (sound, dead) = ("o_hits <= pairs;", "o_hits <= 0;");
+    assert_eq!(verilog.matches(sound).count(), 1);
+    fs::write(&file, verilog.replace(sound, dead)).unwrap();
+    rtl
+}
+
+#[track_caller]
+fn assert_inconclusive(found: &(Option<i32>, Value), missing: &str) {
+    let (status, report) = found;
+    assert_eq!(
+        (status, &report["verdict"]),
+        (&Some(1), &"inconclusive".into())
+    );
+    let sentence = report["missing"][0].as_str().unwrap();
+    assert!(sentence.contains(missing), "{sentence}");
+}
+
+#[test]
+fn a_dead_detector_matches_neither_in_the_dark_nor_on_no_result() {
+    let folder = tempfile::tempdir().unwrap();
+    let rtl = dead(folder.path(), DARK);
+    let rtl = rtl.to_str().unwrap();
+    let in_the_dark = goldtof(&["cosim", DARK, "--rtl", rtl]);
+    assert_inconclusive(
+        &in_the_dark,
+        "no hit of detector spad was counted up or down",
+    );
+    let exercised = &in_the_dark.1["exercised"];
+    assert_eq!(exercised["detectors"][0]["hits_up"], 0);
+    assert_eq!(exercised["detectors"][0]["results"], 248);
+    assert_eq!(exercised["scan_ends"], 1);
+    // The sensor that is sound is no better off.
+    let sound = goldtof(&["cosim", DARK]);
+    assert_inconclusive(&sound, "`--stimulus adversarial` brings such hits");
+    let short = goldtof(&[
+        "cosim",
+        DARK,
+        "--rtl",
+        rtl,
+        "--stimulus",
+        "adversarial",
+        "--cycles",
+        "100",
+    ]);
+    assert_inconclusive(&short, "no result of detector spad came to the stream");
+    let (status, report) = goldtof(&["cosim", DARK, "--rtl", rtl, "--stimulus", "adversarial"]);
+    assert_eq!((status, &report["verdict"]), (Some(1), &"mismatch".into()));
+    assert!(report["missing"].is_null());
+}
+
+#[test]
+fn the_clocks_that_the_sentence_names_are_enough_and_one_fewer_is_not() {
+    let (_, report) = goldtof(&["cosim", QUICK, "--cycles", "100"]);
+    let sentence = report["missing"][0].as_str().unwrap();
+    let clocks = sentence
+        .split_whitespace()
+        .rev()
+        .find_map(|word| word.parse::<u64>().ok());
+    let with = |clocks: u64| goldtof(&["cosim", QUICK, "--cycles", &clocks.to_string()]).1;
+    let clocks = clocks.unwrap();
+    assert_eq!(with(clocks)["verdict"], "match");
+    assert_eq!(with(clocks)["exercised"]["results_taken"], 1);
+    assert_eq!(with(clocks - 1)["verdict"], "inconclusive");
+}
+
+#[test]
+fn a_run_in_the_dark_and_one_with_a_dark_detector_are_inconclusive() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let (status, report) = goldtof(&["run", DARK, "--out", out.to_str().unwrap()]);
+    assert_inconclusive(
+        &(status, report["cosim"].clone()),
+        "no hit of detector spad",
+    );
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("verdict inconclusive") && page.contains("no hit of detector spad"));
+    assert!(!out.join("mismatch.vcd").exists());
+    let simulated = goldtof(&["simulate", DARK, "--fidelity", "rtl", "--repeat", "2"]).1;
+    let warnings = simulated["warnings"].to_string();
+    assert!(warnings.contains("no hit of detector spad"), "{warnings}");
+
+    let text = fs::read_to_string(QUICK).unwrap();
+    let start = text.find("[[detector]]").unwrap();
+    let end = text.find("[[path]]").unwrap();
+    let second = text[start..end]
+        .replace("\"spad\"", "\"second\"")
+        .replace("71 kcps", "0 cps");
+    let scene = folder.path().join("two.toml");
+    fs::write(&scene, format!("{text}\n{second}")).unwrap();
+    let two = goldtof(&["cosim", scene.to_str().unwrap(), "--cycles", "40000"]);
+    assert_inconclusive(&two, "no hit of detector second was counted up or down");
+    assert_eq!(two.1["missing"].as_array().unwrap().len(), 1);
+    assert!(two.1["exercised"]["detectors"][0]["hits_down"].as_u64() > Some(0));
+}
+
+/// What the ports show, clock by clock: of the definition in DESIGN.md and nothing
+/// else.
+#[derive(Default)]
+struct Watcher {
+    seen: Exercise,
+    in_reset: bool,
+    valid: bool,
+    held: bool,
+    overrun: bool,
+    sum: i64,
+}
+
+impl Watcher {
+    /// Inputs and outputs of a clock; `port` reads one of either.
+    fn clock(&mut self, port: impl Fn(&str) -> u64) {
+        let is_high = |name| port(name) == 1;
+        let takes = is_high("m_axis_tready") && self.valid;
+        self.seen.resets += u64::from(is_high("i_rst") && !self.in_reset);
+        self.in_reset = is_high("i_rst");
+        if !self.in_reset {
+            self.seen.results_taken += u64::from(takes);
+            self.seen.results_held += u64::from(self.valid && !takes && !self.held);
+            self.held = self.valid && !takes;
+        }
+        let valid = is_high("m_axis_tvalid");
+        if valid && (takes || !self.valid) && !self.in_reset {
+            self.seen.scan_ends += port("m_axis_tlast");
+            self.seen.detectors[0].results += 1;
+            self.sum += i64::from(port("m_axis_tdata") as u16 as i16);
+            self.held = false;
+        }
+        self.valid = valid;
+        let overrun = is_high("o_overrun");
+        self.overrun |= overrun;
+    }
+}
+
+#[test]
+fn what_is_counted_is_what_the_ports_show() {
+    let scene = scene::load(Path::new("tests/scenes/window-in-step.toml")).unwrap();
+    let contract = Contract::of(&scene);
+    let layout = Layout::of(&contract);
+    // The hits cannot be told from saturated counts, nor the counts from others.
+    assert!(!contract.saturates() && layout.outputs.field("m_axis_tdata").port.width <= 16);
+    let mut reference = Reference::new(contract.clone()).unwrap();
+    let mut adversary = Adversarial::new(&contract, 3);
+    let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, 60_000);
+    let mut watcher = Watcher::default();
+    watcher.seen.detectors = vec![DetectorExercise::default()];
+    let mut block = Block::default();
+    while maker.make(&mut block) {
+        let inputs = block.records.inputs.chunks_exact(layout.inputs.words);
+        let outputs = block.records.expected.chunks_exact(layout.outputs.words);
+        for (input, output) in inputs.zip(outputs) {
+            watcher.clock(
+                |name| match layout.inputs.fields.iter().find(|f| f.port.name == name) {
+                    Some(field) => field.low_word(input),
+                    None => layout.outputs.field(name).low_word(output),
+                },
+            );
+        }
+    }
+    let counted = block.exercise;
+    let DetectorExercise {
+        results,
+        hits_up,
+        hits_down,
+    } = counted.detectors[0];
+    assert_eq!(results, watcher.seen.detectors[0].results);
+    assert_eq!(hits_up.cast_signed() - hits_down.cast_signed(), watcher.sum);
+    let of = |e: &Exercise| [e.results_taken, e.results_held, e.scan_ends, e.resets];
+    assert_eq!(of(&counted), of(&watcher.seen));
+    assert_eq!(counted.groups_lost > 0, watcher.overrun);
+    // All of it happened, and more than once.
+    let each = [hits_up, hits_down, counted.groups_lost, counted.groups_lost];
+    assert!(
+        of(&counted).iter().chain(&each).all(|&number| number > 1),
+        "{counted:?}"
+    );
+}
+
+#[test]
+fn a_bench_whose_vectors_hold_no_result_does_not_pass() {
+    let folder = tempfile::tempdir().unwrap();
+    let long = folder.path().join("long.toml");
+    let text = fs::read_to_string(QUICK).unwrap();
+    fs::write(
+        &long,
+        text.replace("integration = \"20 us\"", "integration = \"1 ms\""),
+    )
+    .unwrap();
+    for (scene, passes) in [(Path::new(QUICK), true), (&long, false)] {
+        let out = folder.path().join("out");
+        let (_, emitted) = goldtof(&[
+            "emit",
+            scene.to_str().unwrap(),
+            "--out",
+            out.to_str().unwrap(),
+        ]);
+        let run = |program: &str, arguments: &[&str]| {
+            let run = Command::new(program)
+                .args(arguments)
+                .current_dir(&out)
+                .output();
+            run.expect("Icarus Verilog is needed for this test")
+        };
+        let compile = [
+            "-g2005",
+            "-s",
+            "sensor_top_tb",
+            "-o",
+            "tb.vvp",
+            "-f",
+            "sensor_top_tb.f",
+        ];
+        assert!(run("iverilog", &compile).status.success());
+        let output = run("vvp", &["-n", "tb.vvp"]);
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert_eq!(output.status.success(), passes, "{said}");
+        assert_eq!(said.contains("PASS"), passes, "{said}");
+        assert_eq!(said.contains("INCONCLUSIVE"), !passes, "{said}");
+        assert_eq!(emitted["bench"]["hits_up"].as_u64() > Some(0), passes);
+        let header = fs::read_to_string(out.join("sensor_top_tb.v")).unwrap();
+        assert_eq!(header.contains("ends it with INCONCLUSIVE"), !passes);
+        fs::remove_dir_all(&out).unwrap();
+    }
+}

@@ -1,0 +1,70 @@
+//! `goldtof fidelity`: bias, scatter and missed peaks of every tier, and a target error
+//! that the budget cannot resolve.
+
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// A short code at so little light that some 10 % of the scans miss the peak.
+fn dim(folder: &std::path::Path) -> String {
+    let text = std::fs::read_to_string("scenes/quick.toml").unwrap();
+    let dim: String = text
+        .lines()
+        .map(|line| match line.split('=').next().unwrap_or("").trim() {
+            "mean_power" => "mean_power = \"0.5 pW\"\n".to_owned(),
+            "integration" => "integration = \"26 us\"\n".to_owned(),
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    let path = folder.join("dim.toml");
+    std::fs::write(&path, dim).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+fn fidelity(scene: &str, more: &[&str]) -> (Output, Value) {
+    let output = Command::new(env!("CARGO_BIN_EXE_goldtof"))
+        .args(["fidelity", scene, "--json"])
+        .args(more)
+        .output()
+        .unwrap();
+    let report = serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)));
+    (output, report)
+}
+
+#[test]
+fn a_target_that_the_budget_cannot_resolve_is_refused_with_the_one_that_would() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = dim(folder.path());
+    let (output, report) = fidelity(&scene, &["--budget-s", "2", "--target-error", "0.1%"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("--budget-s"));
+    assert!(report["recommended"].is_null());
+    let refusal = &report["refusal"];
+    assert_eq!(refusal["target_error"], 0.001);
+    // The bias alone needs (3 x 1.96 / 0.001)^2 = 34.6 million estimates.
+    assert!(
+        refusal["needed_scans"].as_f64().unwrap() > 3.4e7,
+        "{refusal}"
+    );
+    assert!(
+        refusal["needed_budget_s"].as_f64().unwrap() > 1_000.0,
+        "{refusal}"
+    );
+
+    // Every tier with its share of missed peaks, and an interval that holds it.
+    for tier in report["tiers"].as_array().unwrap() {
+        let missed = tier["missed_fraction"].as_f64().unwrap();
+        let error = tier["missed_error_vs_reference"].as_f64().unwrap();
+        let [low, high] = [0, 1].map(|i| tier["missed_error_ci"][i].as_f64().unwrap());
+        assert!(
+            (0.0..=1.0).contains(&missed) && low <= error && error <= high,
+            "{tier}"
+        );
+        // Only the reference holds, by what it is.
+        let is_reference = tier["name"] == "sampled";
+        assert_eq!(tier["verdict"] == "holds", is_reference, "{tier}");
+        // Wide as they are, they should hold the truth: no tier is that wrong.
+        assert!(low - 0.15 < 0.0 && high + 0.15 > 0.0, "{tier}");
+    }
+}
