@@ -97,18 +97,14 @@ fn listing(folder: &Path) -> Result<Vec<String>, CosimError> {
         }
     }
     names.retain(|name| ENDINGS.iter().any(|ending| name.ends_with(ending)));
-    if let Some(name) = names.iter().find(|name| name.contains(is_unprintable)) {
-        let reason = "it has characters that cannot be seen";
-        return Err(file_name(folder, name.into(), reason));
-    }
     names.sort();
     Ok(names)
 }
 
 /// Names go into command lines, C++ strings and messages.
 fn check_name(folder: &Path, name: &str) -> Result<(), CosimError> {
-    let reason = if name.contains(char::is_control) {
-        "it holds a control character"
+    let reason = if name.contains(is_unprintable) {
+        "it holds a character that cannot be seen"
     } else if name.contains(['"', '\\']) {
         "it holds a quotation mark or a backslash"
     } else {

@@ -250,11 +250,12 @@ mod tests {
         for chips in ["0110100", "11100010", "1111111100000000"] {
             for samples in [1, 2, 8] {
                 for dwell in [1, 3, 5, 7, 20] {
-                    for (window, parallel) in [("[0, 0]", 1), ("[2, 4]", 1), ("[5, 6]", 2)] {
+                    for (first, steps, parallel) in [(0, 1, 1), (2, 3, 1), (5, 2, 2)] {
                         if dwell * samples < parallel {
                             continue;
                         }
-                        let contract = contract(chips, samples, dwell, window, parallel);
+                        let window = format!("{{ first = {first}, count = {steps} }}");
+                        let contract = contract(chips, samples, dwell, &window, parallel);
                         let reached = signs_reached(&contract, 0);
                         assert_eq!(
                             reached,

@@ -12,7 +12,6 @@ use crate::code::{Code, CodeSpec, Family};
 use crate::estimate::{
     CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate,
 };
-use crate::fidelity::Tier;
 use crate::optics::{DetectorModel, MeanResponse};
 use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
 use crate::scene::{EstimatorKind, Scene};
@@ -64,7 +63,7 @@ pub fn circular_error(run: &mut Run) -> Result<Figure, RunError> {
             let delay = (f64::from(sixth) + (zeta as f64 - 2.0) * 0.06) / 6.0;
             let mut scene = ideal_scene(&code, 1 << zeta, delay, PERIODS_WITH_NOISE);
             scene.estimator = EstimatorKind::Model;
-            let error = run.fitted_bias_m(&scene, Tier::Counts, SCANS)?;
+            let error = run.fitted_bias_in_continuous_time_m(&scene, SCANS)?;
             let mut row = vec![Some(delay)];
             row.extend(cells(error));
             table.row(&format!("model ζ = {zeta}"), &row);
@@ -140,11 +139,13 @@ fn phase_error_m(
 ) -> Result<Option<f64>, RunError> {
     let scene = ideal_scene(code, samples_per_chip, delay, PERIODS_WITHOUT_NOISE);
     let model = DetectorModel::new(&scene, 0);
-    let response = MeanResponse::new(&model)?;
+    // Of an ideal counter: samples would let pulses merge.
+    let tier = CountingTier::Events;
+    let response = MeanResponse::of_tier(&model, tier)?;
     let counts: Vec<i64> = Step::all(scene.scan.steps)
         .map(|step| response.expected_count(step).round() as i64)
         .collect();
-    let offset_ps = calibration_offset_ps(&scene, 0, CountingTier::Sampled);
+    let offset_ps = calibration_offset_ps(&scene, 0, tier);
     let period_ps = CHIP_PERIOD_PS * code.len() as f64;
     let estimate = estimate(&Measurement::new(&scene, &counts), offset_ps).ok();
     let delay_ps = scene.paths[0].delay_ps;

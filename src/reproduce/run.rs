@@ -4,14 +4,15 @@ use super::Options;
 use super::figure::FigureId;
 use super::phase::{Errors, phase_errors};
 use super::printed::printed_distance_m;
-use super::statistics::{Measured, rate, sample_mean, sample_std};
+use super::statistics::{Measured, rate, sample_mean, sample_mean_of, sample_std};
 use crate::code::CodeError;
+use crate::estimate::model::Fitter;
 use crate::estimate::unwrap::unwrap;
-use crate::estimate::{PredictionError, distance_m};
+use crate::estimate::{CountingTier, PredictionError, delay_error_ps, distance_m};
 use crate::fidelity::Tier;
 use crate::fidelity::scans::{ScansError, scans};
 use crate::fidelity::simulate::simulate;
-use crate::optics::MeanResponseError;
+use crate::optics::{CountSampler, DetectorModel, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::{EstimatorKind, Scene};
 
 /// Scans behind a mean correlation, as in the article.
@@ -112,6 +113,32 @@ impl Run {
             return Err(RunError::NoStatistics { scans });
         };
         Ok(Measured::normal(bias_m, error_m))
+    }
+
+    /// The same of counts that a counter in continuous time is expected to have, with
+    /// their scatter: no samples, in which pulses merge or are lost.
+    pub fn fitted_bias_in_continuous_time_m(
+        &mut self,
+        scene: &Scene,
+        scans: u64,
+    ) -> Result<Measured, RunError> {
+        let tier = CountingTier::Events;
+        let model = DetectorModel::new(scene, 0);
+        let response = MeanResponse::of_tier(&model, tier)?;
+        let sampler = CountSampler::of(&model, &SecondMoments::new(&response)?);
+        let fitter = Fitter::new(scene, 0, tier, scene.other_light);
+        let code = &scene.sources[scene.detectors[0].reference].code;
+        let period_ps = scene.chip_period_ps * code.len() as f64;
+        let seed = self.next_seed();
+        let errors_m: Vec<f64> = (0..scans)
+            .filter_map(|scan| fitter.fit(&sampler.scan(seed, scan)).ok())
+            .map(|found| delay_error_ps(found.delay_ps, scene.paths[0].delay_ps, period_ps))
+            .map(distance_m)
+            .collect();
+        if errors_m.len() < 2 {
+            return Err(RunError::NoStatistics { scans });
+        }
+        Ok(sample_mean_of(&errors_m))
     }
 
     /// Standard deviation, in metres, of the estimator as the article prints it.

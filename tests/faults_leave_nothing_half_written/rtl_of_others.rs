@@ -133,8 +133,8 @@ fn no_model_survives(rtl: &Path) {
         wait_until("the model runs", || {
             let said = fs::read_to_string(&children).unwrap_or_default();
             model = said.trim().to_owned();
-            let name = fs::read_to_string(format!("/proc/{model}/comm"));
-            name.is_ok_and(|name| name == "sensor\n")
+            let name = fs::read_to_string(format!("/proc/{model}/cmdline"));
+            name.is_ok_and(|name| name.trim_end_matches('\0').ends_with("/sensor"))
         });
         signal(&child, with);
         let output = child.wait_with_output().unwrap();
@@ -217,7 +217,7 @@ fn names_that_tools_cannot_be_given_are_refused() {
     use std::os::unix::ffi::OsStrExt as _;
     let folder = tempfile::tempdir().unwrap();
     for (name, reason) in [
-        (&b"a\nb.v"[..], "it holds a control character"),
+        (&b"a\nb.v"[..], "it holds a character that cannot be seen"),
         (b"a\"b.v", "it holds a quotation mark or a backslash"),
         (b"a\xff.sv", "it is not UTF-8"),
     ] {

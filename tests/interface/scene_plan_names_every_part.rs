@@ -57,7 +57,7 @@ fn the_plan_of_paper_single() {
       kept      delay                 detections are registered 1.75 ns late; the calibration offset removes it
       kept      jitter                2 Gaussian parts of 53.6 ps together
       kept      pulse_sampling        pulses of 7 ns are sampled every 1 ns; those that merge count once
-      left out  counter_edge_delays   sampled hardware applies the sign to samples and has no such edges; only the tiers in continuous time (expected, counts, events) use them
+      left out  counter_edge_delays   sampled hardware applies the sign to samples and has no such edges; only the tier in continuous time (events) uses them
       kept      full_scan             the scan covers all 16376 phase steps
       kept      coarse_estimate       the maximum over the scan
       kept      fine_estimate         phase of the fundamental over 16 phase steps

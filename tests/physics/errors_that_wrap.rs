@@ -72,7 +72,8 @@ fn the_errors_do_wrap() {
     // Without circular statistics the test above would have nothing to find.
     let scene = misled(5_000.0);
     let mut signs = [0, 0];
-    scans(&scene, 0, Tier::Events, 3, 100, |counts| {
+    // As `run` does it, from sampled counts.
+    scans(&scene, 0, Tier::Sampled, 3, 100, |counts| {
         let report = estimate_scan(&scene, 0, counts);
         signs[usize::from(report.error_m.unwrap() > 0.0)] += 1;
         // One scan against its expectation, the shorter way round.

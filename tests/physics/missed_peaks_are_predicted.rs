@@ -104,7 +104,7 @@ fn few_counts_and_much_background() {
 
 #[test]
 fn windows_paths_and_samples() {
-    let at_rim = window(scene(gold_11(), 0.4, 700.0, 13_100), 688, 40);
+    let at_rim = window(scene(gold_11(), 0.2, 700.0, 13_100), 688, 40);
     check("rim of a window", &at_rim, Tier::Events, 2_000);
     let wraps = window(scene(gold_5(), 0.35, 2.0, 3_250), 230, 48);
     check("window round the period", &wraps, Tier::Events, 2_000);

@@ -41,12 +41,12 @@ pub(in crate::scene) static SCAN: Table = Table {
             kind: Kind::Quantity {
                 quantity: Quantity::Time,
                 least: "1 ps",
-                most: "100000 s",
+                most: "1000000 s",
             },
             default: None,
             example: "100 us",
             meaning: "integration time of a phase step, rounded to whole chips",
-            why: "the shortest chip period; a day, in which the number of samples stays within 64 \
+            why: "the shortest chip period; eleven days, in which the number of samples stays within 64 \
                   bits",
         },
         Key {

@@ -91,7 +91,7 @@ fn a_quantity_beyond_any_number() {
     insta::assert_snapshot!(
         refusal(r#"integration = "20 us""#, r#"integration = "1e300 h""#),
         @r#"
-    scenes/x.toml:22:15: scan.integration: "1e300 h" is outside "1 ps" to "100000 s"; write for example "100 us"
+    scenes/x.toml:22:15: scan.integration: "1e300 h" is outside "1 ps" to "1000000 s"; write for example "100 us"
       22 | integration = "1e300 h"
          |               ^^^^^^^^^
     "#
@@ -223,7 +223,7 @@ fn an_integration_time_of_ages() {
     insta::assert_snapshot!(
         refusal(r#"integration = "20 us""#, r#"integration = "1e12 h""#),
         @r#"
-    scenes/x.toml:22:15: scan.integration: "1e12 h" is outside "1 ps" to "100000 s"; write for example "100 us"
+    scenes/x.toml:22:15: scan.integration: "1e12 h" is outside "1 ps" to "1000000 s"; write for example "100 us"
       22 | integration = "1e12 h"
          |               ^^^^^^^^
     "#
