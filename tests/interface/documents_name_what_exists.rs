@@ -75,7 +75,7 @@ fn names_equation(text: &str, number: u32) -> bool {
             return false;
         };
         let end = rest.find(['.', ':', ')', '(', ';']).unwrap_or(rest.len());
-        let words = rest[..end].split(|c: char| c == ' ' || c == ',');
+        let words = rest[..end].split([' ', ',']);
         let mut last = None;
         let mut to = false;
         for word in words.filter(|word| !matches!(*word, "" | "and" | "///" | "of")) {

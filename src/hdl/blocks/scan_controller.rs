@@ -202,11 +202,11 @@ impl ScanPlan {
         self.step().width() as usize - 1
     }
 
-    fn to_dump(&self) -> usize {
+    fn to_dump(self) -> usize {
         self.clocks_to_dump as usize
     }
 
-    fn to_counted(&self) -> usize {
+    fn to_counted(self) -> usize {
         (self.clocks_to_dump + self.clocks_to_count) as usize
     }
 
