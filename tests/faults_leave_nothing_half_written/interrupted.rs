@@ -175,7 +175,7 @@ fn ctrl_c_while_waiting_for_another_run_ends_with_130() {
 fn a_hang_up_that_nohup_ignores_stays_ignored() {
     let folder = tempfile::tempdir().unwrap();
     let endless = endless_scene(folder.path());
-    let mut command = Command::new("sh");
+    let mut command = listening("sh");
     command.args(["-c", "trap '' HUP; exec \"$@\"", "sh"]);
     command.arg(env!("CARGO_BIN_EXE_goldtof"));
     command.args(["simulate", text(&endless), "--repeat", "1000000"]);

@@ -15,8 +15,16 @@ pub const QUICK: &str = "scenes/quick.toml";
 const PATIENCE: Duration = Duration::from_secs(120);
 
 pub fn goldtof(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_goldtof"));
+    let mut command = listening(env!("CARGO_BIN_EXE_goldtof"));
     command.args(arguments);
+    command
+}
+
+/// A program that takes signals, also where the tests run in the background of a
+/// shell that has them ignored: what is ignored at the start stays so.
+pub fn listening(program: &str) -> Command {
+    let mut command = Command::new("/usr/bin/env");
+    command.args(["--default-signal=HUP,INT,QUIT,TERM", program]);
     command
 }
 
