@@ -14,20 +14,20 @@ use std::time::Instant;
 use goldtof::cosim::TOP;
 use goldtof::cosim::build::{build, cache_dir, sources_of};
 use goldtof::cosim::lockstep::Lockstep;
-use goldtof::cosim::photons::Photons;
 use goldtof::cosim::verilated::Verilated;
-use goldtof::model::contract::Contract;
-use goldtof::model::layout::Layout;
-use goldtof::model::reference::Reference;
-use goldtof::optics::DetectorModel;
-use goldtof::{hdl, scene};
+use goldtof::photons::DetectorModel;
+use goldtof::reference::photons::Photons;
+use goldtof::reference::predictor::Reference;
+use goldtof::sensor::contract::Contract;
+use goldtof::sensor::layout::Layout;
+use goldtof::{deliver, scene};
 
 const CLOCKS: u64 = 20_000_000;
 const ROUNDS: usize = 7;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let scene = scene::load(Path::new("scenes/paper-single.toml"))?;
-    let sources = sources_of(&hdl::emit(&scene, "goldtof emit paper-single.toml")?);
+    let sources = sources_of(&deliver::emit(&scene, "goldtof emit paper-single.toml")?);
     let contract = Contract::of(&scene);
     let layout = Layout::of(&contract);
     let library = build(TOP, &sources, &contract, &cache_dir()?)?;

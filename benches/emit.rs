@@ -7,7 +7,7 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
-use goldtof::{hdl, scene};
+use goldtof::{deliver, scene};
 
 const ROUNDS: usize = 21;
 const SCENES: &[&str] = &[
@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let started = Instant::now();
             let scene = scene::load(Path::new(&path))?;
             load_ms.push(started.elapsed().as_secs_f64() * 1e3);
-            hdl::emit(&scene, "goldtof emit")?;
+            deliver::emit(&scene, "goldtof emit")?;
             all_ms.push(started.elapsed().as_secs_f64() * 1e3);
         }
         let median = |values: &mut Vec<f64>| {

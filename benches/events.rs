@@ -14,10 +14,10 @@ use std::path::Path;
 use std::thread::available_parallelism;
 use std::time::Instant;
 
-use goldtof::optics::fast::{InstructionSet, StepCounter};
-use goldtof::optics::{DetectorModel, StepCount, count_step};
+use goldtof::photons::fast::{InstructionSet, StepCounter};
+use goldtof::photons::{DetectorModel, StepCount, count_step};
+use goldtof::scan::Step;
 use goldtof::scene::{self, Scene};
-use goldtof::sensor::Step;
 use rustix::time::{ClockId, clock_gettime};
 
 const ROUNDS: usize = 7;

@@ -13,13 +13,14 @@ use std::path::Path;
 use std::time::Instant;
 
 use goldtof::estimate::theory;
-use goldtof::fidelity::Tier;
-use goldtof::fidelity::simulate::simulate;
-use goldtof::optics::{
-    CountSampler, CountingTier, DetectorModel, MeanResponse, MeanResponseError, SecondMoments,
+use goldtof::photons::DetectorModel;
+use goldtof::response::{
+    CountSampler, CountingTier, MeanResponse, MeanResponseError, SecondMoments,
 };
+use goldtof::scan::Step;
 use goldtof::scene;
-use goldtof::sensor::Step;
+use goldtof::simulate::Tier;
+use goldtof::simulate::repeat::simulate;
 use rustix::time::{ClockId, clock_gettime};
 
 const ROUNDS: usize = 15;

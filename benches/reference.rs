@@ -11,13 +11,13 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
-use goldtof::cosim::blocks::{Block, BlockMaker};
-use goldtof::cosim::photons::Photons;
-use goldtof::model::contract::Contract;
-use goldtof::model::layout::Layout;
-use goldtof::model::reference::Reference;
-use goldtof::optics::DetectorModel;
+use goldtof::photons::DetectorModel;
+use goldtof::reference::blocks::{Block, BlockMaker};
+use goldtof::reference::photons::Photons;
+use goldtof::reference::predictor::Reference;
 use goldtof::scene;
+use goldtof::sensor::contract::Contract;
+use goldtof::sensor::layout::Layout;
 
 const CLOCKS: u64 = 25_000_000;
 const ROUNDS: usize = 7;

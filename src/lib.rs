@@ -28,21 +28,23 @@
 pub mod cli;
 pub mod code;
 pub mod cosim;
+pub mod deliver;
 pub mod estimate;
-pub mod fidelity;
 pub mod files;
-pub mod hdl;
 pub mod interrupt;
-pub mod model;
-pub mod optics;
+pub mod photons;
 pub mod plan;
 pub mod printable;
 pub mod programs;
+pub mod reference;
 pub mod report;
-pub mod reproduce;
+pub mod response;
+pub mod rtl;
+pub mod scan;
 pub mod scene;
 pub mod sensor;
-pub mod stress;
+pub mod simulate;
+pub mod study;
 
 /// Speed of light in vacuum (exact, SI).
 pub const SPEED_OF_LIGHT_M_PER_S: f64 = 299_792_458.0;

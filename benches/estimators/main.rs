@@ -18,7 +18,8 @@ use std::path::Path;
 use goldtof::estimate::{
     CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate,
 };
-use goldtof::optics::{DetectorModel, MeanResponse, StepCount};
+use goldtof::photons::{DetectorModel, StepCount};
+use goldtof::response::MeanResponse;
 use goldtof::scene::{self, Scene};
 
 type Outcome<T = ()> = Result<T, Box<dyn Error>>;

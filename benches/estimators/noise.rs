@@ -1,8 +1,8 @@
 //! Biases and scatter with noise: many scans drawn by the counts tier.
 
-use goldtof::fidelity::Tier;
-use goldtof::fidelity::simulate::{PathStatistics, simulate};
 use goldtof::scene::{EstimatorKind, OtherLight, Scene};
+use goldtof::simulate::Tier;
+use goldtof::simulate::repeat::{PathStatistics, simulate};
 
 use crate::noiseless::{add_interferer, gold};
 use crate::{Outcome, cut_scan, set_detection_rate};

@@ -4,8 +4,9 @@
 use std::sync::Arc;
 
 use goldtof::code::{Code, CodeSpec, Family};
-use goldtof::estimate::model::{OtherLight, fit_means};
-use goldtof::optics::{MeanCount, StepCount};
+use goldtof::estimate::fit::{OtherLight, fit_means};
+use goldtof::photons::StepCount;
+use goldtof::response::MeanCount;
 use goldtof::scene::{Path as LightPath, Scene, Source};
 
 use crate::optics_support::stepped::Stepped;

@@ -2,12 +2,13 @@
 
 use std::fs;
 
-use goldtof::estimate::model::{Fitter, OtherLight, fit};
-use goldtof::optics::{CountSampler, DetectorModel, MeanResponse, SecondMoments};
+use goldtof::estimate::fit::{Fitter, OtherLight, fit};
+use goldtof::photons::DetectorModel;
+use goldtof::response::{CountSampler, MeanResponse, SecondMoments};
 use goldtof::scene::Scene;
 
 use crate::{Outcome, TIER, cut_scan, set_detection_rate};
-use goldtof::sensor::Step;
+use goldtof::scan::Step;
 
 /// Processor time of this thread, which others on the machine do not lengthen.
 fn processor_ms() -> Outcome<f64> {

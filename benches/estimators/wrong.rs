@@ -1,7 +1,7 @@
 //! What wrong parameters of detector and light cost: exact counts of the true
 //! detector, fitted with wrong ones.
 
-use goldtof::estimate::model::{OtherLight, fit_means};
+use goldtof::estimate::fit::{OtherLight, fit_means};
 use goldtof::scene::Scene;
 
 use crate::optics_support::stepped::Stepped;

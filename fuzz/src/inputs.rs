@@ -9,9 +9,9 @@ use std::path::{Component, Path};
 use goldtof::cli::codes::{CodesRequest, codes as codes_report, parse_polynomials, parse_seeds};
 use goldtof::code::CodeSpec;
 use goldtof::cosim::{manifest as rtl_manifest, ports as rtl_ports};
-use goldtof::model::contract::Port;
 use goldtof::scene::{Scene, SceneErrors, parse};
-use goldtof::{cli, hdl, plan};
+use goldtof::sensor::contract::Port;
+use goldtof::{cli, deliver, plan};
 
 /// One kind of input.
 pub struct Target {
@@ -66,7 +66,7 @@ pub fn scene(data: &[u8]) {
             let plan = plan::plan(&scene);
             assert!(!cli::plan::to_text(&plan).is_empty());
             if is_quick_to_emit(&scene) {
-                match hdl::emit(&scene, "goldtof emit x.toml") {
+                match deliver::emit(&scene, "goldtof emit x.toml") {
                     Ok(emission) => {
                         assert!(emission.files.iter().all(|file| !file.text.is_empty()))
                     }

@@ -6,9 +6,9 @@ use std::time::Duration;
 use clap::{Args, Parser, Subcommand};
 
 use crate::cosim::StimulusKind;
-use crate::fidelity::Tier;
-use crate::reproduce::FigureId;
 use crate::scene::EstimatorKind;
+use crate::simulate::Tier;
+use crate::study::reproduce::FigureId;
 
 /// Most clocks of a co-simulation: years of them, whose samples 64 bits number.
 const MOST_CYCLES: u64 = 1 << 50;

@@ -7,8 +7,8 @@ use super::output::Output;
 use super::{Ending, rtl};
 use crate::cosim::build::{cache_dir, sources_of};
 use crate::cosim::{Cosimulation, Report, Request, StimulusKind, Verdict, cosimulate};
+use crate::deliver;
 use crate::files::check_target;
-use crate::hdl;
 use crate::printable::printable_path;
 use crate::scene::{self, Scene};
 
@@ -24,7 +24,10 @@ pub(super) fn run(
     }
     let sources = match &arguments.rtl {
         Some(folder) => rtl::read(folder)?,
-        None => sources_of(&hdl::emit(&scene, &command_line(&arguments.scene.scene))?),
+        None => sources_of(&deliver::emit(
+            &scene,
+            &command_line(&arguments.scene.scene),
+        )?),
     };
     let request = Request {
         sources,

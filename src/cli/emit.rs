@@ -5,14 +5,15 @@ use std::path::Path;
 use super::Ending;
 use super::arguments::EmitArguments;
 use super::output::Output;
-use crate::hdl::{self, Emission};
+use crate::deliver;
+use crate::deliver::Emission;
 use crate::printable::printable_path;
 use crate::scene;
 
 pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Result<Ending> {
     let scene = scene::load(&arguments.scene.scene)?;
-    let emission = hdl::emit(&scene, &command_line(&arguments.scene.scene))?;
-    hdl::write_into(&emission, &output.folder(&arguments.out)?)?;
+    let emission = deliver::emit(&scene, &command_line(&arguments.scene.scene))?;
+    deliver::write_into(&emission, &output.folder(&arguments.out)?)?;
     output.answer(&emission, &text(&emission, &arguments.out))?;
     Ok(Ending::Done)
 }

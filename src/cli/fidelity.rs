@@ -6,9 +6,9 @@ use super::Ending;
 use super::arguments::FidelityArguments;
 use super::forecast::announce;
 use super::output::Output;
-use crate::fidelity::compare::compare;
 use crate::printable::printable_path;
 use crate::scene;
+use crate::study::fidelity::compare;
 
 pub(super) fn run(
     arguments: &FidelityArguments,

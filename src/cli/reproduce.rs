@@ -6,7 +6,7 @@ use super::Ending;
 use super::arguments::ReproduceArguments;
 use super::forecast::Forecast;
 use super::output::Output;
-use crate::reproduce::{FigureId, Options, reproduce};
+use crate::study::reproduce::{FigureId, Options, reproduce};
 
 pub(super) fn run(
     arguments: &ReproduceArguments,

@@ -13,9 +13,10 @@ use super::output::Output;
 use crate::cosim::build::{cache_dir, sources_of};
 use crate::cosim::sent::SentCount;
 use crate::cosim::{self, Cosimulation, Request, StimulusKind, Verdict};
+use crate::deliver;
+use crate::deliver::Emission;
 use crate::estimate::report::{EstimateReport, estimate_scan};
-use crate::hdl::{self, Emission};
-use crate::optics::StepCount;
+use crate::photons::StepCount;
 use crate::plan::{self, Plan};
 use crate::printable::printable_path;
 use crate::report::page::Page;
@@ -50,7 +51,7 @@ pub(super) fn run(
     let out = &arguments.out;
     let scene = scene::load(path)?.with_estimator(arguments.estimator)?;
     let plan = plan::plan(&scene);
-    let emission = hdl::emit(&scene, &command_line(path))?;
+    let emission = deliver::emit(&scene, &command_line(path))?;
     let folder = output.folder(out)?;
     // A folder with a report has all that belongs to it, and of one scene.
     for name in [REPORT, COUNTS, WAVEFORMS] {
@@ -58,7 +59,7 @@ pub(super) fn run(
     }
     folder.sync()?;
     let rtl = folder.join("rtl");
-    hdl::write_into(&emission, &output.subfolder(&folder, "rtl")?)?;
+    deliver::write_into(&emission, &output.subfolder(&folder, "rtl")?)?;
     output.note(
         emit_text(&emission, &rtl)
             .lines()

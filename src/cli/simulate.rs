@@ -4,9 +4,9 @@ use super::Ending;
 use super::arguments::SimulateArguments;
 use super::forecast::announce;
 use super::output::Output;
-use crate::fidelity::forecast;
-use crate::fidelity::simulate::simulate;
 use crate::scene;
+use crate::simulate::forecast;
+use crate::simulate::repeat::simulate;
 
 pub(super) fn run(
     arguments: &SimulateArguments,

@@ -6,7 +6,7 @@ use super::Ending;
 use super::arguments::StressArguments;
 use super::forecast::Forecast;
 use super::output::Output;
-use crate::stress::{Case, cases, run as run_cases};
+use crate::study::stress::{Case, cases, run as run_cases};
 
 pub(super) fn run(
     arguments: &StressArguments,

@@ -15,9 +15,9 @@ use super::image::Image;
 use super::ports;
 use super::rejected::{in_build, rejection};
 use super::tools::Tools;
-use crate::hdl::Emission;
-use crate::model::contract::Contract;
-use crate::model::layout::Layout;
+use crate::deliver::Emission;
+use crate::sensor::contract::Contract;
+use crate::sensor::layout::Layout;
 
 const BENCH: &str = include_str!("../../testbench/cosim.cpp");
 const PROGRAM: &str = "sensor";

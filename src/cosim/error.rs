@@ -174,7 +174,7 @@ pub enum CosimError {
     },
     /// The hardware is not modelled.
     #[error(transparent)]
-    Reference(#[from] crate::model::reference::ReferenceError),
+    Reference(#[from] crate::reference::predictor::ReferenceError),
 }
 
 /// How far a simulation was when the Verilog ended it.

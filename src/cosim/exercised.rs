@@ -3,10 +3,10 @@
 use serde::Serialize;
 
 use super::StimulusKind;
-use super::stimulus::RESET_CLOCKS;
-use crate::model::contract::Contract;
-use crate::model::exercise::Exercise;
-use crate::sensor::Step;
+use crate::reference::exercise::Exercise;
+use crate::reference::stimulus::RESET_CLOCKS;
+use crate::scan::Step;
+use crate::sensor::contract::Contract;
 
 /// What the compared outputs have shown.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]

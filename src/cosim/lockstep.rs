@@ -10,14 +10,14 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::blocks::{Block, BlockMaker, Records};
 use super::error::{CosimError, When};
 use super::sent::{SentCount, SentReader};
-use super::stimulus::Stimulus;
 use super::verilated::{BLOCKS_AT_ONCE, Verilated};
-use crate::model::exercise::Exercise;
-use crate::model::layout::Layout;
-use crate::model::reference::{Reference, StepResult};
+use crate::reference::blocks::{Block, BlockMaker, Records};
+use crate::reference::exercise::Exercise;
+use crate::reference::predictor::{Reference, StepResult};
+use crate::reference::stimulus::Stimulus;
+use crate::sensor::layout::Layout;
 
 /// Blocks on their way: one being clocked, one waiting, one being made.
 const BLOCKS: usize = 3;

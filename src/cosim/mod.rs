@@ -1,7 +1,5 @@
 //! Co-simulation: Verilog in Verilator, beside the reference model, clock by clock.
 
-pub mod adversarial;
-pub mod blocks;
 pub mod build;
 pub mod cache;
 pub mod error;
@@ -10,11 +8,9 @@ pub mod image;
 pub mod lockstep;
 pub mod manifest;
 pub mod needed;
-pub mod photons;
 pub mod ports;
 mod rejected;
 pub mod sent;
-pub mod stimulus;
 pub mod tools;
 pub mod verilated;
 pub mod wave;
@@ -23,21 +19,21 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use self::adversarial::Adversarial;
 use self::build::{Built, SourceFile};
 use self::error::{CosimError, When};
 use self::exercised::Exercised;
 use self::lockstep::{Lockstep, Outcome};
-use self::photons::Photons;
 use self::rejected::in_users_terms;
 use self::sent::SentCount;
-use self::stimulus::{Stimulus, clocks_for_scans};
 use self::verilated::Verilated;
-use crate::model::contract::Contract;
-use crate::model::layout::Layout;
-use crate::model::reference::Reference;
-use crate::optics::DetectorModel;
+use crate::photons::DetectorModel;
+use crate::reference::adversarial::Adversarial;
+use crate::reference::photons::Photons;
+use crate::reference::predictor::Reference;
+use crate::reference::stimulus::{Stimulus, clocks_for_scans};
 use crate::scene::Scene;
+use crate::sensor::contract::Contract;
+use crate::sensor::layout::Layout;
 
 /// Name of the module that is compared.
 pub const TOP: &str = "sensor_top";

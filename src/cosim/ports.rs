@@ -4,8 +4,8 @@
 
 use std::fmt::Write as _;
 
-use crate::model::contract::{Direction, Port};
-use crate::model::layout::{Field, Layout};
+use crate::sensor::contract::{Direction, Port};
+use crate::sensor::layout::{Field, Layout};
 
 /// Name of the header that `testbench/cosim.cpp` includes.
 pub const HEADER: &str = "goldtof_ports.h";
@@ -82,7 +82,7 @@ fn masked(width: u32, full: u32) -> String {
     if width >= full {
         String::new()
     } else {
-        format!(" & {:#x}ULL", crate::model::layout::mask(width))
+        format!(" & {:#x}ULL", crate::sensor::layout::mask(width))
     }
 }
 

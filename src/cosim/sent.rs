@@ -1,9 +1,9 @@
 //! What the Verilog sends: the beats of its result stream that the receiver took.
 
-use super::blocks::Records;
-use crate::model::contract::Contract;
-use crate::model::layout::{Field, Layout, Record};
-use crate::optics::StepCount;
+use crate::photons::StepCount;
+use crate::reference::blocks::Records;
+use crate::sensor::contract::Contract;
+use crate::sensor::layout::{Field, Layout, Record};
 
 /// A phase step's counts as the Verilog sent them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -18,12 +18,12 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::blocks::BLOCK_CLOCKS;
 use super::build::Built;
 use super::error::{CosimError, When};
 use crate::interrupt::Program;
-use crate::model::layout::Layout;
 use crate::programs::time_limit;
+use crate::reference::blocks::BLOCK_CLOCKS;
+use crate::sensor::layout::Layout;
 
 /// Blocks that the model may have at once: one being clocked, one waiting.
 pub const BLOCKS_AT_ONCE: usize = 2;

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use vcd::{IdCode, SimulationCommand, TimescaleUnit, Value, Writer};
 
-use super::blocks::Records;
 use crate::files::{FileError, stage};
-use crate::model::layout::{Field, Layout, Record};
+use crate::reference::blocks::Records;
+use crate::sensor::layout::{Field, Layout, Record};
 
 /// Writes a VCD file with all ports: `inputs`, `expected` (the reference model),
 /// `got` (the Verilog) and `differs`, high while any port differs.

@@ -2,13 +2,16 @@
 
 use std::sync::Arc;
 
-use super::model::{FitError, Parameters, PathParameters, Problem, check_independent, window};
 use super::phase::first_maximum;
 use super::theory::ExpectedCounts;
 use super::{CountingTier, TheoryEffort, distance_m};
-use crate::optics::{DetectorModel, Light, MeanResponse, SecondMoments};
+use crate::estimate::fit::{
+    FitError, Parameters, PathParameters, Problem, check_independent, window,
+};
+use crate::photons::DetectorModel;
+use crate::response::{Light, MeanResponse, SecondMoments};
+use crate::scan::Step;
 use crate::scene::Scene;
-use crate::sensor::Step;
 
 /// Standard deviations a standard deviation apart that differ by more than this factor
 /// are no measure of an estimate's scatter.

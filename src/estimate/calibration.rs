@@ -1,6 +1,6 @@
 //! The constant part of a measured delay that is not light.
 
-use crate::optics::CountingTier;
+use crate::response::CountingTier;
 use crate::scene::Scene;
 
 /// What the correlation's peak stands later than the light's delay, in ps.

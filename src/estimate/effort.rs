@@ -1,6 +1,7 @@
 //! What theory may take: refused before the work, and not after hours of it.
 
-use crate::optics::{DetectorModel, Effort, Light, MeanResponseError};
+use crate::photons::DetectorModel;
+use crate::response::{Effort, Light, MeanResponseError};
 use crate::scene::Scene;
 
 /// Predictions of all detectors of a scene take no longer than this on one core,

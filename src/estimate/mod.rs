@@ -3,8 +3,8 @@
 pub mod bound;
 mod calibration;
 mod effort;
+pub mod fit;
 mod missed;
-pub mod model;
 mod modulation;
 mod moving;
 mod phase;
@@ -14,7 +14,7 @@ mod theory;
 mod truth;
 pub mod unwrap;
 
-pub use crate::optics::CountingTier;
+pub use crate::response::CountingTier;
 pub use calibration::calibration_offset_ps;
 pub use effort::TheoryEffort;
 pub use missed::tolerance_ps;

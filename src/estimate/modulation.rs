@@ -1,7 +1,7 @@
 //! Whether the counts hold anything but chance.
 
 use super::NoEstimate;
-use crate::optics::DetectorModel;
+use crate::photons::DetectorModel;
 use crate::scene::Scene;
 
 /// Checks that light with the code of a detector's reference reaches it.

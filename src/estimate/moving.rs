@@ -6,9 +6,10 @@ use std::f64::consts::PI;
 use super::phase::{Measurement, estimate_at, fundamental, window_indices};
 use super::prediction::{Prediction, PredictionError, predict_still};
 use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, true_delay};
-use crate::optics::{DetectorModel, MeanResponse, SecondMoments};
+use crate::photons::DetectorModel;
+use crate::response::{MeanResponse, SecondMoments};
+use crate::scan::Step;
 use crate::scene::{Fluctuation, Scene};
-use crate::sensor::Step;
 
 /// Within a phase step delays may move by at most this share of it.
 const MOST_STEPS_MOVED: f64 = 0.25;

@@ -6,8 +6,8 @@ use rustfft::num_complex::Complex64;
 
 use super::distance_m;
 use super::unwrap::fold_distance;
+use crate::scan::Step;
 use crate::scene::{Scan, Scene};
-use crate::sensor::Step;
 
 /// The counts of one scan.
 #[derive(Debug, Clone, Copy)]

@@ -10,10 +10,11 @@ use super::theory::ExpectedCounts;
 use super::{
     CountingTier, TheoryEffort, calibration_offset_ps, delay_error_ps, distance_m, missed, moving,
 };
-use crate::optics::fast::normal::cumulative;
-use crate::optics::{DetectorModel, MeanResponse, MeanResponseError, SecondMoments};
+use crate::photons::DetectorModel;
+use crate::photons::fast::normal::cumulative;
+use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
+use crate::scan::{Group, Step};
 use crate::scene::{Path, Scan, Scene};
-use crate::sensor::{Group, Step};
 
 /// The estimate that the expected counts give.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,13 +5,15 @@ use std::fmt;
 use serde::Serialize;
 
 use super::bound::bound;
-use super::model::{ALARM_SIGMAS, FittedPath, ModelEstimate, expected_fit, fit, shared_light};
 use super::unwrap::{check_normal, fold, fold_distance};
 use super::{
     CountingTier, Measurement, calibration_offset_ps, check_modulated, delay_error_ps, distance_m,
     estimate, folded, predict, true_delay,
 };
-use crate::optics::StepCount;
+use crate::estimate::fit::{
+    ALARM_SIGMAS, FittedPath, ModelEstimate, expected_fit, fit, shared_light,
+};
+use crate::photons::StepCount;
 use crate::scene::{EstimatorKind, Path, Scene, TotalsMissing};
 
 /// What a scan's counts say about the distance.

@@ -1,10 +1,11 @@
 //! What theory says of a detector's scans, from one solution of its state.
 
 use super::bound::{Bound, bound_of};
-use super::model::FitError;
 use super::prediction::{missed_from, moves, predict_from};
 use super::{CountingTier, Prediction, PredictionError, TheoryEffort, bound::bound, predict};
-use crate::optics::{DetectorModel, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
+use crate::estimate::fit::FitError;
+use crate::photons::DetectorModel;
+use crate::response::{MeanCount, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::Scene;
 
 /// Predictions and bound of one detector.

@@ -1,8 +1,8 @@
 //! Which delay an estimate is held against.
 
 use super::{CountingTier, calibration_offset_ps};
+use crate::scan::Step;
 use crate::scene::Scene;
-use crate::sensor::Step;
 
 /// The delay of a path that a scan should find.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,8 +2,8 @@
 
 use super::{Part, kept, labelled, left_out};
 use crate::code::{Code, Generator};
-use crate::model::contract::Contract;
 use crate::scene::Scene;
+use crate::sensor::contract::Contract;
 
 pub(super) fn parts(scene: &Scene) -> Vec<Part> {
     let contract = Contract::of(scene);

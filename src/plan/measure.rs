@@ -9,8 +9,9 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use super::{Plan, Saving};
-use crate::optics::fast::StepCounter;
-use crate::optics::{DetectorModel, Light, OptionalPart, StepCount};
+use crate::photons::fast::StepCounter;
+use crate::photons::{DetectorModel, OptionalPart, StepCount};
+use crate::response::Light;
 use crate::scene::Scene;
 
 /// Detections that are counted at a time, about.

@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use super::{Part, Saving, kept, labelled, left_out, movement};
-use crate::optics::{DetectorModel, check_merging};
+use crate::photons::DetectorModel;
+use crate::response::check_merging;
 use crate::scene::{Detector, EstimatorKind, Path, Scene};
 
 pub(super) fn parts(scene: &Scene) -> Vec<Part> {

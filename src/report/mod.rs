@@ -9,8 +9,8 @@ use std::fmt::Write as _;
 
 use crate::cosim::sent::SentCount;
 use crate::estimate::distance_m;
+use crate::scan::Step;
 use crate::scene::Scene;
-use crate::sensor::Step;
 
 /// One detector's counts of a scan.
 #[derive(Debug, Clone)]

@@ -5,8 +5,8 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::DetectorCounts;
 use super::plot::{CountPlot, PlotError};
 use crate::cosim;
+use crate::deliver::Emission;
 use crate::estimate::report::EstimateReport;
-use crate::hdl::Emission;
 use crate::plan::{Part, Plan};
 use crate::scene::Scene;
 

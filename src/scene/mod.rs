@@ -47,7 +47,7 @@ pub use read::{load, parse};
 pub use totals::TotalsMissing;
 
 use crate::code::Code;
-use crate::sensor::{Grouping, Step};
+use crate::scan::{Grouping, Step};
 
 /// A checked scene. Every cross-reference is resolved to an index, every
 /// quantity is in the unit its name carries, every default is filled in.

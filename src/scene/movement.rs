@@ -5,7 +5,7 @@ use super::reader::Section;
 use super::source::round_trip_ps;
 use super::{Path, Scene};
 use crate::SPEED_OF_LIGHT_M_PER_S;
-use crate::sensor::Step;
+use crate::scan::Step;
 
 /// How the distance of a path changes: a constant speed, a random fluctuation,
 /// or both. Every scan starts at the path's own distance.

@@ -4,19 +4,19 @@
 use std::collections::HashMap;
 
 use goldtof::cosim::Verdict;
-use goldtof::cosim::adversarial::Adversarial;
-use goldtof::cosim::blocks::{Block, BlockMaker};
 use goldtof::cosim::build::{SourceFile, sources_of};
 use goldtof::cosim::sent::SentReader;
 use goldtof::cosim::{Cosimulation, Request, StimulusKind, cosimulate};
-use goldtof::fidelity::Tier;
-use goldtof::fidelity::scans::scans;
-use goldtof::hdl::emit;
-use goldtof::model::contract::Contract;
-use goldtof::model::layout::Layout;
-use goldtof::model::reference::Reference;
-use goldtof::optics::StepCount;
+use goldtof::deliver::emit;
+use goldtof::photons::StepCount;
+use goldtof::reference::adversarial::Adversarial;
+use goldtof::reference::blocks::{Block, BlockMaker};
+use goldtof::reference::predictor::Reference;
 use goldtof::scene::{self, Scene};
+use goldtof::sensor::contract::Contract;
+use goldtof::sensor::layout::Layout;
+use goldtof::simulate::Tier;
+use goldtof::simulate::scans::scans;
 
 const SEED: u64 = 3;
 

@@ -6,13 +6,13 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use goldtof::cosim::adversarial::Adversarial;
-use goldtof::cosim::blocks::{Block, BlockMaker};
-use goldtof::model::contract::Contract;
-use goldtof::model::exercise::{DetectorExercise, Exercise};
-use goldtof::model::layout::Layout;
-use goldtof::model::reference::Reference;
+use goldtof::reference::adversarial::Adversarial;
+use goldtof::reference::blocks::{Block, BlockMaker};
+use goldtof::reference::exercise::{DetectorExercise, Exercise};
+use goldtof::reference::predictor::Reference;
 use goldtof::scene;
+use goldtof::sensor::contract::Contract;
+use goldtof::sensor::layout::Layout;
 
 const QUICK: &str = "scenes/quick.toml";
 const DARK: &str = "tests/scenes/dark.toml";

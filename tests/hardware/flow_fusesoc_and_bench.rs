@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use crate::hdl_support::{Family, code, run, scene};
-use goldtof::hdl::{emit, write};
+use goldtof::deliver::{emit, write};
 
 /// A window scan of two sources that saturates: every port and every part.
 fn emitted(folder: &Path) {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use goldtof::hdl::{emit, write};
+use goldtof::deliver::{emit, write};
 
 /// Every file of a folder and its folders, by its path in it.
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::hdl_support::draw::{self, Extent};
 use crate::hdl_support::run;
-use goldtof::hdl::{Emission, write};
+use goldtof::deliver::{Emission, write};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 

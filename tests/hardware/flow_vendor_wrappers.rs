@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::hdl_support::{Family, code, run, scene};
-use goldtof::hdl::{emit, write};
+use goldtof::deliver::{emit, write};
 
 /// Wrapper sources of a family.
 fn wrappers(family: &str) -> Vec<String> {

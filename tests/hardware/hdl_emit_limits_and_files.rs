@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::hdl_support::{Family, code, scene};
 use goldtof::code::Generator;
-use goldtof::hdl::{emit, write};
+use goldtof::deliver::{emit, write};
 use goldtof::scene::Scene;
 
 fn plain() -> Scene {
@@ -159,7 +159,7 @@ fn a_folder_that_cannot_be_made_is_named() {
 
 /// What a scene at a limit is emitted as, with parallel steps and a peak
 /// detector.
-fn at_the_limit(scene: &mut Scene, parallel: u32) -> goldtof::hdl::Parameters {
+fn at_the_limit(scene: &mut Scene, parallel: u32) -> goldtof::deliver::Parameters {
     scene.hardware.parallel = parallel;
     scene.hardware.peak_detector = true;
     let emission = emit(scene, "goldtof emit test.toml").expect("the scene is within the limits");

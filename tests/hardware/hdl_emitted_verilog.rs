@@ -1,9 +1,9 @@
 //! Emitted Verilog against a naive model, every port at every clock.
 
 use crate::hdl_support::{Family, code, icarus, naive_sensor, random_scene, scene, stimulus};
-use goldtof::hdl::emit;
-use goldtof::model::contract::Contract;
+use goldtof::deliver::emit;
 use goldtof::scene::Scene;
+use goldtof::sensor::contract::Contract;
 
 fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {
     let contract = Contract::of(scene);

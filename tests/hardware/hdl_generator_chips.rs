@@ -1,6 +1,6 @@
 //! The emitted generators give the code table, chip by chip.
 
-use goldtof::hdl::{emit, write};
+use goldtof::deliver::{emit, write};
 use std::fs;
 use std::sync::Arc;
 

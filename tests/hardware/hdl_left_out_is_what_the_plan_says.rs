@@ -1,7 +1,7 @@
 //! Plan, manifest and Verilog agree on what a scene does without.
 
 use crate::hdl_support::draw::{self, Extent};
-use goldtof::hdl::Emission;
+use goldtof::deliver::Emission;
 use goldtof::plan::{Plan, plan};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;

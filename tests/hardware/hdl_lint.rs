@@ -1,7 +1,7 @@
 //! Emitted Verilog is clean under three tools that know nothing of each other.
 
 use crate::hdl_support::{Family, code, random_scene, run, scene, stimulus};
-use goldtof::hdl::{Emission, emit, write};
+use goldtof::deliver::{Emission, emit, write};
 use goldtof::scene::Scene;
 
 /// Every family, depth, number of samples, kind of scan and width at least

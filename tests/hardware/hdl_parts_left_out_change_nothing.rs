@@ -7,10 +7,10 @@ use crate::hdl_support::naive_sensor::{Inputs, Outputs};
 use crate::hdl_support::stimulus::{self, Noise};
 use crate::hdl_support::{Family, code, icarus, scene, with_peak_if_possible};
 use goldtof::code::{Code, Generator};
-use goldtof::hdl::emit;
-use goldtof::model::contract::Contract;
+use goldtof::deliver::emit;
+use goldtof::scan::Step;
 use goldtof::scene::{Scene, Target};
-use goldtof::sensor::Step;
+use goldtof::sensor::contract::Contract;
 
 /// A sensor with one detector whose steps follow one another.
 fn plain_scene(noise: &mut Noise, case: u32) -> Scene {

@@ -3,10 +3,10 @@
 
 use crate::hdl_support::naive_sensor::{Inputs, Outputs};
 use crate::hdl_support::{Family, code, naive_sensor, random_scene, scene, stimulus};
-use goldtof::hdl::blocks::{CodeSource, SensorTop};
-use goldtof::hdl::front::Word;
-use goldtof::model::contract::{Contract, CountSegments, TotalCount};
+use goldtof::rtl::blocks::{CodeSource, SensorTop};
+use goldtof::rtl::front::Word;
 use goldtof::scene::Scene;
+use goldtof::sensor::contract::{Contract, CountSegments, TotalCount};
 use rust_hdl::core::block::Block;
 use rust_hdl::core::simulate::simulate;
 

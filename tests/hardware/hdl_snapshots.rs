@@ -1,7 +1,7 @@
 //! The emitted text itself, for a reader's eye.
 
 use crate::hdl_support::{Family, code, scene};
-use goldtof::hdl::{Emission, emit, write};
+use goldtof::deliver::{Emission, emit, write};
 
 const COMMAND: &str = "goldtof emit scenes/test.toml --out build";
 

@@ -2,13 +2,13 @@
 //! looks at every sample of every clock: levels become hits by comparing
 //! neighbouring samples, counts are dot products, the stream is a register.
 
-use goldtof::cosim::adversarial::Adversarial;
-use goldtof::cosim::stimulus::{Drive, Stimulus};
-use goldtof::model::contract::{Contract, TotalCount};
-use goldtof::model::layout::Layout;
-use goldtof::model::level::Level;
-use goldtof::model::reference::Reference;
+use goldtof::reference::adversarial::Adversarial;
+use goldtof::reference::level::Level;
+use goldtof::reference::predictor::Reference;
+use goldtof::reference::stimulus::{Drive, Stimulus};
 use goldtof::scene::{self, Scene};
+use goldtof::sensor::contract::{Contract, TotalCount};
+use goldtof::sensor::layout::Layout;
 
 /// Outputs of one clock, by name.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

@@ -3,10 +3,10 @@
 use crate::optics_support::{code, table_i_scene};
 use goldtof::estimate::distance_m;
 use goldtof::estimate::report::estimate_scan;
-use goldtof::fidelity::Tier;
-use goldtof::fidelity::scans::scans;
-use goldtof::fidelity::simulate::{PathStatistics, simulate};
 use goldtof::scene::{Path, Scene};
+use goldtof::simulate::Tier;
+use goldtof::simulate::repeat::{PathStatistics, simulate};
+use goldtof::simulate::scans::scans;
 
 const RANGE_PS: f64 = 16_000.0;
 

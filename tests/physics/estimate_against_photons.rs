@@ -8,9 +8,9 @@ use goldtof::estimate::{
     CountingTier, Measurement, PredictionError, calibration_offset_ps, delay_error_ps, distance_m,
     estimate, predict,
 };
-use goldtof::optics::{DetectorModel, count_step};
+use goldtof::photons::{DetectorModel, count_step};
+use goldtof::scan::Step;
 use goldtof::scene::Scene;
-use goldtof::sensor::Step;
 
 /// Cuts the scan down to the steps round the first path.
 fn scan_around(scene: &mut Scene, steps: u64) {

@@ -7,14 +7,14 @@ use crate::optics_support::{
 };
 use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::estimate::bound::bound;
-use goldtof::estimate::model::{FitError, ModelEstimate, OtherLight, fit};
+use goldtof::estimate::fit::{FitError, ModelEstimate, OtherLight, fit};
 use goldtof::estimate::{
     CountingTier, Measurement, NoEstimate, calibration_offset_ps, delay_error_ps, distance_m,
     estimate,
 };
-use goldtof::optics::{DetectorModel, StepCount, count_step};
+use goldtof::photons::{DetectorModel, StepCount, count_step};
+use goldtof::scan::Step;
 use goldtof::scene::{Path, Scene, Source};
-use goldtof::sensor::Step;
 
 const TIER: CountingTier = CountingTier::Events;
 

@@ -6,15 +6,16 @@ use std::sync::Arc;
 use crate::optics_support::stepped::Stepped;
 use crate::optics_support::{gold_11, table_i_scene};
 use goldtof::code::{Code, CodeSpec, Family};
-use goldtof::estimate::model::{Fitter, ModelEstimate, OtherLight, fit_means};
+use goldtof::estimate::fit::{Fitter, ModelEstimate, OtherLight, fit_means};
 use goldtof::estimate::{
     CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate,
 };
-use goldtof::fidelity::Tier;
-use goldtof::fidelity::simulate::simulate;
-use goldtof::optics::{DetectorModel, MeanCount, StepCount, count_step};
+use goldtof::photons::{DetectorModel, StepCount, count_step};
+use goldtof::response::MeanCount;
+use goldtof::scan::Step;
 use goldtof::scene::{EstimatorKind, Path, Scene, Source};
-use goldtof::sensor::Step;
+use goldtof::simulate::Tier;
+use goldtof::simulate::repeat::simulate;
 
 const TIER: CountingTier = CountingTier::Events;
 const STEP_PS: f64 = 25.0;

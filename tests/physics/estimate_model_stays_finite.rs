@@ -2,9 +2,10 @@
 
 use crate::optics_support::{code, full_scan, ideal_scene, table_i_scene};
 use goldtof::estimate::CountingTier;
-use goldtof::estimate::model::{Fitter, OtherLight};
+use goldtof::estimate::fit::{Fitter, OtherLight};
 use goldtof::estimate::report::estimate_scan;
-use goldtof::optics::{DetectorModel, MeanResponse, StepCount};
+use goldtof::photons::{DetectorModel, StepCount};
+use goldtof::response::MeanResponse;
 use goldtof::scene::{EstimatorKind, Scene};
 
 /// The weight-3 code of the issue: a largest count of 1 in 2 means no light of the

@@ -3,9 +3,9 @@
 
 use crate::optics_support::{code, gold, gold_5, gold_11, table_i_scene};
 use goldtof::code::{Code, CodeSpec, Family};
-use goldtof::fidelity::Tier;
-use goldtof::fidelity::simulate::simulate;
 use goldtof::scene::{EstimatorKind, Path, Scene};
+use goldtof::simulate::Tier;
+use goldtof::simulate::repeat::simulate;
 use std::sync::Arc;
 
 /// Gold code 0 of a degree, interleaved.

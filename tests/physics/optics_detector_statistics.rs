@@ -6,9 +6,9 @@ use std::collections::BinaryHeap;
 use crate::optics_support::{
     Moments, assert_within_standard_errors, code, gold_5, ideal_scene, table_i_scene,
 };
-use goldtof::optics::{Detection, DetectorModel};
+use goldtof::photons::{Detection, DetectorModel};
+use goldtof::scan::Group;
 use goldtof::scene::Scene;
-use goldtof::sensor::Group;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 

@@ -5,10 +5,10 @@ use crate::optics_support::{
     Moments, assert_within_standard_errors, code, gold_5, gold_11, ideal_scene, table_i_scene,
 };
 use goldtof::code::Code;
-use goldtof::optics::fast::StepCounter;
-use goldtof::optics::{DetectorModel, StepCount, count_step};
+use goldtof::photons::fast::StepCounter;
+use goldtof::photons::{DetectorModel, StepCount, count_step};
+use goldtof::scan::Step;
 use goldtof::scene::{Path, Scan, Scene};
-use goldtof::sensor::Step;
 
 /// Counts of both, by step and scan.
 struct Comparison {

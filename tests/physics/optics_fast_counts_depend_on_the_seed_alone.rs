@@ -3,12 +3,12 @@
 use std::num::NonZero;
 
 use crate::optics_support::{code, gold_5, gold_11, table_i_scene};
-use goldtof::optics::fast::{
+use goldtof::photons::fast::{
     InstructionSet, OutsideDomain, StepCounter, count_steps, count_steps_on_all_cores,
 };
-use goldtof::optics::{DetectorModel, StepCount, count_step};
+use goldtof::photons::{DetectorModel, StepCount, count_step};
+use goldtof::scan::Step;
 use goldtof::scene::Scene;
-use goldtof::sensor::Step;
 
 fn scene() -> Scene {
     table_i_scene(gold_11(), 12e6, 3_000)

@@ -6,8 +6,9 @@ use std::thread::available_parallelism;
 use crate::optics_support::{
     Moments, assert_within_standard_errors, code, ideal_scene, table_i_scene,
 };
-use goldtof::optics::fast::StepCounter;
-use goldtof::optics::{DetectorModel, MeanResponse, StepCount};
+use goldtof::photons::fast::StepCounter;
+use goldtof::photons::{DetectorModel, StepCount};
+use goldtof::response::MeanResponse;
 use goldtof::scene::{Scan, Scene};
 
 const STEP_CHIPS: u64 = 13_100;

@@ -7,13 +7,11 @@ use crate::optics_support::{
     Moments, assert_within_standard_errors, code, gold_5, gold_11, ideal_scene, sampled_counts,
     table_i_scene,
 };
-use goldtof::optics::fast::StepCounter;
-use goldtof::optics::{
-    CountingTier, DetectorModel, Light, MeanResponse, MeanResponseError, SecondMoments, StepCount,
-    count_step,
-};
+use goldtof::photons::fast::StepCounter;
+use goldtof::photons::{DetectorModel, StepCount, count_step};
+use goldtof::response::{CountingTier, Light, MeanResponse, MeanResponseError, SecondMoments};
+use goldtof::scan::Step;
 use goldtof::scene::Scene;
-use goldtof::sensor::Step;
 
 /// A one-chip code that is always on: constant light, counted upwards.
 fn constant_light(rate_cps: f64, dead_time_ps: f64) -> Scene {

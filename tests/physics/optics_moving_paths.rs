@@ -7,10 +7,11 @@ use goldtof::estimate::{
     CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate,
     predict, true_delay,
 };
-use goldtof::optics::fast::{OutsideDomain, StepCounter};
-use goldtof::optics::{DetectorModel, MeanResponse, MeanResponseError, StepCount, count_step};
+use goldtof::photons::fast::{OutsideDomain, StepCounter};
+use goldtof::photons::{DetectorModel, StepCount, count_step};
+use goldtof::response::{MeanResponse, MeanResponseError};
+use goldtof::scan::{Group, Step};
 use goldtof::scene::{Fluctuation, Movement, Scene};
-use goldtof::sensor::{Group, Step};
 
 const LIGHT_M_PER_S: f64 = 299_792_458.0;
 

@@ -5,18 +5,18 @@
 use crate::optics_support::{
     Moments, assert_within_standard_errors, full_scan, gold_5, table_i_scene,
 };
-use goldtof::estimate::model::{Fitter, OtherLight, expected_fit};
+use goldtof::estimate::fit::{Fitter, OtherLight, expected_fit};
 use goldtof::estimate::{
     Measurement, bound::bound, calibration_offset_ps, distance_m, estimate, predict,
 };
-use goldtof::fidelity::Tier;
-use goldtof::fidelity::simulate::simulate;
-use goldtof::optics::{
-    CountMoments, CountingTier, DetectorModel, MeanResponse, MeanResponseError, Pulse, PulseStream,
-    SecondMoments, StepCount,
+use goldtof::photons::{DetectorModel, Pulse, PulseStream, StepCount};
+use goldtof::response::{
+    CountMoments, CountingTier, MeanResponse, MeanResponseError, SecondMoments,
 };
+use goldtof::scan::Step;
 use goldtof::scene::{EstimatorKind, Scene};
-use goldtof::sensor::Step;
+use goldtof::simulate::Tier;
+use goldtof::simulate::repeat::simulate;
 
 /// Signed and total counts of the steps of one scan: the level is painted sample by
 /// sample, and a high sample after a low one counts with the reference's sign there.

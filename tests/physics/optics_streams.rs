@@ -3,9 +3,9 @@
 use crate::optics_support::{
     Moments, assert_within_standard_errors, code, gold_5, ideal_scene, power_w, table_i_scene,
 };
-use goldtof::optics::{Detection, DetectorModel, Pulse, PulseStream, count_step};
+use goldtof::photons::{Detection, DetectorModel, Pulse, PulseStream, count_step};
+use goldtof::scan::{Group, Step};
 use goldtof::scene::{CounterTiming, Path, Scene, Source};
-use goldtof::sensor::{Group, Step};
 use proptest::prelude::*;
 
 fn detections(scene: &Scene, seed: u64, repetition: u64, step: u64) -> Vec<Detection> {

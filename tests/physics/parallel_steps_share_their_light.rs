@@ -3,15 +3,14 @@
 
 use crate::optics_support::{assert_within_standard_errors, gold_5, table_i_scene};
 use goldtof::estimate::predict;
-use goldtof::fidelity::Tier;
-use goldtof::fidelity::scans::scans;
-use goldtof::fidelity::simulate::{PathStatistics, simulate};
-use goldtof::optics::fast::StepCounter;
-use goldtof::optics::{
-    CountingTier, DetectorModel, MeanResponse, SecondMoments, StepCount, count_step,
-};
+use goldtof::photons::fast::StepCounter;
+use goldtof::photons::{DetectorModel, StepCount, count_step};
+use goldtof::response::{CountingTier, MeanResponse, SecondMoments};
+use goldtof::scan::{Group, Step};
 use goldtof::scene::Scene;
-use goldtof::sensor::{Group, Step};
+use goldtof::simulate::Tier;
+use goldtof::simulate::repeat::{PathStatistics, simulate};
+use goldtof::simulate::scans::scans;
 
 const PARALLEL: u32 = 4;
 

@@ -2,10 +2,10 @@
 //! parameter, changes no bit of any result for the same seed.
 
 use crate::optics_support::{code, gold_5, m_sequence, table_i_scene};
-use goldtof::optics::fast::StepCounter;
-use goldtof::optics::{DetectorModel, OptionalPart, Pulse, PulseStream, StepCount, count_step};
+use goldtof::photons::fast::StepCounter;
+use goldtof::photons::{DetectorModel, OptionalPart, Pulse, PulseStream, StepCount, count_step};
+use goldtof::scan::Step;
 use goldtof::scene::{Path, Scene};
-use goldtof::sensor::Step;
 use proptest::prelude::*;
 
 /// What a random scene has of everything that may be left out.

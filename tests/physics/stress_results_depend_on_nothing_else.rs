@@ -6,11 +6,12 @@ use std::process::Command;
 
 use crate::optics_support::{gold_5, table_i_scene};
 use goldtof::estimate::{CountingTier, predict};
-use goldtof::fidelity::Tier;
-use goldtof::fidelity::simulate::simulate;
-use goldtof::optics::fast::StepCounter;
-use goldtof::optics::{DetectorModel, MeanResponse, PulseStream, StepCount};
+use goldtof::photons::fast::StepCounter;
+use goldtof::photons::{DetectorModel, PulseStream, StepCount};
+use goldtof::response::MeanResponse;
 use goldtof::scene::{Scene, parse};
+use goldtof::simulate::Tier;
+use goldtof::simulate::repeat::simulate;
 use serde_json::Value;
 
 const HEADER: &str = r#"

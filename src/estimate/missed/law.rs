@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::optics::fast::normal::cumulative;
+use crate::photons::fast::normal::cumulative;
 
 /// Beyond so many standard deviations a tail is taken as a normal one's: nothing.
 const REACH_STD: f64 = 12.0;

@@ -14,8 +14,8 @@ mod wedge;
 
 use super::theory::ExpectedCounts;
 use super::{CountingTier, calibration_offset_ps, true_delay};
+use crate::scan::Step;
 use crate::scene::{EstimatorKind, Scene};
-use crate::sensor::Step;
 
 /// Shares of misses below this are not worked out any further than the sum of the
 /// chances of all wrong steps.

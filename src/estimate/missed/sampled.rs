@@ -14,12 +14,13 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::Target;
 use super::law::CountLaw;
 use super::scan::laws;
-use crate::estimate::model::best_match;
+use crate::estimate::fit::best_match;
 use crate::estimate::phase::{Measurement, estimate_at, first_maximum};
 use crate::estimate::theory::ExpectedCounts;
-use crate::optics::{GroupMoments, cholesky, in_parallel};
+use crate::response::{GroupMoments, cholesky, in_parallel};
+use crate::scan;
+use crate::scan::Step;
 use crate::scene::EstimatorKind;
-use crate::sensor::{self, Step};
 
 /// Counts drawn, about, and the scans that they may make.
 const COUNTS: u64 = 16_000_000;
@@ -127,17 +128,17 @@ fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
         return laws.iter().map(alone).collect();
     }
     let reach_ps = NEAR_CHIPS * target.scene.chip_period_ps;
-    let is_near = |group: sensor::Group| {
+    let is_near = |group: scan::Group| {
         let mut steps = model.steps_of_group(group);
         steps.any(|step| target.step_error_ps(step.index()).abs() < reach_ps)
     };
     // The last group may be smaller: no model for others.
     let far = (0..model.groups() - 1)
-        .map(sensor::Group)
+        .map(scan::Group)
         .find(|&group| !is_near(group));
     let far = far.map(|group| counts.second.of_group(group));
     in_parallel(model.groups() as usize, |group| {
-        let group = sensor::Group(group as u64);
+        let group = scan::Group(group as u64);
         let steps: Vec<Step> = model.steps_of_group(group).collect();
         let exact;
         let moments = match &far {

@@ -3,7 +3,7 @@
 use super::Target;
 use super::law::CountLaw;
 use crate::estimate::theory::ExpectedCounts;
-use crate::sensor::Step;
+use crate::scan::Step;
 
 /// Scans of more steps are worked out by FFT.
 const STEPS_ONE_BY_ONE: usize = 400;
@@ -26,7 +26,7 @@ pub fn laws(counts: &ExpectedCounts, target: &Target) -> Vec<CountLaw> {
     };
     let spad = &target.scene.detectors[target.detector];
     let afterpulses = -(-spad.afterpulsing_probability).ln_1p();
-    let of_step = |(mean, variance): (&crate::optics::MeanCount, f64)| CountLaw {
+    let of_step = |(mean, variance): (&crate::response::MeanCount, f64)| CountLaw {
         mean: mean.signed,
         variance,
         total: mean.total,

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::optics::fast::normal::cumulative;
+use crate::photons::fast::normal::cumulative;
 
 /// A normal number in the plane.
 #[derive(Debug, Clone, Copy, Default)]

@@ -1,8 +1,8 @@
 //! The peak among counts.
 
-use goldtof::hdl::blocks::{CountChoice, CountComparison, CountPiece, PeakDetector};
-use goldtof::hdl::front::Word;
-use goldtof::model::peak::PeakPlan;
+use goldtof::rtl::blocks::{CountChoice, CountComparison, CountPiece, PeakDetector};
+use goldtof::rtl::front::Word;
+use goldtof::sensor::peak::PeakPlan;
 
 use super::{CLOCKS, bit, signed};
 use crate::hdl_support::block_bench::{Case, Ports};

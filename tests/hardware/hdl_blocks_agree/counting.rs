@@ -1,10 +1,10 @@
 //! From samples to counts.
 
-use goldtof::hdl::blocks::{
+use goldtof::rtl::blocks::{
     Accumulator, CountClamp, EdgeDetector, HitCounter, Place, QuadCounter, UpdownCorrelator,
 };
-use goldtof::hdl::front::Word;
-use goldtof::model::contract::{CountSegments, TotalCount};
+use goldtof::rtl::front::Word;
+use goldtof::sensor::contract::{CountSegments, TotalCount};
 
 use super::{CLOCKS, bit, signed, wrapped};
 use crate::hdl_support::block_bench::{Case, Ports};

@@ -21,7 +21,7 @@ use crate::hdl_support::block_bench::run_in_verilator;
 use crate::hdl_support::stimulus::Noise;
 use comparing::*;
 use counting::*;
-use goldtof::model::contract::CountSegments;
+use goldtof::sensor::contract::CountSegments;
 use sequence::*;
 use streaming::*;
 

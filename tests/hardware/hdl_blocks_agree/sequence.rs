@@ -1,8 +1,8 @@
 //! What happens when: codes, scans, and a channel that follows both.
 
-use goldtof::hdl::blocks::{CodeSource, DetectorChannel, ScanController, ScanPlan, StateMatch};
-use goldtof::hdl::front::Word;
-use goldtof::model::contract::Contract;
+use goldtof::rtl::blocks::{CodeSource, DetectorChannel, ScanController, ScanPlan, StateMatch};
+use goldtof::rtl::front::Word;
+use goldtof::sensor::contract::Contract;
 
 use super::{CLOCKS, bit, wrapped};
 use crate::hdl_support::block_bench::{Case, Ports};

@@ -2,9 +2,9 @@
 
 use std::collections::VecDeque;
 
-use goldtof::hdl::blocks::{ResultStream, StreamPlan};
-use goldtof::hdl::front::Word;
-use goldtof::model::contract::TotalCount;
+use goldtof::rtl::blocks::{ResultStream, StreamPlan};
+use goldtof::rtl::front::Word;
+use goldtof::sensor::contract::TotalCount;
 
 use super::{CLOCKS, signed, wrapped};
 use crate::hdl_support::block_bench::{Case, Ports};

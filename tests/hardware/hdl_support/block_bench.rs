@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::fs;
 
-use goldtof::hdl::back::{ModuleText, verilog_of};
+use goldtof::rtl::back::{ModuleText, verilog_of};
 use rust_hdl::core::block::Block;
 use rust_hdl::core::simulate::simulate;
 

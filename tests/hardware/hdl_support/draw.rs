@@ -1,6 +1,6 @@
 //! Scenes drawn at random from the contract.
 
-use goldtof::hdl::{Emission, HdlError, emit};
+use goldtof::deliver::{Emission, HdlError, emit};
 use goldtof::scene::{Scene, Target};
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;

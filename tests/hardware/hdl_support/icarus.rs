@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use goldtof::hdl::Emission;
-use goldtof::model::contract::Contract;
+use goldtof::deliver::Emission;
+use goldtof::sensor::contract::Contract;
 
 use super::naive_sensor::{Inputs, Outputs};
 use super::run;
@@ -17,7 +17,7 @@ pub fn simulate(
     inputs: &[Inputs],
     folder: &Path,
 ) -> Vec<Outputs> {
-    goldtof::hdl::write(emission, folder).expect("the files can be written");
+    goldtof::deliver::write(emission, folder).expect("the files can be written");
     let mut stimulus = String::new();
     for input in inputs {
         let word = input.samples << 2 | u128::from(input.ready) << 1 | u128::from(input.reset);

@@ -12,7 +12,7 @@ use std::process::Command;
 use std::sync::Arc;
 
 use goldtof::code::{Code, Generator, Lfsr};
-use goldtof::hdl::{HdlError, emit};
+use goldtof::deliver::{HdlError, emit};
 use goldtof::scene::{
     CounterTiming, Detector, EstimatorKind, Hardware, OtherLight, Scan, Scene, Source, Target,
 };

@@ -3,8 +3,8 @@
 
 use std::collections::VecDeque;
 
-use goldtof::model::contract::Contract;
-use goldtof::sensor::Step;
+use goldtof::scan::Step;
+use goldtof::sensor::contract::Contract;
 
 /// Inputs at one rising clock edge.
 #[derive(Debug, Clone, Copy)]

@@ -6,11 +6,11 @@ pub mod stepped;
 use std::sync::Arc;
 
 use goldtof::code::{Code, Generator};
-use goldtof::optics::{DetectorModel, Pulse, PulseStream};
+use goldtof::photons::{DetectorModel, Pulse, PulseStream};
+use goldtof::scan::Step;
 use goldtof::scene::{
     CounterTiming, Detector, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, Source, Target,
 };
-use goldtof::sensor::Step;
 
 pub fn code(chips: &[u8]) -> Arc<Code> {
     Arc::new(Code {

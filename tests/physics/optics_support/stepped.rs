@@ -3,9 +3,9 @@
 
 use std::f64::consts::PI;
 
-use goldtof::optics::MeanCount;
+use goldtof::response::MeanCount;
+use goldtof::scan::Step;
 use goldtof::scene::{Detector, Scene};
-use goldtof::sensor::Step;
 
 /// States: this many afterpulses pending at most.
 const STATES: usize = 5;

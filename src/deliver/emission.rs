@@ -1,0 +1,348 @@
+//! A scene's hardware as Verilog files and what goes with them.
+
+use serde::Serialize;
+
+use super::error::HdlError;
+use super::flow::Flow;
+use crate::code::{Generator, Lfsr};
+use crate::plan::{Part, hardware_left_out};
+use crate::printable::printable_ascii;
+use crate::rtl::back::verilog_of;
+use crate::rtl::blocks::SensorTop;
+use crate::scene::Scene;
+use crate::sensor::contract::{Contract, Port};
+use crate::sensor::peak::PeakPlan;
+
+/// Everything that `emit` makes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Emission {
+    /// The scene's name.
+    pub scene: String,
+    /// The command that made it.
+    pub command: String,
+    /// Name of the top module.
+    pub top: &'static str,
+    /// One file for each module, the top module's last.
+    pub files: Vec<EmittedFile>,
+    /// Ports of the top module, in the order of the Verilog.
+    pub ports: Vec<Port>,
+    /// One clock cycle is one chip.
+    pub clock_hz: f64,
+    /// Parts that this scene does without.
+    pub left_out: Vec<LeftOut>,
+    /// From the clock at which a step's last sample word is on `i_samples` to
+    /// the one after which `m_axis_tvalid` shows its count.
+    pub result_latency_clocks: u32,
+    /// What the hardware was built for.
+    pub parameters: Parameters,
+    /// What goes with the design: bench, constraints, file list, core.
+    #[serde(flatten)]
+    pub flow: Flow,
+}
+
+/// A file that `emit` writes. In JSON it is its name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct EmittedFile {
+    /// File name.
+    pub name: String,
+    /// Contents.
+    pub text: String,
+}
+
+impl Serialize for EmittedFile {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.name)
+    }
+}
+
+/// A part that a scene does without.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct LeftOut {
+    /// The part.
+    pub part: String,
+    /// Why it is not needed.
+    pub reason: String,
+}
+
+/// What the hardware was built for.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Parameters {
+    /// Light sources.
+    pub sources: usize,
+    /// Detectors.
+    pub detectors: usize,
+    /// Samples per chip, S.
+    pub samples_per_chip: u32,
+    /// Chips of the reference's code period, L'.
+    pub code_period_chips: u64,
+    /// Phase steps per code period, K.
+    pub steps_per_period: u64,
+    /// First phase step of a scan.
+    pub first_step: u64,
+    /// Phase steps of a scan.
+    pub steps: u64,
+    /// Chips per phase step, D.
+    pub integration_chips: u64,
+    /// Whether a scan waits for the code's epoch.
+    pub realigns: bool,
+    /// Phase steps correlated at once.
+    pub parallel: u32,
+    /// Bits of a count.
+    pub count_bits: u32,
+    /// Bits of a count that nothing can overflow.
+    pub exact_count_bits: u32,
+    /// The total counts in `m_axis_tdata`, if they are sent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub total: Option<TotalParameters>,
+    /// The peak detector's ports, if it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak: Option<PeakParameters>,
+}
+
+/// Where `m_axis_tdata` has a phase step's total count: the hits up and down
+/// together. The signed count lies below it, in whole bytes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct TotalParameters {
+    /// Its lowest bit.
+    pub first_bit: u32,
+    /// Its bits, unsigned; zeros fill the last byte.
+    pub bits: u32,
+    /// Bits of a total that nothing can overflow.
+    pub exact_bits: u32,
+}
+
+/// What the peak detector's ports hold: detector d's value in bits d b .. (d + 1) b
+/// of a port, b bits wide.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct PeakParameters {
+    /// Bits of a detector's phase step in `o_peak_step`, unsigned.
+    pub step_bits: u32,
+    /// Bits of a detector's count in `o_peak_count`, signed.
+    pub count_bits: u32,
+    /// From the clock at which a scan's last sample word is on `i_samples` to
+    /// the one after which `o_peak_valid` is high.
+    pub latency_clocks: u32,
+}
+
+/// Longest integration, as in a scene file.
+const MOST_DWELL_CHIPS: u64 = 1 << 60;
+
+/// Makes the Verilog that `scene` needs. `command` is what the user typed; it
+/// stands in every file, in characters that are no more than a comment there.
+pub fn emit(scene: &Scene, command: &str) -> Result<Emission, HdlError> {
+    let contract = Contract::of(scene);
+    check_limits(scene, &contract)?;
+    let command = printable_ascii(command);
+    let made_by = format!("{command} (goldtof {})", env!("CARGO_PKG_VERSION"));
+    let files: Vec<EmittedFile> = verilog_of(&SensorTop::new(&contract), &made_by)?
+        .into_iter()
+        .map(|module| EmittedFile {
+            name: format!("{}.v", module.name),
+            text: module.text,
+        })
+        .collect();
+    let flow = Flow::of(scene, &contract, &files, &made_by)?;
+    Ok(Emission {
+        scene: scene.name.clone(),
+        command: command.into_owned(),
+        top: "sensor_top",
+        files,
+        ports: contract.ports(),
+        clock_hz: 1e12 / scene.chip_period_ps,
+        left_out: left_out(scene),
+        result_latency_clocks: contract.result_latency_clocks,
+        parameters: parameters(&contract),
+        flow,
+    })
+}
+
+fn parameters(contract: &Contract) -> Parameters {
+    Parameters {
+        sources: contract.source_codes.len(),
+        detectors: contract.reference_codes.len(),
+        samples_per_chip: contract.lanes,
+        code_period_chips: contract.reference_codes[0].len(),
+        steps_per_period: contract.scan.steps_per_period,
+        first_step: contract.scan.first_step,
+        steps: contract.scan.steps,
+        integration_chips: contract.scan.integration_chips,
+        realigns: contract.realigns(),
+        parallel: contract.parallel,
+        count_bits: contract.count_bits,
+        exact_count_bits: contract.exact_count_bits,
+        total: contract.total.map(|total| TotalParameters {
+            first_bit: total.first_bit,
+            bits: total.bits,
+            exact_bits: total.exact_bits,
+        }),
+        peak: contract.peak.map(|peak| PeakParameters {
+            step_bits: peak.step_bits,
+            count_bits: peak.count_bits,
+            latency_clocks: peak.latency_clocks,
+        }),
+    }
+}
+
+fn check_limits(scene: &Scene, contract: &Contract) -> Result<(), HdlError> {
+    let periods = contract.reference_codes.iter().map(|code| code.len());
+    if periods
+        .clone()
+        .any(|period| period != contract.reference_codes[0].len())
+    {
+        return Err(HdlError::CodeLengths {
+            found: periods.collect(),
+        });
+    }
+    within("parallel", contract.parallel, "1 to 64", |parallel| {
+        (1..=64).contains(&parallel)
+    })?;
+    if contract.scan.integration_chips > MOST_DWELL_CHIPS {
+        return Err(HdlError::Limit {
+            what: "the integration time in chips".into(),
+            found: contract.scan.integration_chips,
+            limit: "at most 2^60".into(),
+        });
+    }
+    let most_held = u64::from(contract.parallel.div_ceil(contract.lanes));
+    if contract.scan.integration_chips < most_held {
+        return Err(HdlError::ShortStep {
+            chips: contract.scan.integration_chips,
+            parallel: contract.parallel,
+            lanes: contract.lanes,
+            needed: most_held,
+        });
+    }
+    if let Some(peak) = &contract.peak {
+        check_peak(contract, peak)?;
+    }
+    within(
+        "samples per chip",
+        contract.lanes,
+        "1, 2, 4, 8 or 16",
+        |s| s.is_power_of_two() && s <= 16,
+    )?;
+    within(
+        "the width of a count that cannot overflow",
+        contract.exact_count_bits,
+        "at most 64 bits; integrate over fewer chips",
+        |bits| bits <= 64,
+    )?;
+    within(
+        "counter_width",
+        contract.count_bits,
+        "2 to 64 bits",
+        |bits| bits >= 2,
+    )?;
+    for source in &scene.sources {
+        check_code(&source.name, &source.code)?;
+    }
+    Ok(())
+}
+
+/// The peak detector compares a group's counts one after another.
+fn check_peak(contract: &Contract, peak: &PeakPlan) -> Result<(), HdlError> {
+    let needed = peak.least_chips;
+    let chips = contract.scan.integration_chips;
+    if chips >= needed {
+        return Ok(());
+    }
+    Err(HdlError::Limit {
+        what: "the integration time in chips".into(),
+        found: chips,
+        limit: format!(
+            "at least {needed} with a peak detector and parallel = {}, because the counts of a \
+             group are compared one after another; integrate longer, or leave the peak to the host",
+            contract.parallel
+        )
+        .into(),
+    })
+}
+
+fn check_code(source_name: &str, code: &crate::code::Code) -> Result<(), HdlError> {
+    let of_source = |what: &str| format!("{what} of source `{source_name}`");
+    within(
+        of_source("the interleaving depth"),
+        code.interleave,
+        "0 to 4",
+        |nu| nu <= 4,
+    )?;
+    let problem = |problem: String| HdlError::Code {
+        source_name: source_name.to_owned(),
+        problem,
+    };
+    let base_period = match &code.generator {
+        Generator::MSequence(lfsr) => check_lfsr(source_name, lfsr)?,
+        Generator::Gold { u, v } => {
+            let period = check_lfsr(source_name, u)?;
+            if check_lfsr(source_name, v)? != period {
+                return Err(problem("the LFSRs of a Gold code differ in degree".into()));
+            }
+            period
+        }
+        Generator::Square => 2,
+        Generator::Chips(chips) => {
+            within(
+                of_source("the number of chips"),
+                chips.len() as u32,
+                "1 to 4096 given chips",
+                |chips| (1..=4096).contains(&chips),
+            )?;
+            chips.len() as u64
+        }
+    };
+    if code.len() != base_period << code.interleave {
+        return Err(problem(format!(
+            "its table has {} chips, its generator {}",
+            code.len(),
+            base_period << code.interleave
+        )));
+    }
+    Ok(())
+}
+
+/// The period of an LFSR that the generator can hold.
+fn check_lfsr(source_name: &str, lfsr: &Lfsr) -> Result<u64, HdlError> {
+    within(
+        format!("the degree of source `{source_name}`"),
+        lfsr.degree,
+        "3 to 16",
+        |degree| (3..=16).contains(&degree),
+    )?;
+    let problem = |problem: &str| {
+        Err(HdlError::Code {
+            source_name: source_name.to_owned(),
+            problem: problem.to_owned(),
+        })
+    };
+    if lfsr.seed.len() != lfsr.degree as usize || !lfsr.seed.contains(&1) {
+        return problem("a seed needs as many chips as the degree, and one that is 1");
+    }
+    if lfsr.exponents.iter().any(|&e| e > lfsr.degree) || !lfsr.exponents.contains(&lfsr.degree) {
+        return problem("a polynomial's highest exponent has to be its degree");
+    }
+    Ok((1 << lfsr.degree) - 1)
+}
+
+fn within(
+    what: impl Into<String>,
+    found: u32,
+    limit: &'static str,
+    holds: impl Fn(u32) -> bool,
+) -> Result<(), HdlError> {
+    if holds(found) {
+        return Ok(());
+    }
+    Err(HdlError::Limit {
+        what: what.into(),
+        found: u64::from(found),
+        limit: limit.into(),
+    })
+}
+
+/// As the plan names them.
+fn left_out(scene: &Scene) -> Vec<LeftOut> {
+    let parts = hardware_left_out(scene).into_iter();
+    parts
+        .map(|Part { part, reason, .. }| LeftOut { part, reason })
+        .collect()
+}

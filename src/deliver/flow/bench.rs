@@ -1,0 +1,366 @@
+//! The self-checking bench: Verilog that needs neither Rust nor goldtof.
+
+use std::fmt::Write as _;
+
+use super::Bench;
+use super::core::{BENCH_FILE_LIST, bench_file_list};
+use super::run_length::Words;
+use super::stimulus::{Group, Recording, record};
+use crate::deliver::emission::EmittedFile;
+use crate::reference::predictor::ReferenceError;
+use crate::sensor::contract::{Contract, Port};
+
+/// The bench's module.
+pub const TOP: &str = "sensor_top_tb";
+/// The module that unpacks a vector file.
+const READER: &str = "sensor_top_tb_vectors";
+
+/// Name of the vectors that drive the sensor; all others are expected values.
+const INPUTS: &str = "inputs";
+
+/// A group of ports with its vector file.
+struct VectorFile<'a> {
+    name: &'static str,
+    group: &'a Group,
+    words: Words,
+}
+
+impl VectorFile<'_> {
+    fn file_name(&self) -> String {
+        format!("{TOP}_{}.hex", self.name)
+    }
+
+    /// Nets of the ports, from bit 0 up.
+    fn nets(&self) -> impl DoubleEndedIterator<Item = String> {
+        let expected = self.name != INPUTS;
+        self.group.ports.iter().map(move |port| {
+            if expected {
+                format!("expected_{}", port.name)
+            } else {
+                port.name.clone()
+            }
+        })
+    }
+}
+
+/// Records vectors and writes the bench round them.
+///
+/// # Errors
+/// When the reference model cannot predict the ports.
+pub(super) fn bench(
+    contract: &Contract,
+    design_files: &[EmittedFile],
+    made_by: &str,
+) -> Result<Bench, ReferenceError> {
+    let recording = record(contract)?;
+    let vectors = [
+        (INPUTS, &recording.inputs),
+        ("chips", &recording.chips),
+        ("results", &recording.results),
+    ]
+    .map(|(name, group)| VectorFile {
+        name,
+        group,
+        words: group.runs.encode(group.bits()),
+    });
+    let file = |name: String, text| EmittedFile { name, text };
+    let files = vec![
+        file(format!("{READER}.v"), reader(made_by)),
+        file(format!("{TOP}.v"), top(&recording, &vectors, made_by)),
+    ];
+    Ok(Bench {
+        top: TOP,
+        file_list: bench_file_list(design_files, &files, made_by),
+        files,
+        clocks: recording.clocks,
+        phase_steps: recording.phase_steps,
+        scans: recording.scans,
+        hits_up: recording.hits_up,
+        hits_down: recording.hits_down,
+        vectors: vectors
+            .into_iter()
+            .map(|v| file(v.file_name(), v.words.text))
+            .collect(),
+    })
+}
+
+/// `[7:0] name` or, for one bit, `name`, with names in one column.
+fn declared(kind: &str, width: u32, name: &str) -> String {
+    let range = if width == 1 {
+        String::new()
+    } else {
+        format!("[{}:0]", width - 1)
+    };
+    format!("    {kind} {range:<7} {name};\n")
+}
+
+fn top(recording: &Recording, vectors: &[VectorFile], made_by: &str) -> String {
+    let mut text = header(recording, made_by);
+    let inputs = &recording.inputs.ports;
+    let outputs = || recording.chips.ports.iter().chain(&recording.results.ports);
+    let _ = write!(
+        text,
+        "`default_nettype none\n\nmodule {TOP};\n\n    localparam CLOCKS = {};\n\n",
+        recording.clocks
+    );
+    text += "    // Inputs of the sensor, and its outputs\n    reg          i_clk;\n";
+    for port in inputs {
+        text += &declared("wire", port.width, &port.name);
+    }
+    for port in outputs() {
+        text += &declared("wire", port.width, &port.name);
+    }
+    text += "\n    // What the reference model gives\n";
+    for port in outputs() {
+        text += &declared("wire", port.width, &format!("expected_{}", port.name));
+    }
+    for vector in vectors {
+        let name = format!("{}_value", vector.name);
+        text += &declared("wire", vector.group.bits(), &name);
+    }
+    text += "\n    integer      clock;\n    reg          failed;\n";
+    text += "\n    // What has been exercised\n";
+    for name in ["results", "counts", "scan_ends", "stalls", "resets"] {
+        text += &format!("    integer      {name};\n");
+    }
+    text += "    reg          in_reset;\n";
+    text += &instance(inputs.iter().chain(outputs()));
+    for vector in vectors {
+        text += &reader_instance(vector);
+    }
+    text += &check(vectors, outputs());
+    text
+}
+
+fn header(recording: &Recording, made_by: &str) -> String {
+    let results = match (recording.scans, recording.phase_steps) {
+        (0, 0) => "a phase step takes longer than that: no result is reached,\n\
+                   //          which ends it with INCONCLUSIVE in place of PASS"
+            .to_owned(),
+        (0, steps) => format!("{steps} phase steps end in them, no scan does"),
+        (scans, steps) => format!("{steps} phase steps and {scans} scans end in them"),
+    };
+    format!(
+        "\
+// {TOP}: self-checking bench of sensor_top
+//
+// Drives recorded inputs and compares every output port, after every rising edge of i_clk, with
+// what goldtof's reference model gives. The model takes chips from the code's table and hits from
+// the list of pulses: no part of the design has a share in the expected values.
+//
+// Inputs   hostile: the most and the fewest hits, edges at word borders, a receiver that stalls,
+//          {resets} resets
+// Length   {clocks} clocks; {results}
+// Counts   {hits_up} hits up and {hits_down} hits down in the results that come to the stream
+// Ends     with PASS, what was exercised, and exit status 0; or at the first clock at which a port
+//          differs with that clock, the port, the expected value and the one seen, and a non-zero
+//          exit status; or with INCONCLUSIVE and a non-zero exit status, if no result was taken
+//          that counts anything: a sensor that does nothing would pass then
+// Language Verilog-2005, and the system task $fatal of IEEE 1800, which gives the exit status
+// Made by  {made_by}
+//
+// Run it in this folder with
+//   $ iverilog -g2005 -s {TOP} -o {TOP}.vvp -f {BENCH_FILE_LIST}
+//   $ vvp {TOP}.vvp
+// or
+//   $ verilator --binary --top-module {TOP} -f {BENCH_FILE_LIST}
+//   $ obj_dir/V{TOP}
+// With +vcd it writes waves to {TOP}.vcd (Verilator: build with --trace). Time has no unit here:
+// a clock takes two ticks.
+
+",
+        resets = recording.resets,
+        clocks = recording.clocks,
+        hits_up = recording.hits_up,
+        hits_down = recording.hits_down,
+    )
+}
+
+fn instance<'a>(ports: impl Iterator<Item = &'a Port>) -> String {
+    let names: Vec<&str> = std::iter::once("i_clk")
+        .chain(ports.map(|port| port.name.as_str()))
+        .collect();
+    let connections: Vec<String> = names
+        .iter()
+        .map(|name| format!("        .{name:<13} ({name})"))
+        .collect();
+    format!(
+        "\n    sensor_top dut (\n{}\n    );\n",
+        connections.join(",\n")
+    )
+}
+
+fn reader_instance(vector: &VectorFile) -> String {
+    let name = vector.name;
+    let parts: Vec<String> = vector.nets().rev().collect();
+    let file_name = vector.file_name();
+    format!(
+        "
+    {READER} #(
+        .FILE      (\"{file_name}\"),
+        .WORDS     ({words}),
+        .W_REPEATS ({repeat_bits}),
+        .W_VALUE   ({value_bits})
+    ) {name}_file (
+        .i_clk     (i_clk),
+        .o_value   ({name}_value)
+    );
+    assign {{
+        {parts}
+    }} = {name}_value;
+",
+        words = vector.words.count,
+        repeat_bits = vector.words.repeat_bits,
+        value_bits = vector.group.bits(),
+        parts = parts.join(",\n        "),
+    )
+}
+
+/// What the bench does after it has compared a clock, and after the last one.
+const ENDING: &str = "            if (failed) $fatal;
+            // What stands here is taken with the next rising edge.
+            if (m_axis_tvalid && !i_rst) begin
+                if (m_axis_tready) begin
+                    results = results + 1;
+                    if (|m_axis_tdata) counts = counts + 1;
+                    if (m_axis_tlast) scan_ends = scan_ends + 1;
+                end else begin
+                    stalls = stalls + 1;
+                end
+            end
+            if (i_rst && !in_reset) resets = resets + 1;
+            in_reset = i_rst;
+            i_clk    = 1'b0;
+        end
+        if (counts == 0) begin
+            $display(\"INCONCLUSIVE: every output port as expected, but of %0d results that were taken\",
+                     results);
+            $display(\"              none holds a count: nothing shows that the sensor counts\");
+            $fatal;
+        end
+        $display(\"PASS: every output port as expected at each of %0d clocks\", CLOCKS);
+        $display(\"exercised: %0d results, %0d of them not zero, %0d scan ends, %0d clocks stalled,\",
+                 results, counts, scan_ends, stalls);
+        $display(\"           %0d resets\", resets);
+        $finish;
+    end
+
+endmodule
+
+`default_nettype wire
+";
+
+fn check<'a>(vectors: &[VectorFile], outputs: impl Iterator<Item = &'a Port>) -> String {
+    let mut text = String::from(
+        "
+    // Inputs, outputs and expected values all change with the rising edge.
+    initial begin
+        if ($test$plusargs(\"vcd\")) begin
+",
+    );
+    let _ = write!(
+        text,
+        "            $dumpfile(\"{TOP}.vcd\");
+            $dumpvars(0, {TOP});
+        end
+        failed    = 1'b0;
+        i_clk     = 1'b0;
+        results   = 0;
+        counts    = 0;
+        scan_ends = 0;
+        stalls    = 0;
+        resets    = 0;
+        in_reset  = 1'b0;
+        for (clock = 0; clock < CLOCKS; clock = clock + 1) begin
+            #1 i_clk = 1'b1;
+            #1;
+"
+    );
+    for vector in vectors {
+        // A simulator with two states reads a missing file as zeros.
+        let no_reset = if vector.name == INPUTS {
+            " || (clock == 0 && !i_rst)"
+        } else {
+            ""
+        };
+        let _ = write!(
+            text,
+            "            if (^{name}_value === 1'bx{no_reset}) begin
+                $display(\"FAIL clock %0d: {file} is missing or short\", clock);
+                failed = 1'b1;
+            end
+",
+            name = vector.name,
+            file = vector.file_name(),
+        );
+    }
+    for port in outputs {
+        let _ = write!(
+            text,
+            "            if ({name} !== expected_{name}) begin
+                $display(\"FAIL clock %0d: {name} expected %h got %h\", clock,
+                         expected_{name}, {name});
+                failed = 1'b1;
+            end
+",
+            name = port.name,
+        );
+    }
+    text += ENDING;
+    text
+}
+
+fn reader(made_by: &str) -> String {
+    format!(
+        "\
+// {READER}: values of a vector file, clock by clock
+//
+// A word of the file is {{value, repeats}}: value holds for repeats + 1 clocks. It changes with the
+// rising edge of i_clk.
+//
+// Made by  {made_by}
+
+`default_nettype none
+
+module {READER} #(
+    parameter FILE      = \"\", // file for $readmemh
+    parameter WORDS     = 1,  // words in it
+    parameter W_REPEATS = 4,  // bits of repeats
+    parameter W_VALUE   = 4   // bits of value
+) (
+    input  wire               i_clk,
+    output wire [W_VALUE-1:0] o_value
+);
+
+    reg  [W_VALUE+W_REPEATS-1:0] words [0:WORDS-1];
+    reg  [W_VALUE+W_REPEATS-1:0] word_r;
+    reg  [W_REPEATS-1:0]         repeated_r;
+    wire [W_REPEATS-1:0]         repeats;
+    integer                      next;
+
+    assign {{o_value, repeats}} = word_r;
+
+    initial begin
+        $readmemh(FILE, words);
+        word_r     = words[0];
+        repeated_r = {{W_REPEATS{{1'b0}}}};
+        next       = 1;
+    end
+
+    // After the last word it stays: the bench ends there.
+    always @(posedge i_clk) begin
+        if (repeated_r != repeats) begin
+            repeated_r <= repeated_r + 1'b1;
+        end else if (next < WORDS) begin
+            word_r     <= words[next];
+            repeated_r <= {{W_REPEATS{{1'b0}}}};
+            next       <= next + 1;
+        end
+    end
+
+endmodule
+
+`default_nettype wire
+"
+    )
+}

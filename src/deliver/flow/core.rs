@@ -1,0 +1,176 @@
+//! File list and FuseSoC core description.
+
+use super::{Bench, Constraints};
+use crate::deliver::emission::EmittedFile;
+use crate::scene::Scene;
+
+/// Name of the file list.
+pub(super) const FILE_LIST: &str = "sensor_top.f";
+/// Name of the file list with the bench.
+pub(super) const BENCH_FILE_LIST: &str = "sensor_top_tb.f";
+/// Name of the core description.
+const CORE: &str = "sensor_top.core";
+
+/// The design's files, one a line.
+pub(super) fn file_list(files: &[EmittedFile], made_by: &str) -> EmittedFile {
+    EmittedFile {
+        name: FILE_LIST.to_owned(),
+        text: listed("sensor_top", files.iter(), made_by),
+    }
+}
+
+/// The design's files and the bench's, one a line.
+pub(super) fn bench_file_list(
+    files: &[EmittedFile],
+    bench_files: &[EmittedFile],
+    made_by: &str,
+) -> EmittedFile {
+    EmittedFile {
+        name: BENCH_FILE_LIST.to_owned(),
+        text: listed("sensor_top_tb", files.iter().chain(bench_files), made_by),
+    }
+}
+
+fn listed<'a>(top: &str, files: impl Iterator<Item = &'a EmittedFile>, made_by: &str) -> String {
+    let names: String = files.map(|file| format!("{}\n", file.name)).collect();
+    format!(
+        "// Verilog of {top}, the top module last; paths are relative to this folder\n// \
+         Made by  {made_by}\n{names}"
+    )
+}
+
+/// FuseSoC core with lint, simulation and synthesis targets.
+pub(super) fn core(
+    scene: &Scene,
+    files: &[EmittedFile],
+    header: &EmittedFile,
+    bench: &Bench,
+    constraints: &Constraints,
+    made_by: &str,
+) -> EmittedFile {
+    let listed = |files: &[EmittedFile]| -> String {
+        files
+            .iter()
+            .map(|file| format!("      - {}\n", file.name))
+            .collect()
+    };
+    let Constraints { sdc, lpf, xdc } = constraints;
+    let vlnv_name = vlnv_name(&scene.name);
+    let text = format!(
+        "\
+CAPI=2:
+# FuseSoC core of sensor_top. In this folder, or with it as a library:
+#   fusesoc --cores-root . run --target=TARGET goldtof:sensor:{vlnv_name}
+# where TARGET is lint (Verilator), sim (Icarus), sim_verilator, or synth (ECP5: Yosys,
+# nextpnr-ecp5, ecppack).
+# Made by  {made_by}
+name: goldtof:sensor:{vlnv_name}:{version}
+description: DS-CDMA indirect time-of-flight sensor
+
+filesets:
+  rtl:
+    file_type: verilogSource-2005
+    files:
+{rtl}      - {header}: {{is_include_file: true}}
+
+  bench:
+    file_type: verilogSource-2005
+    files:
+{bench_files}
+  vectors:
+    file_type: user
+    files:
+{vectors}
+  clock_sdc:
+    files:
+      - {sdc}: {{file_type: SDC}}
+
+  clock_xdc:
+    files:
+      - {xdc}: {{file_type: xdc}}
+
+  clock_lpf:
+    files:
+      - {lpf}: {{file_type: LPF}}
+
+targets:
+  default: &default
+    filesets: [rtl, \"tool_vivado? (clock_xdc)\", \"tool_quartus? (clock_sdc)\"]
+    toplevel: sensor_top
+
+  lint:
+    <<: *default
+    description: Verilator's warnings, all of them
+    flow: lint
+    flow_options:
+      tool: verilator
+      verilator_options: [-Wall]
+
+  sim: &sim
+    description: Self-checking bench in Icarus Verilog
+    filesets: [rtl, bench, vectors]
+    toplevel: {bench_top}
+    flow: sim
+    flow_options:
+      tool: icarus
+      iverilog_options: [-g2005]
+
+  sim_verilator:
+    <<: *sim
+    description: Self-checking bench in Verilator
+    flow_options:
+      tool: verilator
+      mode: binary
+
+  synth:
+    <<: *default
+    description: Bitstream for an ECP5-25k of speed 6; add pins before it meets a board
+    filesets: [rtl, clock_lpf]
+    flow: trellis
+    flow_options:
+      yosys_synth_options: [-abc9]
+      nextpnr_options: [--25k, --package, CABGA381, --speed, 6, --lpf-allow-unconstrained]
+",
+        version = env!("CARGO_PKG_VERSION"),
+        rtl = listed(files),
+        header = header.name,
+        bench_files = listed(&bench.files),
+        vectors = bench
+            .vectors
+            .iter()
+            .map(|file| format!("      - {0}: {{copyto: {0}}}\n", file.name))
+            .collect::<String>(),
+        sdc = sdc.name,
+        xdc = xdc.name,
+        lpf = lpf.name,
+        bench_top = bench.top,
+    );
+    EmittedFile {
+        name: CORE.to_owned(),
+        text,
+    }
+}
+
+/// The scene's name with nothing that a core's name cannot have.
+fn vlnv_name(scene_name: &str) -> String {
+    scene_name
+        .chars()
+        .map(|c| {
+            if c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.') {
+                c
+            } else {
+                '_'
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_core_name_has_no_colon_or_space() {
+        assert_eq!(vlnv_name("two views: left"), "two_views__left");
+    }
+}

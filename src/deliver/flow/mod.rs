@@ -1,0 +1,106 @@
+//! What goes with the Verilog into an FPGA team's flow: a self-checking bench
+//! with its vectors, clock constraints, a file list and a FuseSoC core.
+
+mod bench;
+mod constraints;
+mod core;
+mod header;
+mod run_length;
+mod stimulus;
+
+use serde::Serialize;
+
+use super::emission::EmittedFile;
+use super::error::HdlError;
+use crate::scene::Scene;
+use crate::sensor::contract::Contract;
+
+/// Files round the design, by role. In JSON a file is its name.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Flow {
+    /// The bench that compares every output port at every clock.
+    pub bench: Bench,
+    /// The clock, in the languages of the tools.
+    pub constraints: Constraints,
+    /// The widths of the ports as macros, for Verilog round the design.
+    pub header: EmittedFile,
+    /// The design's files, for `-f` of simulators and linters.
+    pub file_list: EmittedFile,
+    /// FuseSoC core description (CAPI2).
+    pub core: EmittedFile,
+}
+
+/// The bench and how much it covers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Bench {
+    /// Its top module.
+    pub top: &'static str,
+    /// Its Verilog.
+    pub files: Vec<EmittedFile>,
+    /// The design's files and the bench's, for `-f`.
+    pub file_list: EmittedFile,
+    /// What its Verilog reads at run time, from the folder it runs in.
+    pub vectors: Vec<EmittedFile>,
+    /// Clocks that it runs and compares.
+    pub clocks: u64,
+    /// Phase steps whose integration ends within these clocks.
+    pub phase_steps: u64,
+    /// Scans whose last phase step ends within these clocks.
+    pub scans: u64,
+    /// Hits that count up in the results that come to the stream, each once for
+    /// every phase step that sees it.
+    pub hits_up: u64,
+    /// Hits that count down.
+    pub hits_down: u64,
+}
+
+/// Clock constraints.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Constraints {
+    /// Synopsys Design Constraints.
+    pub sdc: EmittedFile,
+    /// Lattice preference file, as nextpnr-ecp5 reads it.
+    pub lpf: EmittedFile,
+    /// Xilinx Design Constraints.
+    pub xdc: EmittedFile,
+}
+
+impl Flow {
+    /// All that goes with the design `files` of a scene.
+    ///
+    /// `made_by` stands in every file's header.
+    ///
+    /// # Errors
+    /// When the reference model cannot predict the ports of this contract.
+    pub(super) fn of(
+        scene: &Scene,
+        contract: &Contract,
+        files: &[EmittedFile],
+        made_by: &str,
+    ) -> Result<Flow, HdlError> {
+        let bench = bench::bench(contract, files, made_by)?;
+        let constraints = constraints::constraints(scene.chip_period_ps, made_by);
+        let header = header::header(contract, made_by);
+        let file_list = core::file_list(files, made_by);
+        let core = core::core(scene, files, &header, &bench, &constraints, made_by);
+        Ok(Flow {
+            bench,
+            constraints,
+            header,
+            file_list,
+            core,
+        })
+    }
+
+    /// Every file, in no order that matters.
+    pub fn files(&self) -> impl Iterator<Item = &EmittedFile> {
+        let constraints = &self.constraints;
+        self.bench
+            .files
+            .iter()
+            .chain(&self.bench.vectors)
+            .chain([&constraints.sdc, &constraints.lpf, &constraints.xdc])
+            .chain([&self.header, &self.file_list])
+            .chain([&self.bench.file_list, &self.core])
+    }
+}

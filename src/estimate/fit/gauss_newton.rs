@@ -1,0 +1,143 @@
+//! Weighted least squares, step by step to the minimum.
+
+use std::sync::Arc;
+
+use super::known_moments::KnownMoments;
+use super::least_squares::{Normal, Weights};
+use super::problem::{Parameters, Problem};
+use super::{FitError, FittedPath, ModelEstimate};
+use crate::estimate::distance_m;
+use crate::response::MeanCount;
+
+/// Most Gauss-Newton steps: half a dozen are enough, save where noise is so large
+/// that the peak's curvature shows within it.
+pub const MOST_ITERATIONS: usize = 50;
+
+/// A fit has converged when no unknown moves by more than this share of its
+/// standard deviation.
+const CONVERGED_SIGMAS: f64 = 0.02;
+
+/// A finished fit.
+pub struct Fitted {
+    pub parameters: Parameters,
+    normal: Normal,
+    chi_square: f64,
+    iterations: usize,
+}
+
+impl Fitted {
+    /// Gauss-Newton, with shorter steps where a full one makes matters worse:
+    /// first with the weights of a Poisson process, then, within a standard
+    /// deviation of the end, with those of this detector.
+    pub fn new(
+        problem: &Problem,
+        known: &KnownMoments,
+        start: Parameters,
+        counts: &[MeanCount],
+    ) -> Result<Fitted, FitError> {
+        let undetermined = || FitError::Undetermined {
+            steps: problem.steps.len(),
+            unknowns: start.len(),
+        };
+        if 2 * problem.steps.len() <= start.len() {
+            return Err(undetermined());
+        }
+        let measured: Vec<MeanCount> = problem.steps.iter().map(|&s| counts[s.index()]).collect();
+        let mut parameters = start.clone();
+        let mut response = problem.response(&parameters)?;
+        let mut expected = problem.means_of(&response);
+        let mut weights = Weights::of_poisson(&expected);
+        let mut chi_square = weights.chi_square(&measured, &expected);
+        let mut reweighted = false;
+        let mut jacobian = problem.jacobian(&parameters, &response, &expected)?;
+        let mut linearised = parameters.clone();
+        for iteration in 1..=MOST_ITERATIONS {
+            let normal = weights
+                .normal(&jacobian, &measured, &expected)
+                .ok_or_else(undetermined)?;
+            let mut full = normal.solution();
+            if full
+                .last()
+                .is_some_and(|step| parameters.constant + step < 0.0)
+            {
+                // There is no less than no constant light.
+                full = normal.solution_with_last(-parameters.constant);
+            }
+            let before = parameters.clone();
+            let mut share = 1.0;
+            loop {
+                let tried = parameters.moved(&full, share);
+                // A step of few counts may lead to light that has no response.
+                if let Ok(tried_response) = problem.response(&tried) {
+                    let means = problem.means_of(&tried_response);
+                    let found = weights.chi_square(&measured, &means);
+                    if found <= chi_square * (1.0 + 1e-9) + 1e-6 {
+                        (parameters, response, expected) = (tried, tried_response, means);
+                        chi_square = found;
+                        break;
+                    }
+                }
+                share *= 0.4;
+                if share < 0.01 {
+                    break;
+                }
+            }
+            if parameters == before && parameters != linearised {
+                // No way leads down, perhaps for derivatives from elsewhere.
+                jacobian = problem.jacobian(&parameters, &response, &expected)?;
+                linearised = parameters.clone();
+                continue;
+            }
+            // Where no way leads down even so is the minimum, as far as derivatives
+            // from finite steps can tell.
+            let moved = normal.largest_step_sigmas(&parameters.minus(&before));
+            if !reweighted && moved < 1.0 {
+                reweighted = true;
+                weights = known.weights(problem, &parameters, &expected)?;
+                chi_square = weights.chi_square(&measured, &expected);
+            } else if moved < CONVERGED_SIGMAS {
+                return Ok(Fitted {
+                    parameters,
+                    normal,
+                    chi_square,
+                    iterations: iteration,
+                });
+            }
+            if parameters.differ_from(&linearised) {
+                jacobian = problem.jacobian(&parameters, &response, &expected)?;
+                linearised = parameters.clone();
+            }
+        }
+        Err(FitError::NotConverged)
+    }
+
+    pub fn estimate(&self, problem: &Problem) -> ModelEstimate {
+        let chip_ps = problem.chip_period_ps();
+        let std = self.normal.standard_deviations();
+        let paths: Vec<FittedPath> = self
+            .parameters
+            .paths
+            .iter()
+            .zip(&problem.codes)
+            .enumerate()
+            .map(|(index, (path, code))| FittedPath {
+                code: Arc::clone(code),
+                delay_ps: path.delay_chips.rem_euclid(code.len() as f64) * chip_ps,
+                delay_std_ps: std[2 * index] * chip_ps,
+                rate_hz: path.ln_rate.exp() / (chip_ps * 1e-12),
+                rate_relative_std: std[2 * index + 1],
+            })
+            .collect();
+        ModelEstimate {
+            delay_ps: paths[0].delay_ps,
+            distance_m: distance_m(paths[0].delay_ps),
+            std_m: distance_m(paths[0].delay_std_ps),
+            constant_rate_hz: self.parameters.constant / (chip_ps * 1e-12),
+            chi_square: self.chi_square,
+            degrees_of_freedom: 2 * problem.steps.len() - self.parameters.len(),
+            steps: problem.steps.len(),
+            iterations: self.iterations,
+            paths,
+        }
+    }
+}

@@ -1,0 +1,294 @@
+//! Weighted least squares with a 2 x 2 covariance per step.
+
+use super::problem::Column;
+use crate::response::{CountMoments, MeanCount};
+
+/// Factors W of each step's inverse covariance, W^T W = C^-1.
+#[derive(Debug, Clone)]
+pub struct Weights {
+    /// Whitened: a r, b r + c N.
+    factors: Vec<[f64; 3]>,
+}
+
+/// Normal equations, ready to solve.
+#[derive(Debug, Clone)]
+pub struct Normal {
+    /// Scale of every unknown: one over the root of its information.
+    scales: Vec<f64>,
+    /// Inverse of the scaled information matrix.
+    inverse: Vec<Vec<f64>>,
+    /// Scaled gradient.
+    gradient: Vec<f64>,
+}
+
+impl Weights {
+    pub fn of(moments: &[CountMoments]) -> Weights {
+        let factors = moments.iter().map(|m| {
+            // Cholesky of C = [[v, c], [c, n]], then the inverse of its factor.
+            // A count that is never anything but its mean weighs as if it had the
+            // variance of rounding.
+            let rounding = 1.0 / 12.0;
+            let signed = m.signed_variance.max(rounding).sqrt();
+            let shared = m.covariance / signed;
+            let rest = (m.total_variance - shared * shared)
+                .max(rounding * 1e-3)
+                .sqrt();
+            [1.0 / signed, -shared / (signed * rest), 1.0 / rest]
+        });
+        Weights {
+            factors: factors.collect(),
+        }
+    }
+
+    /// As if detections had no memory: both variances are the mean of N, the
+    /// covariance is the mean of r.
+    pub fn of_poisson(means: &[MeanCount]) -> Weights {
+        let moments: Vec<CountMoments> = means
+            .iter()
+            .map(|mean| CountMoments {
+                signed_mean: mean.signed,
+                total_mean: mean.total,
+                signed_variance: mean.total,
+                total_variance: mean.total,
+                covariance: mean.signed,
+            })
+            .collect();
+        Weights::of(&moments)
+    }
+
+    /// Sum of squared whitened residuals.
+    pub fn chi_square(&self, measured: &[MeanCount], expected: &[MeanCount]) -> f64 {
+        self.residuals(measured, expected)
+            .flatten()
+            .map(|r| r * r)
+            .sum()
+    }
+
+    fn residuals<'a>(
+        &'a self,
+        measured: &'a [MeanCount],
+        expected: &'a [MeanCount],
+    ) -> impl Iterator<Item = [f64; 2]> + 'a {
+        measured
+            .iter()
+            .zip(expected)
+            .zip(&self.factors)
+            .map(|((m, e), factor)| {
+                whiten(
+                    factor,
+                    &MeanCount {
+                        signed: m.signed - e.signed,
+                        total: m.total - e.total,
+                    },
+                )
+            })
+    }
+
+    /// The normal equations; `None` if they are singular, or say nothing finite.
+    pub fn normal(
+        &self,
+        jacobian: &[Column],
+        measured: &[MeanCount],
+        expected: &[MeanCount],
+    ) -> Option<Normal> {
+        let columns: Vec<Vec<f64>> = jacobian
+            .iter()
+            .map(|column| self.whitened(column))
+            .collect();
+        let residuals: Vec<f64> = self.residuals(measured, expected).flatten().collect();
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        let scales: Vec<f64> = columns.iter().map(|c| 1.0 / dot(c, c).sqrt()).collect();
+        let information =
+            |i: usize, j: usize| dot(&columns[i], &columns[j]) * scales[i] * scales[j];
+        let size = columns.len();
+        let matrix = (0..size)
+            .map(|i| (0..size).map(|j| information(i, j)).collect())
+            .collect();
+        let normal = Normal {
+            gradient: columns
+                .iter()
+                .zip(&scales)
+                .map(|(column, scale)| dot(column, &residuals) * scale)
+                .collect(),
+            inverse: inverse(matrix)?,
+            scales,
+        };
+        normal.is_finite().then_some(normal)
+    }
+
+    /// Information of the counts about the unknowns, without any data.
+    pub fn information(&self, jacobian: &[Column]) -> Option<Normal> {
+        let nothing = vec![
+            MeanCount {
+                signed: 0.0,
+                total: 0.0
+            };
+            self.factors.len()
+        ];
+        self.normal(jacobian, &nothing, &nothing)
+    }
+
+    fn whitened(&self, column: &Column) -> Vec<f64> {
+        let pairs = column.iter().zip(&self.factors);
+        pairs.flat_map(|(d, factor)| whiten(factor, d)).collect()
+    }
+}
+
+fn whiten(factor: &[f64; 3], count: &MeanCount) -> [f64; 2] {
+    [
+        factor[0] * count.signed,
+        factor[1] * count.signed + factor[2] * count.total,
+    ]
+}
+
+impl Normal {
+    fn is_finite(&self) -> bool {
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        let inverse_is_finite = self.inverse.iter().all(|row| finite(row));
+        inverse_is_finite && finite(&self.gradient) && finite(&self.standard_deviations())
+    }
+
+    /// The Gauss-Newton step.
+    pub fn solution(&self) -> Vec<f64> {
+        self.inverse
+            .iter()
+            .zip(&self.scales)
+            .map(|(row, scale)| {
+                let sum: f64 = row.iter().zip(&self.gradient).map(|(a, b)| a * b).sum();
+                sum * scale
+            })
+            .collect()
+    }
+
+    /// The best step of those that move the last unknown by `last_step`.
+    pub fn solution_with_last(&self, last_step: f64) -> Vec<f64> {
+        let mut step = self.solution();
+        let last = step.len() - 1;
+        let excess = (step[last] - last_step) / (self.inverse[last][last] * self.scales[last]);
+        for ((step, row), scale) in step.iter_mut().zip(&self.inverse).zip(&self.scales) {
+            *step -= row[last] * scale * excess;
+        }
+        step[last] = last_step;
+        step
+    }
+
+    /// Standard deviation of each unknown, the others unknown too.
+    pub fn standard_deviations(&self) -> Vec<f64> {
+        (0..self.scales.len())
+            .map(|i| self.inverse[i][i].sqrt() * self.scales[i])
+            .collect()
+    }
+
+    /// The largest of a step's components in standard deviations.
+    pub fn largest_step_sigmas(&self, step: &[f64]) -> f64 {
+        let components = step.iter().zip(self.standard_deviations());
+        components
+            .map(|(step, std)| (step / std).abs())
+            .fold(0.0, f64::max)
+    }
+}
+
+/// Inverse of a symmetric positive definite matrix with a unit diagonal, by
+/// elimination; `None` if it is singular to ten digits.
+fn inverse(mut matrix: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
+    let size = matrix.len();
+    for (i, row) in matrix.iter_mut().enumerate() {
+        row.extend((0..size).map(|j| f64::from(u8::from(i == j))));
+    }
+    for pivot in 0..size {
+        let value = matrix[pivot][pivot];
+        if value.is_nan() || value < 1e-10 {
+            return None;
+        }
+        for entry in &mut matrix[pivot] {
+            *entry /= value;
+        }
+        let row = matrix[pivot].clone();
+        for (i, other) in matrix.iter_mut().enumerate() {
+            if i != pivot {
+                let factor = other[pivot];
+                for (entry, pivot_entry) in other.iter_mut().zip(&row) {
+                    *entry -= factor * pivot_entry;
+                }
+            }
+        }
+    }
+    Some(matrix.into_iter().map(|row| row[size..].to_vec()).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_inverse_times_its_matrix_is_one() {
+        let matrix = vec![
+            vec![1.0, 0.5, -0.25],
+            vec![0.5, 1.0, 0.125],
+            vec![-0.25, 0.125, 1.0],
+        ];
+        let inverse = inverse(matrix.clone()).expect("it is regular");
+        for (i, row) in matrix.iter().enumerate() {
+            let product =
+                |j: usize| -> f64 { row.iter().zip(&inverse).map(|(a, b)| a * b[j]).sum() };
+            for j in 0..3 {
+                let expected = f64::from(u8::from(i == j));
+                assert!((product(j) - expected).abs() < 1e-12);
+            }
+        }
+        assert!(super::inverse(vec![vec![1.0, 1.0], vec![1.0, 1.0]]).is_none());
+    }
+
+    /// A straight line through N, with r of no use: the textbook formulas.
+    #[test]
+    fn a_straight_line_is_fitted_with_the_textbook_errors() {
+        let x = [-1.0, 0.0, 1.0, 4.0];
+        let moments = x.map(|_| CountMoments {
+            signed_mean: 0.0,
+            total_mean: 0.0,
+            signed_variance: 3.0,
+            total_variance: 4.0,
+            covariance: 0.0,
+        });
+        let count = |total| MeanCount { signed: 0.0, total };
+        let jacobian = [x.map(|_| count(1.0)).to_vec(), x.map(count).to_vec()];
+        let measured = x.map(|x| count(2.0 + 3.0 * x));
+        let expected = x.map(|_| count(0.0));
+        let normal = Weights::of(&moments)
+            .normal(&jacobian, &measured, &expected)
+            .expect("it is regular");
+        let found = normal.solution();
+        assert!((found[0] - 2.0).abs() < 1e-12 && (found[1] - 3.0).abs() < 1e-12);
+        // Through the origin's constant held at 0: sum of x y over sum of x x.
+        let swapped = [jacobian[1].clone(), jacobian[0].clone()];
+        let held = Weights::of(&moments)
+            .normal(&swapped, &measured, &expected)
+            .expect("it is regular")
+            .solution_with_last(0.0);
+        let slope = (2.0 * 4.0 + 3.0 * 18.0) / 18.0;
+        assert!(
+            (held[0] - slope).abs() < 1e-12 && held[1] == 0.0,
+            "{held:?}"
+        );
+        // Mean of x is 1, sum of squares round it 14.
+        let std = normal.standard_deviations();
+        assert!((std[1] - (4.0_f64 / 14.0).sqrt()).abs() < 1e-12);
+        assert!((std[0] - (4.0_f64 * (0.25 + 1.0 / 14.0)).sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn whitened_counts_have_unit_covariance() {
+        let moments = CountMoments {
+            signed_mean: 0.0,
+            total_mean: 0.0,
+            signed_variance: 5.0,
+            total_variance: 3.0,
+            covariance: 2.0,
+        };
+        let [a, b, c] = Weights::of(&[moments]).factors[0];
+        let (v, s, n) = (5.0, 2.0, 3.0);
+        assert!((a * a * v - 1.0).abs() < 1e-12);
+        assert!((b * b * v + 2.0 * b * c * s + c * c * n - 1.0).abs() < 1e-12);
+        assert!((a * (b * v + c * s)).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,258 @@
+//! The model estimator: delay and strength of every path, and the constant
+//! light, fitted to the counts.
+//!
+//! The mean response of this very detector to this very light can be worked out
+//! ([`MeanResponse`]), so nothing need be read off a phase: weighted least
+//! squares of (r\[k\], N\[k\]) with the full 2 x 2 covariance of each step, by
+//! Gauss-Newton. Dead-time walk, circular error and interference are in the model
+//! and do not bias the fit. The constant light is always unknown, which makes
+//! extinction ratio and ambient light harmless at the price of under 2 % of
+//! precision.
+//!
+//! One path is fitted to a window of 3 S steps round the peak. More paths, or an
+//! interferer, need the whole scan: an interferer hardly shows in a window, but
+//! over a scan its cross-correlation is as distinct as the peak.
+
+mod coarse;
+mod fitter;
+mod gauss_newton;
+mod known_moments;
+mod least_squares;
+mod problem;
+mod search;
+mod start;
+
+use std::sync::Arc;
+
+pub(super) use coarse::best_match;
+pub use fitter::Fitter;
+pub(super) use problem::{Parameters, PathParameters, Problem, window};
+
+use super::bound::bound;
+use super::{CountingTier, NoEstimate, TheoryEffort};
+use crate::code::Code;
+use crate::photons::{DetectorModel, StepCount};
+use crate::response::{MeanCount, MeanResponse, MeanResponseError};
+pub use crate::scene::OtherLight;
+use crate::scene::Scene;
+
+/// Chi-square this many standard deviations above its expectation is an alarm;
+/// by chance less than one fit in 10,000 has it.
+pub const ALARM_SIGMAS: f64 = 5.0;
+
+/// What a fit says of the light.
+#[derive(Debug, Clone)]
+pub struct ModelEstimate {
+    /// Time of flight of the strongest path of the reference, folded into
+    /// 0 .. code period.
+    pub delay_ps: f64,
+    /// Half its optical path.
+    pub distance_m: f64,
+    /// Standard deviation of the distance, from the counts' covariances.
+    pub std_m: f64,
+    /// Every path of the fit, the strongest of the reference first.
+    pub paths: Vec<FittedPath>,
+    /// Primary rate of all light that is not modulated, dark counts included.
+    pub constant_rate_hz: f64,
+    /// Weighted sum of squared residuals: about `degrees_of_freedom`, with a
+    /// standard deviation of sqrt(2 x that), unless the model lacks something.
+    pub chi_square: f64,
+    /// Two per step, less the number of unknowns.
+    pub degrees_of_freedom: usize,
+    /// Phase steps that took part.
+    pub steps: usize,
+    /// Gauss-Newton steps of the last fit.
+    pub iterations: usize,
+}
+
+/// One path of a fit.
+#[derive(Debug, Clone)]
+pub struct FittedPath {
+    /// Its code.
+    pub code: Arc<Code>,
+    /// Time of flight, folded into 0 .. code period.
+    pub delay_ps: f64,
+    /// Its standard deviation.
+    pub delay_std_ps: f64,
+    /// Primary rate that on-chips add.
+    pub rate_hz: f64,
+    /// Standard deviation of that rate, as a share of it.
+    pub rate_relative_std: f64,
+}
+
+impl ModelEstimate {
+    /// How many standard deviations chi-square is above its expectation: the
+    /// alarm that the light or the detector is not as modelled.
+    pub fn alarm_sigmas(&self) -> f64 {
+        let degrees = self.degrees_of_freedom as f64;
+        (self.chi_square - degrees) / (2.0 * degrees).sqrt()
+    }
+}
+
+/// Why there is no fit.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FitError {
+    /// The mean response cannot be had.
+    #[error(transparent)]
+    MeanResponse(#[from] MeanResponseError),
+    /// The counts have no peak to start from.
+    #[error(transparent)]
+    NoPeak(#[from] NoEstimate),
+    /// Not one count per step of the scan.
+    #[error("{found} steps were counted, the scan has {steps}")]
+    WrongNumberOfCounts {
+        /// Counts given.
+        found: usize,
+        /// Steps of the scan.
+        steps: u64,
+    },
+    /// More light than one path needs more steps.
+    #[error(
+        "light of more than one path is told apart over a whole scan; this one has {steps} of \
+         {steps_per_period} phase steps (write steps = \"all\", or other_light = \"none\" in \
+         [estimate] to take all but the strongest path for constant)"
+    )]
+    NeedsWholeScan {
+        /// Steps of the scan.
+        steps: u64,
+        /// Steps of the code period.
+        steps_per_period: u64,
+    },
+    /// The reference is no code of a Gold set.
+    #[error("the reference's code is of no Gold set in which an interferer could be looked for")]
+    NoGoldSet,
+    /// Precision is worked out for steps with light of their own.
+    #[error(
+        "with parallel = {parallel} the phase steps of a group see the same light; precision of \
+         the model estimator is worked out for parallel = 1"
+    )]
+    SharedLight {
+        /// Steps of a group.
+        parallel: u32,
+    },
+    /// Precision is worked out for light that stands still.
+    #[error(
+        "path {path} moves; precision of the model estimator is worked out for paths that stand still"
+    )]
+    Moves {
+        /// Index of the path.
+        path: usize,
+    },
+    /// There is nothing to range.
+    #[error("nothing modulated reaches the detector")]
+    Dark,
+    /// The counts do not determine the unknowns.
+    #[error("the counts of {steps} phase steps do not determine {unknowns} unknowns")]
+    Undetermined {
+        /// Steps that took part.
+        steps: usize,
+        /// Number of unknowns.
+        unknowns: usize,
+    },
+    /// The counts tell much more of the distance at some places than at others.
+    #[error(
+        "pulses are shorter than a sample, so that the counts hardly tell where between two samples \
+         light comes: their slope here stands for a standard deviation of {std_mm:.1} mm, but it \
+         changes by more than half within that or half a sample, so that no estimate is unbiased"
+    )]
+    Uneven {
+        /// Standard deviation by the counts' slope at the scene's own delay.
+        std_mm: f64,
+    },
+    /// Gauss-Newton does not settle.
+    #[error(
+        "the fit does not settle within {} steps",
+        gauss_newton::MOST_ITERATIONS
+    )]
+    NotConverged,
+}
+
+/// Fits the counts of one scan of detector `detector`: [`Fitter::fit`], for one
+/// scan only.
+///
+/// # Errors
+/// As there.
+///
+/// # Panics
+/// If the scene has no such detector.
+pub fn fit(
+    scene: &Scene,
+    detector: usize,
+    tier: CountingTier,
+    counts: &[StepCount],
+    other: OtherLight,
+) -> Result<ModelEstimate, FitError> {
+    Fitter::new(scene, detector, tier, other).fit(counts)
+}
+
+/// The same for counts that need not be whole, one per step of the scan.
+///
+/// # Errors
+/// As [`fit`].
+///
+/// # Panics
+/// If the scene has no such detector.
+pub fn fit_means(
+    scene: &Scene,
+    detector: usize,
+    tier: CountingTier,
+    counts: &[MeanCount],
+    other: OtherLight,
+) -> Result<ModelEstimate, FitError> {
+    Fitter::new(scene, detector, tier, other).fit_means(counts)
+}
+
+/// What the fit says of a scene's expected counts, told of other light what the
+/// scene says: its average answer, to first order in the noise.
+///
+/// # Errors
+/// As [`fit`]; and for paths that move, and phase steps that share their light.
+///
+/// # Panics
+/// If the scene has no such detector.
+pub fn expected_fit(
+    scene: &Scene,
+    detector: usize,
+    tier: CountingTier,
+) -> Result<ModelEstimate, FitError> {
+    check_independent(scene, detector)?;
+    TheoryEffort::of(scene, detector)?.check_fit()?;
+    let model = DetectorModel::new(scene, detector);
+    let response = MeanResponse::of_tier(&model, tier)?;
+    if response.misses_pulses() {
+        // A fit settles everywhere, but there its average is not that of the average.
+        bound(scene, detector, tier)?;
+    }
+    let means = response.mean_counts();
+    fit_means(scene, detector, tier, &means, scene.other_light)
+}
+
+/// What to say of fits to steps that share their light.
+pub fn shared_light(scene: &Scene) -> Option<String> {
+    let parallel = scene.hardware.parallel;
+    (parallel > 1).then(|| {
+        format!(
+            "with parallel = {parallel} the phase steps of a group see the same light, and the fit \
+             weighs them as if they did not: the distance is unbiased, but not as precise as it \
+             could be, and the fit's own standard deviations and chi-square do not hold"
+        )
+    })
+}
+
+/// Whether standard deviations of a fit mean anything: steps must be independent,
+/// and their light the same.
+pub(super) fn check_independent(scene: &Scene, detector: usize) -> Result<(), FitError> {
+    if scene.hardware.parallel > 1 {
+        return Err(FitError::SharedLight {
+            parallel: scene.hardware.parallel,
+        });
+    }
+    let moves = |p: &usize| {
+        let path = &scene.paths[*p];
+        path.detector == detector && path.movement.is_some()
+    };
+    match (0..scene.paths.len()).find(moves) {
+        Some(path) => Err(FitError::Moves { path }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,383 @@
+//! Paths whose delay changes in time (eq. 7).
+//!
+//! A photon that arrives at t was emitted at t - tau(t), with tau(t) the delay at
+//! the time of arrival. Emission times are as they were, so the Doppler shift of
+//! the code needs no formula of its own, and no photon is lost or made. The delay
+//! is a function of seed, scan, path and time since the scan's start: it depends
+//! on neither detector nor phase step, nor on what was asked before.
+//!
+//! A fluctuation has values every 256th of its correlation time (whole chips, at
+//! least one), with straight lines between. At the multiples of 2^14 such cells
+//! values are independent (their true correlation is below 10^-13); between them
+//! each value is drawn given its two neighbours of the coarser level, which for a
+//! Markov process is exact. A value's random number has the number of its place,
+//! so any time is reached in 14 draws, and nothing is stored.
+
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::random::{StreamKey, StreamRng, scatter};
+use super::time::ChipTime;
+use crate::scene;
+
+/// Cells in a correlation time.
+const CELLS_PER_CORRELATION: f64 = 256.0;
+/// A block of 2^LEVELS cells lies between independent values.
+const LEVELS: usize = 14;
+/// Each turn makes the error of an arrival at least 200 times smaller.
+const MOST_TURNS: usize = 12;
+
+/// The displacement of one path against its delay at the scan's start, in chips.
+#[derive(Debug, Clone)]
+pub struct Movement {
+    /// Change of the delay per time.
+    delay_rate: f64,
+    fluctuation: Option<Fluctuation>,
+}
+
+/// An Ornstein-Uhlenbeck process on a grid.
+#[derive(Debug, Clone)]
+struct Fluctuation {
+    std_chips: f64,
+    cell_chips: i64,
+    levels: [Bridge; LEVELS],
+}
+
+/// The value midway between two others: weight x their sum + deviation x normal.
+#[derive(Debug, Clone, Copy)]
+struct Bridge {
+    weight: f64,
+    deviation: f64,
+}
+
+impl Movement {
+    /// `None` for a path that stands still.
+    pub fn new(path: &scene::Path, chip_period_ps: f64) -> Option<Movement> {
+        let movement = path.movement.filter(|movement| !movement.is_neutral())?;
+        let fluctuation = movement.fluctuation.filter(|f| f.std_m > 0.0).map(|f| {
+            Fluctuation::new(
+                path.delay_std_ps() / chip_period_ps,
+                f.correlation_time_ps / chip_period_ps,
+            )
+        });
+        Some(Movement {
+            delay_rate: path.delay_rate(),
+            fluctuation,
+        })
+    }
+
+    /// No movement, followed all the same.
+    pub fn none() -> Movement {
+        Movement {
+            delay_rate: 0.0,
+            fluctuation: None,
+        }
+    }
+
+    /// How far the delay moves in `duration_chips`: its mean, and two standard
+    /// deviations.
+    pub fn range_chips(&self, duration_chips: f64) -> f64 {
+        let std_chips = self.fluctuation.as_ref().map_or(0.0, |f| f.std_chips);
+        (self.delay_rate * duration_chips).abs() + 2.0 * std_chips
+    }
+}
+
+impl Fluctuation {
+    fn new(std_chips: f64, correlation_chips: f64) -> Fluctuation {
+        let cell_chips = (correlation_chips / CELLS_PER_CORRELATION).round().max(1.0);
+        let levels = std::array::from_fn(|level| {
+            // Both neighbours are this far away.
+            let away = cell_chips * f64::from(1_u32 << (LEVELS - 1 - level)) / correlation_chips;
+            let correlation = (-away).exp();
+            let both = 1.0 + correlation * correlation;
+            Bridge {
+                weight: correlation / both,
+                deviation: std_chips * (-(-2.0 * away).exp_m1() / both).sqrt(),
+            }
+        });
+        Fluctuation {
+            std_chips,
+            cell_chips: cell_chips as i64,
+            levels,
+        }
+    }
+
+    /// Values at the start and at the end of a cell.
+    fn ends_of_cell(&self, stream: u64, cell: i64) -> [f64; 2] {
+        let mut width = 1_i64 << LEVELS;
+        let mut start = cell & -width;
+        let independent = |place: i64| self.std_chips * normal(stream, place);
+        let mut ends = [independent(start), independent(start.wrapping_add(width))];
+        for bridge in &self.levels {
+            width /= 2;
+            let middle = start + width;
+            let value =
+                bridge.weight * (ends[0] + ends[1]) + bridge.deviation * normal(stream, middle);
+            if cell < middle {
+                ends[1] = value;
+            } else {
+                ends[0] = value;
+                start = middle;
+            }
+        }
+        ends
+    }
+}
+
+/// The normal number of a place.
+fn normal(stream: u64, place: i64) -> f64 {
+    StandardNormal.sample(&mut StreamRng::seed_from_u64(scatter(stream, place as u64)))
+}
+
+/// The displacement of one path in one scan.
+#[derive(Debug, Clone)]
+pub struct Trajectory<'m> {
+    movement: &'m Movement,
+    stream: u64,
+    /// Chips from the scan's start to time 0.
+    origin: i64,
+    /// The cell that was asked for last, and the values at its ends.
+    cell: i64,
+    ends: [f64; 2],
+}
+
+impl<'m> Trajectory<'m> {
+    /// The displacement of the path with number `path` in the scan of `key`; time 0 is `origin`
+    /// chips after the scan's start.
+    pub fn new(movement: &'m Movement, key: &StreamKey, path: u64, origin: i64) -> Trajectory<'m> {
+        let mut trajectory = Trajectory {
+            movement,
+            stream: key.hash_of_movement(path),
+            origin,
+            cell: 0,
+            ends: [0.0; 2],
+        };
+        trajectory.enter_cell(0);
+        trajectory
+    }
+
+    fn enter_cell(&mut self, cell: i64) {
+        if let Some(fluctuation) = &self.movement.fluctuation {
+            self.cell = cell;
+            self.ends = fluctuation.ends_of_cell(self.stream, cell);
+        }
+    }
+
+    /// Displacement of the light that arrives at `time`.
+    #[inline]
+    pub fn displacement(&mut self, time: ChipTime) -> f64 {
+        let chip = self.origin.saturating_add(time.chip);
+        let rate = self.movement.delay_rate;
+        let drift = rate * chip as f64 + rate * time.fraction;
+        let Some(fluctuation) = &self.movement.fluctuation else {
+            return drift;
+        };
+        let cell_chips = fluctuation.cell_chips;
+        let cell = chip.div_euclid(cell_chips);
+        if cell != self.cell {
+            self.enter_cell(cell);
+        }
+        let inside = (chip.rem_euclid(cell_chips) as f64 + time.fraction) / cell_chips as f64;
+        drift + self.ends[0] + inside * (self.ends[1] - self.ends[0])
+    }
+
+    /// When light arrives that would arrive at `still` if the path had kept the
+    /// delay that it has at the scan's start (eq. 7), but not before `from`.
+    #[inline]
+    pub fn arrival(&mut self, still: ChipTime, from: ChipTime) -> ChipTime {
+        let mut arrival = still;
+        for _ in 0..MOST_TURNS {
+            let next = still.shifted(self.displacement(arrival));
+            if next == arrival {
+                break;
+            }
+            arrival = next;
+        }
+        // Rounding must not turn the order round.
+        if arrival < from { from } else { arrival }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scan::Group;
+
+    const KEY: StreamKey = StreamKey {
+        seed: 5,
+        detector: 0,
+        group: Group(0),
+        repetition: 0,
+    };
+
+    fn fluctuating(std_chips: f64, correlation_chips: f64) -> Movement {
+        Movement {
+            delay_rate: 0.0,
+            fluctuation: Some(Fluctuation::new(std_chips, correlation_chips)),
+        }
+    }
+
+    /// Variance sigma^2, and correlation exp(-t / tau), from independent scans.
+    #[test]
+    fn the_fluctuation_has_the_moments_of_an_ornstein_uhlenbeck_process() {
+        let (std_chips, correlation_chips) = (0.3, 1_024.0);
+        let movement = fluctuating(std_chips, correlation_chips);
+        // On the grid, far from and across the independent values at 65,536.
+        for start in [0, 65_000, 3 << 40] {
+            for lag in [0, 4, 64, 512, 1_024, 3_000] {
+                let scans = 20_000;
+                let mut sums = [0.0; 3];
+                for repetition in 0..scans {
+                    let key = StreamKey { repetition, ..KEY };
+                    let mut trajectory = Trajectory::new(&movement, &key, 0, start);
+                    let a = trajectory.displacement(ChipTime::at_chip(0)) / std_chips;
+                    let b = trajectory.displacement(ChipTime::at_chip(lag)) / std_chips;
+                    for (sum, value) in sums.iter_mut().zip([a, b * b, a * b]) {
+                        *sum += value / scans as f64;
+                    }
+                }
+                let correlation = (-(lag as f64) / correlation_chips).exp();
+                let error = 5.0 / (scans as f64).sqrt();
+                assert!(sums[0].abs() < error, "{start} {lag}: mean {}", sums[0]);
+                let variance_error = error * 2_f64.sqrt();
+                assert!(
+                    (sums[1] - 1.0).abs() < variance_error,
+                    "{start} {lag}: {sums:?}"
+                );
+                let product_error = error * (1.0 + correlation * correlation).sqrt();
+                assert!(
+                    (sums[2] - correlation).abs() < product_error,
+                    "{start} {lag}: {sums:?}"
+                );
+            }
+        }
+    }
+
+    /// The increments of a diffusion: 2 sigma^2 t / tau for short times.
+    #[test]
+    fn increments_from_cell_to_cell_are_those_of_a_diffusion() {
+        let movement = fluctuating(1.0, 25_600.0);
+        let mut trajectory = Trajectory::new(&movement, &KEY, 0, 0);
+        let cells = 40_000;
+        let mut squares = 0.0;
+        let mut last = trajectory.displacement(ChipTime::at_chip(0));
+        for cell in 1..=cells {
+            let next = trajectory.displacement(ChipTime::at_chip(100 * cell));
+            squares += (next - last).powi(2);
+            last = next;
+        }
+        let expected = 2.0 * (1.0 - (-100.0_f64 / 25_600.0).exp());
+        let found = squares / cells as f64;
+        let error = 5.0 * (2.0 / cells as f64).sqrt();
+        assert!((found / expected - 1.0).abs() < error, "{found} {expected}");
+    }
+
+    #[test]
+    fn a_displacement_depends_on_its_time_alone() {
+        let movement = Movement {
+            delay_rate: 1e-5,
+            ..fluctuating(0.2, 700.0)
+        };
+        let time = |chip: i64| ChipTime {
+            chip,
+            fraction: 0.375,
+        };
+        let mut forwards = Trajectory::new(&movement, &KEY, 3, 1_000_000);
+        let walked: Vec<f64> = (-3_000..3_000)
+            .map(|chip| forwards.displacement(time(chip)))
+            .collect();
+        // Another detector's step that starts 777 chips later, asked backwards.
+        let key = StreamKey {
+            detector: 4,
+            group: Group(9),
+            ..KEY
+        };
+        let mut backwards = Trajectory::new(&movement, &key, 3, 1_000_777);
+        for chip in (-3_000..3_000).rev() {
+            let found = backwards.displacement(time(chip - 777));
+            assert_eq!(found, walked[(chip + 3_000) as usize]);
+        }
+        let others = [
+            Trajectory::new(&movement, &KEY, 2, 1_000_000),
+            Trajectory::new(&movement, &StreamKey { seed: 6, ..KEY }, 3, 1_000_000),
+            Trajectory::new(
+                &movement,
+                &StreamKey {
+                    repetition: 1,
+                    ..KEY
+                },
+                3,
+                1_000_000,
+            ),
+        ];
+        for mut other in others {
+            assert_ne!(other.displacement(time(0)), walked[3_000]);
+        }
+    }
+
+    /// t - x(t) = still, for the fastest movements that scenes allow.
+    #[test]
+    fn arrivals_solve_their_equation_to_the_last_femtosecond() {
+        let movement = Movement {
+            delay_rate: 2e-3,
+            ..fluctuating(16.0 * 2e-5, 16.0)
+        };
+        let mut trajectory = Trajectory::new(&movement, &KEY, 0, 40_000_000_000);
+        let from = ChipTime::at_chip(i64::MIN / 2);
+        for chip in 0..2_000 {
+            let still = ChipTime {
+                chip: 37 * chip,
+                fraction: 0.125,
+            };
+            let arrival = trajectory.arrival(still, from);
+            let back = arrival.shifted(-trajectory.displacement(arrival));
+            let error = (back.chip - still.chip) as f64 + back.fraction - still.fraction;
+            assert!(error.abs() < 1e-7, "{chip}: {error}");
+        }
+    }
+
+    /// The way of light that moves, at no speed, against the way of light that
+    /// stands still: bit for bit.
+    #[test]
+    fn a_movement_at_no_speed_changes_no_arrival() {
+        use std::sync::Arc;
+
+        use crate::code::{Code, Generator};
+        use crate::photons::light::{ExcessArrivals, ExcessLight, LightRates};
+        use crate::photons::paths::NumberedPath;
+        use crate::photons::random::Part;
+
+        let chips = vec![1, 1, 0, 1, 0, 0, 0];
+        let code = Arc::new(Code {
+            generator: Generator::Chips(chips.clone()),
+            interleave: 0,
+            chips,
+        });
+        let rates = LightRates {
+            on_hz: 60e6,
+            off_hz: 6e6,
+        };
+        let path = NumberedPath {
+            index: 0,
+            number: 0,
+        };
+        let still =
+            ExcessLight::new(path, rates, &code, 21_350.0, 8_000.0, &[]).expect("there is light");
+        let at_no_speed = Movement {
+            delay_rate: 0.0,
+            fluctuation: None,
+        };
+        let start = ChipTime::at_chip(-40);
+        let arrivals = |trajectory| {
+            ExcessArrivals::new(&still, KEY.stream(Part::Path(0)), trajectory, 5, start)
+        };
+        let mut plain = arrivals(None);
+        let mut full = arrivals(Some(Trajectory::new(&at_no_speed, &KEY, 0, 1 << 40)));
+        for _ in 0..10_000 {
+            assert_eq!(plain.next, full.next);
+            let ready = plain.next.after(1.75);
+            plain.redraw(ready);
+            full.redraw(ready);
+        }
+    }
+}

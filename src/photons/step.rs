@@ -1,0 +1,184 @@
+//! One phase step, photon by photon.
+
+use rand_distr::{Distribution, Exp1, StandardNormal};
+
+use super::afterpulsing::PendingAfterpulses;
+use super::detector::{DetectorModel, JITTER_BOUND_SIGMAS};
+use super::light::ExcessArrivals;
+use super::movement::Trajectory;
+use super::random::{Part, StreamKey, StreamRng};
+use super::reorder::ReorderBuffer;
+use super::time::ChipTime;
+
+/// The registered time of a detection, relative to the start of its step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Detection {
+    /// Whole chips.
+    pub chip: u64,
+    /// Offset inside the chip, 0 <= fraction < 1.
+    pub fraction: f64,
+}
+
+/// The detections of one group of phase steps in order of registered time, of all
+/// light that arrives (eq. 9: every path's and the background's).
+///
+/// A detector that starts ready some time before the step runs from avalanche
+/// to avalanche. The arrivals of each part are Poisson and have no memory, so
+/// an arrival that falls into a dead time is drawn anew from its end.
+#[derive(Debug, Clone)]
+pub struct StepDetections<'m> {
+    model: &'m DetectorModel,
+    excess: Vec<ExcessArrivals<'m>>,
+    constant: Option<ConstantArrivals>,
+    afterpulses: Option<PendingAfterpulses>,
+    jitter: Option<StreamRng>,
+    registered: ReorderBuffer,
+    /// No time that is still to be registered comes before it.
+    horizon: ChipTime,
+    end: ChipTime,
+}
+
+impl<'m> StepDetections<'m> {
+    pub(crate) fn new(model: &'m DetectorModel, key: StreamKey) -> StepDetections<'m> {
+        let start = ChipTime::at_chip(-model.warm_up_chips).after(model.first_ready_chips(&key));
+        let excess = model
+            .excess
+            .iter()
+            .map(|light| {
+                let position = model.code_position(key.repetition, key.group, light.code.len());
+                let trajectory = light.movement.as_ref().map(|movement| {
+                    Trajectory::new(movement, &key, light.number, model.start_in_scan(key.group))
+                });
+                let rng = key.stream(Part::Path(light.number));
+                ExcessArrivals::new(light, rng, trajectory, position, start)
+            })
+            .collect();
+        let constant = (model.constant_per_chip > 0.0).then(|| {
+            let rng = key.stream(Part::ConstantLight);
+            ConstantArrivals::new(rng, 1.0 / model.constant_per_chip, start)
+        });
+        let afterpulses = model
+            .afterpulsing
+            .map(|a| PendingAfterpulses::new(a, key.stream(Part::Afterpulsing)));
+        StepDetections {
+            model,
+            excess,
+            constant,
+            afterpulses,
+            jitter: model.jitter_chips.map(|_| key.stream(Part::Jitter)),
+            registered: ReorderBuffer::default(),
+            horizon: start,
+            end: ChipTime::at_chip(i64::try_from(model.scan.integration_chips).unwrap_or(i64::MAX)),
+        }
+    }
+
+    /// The next avalanche, and the state after its dead time.
+    #[inline]
+    fn fire(&mut self) -> ChipTime {
+        let mut avalanche = ChipTime::NEVER;
+        for arrivals in &self.excess {
+            if arrivals.next < avalanche {
+                avalanche = arrivals.next;
+            }
+        }
+        if let Some(constant) = &self.constant
+            && constant.next < avalanche
+        {
+            avalanche = constant.next;
+        }
+        if let Some(afterpulses) = &self.afterpulses
+            && afterpulses.next < avalanche
+        {
+            avalanche = afterpulses.next;
+        }
+
+        let ready = avalanche.after(self.model.dead_time_chips);
+        for arrivals in &mut self.excess {
+            if arrivals.next <= ready {
+                arrivals.redraw(ready);
+            }
+        }
+        if let Some(constant) = &mut self.constant
+            && constant.next <= ready
+        {
+            constant.redraw(ready);
+        }
+        if let Some(afterpulses) = &mut self.afterpulses {
+            afterpulses.avalanche(ready);
+        }
+
+        let bound = self
+            .model
+            .jitter_chips
+            .map_or(0.0, |s| JITTER_BOUND_SIGMAS * s);
+        self.horizon = ready.shifted(self.model.delay_chips - bound);
+        avalanche
+    }
+
+    /// Delay and jitter from the avalanche to its registered time.
+    #[inline]
+    fn register(&mut self, avalanche: ChipTime) -> ChipTime {
+        let mut shift = self.model.delay_chips;
+        if let (Some(rng), Some(sigma)) = (&mut self.jitter, self.model.jitter_chips) {
+            let normal: f64 = StandardNormal.sample(rng);
+            shift += sigma * normal.clamp(-JITTER_BOUND_SIGMAS, JITTER_BOUND_SIGMAS);
+        }
+        avalanche.shifted(shift)
+    }
+}
+
+impl Iterator for StepDetections<'_> {
+    type Item = Detection;
+
+    #[inline]
+    fn next(&mut self) -> Option<Detection> {
+        loop {
+            while let Some(time) = self.registered.pop_before(self.horizon) {
+                if time >= self.end {
+                    // Nothing that follows is earlier.
+                    self.horizon = self.end;
+                    return None;
+                }
+                if let Ok(chip) = u64::try_from(time.chip) {
+                    return Some(Detection {
+                        chip,
+                        fraction: time.fraction,
+                    });
+                }
+            }
+            if self.horizon >= self.end {
+                return None;
+            }
+            let avalanche = self.fire();
+            let time = self.register(avalanche);
+            self.registered.insert(time);
+        }
+    }
+}
+
+/// Arrivals of the constant light, one after another.
+#[derive(Debug, Clone)]
+struct ConstantArrivals {
+    rng: StreamRng,
+    mean_wait_chips: f64,
+    next: ChipTime,
+}
+
+impl ConstantArrivals {
+    fn new(rng: StreamRng, mean_wait_chips: f64, start: ChipTime) -> ConstantArrivals {
+        let mut arrivals = ConstantArrivals {
+            rng,
+            mean_wait_chips,
+            next: start,
+        };
+        arrivals.redraw(start);
+        arrivals
+    }
+
+    /// Draws the first arrival after `from`.
+    #[inline]
+    fn redraw(&mut self, from: ChipTime) {
+        let exponential: f64 = Exp1.sample(&mut self.rng);
+        self.next = from.after(exponential * self.mean_wait_chips);
+    }
+}

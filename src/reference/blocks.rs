@@ -1,0 +1,160 @@
+//! Blocks of clocks: the stimulus, and what the reference model makes of it.
+
+use std::ops::Range;
+
+use super::stimulus::{Drive, Stimulus};
+use crate::reference::exercise::Exercise;
+use crate::reference::level::Level;
+use crate::reference::predictor::{Reference, StepResult};
+use crate::sensor::layout::Layout;
+
+/// Clocks per block: its three arrays stay in a core's second-level cache.
+pub const BLOCK_CLOCKS: u64 = 16_384;
+
+/// Records of a stretch of clocks, as many of each kind as there are clocks.
+#[derive(Debug, Clone, Default)]
+pub struct Records {
+    /// First clock.
+    pub first_clock: u64,
+    /// Input records.
+    pub inputs: Vec<u64>,
+    /// Output records of the reference model.
+    pub expected: Vec<u64>,
+    /// Output records of the Verilog.
+    pub got: Vec<u64>,
+}
+
+/// A block on its way round.
+#[derive(Default)]
+pub struct Block {
+    /// Its clocks.
+    pub clocks: Range<u64>,
+    /// Inputs and outputs of both sides.
+    pub records: Records,
+    /// What the outputs have shown up to its end.
+    pub exercise: Exercise,
+    /// Why the Verilog ended the simulation in it, if it did.
+    pub halted: Option<String>,
+}
+
+/// Makes blocks: stimulus, input records, expected records.
+pub struct BlockMaker<'a> {
+    /// For each detector.
+    levels: Vec<Level>,
+    drive: Drive,
+    /// For each detector.
+    hits: Vec<Vec<u64>>,
+    lanes: u32,
+    reference: &'a mut Reference,
+    stimulus: &'a mut dyn Stimulus,
+    layout: &'a Layout,
+    next: u64,
+    clocks: u64,
+}
+
+impl<'a> BlockMaker<'a> {
+    /// Makes blocks for a run of `clocks` clocks.
+    pub fn new(
+        reference: &'a mut Reference,
+        stimulus: &'a mut dyn Stimulus,
+        layout: &'a Layout,
+        clocks: u64,
+    ) -> BlockMaker<'a> {
+        let lanes = reference.contract().lanes;
+        let detectors = reference.contract().reference_codes.len();
+        BlockMaker {
+            levels: vec![Level::new(lanes); detectors],
+            drive: Drive::new(detectors),
+            hits: vec![Vec::new(); detectors],
+            lanes,
+            reference,
+            stimulus,
+            layout,
+            next: 0,
+            clocks,
+        }
+    }
+
+    /// First samples of the runs of high samples in the last block made, for
+    /// each detector.
+    pub fn hits(&self) -> &[Vec<u64>] {
+        &self.hits
+    }
+
+    /// Results of the phase steps that ended in the blocks made so far; see
+    /// [`Reference::take_finished`].
+    pub fn take_finished(&mut self) -> impl Iterator<Item = StepResult> {
+        self.reference.take_finished()
+    }
+
+    /// Makes the next block; false when there is none.
+    pub fn make(&mut self, block: &mut Block) -> bool {
+        if self.next >= self.clocks {
+            return false;
+        }
+        let clocks = self.next..(self.next + BLOCK_CLOCKS).min(self.clocks);
+        self.next = clocks.end;
+        let count = (clocks.end - clocks.start) as usize;
+        let records = &mut block.records;
+        records.first_clock = clocks.start;
+        records.inputs.resize(count * self.layout.inputs.words, 0);
+        records
+            .expected
+            .resize(count * self.layout.outputs.words, 0);
+        records.got.resize(count * self.layout.outputs.words, 0);
+        self.drive.start(clocks.clone());
+        self.stimulus.drive(&mut self.drive);
+        self.paint_inputs(&mut records.inputs);
+        self.reference
+            .predict(&self.drive.surroundings, &self.hits, &mut records.expected);
+        block.clocks = clocks;
+        block.exercise.clone_from(self.reference.exercise());
+        block.halted = None;
+        true
+    }
+
+    fn paint_inputs(&mut self, inputs: &mut [u64]) {
+        let words = self.layout.inputs.words;
+        let place = |name| {
+            let field = self.layout.inputs.field(name);
+            (field.word, field.shift)
+        };
+        let surroundings = &self.drive.surroundings;
+        let clocks = surroundings.clocks.clone();
+        let at = |clock: u64| (clock.clamp(clocks.start, clocks.end) - clocks.start) as usize;
+        let (ready_word, ready_shift) = place("m_axis_tready");
+        inputs.fill(0);
+        for record in inputs.chunks_exact_mut(words) {
+            record[ready_word] = 1 << ready_shift;
+        }
+        for stall in &surroundings.stalls {
+            for record in
+                inputs[at(stall.start) * words..at(stall.end) * words].chunks_exact_mut(words)
+            {
+                record[ready_word] &= !(1 << ready_shift);
+            }
+        }
+        let (reset_word, reset_shift) = place("i_rst");
+        for reset in &surroundings.resets {
+            for record in
+                inputs[at(reset.start) * words..at(reset.end) * words].chunks_exact_mut(words)
+            {
+                record[reset_word] |= 1 << reset_shift;
+            }
+        }
+        let (sample_word, sample_shift) = place("i_samples");
+        let detectors = self.levels.iter_mut().zip(&self.drive.pulses);
+        for (detector, ((level, pulses), hits)) in detectors.zip(&mut self.hits).enumerate() {
+            // S divides 64, so a detector's samples never cross words.
+            let bit = sample_shift + detector as u32 * self.lanes;
+            let (word, shift) = (sample_word + (bit / 64) as usize, bit % 64);
+            hits.clear();
+            level.paint(
+                clocks.clone(),
+                pulses,
+                |clock, bits| inputs[clock * words + word] |= bits << shift,
+                hits,
+            );
+        }
+    }
+}

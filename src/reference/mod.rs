@@ -1,0 +1,16 @@
+//! The bit-exact reference model of the hardware, and the contract at its ports.
+//!
+//! The model shares nothing with the Verilog but [`contract`]: it takes chips
+//! from the code table instead of an LFSR, and hits from the list of pulses
+//! instead of an edge detector.
+
+pub mod adversarial;
+pub mod blocks;
+pub mod exercise;
+pub mod level;
+mod pattern;
+mod peak_ports;
+pub mod photons;
+pub mod predictor;
+pub mod stimulus;
+mod stream;

@@ -1,0 +1,115 @@
+//! The ports of the peak detector: step and count of each scan's peak.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use crate::sensor::contract::Contract;
+use crate::sensor::layout::{Field, Layout};
+use crate::sensor::peak::PeakPlan;
+
+/// A detector's peak.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Peak {
+    step: u64,
+    count: i64,
+}
+
+/// What the peak detector shows.
+#[derive(Debug, Clone)]
+pub(super) struct PeakPorts {
+    plan: PeakPlan,
+    step: Field,
+    count: Field,
+    valid: Field,
+    words: usize,
+    /// Largest count of the present scan so far, detector by detector.
+    best: Vec<Option<Peak>>,
+    /// Peaks on their way to the ports, with the clock after whose rising edge
+    /// they show.
+    arriving: VecDeque<(u64, Vec<Peak>)>,
+    /// The ports' bits in a record, except `o_peak_valid`.
+    record: Vec<u64>,
+}
+
+impl PeakPorts {
+    /// Before the first scan; `None` if the contract has no peak detector.
+    pub(super) fn new(contract: &Contract, layout: &Layout) -> Option<PeakPorts> {
+        let detectors = contract.reference_codes.len();
+        let field = |name| layout.outputs.field(name).clone();
+        Some(PeakPorts {
+            plan: contract.peak?,
+            step: field("o_peak_step"),
+            count: field("o_peak_count"),
+            valid: field("o_peak_valid"),
+            words: layout.outputs.words,
+            best: vec![None; detectors],
+            arriving: VecDeque::new(),
+            record: vec![0; layout.outputs.words],
+        })
+    }
+
+    /// Forgets everything, as reset does.
+    pub(super) fn reset(&mut self) {
+        self.best.fill(None);
+        self.arriving.clear();
+        self.record.fill(0);
+    }
+
+    /// Takes in a count; of equal ones the first is the peak.
+    pub(super) fn count(&mut self, detector: usize, step: u64, count: i64) {
+        let best = &mut self.best[detector];
+        if best.is_none_or(|best| count > best.count) {
+            *best = Some(Peak { step, count });
+        }
+    }
+
+    /// The scan whose counts were taken in ended before `clock`.
+    pub(super) fn end_scan(&mut self, clock: u64) {
+        let clock = clock + u64::from(self.plan.latency_clocks);
+        let peaks = self.best.iter().map(|best| best.unwrap_or_default());
+        self.arriving.push_back((clock, peaks.collect()));
+        self.best.fill(None);
+    }
+
+    /// ORs the ports into the records of a stretch of clocks without reset.
+    pub(super) fn predict(&mut self, clocks: Range<u64>, expected: &mut [u64]) {
+        let mut filled = clocks.start;
+        while let Some((clock, peaks)) = self.arriving.pop_front_if(|a| a.0 < clocks.end) {
+            self.fill(clocks.start, filled..clock, expected);
+            filled = clock;
+            self.show(&peaks);
+            let record = (clock - clocks.start) as usize * self.words;
+            expected[record + self.valid.word] |= 1 << self.valid.shift;
+        }
+        self.fill(clocks.start, filled..clocks.end, expected);
+    }
+
+    fn show(&mut self, peaks: &[Peak]) {
+        self.record.fill(0);
+        for (detector, peak) in peaks.iter().enumerate() {
+            let detector = detector as u32;
+            let (steps, counts) = (self.plan.step_bits, self.plan.count_bits);
+            self.step
+                .or_bits(&mut self.record, detector * steps, steps, peak.step);
+            self.count.or_bits(
+                &mut self.record,
+                detector * counts,
+                counts,
+                peak.count as u64,
+            );
+        }
+    }
+
+    fn fill(&self, first_clock: u64, clocks: Range<u64>, expected: &mut [u64]) {
+        if self.record.iter().all(|&word| word == 0) {
+            return;
+        }
+        let from = (clocks.start - first_clock) as usize * self.words;
+        let to = (clocks.end - first_clock) as usize * self.words;
+        for record in expected[from..to].chunks_exact_mut(self.words) {
+            for (word, bits) in record.iter_mut().zip(&self.record) {
+                *word |= bits;
+            }
+        }
+    }
+}

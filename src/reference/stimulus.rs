@@ -1,0 +1,74 @@
+//! What drives both sides of a co-simulation.
+
+use std::ops::Range;
+
+use crate::photons::Pulse;
+use crate::reference::predictor::Surroundings;
+use crate::sensor::contract::Contract;
+
+/// Clocks of reset at the start of every run.
+pub const RESET_CLOCKS: u64 = 4;
+
+/// The inputs of a block of clocks.
+#[derive(Debug, Clone, Default)]
+pub struct Drive {
+    /// Reset and the result consumer.
+    pub surroundings: Surroundings,
+    /// For each detector the pulses whose first sample lies in the block, in
+    /// order; clock t holds samples t S .. (t + 1) S.
+    pub pulses: Vec<Vec<Pulse>>,
+}
+
+impl Drive {
+    /// For a sensor with `detectors` detectors.
+    pub fn new(detectors: usize) -> Drive {
+        Drive {
+            pulses: vec![Vec::new(); detectors],
+            ..Drive::default()
+        }
+    }
+
+    /// Empties it for the next block, keeping its memory.
+    pub fn start(&mut self, clocks: Range<u64>) {
+        self.surroundings.clocks = clocks;
+        self.surroundings.resets.clear();
+        self.surroundings.stalls.clear();
+        self.pulses.iter_mut().for_each(Vec::clear);
+    }
+}
+
+/// A source of inputs, asked for blocks that follow one another.
+pub trait Stimulus {
+    /// Fills in the inputs of the block that `drive` was started with.
+    fn drive(&mut self, drive: &mut Drive);
+}
+
+/// First sample of cycle 0 when reset ends at clock `released`: the word of a
+/// cycle is presented one clock after its chip shows on `o_laser`.
+pub fn first_sample(contract: &Contract, released: u64) -> u64 {
+    (released + 1) * u64::from(contract.lanes)
+}
+
+/// First cycle of the `scan`-th scan after reset.
+pub fn scan_start(contract: &Contract, scan: u64) -> u64 {
+    let cycles = contract.scan_clocks();
+    let spacing = if contract.realigns() {
+        let period = contract.reference_codes[0].len();
+        cycles.checked_next_multiple_of(period).unwrap_or(u64::MAX)
+    } else {
+        cycles
+    };
+    scan.saturating_mul(spacing)
+}
+
+/// Clocks from the start of the run until the last result of the first `scans`
+/// scans has been on the stream for a clock, and their peaks at their ports.
+pub fn clocks_for_scans(contract: &Contract, scans: u64) -> u64 {
+    let last_word = scan_start(contract, scans - 1)
+        .saturating_add(contract.scan_clocks())
+        .saturating_add(RESET_CLOCKS);
+    let beats = u64::from(contract.parallel) * contract.reference_codes.len() as u64;
+    let stream = u64::from(contract.result_latency_clocks) + beats;
+    let peak = contract.peak.map_or(0, |peak| peak.latency_clocks);
+    last_word.saturating_add(stream.max(u64::from(peak)) + 1)
+}

@@ -1,0 +1,256 @@
+//! The result stream: when a count shows, when it is taken, what is lost.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use super::exercise::{Counted, Exercise};
+use crate::sensor::contract::Contract;
+use crate::sensor::layout::{Layout, mask};
+
+/// The AXI4-Stream of results and its sticky flags.
+#[derive(Debug, Clone)]
+pub(super) struct ResultStream {
+    fields: StreamFields,
+    words: usize,
+    arriving: VecDeque<Arrival>,
+    axis: AxisState,
+    /// What has been on it, resets notwithstanding.
+    pub(super) exercise: Exercise,
+}
+
+/// One transfer of the stream.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Beat {
+    /// The signed count.
+    pub(super) count: i64,
+    /// The total count; not on the stream where totals are left out.
+    pub(super) total: u64,
+    /// The hits in it.
+    pub(super) counted: Counted,
+}
+
+/// Places of the result ports; each is (word, shift).
+#[derive(Debug, Clone, Copy)]
+struct StreamFields {
+    /// The signed count, in whole bytes.
+    count: (usize, u32),
+    count_bits: u32,
+    /// The total count above it, if it is sent.
+    total: Option<(usize, u32)>,
+    tvalid: (usize, u32),
+    tlast: (usize, u32),
+    overrun: (usize, u32),
+    saturated: Option<(usize, u32)>,
+}
+
+/// A group's results on their way through the pipeline.
+#[derive(Debug, Clone)]
+pub(super) struct Arrival {
+    /// Clock after whose rising edge the first shows.
+    pub(super) clock: u64,
+    /// In the order in which they are sent; at least one.
+    pub(super) beats: Vec<Beat>,
+    /// A count of theirs was clamped.
+    pub(super) saturated: bool,
+    /// They are the scan's last.
+    pub(super) last: bool,
+}
+
+/// The result stream's registers.
+#[derive(Debug, Clone, Default)]
+struct AxisState {
+    beat: Beat,
+    /// Clock after whose rising edge it stood there first.
+    shown_at: u64,
+    /// It was left standing.
+    is_held: bool,
+    valid: bool,
+    last: bool,
+    /// Results behind the one on the stream.
+    waiting: VecDeque<Beat>,
+    /// They are the scan's last.
+    waiting_last: bool,
+    overrun: bool,
+    saturated: bool,
+}
+
+impl AxisState {
+    /// At the rising edge of `clock` the receiver took what was on the stream, or
+    /// nothing was: the next result, if any, comes on it.
+    fn take(&mut self, clock: u64, exercise: &mut Exercise) {
+        self.valid = !self.waiting.is_empty();
+        if let Some(beat) = self.waiting.pop_front() {
+            self.beat = beat;
+            self.last = self.waiting_last && self.waiting.is_empty();
+            (self.shown_at, self.is_held) = (clock, false);
+            exercise.shows(beat.counted, self.last);
+        }
+    }
+
+    /// Nobody took what is on the stream before `clock`.
+    fn stands_until(&mut self, clock: u64, exercise: &mut Exercise) {
+        if self.valid && self.shown_at + 1 < clock && !self.is_held {
+            self.is_held = true;
+            exercise.results_held += 1;
+        }
+    }
+}
+
+impl ResultStream {
+    /// An empty stream.
+    pub(super) fn new(contract: &Contract, layout: &Layout) -> ResultStream {
+        let place = |name| {
+            let field = layout.outputs.field(name);
+            (field.word, field.shift)
+        };
+        let data = layout.outputs.field("m_axis_tdata");
+        let total = contract.total.map(|total| {
+            let bit = data.shift + total.first_bit;
+            (data.word + (bit / 64) as usize, bit % 64)
+        });
+        ResultStream {
+            fields: StreamFields {
+                count: (data.word, data.shift),
+                count_bits: contract.signed_data_bits(),
+                total,
+                tvalid: place("m_axis_tvalid"),
+                tlast: place("m_axis_tlast"),
+                overrun: place("o_overrun"),
+                saturated: contract.saturates().then(|| place("o_saturated")),
+            },
+            words: layout.outputs.words,
+            arriving: VecDeque::new(),
+            axis: AxisState::default(),
+            exercise: Exercise::of(contract.reference_codes.len()),
+        }
+    }
+
+    /// Empties it, as reset does.
+    pub(super) fn reset(&mut self) {
+        self.arriving.clear();
+        self.axis = AxisState::default();
+    }
+
+    /// Sends a result on its way; results arrive in the order of these calls.
+    pub(super) fn push(&mut self, arrival: Arrival) {
+        self.arriving.push_back(arrival);
+    }
+
+    /// ORs the stream's ports into the records of a stretch of clocks without
+    /// reset. `stalls` are the clocks at which `m_axis_tready` is low.
+    pub(super) fn predict(
+        &mut self,
+        clocks: Range<u64>,
+        stalls: &[Range<u64>],
+        expected: &mut [u64],
+    ) {
+        let mut ready = Ready::new(stalls);
+        // Clocks before `filled` carry their result ports already; `next` is
+        // the next clock at which something may happen.
+        let (mut filled, mut next) = (clocks.start, clocks.start);
+        while next < clocks.end {
+            let arrival = self.arriving.front().map_or(u64::MAX, |a| a.clock);
+            let taken = if self.axis.valid {
+                ready.first_from(next)
+            } else {
+                u64::MAX
+            };
+            let event = arrival.min(taken);
+            if event >= clocks.end {
+                break;
+            }
+            self.fill(clocks.start, filled..event, expected);
+            filled = event;
+            next = event + 1;
+            let blocked = self.axis.valid && (taken != event || !self.axis.waiting.is_empty());
+            if self.axis.valid && taken == event {
+                self.axis.stands_until(event, &mut self.exercise);
+                self.exercise.results_taken += 1;
+                self.axis.take(event, &mut self.exercise);
+            }
+            if arrival > event {
+                continue;
+            }
+            let Some(results) = self.arriving.pop_front() else {
+                break;
+            };
+            self.axis.saturated |= results.saturated;
+            self.exercise.groups_clamped += u64::from(results.saturated);
+            if blocked {
+                self.axis.overrun = true;
+                self.exercise.groups_lost += 1;
+            } else {
+                self.axis.waiting.extend(results.beats);
+                self.axis.waiting_last = results.last;
+                self.axis.take(event, &mut self.exercise);
+            }
+        }
+        self.axis.stands_until(clocks.end, &mut self.exercise);
+        self.fill(clocks.start, filled..clocks.end, expected);
+    }
+
+    /// ORs the result ports' present values into a range of clocks.
+    fn fill(&self, first_clock: u64, clocks: Range<u64>, expected: &mut [u64]) {
+        let (axis, fields) = (&self.axis, &self.fields);
+        let mut or = |(word, shift): (usize, u32), value: u64| {
+            if value == 0 {
+                return;
+            }
+            // What a port wider than a word has beyond the word's end.
+            let beyond = value.unbounded_shr(64 - shift);
+            let from = (clocks.start - first_clock) as usize * self.words;
+            let to = (clocks.end - first_clock) as usize * self.words;
+            let bits = value << shift;
+            if self.words == 1 {
+                expected[from..to].iter_mut().for_each(|w| *w |= bits);
+            } else {
+                for record in expected[from..to].chunks_exact_mut(self.words) {
+                    record[word] |= bits;
+                    if beyond != 0 {
+                        record[word + 1] |= beyond;
+                    }
+                }
+            }
+        };
+        or(
+            fields.count,
+            axis.beat.count as u64 & mask(fields.count_bits),
+        );
+        if let Some(total) = fields.total {
+            or(total, axis.beat.total);
+        }
+        or(fields.tvalid, u64::from(axis.valid));
+        or(fields.tlast, u64::from(axis.last));
+        or(fields.overrun, u64::from(axis.overrun));
+        if let Some(saturated) = fields.saturated {
+            or(saturated, u64::from(axis.saturated));
+        }
+    }
+}
+
+/// When `m_axis_tready` is high.
+struct Ready<'a> {
+    stalls: &'a [Range<u64>],
+}
+
+impl<'a> Ready<'a> {
+    fn new(stalls: &'a [Range<u64>]) -> Ready<'a> {
+        Ready { stalls }
+    }
+
+    /// First clock from `clock` on at which it is high. Calls ask for clocks in
+    /// order.
+    fn first_from(&mut self, clock: u64) -> u64 {
+        while let Some((_, rest)) = self.stalls.split_first().filter(|(s, _)| s.end <= clock) {
+            self.stalls = rest;
+        }
+        let mut first = clock;
+        for stall in self.stalls {
+            if stall.start > first {
+                break;
+            }
+            first = first.max(stall.end);
+        }
+        first
+    }
+}

@@ -1,0 +1,239 @@
+//! The mean response of one detector to one light.
+
+use std::sync::Arc;
+
+use super::chain::{Chain, states_needed};
+use super::correlator::{Correlator, MeanCount, Source};
+use super::forward::{self, AllAndMerged};
+use super::grid::{Grid, Kinks, Samples, frame_chips};
+use super::light::Light;
+use super::parallel::in_parallel;
+use super::poisson;
+use super::sampling::Sampling;
+use super::tier::{CountingTier, EdgeTiming};
+use super::{MAX_STATES, MeanResponseError, with_states};
+use crate::photons::DetectorModel;
+use crate::scan::Step;
+
+/// From this many steps on, all steps of the code period by FFT cost less.
+const STEPS_FOR_FFT: u64 = 200;
+
+/// Expected counts of one detector.
+#[derive(Debug, Clone)]
+pub struct MeanResponse<'m> {
+    pub(super) model: &'m DetectorModel,
+    pub(super) light: Light,
+    pub(super) timing: EdgeTiming,
+    pub(super) grid: Arc<Grid>,
+    pub(super) sampling: Option<Sampling>,
+    pub(super) detections: Arc<AllAndMerged>,
+    pub(super) correlator: Correlator,
+    /// Added to every path's time of flight.
+    pub(super) delay_chips: f64,
+}
+
+impl<'m> MeanResponse<'m> {
+    /// The response of the sampled correlator to the scene's own light.
+    pub fn new(model: &'m DetectorModel) -> Result<MeanResponse<'m>, MeanResponseError> {
+        MeanResponse::of_tier(model, CountingTier::Sampled)
+    }
+
+    /// The response of either correlator to the scene's own light.
+    pub fn of_tier(
+        model: &'m DetectorModel,
+        tier: CountingTier,
+    ) -> Result<MeanResponse<'m>, MeanResponseError> {
+        MeanResponse::to_light(model, Light::of(model), tier)
+    }
+
+    /// Solves the detector's state equation over one code period of `light`.
+    pub fn to_light(
+        model: &'m DetectorModel,
+        light: Light,
+        tier: CountingTier,
+    ) -> Result<MeanResponse<'m>, MeanResponseError> {
+        light.check()?;
+        let (moved_chips, limit_chips) = model.movement_in_scan();
+        if moved_chips > limit_chips {
+            return Err(MeanResponseError::Moving {
+                moved_ps: moved_chips * model.chip_period_ps,
+                limit_ps: limit_chips * model.chip_period_ps,
+            });
+        }
+        let timing = EdgeTiming::of(model, tier);
+        let lag = (timing.rising - timing.falling).abs();
+        if lag + 2.0 * timing.transition >= 1.0 {
+            return Err(MeanResponseError::EdgesTooFarApart {
+                apart_ps: (lag + 2.0 * timing.transition) * model.chip_period_ps,
+                chip_period_ps: model.chip_period_ps,
+            });
+        }
+        let sampling = Sampling::of(model, &light, tier)?;
+        MeanResponse::solved(model, light, timing, sampling, 0.0)
+    }
+
+    fn solved(
+        model: &'m DetectorModel,
+        light: Light,
+        timing: EdgeTiming,
+        sampling: Option<Sampling>,
+        delay_chips: f64,
+    ) -> Result<MeanResponse<'m>, MeanResponseError> {
+        let samples = Samples {
+            origin_chips: frame_chips(&light) + delay_chips + model.delay_chips,
+            sampling,
+        };
+        let grid = Grid::new(model, &light, Kinks::Later, samples)?;
+        let detections = detections(model, &grid)?;
+        let source = Source {
+            grid: &grid,
+            light: &light,
+            detections: &detections,
+            timing,
+            sampling,
+            delay_chips,
+        };
+        let correlator = Correlator::new(model, &source);
+        Ok(MeanResponse {
+            model,
+            light,
+            timing,
+            sampling,
+            grid: Arc::new(grid),
+            detections: Arc::new(detections),
+            correlator,
+            delay_chips,
+        })
+    }
+
+    /// The response to the same light, every path `delay_ps` later. The state
+    /// equation need not be solved again, unless pulses merge: which of them do
+    /// depends on where samples are.
+    ///
+    /// # Errors
+    /// As for the response itself.
+    pub fn delayed(&self, delay_ps: f64) -> Result<MeanResponse<'m>, MeanResponseError> {
+        let delay_chips = self.delay_chips + delay_ps / self.model.chip_period_ps;
+        if self.sampling.is_some_and(|sampling| sampling.merges()) {
+            return MeanResponse::solved(
+                self.model,
+                self.light.clone(),
+                self.timing,
+                self.sampling,
+                delay_chips,
+            );
+        }
+        let source = Source {
+            grid: &self.grid,
+            light: &self.light,
+            detections: &self.detections,
+            timing: self.timing,
+            sampling: self.sampling,
+            delay_chips,
+        };
+        Ok(MeanResponse {
+            correlator: Correlator::new(self.model, &source),
+            delay_chips,
+            grid: Arc::clone(&self.grid),
+            detections: Arc::clone(&self.detections),
+            light: self.light.clone(),
+            ..*self
+        })
+    }
+
+    /// Whether the tier leaves out pulses that begin too long before a sample.
+    pub fn misses_pulses(&self) -> bool {
+        self.sampling.is_some_and(|sampling| !sampling.sees_all())
+    }
+
+    /// The detector.
+    pub fn model(&self) -> &'m DetectorModel {
+        self.model
+    }
+
+    /// Expected hits between consecutive sample instants of the common code
+    /// period of all codes, S times as many as chips. For the sampled tier a
+    /// detection is a hit at the first sample at or after its registered time, if
+    /// that sees its pulse and the level was low before.
+    pub fn hits_per_sample(&self) -> Vec<f64> {
+        self.correlator.hits_per_sample()
+    }
+
+    /// Mean rate of detections that are counted.
+    pub fn detection_rate_hz(&self) -> f64 {
+        let seconds = self.grid.period_chips as f64 * self.model.chip_period_ps * 1e-12;
+        self.correlator.hits_per_period() / seconds
+    }
+
+    /// Expected counts of a step of the first scan. An ideal detector's
+    /// are eqs. 12 and 14, which follow from eq. 26: the hits of half an on-chip
+    /// times theta + 2 w - L, straight between chips; the background of eq. 18 adds its
+    /// own times 2 w - L.
+    pub fn mean_count(&self, step: Step) -> MeanCount {
+        let phase_step = self.model.scan.phase_step(step);
+        let whole = self.correlator.signed_per_period(phase_step);
+        self.with_partial_period(step, whole)
+    }
+
+    /// Expected counts of every step of the first scan.
+    pub fn mean_counts(&self) -> Vec<MeanCount> {
+        let steps = self.model.scan.steps;
+        if steps < STEPS_FOR_FFT {
+            return Step::all(steps).map(|step| self.mean_count(step)).collect();
+        }
+        let whole = self.correlator.signed_per_period_of_all();
+        in_parallel(steps as usize, |step| {
+            let phase_step = self.model.scan.phase_step(Step::at(step)) as usize;
+            self.with_partial_period(Step::at(step), whole[phase_step])
+        })
+    }
+
+    /// Expected signed count of a step of the first scan.
+    pub fn expected_count(&self, step: Step) -> f64 {
+        self.mean_count(step).signed
+    }
+
+    /// The counts of a step whose phase step counts `whole` in a code period.
+    fn with_partial_period(&self, step: Step, whole: f64) -> MeanCount {
+        let (periods, first, rest) = self.chips_of(step);
+        let phase_step = self.model.scan.phase_step(step);
+        let correlator = &self.correlator;
+        let mut count = MeanCount {
+            signed: periods * whole,
+            total: periods * correlator.hits_per_period(),
+        };
+        if rest > 0 {
+            count.signed += correlator.signed_between(phase_step, first, rest, whole);
+            count.total += correlator.hits_between(first, rest);
+        }
+        count
+    }
+
+    /// Whole periods in a step, its first chip, and the chips left over.
+    pub(super) fn chips_of(&self, step: Step) -> (f64, usize, usize) {
+        let period = self.grid.period_chips as u64;
+        let chips = self.model.scan.integration_chips;
+        let group = self.model.group_of(step);
+        let first = self.model.first_chip(0, group) % u128::from(period);
+        (
+            (chips / period) as f64,
+            first as usize,
+            (chips % period) as usize,
+        )
+    }
+}
+
+/// Mean detections of one code period.
+fn detections(model: &DetectorModel, grid: &Grid) -> Result<AllAndMerged, MeanResponseError> {
+    if model.dead_time_chips <= 0.0 {
+        return Ok(poisson::solve(grid).0);
+    }
+    let needed = states_needed(model.afterpulsing, model.dead_time_chips);
+    if needed > MAX_STATES {
+        return Err(MeanResponseError::TooManyAfterpulses { limit: MAX_STATES });
+    }
+    Ok(with_states!(needed, M => {
+        let chain = Chain::<M>::new(model.afterpulsing, model.dead_time_chips);
+        forward::solve(grid, &chain, None)
+    }))
+}

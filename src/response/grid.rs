@@ -1,0 +1,397 @@
+//! Where integration steps end: the same places in every chip.
+
+use super::MeanResponseError;
+use super::light::Light;
+use super::sampling::Sampling;
+use crate::photons::DetectorModel;
+
+/// The finest step of integration, as a share of a chip.
+const FINEST_CELL_CHIPS: f64 = 1.0 / 128.0;
+
+/// Rate x dead time up to which 10^5 dead times are enough to forget a start:
+/// what is left of it is exp(-10^5 2 pi^2 / 256^2), below 10^-12.
+const LARGEST_SATURATION: f64 = 256.0;
+
+/// The longest common code period that is solved.
+const LONGEST_PERIOD_CHIPS: u64 = 1 << 18;
+/// Weights of a jitter's reach take some megabytes.
+const LARGEST_JITTER_CHIPS: u32 = 1 << 10;
+/// A detector must forget within so many chips: some seconds of solving.
+const LONGEST_MEMORY_CHIPS: u64 = 1 << 22;
+
+/// Cells of integration. The time frame is that of avalanches, with the first
+/// path's edges at whole chips: only differences of delays matter here.
+#[derive(Debug, Clone)]
+pub struct Grid {
+    /// Common period of all codes and the reference, in chips.
+    pub period_chips: usize,
+    /// Cells of one chip.
+    pub cells: Vec<GridCell>,
+    /// Their edges, 0 and 1 included.
+    pub edges: Vec<f64>,
+    /// Dead time.
+    pub dead_time_chips: f64,
+    /// Chips that one dead time reaches into, backwards or forwards.
+    pub reach_chips: usize,
+    /// Chips that make the detector forget how it started.
+    pub memory_chips: usize,
+    /// For pulses that may merge.
+    pub rearming: Option<Rearming>,
+    paths: Vec<GridPath>,
+    constant_per_chip: f64,
+}
+
+/// Where sample instants are, for pulses that may merge.
+#[derive(Debug, Clone)]
+pub struct Rearming {
+    /// For each cell of a chip: sample instants that a detector which becomes ready
+    /// there has to wait for until its next pulse counts.
+    pub waits: Vec<usize>,
+    /// For each cell, whether it starts at a sample instant.
+    pub at_instant: Vec<bool>,
+}
+
+/// Where an edge of the light leaves kinks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kinks {
+    /// Whole dead times later: in the detector's state.
+    Later,
+    /// Also whole dead times earlier: in the value of being in a state.
+    LaterAndEarlier,
+}
+
+/// One step of integration.
+#[derive(Debug, Clone)]
+pub struct GridCell {
+    pub width: f64,
+    /// Places one dead time before the start, middle and end.
+    pub before: [Place; 3],
+    /// Places one dead time after the start, middle and end.
+    pub after: [Place; 3],
+    /// For each path, whether its chip changes before this cell.
+    changed: Vec<bool>,
+}
+
+/// A place in another cell.
+#[derive(Debug, Clone, Copy)]
+pub struct Place {
+    /// Chips away.
+    pub chips: i64,
+    /// Cell in that chip.
+    pub cell: usize,
+    /// Weights of the value at the cell's start and end, and of the slope there.
+    pub weights: [f64; 4],
+}
+
+#[derive(Debug, Clone)]
+struct GridPath {
+    rate_per_chip: f64,
+    chips: Vec<u8>,
+    /// Code chip at the start of frame chip 0.
+    offset: i64,
+}
+
+impl Grid {
+    pub fn new(
+        model: &DetectorModel,
+        light: &Light,
+        kinks: Kinks,
+        samples: Samples,
+    ) -> Result<Grid, MeanResponseError> {
+        check(model)?;
+        check_brightness(model, light.brightest_per_chip())?;
+        let memory_chips = memory_chips(model, light.brightest_per_chip())?;
+        let period_chips = common_period(model, light)? as usize;
+        let frame = frame_chips(light);
+        let delays: Vec<f64> = light.paths.iter().map(|p| p.delay_chips - frame).collect();
+        let edges = edges(model, light, &delays, kinks, samples);
+        let dead_time = model.dead_time_chips;
+        let cells = edges
+            .windows(2)
+            .map(|edge| {
+                let (start, width) = (edge[0], edge[1] - edge[0]);
+                let place = |offset: f64| {
+                    [0.0, 0.5, 1.0].map(|x: f64| {
+                        // Looked up just inside the cell: at an edge of the
+                        // light the rate has two values, and this cell's is meant.
+                        let inside = x.clamp(1e-6, 1.0 - 1e-6);
+                        let time = start + x * width + offset;
+                        Place::new(&edges, start + inside * width + offset, time)
+                    })
+                };
+                let middle = start + 0.5 * width;
+                let changed = delays
+                    .iter()
+                    .map(|delay| (middle - delay).floor() > (-delay).floor());
+                GridCell {
+                    width,
+                    before: place(-dead_time),
+                    after: place(dead_time),
+                    changed: changed.collect(),
+                }
+            })
+            .collect();
+        let paths = light
+            .paths
+            .iter()
+            .zip(&delays)
+            .map(|(path, delay)| GridPath {
+                rate_per_chip: path.rate_per_chip,
+                chips: path.code.chips.clone(),
+                offset: (-delay).floor() as i64,
+            });
+        Ok(Grid {
+            period_chips,
+            rearming: samples.rearming(&edges),
+            cells,
+            edges,
+            dead_time_chips: dead_time,
+            reach_chips: dead_time.ceil() as usize + 1,
+            memory_chips,
+            paths: paths.collect(),
+            constant_per_chip: light.constant_per_chip,
+        })
+    }
+
+    /// Primary rate in every cell of a chip, per chip.
+    pub fn fill_rates(&self, chip: i64, rates: &mut Vec<f64>) {
+        rates.clear();
+        rates.resize(self.cells.len(), self.constant_per_chip);
+        for (index, path) in self.paths.iter().enumerate() {
+            let [before, after] = [0, 1].map(|later| {
+                let position = (chip + path.offset + later).rem_euclid(path.chips.len() as i64);
+                path.rate_per_chip * f64::from(path.chips[position as usize])
+            });
+            for (rate, cell) in rates.iter_mut().zip(&self.cells) {
+                *rate += if cell.changed[index] { after } else { before };
+            }
+        }
+    }
+
+    /// Chip, cell and position 0..1 inside the cell of a time in chips.
+    pub fn locate(&self, time: f64) -> (i64, usize, f64) {
+        let (chip, cell) = locate(&self.edges, time);
+        let inside = time - chip as f64 - self.edges[cell];
+        (chip, cell, inside / self.cells[cell].width)
+    }
+}
+
+impl Place {
+    /// The place of `time` in the cell that holds `inside`.
+    fn new(edges: &[f64], inside: f64, time: f64) -> Place {
+        let (chips, cell) = locate(edges, inside);
+        let width = edges[cell + 1] - edges[cell];
+        let x = (time - chips as f64 - edges[cell]) / width;
+        // The cubic that fits values and slopes.
+        let end = x * x * (3.0 - 2.0 * x);
+        let start_slope = x * (1.0 - x) * (1.0 - x) * width;
+        let end_slope = x * x * (x - 1.0) * width;
+        Place {
+            chips,
+            cell,
+            weights: [1.0 - end, end, start_slope, end_slope],
+        }
+    }
+}
+
+/// Sample instants in the grid's frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Samples {
+    /// Registered time of the frame's origin, in chips.
+    pub origin_chips: f64,
+    /// What the samples show; none for a counter in continuous time.
+    pub sampling: Option<Sampling>,
+}
+
+impl Samples {
+    /// Where counting changes within a chip, 0..1; and where that leaves the value of
+    /// being in a state with a step or a kink.
+    fn breaks(&self, kinks: Kinks, dead_time_chips: f64) -> Vec<f64> {
+        let back: &[f64] = match kinks {
+            Kinks::Later => &[0.0],
+            Kinks::LaterAndEarlier => &[0.0, 1.0, 2.0],
+        };
+        let registered = self.sampling.map_or(Vec::new(), |s| s.breaks());
+        registered
+            .into_iter()
+            .flat_map(|time| back.iter().map(move |dead| time - dead * dead_time_chips))
+            .map(|time| time - self.origin_chips)
+            .map(|time| time - time.floor())
+            .collect()
+    }
+
+    fn rearming(&self, edges: &[f64]) -> Option<Rearming> {
+        let sampling = self.sampling.filter(Sampling::merges)?;
+        let waits = edges
+            .windows(2)
+            .map(|cell| sampling.waits(0.5 * (cell[0] + cell[1]) + self.origin_chips));
+        let starts = &edges[..edges.len() - 1];
+        let at_instant = starts
+            .iter()
+            .map(|start| sampling.is_instant(start + self.origin_chips));
+        Some(Rearming {
+            waits: waits.collect(),
+            at_instant: at_instant.collect(),
+        })
+    }
+}
+
+impl Rearming {
+    /// The largest number of instants to wait for.
+    pub fn most_waits(&self) -> usize {
+        self.waits.iter().copied().max().unwrap_or(0)
+    }
+}
+
+/// The time of flight that the frame's whole chips stand for.
+pub fn frame_chips(light: &Light) -> f64 {
+    light.paths.first().map_or(0.0, |path| path.delay_chips)
+}
+
+fn locate(edges: &[f64], time: f64) -> (i64, usize) {
+    let chip = time.floor();
+    let cell = edges.partition_point(|&edge| edge <= time - chip) - 1;
+    (chip as i64, cell.min(edges.len() - 2))
+}
+
+fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
+    let ps = |chips: f64| chips * model.chip_period_ps;
+    if let Some(afterpulsing) = model.afterpulsing
+        && afterpulsing.time_constant_chips < 2.0 * FINEST_CELL_CHIPS
+    {
+        return Err(MeanResponseError::TimeConstantTooShort {
+            time_constant_ps: ps(afterpulsing.time_constant_chips),
+            least_ps: ps(2.0 * FINEST_CELL_CHIPS),
+        });
+    }
+    let jitter_chips = model.jitter_chips.unwrap_or(0.0);
+    if jitter_chips > f64::from(LARGEST_JITTER_CHIPS) {
+        return Err(MeanResponseError::JitterTooWide {
+            jitter_chips,
+            limit: LARGEST_JITTER_CHIPS,
+        });
+    }
+    let dead_time_needed = model.dead_time_chips > 0.0 || model.afterpulsing.is_some();
+    if dead_time_needed && model.dead_time_chips < FINEST_CELL_CHIPS {
+        return Err(MeanResponseError::DeadTimeTooShort {
+            dead_time_ps: ps(model.dead_time_chips),
+            least_ps: ps(FINEST_CELL_CHIPS),
+        });
+    }
+    Ok(())
+}
+
+fn common_period(model: &DetectorModel, light: &Light) -> Result<u64, MeanResponseError> {
+    let mut period = model.reference.len();
+    for path in &light.paths {
+        let length = path.code.len();
+        period = period / gcd(period, length) * length;
+        if period > LONGEST_PERIOD_CHIPS {
+            return Err(MeanResponseError::PeriodTooLong {
+                chips: period,
+                limit: LONGEST_PERIOD_CHIPS,
+            });
+        }
+    }
+    Ok(period)
+}
+
+fn gcd(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+/// Refuses light so bright that the finest cells are longer than the wait for a
+/// photon, or that the detector does not forget its start.
+fn check_brightness(
+    model: &DetectorModel,
+    brightest_per_chip: f64,
+) -> Result<(), MeanResponseError> {
+    if model.dead_time_chips <= 0.0 {
+        return Ok(());
+    }
+    let limit_per_chip = (LARGEST_SATURATION / model.dead_time_chips).min(1.0 / FINEST_CELL_CHIPS);
+    if brightest_per_chip <= limit_per_chip {
+        return Ok(());
+    }
+    let cps = |per_chip: f64| per_chip / (model.chip_period_ps * 1e-12);
+    Err(MeanResponseError::TooBright {
+        rate_cps: cps(brightest_per_chip),
+        limit_cps: cps(limit_per_chip),
+    })
+}
+
+/// How long a detector remembers that it started ready: a saturated one fires
+/// like a clock, and forgets after the square of (rate x dead time) dead times;
+/// cut at 10^5 dead times.
+fn memory_chips(
+    model: &DetectorModel,
+    brightest_per_chip: f64,
+) -> Result<usize, MeanResponseError> {
+    let saturation = brightest_per_chip * model.dead_time_chips;
+    let dead_times = (48.0 + 3.0 * saturation * saturation).min(1e5);
+    let release = model.afterpulsing.map_or(0.0, |a| a.time_constant_chips);
+    let chips = (dead_times * model.dead_time_chips).max(30.0 * release);
+    if chips > LONGEST_MEMORY_CHIPS as f64 {
+        return Err(MeanResponseError::MemoryTooLong {
+            chips,
+            limit: LONGEST_MEMORY_CHIPS,
+        });
+    }
+    Ok(chips.ceil() as usize + 1)
+}
+
+/// Edges of the cells of one chip, 0 and 1 included: every edge of light, and
+/// the kinks that those edges leave up to three dead times away; then divided
+/// until the cells are short enough.
+fn edges(
+    model: &DetectorModel,
+    light: &Light,
+    delays: &[f64],
+    kinks: Kinks,
+    samples: Samples,
+) -> Vec<f64> {
+    let mut breaks = vec![0.0, 1.0];
+    breaks.extend(samples.breaks(kinks, model.dead_time_chips));
+    let first = match kinks {
+        Kinks::Later => 0,
+        Kinks::LaterAndEarlier => -3,
+    };
+    for delay in delays {
+        for kink in first..=3 {
+            let time = delay + f64::from(kink) * model.dead_time_chips;
+            breaks.push(time - time.floor());
+        }
+    }
+    breaks.sort_by(f64::total_cmp);
+    breaks.dedup_by(|later, earlier| *later - *earlier < 1e-7);
+
+    let widest = widest_cell(model, light);
+    let mut edges = vec![0.0];
+    for gap in breaks.windows(2) {
+        let parts = ((gap[1] - gap[0]) / widest - 1e-9).ceil().max(1.0);
+        for part in 1..=parts as u32 {
+            edges.push(gap[0] + (gap[1] - gap[0]) * f64::from(part) / parts);
+        }
+    }
+    // Breaks within the tolerance of 1 were merged into it.
+    if let Some(last) = edges.last_mut() {
+        *last = 1.0;
+    }
+    edges
+}
+
+fn widest_cell(model: &DetectorModel, light: &Light) -> f64 {
+    let brightest = light.brightest_per_chip();
+    let mut widest: f64 = 0.125;
+    if brightest > 0.0 {
+        widest = widest.min(0.125 / brightest);
+    }
+    if let Some(afterpulsing) = model.afterpulsing {
+        widest = widest.min(0.25 * afterpulsing.time_constant_chips);
+    }
+    widest = widest.max(FINEST_CELL_CHIPS);
+    if model.dead_time_chips > 0.0 {
+        widest = widest.min(model.dead_time_chips);
+    }
+    widest
+}

@@ -1,0 +1,136 @@
+//! Pairs of detections of one detector in one light.
+
+use super::chain::{Chain, states_needed};
+use super::forward::{self, AllAndMerged, Detections, ReadyStates};
+use super::grid::{Grid, Kinks, Samples};
+use super::light::Light;
+use super::poisson::{self, Waiting};
+use super::{MAX_STATES, MeanResponseError, variance, with_states};
+use crate::photons::DetectorModel;
+
+/// What the detections of one code period know of later ones.
+pub struct DetectorPairs {
+    pub grid: Grid,
+    detections: Detections,
+    states: Box<dyn States>,
+    /// Expected detections in every cell of the code period, less those that merge
+    /// with the one before.
+    pub hits: Vec<f64>,
+    /// [`DetectorPairs::excess`] of all detections that count.
+    pub excess_of_all: Vec<f64>,
+    samples: Samples,
+    /// Share of each cell of a chip in which a pulse is seen by a sample.
+    pub seen: Vec<f64>,
+}
+
+/// The detector's states, whatever their number.
+trait States: Send + Sync {
+    fn excess(&self, grid: &Grid, detections: &Detections, signs: &[f64]) -> Vec<f64>;
+}
+
+struct Solved<const M: usize> {
+    chain: Chain<M>,
+    ready: ReadyStates<M>,
+}
+
+impl DetectorPairs {
+    pub fn new(
+        model: &DetectorModel,
+        light: &Light,
+        samples: Samples,
+    ) -> Result<DetectorPairs, MeanResponseError> {
+        let grid = Grid::new(model, light, Kinks::LaterAndEarlier, samples)?;
+        let (detections, states) = solve(model, &grid)?;
+        let detections = detections.counted();
+        let cumulative = &detections.cumulative;
+        let hits: Vec<f64> = cumulative.windows(2).map(|c| c[1] - c[0]).collect();
+        let mut pairs = DetectorPairs {
+            grid,
+            detections,
+            states,
+            excess_of_all: Vec::new(),
+            hits,
+            samples,
+            seen: Vec::new(),
+        };
+        [pairs.seen, _] = pairs.shares_after(f64::NEG_INFINITY);
+        let seen: Vec<f64> = pairs.seen_of_period().collect();
+        pairs.excess_of_all = pairs.excess(&seen);
+        Ok(pairs)
+    }
+
+    /// For every cell: expected detections there, times what each goes with of
+    /// later ones, weighted with `signs`, beyond their plain expectation.
+    pub fn excess(&self, signs: &[f64]) -> Vec<f64> {
+        self.states.excess(&self.grid, &self.detections, signs)
+    }
+
+    /// Share of each cell of a chip that comes after `edge` (in chips from the
+    /// chip's start), and after the edge of the chip before; of what a sample sees.
+    pub fn shares_after(&self, edge: f64) -> [Vec<f64>; 2] {
+        let seen = |from: f64, to: f64| {
+            let registered = |time: f64| time + self.samples.origin_chips;
+            match &self.samples.sampling {
+                None => to - from,
+                Some(sampling) => sampling.seen_between(registered(from), registered(to)),
+            }
+        };
+        [edge, edge - 1.0].map(|edge| {
+            let cells = self.grid.edges.windows(2);
+            cells
+                .map(|cell| seen(edge.clamp(cell[0], cell[1]), cell[1]) / (cell[1] - cell[0]))
+                .collect()
+        })
+    }
+
+    /// Share of every cell of the code period in which a pulse is seen.
+    pub fn seen_of_period(&self) -> impl Iterator<Item = f64> + '_ {
+        self.seen.iter().copied().cycle().take(self.hits.len())
+    }
+}
+
+fn solve(
+    model: &DetectorModel,
+    grid: &Grid,
+) -> Result<(AllAndMerged, Box<dyn States>), MeanResponseError> {
+    if model.dead_time_chips <= 0.0 {
+        let (detections, waiting) = poisson::solve(grid);
+        return Ok((detections, Box::new(waiting)));
+    }
+    let needed = states_needed(model.afterpulsing, model.dead_time_chips);
+    if needed > MAX_STATES {
+        return Err(MeanResponseError::TooManyAfterpulses { limit: MAX_STATES });
+    }
+    Ok(with_states!(needed, M => {
+        let chain = Chain::<M>::new(model.afterpulsing, model.dead_time_chips);
+        let mut ready = ReadyStates::<M>::new();
+        let detections = forward::solve(grid, &chain, Some(&mut ready));
+        (detections, Box::new(Solved { chain, ready }))
+    }))
+}
+
+impl<const M: usize> States for Solved<M> {
+    fn excess(&self, grid: &Grid, detections: &Detections, signs: &[f64]) -> Vec<f64> {
+        variance::excess(grid, &self.chain, &self.ready, detections, signs)
+    }
+}
+
+impl States for Waiting {
+    fn excess(&self, grid: &Grid, _: &Detections, signs: &[f64]) -> Vec<f64> {
+        Waiting::excess(self, grid, signs)
+    }
+}
+
+/// Sums over the cells before each chip, and over all.
+pub fn before_chips(grid: &Grid, per_cell: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut sums = Vec::with_capacity(grid.period_chips + 1);
+    let mut sum = 0.0;
+    for (index, value) in per_cell.enumerate() {
+        if index % grid.cells.len() == 0 {
+            sums.push(sum);
+        }
+        sum += value;
+    }
+    sums.push(sum);
+    sums
+}

@@ -1,0 +1,160 @@
+//! From a rust-hdl block to plain data: its scopes, atoms and kernels.
+
+use rust_hdl::core::ast::{Verilog, VerilogLiteral, VerilogStatement};
+use rust_hdl::core::atom::{Atom, AtomKind};
+use rust_hdl::core::block::Block;
+use rust_hdl::core::probe::Probe;
+
+use super::fault::{Fault, Refusal};
+use crate::rtl::front::Marker;
+
+/// A block with everything in it.
+#[derive(Debug)]
+pub struct Scope {
+    /// Field name, `$n` after an element of a vector.
+    pub name: String,
+    /// Ports, local signals and constants, in the order of declaration.
+    pub atoms: Vec<AtomInfo>,
+    /// What the block is.
+    pub content: Content,
+    /// Blocks in it, in the order of declaration.
+    pub children: Vec<Scope>,
+}
+
+/// What a scope is.
+#[derive(Debug)]
+pub enum Content {
+    /// A kernel.
+    Kernel(Vec<VerilogStatement>),
+    /// A marker of our own.
+    Marker(Marker),
+}
+
+/// A port, local signal or constant.
+#[derive(Debug)]
+pub struct AtomInfo {
+    /// Name inside the block's kernel.
+    pub inner_key: String,
+    /// Name after the instance's in the parent's kernel.
+    pub outer_key: String,
+    /// rust-hdl's kind.
+    pub kind: AtomKind,
+    /// Bits.
+    pub width: u32,
+    /// Value, for constants.
+    pub value: u128,
+    /// Description.
+    pub about: String,
+    /// Heading in the port list.
+    pub heading: Option<String>,
+}
+
+/// Collects the scopes of `top`.
+pub fn scopes_of(top: &dyn Block) -> Result<Scope, Refusal> {
+    let mut collector = Collector::default();
+    top.accept("top", &mut collector);
+    match (collector.fault, collector.done) {
+        (Some(refusal), _) => Err(refusal),
+        (None, Some(scope)) => Ok(scope),
+        (None, None) => Err(Refusal {
+            module: "top".to_owned(),
+            fault: Fault::Unsupported {
+                construct: "a design without a block".to_owned(),
+            },
+        }),
+    }
+}
+
+#[derive(Default)]
+struct Collector {
+    open: Vec<Scope>,
+    namespace: Vec<String>,
+    done: Option<Scope>,
+    fault: Option<Refusal>,
+}
+
+impl Probe for Collector {
+    fn visit_start_scope(&mut self, name: &str, node: &dyn Block) {
+        let content = match node.hdl() {
+            Verilog::Combinatorial(kernel) => Ok(Content::Kernel(kernel)),
+            Verilog::Custom(text) => serde_json::from_str(&text)
+                .map(Content::Marker)
+                .map_err(|_| "Verilog text".to_owned()),
+            Verilog::Empty => Ok(Content::Kernel(Vec::new())),
+            Verilog::Blackbox(_) | Verilog::Wrapper(_) => Err("a black box".to_owned()),
+        };
+        let content = content.unwrap_or_else(|construct| {
+            self.fault.get_or_insert(Refusal {
+                module: name.to_owned(),
+                fault: Fault::Unsupported { construct },
+            });
+            Content::Kernel(Vec::new())
+        });
+        self.open.push(Scope {
+            name: name.to_owned(),
+            atoms: Vec::new(),
+            content,
+            children: Vec::new(),
+        });
+    }
+
+    fn visit_start_namespace(&mut self, name: &str, _node: &dyn Block) {
+        self.namespace.push(name.to_owned());
+    }
+
+    fn visit_atom(&mut self, name: &str, atom: &dyn Atom) {
+        let Some(scope) = self.open.last_mut() else {
+            return;
+        };
+        let mut inner_key = self.namespace.join("$");
+        if !inner_key.is_empty() {
+            inner_key.push('$');
+        }
+        inner_key.push_str(name);
+        let described = atom.descriptor().name;
+        let (heading, about) = match described.split_once('\n') {
+            Some((heading, about)) => (Some(heading.to_owned()), about.to_owned()),
+            None => (None, described),
+        };
+        scope.atoms.push(AtomInfo {
+            inner_key,
+            outer_key: name.to_owned(),
+            kind: atom.kind(),
+            width: atom.bits() as u32,
+            value: literal_value(&atom.verilog()).unwrap_or(0),
+            about,
+            heading,
+        });
+    }
+
+    fn visit_end_namespace(&mut self, _name: &str, _node: &dyn Block) {
+        self.namespace.pop();
+    }
+
+    fn visit_end_scope(&mut self, _name: &str, _node: &dyn Block) {
+        let Some(scope) = self.open.pop() else {
+            return;
+        };
+        match self.open.last_mut() {
+            Some(parent) => parent.children.push(scope),
+            None => self.done = Some(scope),
+        }
+    }
+}
+
+/// The number in a literal, or `None` if negative or beyond 128 bits.
+/// rust-hdl keeps it private; its hexadecimal form, `32'h1f`, has it.
+pub fn literal_value(literal: &VerilogLiteral) -> Option<u128> {
+    let text = format!("{literal:x}");
+    let digits = text.split_once("'h")?.1;
+    u128::from_str_radix(digits, 16).ok()
+}
+
+/// The declared width of a literal; rust-hdl gives 1 to `true` and `false`
+/// and 32 or more to numbers.
+pub fn literal_width(literal: &VerilogLiteral) -> u32 {
+    let text = format!("{literal:x}");
+    text.split_once('\'')
+        .and_then(|(width, _)| width.parse().ok())
+        .unwrap_or(0)
+}

@@ -1,0 +1,365 @@
+//! The names of a module: its own signals and the pins of what is in it.
+
+use std::collections::{HashMap, HashSet};
+
+use rust_hdl::core::atom::AtomKind;
+
+use super::expr::SignalId;
+use super::fault::Fault;
+use super::names::check_name;
+use super::scope::{Content, Scope};
+use crate::rtl::front::{Description, Marker};
+
+/// Something that a kernel can name.
+#[derive(Debug, Clone)]
+pub struct Signal {
+    /// Name in the Verilog.
+    pub name: String,
+    /// Bits.
+    pub width: u32,
+    /// What it is in its module.
+    pub role: Role,
+    /// Description; empty for pins.
+    pub about: String,
+    /// Heading in the port list.
+    pub heading: Option<String>,
+    /// Value of a constant.
+    pub value: u128,
+}
+
+/// What a signal is in its module; numbers index the registers, tables,
+/// wirings or instances of [`Names`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Port driven from outside.
+    Input,
+    /// Port driven by the module.
+    Output,
+    /// Wire inside.
+    Local,
+    /// Named constant.
+    Constant,
+    /// A register's input.
+    RegisterD(usize),
+    /// A register's content.
+    RegisterQ(usize),
+    /// A register's clock.
+    RegisterClock(usize),
+    /// The contents of a table.
+    Table,
+    /// A table's index.
+    TableAddress(usize),
+    /// A table's entry.
+    TableData(usize),
+    /// An input of a wiring.
+    WiringIn(usize),
+    /// The output of a wiring.
+    WiringOut(usize),
+    /// Input port of an instance.
+    InstanceInput(usize),
+    /// Output port of an instance.
+    InstanceOutput(usize),
+}
+
+/// A register of the module.
+#[derive(Debug, Clone)]
+pub struct RegisterPins {
+    /// The register itself.
+    pub q: SignalId,
+    /// Its clock pin.
+    pub clock: SignalId,
+    /// Value after reset.
+    pub reset: Reset,
+}
+
+/// A register's value after reset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reset {
+    /// A number.
+    Literal(u128),
+    /// One of the module's constants.
+    Constant(SignalId),
+}
+
+/// A table of single bits in the module.
+#[derive(Debug, Clone)]
+pub struct TablePins {
+    /// The contents.
+    pub contents: SignalId,
+    /// Entry 0 first.
+    pub bits: Vec<u8>,
+    /// Index.
+    pub address: SignalId,
+    /// Entry.
+    pub data: SignalId,
+}
+
+/// Fixed wiring in the module.
+#[derive(Debug, Clone)]
+pub struct WiringPins {
+    /// Inputs.
+    pub inputs: Vec<SignalId>,
+    /// Output.
+    pub output: SignalId,
+    /// For every bit of the output, the index of its input.
+    pub sources: Vec<usize>,
+}
+
+/// An instance of another module.
+#[derive(Debug, Clone)]
+pub struct InstancePins {
+    /// Instance name.
+    pub name: String,
+    /// Index in the scope's children.
+    pub child: usize,
+    /// Ports as (name in the child, signal here).
+    pub ports: Vec<(String, SignalId)>,
+}
+
+/// Every name of a module.
+#[derive(Debug, Default)]
+pub struct Names {
+    /// The header, if the block has one.
+    pub description: Option<Description>,
+    /// All signals.
+    pub signals: Vec<Signal>,
+    /// Registers, in the order of declaration.
+    pub registers: Vec<RegisterPins>,
+    /// Tables.
+    pub tables: Vec<TablePins>,
+    /// Wirings.
+    pub wirings: Vec<WiringPins>,
+    /// Instances, in the order of declaration.
+    pub instances: Vec<InstancePins>,
+    by_key: HashMap<String, SignalId>,
+}
+
+impl Names {
+    /// The names of `scope`.
+    pub fn of(scope: &Scope) -> Result<Names, Fault> {
+        let mut names = Names::default();
+        let atom_names = plain_names(scope.atoms.iter().map(|a| a.outer_key.as_str()));
+        for (atom, name) in scope.atoms.iter().zip(atom_names) {
+            let (role, name) = match atom.kind {
+                AtomKind::InputParameter => (Role::Input, name),
+                AtomKind::OutputParameter => (Role::Output, name),
+                AtomKind::LocalSignal => (Role::Local, name),
+                AtomKind::Constant => (Role::Constant, name.to_uppercase()),
+                _ => {
+                    return Err(Fault::Unsupported {
+                        construct: format!("`{name}`, neither input, output, local nor constant,"),
+                    });
+                }
+            };
+            let id = names.add(&atom.inner_key, name, atom.width, role, &atom.about);
+            names.signals[id].value = atom.value;
+            names.signals[id].heading.clone_from(&atom.heading);
+        }
+        let child_names = plain_names(scope.children.iter().map(|c| c.name.as_str()));
+        for (index, (child, name)) in scope.children.iter().zip(child_names).enumerate() {
+            match &child.content {
+                Content::Marker(Marker::About(description)) => {
+                    names.description = Some(description.clone());
+                }
+                Content::Marker(marker) => names.add_inline(child, name, marker)?,
+                Content::Kernel(_) => names.add_instance(child, name, index),
+            }
+        }
+        names.check()?;
+        Ok(names)
+    }
+
+    /// The signal that a kernel calls `key`.
+    pub fn find(&self, key: &str) -> Option<SignalId> {
+        fn without(names: &HashMap<String, SignalId>, key: &str, from: usize) -> Option<SignalId> {
+            if let Some(id) = names.get(key) {
+                return Some(*id);
+            }
+            let at = from + key[from..].find("$0")?;
+            without(names, &format!("{}{}", &key[..at], &key[at + 2..]), at)
+                .or_else(|| without(names, key, at + 2))
+        }
+        without(&self.by_key, key, 0)
+    }
+
+    fn add(&mut self, key: &str, name: String, width: u32, role: Role, about: &str) -> SignalId {
+        let id = self.signals.len();
+        self.signals.push(Signal {
+            name,
+            width,
+            role,
+            about: about.to_owned(),
+            heading: None,
+            value: 0,
+        });
+        self.by_key.insert(key.to_owned(), id);
+        id
+    }
+
+    fn add_inline(&mut self, child: &Scope, name: String, marker: &Marker) -> Result<(), Fault> {
+        let width_of = |pin: &str| {
+            child
+                .atoms
+                .iter()
+                .find(|a| a.outer_key == pin)
+                .map_or(0, |a| a.width)
+        };
+        let key = |pin: &str| format!("{}${pin}", child.name);
+        match marker {
+            Marker::Register {
+                name: given,
+                reset_value,
+                reset_constant,
+                about,
+            } => {
+                let index = self.registers.len();
+                let name = given.clone().unwrap_or(name);
+                let width = width_of("q");
+                let reset = match reset_constant {
+                    None => Reset::Literal(*reset_value),
+                    Some(constant) => {
+                        let id = self.find(constant).ok_or_else(|| Fault::UnknownName {
+                            name: constant.clone(),
+                        })?;
+                        check_reset_constant(&self.signals[id], &name, width, *reset_value)?;
+                        Reset::Constant(id)
+                    }
+                };
+                let clock_role = Role::RegisterClock(index);
+                let clock = self.add(&key("clock"), format!("{name}.clock"), 1, clock_role, "");
+                let d_role = Role::RegisterD(index);
+                self.add(&key("d"), format!("{name}.d"), width, d_role, "");
+                let q_role = Role::RegisterQ(index);
+                let q = self.add(&key("q"), format!("{name}_r"), width, q_role, about);
+                self.registers.push(RegisterPins { q, clock, reset });
+            }
+            Marker::BitTable { bits, about } => {
+                let index = self.tables.len();
+                let contents_name = name.to_uppercase();
+                let size = 1 << width_of("address");
+                let contents = self.add(&key(""), contents_name, size, Role::Table, about);
+                let address = self.add(
+                    &key("address"),
+                    format!("{name}.address"),
+                    width_of("address"),
+                    Role::TableAddress(index),
+                    "",
+                );
+                let data_role = Role::TableData(index);
+                let data = self.add(&key("data"), format!("{name}_entry"), 1, data_role, about);
+                self.tables.push(TablePins {
+                    contents,
+                    bits: bits.clone(),
+                    address,
+                    data,
+                });
+            }
+            Marker::Wiring { sources, about } => {
+                let index = self.wirings.len();
+                let pins: Vec<&str> = child
+                    .atoms
+                    .iter()
+                    .filter(|a| a.kind == AtomKind::InputParameter)
+                    .map(|a| a.outer_key.as_str())
+                    .collect();
+                let mut inputs = Vec::new();
+                for pin in pins {
+                    let role = Role::WiringIn(index);
+                    inputs.push(self.add(&key(pin), format!("{name}.{pin}"), 1, role, ""));
+                }
+                let width = sources.len() as u32;
+                let output = self.add(&key("o"), name, width, Role::WiringOut(index), about);
+                self.wirings.push(WiringPins {
+                    inputs,
+                    output,
+                    sources: sources.clone(),
+                });
+            }
+            Marker::About(_) => {}
+        }
+        Ok(())
+    }
+
+    fn add_instance(&mut self, child: &Scope, name: String, index: usize) {
+        let instance = self.instances.len();
+        let ports = child
+            .atoms
+            .iter()
+            .filter(|a| a.kind != AtomKind::LocalSignal && a.kind != AtomKind::Constant);
+        let port_names = plain_names(ports.clone().map(|a| a.outer_key.as_str()));
+        let mut pins = Vec::new();
+        for (port, port_name) in ports.zip(port_names) {
+            // An instance's outputs are what the rest of the module reads, so
+            // they get the shorter names.
+            let (role, wire) = match port.kind {
+                AtomKind::InputParameter => {
+                    (Role::InstanceInput(instance), format!("{name}_{port_name}"))
+                }
+                _ => {
+                    let short = port_name.strip_prefix("o_").unwrap_or(&port_name);
+                    (Role::InstanceOutput(instance), format!("{name}_{short}"))
+                }
+            };
+            let key = format!("{}${}", child.name, port.outer_key);
+            let id = self.add(&key, wire, port.width, role, &port.about);
+            pins.push((port_name, id));
+        }
+        self.instances.push(InstancePins {
+            name,
+            child: index,
+            ports: pins,
+        });
+    }
+
+    fn check(&self) -> Result<(), Fault> {
+        let mut taken = HashSet::new();
+        let instances = self.instances.iter().map(|i| i.name.as_str());
+        let signals = self.signals.iter().map(|s| s.name.as_str());
+        for name in signals.filter(|n| !n.contains('.')).chain(instances) {
+            check_name(name)?;
+            if !taken.insert(name) {
+                return Err(Fault::BadName {
+                    name: name.to_owned(),
+                    reason: "two things of this module would share it",
+                });
+            }
+        }
+        for signal in &self.signals {
+            if signal.width == 0 {
+                return Err(Fault::OutOfRange { bit: 0, width: 0 });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_reset_constant(
+    constant: &Signal,
+    register: &str,
+    width: u32,
+    reset_value: u128,
+) -> Result<(), Fault> {
+    if constant.width != width {
+        return Err(Fault::WidthMismatch {
+            place: format!("reset of `{register}`"),
+            left: width,
+            right: constant.width,
+        });
+    }
+    if constant.value != reset_value || constant.role != Role::Constant {
+        return Err(Fault::Unsupported {
+            construct: format!("a reset of `{register}` that is not its constant's value"),
+        });
+    }
+    Ok(())
+}
+
+/// Names without `$`: elements of a vector get `_n`, unless there is only one.
+fn plain_names<'a>(keys: impl Iterator<Item = &'a str> + Clone) -> Vec<String> {
+    let all: HashSet<&str> = keys.clone().collect();
+    keys.map(|key| match key.strip_suffix("$0") {
+        Some(base) if !all.contains(format!("{base}$1").as_str()) => base.replace('$', "_"),
+        _ => key.replace('$', "_"),
+    })
+    .collect()
+}

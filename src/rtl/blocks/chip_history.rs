@@ -1,0 +1,194 @@
+//! Whole chips of a reference's delay.
+//!
+//! Latency 1 clock from `i_chip` to `o_chips`. The delay grows by letting the generator wait, so
+//! that no memory of the code and no second generator is needed, whatever the delay.
+
+use super::phase_geometry::{PhaseGeometry, ReferenceStart};
+use crate::rtl::front::prelude::*;
+
+/// Keeps the reference's present chip and those before it, and delays them by
+/// holding the generator.
+#[block(HistoryPlan)]
+pub struct ChipHistory {
+    /// one chip per cycle
+    pub i_clk: Input<bool>,
+    /// synchronous, active high
+    pub i_rst: Input<bool>,
+    /// next chip of the reference
+    pub i_chip: Input<bool>,
+    /// last clock of a phase step
+    #[when(plan.geometry.chips() > 0)]
+    pub i_step_end: Optional<Input<bool>>,
+    /// last clock of a step after which the delay grows by a chip more
+    #[when(plan.geometry.grows_by_samples())]
+    pub i_wrap: Optional<Input<bool>>,
+    /// a scan begins with the next clock
+    #[when(plan.realigns)]
+    pub i_start: Optional<Input<bool>>,
+    /// the reference generator goes on to its next chip
+    pub o_advance: Output<bool>,
+    /// reference chips, the present one in bit 0
+    #[width(plan.geometry.window_chips())]
+    pub o_chips: Output<Word>,
+    #[is(describe(plan.geometry))]
+    about: About,
+    /// Reference chips after reset and at a scan's start
+    #[width(plan.kept())]
+    #[value(plan.start.chips)]
+    chips_load: Constant,
+    /// reference chips, the present one in bit 0, those before it above
+    #[width(plan.kept())]
+    #[reset(plan.start.chips, chips_load)]
+    chips: Register<Word>,
+    /// chips that the reference went back by, the next one on top
+    #[when(plan.replays())]
+    #[width(plan.replayed().max(1))]
+    saved: Optional<Register<Word>>,
+    /// which of them are still to come again
+    #[when(plan.replays())]
+    #[width(plan.replayed().max(1))]
+    replays: Optional<Register<Word>>,
+    /// the reference generator waits
+    #[when(plan.replays())]
+    hold: Optional<Local<bool>>,
+    /// chip that comes next
+    #[when(plan.replays())]
+    chip: Optional<Local<bool>>,
+    plan: Plan<HistoryPlan>,
+}
+
+#[derive(Debug, Clone)]
+struct HistoryPlan {
+    geometry: PhaseGeometry,
+    start: ReferenceStart,
+    realigns: bool,
+}
+
+impl HistoryPlan {
+    fn kept(&self) -> usize {
+        self.geometry.kept_chips() as usize
+    }
+
+    fn window_chips(&self) -> usize {
+        self.geometry.window_chips() as usize
+    }
+
+    fn step_chips(&self) -> usize {
+        self.geometry.chips() as usize
+    }
+
+    fn replayed(&self) -> usize {
+        self.geometry.replayed_chips() as usize
+    }
+
+    fn replays(&self) -> bool {
+        self.replayed() > 0
+    }
+}
+
+impl ChipHistory {
+    /// `realigns` adds the start of later scans.
+    pub fn new(geometry: PhaseGeometry, start: ReferenceStart, realigns: bool) -> ChipHistory {
+        ChipHistory::build(&HistoryPlan {
+            geometry,
+            start,
+            realigns,
+        })
+    }
+}
+
+fn describe(geometry: PhaseGeometry) -> About {
+    let mut about = About::new(
+        "chip_history",
+        "the reference's last chips, delayed by holding its generator",
+    );
+    if geometry.most_chips() > 1 {
+        about = about.note(
+            "When the delay grows by several chips, the reference goes back by all but one of \
+             them; those come again from a register while the generator waits.",
+        );
+    }
+    about
+        .fact("Latency", "1 clock from i_chip to o_chips")
+        .fact("Rate", "one chip per clock")
+}
+
+#[kernel]
+impl Logic for ChipHistory {
+    fn update(&mut self) {
+        dff_setup!(self, i_clk, chips);
+        if self.i_step_end.is_present() {
+            self.advance();
+            self.grow();
+        } else {
+            self.o_advance.next = !self.i_wrap.val();
+            if !self.i_wrap.val() {
+                self.chips.d.next =
+                    (self.chips.q.val() << 1) | bit_cast(self.i_chip.val(), self.plan.kept());
+            }
+        }
+        if self.i_start.is_present() {
+            if self.i_start.val() {
+                self.chips.d.next = self.chips_load.val();
+                if self.plan.replays() {
+                    self.replays.d.next = 0.into();
+                }
+            }
+        }
+        self.o_chips.next = bit_cast(self.chips.q.val(), self.plan.window_chips());
+    }
+
+    /// When the generator goes on, and the chip that comes next.
+    fn advance(&mut self) {
+        if self.plan.replays() {
+            dff_setup!(self, i_clk, saved, replays);
+            let top = self.plan.replayed().saturating_sub(1);
+            self.hold.next = self.i_step_end.val() | self.replays.q.val().get_bit(top);
+            if self.replays.q.val().get_bit(top) {
+                self.chip.next = self.saved.q.val().get_bit(top);
+            } else {
+                self.chip.next = self.i_chip.val();
+            }
+            self.o_advance.next = !self.hold.val();
+            self.saved.d.next = self.saved.q.val() << 1;
+            self.replays.d.next = self.replays.q.val() << 1;
+        } else {
+            self.o_advance.next = !self.i_step_end.val();
+        }
+    }
+
+    /// The delay grows by whole chips, and by one more when the lanes wrap.
+    fn grow(&mut self) {
+        let back = self.plan.step_chips();
+        if self.i_step_end.val() {
+            self.chips.d.next = self.chips.q.val() >> back.saturating_sub(1);
+            if self.plan.replays() {
+                self.save();
+            }
+        } else if self.plan.replays() {
+            self.chips.d.next =
+                (self.chips.q.val() << 1) | bit_cast(self.chip.val(), self.plan.kept());
+        } else {
+            self.chips.d.next =
+                (self.chips.q.val() << 1) | bit_cast(self.i_chip.val(), self.plan.kept());
+        }
+        if self.i_wrap.is_present() {
+            if self.i_wrap.val() {
+                self.chips.d.next = self.chips.q.val() >> back;
+                self.saved.d.next = bit_cast(self.chips.q.val(), self.plan.replayed());
+                self.replays.d.next = !bit_cast(false, self.plan.replayed());
+            }
+        }
+    }
+
+    /// The chips by which the reference goes back, to come again.
+    fn save(&mut self) {
+        if self.i_wrap.is_present() {
+            self.saved.d.next = bit_cast(self.chips.q.val(), self.plan.replayed()) << 1;
+            self.replays.d.next = !bit_cast(false, self.plan.replayed()) << 1;
+        } else {
+            self.saved.d.next = bit_cast(self.chips.q.val(), self.plan.replayed());
+            self.replays.d.next = !bit_cast(false, self.plan.replayed());
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! One of several counts.
+//!
+//! Latency 1 clock. One bit says whose turn it is, so that a count costs an AND and an OR, and no
+//! number of the turn has to be decoded.
+
+use crate::rtl::front::prelude::*;
+
+/// Keeps the count whose turn it is.
+#[block(ChoicePlan)]
+pub struct CountChoice {
+    /// one choice per cycle
+    pub i_clk: Input<bool>,
+    /// synchronous, active high
+    pub i_rst: Input<bool>,
+    /// at most one bit: which count's turn it is
+    #[width(plan.counts)]
+    pub i_turn: Input<Word>,
+    /// The counts.
+    #[each(count in 0..plan.counts)]
+    #[about(format!("count {count}"))]
+    #[width(plan.bits)]
+    pub i_count: Vec<Input<Word>>,
+    /// the count whose turn it was, or 0
+    #[width(plan.bits)]
+    pub o_count: Output<Word>,
+    #[is(describe())]
+    about: About,
+    #[each(count in 0..plan.counts)]
+    #[about(match count {
+        0 => "count 0 if it is its turn".to_owned(),
+        _ => format!("one of counts 0 to {count}"),
+    })]
+    #[width(plan.bits)]
+    up_to: Vec<Local<Word>>,
+    /// the count whose turn it was, or 0
+    #[width(plan.bits)]
+    chosen: Register<Word>,
+    plan: Plan<ChoicePlan>,
+}
+
+#[derive(Debug, Clone)]
+struct ChoicePlan {
+    bits: u32,
+    counts: usize,
+}
+
+impl CountChoice {
+    /// Out of `counts` counts of `bits` bits.
+    pub fn new(bits: u32, counts: u32) -> CountChoice {
+        CountChoice::build(&ChoicePlan {
+            bits,
+            counts: counts as usize,
+        })
+    }
+}
+
+fn describe() -> About {
+    About::new("count_choice", "one of several counts")
+        .fact("Latency", "1 clock")
+        .fact("Rate", "one choice per clock")
+}
+
+#[kernel]
+impl Logic for CountChoice {
+    fn update(&mut self) {
+        dff_setup!(self, i_clk, chosen);
+        self.up_to[0].next = self.i_count[0].val() & signed_cast(self.i_turn.val().get_bit(0));
+        for c in 1..self.plan.counts {
+            self.up_to[c].next = self.up_to[c - 1].val()
+                | (self.i_count[c].val() & signed_cast(self.i_turn.val().get_bit(c)));
+        }
+        self.chosen.d.next = self.up_to[self.plan.counts - 1].val();
+        self.o_count.next = self.chosen.q.val();
+    }
+}

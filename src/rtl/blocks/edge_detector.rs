@@ -1,0 +1,118 @@
+//! Hits: rising edges of the sampled SPAD level.
+//!
+//! Latency 1 clock. Two neighbouring samples hold at most one rising edge, so that two bits say
+//! all about a pair: what counts the hits later sees half as many places as there are samples.
+
+use crate::rtl::front::prelude::*;
+
+/// Marks every pair of samples that holds a rising edge, and says which.
+#[block(EdgePlan)]
+pub struct EdgeDetector {
+    /// one sample word per cycle
+    pub i_clk: Input<bool>,
+    /// synchronous, active high
+    pub i_rst: Input<bool>,
+    /// level of the SPAD, bit 0 earliest
+    #[width(plan.lanes)]
+    pub i_samples: Input<Word>,
+    /// the word belongs to a scan
+    pub i_run: Input<bool>,
+    /// pairs of samples with a high one after a low one
+    #[width(plan.pairs())]
+    pub o_hits: Output<Word>,
+    /// the hit is the earlier sample of its pair
+    #[when(plan.has_pairs())]
+    #[width(plan.pairs())]
+    pub o_early: Optional<Output<Word>>,
+    #[is(describe())]
+    about: About,
+    /// samples that are high after a low one
+    #[width(plan.lanes)]
+    rising: Local<Word>,
+    /// pairs with such a sample
+    #[width(plan.pairs())]
+    pairs: Wiring,
+    /// the earlier sample of each pair
+    #[when(plan.has_pairs())]
+    #[width(plan.pairs())]
+    earlier: Optional<Wiring>,
+    /// last sample of the word before
+    last_sample: Register<bool>,
+    /// pairs of samples with a high one after a low one
+    #[width(plan.pairs())]
+    hits: Register<Word>,
+    /// the hit is the earlier sample of its pair
+    #[when(plan.has_pairs())]
+    #[width(plan.pairs())]
+    early: Optional<Register<Word>>,
+    plan: Plan<EdgePlan>,
+}
+
+#[derive(Debug, Clone)]
+struct EdgePlan {
+    lanes: usize,
+}
+
+impl EdgePlan {
+    fn pairs(&self) -> usize {
+        self.lanes.div_ceil(2)
+    }
+
+    /// Whether there is a pair, and not a single sample.
+    fn has_pairs(&self) -> bool {
+        self.lanes > 1
+    }
+}
+
+impl EdgeDetector {
+    /// For words of `lanes` samples.
+    pub fn new(lanes: u32) -> EdgeDetector {
+        EdgeDetector::build(&EdgePlan {
+            lanes: lanes as usize,
+        })
+    }
+}
+
+fn describe() -> About {
+    About::new(
+        "edge_detector",
+        "one hit per rising edge of the SPAD's level",
+    )
+    .note(
+        "Of two neighbouring samples at most one is a rising edge, and it is the earlier one \
+         exactly when that sample is high: two bits say all about a pair.",
+    )
+    .note(
+        "The last sample of a word is kept outside scans too, so that a pulse that began before \
+         a scan is no hit of it.",
+    )
+    .fact("Latency", "1 clock")
+    .fact("Rate", "one word per clock")
+}
+
+#[kernel]
+impl Logic for EdgeDetector {
+    fn update(&mut self) {
+        dff_setup!(self, i_clk, last_sample, hits);
+        self.last_sample.d.next = self.i_samples.val().get_bit(self.plan.lanes - 1);
+        self.rising.next = self.i_samples.val()
+            & !((self.i_samples.val() << 1) | bit_cast(self.last_sample.q.val(), self.plan.lanes))
+            & signed_cast(self.i_run.val());
+        if self.plan.has_pairs() {
+            for j in 0..self.plan.pairs() {
+                self.pairs.i[j].next =
+                    self.rising.val().get_bit(2 * j) | self.rising.val().get_bit(2 * j + 1);
+                self.earlier.i[j].next = self.i_samples.val().get_bit(2 * j);
+            }
+        } else {
+            self.pairs.i[0].next = self.rising.val().get_bit(0);
+        }
+        self.hits.d.next = self.pairs.o.val();
+        self.o_hits.next = self.hits.q.val();
+        if self.early.is_present() {
+            dff_setup!(self, i_clk, early);
+            self.early.d.next = self.earlier.o.val();
+            self.o_early.next = self.early.q.val();
+        }
+    }
+}

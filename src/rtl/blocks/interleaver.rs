@@ -1,0 +1,86 @@
+//! Interleaving: every chip 2^nu times, every other one inverted (eq. 23).
+//!
+//! Latency 0 clocks from the register to `o_chip`. A counter of nu bits and one XOR gate, in
+//! place of a generator of a code 2^nu times as long.
+
+use super::{CodePorts, CodeSource};
+use crate::rtl::front::prelude::*;
+
+/// A code interleaved with its inverse (eq. 23).
+#[block(InterleaverPlan)]
+pub struct Interleaver {
+    /// ports
+    #[is(CodePorts::new(plan.reloads))]
+    pub io: CodePorts,
+    #[is(describe(plan.depth))]
+    about: About,
+    /// Sub-chip that reset gives
+    #[width(plan.depth)]
+    #[value(plan.load)]
+    subchip_load: Constant,
+    /// repetition of the generator's chip
+    #[width(plan.depth)]
+    #[reset(plan.load, subchip_load)]
+    subchip: Register<Word>,
+    #[is(plan.generator.clone())]
+    generator: CodeSource,
+}
+
+struct InterleaverPlan {
+    generator: CodeSource,
+    depth: u32,
+    load: u128,
+    reloads: bool,
+}
+
+impl Interleaver {
+    /// `generator` interleaved to depth `depth`, starting at sub-chip
+    /// `subchip` of its present chip.
+    pub fn new(generator: CodeSource, depth: u32, subchip: u64, reloads: bool) -> Interleaver {
+        Interleaver::build(&InterleaverPlan {
+            generator,
+            depth,
+            load: u128::from(subchip),
+            reloads,
+        })
+    }
+}
+
+fn describe(depth: u32) -> About {
+    About::new(
+        "interleaver",
+        "a code with every chip repeated and every other repetition inverted",
+    )
+    .note(
+        "The code and its inverse take turns chip by chip, which removes the side lobes' mean \
+         from the correlation near the peak.",
+    )
+    .fact(
+        "Depth",
+        format!("{depth}: each chip of the generator {} times", 1 << depth),
+    )
+    .fact("Latency", "0 clocks from register to o_chip")
+    .fact("Rate", "one chip per clock with i_advance high")
+}
+
+#[kernel]
+impl Logic for Interleaver {
+    fn update(&mut self) {
+        dff_setup!(self, io.i_clk, subchip);
+        self.generator.i_clk.next = self.io.i_clk.val();
+        self.generator.i_rst.next = self.io.i_rst.val();
+        self.generator.i_advance.next = self.io.i_advance.val() & self.subchip.q.val().all();
+        self.io.o_chip.next = self.generator.o_chip.val() ^ self.subchip.q.val().get_bit(0);
+        self.io.o_epoch.next =
+            self.generator.o_epoch.val() & (self.subchip.q.val() == self.subchip_load.val());
+        if self.io.i_advance.val() {
+            self.subchip.d.next = self.subchip.q.val() + 1;
+        }
+        if self.io.i_load.is_present() {
+            self.generator.i_load.next = self.io.i_load.val();
+            if self.io.i_load.val() {
+                self.subchip.d.next = self.subchip_load.val();
+            }
+        }
+    }
+}

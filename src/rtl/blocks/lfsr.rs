@@ -1,0 +1,195 @@
+//! Gold codes and m-sequences: one or two linear-feedback shift registers.
+//!
+//! Latency 0 clocks from the register to `o_chip`. Two registers and a handful of XOR gates take
+//! the place of a table of 2^n - 1 chips. The epoch is recognised a chip early, so that it comes
+//! from a register and no wide comparison stands before an output.
+
+use super::CodePorts;
+use crate::code::{Lfsr, polynomial_text};
+use crate::rtl::front::prelude::*;
+
+/// A code from one LFSR (m-sequence) or the XOR of two (Gold code).
+#[block(LfsrPlan)]
+pub struct LfsrGenerator {
+    /// ports
+    #[is(CodePorts::new(plan.reloads))]
+    pub io: CodePorts,
+    #[is(describe(plan))]
+    about: About,
+    #[about(taps_about("u"))]
+    #[width(plan.width())]
+    #[value(tap_mask(&plan.u))]
+    u_taps: Constant,
+    #[about(load_about("u", plan.width()))]
+    #[width(plan.width())]
+    #[value(state_at(&plan.u, plan.start))]
+    u_load: Constant,
+    /// LFSR u one chip before that
+    #[width(plan.width())]
+    #[value(state_at(&plan.u, plan.start + plan.u.period() - 1))]
+    u_last: Constant,
+    #[when(plan.v.is_some())]
+    #[about(taps_about("v"))]
+    #[width(plan.width())]
+    #[value(tap_mask(plan.v()))]
+    v_taps: Optional<Constant>,
+    #[when(plan.v.is_some())]
+    #[about(load_about("v", plan.width()))]
+    #[width(plan.width())]
+    #[value(state_at(plan.v(), plan.start))]
+    v_load: Optional<Constant>,
+    /// LFSR u
+    #[width(plan.width())]
+    #[reset(state_at(&plan.u, plan.start), u_load)]
+    u: Register<Word>,
+    /// the present chip is the one that reset gives
+    #[reset(true)]
+    epoch: Register<bool>,
+    /// LFSR v
+    #[when(plan.v.is_some())]
+    #[width(plan.width())]
+    #[reset(state_at(plan.v(), plan.start), v_load)]
+    v: Optional<Register<Word>>,
+    plan: Plan<LfsrPlan>,
+}
+
+#[derive(Debug, Clone)]
+struct LfsrPlan {
+    u: Lfsr,
+    v: Option<Lfsr>,
+    start: u64,
+    reloads: bool,
+}
+
+impl LfsrPlan {
+    fn width(&self) -> u32 {
+        self.u.degree
+    }
+
+    fn top(&self) -> usize {
+        self.width() as usize - 1
+    }
+
+    /// The second LFSR; the first stands in for it where there is none.
+    fn v(&self) -> &Lfsr {
+        self.v.as_ref().unwrap_or(&self.u)
+    }
+}
+
+impl LfsrGenerator {
+    /// The m-sequence of `lfsr`, starting at its chip `start`.
+    pub fn m_sequence(lfsr: &Lfsr, start: u64, reloads: bool) -> LfsrGenerator {
+        LfsrGenerator::build(&LfsrPlan {
+            u: lfsr.clone(),
+            v: None,
+            start,
+            reloads,
+        })
+    }
+
+    /// The Gold code of `u` and `v`, starting at its chip `start`.
+    pub fn gold(u: &Lfsr, v: &Lfsr, start: u64, reloads: bool) -> LfsrGenerator {
+        LfsrGenerator::build(&LfsrPlan {
+            u: u.clone(),
+            v: Some(v.clone()),
+            start,
+            reloads,
+        })
+    }
+}
+
+fn describe(plan: &LfsrPlan) -> About {
+    let u = exponents(&plan.u);
+    let about = match &plan.v {
+        None => About::new(
+            "m_sequence_generator",
+            "m-sequence, one linear-feedback shift register",
+        )
+        .fact("Polynomial", u),
+        Some(v) => About::new(
+            "gold_generator",
+            "Gold code, the XOR of two linear-feedback shift registers",
+        )
+        .fact("Polynomials", format!("u {u}; v {}", exponents(v))),
+    };
+    about
+        .note(
+            "Bit 0 of a register is its present chip, bit i the chip i clocks later; the \
+             feedback enters at the top. The epoch needs u only, because both registers have \
+             the same period, and is recognised one chip early, so that it comes from a register.",
+        )
+        .fact("Period", format!("{} chips", plan.u.period()))
+        .fact("Latency", "0 clocks from register to o_chip")
+        .fact("Rate", "one chip per clock with i_advance high")
+}
+
+fn taps_about(name: &str) -> String {
+    format!("Taps of {name}: bit n - e for every exponent e > 0 of degree n")
+}
+
+fn load_about(name: &str, width: u32) -> String {
+    format!("First {width} chips of {name}, the earliest in bit 0")
+}
+
+#[kernel]
+impl Logic for LfsrGenerator {
+    fn update(&mut self) {
+        dff_setup!(self, io.i_clk, u, epoch);
+        if self.v.is_present() {
+            dff_setup!(self, io.i_clk, v);
+            self.io.o_chip.next = self.u.q.val().get_bit(0) ^ self.v.q.val().get_bit(0);
+        } else {
+            self.io.o_chip.next = self.u.q.val().get_bit(0);
+        }
+        self.io.o_epoch.next = self.epoch.q.val();
+        self.advance();
+        if self.io.i_load.is_present() {
+            self.reload();
+        }
+    }
+
+    fn advance(&mut self) {
+        let top = self.plan.top();
+        if self.io.i_advance.val() {
+            self.epoch.d.next = self.u.q.val() == self.u_last.val();
+            self.u.d.next =
+                (self.u.q.val() >> 1).replace_bit(top, (self.u.q.val() & self.u_taps.val()).xor());
+            if self.v.is_present() {
+                self.v.d.next = (self.v.q.val() >> 1)
+                    .replace_bit(top, (self.v.q.val() & self.v_taps.val()).xor());
+            }
+        }
+    }
+
+    fn reload(&mut self) {
+        if self.io.i_load.val() {
+            self.epoch.d.next = true;
+            self.u.d.next = self.u_load.val();
+            if self.v.is_present() {
+                self.v.d.next = self.v_load.val();
+            }
+        }
+    }
+}
+
+fn exponents(lfsr: &Lfsr) -> String {
+    format!("{} (exponents)", polynomial_text(&lfsr.exponents))
+}
+
+/// Bits of the state whose XOR is the chip that comes in: c[t + n] is the XOR
+/// of c[t + n - e] over the exponents e > 0, and bit i holds c[t + i].
+pub(super) fn tap_mask(lfsr: &Lfsr) -> u128 {
+    lfsr.exponents
+        .iter()
+        .filter(|&&e| e > 0)
+        .fold(0, |mask, &e| mask | 1 << (lfsr.degree - e))
+}
+
+/// The state whose bit 0 is chip `position`.
+pub(super) fn state_at(lfsr: &Lfsr, position: u64) -> u128 {
+    let chips = lfsr.advanced(position).seed;
+    chips
+        .iter()
+        .rev()
+        .fold(0, |state, &chip| state << 1 | u128::from(chip))
+}

@@ -1,0 +1,117 @@
+//! The reference, delayed by a phase that grows with every group of steps.
+//!
+//! Latency 2 clocks from `i_chip` to `o_window`. Whole chips of delay cost nothing but a generator
+//! that waits; samples of delay cost one choice between two chips for each lane.
+
+use super::lane_delay::window_about;
+use super::phase_geometry::{PhaseGeometry, ReferenceStart};
+use super::{ChipHistory, LaneDelay};
+use crate::rtl::front::prelude::*;
+
+/// Delays the reference: whole chips by holding its generator, the rest by
+/// lane.
+#[block(StepperPlan)]
+pub struct PhaseStepper {
+    /// one chip per cycle
+    pub i_clk: Input<bool>,
+    /// synchronous, active high
+    pub i_rst: Input<bool>,
+    /// next chip of the reference
+    pub i_chip: Input<bool>,
+    /// the next clock is the last of a phase step
+    #[when(plan.looks_ahead && plan.geometry.grows_by_samples())]
+    pub i_step_ends: Optional<Input<bool>>,
+    /// last clock of a phase step
+    pub i_step_end: Input<bool>,
+    /// a scan begins with the next clock
+    #[when(plan.realigns)]
+    pub i_start: Optional<Input<bool>>,
+    /// the reference generator goes on to its next chip
+    pub o_advance: Output<bool>,
+    /// Reference of each sample; step p of a group of P takes it from bit
+    /// P - 1 - p on.
+    #[about(window_about(plan.geometry.parallel))]
+    #[width(plan.geometry.window())]
+    pub o_window: Output<Word>,
+    #[is(describe(plan.geometry))]
+    about: About,
+    #[is(ChipHistory::new(plan.geometry, plan.start, plan.realigns))]
+    chips: ChipHistory,
+    #[is(LaneDelay::new(plan.geometry, plan.looks_ahead, plan.realigns))]
+    lanes: LaneDelay,
+}
+
+struct StepperPlan {
+    geometry: PhaseGeometry,
+    start: ReferenceStart,
+    looks_ahead: bool,
+    realigns: bool,
+}
+
+impl PhaseStepper {
+    /// `looks_ahead` if `i_step_ends` is there; `realigns` adds the start of
+    /// later scans.
+    pub fn new(
+        geometry: PhaseGeometry,
+        start: ReferenceStart,
+        looks_ahead: bool,
+        realigns: bool,
+    ) -> PhaseStepper {
+        PhaseStepper::build(&StepperPlan {
+            geometry,
+            start,
+            looks_ahead,
+            realigns,
+        })
+    }
+}
+
+fn describe(geometry: PhaseGeometry) -> About {
+    let title = match geometry.parallel {
+        1 => "the reference, delayed by one more sample with every phase step".to_owned(),
+        parallel => format!(
+            "the reference for {parallel} phase steps at once, delayed by {parallel} more samples \
+             with every group"
+        ),
+    };
+    let mut about = About::new("phase_stepper", &title);
+    if geometry.lanes > 1 {
+        about = about.note(
+            "Whole chips of delay come from holding the reference's generator, samples from the \
+             choice of a chip for each lane.",
+        );
+    }
+    about
+        .fact("Latency", "2 clocks from i_chip to o_window")
+        .fact("Rate", "one chip per clock")
+}
+
+#[kernel]
+impl Logic for PhaseStepper {
+    fn update(&mut self) {
+        self.chips.i_clk.next = self.i_clk.val();
+        self.chips.i_rst.next = self.i_rst.val();
+        self.chips.i_chip.next = self.i_chip.val();
+        if self.chips.i_step_end.is_present() {
+            self.chips.i_step_end.next = self.i_step_end.val();
+        }
+        self.lanes.i_clk.next = self.i_clk.val();
+        self.lanes.i_rst.next = self.i_rst.val();
+        self.lanes.i_chips.next = self.chips.o_chips.val();
+        if self.lanes.i_step_end.is_present() {
+            self.lanes.i_step_end.next = self.i_step_end.val();
+            self.chips.i_wrap.next = self.lanes.o_wrap.val();
+        }
+        if self.i_step_ends.is_present() {
+            self.lanes.i_step_ends.next = self.i_step_ends.val();
+        }
+        if self.i_start.is_present() {
+            self.chips.i_start.next = self.i_start.val();
+            if self.lanes.i_start.is_present() {
+                self.lanes.i_start.next = self.i_start.val();
+            }
+        }
+        self.o_advance.next = self.chips.o_advance.val();
+        self.o_window.next = self.lanes.o_window.val();
+    }
+}

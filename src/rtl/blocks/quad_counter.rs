@@ -1,0 +1,85 @@
+//! Counts the hits in four pairs of samples.
+//!
+//! Latency 2 clocks. Every bit of a count of four ones is one gate of four inputs, so that hits
+//! and hits that count down are counted within a clock without a carry chain.
+
+use crate::rtl::front::prelude::*;
+
+/// The signed count of four pairs.
+#[block(())]
+pub struct QuadCounter {
+    /// four pairs per cycle
+    pub i_clk: Input<bool>,
+    /// synchronous, active high
+    pub i_rst: Input<bool>,
+    /// pairs with a hit
+    #[width(4)]
+    pub i_hit: Input<Word>,
+    /// those whose hit counts down
+    #[width(4)]
+    pub i_down: Input<Word>,
+    /// hits that count up less hits that count down, signed
+    #[width(4)]
+    pub o_sum: Output<Word>,
+    #[is(describe())]
+    about: About,
+    /// two or three hits
+    two_hits: Local<bool>,
+    /// two or three hits that count down
+    two_downs: Local<bool>,
+    /// number of hits
+    #[width(3)]
+    hits: Register<Word>,
+    /// number of hits that count down
+    #[width(3)]
+    downs: Register<Word>,
+    /// hits that count up less hits that count down
+    #[width(4)]
+    sum: Register<Word>,
+}
+
+impl QuadCounter {
+    /// The counter.
+    pub fn new() -> QuadCounter {
+        QuadCounter::build(&())
+    }
+}
+
+impl Default for QuadCounter {
+    fn default() -> QuadCounter {
+        QuadCounter::new()
+    }
+}
+
+fn describe() -> About {
+    About::new("quad_counter", "signed count of four pairs of samples")
+        .note(
+            "A hit adds 1, and a hit that counts down takes 2 off again. Four ones are counted \
+             by two half adders whose sums and carries meet in one gate each.",
+        )
+        .fact("Latency", "2 clocks")
+        .fact("Rate", "four pairs per clock")
+}
+
+#[kernel]
+impl Logic for QuadCounter {
+    fn update(&mut self) {
+        dff_setup!(self, i_clk, hits, downs, sum);
+        self.two_hits.next = (self.i_hit.val().get_bit(0) & self.i_hit.val().get_bit(1))
+            ^ (self.i_hit.val().get_bit(2) & self.i_hit.val().get_bit(3))
+            ^ ((self.i_hit.val().get_bit(0) ^ self.i_hit.val().get_bit(1))
+                & (self.i_hit.val().get_bit(2) ^ self.i_hit.val().get_bit(3)));
+        self.two_downs.next = (self.i_down.val().get_bit(0) & self.i_down.val().get_bit(1))
+            ^ (self.i_down.val().get_bit(2) & self.i_down.val().get_bit(3))
+            ^ ((self.i_down.val().get_bit(0) ^ self.i_down.val().get_bit(1))
+                & (self.i_down.val().get_bit(2) ^ self.i_down.val().get_bit(3)));
+        self.hits.d.next = bit_cast(self.i_hit.val().xor(), 3)
+            .replace_bit(1, self.two_hits.val())
+            .replace_bit(2, self.i_hit.val().all());
+        self.downs.d.next = bit_cast(self.i_down.val().xor(), 3)
+            .replace_bit(1, self.two_downs.val())
+            .replace_bit(2, self.i_down.val().all());
+        self.sum.d.next = bit_cast(self.hits.q.val(), 4) - (bit_cast(self.downs.q.val(), 4) << 1);
+        self.o_sum.next = self.sum.q.val();
+    }
+}

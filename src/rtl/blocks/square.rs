@@ -1,0 +1,64 @@
+//! The square wave: chips 1, 0.
+//!
+//! Latency 0 clocks from the register to `o_chip`. One register that toggles takes the place of
+//! a counter and a table.
+
+use super::CodePorts;
+use crate::rtl::front::prelude::*;
+
+/// A toggle.
+#[block(SquarePlan)]
+pub struct SquareGenerator {
+    /// ports
+    #[is(CodePorts::new(plan.reloads))]
+    pub io: CodePorts,
+    #[is(describe())]
+    about: About,
+    /// Chip that reset gives
+    #[width(1)]
+    #[value(plan.load)]
+    chip_load: Constant,
+    /// present chip
+    #[width(1)]
+    #[reset(plan.load, chip_load)]
+    chip: Register<Word>,
+}
+
+struct SquarePlan {
+    load: u128,
+    reloads: bool,
+}
+
+impl SquareGenerator {
+    /// The wave starting at its chip `start`, 0 or 1; chip 0 is high.
+    pub fn new(start: u64, reloads: bool) -> SquareGenerator {
+        SquareGenerator::build(&SquarePlan {
+            load: u128::from(start.is_multiple_of(2)),
+            reloads,
+        })
+    }
+}
+
+fn describe() -> About {
+    About::new("square_generator", "square wave, chips 1, 0")
+        .fact("Period", "2 chips")
+        .fact("Latency", "0 clocks from register to o_chip")
+        .fact("Rate", "one chip per clock with i_advance high")
+}
+
+#[kernel]
+impl Logic for SquareGenerator {
+    fn update(&mut self) {
+        dff_setup!(self, io.i_clk, chip);
+        self.io.o_chip.next = self.chip.q.val().get_bit(0);
+        self.io.o_epoch.next = self.chip.q.val() == self.chip_load.val();
+        if self.io.i_advance.val() {
+            self.chip.d.next = !self.chip.q.val();
+        }
+        if self.io.i_load.is_present() {
+            if self.io.i_load.val() {
+                self.chip.d.next = self.chip_load.val();
+            }
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Recognises a counter's state in pieces.
+//!
+//! Latency 1 clock. A register behind each piece keeps a wide comparison at two levels of logic.
+
+use crate::rtl::front::prelude::*;
+
+/// Bits that are compared in one piece.
+const PIECE_BITS: usize = 8;
+
+/// Compares a state with the one that is waited for.
+#[block(MatchPlan)]
+pub struct StateMatch {
+    /// one state per cycle
+    pub i_clk: Input<bool>,
+    /// synchronous, active high
+    pub i_rst: Input<bool>,
+    /// state of a counter
+    #[width(plan.width)]
+    pub i_state: Input<Word>,
+    /// the state that is waited for
+    #[width(plan.width)]
+    pub i_wanted: Input<Word>,
+    /// they were equal one clock ago
+    pub o_matched: Output<bool>,
+    #[is(describe())]
+    about: About,
+    /// bits that are equal
+    #[width(plan.width)]
+    equal: Local<Word>,
+    /// bits of a piece
+    #[each(piece in 0..plan.pieces())]
+    #[width(PIECE_BITS.min(plan.width - piece * PIECE_BITS))]
+    piece: Vec<Wiring>,
+    /// pieces that are equal
+    #[width(plan.pieces())]
+    all_equal: Wiring,
+    /// pieces that were equal
+    #[width(plan.pieces())]
+    matched: Register<Word>,
+    plan: Plan<MatchPlan>,
+}
+
+#[derive(Debug, Clone)]
+struct MatchPlan {
+    width: usize,
+}
+
+impl MatchPlan {
+    fn pieces(&self) -> usize {
+        self.width.div_ceil(PIECE_BITS)
+    }
+
+    fn whole_pieces(&self) -> usize {
+        self.width / PIECE_BITS
+    }
+}
+
+impl StateMatch {
+    /// Widest state for which comparing at once keeps the clock.
+    pub const WIDEST_AT_ONCE: u32 = 12;
+
+    /// For states of `width` bits.
+    pub fn new(width: u32) -> StateMatch {
+        StateMatch::build(&MatchPlan {
+            width: width as usize,
+        })
+    }
+}
+
+fn describe() -> About {
+    About::new("state_match", "recognises a state of a counter")
+        .note("The pieces of a wide comparison have a register each.")
+        .fact("Latency", "1 clock")
+        .fact("Rate", "one state per clock")
+}
+
+#[kernel]
+impl Logic for StateMatch {
+    fn update(&mut self) {
+        dff_setup!(self, i_clk, matched);
+        self.equal.next = !(self.i_state.val() ^ self.i_wanted.val());
+        for p in 0..self.plan.whole_pieces() {
+            for b in 0..PIECE_BITS {
+                self.piece[p].i[b].next = self.equal.val().get_bit(PIECE_BITS * p + b);
+            }
+        }
+        for p in self.plan.whole_pieces()..self.plan.pieces() {
+            for b in 0..(self.plan.width % PIECE_BITS) {
+                self.piece[p].i[b].next = self.equal.val().get_bit(PIECE_BITS * p + b);
+            }
+        }
+        for p in 0..self.plan.pieces() {
+            self.all_equal.i[p].next = self.piece[p].o.val().all();
+        }
+        self.matched.d.next = self.all_equal.o.val();
+        self.o_matched.next = self.matched.q.val().all();
+    }
+}

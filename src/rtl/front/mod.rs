@@ -1,0 +1,69 @@
+//! The language that the blocks are written in: rust-hdl with run-time widths.
+//!
+//! rust-hdl fixes a signal's width by const generics, so that every width of
+//! every scene would be a type of its own. The types here implement its
+//! `Atom`, `Block` and `Logic` with the width as a field; `#[hdl_gen]` is
+//! purely syntactic and takes them as they are. They simulate in rust-hdl's
+//! `update_all` loop and answer its probes.
+//!
+//! `#[block]` over a struct makes its constructor from what stands beside the fields; `#[kernel]`
+//! over `impl Logic` is rust-hdl's `#[hdl_gen]` with `if` and `let` at elaboration. The crate
+//! `goldtof-macros` documents both.
+//!
+//! Rules for kernels beyond those of the macro and of rust-hdl:
+//! - what reads no signal by `.val()` is elaboration: `if self.part.is_present()` leaves no gate;
+//! - a bare literal, and `signed_cast(x)`, take the width of what they meet;
+//!   everything else has to agree, or the back end refuses;
+//! - `bit_cast(x, w)` zero-extends or truncates;
+//! - numbers are evaluated in branches that are not taken, too: subtract with saturation;
+//! - `a & b == c` binds as in Rust; the back end prints the parentheses.
+
+mod constant;
+mod inline;
+mod marker;
+mod net;
+mod optional;
+mod plan;
+mod register;
+mod word;
+
+pub use constant::Constant;
+pub use inline::{BitTable, Wiring};
+pub use marker::{About, Description, Marker};
+pub use net::{Input, Local, Net, Output, Value};
+pub use optional::Optional;
+pub use plan::Plan;
+pub use register::Register;
+pub use word::{SignedWord, Word, bit_cast, signed_cast};
+
+/// What a block's source file needs in scope, rust-hdl's macros included.
+pub mod prelude {
+    pub use goldtof_macros::{block, kernel};
+    pub use rust_hdl::core::block::Block;
+    pub use rust_hdl::core::logic::Logic;
+    pub use rust_hdl::core::prelude::{LogicBlock, hdl_gen};
+    pub use rust_hdl::core::{ast, block, logic, probe};
+
+    pub use super::{
+        About, BitTable, Constant, Input, Local, Optional, Output, Plan, Register, Wiring, Word,
+        bit_cast, signed_cast,
+    };
+    pub(crate) use crate::rtl::front::dff_setup;
+}
+
+/// Connects registers to the clock and to `i_rst`, and lets them hold.
+///
+/// The name is rust-hdl's, whose `#[hdl_gen]` recognises it.
+macro_rules! dff_setup {
+    ($me:ident, i_clk, $($register:ident $([$($index:tt)+])?),+ $(,)?) => {$(
+        $me.$register$([$($index)+])?.clock.next = $me.i_clk.val();
+        $me.$register$([$($index)+])?.reset.next = $me.i_rst.val();
+        $me.$register$([$($index)+])?.d.next = $me.$register$([$($index)+])?.q.val();
+    )+};
+    ($me:ident, io.i_clk, $($register:ident $([$($index:tt)+])?),+ $(,)?) => {$(
+        $me.$register$([$($index)+])?.clock.next = $me.io.i_clk.val();
+        $me.$register$([$($index)+])?.reset.next = $me.io.i_rst.val();
+        $me.$register$([$($index)+])?.d.next = $me.$register$([$($index)+])?.q.val();
+    )+};
+}
+pub(crate) use dff_setup;

@@ -1,0 +1,277 @@
+//! For which scenes and questions each tier's answers hold.
+
+use super::Tier;
+use crate::estimate::fit::shared_light;
+use crate::estimate::{Prediction, PredictionError};
+use crate::photons::DetectorModel;
+use crate::response::{Light, MeanResponse, SecondMoments, merged_share};
+use crate::scan::{Group, Step};
+use crate::scene::{EstimatorKind, Scene};
+
+/// Coarse estimates more often wrong than this show in the statistics.
+const COARSE_FAILURES: f64 = 1e-3;
+/// The phase's scatter beyond which the standard deviation is more than 3 % larger
+/// than its linearisation. Measured over 30,000 scans of Table I's sensor: 1 % at
+/// 0.07 rad, 2.6 % at 0.1, 5 % at 0.14, 7 % at 0.17.
+const LINEAR_PHASE_RAD: f64 = 0.1;
+/// Spread of the fine estimates round neighbouring coarse steps, in standard
+/// deviations, that shows in the scatter. Measured over 20,000 scans of steps that are
+/// a part of a code period: 1.5 % more at 0.18, 16 % at 0.25, 20 % at 0.35. A smooth
+/// peak comes to it at 0.08 rad.
+const COARSE_SPREAD: f64 = 0.24;
+/// Shares of detections, or of a variance, that are too large to leave out.
+const SHARE: f64 = 0.01;
+/// The mean response is worked out over at most 10^5 dead times before a code
+/// period, in which a detector forgets its start up to this product of light and
+/// dead time: 3 s^2 = 10^5.
+const MOST_SATURATION: f64 = 182.0;
+/// A step must last so many times the detector's memory for its variance to be
+/// within 3 % of what is worked out without its rims. Measured for Table I's detector
+/// at 10 and 40 million detections per second: 2.4 % at 6 memories, 0.7 % at 20.
+const STEP_IN_MEMORIES: f64 = 6.0;
+
+/// The domain of a tier, in words.
+pub fn of(tier: Tier) -> &'static str {
+    match tier {
+        Tier::Expected => {
+            "exact means and covariances of the sampled hardware's counts, but for clamped ones; \
+             the standard deviation is linear in the counts' errors and that of scans whose coarse stage finds \
+             the path; the noise of the coarse stage itself, which can add a few tenths of a \
+             millimetre to the bias, is left out"
+        }
+        Tier::Counts => {
+            "counts with exact means, variances and covariances of the sampled hardware's, but \
+             for clamped ones, drawn as normal numbers (small ones as binomial, Poisson or negative binomial, and \
+             a covariance of counts upwards and downwards only where it is positive); those of \
+             the first scan stand for all"
+        }
+        Tier::Events => {
+            "every detection, exact for the article's continuous-time counter; the hardware's \
+             sampling (pulses that merge or slip between samples, clamped counts) is left out"
+        }
+        Tier::Sampled => "every detection and every sample; bit for bit the hardware's counts",
+        Tier::Rtl => "the Verilog itself, compared with the reference model at every clock",
+    }
+}
+
+/// A path of the scene, and what is expected of it.
+pub type Predicted = (usize, Result<Prediction, PredictionError>);
+
+/// What of a detector in a scene is outside a tier's domain, and what that does
+/// to the answer. `predicted` is what the tier that draws nothing says of the
+/// detector's paths.
+pub fn warnings(
+    scene: &Scene,
+    detector: usize,
+    tier: Tier,
+    predicted: &[Predicted],
+) -> Vec<String> {
+    let model = DetectorModel::new(scene, detector);
+    let light = Light::of(&model);
+    let view = View {
+        scene,
+        detector,
+        model: &model,
+        brightest_per_chip: light.brightest_per_chip(),
+    };
+    let mut warnings = Vec::new();
+    if tier == Tier::Events {
+        warnings.extend(view.merged_pulses());
+        warnings.extend(view.missed_pulses());
+    }
+    if tier <= Tier::Events {
+        warnings.extend(view.clamped_counts());
+    }
+    if tier <= Tier::Counts {
+        warnings.extend(view.saturation());
+        warnings.extend(view.short_steps());
+        warnings.extend(view.later_scans());
+    }
+    match tier {
+        Tier::Expected => warnings.extend(view.scatter(predicted)),
+        Tier::Counts => warnings.extend(view.small_counts()),
+        Tier::Events | Tier::Sampled | Tier::Rtl => {}
+    }
+    if scene.estimator == EstimatorKind::Model {
+        warnings.extend(shared_light(scene));
+    }
+    let name = &scene.detectors[detector].name;
+    for warning in &mut warnings {
+        *warning = format!("{name}: {warning}");
+    }
+    warnings
+}
+
+/// One detector of a scene.
+struct View<'a> {
+    scene: &'a Scene,
+    detector: usize,
+    model: &'a DetectorModel,
+    brightest_per_chip: f64,
+}
+
+impl View<'_> {
+    fn dead_time_chips(&self) -> f64 {
+        self.scene.detectors[self.detector].dead_time_ps / self.scene.chip_period_ps
+    }
+
+    /// Two detections are one rising edge if the level does not fall between two
+    /// samples: if they are less than pulse width and sample period apart.
+    fn merged_pulses(&self) -> Option<String> {
+        let spad = &self.scene.detectors[self.detector];
+        let sample_ps = self.scene.chip_period_ps / f64::from(self.scene.samples_per_chip);
+        let ready_ps = spad.pulse_width_ps + sample_ps - spad.dead_time_ps;
+        if ready_ps <= 0.0 {
+            return None;
+        }
+        let share = merged_share(self.model, &Light::of(self.model));
+        (share > SHARE).then(|| {
+            format!(
+                "pulses of {} ns leave no low sample within {:.3} ns of the end of the dead time: \
+                 up to {:.1} % of the detections merge with the one before in the sampled \
+                 hardware, and are counted here",
+                spad.pulse_width_ps / 1e3,
+                ready_ps / 1e3,
+                share * 100.0
+            )
+        })
+    }
+
+    /// A pulse that is shorter than a sample period may lie between samples.
+    fn missed_pulses(&self) -> Option<String> {
+        let spad = &self.scene.detectors[self.detector];
+        let sample_ps = self.scene.chip_period_ps / f64::from(self.scene.samples_per_chip);
+        let missed = 1.0 - spad.pulse_width_ps / sample_ps;
+        (missed > 0.0).then(|| {
+            format!(
+                "pulses of {} ns are shorter than the sample period of {} ns: the sampled \
+                 hardware misses {:.1} % of them, and here they all count",
+                spad.pulse_width_ps / 1e3,
+                sample_ps / 1e3,
+                missed * 100.0
+            )
+        })
+    }
+
+    fn clamped_counts(&self) -> Option<String> {
+        let width = self.scene.hardware.counter_width?;
+        let chips = self.scene.scan.integration_chips as f64;
+        // No more than one detection in a dead time.
+        let most = chips
+            / self
+                .dead_time_chips()
+                .max(1.0 / self.brightest_per_chip.max(1e-300));
+        let limit = 2_f64.powi(width as i32 - 1) - 1.0;
+        (most > limit).then(|| {
+            format!(
+                "counter_width = {width} clamps the hardware's counts at {limit}; here they are \
+                 not clamped, and may come to {most:.0}"
+            )
+        })
+    }
+
+    fn saturation(&self) -> Option<String> {
+        let saturation = self.brightest_per_chip * self.dead_time_chips();
+        (saturation > MOST_SATURATION).then(|| {
+            format!(
+                "light of {saturation:.0} primary detections per dead time: the detector fires \
+                 like a clock for longer than the 100,000 dead times over which its response is \
+                 worked out, so expected counts still know how it started"
+            )
+        })
+    }
+
+    fn short_steps(&self) -> Option<String> {
+        let saturation = self.brightest_per_chip * self.dead_time_chips();
+        let spad = &self.scene.detectors[self.detector];
+        let memory = (1.0 + saturation * saturation) * self.dead_time_chips()
+            + spad.afterpulsing_time_constant_ps / self.scene.chip_period_ps;
+        let chips = self.scene.scan.integration_chips as f64;
+        (chips < STEP_IN_MEMORIES * memory).then(|| {
+            format!(
+                "a phase step of {chips} chips is not long beside the detector's memory of \
+                 {memory:.1} chips: variances hold within 3 % for steps of {:.0} chips and more",
+                STEP_IN_MEMORIES * memory
+            )
+        })
+    }
+
+    /// The moments are those of the first scan.
+    fn later_scans(&self) -> Option<String> {
+        let pitch = self.model.first_chip(1, Group(0));
+        let scene = self.scene;
+        let apart: Vec<&str> = scene
+            .paths
+            .iter()
+            .filter(|path| path.detector == self.detector)
+            .map(|path| &scene.sources[path.source])
+            .chain([&scene.sources[scene.detectors[self.detector].reference]])
+            .filter(|source| !pitch.is_multiple_of(u128::from(source.code.len())))
+            .map(|source| source.name.as_str())
+            .collect();
+        let first = apart.first()?;
+        Some(format!(
+            "later scans start at another chip of the code of \"{first}\" than the first one, \
+             whose counts stand for all"
+        ))
+    }
+
+    fn scatter(&self, predicted: &[Predicted]) -> Vec<String> {
+        let own = self.scene.detectors[self.detector].reference;
+        let is_own = |path: usize| self.scene.paths[path].source == own;
+        let expected = predicted.iter().filter(|(path, _)| is_own(*path));
+        expected
+            .filter_map(|(path, predicted)| Some((path, predicted.ok()?)))
+            .flat_map(|(path, expected)| {
+                let missed = expected.missed_fraction;
+                let coarse = missed.filter(|missed| *missed > COARSE_FAILURES).map(|missed| {
+                    format!(
+                        "path {path}: {:.2} % of the scans are expected to miss the peak; bias and \
+                         standard deviation are those of the other scans",
+                        missed * 100.0
+                    )
+                });
+                let linear = (expected.phase_std_rad > LINEAR_PHASE_RAD).then(|| {
+                    format!(
+                        "path {path}: the phase scatters by {:.2} rad; the standard deviation is \
+                         linear in it, and holds below {LINEAR_PHASE_RAD} rad",
+                        expected.phase_std_rad
+                    )
+                });
+                let torn = (expected.coarse_spread_m > COARSE_SPREAD * expected.std_m
+                    && linear.is_none())
+                .then(|| {
+                    format!(
+                        "path {path}: several phase steps are expected to count nearly as much as \
+                         the largest, and the estimates round them differ by {:.1} mm (standard \
+                         deviation); that is left out of bias and standard deviation, which it \
+                         can raise by a fifth",
+                        expected.coarse_spread_m * 1e3
+                    )
+                });
+                coarse.into_iter().chain(linear).chain(torn)
+            })
+            .collect()
+    }
+
+    fn small_counts(&self) -> Option<String> {
+        // Without a mean response there is no answer to warn about.
+        let response = MeanResponse::of_tier(self.model, Tier::Counts.counting()).ok()?;
+        let means = response.mean_counts();
+        let (peak, _) = (0..).map(Step).zip(&means).max_by(|(_, a), (_, b)| {
+            let [a, b] = [a, b].map(|mean| mean.signed.abs());
+            a.total_cmp(&b)
+        })?;
+        let moments = SecondMoments::new(&response).ok()?.of_step(peak);
+        let least = 0.5 * (moments.total_mean - moments.signed_mean.abs());
+        let shared = 0.5 * (moments.total_variance / moments.signed_variance - 1.0);
+        (least < 25.0 && shared < -SHARE).then(|| {
+            format!(
+                "about {least:.1} counts in one direction are too few to be normal: their \
+                 negative covariance with the others is left out, which changes the variance of \
+                 the difference by {:+.1} %",
+                shared * 100.0
+            )
+        })
+    }
+}

@@ -1,0 +1,67 @@
+//! The tier that draws nothing.
+
+use super::Tier;
+use super::scans::ScansError;
+use crate::estimate::unwrap::{check_normal, fold_distance};
+use crate::estimate::{PredictionError, Theory, distance_m};
+use crate::photons::DetectorModel;
+use crate::response::MeanResponse;
+use crate::scene::Scene;
+use crate::simulate::repeat::PathStatistics;
+
+/// Makes of the statistics of no scans at all, which have the expectations beside
+/// them, the tier's answer: the expectations themselves, without standard errors.
+/// `theory` is that of the statistics' paths.
+///
+/// # Errors
+/// When the expectations cannot be had.
+pub(super) fn answer(
+    scene: &Scene,
+    detector: usize,
+    theory: &Theory,
+    statistics: &mut [PathStatistics],
+) -> Result<(), ScansError> {
+    let own = &scene.sources[scene.detectors[detector].reference];
+    let expected = theory.predictions.iter().zip(&theory.missed);
+    for (path, (prediction, &missed)) in statistics.iter_mut().zip(expected) {
+        path.take_missed(missed);
+        path.bias_m = path.expected_bias_m;
+        path.std_m = path.expected_std_m;
+        path.std_over_bound = path.std_m.zip(path.bound_m).map(|(std, bound)| std / bound);
+        let range_m = distance_m(scene.chip_period_ps * own.code.len() as f64);
+        path.mean_m = path
+            .bias_m
+            .map(|bias_m| fold_distance(path.true_m + bias_m, range_m));
+        if let (Ok(expected), None) = (prediction, path.bias_m) {
+            let spread = check_normal(expected.std_m, range_m).err();
+            path.remark = path.remark.take().or(spread.map(|s| s.to_string()));
+        }
+        match prediction {
+            Ok(expected) => {
+                path.detected_rate_cps = expected.detection_rate_hz;
+            }
+            Err(reason @ (PredictionError::Flat | PredictionError::CoarseOnly(_))) => {
+                path.detected_rate_cps = detection_rate_cps(scene, detector)?;
+                path.remark = Some(reason.to_string());
+            }
+            Err(reason) => return Err((*reason).into()),
+        }
+    }
+    Ok(())
+}
+
+impl PathStatistics {
+    /// Takes an expected share of misses for the measured one.
+    fn take_missed(&mut self, share: Option<f64>) {
+        self.missed_scans = 0;
+        self.missed_fraction = share;
+        self.expected_missed_fraction = share;
+        self.correct_coarse_fraction = share.map(|share| 1.0 - share);
+    }
+}
+
+fn detection_rate_cps(scene: &Scene, detector: usize) -> Result<f64, ScansError> {
+    let model = DetectorModel::new(scene, detector);
+    let response = MeanResponse::of_tier(&model, Tier::Expected.counting())?;
+    Ok(response.detection_rate_hz())
+}

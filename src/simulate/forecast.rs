@@ -1,0 +1,82 @@
+//! How long a simulation will take, from a short one of the same light.
+
+use std::time::Instant;
+
+use super::Tier;
+use super::scans::scans;
+use crate::estimate::TheoryEffort;
+use crate::photons::DetectorModel;
+use crate::reference::stimulus::clocks_for_scans;
+use crate::response::Light;
+use crate::scene::{EstimatorKind, Scene};
+use crate::sensor::contract::Contract;
+
+/// Detections of the short simulation, about, and phase steps that it has at most.
+const DETECTIONS: f64 = 2e5;
+const STEPS: u64 = 64;
+/// Chips of it at most.
+const CHIPS: f64 = 4e6;
+/// A simulation of no more times as much is not worth the measurement.
+const LEAST_RATIO: f64 = 8.0;
+/// Beyond so many detections before its first step the short simulation would be
+/// long itself; then a detection is taken to last as long as it does elsewhere.
+const MOST_WARM_UP: f64 = 5.0 * DETECTIONS;
+const DETECTION_S: f64 = 10e-9;
+
+/// Seconds that `repetitions` scans of every detector take, and what follows from
+/// them; `None` where that is soon done, or not known.
+pub fn seconds(scene: &Scene, tier: Tier, repetitions: u64) -> Option<f64> {
+    let mut seconds = 0.0;
+    for detector in 0..scene.detectors.len() {
+        let effort = TheoryEffort::of(scene, detector).ok();
+        seconds += match tier {
+            Tier::Expected => 0.0,
+            Tier::Counts => effort.map_or(0.0, |effort| effort.draws_s()),
+            Tier::Events | Tier::Sampled | Tier::Rtl => {
+                repetitions as f64 * scan_s(scene, detector, tier).unwrap_or(0.0)
+            }
+        };
+        if scene.estimator == EstimatorKind::Model && tier.draws() {
+            seconds += repetitions as f64 * effort.map_or(0.0, |effort| effort.fit_s());
+        }
+    }
+    (seconds > 0.0).then_some(seconds)
+}
+
+/// What one scan takes, by how long a short one of the same light does.
+fn scan_s(scene: &Scene, detector: usize, tier: Tier) -> Option<f64> {
+    let model = DetectorModel::new(scene, detector);
+    let primary = Light::of(&model).brightest_per_chip();
+    let per_chip = primary / (1.0 + primary * model.dead_time_chips());
+    let warm_up = model.warm_up_chips() as f64;
+    let groups = model.groups() as f64;
+    let chips_of = |groups: f64, dwell: f64| groups * (warm_up + dwell);
+    let dwell = scene.scan.integration_chips as f64;
+
+    let mut short = scene.clone();
+    short.scan.steps = (STEPS * model.parallel()).min(scene.scan.steps);
+    let short_groups = short.grouping().groups() as f64;
+    let most = (DETECTIONS / per_chip.max(1e-9)).min(CHIPS) / short_groups;
+    let short_dwell = most.clamp(1.0, dwell).floor();
+    short.scan.integration_chips = short_dwell as u64;
+    if warm_up * per_chip * short_groups > MOST_WARM_UP {
+        return Some(chips_of(groups, dwell) * per_chip * DETECTION_S);
+    }
+    // The Verilog is at best as quick as the model that it is compared with.
+    let (tier, work) = match tier {
+        Tier::Events => (
+            tier,
+            chips_of(groups, dwell) / chips_of(short_groups, short_dwell),
+        ),
+        _ => {
+            let clocks = |scene: &Scene| clocks_for_scans(&Contract::of(scene), 1) as f64;
+            (Tier::Sampled, clocks(scene) / clocks(&short))
+        }
+    };
+    if work < LEAST_RATIO {
+        return None;
+    }
+    let started = Instant::now();
+    scans(&short, detector, tier, 1, 1, |_| ()).ok()?;
+    Some(work * started.elapsed().as_secs_f64())
+}

@@ -1,0 +1,64 @@
+//! Ways of simulating a scene, from exact to cheap, and what they say.
+
+pub mod domain;
+mod expected;
+pub mod forecast;
+pub mod repeat;
+pub mod scans;
+
+use serde::Serialize;
+
+use crate::estimate::CountingTier;
+
+/// How much of the sensor a simulation goes through, from least to most.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Tier {
+    /// No random numbers: the exact mean response of the sampled hardware, and the
+    /// scatter that the counts' exact covariance gives.
+    Expected,
+    /// Counts drawn from their exact means and covariances, without photons.
+    Counts,
+    /// Every detection, and the article's continuous-time counter.
+    Events,
+    /// Every detection, sampled, through the bit-exact reference model.
+    Sampled,
+    /// The same through the Verilog, compared at every clock.
+    Rtl,
+}
+
+impl Tier {
+    /// Every tier.
+    pub const ALL: [Tier; 5] = [
+        Tier::Expected,
+        Tier::Counts,
+        Tier::Events,
+        Tier::Sampled,
+        Tier::Rtl,
+    ];
+
+    /// How this tier turns detections into counts.
+    pub fn counting(self) -> CountingTier {
+        match self {
+            Tier::Events => CountingTier::Events,
+            Tier::Expected | Tier::Counts | Tier::Sampled | Tier::Rtl => CountingTier::Sampled,
+        }
+    }
+
+    /// Whether the tier draws random numbers.
+    pub fn draws(self) -> bool {
+        self != Tier::Expected
+    }
+}
+
+impl std::fmt::Display for Tier {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Tier::Expected => "expected",
+            Tier::Counts => "counts",
+            Tier::Events => "events",
+            Tier::Sampled => "sampled",
+            Tier::Rtl => "rtl",
+        })
+    }
+}

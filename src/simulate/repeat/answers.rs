@@ -1,0 +1,236 @@
+//! What the scene's estimator says of scans, path by path.
+
+use std::fmt::Display;
+use std::num::NonZero;
+use std::thread::{self, available_parallelism};
+
+use crate::estimate::fit::{ALARM_SIGMAS, Fitter, ModelEstimate};
+use crate::estimate::{
+    CountingTier, Measurement, NoEstimate, TrueDelay, calibration_offset_ps, check_modulated,
+    delay_error_ps, distance_m, estimate, tolerance_ps, true_delay,
+};
+use crate::photons::{DetectorModel, StepCount};
+use crate::scene::{EstimatorKind, OtherLight, Scene};
+
+/// One detector's way from counts to distances.
+pub struct Ranging<'a> {
+    pub scene: &'a Scene,
+    pub detector: usize,
+    pub counting: CountingTier,
+    /// Paths that the estimator can speak of.
+    pub paths: Vec<usize>,
+    /// What each of them should be found at.
+    pub truths: Vec<TrueDelay>,
+    pub code_period_ps: f64,
+    offset_ps: f64,
+    fitter: Fitter<'a>,
+    /// Why no scan can give an estimate, if that is so.
+    hopeless: Option<NoEstimate>,
+}
+
+/// What one scan says.
+#[derive(Debug, Default)]
+pub struct Answer {
+    /// Places in [`Ranging::paths`], and the error of the distance.
+    pub found: Vec<(usize, f64)>,
+    /// Whether chi-square is too large; none without a fit, or where steps are
+    /// not independent.
+    pub alarm: Option<bool>,
+    /// What went wrong.
+    pub remark: Option<String>,
+}
+
+impl Answer {
+    fn none(reason: impl Display) -> Answer {
+        Answer {
+            remark: Some(format!("no estimate: {reason}")),
+            ..Answer::default()
+        }
+    }
+}
+
+impl<'a> Ranging<'a> {
+    pub fn new(scene: &'a Scene, detector: usize, counting: CountingTier) -> Ranging<'a> {
+        let own = scene.detectors[detector].reference;
+        let mut paths: Vec<usize> = (0..scene.paths.len())
+            .filter(|&p| scene.paths[p].detector == detector && scene.paths[p].source == own)
+            .collect();
+        let takes_in_others =
+            scene.estimator == EstimatorKind::Model && scene.other_light != OtherLight::None;
+        if takes_in_others {
+            paths.extend(
+                DetectorModel::new(scene, detector)
+                    .modulated_paths()
+                    .filter(|&p| scene.paths[p].source != own),
+            );
+            paths.sort_unstable();
+        }
+        Ranging {
+            truths: paths
+                .iter()
+                .map(|&path| true_delay(scene, path, counting))
+                .collect(),
+            scene,
+            detector,
+            counting,
+            paths,
+            code_period_ps: scene.chip_period_ps * scene.sources[own].code.len() as f64,
+            offset_ps: calibration_offset_ps(scene, detector, counting),
+            fitter: Fitter::new(scene, detector, counting, scene.other_light),
+            hopeless: check_modulated(scene, detector).err(),
+        }
+    }
+
+    pub fn answer(&self, counts: &[StepCount]) -> Answer {
+        if let Some(reason) = self.hopeless {
+            return Answer::none(reason);
+        }
+        match self.scene.estimator {
+            EstimatorKind::Fft => self.by_phase(counts),
+            EstimatorKind::Model => {
+                let scene = self.scene;
+                match self.fitter.fit(counts) {
+                    Ok(fitted) => Answer {
+                        found: self
+                            .matched(&fitted)
+                            .into_iter()
+                            .map(|(_, place, error_m)| (place, error_m))
+                            .collect(),
+                        alarm: (scene.hardware.parallel == 1)
+                            .then(|| fitted.alarm_sigmas() > ALARM_SIGMAS),
+                        remark: None,
+                    },
+                    Err(reason) => Answer::none(reason),
+                }
+            }
+        }
+    }
+
+    fn by_phase(&self, counts: &[StepCount]) -> Answer {
+        let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
+        match estimate(&Measurement::new(self.scene, &signed), self.offset_ps) {
+            Err(reason) => Answer::none(reason),
+            Ok(estimate) => Answer {
+                found: self
+                    .nearest(estimate.delay_ps, |_| true)
+                    .into_iter()
+                    .collect(),
+                alarm: None,
+                remark: estimate.coarse_only.map(|reason| reason.to_string()),
+            },
+        }
+    }
+
+    /// The paths that a fit has found: number in the fit, place, error of the
+    /// distance. The strongest comes first; no place is given twice.
+    pub fn matched(&self, fitted: &ModelEstimate) -> Vec<(usize, usize, f64)> {
+        let mut found: Vec<(usize, usize, f64)> = Vec::new();
+        for (number, path) in fitted.paths.iter().enumerate() {
+            let is_free = |place: usize| {
+                let source = self.scene.paths[self.paths[place]].source;
+                self.scene.sources[source].code.chips == path.code.chips
+                    && found.iter().all(|(_, taken, _)| *taken != place)
+            };
+            let nearest = self.nearest(path.delay_ps, is_free);
+            found.extend(nearest.map(|(place, error_m)| (number, place, error_m)));
+        }
+        found
+    }
+
+    /// The nearest path of some, if it is within a chip.
+    fn nearest(&self, delay_ps: f64, among: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
+        let error_ps = |place: usize| {
+            delay_error_ps(delay_ps, self.truths[place].delay_ps, self.code_period_ps)
+        };
+        let places = (0..self.paths.len()).filter(|&place| among(place));
+        let (place, error_ps) = places
+            .map(|place| (place, error_ps(place)))
+            .min_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()))?;
+        (error_ps.abs() <= self.scene.chip_period_ps).then(|| (place, distance_m(error_ps)))
+    }
+}
+
+/// What many scans say.
+pub struct Answers<'r> {
+    ranging: &'r Ranging<'r>,
+    /// For each path the errors of its estimates, in metres.
+    pub errors_m: Vec<Vec<f64>>,
+    /// For each path how many of them found its peak.
+    pub found: Vec<u64>,
+    pub scans: u64,
+    /// Fits, and those of them with an alarm.
+    pub fits: u64,
+    pub alarms: u64,
+    /// The last remark of any scan, and how many had one.
+    pub remark: Option<String>,
+    pub remarks: u64,
+}
+
+impl<'r> Answers<'r> {
+    pub fn new(ranging: &'r Ranging<'r>) -> Answers<'r> {
+        Answers {
+            ranging,
+            errors_m: vec![Vec::new(); ranging.paths.len()],
+            found: vec![0; ranging.paths.len()],
+            scans: 0,
+            fits: 0,
+            alarms: 0,
+            remark: None,
+            remarks: 0,
+        }
+    }
+
+    /// What went wrong in scans, and in how many, unless it was in all.
+    pub fn remark(&self) -> Option<String> {
+        let remark = self.remark.as_ref()?;
+        Some(match self.remarks == self.scans {
+            true => remark.clone(),
+            false => format!("in {} of {} scans: {remark}", self.remarks, self.scans),
+        })
+    }
+
+    /// Takes the counts of whole scans, one after another.
+    pub fn take(&mut self, counts: &[StepCount]) {
+        let scans: Vec<&[StepCount]> = counts
+            .chunks_exact(self.ranging.scene.scan.steps as usize)
+            .collect();
+        let threads = available_parallelism().unwrap_or(NonZero::<usize>::MIN);
+        let share = scans.len().div_ceil(threads.get()).max(1);
+        let ranging = self.ranging;
+        let answers: Vec<Answer> = thread::scope(|scope| {
+            let workers: Vec<_> = scans
+                .chunks(share)
+                .map(|scans| {
+                    scope.spawn(move || {
+                        let answers = scans.iter().map(|counts| ranging.answer(counts));
+                        answers.collect::<Vec<_>>()
+                    })
+                })
+                .collect();
+            let joined = workers.into_iter().flat_map(|worker| match worker.join() {
+                Ok(answers) => answers,
+                Err(panic) => std::panic::resume_unwind(panic),
+            });
+            joined.collect()
+        });
+        let tolerance_m = distance_m(tolerance_ps(
+            ranging.scene.chip_period_ps,
+            ranging.code_period_ps,
+        ));
+        for answer in answers {
+            self.scans += 1;
+            for (place, error_m) in answer.found {
+                self.errors_m[place].push(error_m);
+                self.found[place] += u64::from(error_m.abs() <= tolerance_m);
+            }
+            if let Some(alarm) = answer.alarm {
+                self.fits += 1;
+                self.alarms += u64::from(alarm);
+            }
+            if answer.remark.is_some() {
+                self.remark = answer.remark;
+                self.remarks += 1;
+            }
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! The statistics of many scans beside what theory expects.
+
+use super::PathStatistics;
+use super::answers::{Answers, Ranging};
+use super::moments::{Moments, share_interval};
+use crate::estimate::fit::{FitError, expected_fit};
+use crate::estimate::unwrap::{check_normal, fold, fold_distance, unwrap};
+use crate::estimate::{Theory, distance_m, folded};
+use crate::scene::EstimatorKind;
+
+/// Bias and standard deviation in metres.
+type Expectation = (f64, f64);
+
+/// What is expected of a path, or why nothing is.
+type Expected = Result<Expectation, String>;
+
+/// One entry per path of a detector.
+pub fn statistics(
+    ranging: &Ranging,
+    answers: &Answers,
+    theory: &Theory,
+    detected_rate_cps: f64,
+) -> Vec<PathStatistics> {
+    let scene = ranging.scene;
+    let bound = &theory.bound;
+    let expected = expectations(ranging, theory);
+    let of_path = |place: usize| {
+        let path = ranging.paths[place];
+        let truth = &ranging.truths[place];
+        let range_m = distance_m(ranging.code_period_ps);
+        let true_m = fold_distance(distance_m(truth.delay_ps), range_m);
+        let errors_m = &answers.errors_m[place];
+        let (moments, spread) = match unwrap(errors_m, range_m) {
+            Ok(unwrapped) => (Moments::of(&unwrapped), None),
+            Err(spread) => (Moments::NONE, Some(spread.to_string())),
+        };
+        let bias_m = moments.mean.map(|mean| fold(mean, range_m));
+        let found = answers.found[place];
+        let missed_scans = answers.scans - found;
+        let of_scans =
+            |count: u64| (answers.scans > 0).then(|| count as f64 / answers.scans as f64);
+        let bound_m = bound.as_ref().ok().and_then(|bound| bound.of_path(path));
+        let bound_remark = match bound {
+            Err(reason) => Some(format!("no bound: {reason}")),
+            Ok(_) if bound_m.is_none() => {
+                Some("no bound: the path carries no modulated light".to_owned())
+            }
+            Ok(_) => None,
+        };
+        PathStatistics {
+            detector: scene.detectors[ranging.detector].name.clone(),
+            source: scene.sources[scene.paths[path].source].name.clone(),
+            path,
+            true_m,
+            true_at_s: truth.at_ps.map(|ps| ps * 1e-12),
+            estimates: errors_m.len() as u64,
+            missed_scans,
+            missed_fraction: of_scans(missed_scans),
+            missed_fraction_ci: (answers.scans > 0)
+                .then(|| share_interval(missed_scans, answers.scans)),
+            expected_missed_fraction: theory.missed[place],
+            correct_coarse_fraction: of_scans(found),
+            mean_m: bias_m.map(|bias_m| fold_distance(true_m + bias_m, range_m)),
+            bias_m,
+            std_m: moments.std,
+            std_error_m: moments.std_error,
+            std_std_error_m: moments.std_std_error,
+            expected_bias_m: expected[place].as_ref().ok().map(|(bias_m, _)| *bias_m),
+            expected_std_m: expected[place].as_ref().ok().map(|(_, std_m)| *std_m),
+            bound_m,
+            std_over_bound: moments.std.zip(bound_m).map(|(std, bound)| std / bound),
+            bound_remark,
+            chi_square_alarm_fraction: (answers.fits > 0)
+                .then(|| answers.alarms as f64 / answers.fits as f64),
+            detected_rate_cps,
+            remark: joined([
+                answers.remark(),
+                spread,
+                expected[place]
+                    .as_ref()
+                    .err()
+                    .map(|reason| format!("no expectation: {reason}")),
+                folded(scene, path),
+            ]),
+        }
+    };
+    (0..ranging.paths.len()).map(of_path).collect()
+}
+
+/// What each path's estimate is expected to be.
+fn expectations(ranging: &Ranging, theory: &Theory) -> Vec<Expected> {
+    let range_m = distance_m(ranging.code_period_ps);
+    match ranging.scene.estimator {
+        EstimatorKind::Fft => theory
+            .predictions
+            .iter()
+            .map(|predicted| match predicted {
+                Ok(expected) => match check_normal(expected.std_m, range_m) {
+                    Ok(()) => Ok((expected.bias_m, expected.std_m)),
+                    // Errors of longer codes are cut off at a chip.
+                    Err(spread) => Err(spread.to_string()),
+                },
+                Err(reason) => Err(reason.to_string()),
+            })
+            .collect(),
+        EstimatorKind::Model => fitted_to_means(ranging)
+            .unwrap_or_else(|reason| vec![Err(reason.to_string()); ranging.paths.len()]),
+    }
+}
+
+/// The fit's answer to the expected counts.
+fn fitted_to_means(ranging: &Ranging) -> Result<Vec<Expected>, FitError> {
+    let fitted = expected_fit(ranging.scene, ranging.detector, ranging.counting)?;
+    let unseen = || Err("the expected counts do not show the path".to_owned());
+    let mut expected: Vec<Expected> = ranging.paths.iter().map(|_| unseen()).collect();
+    for (order, place, bias_m) in ranging.matched(&fitted) {
+        let std_m = distance_m(fitted.paths[order].delay_std_ps);
+        expected[place] = Ok((bias_m, std_m));
+    }
+    Ok(expected)
+}
+
+/// What there is of remarks, in one; none if there are none.
+fn joined(remarks: impl IntoIterator<Item = Option<String>>) -> Option<String> {
+    let remarks: Vec<String> = remarks.into_iter().flatten().collect();
+    (!remarks.is_empty()).then(|| remarks.join("; "))
+}

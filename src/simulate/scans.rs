@@ -1,0 +1,291 @@
+//! Counts of whole scans, one tier or another.
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::num::NonZero;
+use std::thread::available_parallelism;
+
+use super::Tier;
+use crate::cosim::build::{Built, build, cache_dir, sources_of};
+use crate::cosim::error::CosimError;
+use crate::cosim::exercised::Exercised;
+use crate::cosim::lockstep::Lockstep;
+use crate::cosim::verilated::Verilated;
+use crate::cosim::{StimulusKind, TOP};
+use crate::deliver;
+use crate::deliver::HdlError;
+use crate::estimate::PredictionError;
+use crate::photons::fast::StepCounter;
+use crate::photons::{DetectorModel, StepCount};
+use crate::reference::blocks::{Block, BlockMaker};
+use crate::reference::photons::Photons;
+use crate::reference::predictor::{Reference, ReferenceError};
+use crate::reference::stimulus::clocks_for_scans;
+use crate::response::{CountSampler, MeanResponse, MeanResponseError, SecondMoments};
+use crate::scene::Scene;
+use crate::sensor::contract::Contract;
+use crate::sensor::layout::Layout;
+
+/// Phase steps whose counts are held at once, about.
+const STEPS_AT_ONCE: u64 = 1 << 20;
+
+/// Why scans could not be simulated.
+#[derive(Debug, thiserror::Error)]
+pub enum ScansError {
+    /// The exact mean response cannot be had.
+    #[error(transparent)]
+    MeanResponse(#[from] MeanResponseError),
+    /// The expected estimate cannot be had.
+    #[error(transparent)]
+    Prediction(#[from] PredictionError),
+    /// The scene's hardware is not modelled.
+    #[error(transparent)]
+    Reference(#[from] ReferenceError),
+    /// The scene's hardware cannot be emitted.
+    #[error(transparent)]
+    Hdl(#[from] HdlError),
+    /// The co-simulation could not be done.
+    #[error(transparent)]
+    Cosim(#[from] CosimError),
+    /// Verilog and reference model differ.
+    #[error(
+        "the Verilog and the reference model differ; `goldtof cosim` with the same scene and seed \
+         shows where"
+    )]
+    Mismatch,
+}
+
+/// What a tier needs before its first scan, once for all scans of a scene to come:
+/// the Verilog's model, built. The other tiers need nothing.
+#[derive(Debug, Clone)]
+pub struct Prepared {
+    tier: Tier,
+    library: Option<Built>,
+}
+
+/// [`Prepared::scans`] of a tier that is prepared for them alone.
+///
+/// # Errors
+/// When the tier cannot do the scene.
+pub fn scans(
+    scene: &Scene,
+    detector: usize,
+    tier: Tier,
+    seed: u64,
+    repetitions: u64,
+    on_scan: impl FnMut(&[StepCount]),
+) -> Result<Vec<String>, ScansError> {
+    Prepared::new(scene, tier)?.scans(scene, detector, seed, repetitions, on_scan)
+}
+
+impl Prepared {
+    /// Prepares a tier for a scene.
+    ///
+    /// # Errors
+    /// When the Verilog cannot be emitted or built.
+    pub fn new(scene: &Scene, tier: Tier) -> Result<Prepared, ScansError> {
+        let library = if tier == Tier::Rtl {
+            let sources = sources_of(&deliver::emit(scene, "goldtof simulate")?);
+            Some(build(TOP, &sources, &Contract::of(scene), &cache_dir()?)?)
+        } else {
+            None
+        };
+        Ok(Prepared { tier, library })
+    }
+
+    /// The tier.
+    pub fn tier(&self) -> Tier {
+        self.tier
+    }
+
+    /// Simulates `repetitions` scans of one detector of the scene. `on_scan` gets
+    /// the counts of each, those of the scan's steps in order. The tier that draws
+    /// nothing has no scans. Gives what is to be said of them: what the Verilog was
+    /// not made to show.
+    ///
+    /// # Errors
+    /// When the tier cannot do the scene.
+    pub fn scans(
+        &self,
+        scene: &Scene,
+        detector: usize,
+        seed: u64,
+        repetitions: u64,
+        on_scan: impl FnMut(&[StepCount]),
+    ) -> Result<Vec<String>, ScansError> {
+        match (self.tier, &self.library) {
+            (Tier::Expected, _) => {}
+            (Tier::Counts, _) => counts(scene, detector, seed, repetitions, on_scan)?,
+            (Tier::Events, _) => events(scene, detector, seed, repetitions, on_scan),
+            (_, None) => sampled(scene, detector, seed, repetitions, on_scan)?,
+            (_, Some(library)) => {
+                return rtl(scene, detector, library, seed, repetitions, on_scan);
+            }
+        }
+        Ok(Vec::new())
+    }
+}
+
+fn counts(
+    scene: &Scene,
+    detector: usize,
+    seed: u64,
+    repetitions: u64,
+    mut on_scan: impl FnMut(&[StepCount]),
+) -> Result<(), ScansError> {
+    let model = DetectorModel::new(scene, detector);
+    let response = MeanResponse::of_tier(&model, Tier::Counts.counting())?;
+    let sampler = CountSampler::of(&model, &SecondMoments::new(&response)?);
+    for repetition in 0..repetitions {
+        on_scan(&sampler.scan(seed, repetition));
+    }
+    Ok(())
+}
+
+fn events(
+    scene: &Scene,
+    detector: usize,
+    seed: u64,
+    repetitions: u64,
+    mut on_scan: impl FnMut(&[StepCount]),
+) {
+    let model = DetectorModel::new(scene, detector);
+    let counter = StepCounter::new(&model);
+    let threads = available_parallelism().unwrap_or(NonZero::<usize>::MIN);
+    let steps = scene.scan.steps;
+    let at_once = (STEPS_AT_ONCE / steps).max(1);
+    let mut counted = Vec::new();
+    let mut first = 0;
+    while first < repetitions {
+        let batch = first..(first + at_once).min(repetitions);
+        first = batch.end;
+        counted.resize(
+            ((batch.end - batch.start) * steps) as usize,
+            StepCount::default(),
+        );
+        counter.count_on_threads(threads, seed, batch, 0..steps, &mut counted);
+        counted.chunks_exact(steps as usize).for_each(&mut on_scan);
+    }
+}
+
+fn sampled(
+    scene: &Scene,
+    detector: usize,
+    seed: u64,
+    repetitions: u64,
+    on_scan: impl FnMut(&[StepCount]),
+) -> Result<(), ScansError> {
+    let contract = Contract::of(scene);
+    let layout = Layout::of(&contract);
+    let detectors = models(scene);
+    let mut reference = Reference::new(contract.clone())?;
+    let mut photons = Photons::new(&detectors, &contract, seed);
+    let mut collector = Collector::new(&contract, repetitions, on_scan);
+    let clocks = clocks_for_scans(&contract, repetitions);
+    let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, clocks);
+    let mut block = Block::default();
+    while maker.make(&mut block) {
+        for result in maker.take_finished().filter(|r| r.detector == detector) {
+            let count = StepCount {
+                signed: result.count,
+                total: result.total,
+            };
+            collector.take(result.scan, count);
+        }
+    }
+    Ok(())
+}
+
+fn models(scene: &Scene) -> Vec<DetectorModel> {
+    (0..scene.detectors.len())
+        .map(|detector| DetectorModel::new(scene, detector))
+        .collect()
+}
+
+fn rtl(
+    scene: &Scene,
+    detector: usize,
+    library: &Built,
+    seed: u64,
+    repetitions: u64,
+    on_scan: impl FnMut(&[StepCount]),
+) -> Result<Vec<String>, ScansError> {
+    let contract = Contract::of(scene);
+    let layout = Layout::of(&contract);
+    let mut reference = Reference::new(contract.clone())?;
+    let mut model = Verilated::load(library, &layout)?;
+    let detectors = models(scene);
+    let mut collector = Collector::new(&contract, repetitions, on_scan);
+    // Hits of the steps that the Verilog has yet to send. They stand in where it
+    // sends no totals: the rate of detections needs them, the estimator does not.
+    let hits = RefCell::new(VecDeque::new());
+    let outcome = Lockstep {
+        model: &mut model,
+        reference: &mut reference,
+        stimulus: &mut Photons::new(&detectors, &contract, seed),
+        layout: &layout,
+    }
+    .run_and_read(
+        clocks_for_scans(&contract, repetitions),
+        |result| {
+            if result.detector == detector {
+                hits.borrow_mut().push_back(result.total);
+            }
+        },
+        |sent| {
+            if sent.detector == detector {
+                let hits = hits.borrow_mut().pop_front();
+                let count = StepCount {
+                    signed: sent.signed,
+                    total: sent.total.or(hits).unwrap_or(0),
+                };
+                collector.take(sent.scan, count);
+            }
+        },
+        |_| (),
+    )?;
+    if outcome.first.is_some() {
+        return Err(ScansError::Mismatch);
+    }
+    let names = scene
+        .detectors
+        .iter()
+        .map(|detector| detector.name.as_str());
+    let missing =
+        Exercised::new(&outcome.exercise, names).missing(&contract, StimulusKind::Photons);
+    let remark =
+        |missing| format!("the Verilog is not shown to count as the model does: {missing}");
+    Ok(missing.into_iter().map(remark).collect())
+}
+
+/// Gathers a detector's counts, which come in order, into scans.
+struct Collector<F> {
+    steps: u64,
+    repetitions: u64,
+    scan: Vec<StepCount>,
+    on_scan: F,
+}
+
+impl<F: FnMut(&[StepCount])> Collector<F> {
+    fn new(contract: &Contract, repetitions: u64, on_scan: F) -> Collector<F> {
+        Collector {
+            steps: contract.scan.steps,
+            repetitions,
+            scan: Vec::new(),
+            on_scan,
+        }
+    }
+
+    /// Takes the next step's counts. Those beyond the last scan that was asked for are
+    /// the start of one more, which the run's last clocks reach into.
+    fn take(&mut self, scan: u64, count: StepCount) {
+        if scan >= self.repetitions {
+            return;
+        }
+        self.scan.push(count);
+        if self.scan.len() as u64 == self.steps {
+            (self.on_scan)(&self.scan);
+            self.scan.clear();
+        }
+    }
+}

@@ -1,0 +1,322 @@
+//! Error against run time, tier by tier: the JSON of `goldtof fidelity`.
+//!
+//! The reference is the sampled tier with as many scans as the time allows: it is
+//! bit for bit the hardware. Each tier's standard deviation, bias and share of scans
+//! that miss the peak are held against it, with the standard errors of both. A tier
+//! holds if the 95 % intervals of all three errors lie within the target; a target
+//! that the reference itself does not resolve in the time is refused.
+
+mod choice;
+mod files;
+mod points;
+mod sensor;
+mod text;
+mod window;
+
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use crate::estimate::{NoEstimate, check_modulated, predict};
+use crate::plan::{self, Part};
+use crate::scene::Scene;
+use crate::simulate::scans::{Prepared, ScansError};
+use crate::simulate::{Tier, domain};
+
+/// Name of the tier that the others are held against.
+const REFERENCE_NAME: &str = "sampled";
+
+/// What `goldtof fidelity` gives.
+#[derive(Debug, Clone, Serialize)]
+pub struct FidelityReport {
+    /// The scene's name.
+    pub scene: String,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// The tier that the others are held against, and its number of scans.
+    pub reference: Reference,
+    /// Every tier at every number of scans that was run, from the least of the
+    /// sensor to the most.
+    pub tiers: Vec<TierPoint>,
+    /// The cheapest way to the error that was asked for.
+    pub recommended: Option<Recommendation>,
+    /// Why there is none, where the budget was too small to tell.
+    pub refusal: Option<Refusal>,
+    /// Domain of each tier, and where the scene is outside of it.
+    pub domains: Vec<TierDomain>,
+    /// The sensor's own trade: error of the distance against integration time
+    /// and light.
+    pub sensor: Vec<SensorPoint>,
+    /// Parts of the simulation that the scene does without, and what that saves.
+    pub left_out: Vec<Part>,
+}
+
+/// The reference.
+#[derive(Debug, Clone, Serialize)]
+pub struct Reference {
+    /// Its name.
+    pub name: &'static str,
+    /// Scans.
+    pub repetitions: u64,
+    /// Wall time.
+    pub run_time_s: f64,
+    /// Standard deviation of one scan's estimate.
+    pub std_m: f64,
+    /// Standard error of that.
+    pub std_std_error_m: f64,
+    /// Mean error.
+    pub bias_m: f64,
+    /// Standard error of that.
+    pub std_error_m: f64,
+    /// Share of scans that miss the peak ([`PathStatistics::missed_fraction`]).
+    ///
+    /// [`PathStatistics::missed_fraction`]: crate::simulate::repeat::PathStatistics
+    pub missed_fraction: f64,
+    /// Its 95 % confidence interval.
+    pub missed_fraction_ci: [f64; 2],
+}
+
+/// One tier at one number of scans.
+#[derive(Debug, Clone, Serialize)]
+pub struct TierPoint {
+    /// Name of the tier.
+    pub name: String,
+    /// Scans; none for the tier that draws no random numbers.
+    pub repetitions: Option<u64>,
+    /// Wall time.
+    pub run_time_s: f64,
+    /// Standard deviation of one scan's estimate.
+    pub std_m: f64,
+    /// Mean error.
+    pub bias_m: f64,
+    /// (standard deviation - reference's) / reference's.
+    pub error_vs_reference: f64,
+    /// Its 95 % confidence interval, from the standard errors of both.
+    pub error_ci: [f64; 2],
+    /// (bias - reference's) / reference's standard deviation.
+    pub bias_error_vs_reference: f64,
+    /// Its 95 % confidence interval.
+    pub bias_error_ci: [f64; 2],
+    /// Share of scans that miss the peak; none where the tier cannot tell.
+    pub missed_fraction: Option<f64>,
+    /// Its 95 % confidence interval; none of the tier that draws nothing.
+    pub missed_fraction_ci: Option<[f64; 2]>,
+    /// Share of scans that miss the peak, less the reference's.
+    pub missed_error_vs_reference: Option<f64>,
+    /// Its 95 % confidence interval.
+    pub missed_error_ci: Option<[f64; 2]>,
+    /// Whether all three errors are within the target.
+    pub verdict: Verdict,
+    /// No other point is both faster and surer of the standard deviation.
+    pub pareto: bool,
+}
+
+/// Whether a tier's errors of standard deviation (relative), bias (in standard
+/// deviations) and share of missed peaks (of all scans) are within the target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// The 95 % intervals of all three are within it.
+    Holds,
+    /// That of one is outside.
+    Differs,
+    /// Neither: too few scans.
+    Unresolved,
+}
+
+impl std::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Verdict::Holds => "holds",
+            Verdict::Differs => "differs",
+            Verdict::Unresolved => "unresolved",
+        })
+    }
+}
+
+/// Why no tier can be recommended: the reference's own intervals are too wide.
+#[derive(Debug, Clone, Serialize)]
+pub struct Refusal {
+    /// The error that was asked for.
+    pub target_error: f64,
+    /// The least that these scans resolve.
+    pub resolved_error: f64,
+    /// Scans of the reference that would resolve the one that was asked for.
+    pub needed_scans: u64,
+    /// `--budget-s` that would be enough for them, and the other tiers' shares.
+    pub needed_budget_s: f64,
+}
+
+impl std::fmt::Display for Refusal {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "the budget cannot resolve a target error of {} %: it resolves {:.2} %; {} scans of the \
+             sampled tier would, with --budget-s {:.0}",
+            self.target_error * 100.0,
+            self.resolved_error * 100.0,
+            self.needed_scans,
+            self.needed_budget_s
+        )
+    }
+}
+
+/// For which scenes a tier's answers hold.
+#[derive(Debug, Clone, Serialize)]
+pub struct TierDomain {
+    /// Name of the tier.
+    pub name: String,
+    /// The domain.
+    pub domain: &'static str,
+    /// Wall time of what is done once and for all scans to come, and is in no
+    /// run time: the Verilog's build (next to nothing where the cache has it).
+    pub build_time_s: Option<f64>,
+    /// Where the scene is outside of it, and what that does to the answer.
+    pub warnings: Vec<String>,
+}
+
+/// The cheapest tier for an error.
+#[derive(Debug, Clone, Serialize)]
+pub struct Recommendation {
+    /// The error that was asked for: of the standard deviation, relative; of the bias,
+    /// in standard deviations; of the share of missed peaks, in shares of all scans.
+    pub target_error: f64,
+    /// Name of the tier.
+    pub name: String,
+    /// Scans to run; none for the tier that draws no random numbers.
+    pub repetitions: Option<u64>,
+    /// Wall time that they take.
+    pub run_time_s: f64,
+    /// The tier was seen to differ from the reference by no more than this in any of
+    /// the three, with 95 % confidence each.
+    pub shown_error: f64,
+}
+
+/// The sensor at one light level and integration time.
+#[derive(Debug, Clone, Serialize)]
+pub struct SensorPoint {
+    /// Power of every source, relative to the scene's.
+    pub relative_power: f64,
+    /// Rate of counted detections.
+    pub detected_rate_cps: f64,
+    /// Integration time per phase step.
+    pub integration_s: f64,
+    /// Expected standard deviation of one scan's estimate.
+    pub std_m: f64,
+    /// Expected bias, which no integration removes.
+    pub bias_m: f64,
+    /// At most this share of scans takes a wrong step for the peak.
+    pub coarse_failure_bound: f64,
+    /// Expected share of scans that miss the peak.
+    pub missed_fraction: Option<f64>,
+}
+
+/// Why tiers could not be compared.
+#[derive(Debug, thiserror::Error)]
+pub enum FidelityError {
+    /// A tier failed.
+    #[error(transparent)]
+    Scans(#[from] ScansError),
+    /// No path of the detector's own source.
+    #[error(
+        "no path leads from the first detector's own source to it, so there is no error to compare"
+    )]
+    NoPath,
+    /// No tier can give an estimate.
+    #[error("no tier has an estimate to compare: {0}")]
+    NoEstimate(#[from] NoEstimate),
+    /// The reference gave too few estimates.
+    #[error(
+        "the reference tier found the path in fewer than two of {0} scans: more light, or a longer integration, is needed"
+    )]
+    NoEstimates(u64),
+    /// The reference's estimates are spread all over the range.
+    #[error("the reference tier's estimates have no scatter to compare: {0}")]
+    NoScatter(String),
+}
+
+/// Compares tiers on the first detector's first own path, within about
+/// `budget` of wall time.
+///
+/// # Errors
+/// When a tier cannot do the scene, or there is nothing to compare.
+pub fn compare(
+    scene: &Scene,
+    seed: u64,
+    budget: Duration,
+    target_error: f64,
+) -> Result<FidelityReport, FidelityError> {
+    let own = scene.detectors[0].reference;
+    let path = (0..scene.paths.len())
+        .find(|&p| scene.paths[p].detector == 0 && scene.paths[p].source == own)
+        .ok_or(FidelityError::NoPath)?;
+    check_modulated(scene, 0)?;
+    let (windowed, unscanned) = window::round_peak(scene, path, target_error);
+    let share = (budget.div_f64(5.0), target_error);
+    let of_reference = (budget.mul_f64(choice::REFERENCE_SHARE), target_error);
+
+    let prepared = Prepared::new(&windowed, Tier::Sampled)?;
+    let mut sampled = points::grow(&windowed, &prepared, path, seed, of_reference)?;
+    let reference = points::reference(sampled.last())?;
+    let refusal = choice::refuse(&sampled, &reference, target_error);
+    let counting = Tier::Expected.counting();
+    let predicted = [(path, predict(&windowed, 0, path, counting))];
+    let mut tiers = Vec::new();
+    let mut domains = Vec::new();
+    for tier in Tier::ALL {
+        let mut warnings = domain::warnings(&windowed, 0, tier, &predicted);
+        let started = Instant::now();
+        let prepared = Prepared::new(&windowed, tier)?;
+        let build_time_s = (tier == Tier::Rtl).then(|| started.elapsed().as_secs_f64());
+        // The reference's own runs share their random numbers with it: their errors
+        // are a little too small, and that of the last is none.
+        let runs = match tier {
+            Tier::Sampled => Ok(std::mem::take(&mut sampled)),
+            _ => points::grow(&windowed, &prepared, path, seed ^ 0x5bd1_e995, share),
+        };
+        let runs = match runs {
+            // A tier that works the response out may not be able to; others can.
+            Err(FidelityError::Scans(
+                reason @ (ScansError::MeanResponse(_) | ScansError::Prediction(_)),
+            )) => {
+                warnings.push(format!("left out: {reason}"));
+                Vec::new()
+            }
+            other => other?,
+        };
+        let points = runs
+            .iter()
+            .map(|run| points::point(run, &reference, target_error));
+        let known: Vec<TierPoint> = points.flatten().collect();
+        if let (true, Some(run)) = (known.is_empty(), runs.last()) {
+            let reason = run.statistics.remark.as_deref();
+            let reason = reason.unwrap_or("fewer than two scans found the path");
+            warnings.push(format!("left out, without a standard deviation: {reason}"));
+        }
+        tiers.extend(known);
+        domains.push(TierDomain {
+            name: tier.to_string(),
+            domain: domain::of(tier),
+            build_time_s,
+            warnings,
+        });
+    }
+    choice::mark_pareto(&mut tiers);
+    let plan = plan::with_savings(plan::plan(scene), scene);
+    let mut left_out: Vec<Part> = plan.simulation.into_iter().filter(|p| !p.kept).collect();
+    left_out.extend(unscanned);
+    Ok(FidelityReport {
+        scene: scene.name.clone(),
+        seed,
+        recommended: match refusal {
+            None => choice::recommend(&tiers, target_error),
+            Some(_) => None,
+        },
+        refusal,
+        reference,
+        tiers,
+        domains,
+        sensor: sensor::trade(scene, path),
+        left_out,
+    })
+}

@@ -1,0 +1,256 @@
+//! Runs of the tiers, and how they compare with the reference.
+
+use std::time::{Duration, Instant};
+
+use super::{FidelityError, Reference, TierPoint, Verdict};
+use crate::scene::Scene;
+use crate::simulate::Tier;
+use crate::simulate::repeat::{PathStatistics, simulate_prepared};
+use crate::simulate::scans::Prepared;
+
+/// Two-sided 95 % quantile of the normal distribution.
+pub const Z_95: f64 = 1.96;
+/// Numbers of scans that are tried, as far as the time goes, before as many as are
+/// needed.
+const REPETITIONS: [u64; 11] = [
+    10, 30, 100, 300, 1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000,
+];
+/// Half-width of a 95 % interval that a target error needs, of the reference and of a
+/// tier: of their difference it is then 0.47 of the target, and a tier without error
+/// of its own stays within the target 97 times of 100.
+pub const RESOLUTION: f64 = 1.0 / 3.0;
+/// A last run is worth its time if it has so many times the scans of the one before.
+const WORTH: f64 = 1.5;
+
+/// One run of one tier.
+#[derive(Debug, Clone)]
+pub struct Run {
+    tier: Tier,
+    pub repetitions: u64,
+    pub run_time_s: f64,
+    pub statistics: PathStatistics,
+}
+
+/// Runs a tier with more and more scans, until they resolve the target error or the
+/// next run would not fit into `budget`; at least the first.
+pub fn grow(
+    scene: &Scene,
+    prepared: &Prepared,
+    path: usize,
+    seed: u64,
+    (budget, target_error): (Duration, f64),
+) -> Result<Vec<Run>, FidelityError> {
+    let tier = prepared.tier();
+    let mut runs: Vec<Run> = Vec::new();
+    let started = Instant::now();
+    let mut repetitions = REPETITIONS[0];
+    loop {
+        let simulation = simulate_prepared(scene, prepared, seed, repetitions)?;
+        let mut statistics = simulation.estimates.into_iter();
+        let run = Run {
+            tier,
+            repetitions,
+            run_time_s: simulation.run_time_s,
+            statistics: statistics
+                .find(|e| e.path == path)
+                .ok_or(FidelityError::NoPath)?,
+        };
+        let needed = needed_scans(&run, target_error * RESOLUTION);
+        runs.push(run);
+        let next = REPETITIONS.iter().find(|&&n| n > repetitions);
+        let (Some(&next), true) = (next, tier.draws()) else {
+            break;
+        };
+        // The last few scans hardly cost more than another run.
+        let next = match needed {
+            Some(needed) if needed <= repetitions => break,
+            Some(needed) if needed < 2 * next => needed,
+            _ => next,
+        };
+        let left_s = budget.as_secs_f64() - started.elapsed().as_secs_f64();
+        let times: Vec<_> = runs.iter().map(|r| (r.repetitions, r.run_time_s)).collect();
+        let (set_up_s, per_scan_s) = cost(&times).unwrap_or_default();
+        let affordable = ((left_s - set_up_s) / per_scan_s).max(0.0) as u64;
+        if (affordable as f64) < WORTH * repetitions as f64 && affordable < next {
+            break;
+        }
+        repetitions = next.min(affordable);
+    }
+    Ok(runs)
+}
+
+/// Scans that bring the half-widths of the 95 % intervals of standard deviation and
+/// bias (in standard deviations) and of the share of missed peaks down to
+/// `half_width`; none without a scatter to go by.
+pub fn needed_scans(run: &Run, half_width: f64) -> Option<u64> {
+    let s = &run.statistics;
+    let (std_m, std_error_m, std_std_error_m) = (s.std_m?, s.std_error_m?, s.std_std_error_m?);
+    if s.estimates < 10 || std_m <= 0.0 {
+        return None;
+    }
+    let n = run.repetitions as f64;
+    let standard_error = std_error_m.max(std_std_error_m) / std_m;
+    let of_moments = n * (Z_95 * standard_error / half_width).powi(2);
+    let missed = s.missed_fraction?;
+    // Wilson's interval of none of n is z^2 / n wide.
+    let of_missed =
+        missed * (1.0 - missed) * (Z_95 / half_width).powi(2) + Z_95 * Z_95 / half_width;
+    Some(of_moments.max(of_missed).ceil() as u64)
+}
+
+/// Time before the first scan, and of each scan.
+pub fn cost(runs: &[(u64, f64)]) -> Option<(f64, f64)> {
+    let &(most, most_s) = runs.iter().max_by_key(|(n, _)| *n)?;
+    // What a tier sets up before its first scan is in every run's time.
+    let fewer = runs.iter().filter(|(n, _)| *n < most);
+    let (fewest, least_s) = fewer.min_by_key(|(n, _)| *n).copied().unwrap_or((0, 0.0));
+    let per_scan_s = (most_s - least_s).max(0.0) / (most - fewest).max(1) as f64;
+    Some(((least_s - per_scan_s * fewest as f64).max(0.0), per_scan_s))
+}
+
+/// The reference that a run gives.
+pub fn reference(run: Option<&Run>) -> Result<Reference, FidelityError> {
+    let run = run.ok_or(FidelityError::NoPath)?;
+    let s = &run.statistics;
+    let missed = s.missed_fraction.zip(s.missed_fraction_ci);
+    match (s.std_m, s.std_std_error_m, s.bias_m, s.std_error_m, missed) {
+        (Some(std_m), Some(std_std_error_m), Some(bias_m), Some(std_error_m), Some(missed))
+            if std_m > 0.0 =>
+        {
+            Ok(Reference {
+                name: super::REFERENCE_NAME,
+                repetitions: run.repetitions,
+                run_time_s: run.run_time_s,
+                std_m,
+                std_std_error_m,
+                bias_m,
+                std_error_m,
+                missed_fraction: missed.0,
+                missed_fraction_ci: missed.1,
+            })
+        }
+        _ => Err(match &s.remark {
+            Some(remark) if s.estimates > 1 => FidelityError::NoScatter(remark.clone()),
+            _ => FidelityError::NoEstimates(run.repetitions),
+        }),
+    }
+}
+
+/// Holds a run's standard deviation, bias and share of missed peaks against the
+/// reference's, with the standard errors of both; none where the run has too few
+/// estimates.
+pub fn point(run: &Run, reference: &Reference, target_error: f64) -> Option<TierPoint> {
+    let s = &run.statistics;
+    let (std_m, bias_m) = (s.std_m?, s.bias_m?);
+    // What draws nothing has no errors of its own.
+    let [std_std_error_m, std_error_m] = if run.tier.draws() {
+        [s.std_std_error_m?, s.std_error_m?]
+    } else {
+        [0.0, 0.0]
+    };
+    let interval = |error: f64, standard_error: f64| {
+        [error - Z_95 * standard_error, error + Z_95 * standard_error]
+    };
+    let std_error = (std_m - reference.std_m) / reference.std_m;
+    let bias_error = (bias_m - reference.bias_m) / reference.std_m;
+    let of_std = std_std_error_m.hypot(reference.std_std_error_m) / reference.std_m;
+    let of_bias = std_error_m.hypot(reference.std_error_m) / reference.std_m;
+    let missed_ci = s.missed_fraction.map(|missed| {
+        let own = s.missed_fraction_ci.unwrap_or([missed; 2]);
+        difference(
+            (missed, own),
+            (reference.missed_fraction, reference.missed_fraction_ci),
+        )
+    });
+    let mut point = TierPoint {
+        name: run.tier.to_string(),
+        repetitions: run.tier.draws().then_some(run.repetitions),
+        run_time_s: run.run_time_s,
+        std_m,
+        bias_m,
+        missed_fraction: s.missed_fraction,
+        missed_fraction_ci: s.missed_fraction_ci,
+        error_vs_reference: std_error,
+        error_ci: interval(std_error, of_std),
+        bias_error_vs_reference: bias_error,
+        bias_error_ci: interval(bias_error, of_bias),
+        missed_error_vs_reference: s.missed_fraction.map(|m| m - reference.missed_fraction),
+        missed_error_ci: missed_ci,
+        verdict: Verdict::Unresolved,
+        pareto: false,
+    };
+    point.verdict = match run.tier {
+        // It is the reference.
+        Tier::Sampled => Verdict::Holds,
+        _ => point.judge(target_error),
+    };
+    Some(point)
+}
+
+impl TierPoint {
+    /// Whether all three errors are seen to be within the target.
+    fn judge(&self, target_error: f64) -> Verdict {
+        let Some(missed_ci) = self.missed_error_ci else {
+            return Verdict::Unresolved;
+        };
+        let intervals = [self.error_ci, self.bias_error_ci, missed_ci];
+        if intervals.iter().all(|&ci| worst(ci) <= target_error) {
+            Verdict::Holds
+        } else if intervals.iter().any(|&ci| least(ci) > target_error) {
+            Verdict::Differs
+        } else {
+            Verdict::Unresolved
+        }
+    }
+}
+
+/// 95 % interval of the difference of two shares from the interval of each (Newcombe
+/// 1998, method 10).
+fn difference(a: (f64, [f64; 2]), b: (f64, [f64; 2])) -> [f64; 2] {
+    let found = a.0 - b.0;
+    [
+        found - (a.0 - a.1[0]).hypot(b.1[1] - b.0),
+        found + (a.1[1] - a.0).hypot(b.0 - b.1[0]),
+    ]
+}
+
+/// Largest error that a confidence interval holds.
+pub fn worst(interval: [f64; 2]) -> f64 {
+    interval[0].abs().max(interval[1].abs())
+}
+
+/// Smallest error that a confidence interval holds.
+fn least([low, high]: [f64; 2]) -> f64 {
+    if low <= 0.0 && high >= 0.0 {
+        return 0.0;
+    }
+    low.abs().min(high.abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_difference_of_shares_has_the_published_interval() {
+        // Newcombe 1998, example a: 56/70 less 48/80 is 0.2, 0.0524 to 0.3339.
+        let share = |k: f64, n: f64| {
+            let (p, z2) = (k / n, Z_95 * Z_95);
+            let half = Z_95 * (p * (1.0 - p) / n + 0.25 * z2 / (n * n)).sqrt();
+            let [low, high] = [-half, half].map(|h| (p + 0.5 * z2 / n + h) / (1.0 + z2 / n));
+            (p, [low, high])
+        };
+        let [low, high] = difference(share(56.0, 70.0), share(48.0, 80.0));
+        assert!(
+            (low - 0.0524).abs() < 2e-4 && (high - 0.3339).abs() < 2e-4,
+            "{low} {high}"
+        );
+    }
+
+    #[test]
+    fn set_up_and_scans_are_told_apart() {
+        // 20 ms and 1 us a scan.
+        let (set_up_s, per_scan_s) = cost(&[(1_000, 0.021), (100_000, 0.120)]).unwrap();
+        assert!((set_up_s - 0.020).abs() < 1e-12 && (per_scan_s - 1e-6).abs() < 1e-15);
+    }
+}

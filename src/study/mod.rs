@@ -1,0 +1,6 @@
+//! Studies made of many simulations: the fidelity of the tiers, the article's
+//! figures and claims, stiff and extreme cases.
+
+pub mod fidelity;
+pub mod reproduce;
+pub mod stress;

@@ -1,0 +1,166 @@
+//! Systematic errors that the article leaves out: dead-time walk and interference
+//! bias, by both estimators.
+
+use std::sync::Arc;
+
+use super::bias::{Bias, ByModel, Frame, figure};
+use super::extremes::Candidates;
+use super::figure::{Figure, Table};
+use super::run::{Run, RunError};
+use super::sensor::{
+    CHIP_PERIOD_PS, Light, POWER_PW, TARGET_PS, balanced_gold, sensor, square, window,
+};
+use crate::code::Code;
+use crate::report::chart::{Axis, Legend, Mark, Panel, Point, Scale, Series};
+use crate::simulate::Tier;
+
+/// Integration time of the phase estimator's biases.
+const INTEGRATION_S: f64 = 1.04e-3;
+/// Phase steps within this many chips of the target are scanned.
+const HALF_WINDOW_CHIPS: u64 = 3;
+
+/// Bias against light level, for three codes.
+pub fn dead_time_walk(run: &mut Run) -> Result<Figure, RunError> {
+    /// Powers in picowatts are so many factors of two above half a picowatt.
+    const OCTAVES: i32 = 8;
+    let by_model = ByModel {
+        tier: Tier::Events,
+        scans: (run.repetitions() / 2).max(2),
+    };
+    let power_pw = |octaves: f64| 0.5 * octaves.exp2();
+    let fine: Vec<f64> = (0..=4 * OCTAVES)
+        .map(|i| power_pw(f64::from(i) / 4.0))
+        .collect();
+    let coarse: Vec<f64> = (0..=OCTAVES).map(|i| power_pw(f64::from(i))).collect();
+    let codes = [
+        ("Gold code", balanced_gold(0, 0)?),
+        ("interleaved once", balanced_gold(0, 1)?),
+        ("square wave", square()?),
+    ];
+    let mut biases = Vec::new();
+    for (label, code) in &codes {
+        let scene = |power_pw: f64, integration_s: f64| {
+            let scene = sensor(&[Light::new(code, power_pw)], integration_s);
+            window(scene, TARGET_PS, HALF_WINDOW_CHIPS)
+        };
+        let bias = Bias::of_phase(run, label, &fine, &coarse, |p| scene(p, INTEGRATION_S))?;
+        // A bias of tenths of a millimetre needs many photons at every level: as
+        // many as ten times the usual integration has at the usual power.
+        let equal_light = |p: f64| scene(p, 10.0 * INTEGRATION_S * (POWER_PW / p).max(0.1));
+        biases.push(bias.and_model(run, by_model, &coarse, equal_light)?);
+    }
+    let frame = Frame {
+        title: "Dead-time walk: bias of the distance against the light level",
+        x: Axis {
+            label: "optical power at the detector (pW)".to_owned(),
+            scale: Scale::Log,
+        },
+        x_column: "power_pw",
+        legend: Legend::LowerLeft,
+        headroom: 0.06,
+        limit_mm: 0.5,
+    };
+    Ok(figure(&frame, &biases))
+}
+
+/// Bias against the delay of another code's light relative to the target's.
+pub fn interference(run: &mut Run) -> Result<Figure, RunError> {
+    /// Whole scans by single detections would take an hour.
+    const BY_MODEL: ByModel = ByModel {
+        tier: Tier::Counts,
+        scans: 16,
+    };
+    let fine: Vec<f64> = (0..=64).map(|i| f64::from(i) / 2.0).collect();
+    let coarse: Vec<f64> = (0..=8).map(|i| 4.0 * f64::from(i)).collect();
+    let (own, other) = (balanced_gold(0, 0)?, balanced_gold(1, 0)?);
+    let both = |chips: f64, integration_s: f64| {
+        let later = TARGET_PS + chips * CHIP_PERIOD_PS;
+        let lights = [
+            Light::new(&own, POWER_PW),
+            Light::new(&other, POWER_PW).at(later),
+        ];
+        sensor(&lights, integration_s)
+    };
+    let bias = Bias::of_phase(run, "second Gold code", &fine, &coarse, |chips| {
+        window(both(chips, INTEGRATION_S), TARGET_PS, HALF_WINDOW_CHIPS)
+    })?
+    .and_model(run, BY_MODEL, &coarse, |chips| {
+        both(chips, 100.0 * INTEGRATION_S)
+    })?;
+    // The same light without modulation moves the mean as well: that is walk.
+    let alone = Bias::of_phase(run, "no second source", &[0.0, 32.0], &[], |_| {
+        let scene = sensor(&[Light::new(&own, POWER_PW)], INTEGRATION_S);
+        window(scene, TARGET_PS, HALF_WINDOW_CHIPS)
+    })?;
+    let frame = Frame {
+        title: "Interference: bias of the distance with another code of equal power, 4 pW each",
+        x: Axis {
+            label: "delay of the second source relative to the target's light (chips)".to_owned(),
+            scale: Scale::Linear,
+        },
+        x_column: "relative_delay_chips",
+        legend: Legend::UpperLeft,
+        headroom: 0.35,
+        limit_mm: 1.0,
+    };
+    let mut figure = figure(&frame, &[bias, alone]);
+    let (panel, note) = all_delays(&own, &other, &mut figure.table)?;
+    figure.chart.panels.push(panel);
+    figure.notes.push(note);
+    Ok(figure)
+}
+
+/// Peak to peak of the phase estimator's bias over all relative delays, against the
+/// light level; rows for the table, and the largest in words.
+fn all_delays(
+    own: &Arc<Code>,
+    other: &Arc<Code>,
+    table: &mut Table,
+) -> Result<(Panel, String), RunError> {
+    const POWERS_PW: [f64; 9] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
+    let candidates = Candidates::of(own, other);
+    let mut points = Vec::new();
+    let mut texts = Vec::new();
+    for power_pw in POWERS_PW {
+        let [least, most] = candidates.extremes(own, other, power_pw, INTEGRATION_S)?;
+        for (name, end) in [("least", least), ("largest", most)] {
+            let series = format!("{name} of all delays, {power_pw} pW each, phase, exact");
+            let row = [Some(end.relative_delay_chips), Some(end.bias_m), None, None];
+            table.row(&series, &row);
+        }
+        let range_mm = 1e3 * (most.bias_m - least.bias_m);
+        points.push(Point::new(power_pw, range_mm));
+        texts.push(format!(
+            "{range_mm:.1} at {power_pw} ({:.1} at {} chips to {:.1} at {} chips)",
+            1e3 * least.bias_m,
+            least.relative_delay_chips,
+            1e3 * most.bias_m,
+            most.relative_delay_chips,
+        ));
+    }
+    let note = format!(
+        "bias of the phase estimator over all relative delays of whole phase steps, peak to peak \
+         in mm by power of each source in pW (exact at those 8 delays to either side that move a \
+         linear detector's estimate most): {}",
+        texts.join(", ")
+    );
+    let panel = Panel {
+        x: Axis {
+            label: "optical power at the detector, of each source (pW)".to_owned(),
+            scale: Scale::Log,
+        },
+        y: Axis {
+            label: "phase estimator's bias over all delays, peak to peak (mm)".to_owned(),
+            scale: Scale::Linear,
+        },
+        series: vec![Series {
+            label: "exact".to_owned(),
+            mark: Mark::LineAndDots,
+            colour: 0,
+            points,
+        }],
+        legend: Legend::UpperLeft,
+        headroom: 0.06,
+    };
+    Ok((panel, note))
+}

@@ -1,0 +1,162 @@
+//! Verilog and reference model under inputs that a case has decided.
+
+use std::ops::Range;
+
+use crate::cosim::build::{build, cache_dir, sources_of};
+use crate::cosim::exercised::Exercised;
+use crate::cosim::lockstep::Lockstep;
+use crate::cosim::verilated::Verilated;
+use crate::cosim::{StimulusKind, TOP};
+use crate::deliver;
+use crate::photons::Pulse;
+use crate::reference::adversarial::Adversarial;
+use crate::reference::blocks::Records;
+use crate::reference::exercise::Exercise;
+use crate::reference::predictor::{Reference, StepResult};
+use crate::reference::stimulus::{Drive, RESET_CLOCKS, Stimulus};
+use crate::scene::Scene;
+use crate::sensor::contract::Contract;
+use crate::sensor::layout::Layout;
+
+/// Inputs of a run, decided beforehand; reset for the first clocks comes by
+/// itself.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Script {
+    /// For each detector, in order of their first sample; sample s is at clock
+    /// s / S.
+    pub pulses: Vec<Vec<Pulse>>,
+    /// Further resets, in order.
+    pub resets: Vec<Range<u64>>,
+    /// Clocks at which the consumer does not take, in order.
+    pub stalls: Vec<Range<u64>>,
+}
+
+impl Script {
+    /// One detector with these pulses, always taken.
+    pub fn new(pulses: Vec<Pulse>) -> Script {
+        Script {
+            pulses: vec![pulses],
+            ..Script::default()
+        }
+    }
+}
+
+/// A script that is being played.
+struct Player<'a> {
+    script: &'a Script,
+    lanes: u64,
+}
+
+impl Stimulus for Player<'_> {
+    fn drive(&mut self, drive: &mut Drive) {
+        let clocks = drive.surroundings.clocks.clone();
+        let samples = clocks.start * self.lanes..clocks.end * self.lanes;
+        for (script, pulses) in self.script.pulses.iter().zip(&mut drive.pulses) {
+            let first = script.partition_point(|pulse| pulse.first < samples.start);
+            let end = script.partition_point(|pulse| pulse.first < samples.end);
+            pulses.extend_from_slice(&script[first..end]);
+        }
+        let reaches = |range: &&Range<u64>| range.start < clocks.end && range.end > clocks.start;
+        let reset = 0..RESET_CLOCKS;
+        let resets = std::iter::once(&reset).chain(&self.script.resets);
+        drive
+            .surroundings
+            .resets
+            .extend(resets.filter(reaches).cloned());
+        let stalls = self.script.stalls.iter();
+        drive
+            .surroundings
+            .stalls
+            .extend(stalls.filter(reaches).cloned());
+    }
+}
+
+/// A scene's hardware, built.
+pub(super) struct Bench {
+    pub contract: Contract,
+    layout: Layout,
+    model: Verilated,
+}
+
+/// What a run gave.
+pub(super) struct Run {
+    /// Clocks at which a port of the Verilog differed from the reference model.
+    pub mismatches: u64,
+    /// Results of all steps, in order.
+    pub results: Vec<StepResult>,
+    records: Records,
+    exercise: Exercise,
+}
+
+impl Bench {
+    /// Emits and builds the Verilog of a scene.
+    pub fn new(scene: &Scene) -> anyhow::Result<Bench> {
+        let contract = Contract::of(scene);
+        let layout = Layout::of(&contract);
+        let sources = sources_of(&deliver::emit(scene, "goldtof stress")?);
+        let library = build(TOP, &sources, &contract, &cache_dir()?)?;
+        Ok(Bench {
+            model: Verilated::load(&library, &layout)?,
+            contract,
+            layout,
+        })
+    }
+
+    /// Clock at which the word of the first scan's first chip is presented.
+    pub fn first_clock(&self) -> u64 {
+        RESET_CLOCKS + 1
+    }
+
+    /// Plays a script for some clocks.
+    pub fn play(&mut self, script: &Script, clocks: u64) -> anyhow::Result<Run> {
+        let lanes = u64::from(self.contract.lanes);
+        let run = self.run(&mut Player { script, lanes }, clocks)?;
+        let hits = run
+            .exercise
+            .detectors
+            .iter()
+            .map(|d| d.hits_up + d.hits_down);
+        anyhow::ensure!(
+            hits.min() > Some(0),
+            "a detector's results that came to the stream hold no hit"
+        );
+        Ok(run)
+    }
+
+    /// Sets the adversary on it.
+    pub fn attack(&mut self, seed: u64, clocks: u64) -> anyhow::Result<Run> {
+        let mut adversary = Adversarial::new(&self.contract, seed);
+        let run = self.run(&mut adversary, clocks)?;
+        let names = self.contract.reference_codes.iter().map(|_| "spad");
+        let exercised = Exercised::new(&run.exercise, names);
+        // Agreement on nothing is not what a case is for.
+        let missing = exercised.missing(&self.contract, StimulusKind::Adversarial);
+        anyhow::ensure!(missing.is_empty(), "{}", missing.join("; "));
+        Ok(run)
+    }
+
+    fn run(&mut self, stimulus: &mut dyn Stimulus, clocks: u64) -> anyhow::Result<Run> {
+        let mut results = Vec::new();
+        let outcome = Lockstep {
+            model: &mut self.model,
+            reference: &mut Reference::new(self.contract.clone())?,
+            stimulus,
+            layout: &self.layout,
+        }
+        .run(clocks, |result| results.push(result), |_| ())?;
+        Ok(Run {
+            mismatches: outcome.mismatches,
+            results,
+            records: outcome.records,
+            exercise: outcome.exercise,
+        })
+    }
+
+    /// The Verilog's value of a port at each of a run's first clocks (some
+    /// thousand of them).
+    pub fn port<'a>(&'a self, run: &'a Run, name: &str) -> impl Iterator<Item = u64> + 'a {
+        let field = self.layout.outputs.field(name).clone();
+        let records = run.records.got.chunks_exact(self.layout.outputs.words);
+        records.map(move |record| field.low_word(record))
+    }
+}

@@ -1,0 +1,420 @@
+//! Codes and scans at the ends of their parameters.
+
+use super::scenes::{GOLD_5, ideal, table_i, window};
+use super::statistics::{Sample, counts, step_s, worst};
+use super::{Case, Group, Measured};
+use crate::code::{CodeSpec, Family, correlate};
+use crate::estimate::report::estimate_scan;
+use crate::estimate::{CoarseOnly, Measurement, NoEstimate, estimate};
+use crate::photons::DetectorModel;
+use crate::photons::fast::StepCounter;
+use crate::response::MeanResponse;
+use crate::scan::Step;
+use crate::scene::{self, Scene};
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "degree-3-to-20-correlations",
+        group: Group::Codes,
+        quick: false,
+        what: "lags of m-sequences of degrees 3 to 20 whose correlation is not the theorem's",
+        why: "an m-sequence correlates with itself to L at lag 0 and to -1 at every other",
+        run: |_| wrong_m_sequence_lags(3..=20),
+    },
+    Case {
+        name: "degree-3-to-12-correlations",
+        group: Group::Codes,
+        quick: true,
+        what: "lags of m-sequences of degrees 3 to 12 whose correlation is not the theorem's",
+        why: "an m-sequence correlates with itself to L at lag 0 and to -1 at every other",
+        run: |_| wrong_m_sequence_lags(3..=12),
+    },
+    Case {
+        name: "degree-3-in-simulation",
+        group: Group::Codes,
+        quick: true,
+        what: "largest deviation of the mean signed count, peak and one chip off it, degree 3",
+        why: "ideal detector, off-light zero: r = photons (theta + 2 w - L) / (2 w), eq. 14 in brackets",
+        run: |seed| simulated_m_sequence(3, 3_500, seed),
+    },
+    Case {
+        name: "degree-20-in-simulation",
+        group: Group::Codes,
+        quick: false,
+        what: "largest deviation of the mean signed count, peak and one chip off it, degree 20",
+        why: "ideal detector, off-light zero: r = photons (theta + 2 w - L) / (2 w), eq. 14 in brackets",
+        run: |seed| simulated_m_sequence(20, 1_048_575, seed),
+    },
+    Case {
+        name: "interleaving-0-to-8",
+        group: Group::Codes,
+        quick: true,
+        what: "lags, over nu = 0..8 of a Gold code of 127 chips, that break the closed form",
+        why: "lag 2^nu q + s: (-1)^s ((2^nu - s) theta[q] + s theta[q + 1]), from eq. 23 directly",
+        run: |_| interleaving(),
+    },
+    Case {
+        name: "interleaving-0-to-8-in-simulation",
+        group: Group::Codes,
+        quick: true,
+        what: "largest deviation of the mean signed count, peak and one chip off it, over nu = 0..8 of \
+               a Gold code of 7 chips",
+        why: "ideal detector, off-light zero: r = photons (theta + 2 w - L') / (2 w) with theta from \
+              the definition",
+        run: interleaving_in_simulation,
+    },
+    Case {
+        name: "samples-per-chip-1-to-64-in-simulation",
+        group: Group::Codes,
+        quick: true,
+        what: "largest deviation of the mean signed count for light half a phase step before the \
+               peak's, S = 1..64",
+        why: "linear between whole chips: theta = L - (L + 1) / (2 S) for an m-sequence",
+        run: samples_per_chip_in_simulation,
+    },
+    Case {
+        name: "samples-per-chip-2-to-64",
+        group: Group::Codes,
+        quick: true,
+        what: "largest error over phase step, exact triangles at 640 delays per S = 2..64",
+        why: "the fine estimate must never be worse than the coarse one, which is half a step off",
+        run: |_| samples_per_chip(),
+    },
+    Case {
+        name: "triangles-on-the-grid",
+        group: Group::Codes,
+        quick: true,
+        what: "largest error of the estimate for triangles centred on a phase step, S = 2..64",
+        why: "a symmetric window has the phase 0 exactly",
+        run: |_| centred_triangles(),
+    },
+    Case {
+        name: "one-sample-per-chip-is-coarse-only",
+        group: Group::Codes,
+        quick: true,
+        what: "scans with S = 1 whose estimate is fine, or off by more than half a phase step",
+        why: "two samples on the triangle's base hold no phase: only a coarse estimate is possible",
+        run: |_| one_sample_per_chip(),
+    },
+    Case {
+        name: "a-scan-of-one-step-gives-no-estimate",
+        group: Group::Codes,
+        quick: true,
+        what: "estimates from scans of a single phase step, counts -1,000 to 1,000",
+        why: "a single count is no peak over anything",
+        run: |_| one_step(),
+    },
+    Case {
+        name: "a-scan-that-wraps-round-the-period",
+        group: Group::Codes,
+        quick: true,
+        what: "largest relative difference of expected counts between a window over the period's end \
+               and the same steps of the full scan",
+        why: "with whole code periods per step a count does not depend on when its step comes",
+        run: |_| wrapping_scan(),
+    },
+    Case {
+        name: "the-estimate-of-a-wrapping-scan",
+        group: Group::Codes,
+        quick: true,
+        what: "error of the estimate from an exact triangle across the period's end",
+        why: "steps repeat with the period, so the window's neighbours are those of the circle",
+        run: |_| wrapping_estimate(),
+    },
+    Case {
+        name: "a-scan-longer-than-the-period-is-refused",
+        group: Group::Codes,
+        quick: true,
+        what: "scans of 249, 1,000 and 2^62 of 248 phase steps that are accepted",
+        why: "a phase step twice in one scan has no place in it",
+        run: |_| overlong_scan(),
+    },
+    Case {
+        name: "delays-beyond-the-range-fold",
+        group: Group::Codes,
+        quick: true,
+        what: "counts that change when a path of 0.75 chips gets 1, 1,000 or 10^6 code periods longer",
+        why: "the light repeats with the code period: the same bits",
+        run: folded_delays,
+    },
+    Case {
+        name: "folding-is-said",
+        group: Group::Codes,
+        quick: true,
+        what: "reports of a path beyond the unambiguous range that do not say that it is folded",
+        why: "a distance that is off by whole ranges must not pass for the truth",
+        run: folding_is_said,
+    },
+];
+
+fn m_sequence(degree: u32) -> anyhow::Result<Vec<u8>> {
+    let spec = CodeSpec {
+        degree: Some(degree),
+        ..CodeSpec::new(Family::MSequence)
+    };
+    Ok(spec.build()?.chips)
+}
+
+fn wrong_m_sequence_lags(degrees: std::ops::RangeInclusive<u32>) -> anyhow::Result<Measured> {
+    let mut wrong = 0;
+    for degree in degrees {
+        let chips = m_sequence(degree)?;
+        let expected = |lag| if lag == 0 { chips.len() as i64 } else { -1 };
+        let found = correlate(&chips, &chips);
+        let lags = found.iter().enumerate();
+        wrong += lags.filter(|&(lag, &theta)| theta != expected(lag)).count();
+    }
+    Measured::none(wrong, "lags")
+}
+
+fn simulated_m_sequence(
+    degree: u32,
+    integration_chips: u64,
+    seed: u64,
+) -> anyhow::Result<Measured> {
+    let code = format!("{{ family = \"m-sequence\", degree = {degree} }}");
+    let length = f64::from((1 << degree) - 1);
+    let weight = f64::from(1 << (degree - 1));
+    let mut deviations = Vec::new();
+    for (chip, theta) in [(0, length), (1, -1.0)] {
+        let mut scene = ideal(&code, 8, 10e6, integration_chips)?;
+        // Far out on the code, so that every chip number gets its turn.
+        let delay_chips = (1_u64 << degree) - 3;
+        scene.paths[0].delay_ps = 8e3 * delay_chips as f64;
+        window(&mut scene, (delay_chips - chip) * 8, 1);
+        let photons = 10e6 * step_s(&scene);
+        let expected = photons * (theta + 2.0 * weight - length) / (2.0 * weight);
+        deviations.push(signed_counts(&scene, seed).z(expected));
+    }
+    Measured::deviation(worst(deviations))
+}
+
+/// The signed counts of 100 scans of one phase step.
+fn signed_counts(scene: &Scene, seed: u64) -> Sample {
+    let model = DetectorModel::new(scene, 0);
+    let mut found = vec![Default::default(); 100];
+    StepCounter::new(&model).count(seed, 0..100, 0..1, &mut found);
+    Sample::of(found.iter().map(|count| count.signed as f64))
+}
+
+fn interleaving_in_simulation(seed: u64) -> anyhow::Result<Measured> {
+    let mut deviations = Vec::new();
+    for nu in 0..=8 {
+        let code = format!("{{ family = \"gold\", degree = 3, interleave = {nu} }}");
+        for lag in [0, 1] {
+            let mut scene = ideal(&code, 8, 10e6, 7 << nu.max(6))?;
+            window(&mut scene, 8 * lag, 1);
+            let code = scene.sources[0].code.clone();
+            let (length, weight) = (code.len() as f64, code.weight() as f64);
+            let sign = |i: usize| 2.0 * f64::from(code.chips[i % code.chips.len()]) - 1.0;
+            let chips = 0..code.chips.len();
+            let theta: f64 = chips.map(|i| sign(i) * sign(i + lag as usize)).sum();
+            let photons = 10e6 * step_s(&scene);
+            let expected = photons * (theta + 2.0 * weight - length) / (2.0 * weight);
+            deviations.push(signed_counts(&scene, seed).z(expected));
+        }
+    }
+    Measured::deviation(worst(deviations))
+}
+
+fn samples_per_chip_in_simulation(seed: u64) -> anyhow::Result<Measured> {
+    let mut deviations = Vec::new();
+    for samples in [1, 2, 4, 8, 16, 32, 64] {
+        let mut scene = ideal(
+            r#"{ family = "m-sequence", degree = 5 }"#,
+            samples,
+            10e6,
+            3_100,
+        )?;
+        let step = 11 * u64::from(samples) / 2;
+        let step_chips = 1.0 / f64::from(samples);
+        scene.paths[0].delay_ps = 8e3 * (step as f64 - 0.5) * step_chips;
+        window(&mut scene, step, 1);
+        let (length, weight) = (31.0, 16.0);
+        let theta = length - 0.5 * step_chips * (length + 1.0);
+        let photons = 10e6 * step_s(&scene);
+        let expected = photons * (theta + 2.0 * weight - length) / (2.0 * weight);
+        deviations.push(signed_counts(&scene, seed).z(expected));
+    }
+    Measured::deviation(worst(deviations))
+}
+
+fn interleaving() -> anyhow::Result<Measured> {
+    let code = |interleave| {
+        CodeSpec {
+            degree: Some(7),
+            interleave,
+            ..CodeSpec::new(Family::Gold)
+        }
+        .build()
+    };
+    let base = correlate(&code(0)?.chips, &code(0)?.chips);
+    let mut wrong = 0;
+    for nu in 0..=8 {
+        let chips = code(nu)?.chips;
+        let found = correlate(&chips, &chips);
+        let depth = 1i64 << nu;
+        for (lag, &theta) in found.iter().enumerate() {
+            let (q, s) = (lag >> nu, lag as i64 % depth);
+            let sign = if s % 2 == 0 { 1 } else { -1 };
+            let next = base[(q + 1) % base.len()];
+            wrong += usize::from(theta != sign * ((depth - s) * base[q] + s * next));
+        }
+    }
+    Measured::none(wrong, "lags")
+}
+
+/// A scene without light whose scan covers 31 chips with S samples each.
+fn scan_of(samples_per_chip: u32) -> anyhow::Result<Scene> {
+    Ok(ideal(GOLD_5, samples_per_chip, 0.0, 310)?)
+}
+
+/// Counts of a triangle of base 2 T_c round `delay_steps`, 10^12 high.
+fn triangle(scene: &Scene, delay_steps: f64) -> Vec<i64> {
+    let period = scene.scan.steps_per_period as f64;
+    let base = f64::from(scene.samples_per_chip);
+    Step::all(scene.scan.steps)
+        .map(|step| {
+            let turns = (scene.scan.phase_step(step) as f64 - delay_steps) / period;
+            let distance = (turns - turns.round()).abs() * period;
+            ((1.0 - distance / base).max(0.0) * 1e12).round() as i64
+        })
+        .collect()
+}
+
+/// Error of the estimate from an exact triangle, in phase steps.
+fn triangle_error(scene: &Scene, delay_steps: f64) -> anyhow::Result<f64> {
+    let counts = triangle(scene, delay_steps);
+    let found = estimate(&Measurement::new(scene, &counts), 0.0)?;
+    anyhow::ensure!(found.is_fine(), "{:?}", found.coarse_only);
+    let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
+    let period = scene.scan.steps_per_period as f64;
+    let turns = (found.delay_ps / step_ps - delay_steps) / period;
+    Ok((turns - turns.round()) * period)
+}
+
+fn samples_per_chip() -> anyhow::Result<Measured> {
+    let mut errors = Vec::new();
+    for samples in [2, 4, 8, 16, 32, 64] {
+        let scene = scan_of(samples)?;
+        for n in 0..640 {
+            errors.push(triangle_error(&scene, 3.0 * f64::from(n) / 64.0)?);
+        }
+    }
+    Measured::at_most(worst(errors), "phase steps", 0.5)
+}
+
+fn centred_triangles() -> anyhow::Result<Measured> {
+    let mut errors = Vec::new();
+    for samples in [2, 4, 8, 16, 32, 64] {
+        let scene = scan_of(samples)?;
+        for step in 0..scene.scan.steps {
+            errors.push(triangle_error(&scene, step as f64)?);
+        }
+    }
+    Measured::at_most(worst(errors), "phase steps", 1e-9)
+}
+
+fn one_sample_per_chip() -> anyhow::Result<Measured> {
+    let scene = scan_of(1)?;
+    let mut wrong = 0;
+    for n in 0..310 {
+        let delay_steps = f64::from(n) / 10.0;
+        let found = estimate(
+            &Measurement::new(&scene, &triangle(&scene, delay_steps)),
+            0.0,
+        )?;
+        let turns = (found.delay_ps / 8e3 - delay_steps) / 31.0;
+        let error = (turns - turns.round()).abs() * 31.0;
+        let is_right = found.coarse_only == Some(CoarseOnly::OneSamplePerChip);
+        wrong += usize::from(!is_right || error > 0.5 + 1e-9);
+    }
+    Measured::none(wrong, "scans")
+}
+
+fn one_step() -> anyhow::Result<Measured> {
+    let mut scene = scan_of(8)?;
+    window(&mut scene, 17, 1);
+    let estimates = (-1_000..=1_000)
+        .filter(|&count| {
+            estimate(&Measurement::new(&scene, &[count]), 0.0) != Err(NoEstimate::Flat { count })
+        })
+        .count();
+    Measured::none(estimates, "estimates")
+}
+
+fn wrapping_scan() -> anyhow::Result<Measured> {
+    let full = table_i(GOLD_5, 20e6, 31 * 100)?;
+    let mut wrapped = full.clone();
+    window(&mut wrapped, 240, 30);
+    let [full_model, wrapped_model] = [&full, &wrapped].map(|scene| DetectorModel::new(scene, 0));
+    let full_means = MeanResponse::new(&full_model)?.mean_counts();
+    let means = MeanResponse::new(&wrapped_model)?.mean_counts();
+    let differences = means.iter().enumerate().map(|(j, mean)| {
+        let same = full_means[(240 + j) % 248];
+        (mean.signed - same.signed) / same.total
+    });
+    Measured::at_most(worst(differences), "of the total count", 1e-12)
+}
+
+fn wrapping_estimate() -> anyhow::Result<Measured> {
+    let mut scene = scan_of(8)?;
+    window(&mut scene, 230, 40);
+    let error = worst([triangle_error(&scene, 0.0)?, triangle_error(&scene, 247.0)?]);
+    Measured::at_most(error, "phase steps", 1e-9)
+}
+
+fn overlong_scan() -> anyhow::Result<Measured> {
+    let is_accepted = |steps: u64| {
+        let text = format!(
+            r#"
+[clock]
+chip_period = "8 ns"
+[[source]]
+name = "laser"
+code = {GOLD_5}
+wavelength = "783 nm"
+mean_power = "4 pW"
+[[detector]]
+name = "spad"
+reference = "laser"
+[scan]
+steps = {{ first = 3, count = {steps} }}
+integration = "10 us"
+"#
+        );
+        scene::parse("long.toml", &text).is_ok()
+    };
+    anyhow::ensure!(is_accepted(248), "a whole period was refused");
+    let accepted = [249, 1_000, 1 << 62]
+        .into_iter()
+        .filter(|&n| is_accepted(n));
+    Measured::none(accepted.count(), "scans")
+}
+
+/// Table I with a path of 0.75 chips and a number of code periods.
+fn folded(periods: u64) -> anyhow::Result<Scene> {
+    let mut scene = table_i(GOLD_5, 20e6, 3_100)?;
+    // Three quarters of a chip and whole chips are exact in binary.
+    scene.paths[0].delay_ps = 6e3 + 248e3 * periods as f64;
+    Ok(scene)
+}
+
+fn folded_delays(seed: u64) -> anyhow::Result<Measured> {
+    let near = counts(&folded(0)?, 248, seed);
+    let mut differing = 0;
+    for periods in [1, 1_000, 1_000_000] {
+        let far = counts(&folded(periods)?, 248, seed);
+        differing += near.iter().zip(&far).filter(|(a, b)| a != b).count();
+    }
+    Measured::none(differing, "counts")
+}
+
+fn folding_is_said(seed: u64) -> anyhow::Result<Measured> {
+    let scene = folded(3)?;
+    let report = estimate_scan(&scene, 0, &counts(&scene, 248, seed));
+    let says_so = report
+        .remark
+        .is_some_and(|remark| remark.contains("unambiguous range"));
+    Measured::none(usize::from(!says_so), "reports")
+}

@@ -1,0 +1,247 @@
+//! Detectors at the ends of their parameters.
+
+use super::scenes::{GOLD_5, constant_light, ideal, table_i, window};
+use super::statistics::{Sample, counts, step_s, worst};
+use super::stiff::quick_trap_behind_dead_time;
+use super::{Case, Group, Measured};
+use crate::estimate::CountingTier;
+use crate::photons::fast::StepCounter;
+use crate::photons::{DetectorModel, photon_rate_hz};
+use crate::response::MeanResponse;
+use crate::scan::Step;
+use crate::scene::{self, Scene};
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "detection-probability-0",
+        group: Group::Detectors,
+        quick: true,
+        what: "deviation of the mean count in bright light from that of the dark counts",
+        why: "no photon fires the detector: a Poisson process of the dark count rate is left",
+        run: blind_detector,
+    },
+    Case {
+        name: "detection-probability-1",
+        group: Group::Detectors,
+        quick: true,
+        what: "deviation of the mean count from the photons of 10 pW at 783 nm",
+        why: "every photon counts: P T lambda / (h c), with CODATA's exact h and c",
+        run: perfect_detector,
+    },
+    Case {
+        name: "afterpulsing-probability-0",
+        group: Group::Detectors,
+        quick: true,
+        what: "counts that differ between probability 0 with a time constant and no afterpulsing",
+        why: "left out is left out, not changed: the same bits",
+        run: no_afterpulses,
+    },
+    Case {
+        name: "afterpulsing-0.99-behind-a-dead-time",
+        group: Group::Detectors,
+        quick: true,
+        what: "deviation of the mean count, p = 0.99, time constant 1 ps, dead time 14 ns, 1 Mcps",
+        why: "4.6 afterpulses per avalanche, but those within the next dead time are lost: \
+              rate = lambda / (1 - p + lambda D), up to tau / D = 10^-4 (D = 14 ns gives 0.58 of 1 / D)",
+        run: runaway_behind_dead_time,
+    },
+    Case {
+        name: "afterpulsing-0.99-saturates",
+        group: Group::Detectors,
+        quick: true,
+        what: "largest count of a step times dead time over integration time, p = 0.99 at Table I",
+        why: "avalanches are a dead time or more apart, however many afterpulses are pending",
+        run: runaway_saturates,
+    },
+    Case {
+        name: "afterpulsing-just-below-runaway",
+        group: Group::Detectors,
+        quick: false,
+        what: "deviation of the mean count, m = -ln(1 - p) = 0.9, no dead time",
+        why: "branching process: rate = lambda / (1 - m), ten times the primary one",
+        run: nearly_runaway,
+    },
+    Case {
+        name: "runaway-is-refused-where-the-mean-diverges",
+        group: Group::Detectors,
+        quick: true,
+        what: "wrong verdicts of the scene on p = 0.63, 0.64, 0.99 without and with a dead time",
+        why: "without dead time an avalanche begets m = -ln(1 - p) others on average, so the mean \
+              diverges from m = 1 (p = 1 - 1/e = 0.632...) on; with one the rate stays below 1 / D",
+        run: |_| runaway_refused(),
+    },
+    Case {
+        name: "jitter-of-ten-chips",
+        group: Group::Detectors,
+        quick: true,
+        what: "largest deviation of signed counts from the triangle smeared by the jitter, three \
+               phase steps",
+        why: "without dead time jitter convolves the correlation with a Gaussian: summed numerically \
+              from the definition",
+        run: |seed| Measured::deviation(worst(smeared(seed)?.photons)),
+    },
+    Case {
+        name: "jitter-of-ten-chips-in-the-mean-response",
+        group: Group::Detectors,
+        quick: true,
+        what: "largest error of the expected signed counts against the same sum, relative to the \
+               unsmeared peak",
+        why: "the convolution is smooth over ten chips, so the sum over 64 points per chip is exact \
+              to rounding",
+        run: |seed| Measured::at_most(worst(smeared(seed)?.expected), "of the peak", 1e-6),
+    },
+];
+
+fn blind_detector(seed: u64) -> anyhow::Result<Measured> {
+    let mut scene = ideal(GOLD_5, 8, 1e9, 31_000)?;
+    let spad = &mut scene.detectors[0];
+    spad.photon_detection_probability = 0.0;
+    spad.background_rate_cps = 1e9;
+    spad.dark_count_rate_cps = 71e3;
+    let totals = Sample::of_totals(&counts(&scene, 248, seed));
+    Measured::deviation(totals.z(71e3 * step_s(&scene)))
+}
+
+fn perfect_detector(seed: u64) -> anyhow::Result<Measured> {
+    let mut scene = ideal(GOLD_5, 8, 0.0, 31_000)?;
+    scene.sources[0].mean_power_w = 1e-11;
+    let expected = photon_rate_hz(1e-11, 783.0) * step_s(&scene);
+    // 1 W at 1.239841984 um is one elementary charge's worth per volt: 1 eV each.
+    let electron_volts = 1.239_841_984 / 0.783;
+    let by_charge = 1e-11 / (electron_volts * 1.602_176_634e-19) * step_s(&scene);
+    anyhow::ensure!((expected / by_charge - 1.0).abs() < 1e-9, "photon energy");
+    let totals = Sample::of_totals(&counts(&scene, 248, seed));
+    Measured::deviation(totals.z(by_charge))
+}
+
+fn no_afterpulses(seed: u64) -> anyhow::Result<Measured> {
+    let mut scene = table_i(GOLD_5, 20e6, 3_100)?;
+    scene.detectors[0].afterpulsing_probability = 0.0;
+    let with_constant = counts(&scene, 248, seed);
+    scene.detectors[0].afterpulsing_time_constant_ps = 0.0;
+    let without = counts(&scene, 248, seed);
+    let differing = with_constant.iter().zip(&without).filter(|(a, b)| a != b);
+    Measured::none(differing.count(), "counts")
+}
+
+fn runaway_behind_dead_time(seed: u64) -> anyhow::Result<Measured> {
+    quick_trap_behind_dead_time(1e6, 0.99, 200, seed)
+}
+
+fn runaway_saturates(seed: u64) -> anyhow::Result<Measured> {
+    let mut scene = table_i(GOLD_5, 20e6, 3_100)?;
+    scene.detectors[0].afterpulsing_probability = 0.99;
+    let most = counts(&scene, 248, seed).iter().map(|c| c.total).max();
+    let fit = step_s(&scene) / 14e-9;
+    let per_fit = most.unwrap_or(0) as f64 / fit;
+    Measured::at_most(per_fit, "counts per dead time", (fit + 2.0) / fit)
+}
+
+fn nearly_runaway(seed: u64) -> anyhow::Result<Measured> {
+    let primary_cps = 1e6;
+    let mut scene = constant_light(primary_cps, 250_000)?;
+    let spad = &mut scene.detectors[0];
+    spad.afterpulsing_probability = 1.0 - (-0.9f64).exp();
+    spad.afterpulsing_time_constant_ps = 5e3;
+    let totals = Sample::of_totals(&counts(&scene, 400, seed));
+    Measured::deviation(totals.z(10.0 * primary_cps * step_s(&scene)))
+}
+
+fn runaway_refused() -> anyhow::Result<Measured> {
+    let is_refused = |probability: f64, dead_time: &str| {
+        let text = format!(
+            r#"
+[clock]
+chip_period = "8 ns"
+[[source]]
+name = "laser"
+code = {GOLD_5}
+wavelength = "783 nm"
+mean_power = "4 pW"
+[[detector]]
+name = "spad"
+reference = "laser"
+dead_time = "{dead_time}"
+afterpulsing = {{ probability = {probability}, time_constant = "5 ns" }}
+[scan]
+integration = "10 us"
+"#
+        );
+        scene::parse("runaway.toml", &text).is_err()
+    };
+    let wrong = [0.63, 0.64, 0.99]
+        .into_iter()
+        .flat_map(|probability| {
+            let diverges = -f64::ln_1p(-probability) >= 1.0;
+            [
+                is_refused(probability, "0 ns") != diverges,
+                is_refused(probability, "14 ns"),
+            ]
+        })
+        .filter(|&wrong| wrong)
+        .count();
+    Measured::none(wrong, "verdicts")
+}
+
+struct Smeared {
+    /// Deviations of simulated counts, in standard errors.
+    photons: Vec<f64>,
+    /// Errors of the expected counts, relative to the peak without jitter.
+    expected: Vec<f64>,
+}
+
+const JITTER_CHIPS: f64 = 10.0;
+
+fn smeared(seed: u64) -> anyhow::Result<Smeared> {
+    let mut result = Smeared {
+        photons: Vec::new(),
+        expected: Vec::new(),
+    };
+    for step in [0, 11, 100] {
+        let mut scene = ideal(GOLD_5, 8, 20e6, 31 * 100)?;
+        scene.detectors[0].jitter_ps = vec![JITTER_CHIPS * 8e3];
+        window(&mut scene, step, 1);
+        let photons = 20e6 * step_s(&scene);
+        let mean = photons * smeared_correlation(&scene, step as f64 / 8.0);
+        let model = DetectorModel::new(&scene, 0);
+        let mut found = vec![Default::default(); 400];
+        StepCounter::new(&model).count(seed, 0..400, 0..1, &mut found);
+        let signed = Sample::of(found.iter().map(|count| count.signed as f64));
+        result.photons.push(signed.z(mean));
+        let expected = MeanResponse::of_tier(&model, CountingTier::Events)?.mean_count(Step(0));
+        result.expected.push((expected.signed - mean) / photons);
+    }
+    Ok(result)
+}
+
+/// Mean sign of a photon: on-light at time t, registered at t plus a normal
+/// number, with the reference delayed by `lag_chips`; midpoint sums over t and
+/// over the jitter.
+fn smeared_correlation(scene: &Scene, lag_chips: f64) -> f64 {
+    const POINTS: i64 = 64;
+    let chips = &scene.sources[0].code.chips;
+    let chip = |point: i64| chips[point.div_euclid(POINTS).rem_euclid(chips.len() as i64) as usize];
+    let lag = (lag_chips * POINTS as f64).round() as i64;
+    let points = POINTS * chips.len() as i64;
+    // Mean sign for a fixed shift of the registered time, over all on-light.
+    let signs: Vec<f64> = (0..points)
+        .map(|shift| {
+            let on = (0..points).filter(|&t| chip(t) == 1);
+            let (mut sum, mut number) = (0.0, 0.0);
+            for t in on {
+                sum += 2.0 * f64::from(chip(t + shift - lag)) - 1.0;
+                number += 1.0;
+            }
+            sum / number
+        })
+        .collect();
+    let sigma = JITTER_CHIPS * POINTS as f64;
+    let reach = (9.0 * sigma) as i64;
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for shift in -reach..=reach {
+        let density = (-0.5 * (shift as f64 / sigma).powi(2)).exp();
+        sum += density * signs[shift.rem_euclid(points) as usize];
+        weight += density;
+    }
+    sum / weight
+}

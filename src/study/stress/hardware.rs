@@ -1,0 +1,337 @@
+//! The Verilog at its limits, beside the reference model and the definition.
+
+use super::bench::{Bench, Script};
+use super::scenes::{ideal, window};
+use super::{Case, Group, Measured};
+use crate::photons::Pulse;
+use crate::scan::Step;
+use crate::scene::{Scene, Target};
+
+const BOTH_AGREE: &str = "Verilog and reference model are two constructions of one contract: every \
+                          output port at every clock";
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "counters-one-short-of-saturation",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong counts, flags and ports with 6 hits up and 7 down into 4 bits",
+        why: "4 bits hold -8..7: nothing is clamped, the flag stays low",
+        run: |_| counters([6, 7], [6, -7], false),
+    },
+    Case {
+        name: "counters-at-saturation",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong counts, flags and ports with 7 hits up and 8 down into 4 bits",
+        why: "4 bits hold -8..7: nothing is clamped, the flag stays low",
+        run: |_| counters([7, 8], [7, -8], false),
+    },
+    Case {
+        name: "counters-beyond-saturation-upwards",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong counts, flags and ports with 8 hits up and 8 down into 4 bits",
+        why: "4 bits hold -8..7: the count up is clamped, never wrapped, and flagged",
+        run: |_| counters([8, 8], [7, -8], true),
+    },
+    Case {
+        name: "counters-beyond-saturation-downwards",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong counts, flags and ports with 7 hits up and 9 down into 4 bits",
+        why: "4 bits hold -8..7: the count down is clamped, never wrapped, and flagged",
+        run: |_| counters([7, 9], [7, -8], true),
+    },
+    Case {
+        name: "counters-far-beyond-saturation",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong counts, flags and ports with 12 hits up and 16 down into 4 bits: every one there \
+               can be",
+        why: "4 bits hold -8..7: counts are clamped, never wrapped, and flagged",
+        run: |_| counters([12, 16], [7, -8], true),
+    },
+    Case {
+        name: "totals-at-saturation",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong totals, flags and ports with 15 hits, up and down, into 4 bits",
+        why: "4 bits without a sign hold 15: nothing is clamped, the flag stays low",
+        run: |_| totals(15, 15, false),
+    },
+    Case {
+        name: "totals-beyond-saturation",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong totals, flags and ports with 16 hits, up and down, into 4 bits",
+        why: "4 bits hold 15: the total is clamped and flagged, the signed count of -2 is not",
+        run: |_| totals(16, 15, true),
+    },
+    Case {
+        name: "totals-far-beyond-saturation",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong totals, flags and ports with 28 hits into 4 bits: every one there can be",
+        why: "4 bits hold 15: the total is clamped, never wrapped, and flagged",
+        run: |_| totals(28, 15, true),
+    },
+    Case {
+        name: "hits-in-every-other-sample",
+        group: Group::Hardware,
+        quick: false,
+        what: "wrong counts and ports with the most hits there can be, either phase, 62 chips, S = 8",
+        why: "S / 2 hits fall into every chip, so every step counts (D / L)(2 w - L) S / 2",
+        run: |_| every_other_sample(),
+    },
+    Case {
+        name: "a-dump-on-every-clock",
+        group: Group::Hardware,
+        quick: true,
+        what: "clocks at which a port differs from the reference model, D = 1 chip, 50,000 hostile \
+               clocks",
+        why: BOTH_AGREE,
+        run: dump_on_every_clock,
+    },
+    Case {
+        name: "reset-in-the-middle-of-everything",
+        group: Group::Hardware,
+        quick: true,
+        what: "clocks at which a port differs from the reference model, reset after 1, 2, 3, ... 200 \
+               clocks",
+        why: "the model starts anew after every reset: so must every register",
+        run: |_| reset_everywhere(),
+    },
+    Case {
+        name: "a-consumer-that-never-takes",
+        group: Group::Hardware,
+        quick: true,
+        what: "wrong clocks: overrun not raised, the first result not held, ports that differ",
+        why: "AXI4-Stream: valid data stand until taken; what does not fit is dropped and flagged, as \
+              the sensor cannot stall",
+        run: |_| consumer_never_takes(),
+    },
+    Case {
+        name: "everything-at-once",
+        group: Group::Hardware,
+        quick: false,
+        what: "clocks at which a port differs: two detectors, five steps at once, nu = 2, 3-bit counts \
+               and totals, 100,000 hostile clocks",
+        why: BOTH_AGREE,
+        run: everything_at_once,
+    },
+    Case {
+        name: "degree-16-interleaved-four-times",
+        group: Group::Hardware,
+        quick: false,
+        what: "clocks at which a port differs over more than a code period of 1,048,560 chips",
+        why: BOTH_AGREE,
+        run: longest_code,
+    },
+];
+
+/// 7 chips of weight 3, S = 4, D = 14 chips, two steps, 4 bits.
+fn small_sensor() -> anyhow::Result<Scene> {
+    let mut scene = ideal(r#"{ family = "chips", chips = "0110100" }"#, 4, 0.0, 14)?;
+    window(&mut scene, 5, 2);
+    scene.hardware.counter_width = Some(4);
+    Ok(scene)
+}
+
+/// Single-sample pulses in step number `step` of the first scan: the first
+/// `number` hits that the definition counts with the sign `up`.
+fn one_sided(bench: &Bench, step: u64, up: bool, number: usize) -> Vec<Pulse> {
+    let contract = &bench.contract;
+    let lanes = u64::from(contract.lanes);
+    let code = &contract.reference_codes[0];
+    let first_clock = bench.first_clock();
+    let delay = contract.scan.phase_step(Step(step));
+    let dwell = contract.scan.integration_chips;
+    let mut pulses: Vec<Pulse> = Vec::new();
+    for sample in step * dwell * lanes..(step + 1) * dwell * lanes {
+        let period = code.len() * lanes;
+        let chip = (sample + period - delay % period) % period / lanes;
+        let first = first_clock * lanes + sample;
+        let is_apart = pulses.last().is_none_or(|pulse| pulse.end < first);
+        if pulses.len() < number && is_apart && (code.chips[chip as usize] == 1) == up {
+            pulses.push(Pulse {
+                first,
+                end: first + 1,
+            });
+        }
+    }
+    pulses
+}
+
+fn counters(hits: [usize; 2], expected: [i64; 2], flagged: bool) -> anyhow::Result<Measured> {
+    let mut bench = Bench::new(&small_sensor()?)?;
+    let mut pulses = one_sided(&bench, 0, true, hits[0]);
+    pulses.extend(one_sided(&bench, 1, false, hits[1]));
+    anyhow::ensure!(pulses.len() == hits[0] + hits[1], "too few places for hits");
+    let run = bench.play(&Script::new(pulses), 60)?;
+    let counts: Vec<i64> = run.results.iter().take(2).map(|r| r.count).collect();
+    let is_flagged = bench.port(&run, "o_saturated").last() == Some(1);
+    // What the Verilog sends, as signed bytes.
+    let data = bench.port(&run, "m_axis_tdata");
+    let sent = data.zip(bench.port(&run, "m_axis_tvalid"));
+    let sent: Vec<i64> = sent
+        .filter(|&(_, valid)| valid == 1)
+        .map(|(data, _)| i64::from(data as u8 as i8))
+        .collect();
+    let wrong = usize::from(counts != expected)
+        + usize::from(sent.get(..2) != Some(&expected[..]))
+        + usize::from(is_flagged != flagged);
+    Measured::none(wrong + run.mismatches as usize, "wrong values")
+}
+
+/// A hit in every other sample, `hits` of them in the first step.
+fn totals(hits: u64, expected: u64, flagged: bool) -> anyhow::Result<Measured> {
+    let mut scene = small_sensor()?;
+    scene.hardware.total_counts = Some(true);
+    let mut bench = Bench::new(&scene)?;
+    let first = bench.first_clock() * u64::from(bench.contract.lanes);
+    let pulses = (0..hits).map(|hit| Pulse {
+        first: first + 2 * hit,
+        end: first + 2 * hit + 1,
+    });
+    let run = bench.play(&Script::new(pulses.collect()), 60)?;
+    // Hit i is in chip (2 i - k) / 4 of the reference, k the phase step.
+    let (code, step) = (
+        &bench.contract.reference_codes[0],
+        bench.contract.scan.phase_step(Step(0)),
+    );
+    let sign = |hit: u64| {
+        let delayed = (2 * hit + 4 * code.len() - step) / 4;
+        2 * i64::from(code.chips[(delayed % code.len()) as usize]) - 1
+    };
+    let signed: i64 = (0..hits).map(sign).sum();
+    let result = run.results.first().map(|r| (r.count, r.total));
+    let is_flagged = bench.port(&run, "o_saturated").last() == Some(1);
+    // What the Verilog sends first: a signed byte, and the total in the byte above.
+    let data = bench.port(&run, "m_axis_tdata");
+    let mut sent = data.zip(bench.port(&run, "m_axis_tvalid"));
+    let sent = sent
+        .find(|&(_, valid)| valid == 1)
+        .map(|(data, _)| (i64::from(data as u8 as i8), data >> 8));
+    let wrong = usize::from(result != Some((signed, expected)))
+        + usize::from(sent != Some((signed, expected)))
+        + usize::from(is_flagged != flagged);
+    Measured::none(wrong + run.mismatches as usize, "wrong values")
+}
+
+fn every_other_sample() -> anyhow::Result<Measured> {
+    let scene = ideal(r#"{ family = "gold", degree = 5 }"#, 8, 0.0, 62)?;
+    let code = scene.sources[0].code.clone();
+    let expected = 2 * (2 * code.weight() as i64 - code.len() as i64) * 4;
+    let mut bench = Bench::new(&scene)?;
+    let clocks = 20_000;
+    let mut wrong = 0;
+    for odd in [0, 1] {
+        let pulses = (odd..clocks * 8).step_by(2).map(|first| Pulse {
+            first,
+            end: first + 1,
+        });
+        let run = bench.play(&Script::new(pulses.collect()), clocks)?;
+        anyhow::ensure!(run.results.len() > 248, "the run is too short");
+        wrong += run
+            .results
+            .iter()
+            .filter(|r| r.count != expected || r.total != 248)
+            .count();
+        wrong += run.mismatches as usize;
+    }
+    Measured::none(wrong, "wrong values")
+}
+
+fn dump_on_every_clock(seed: u64) -> anyhow::Result<Measured> {
+    let mut scene = ideal(r#"{ family = "gold", degree = 3 }"#, 4, 0.0, 1)?;
+    window(&mut scene, 3, 20);
+    let run = Bench::new(&scene)?.attack(seed, 50_000)?;
+    anyhow::ensure!(run.results.len() > 1_000, "the run is too short");
+    Measured::none(run.mismatches as usize, "clocks")
+}
+
+fn reset_everywhere() -> anyhow::Result<Measured> {
+    let mut bench = Bench::new(&small_sensor()?)?;
+    let mut script = Script::new(Vec::new());
+    let mut clock = bench.first_clock() - 1;
+    for run in 1..=200 {
+        clock += run;
+        script.resets.push(clock..clock + 1 + run % 3);
+        clock += 1 + run % 3;
+    }
+    // Hits that follow no pattern of the code: every third, then fifth sample.
+    let mut first = 1;
+    while first < clock * 4 {
+        script.pulses[0].push(Pulse {
+            first,
+            end: first + 1,
+        });
+        first += 3 + 2 * (first / 64 % 2);
+    }
+    let run = bench.play(&script, clock)?;
+    anyhow::ensure!(run.results.len() > 300, "the run is too short");
+    Measured::none(run.mismatches as usize, "clocks")
+}
+
+fn consumer_never_takes() -> anyhow::Result<Measured> {
+    let mut bench = Bench::new(&small_sensor()?)?;
+    let mut script = Script::new(one_sided(&bench, 0, true, 5));
+    let clocks = 400;
+    script.stalls.push(0..clocks);
+    let run = bench.play(&script, clocks)?;
+    let dwell = bench.contract.scan.integration_chips;
+    // The first result shows when its latency is over, the second overruns.
+    let latency = u64::from(bench.contract.result_latency_clocks);
+    let shows = bench.first_clock() - 1 + dwell + latency;
+    let overruns = shows + dwell;
+    let ports = bench
+        .port(&run, "m_axis_tvalid")
+        .zip(bench.port(&run, "m_axis_tdata"))
+        .zip(bench.port(&run, "o_overrun"));
+    let wrong = ports
+        .zip(0..clocks)
+        .filter(|&(((valid, data), overrun), clock)| {
+            let expected = if clock < shows { (0, 0) } else { (1, 5) };
+            (valid, data) != expected || overrun != u64::from(clock >= overruns)
+        })
+        .count();
+    Measured::none(wrong + run.mismatches as usize, "clocks")
+}
+
+fn everything_at_once(seed: u64) -> anyhow::Result<Measured> {
+    let code = r#"{ family = "gold", degree = 3, interleave = 2 }"#;
+    let mut scene = ideal(code, 8, 0.0, 9)?;
+    let mut other = scene.sources[0].clone();
+    other.name = "other".to_owned();
+    other.code = ideal(
+        &code.replace("degree = 3,", "degree = 3, index = 2,"),
+        8,
+        0.0,
+        9,
+    )?
+    .sources[0]
+        .code
+        .clone();
+    scene.sources.push(other);
+    let mut spad = scene.detectors[0].clone();
+    spad.name = "other".to_owned();
+    spad.reference = 1;
+    scene.detectors.push(spad);
+    window(&mut scene, 211, 43);
+    scene.hardware.parallel = 5;
+    scene.hardware.counter_width = Some(3);
+    scene.hardware.total_counts = Some(true);
+    scene.hardware.target = Target::Ice40Hx8k;
+    let run = Bench::new(&scene)?.attack(seed, 100_000)?;
+    Measured::none(run.mismatches as usize, "clocks")
+}
+
+fn longest_code(seed: u64) -> anyhow::Result<Measured> {
+    // Degree 16 has no preferred pair of its own.
+    let code = r#"{ family = "m-sequence", degree = 16, interleave = 4 }"#;
+    let mut scene = ideal(code, 16, 0.0, 1_000)?;
+    window(&mut scene, 16_776_950, 20);
+    let run = Bench::new(&scene)?.attack(seed, 1_100_000)?;
+    Measured::none(run.mismatches as usize, "clocks")
+}

@@ -1,0 +1,86 @@
+//! Scenes that the cases start from.
+
+use crate::photons::photon_rate_hz;
+use crate::scene::{self, Scene, SceneErrors};
+
+/// A sensor that adds nothing of its own: no dead time, no afterpulses, no
+/// delay, no jitter, no edges; one path without delay, every photon detected.
+/// `code` is the right-hand side of the key, `rate_cps` the mean rate of photons.
+pub(super) fn ideal(
+    code: &str,
+    samples_per_chip: u32,
+    rate_cps: f64,
+    integration_chips: u64,
+) -> Result<Scene, SceneErrors> {
+    let integration_ns = 8 * integration_chips;
+    let text = format!(
+        r#"
+[clock]
+chip_period = "8 ns"
+samples_per_chip = {samples_per_chip}
+
+[[source]]
+name = "laser"
+code = {code}
+wavelength = "783 nm"
+mean_power = "{power_w:e} W"
+extinction_ratio = "inf"
+
+[[detector]]
+name = "spad"
+reference = "laser"
+
+[[path]]
+source = "laser"
+detector = "spad"
+delay = "0 ns"
+
+[scan]
+integration = "{integration_ns} ns"
+"#,
+        power_w = rate_cps / photon_rate_hz(1.0, 783.0),
+    );
+    scene::parse("ideal.toml", &text)
+}
+
+/// The detector of Table I at 3.2 m, at a mean primary rate of `rate_cps`.
+pub(super) fn table_i(
+    code: &str,
+    rate_cps: f64,
+    integration_chips: u64,
+) -> Result<Scene, SceneErrors> {
+    let mut scene = ideal(code, 8, rate_cps / 0.31, integration_chips)?;
+    scene.sources[0].extinction_ratio = 10.0;
+    scene.paths[0].delay_ps = 2.0 * 3.2 / crate::SPEED_OF_LIGHT_M_PER_S * 1e12;
+    let spad = &mut scene.detectors[0];
+    spad.photon_detection_probability = 0.31;
+    spad.dark_count_rate_cps = 71e3;
+    spad.dead_time_ps = 14e3;
+    spad.afterpulsing_probability = 0.137;
+    spad.afterpulsing_time_constant_ps = 5e3;
+    spad.pulse_width_ps = 7e3;
+    spad.delay_ps = 1750.0;
+    spad.jitter_ps = vec![53.5, 4.0];
+    spad.counter.rising_delay_ps = 340.0;
+    spad.counter.falling_delay_ps = 390.0;
+    spad.counter.transition_ps = 1.5;
+    Ok(scene)
+}
+
+/// A Gold code of 31 chips.
+pub(super) const GOLD_5: &str = r#"{ family = "gold", degree = 5 }"#;
+/// A Gold code of 2,047 chips.
+pub(super) const GOLD_11: &str = r#"{ family = "gold", degree = 11 }"#;
+
+/// Ideal scene under constant light only: `rate_cps` of background.
+pub(super) fn constant_light(rate_cps: f64, integration_chips: u64) -> Result<Scene, SceneErrors> {
+    let mut scene = ideal(GOLD_5, 8, 0.0, integration_chips)?;
+    scene.detectors[0].background_rate_cps = rate_cps;
+    Ok(scene)
+}
+
+/// A scan of the `steps` phase steps from `first` on.
+pub(super) fn window(scene: &mut Scene, first: u64, steps: u64) {
+    scene.scan.first_step = first;
+    scene.scan.steps = steps;
+}
