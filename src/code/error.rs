@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::spec::Family;
+use super::family::Family;
 use super::{MAX_CODE_CHIPS, MAX_DEGREE, MAX_INTERLEAVE, MIN_DEGREE};
 
 /// A code that cannot be made, and what would be right.

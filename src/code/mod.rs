@@ -6,6 +6,7 @@
 
 mod correlation;
 mod error;
+mod family;
 mod gf2;
 mod gold;
 mod interleave;
@@ -14,10 +15,11 @@ mod spec;
 
 pub use correlation::{correlate, correlate_naive, cross_correlation_counts, value_counts};
 pub use error::CodeError;
+pub use family::{Family, UnknownFamily};
 pub use gold::{GoldSet, bound, default_pair, default_polynomial};
 pub use interleave::interleave;
 pub use lfsr::{Lfsr, polynomial_text};
-pub use spec::{CodeSpec, Family, UnknownFamily};
+pub use spec::CodeSpec;
 
 /// Smallest degree of a polynomial.
 pub const MIN_DEGREE: u32 = 3;

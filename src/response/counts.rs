@@ -1,10 +1,10 @@
 //! The `counts` tier: counts drawn from their moments, without photons.
 
 use rand_distr::{Binomial, Distribution, Gamma, Poisson, StandardNormal};
+use rayon::prelude::*;
 
 use super::group_counts::GroupLaw;
 use super::moments::{CountMoments, SecondMoments};
-use super::parallel::in_parallel;
 use crate::photons::counter::StepCount;
 use crate::photons::detector::DetectorModel;
 use crate::photons::random::{Part, StreamRng};
@@ -90,9 +90,10 @@ impl<'m> CountSampler<'m> {
         if model.parallel() == 1 {
             return CountSampler::new(model, &moments.of_scan());
         }
-        let groups = in_parallel(model.groups() as usize, |group| {
-            GroupLaw::of(&moments.of_group(Group(group as u64)))
-        });
+        let groups = (0..model.groups())
+            .into_par_iter()
+            .map(|group| GroupLaw::of(&moments.of_group(Group(group))))
+            .collect();
         CountSampler {
             model,
             laws: Laws::Groups(groups),

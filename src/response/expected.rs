@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::chain::{Chain, states_needed};
 use super::correlator::{Correlator, MeanCount, Source};
 use super::forward::{self, AllAndMerged};
 use super::grid::{Grid, Kinks, Samples, frame_chips};
 use super::light::Light;
-use super::parallel::in_parallel;
 use super::poisson;
 use super::sampling::Sampling;
 use super::tier::{CountingTier, EdgeTiming};
@@ -182,10 +183,13 @@ impl<'m> MeanResponse<'m> {
             return Step::all(steps).map(|step| self.mean_count(step)).collect();
         }
         let whole = self.correlator.signed_per_period_of_all();
-        in_parallel(steps as usize, |step| {
-            let phase_step = self.model.scan.phase_step(Step::at(step)) as usize;
-            self.with_partial_period(Step::at(step), whole[phase_step])
-        })
+        (0..steps as usize)
+            .into_par_iter()
+            .map(|step| {
+                let phase_step = self.model.scan.phase_step(Step::at(step)) as usize;
+                self.with_partial_period(Step::at(step), whole[phase_step])
+            })
+            .collect()
     }
 
     /// Expected signed count of a step of the first scan.

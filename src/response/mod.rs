@@ -32,7 +32,6 @@ mod integrator;
 mod light;
 mod moments;
 mod pairs;
-mod parallel;
 mod poisson;
 mod sampling;
 mod scan_moments;
@@ -46,7 +45,6 @@ pub use expected::MeanResponse;
 pub(crate) use group_counts::cholesky;
 pub use light::{Light, LightPath};
 pub use moments::{CountMoments, GroupMoments, SecondMoments};
-pub(crate) use parallel::in_parallel;
 pub use sampling::{check_merging, merged_share};
 pub use tier::CountingTier;
 

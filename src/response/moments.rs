@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
+use rayon::prelude::*;
+
 use super::MeanResponseError;
 use super::expected::MeanResponse;
 use super::grid::{Samples, frame_chips};
 use super::pairs::{DetectorPairs, before_chips};
-use super::parallel::in_parallel;
 use super::scan_moments;
 use crate::scan::{Group, Step};
 
@@ -101,7 +102,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let mut unknown: Vec<Step> = steps.to_vec();
         unknown.retain(|step| !known.contains_key(step));
-        let found = in_parallel(unknown.len(), |index| self.of_step(unknown[index]));
+        let found: Vec<CountMoments> = unknown.par_iter().map(|&step| self.of_step(step)).collect();
         known.extend(unknown.into_iter().zip(found));
         steps.iter().map(|step| known[step]).collect()
     }

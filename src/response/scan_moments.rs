@@ -19,11 +19,11 @@
 use std::sync::Arc;
 
 use goldtof_fft::Planner;
+use rayon::prelude::*;
 use rustfft::Fft;
 use rustfft::num_complex::Complex64;
 
 use super::moments::{CountMoments, SecondMoments};
-use super::parallel::in_parallel;
 use crate::scan::Step;
 
 /// Phases per chip that are worked out.
@@ -38,7 +38,10 @@ pub fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
     let phases = second.response.model.samples_per_chip as usize / stride;
     let one_by_one = scan.steps as usize <= memory * phases;
     if one_by_one || period < 2 * memory {
-        return in_parallel(scan.steps as usize, |step| second.of_step(Step::at(step)));
+        return (0..scan.steps)
+            .into_par_iter()
+            .map(|step| second.of_step(Step(step)))
+            .collect();
     }
     let solved = all_phase_steps(second, memory, stride);
     let means = second.response.mean_counts();
@@ -94,17 +97,23 @@ fn all_phase_steps(second: &SecondMoments, memory: usize, stride: usize) -> Vec<
         })
         .collect();
     let jobs = phases * combs.len();
-    let solved = in_parallel(jobs, |job| {
-        let (phase, comb) = (&slots[job / combs.len()], &combs[job % combs.len()]);
-        phase.covariances(second, comb, memory)
-    });
+    let solved: Vec<_> = (0..jobs)
+        .into_par_iter()
+        .map(|job| {
+            let (phase, comb) = (&slots[job / combs.len()], &combs[job % combs.len()]);
+            phase.covariances(second, comb, memory)
+        })
+        .collect();
 
     let code = &second.response.model.reference.chips;
     let correlation = CodeCorrelation::new(code, memory);
-    let of_phases = in_parallel(phases, |phase| {
-        let pairs = &solved[phase * combs.len()..(phase + 1) * combs.len()];
-        slots[phase].per_detection(pairs, &correlation, memory)
-    });
+    let of_phases: Vec<_> = (0..phases)
+        .into_par_iter()
+        .map(|phase| {
+            let pairs = &solved[phase * combs.len()..(phase + 1) * combs.len()];
+            slots[phase].per_detection(pairs, &correlation, memory)
+        })
+        .collect();
     (0..code.len() * phases)
         .map(|step| of_phases[step % phases][step / phases])
         .collect()

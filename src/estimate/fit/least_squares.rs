@@ -1,5 +1,7 @@
 //! Weighted least squares with a 2 x 2 covariance per step.
 
+use nalgebra::{Cholesky, DMatrix, DVector};
+
 use super::problem::Column;
 use crate::response::{CountMoments, MeanCount};
 
@@ -16,9 +18,9 @@ pub struct Normal {
     /// Scale of every unknown: one over the root of its information.
     scales: Vec<f64>,
     /// Inverse of the scaled information matrix.
-    inverse: Vec<Vec<f64>>,
+    inverse: DMatrix<f64>,
     /// Scaled gradient.
-    gradient: Vec<f64>,
+    gradient: DVector<f64>,
 }
 
 impl Weights {
@@ -101,15 +103,9 @@ impl Weights {
         let information =
             |i: usize, j: usize| dot(&columns[i], &columns[j]) * scales[i] * scales[j];
         let size = columns.len();
-        let matrix = (0..size)
-            .map(|i| (0..size).map(|j| information(i, j)).collect())
-            .collect();
+        let matrix = DMatrix::from_fn(size, size, information);
         let normal = Normal {
-            gradient: columns
-                .iter()
-                .zip(&scales)
-                .map(|(column, scale)| dot(column, &residuals) * scale)
-                .collect(),
+            gradient: DVector::from_fn(size, |i, _| dot(&columns[i], &residuals) * scales[i]),
             inverse: inverse(matrix)?,
             scales,
         };
@@ -144,19 +140,17 @@ fn whiten(factor: &[f64; 3], count: &MeanCount) -> [f64; 2] {
 impl Normal {
     fn is_finite(&self) -> bool {
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-        let inverse_is_finite = self.inverse.iter().all(|row| finite(row));
-        inverse_is_finite && finite(&self.gradient) && finite(&self.standard_deviations())
+        finite(self.inverse.as_slice())
+            && finite(self.gradient.as_slice())
+            && finite(&self.standard_deviations())
     }
 
     /// The Gauss-Newton step.
     pub fn solution(&self) -> Vec<f64> {
-        self.inverse
-            .iter()
+        let step = &self.inverse * &self.gradient;
+        step.iter()
             .zip(&self.scales)
-            .map(|(row, scale)| {
-                let sum: f64 = row.iter().zip(&self.gradient).map(|(a, b)| a * b).sum();
-                sum * scale
-            })
+            .map(|(s, scale)| s * scale)
             .collect()
     }
 
@@ -164,9 +158,13 @@ impl Normal {
     pub fn solution_with_last(&self, last_step: f64) -> Vec<f64> {
         let mut step = self.solution();
         let last = step.len() - 1;
-        let excess = (step[last] - last_step) / (self.inverse[last][last] * self.scales[last]);
-        for ((step, row), scale) in step.iter_mut().zip(&self.inverse).zip(&self.scales) {
-            *step -= row[last] * scale * excess;
+        let excess = (step[last] - last_step) / (self.inverse[(last, last)] * self.scales[last]);
+        for ((step, shared), scale) in step
+            .iter_mut()
+            .zip(&self.inverse.column(last))
+            .zip(&self.scales)
+        {
+            *step -= shared * scale * excess;
         }
         step[last] = last_step;
         step
@@ -175,7 +173,7 @@ impl Normal {
     /// Standard deviation of each unknown, the others unknown too.
     pub fn standard_deviations(&self) -> Vec<f64> {
         (0..self.scales.len())
-            .map(|i| self.inverse[i][i].sqrt() * self.scales[i])
+            .map(|i| self.inverse[(i, i)].sqrt() * self.scales[i])
             .collect()
     }
 
@@ -188,55 +186,28 @@ impl Normal {
     }
 }
 
-/// Inverse of a symmetric positive definite matrix with a unit diagonal, by
-/// elimination; `None` if it is singular to ten digits.
-fn inverse(mut matrix: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
-    let size = matrix.len();
-    for (i, row) in matrix.iter_mut().enumerate() {
-        row.extend((0..size).map(|j| f64::from(u8::from(i == j))));
-    }
-    for pivot in 0..size {
-        let value = matrix[pivot][pivot];
-        if value.is_nan() || value < 1e-10 {
-            return None;
-        }
-        for entry in &mut matrix[pivot] {
-            *entry /= value;
-        }
-        let row = matrix[pivot].clone();
-        for (i, other) in matrix.iter_mut().enumerate() {
-            if i != pivot {
-                let factor = other[pivot];
-                for (entry, pivot_entry) in other.iter_mut().zip(&row) {
-                    *entry -= factor * pivot_entry;
-                }
-            }
-        }
-    }
-    Some(matrix.into_iter().map(|row| row[size..].to_vec()).collect())
+/// Inverse of a symmetric positive definite matrix with a unit diagonal; `None` if
+/// it is singular to ten digits.
+fn inverse(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let factor = Cholesky::new(matrix)?;
+    // A squared entry is what the unknowns before it leave of this one's variance.
+    let left = factor.l_dirty().diagonal().map(|entry| entry * entry);
+    (left.min() >= 1e-10).then(|| factor.inverse())
 }
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::dmatrix;
+
     use super::*;
 
     #[test]
     fn an_inverse_times_its_matrix_is_one() {
-        let matrix = vec![
-            vec![1.0, 0.5, -0.25],
-            vec![0.5, 1.0, 0.125],
-            vec![-0.25, 0.125, 1.0],
-        ];
+        let matrix = dmatrix![1.0, 0.5, -0.25; 0.5, 1.0, 0.125; -0.25, 0.125, 1.0];
         let inverse = inverse(matrix.clone()).expect("it is regular");
-        for (i, row) in matrix.iter().enumerate() {
-            let product =
-                |j: usize| -> f64 { row.iter().zip(&inverse).map(|(a, b)| a * b[j]).sum() };
-            for j in 0..3 {
-                let expected = f64::from(u8::from(i == j));
-                assert!((product(j) - expected).abs() < 1e-12);
-            }
-        }
-        assert!(super::inverse(vec![vec![1.0, 1.0], vec![1.0, 1.0]]).is_none());
+        assert!((matrix * inverse - DMatrix::identity(3, 3)).amax() < 1e-12);
+        assert!(super::inverse(dmatrix![1.0, 1.0; 1.0, 1.0]).is_none());
+        assert!(super::inverse(dmatrix![1.0, f64::NAN; f64::NAN, 1.0]).is_none());
     }
 
     /// A straight line through N, with r of no use: the textbook formulas.

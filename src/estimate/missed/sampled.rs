@@ -10,6 +10,7 @@
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
 
 use super::Target;
 use super::law::CountLaw;
@@ -17,7 +18,7 @@ use super::scan::laws;
 use crate::estimate::fit::best_match;
 use crate::estimate::phase::{Measurement, estimate_at, first_maximum};
 use crate::estimate::theory::ExpectedCounts;
-use crate::response::{GroupMoments, cholesky, in_parallel};
+use crate::response::{GroupMoments, cholesky};
 use crate::scan;
 use crate::scan::Step;
 use crate::scene::EstimatorKind;
@@ -48,16 +49,15 @@ pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> f64 {
     let groups = groups(counts, target);
     let steps = counts.means.len() as u64;
     let scans = (COUNTS / (steps * work_per_count(target))).clamp(*SCANS.start(), *SCANS.end());
-    let found = in_parallel(scans as usize, |scan| {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + scan as u64);
+    let draws = (0..scans).into_par_iter().filter(|scan| {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + scan);
         let mut values = Vec::with_capacity(steps as usize);
         for group in &groups {
             group.draw(&mut rng, &mut values);
         }
         target.found_in(&values)
     });
-    let found = found.into_iter().filter(|&found| found).count();
-    1.0 - found as f64 / scans as f64
+    1.0 - draws.count() as f64 / scans as f64
 }
 
 /// What a count costs beside drawing it: the model estimator's coarse stage holds a
@@ -137,8 +137,8 @@ fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
         .map(scan::Group)
         .find(|&group| !is_near(group));
     let far = far.map(|group| counts.second.of_group(group));
-    in_parallel(model.groups() as usize, |group| {
-        let group = scan::Group(group as u64);
+    let group = |group| {
+        let group = scan::Group(group);
         let steps: Vec<Step> = model.steps_of_group(group).collect();
         let exact;
         let moments = match &far {
@@ -160,7 +160,8 @@ fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
                 .collect(),
             factor: cholesky((0..steps.len()).map(of_step).collect()),
         }
-    })
+    };
+    (0..model.groups()).into_par_iter().map(group).collect()
 }
 
 fn correlation(group: &GroupMoments, a: usize, b: usize) -> f64 {

@@ -1,8 +1,7 @@
-//! Work shared among threads.
+//! Work shared among threads of the common pool.
 
 use std::num::NonZero;
 use std::sync::{Mutex, PoisonError};
-use std::thread;
 
 /// Places that a thread takes at a time: few enough that all threads get done
 /// together.
@@ -10,7 +9,7 @@ const SHARE: usize = 64;
 /// Shares that each thread gets, at least.
 const SHARES_PER_THREAD: usize = 8;
 
-/// Fills `out` on some threads. Each calls `fill(next)` once, which gets from
+/// Fills `out` in some tasks, as many as threads are wanted. Each calls `fill(next)` once, which gets from
 /// `next` shares of places to fill, with the number of the first, until there are
 /// none left.
 pub fn share<T: Send>(
@@ -29,9 +28,9 @@ pub fn share<T: Send>(
         let mut parts = parts.lock().unwrap_or_else(PoisonError::into_inner);
         parts.next()
     };
-    thread::scope(|scope| {
+    rayon::scope(|scope| {
         for _ in 0..threads.get() {
-            scope.spawn(|| fill(&mut || next()));
+            scope.spawn(|_| fill(&mut || next()));
         }
     });
 }

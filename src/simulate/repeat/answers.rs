@@ -1,8 +1,7 @@
 //! What the scene's estimator says of scans, path by path.
 
+use rayon::prelude::*;
 use std::fmt::Display;
-use std::num::NonZero;
-use std::thread::{self, available_parallelism};
 
 use crate::estimate::fit::{ALARM_SIGMAS, Fitter, ModelEstimate};
 use crate::estimate::{
@@ -191,28 +190,11 @@ impl<'r> Answers<'r> {
 
     /// Takes the counts of whole scans, one after another.
     pub fn take(&mut self, counts: &[StepCount]) {
-        let scans: Vec<&[StepCount]> = counts
-            .chunks_exact(self.ranging.scene.scan.steps as usize)
-            .collect();
-        let threads = available_parallelism().unwrap_or(NonZero::<usize>::MIN);
-        let share = scans.len().div_ceil(threads.get()).max(1);
         let ranging = self.ranging;
-        let answers: Vec<Answer> = thread::scope(|scope| {
-            let workers: Vec<_> = scans
-                .chunks(share)
-                .map(|scans| {
-                    scope.spawn(move || {
-                        let answers = scans.iter().map(|counts| ranging.answer(counts));
-                        answers.collect::<Vec<_>>()
-                    })
-                })
-                .collect();
-            let joined = workers.into_iter().flat_map(|worker| match worker.join() {
-                Ok(answers) => answers,
-                Err(panic) => std::panic::resume_unwind(panic),
-            });
-            joined.collect()
-        });
+        let answers: Vec<Answer> = counts
+            .par_chunks_exact(ranging.scene.scan.steps as usize)
+            .map(|counts| ranging.answer(counts))
+            .collect();
         let tolerance_m = distance_m(tolerance_ps(
             ranging.scene.chip_period_ps,
             ranging.code_period_ps,
