@@ -2,11 +2,12 @@
 //! indirect time-of-flight (iToF) sensors.
 //!
 //! The way of one scene through the crate: [`scene`] reads and checks it,
-//! [`code`] makes its codes, [`model::contract`] fixes what the hardware
-//! promises at its ports, [`hdl`] emits that hardware as Verilog, [`optics`]
-//! makes the light and the detections, [`model`] predicts every port at every
-//! clock, [`cosim`] runs the Verilog beside it, and [`estimate`] turns counts
-//! into a distance.
+//! [`code`] makes its codes, [`sensor`] fixes what the hardware promises at its
+//! ports, [`rtl`] describes that hardware and [`deliver`] emits it as Verilog,
+//! [`photons`] makes the light and the detections, [`mod@reference`] predicts every
+//! port at every clock, [`cosim`] runs the Verilog beside it, [`response`] says what
+//! counts are expected, and [`estimate`] turns counts into a distance. [`simulate`]
+//! does it many times, and [`study`] learns from that.
 //!
 //! Conventions used everywhere: the first chip, sample or bit is the earliest;
 //! bit 0 of a sample word is the earliest sample; one clock cycle is one chip;
@@ -16,10 +17,10 @@
 //! ```
 //! use std::path::Path;
 //!
-//! use goldtof::{hdl, scene};
+//! use goldtof::{deliver, scene};
 //!
 //! let scene = scene::load(Path::new("scenes/paper-single.toml"))?;
-//! let emission = hdl::emit(&scene, "goldtof emit paper-single.toml")?;
+//! let emission = deliver::emit(&scene, "goldtof emit paper-single.toml")?;
 //! assert_eq!(emission.clock_hz, 125e6); // one clock is one chip of 8 ns
 //! assert!(emission.files.iter().any(|file| file.name == "gold_generator.v"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -1,8 +1,5 @@
-//! The sensor's hardware, described in rust-hdl and emitted as Verilog.
-//!
-//! [`blocks`] describes the circuits in the language of [`front`], [`back`]
-//! writes Verilog from them, and [`emit`] does it for a scene, with what [`flow`]
-//! puts beside it for an FPGA team's tools.
+//! What a user gets: the Verilog of a scene ([`emit`]), with what [`flow`] puts beside
+//! it for an FPGA team's tools.
 
 mod emission;
 mod error;

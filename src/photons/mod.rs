@@ -4,7 +4,7 @@
 //! [`DetectorModel::step`] simulates one phase step, photon by photon, as an
 //! iterator over [`Detection`]s; [`PulseStream`] turns the steps of a scan into
 //! the sampled pulses that the hardware gets, and [`count_step`] counts a step
-//! as the article's continuous-time counter does. [`MeanResponse`] gives what
+//! as the article's continuous-time counter does. [`crate::response`] says what
 //! the counts are on average, and their variance, without random numbers.
 //!
 //! Every step depends on nothing but the scene, the seed and its own number, so

@@ -1,6 +1,7 @@
-//! The bit-exact reference model of the hardware, and the contract at its ports.
+//! The bit-exact reference model of the hardware ([`predictor`]), and what drives it
+//! and the Verilog ([`stimulus`]: simulated [`photons`], or an [`adversarial`] one).
 //!
-//! The model shares nothing with the Verilog but [`contract`]: it takes chips
+//! The model shares nothing with the Verilog but [`crate::sensor`]: it takes chips
 //! from the code table instead of an LFSR, and hits from the list of pulses
 //! instead of an edge detector.
 
