@@ -1,5 +1,9 @@
 //! Arithmetic of one lane, in plain operations that the compiler vectorises.
 //!
+//! Release builds check for overflow, which would keep the compiler from vectors, so
+//! whole numbers in a loop over lanes wrap by name. None of them ever does: phases,
+//! offsets and waits are below 2^31 (`domain`), and no sum has more than two of them.
+//!
 //! Nothing here is a library call or a fused multiply-add, so that a value is
 //! the same, bit for bit, on every processor and at every vector width.
 
@@ -130,7 +134,7 @@ pub fn minus_ln(x: f32, scale: i32) -> f32 {
     q = q * f + 0.333_352_6;
     q = q * f - 0.500_005_84;
     let ln_mantissa = q * (f * f) + f;
-    (scale - exponent) as f32 * std::f32::consts::LN_2 - ln_mantissa
+    scale.wrapping_sub(exponent) as f32 * std::f32::consts::LN_2 - ln_mantissa
 }
 
 /// 2^x for x <= 0, within a share of 3e-7; below 2^-100 it stays there.
@@ -149,7 +153,7 @@ pub fn exp2_of_negative(x: f32) -> f32 {
     q = q * f + 5.531_724e-2;
     q = q * f + 0.240_186_92;
     q = q * f + 0.693_144_45;
-    let scale = f32::from_bits(((whole + 127) << 23) as u32);
+    let scale = f32::from_bits((whole.wrapping_add(127) << 23) as u32);
     (q * f + 1.0) * scale
 }
 

@@ -51,10 +51,11 @@ impl OnTime {
         let fraction = self.grid.fraction_mask();
         let before = self.before.at(&self.grid.chips(phases));
         let mut on_times = Words::all(0);
+        let last = self.ticks - 1;
         for lane in 0..LANES {
             let passed = before[lane] & (phases[lane] | !fraction);
-            let within = waits[lane].min(self.ticks - 1);
-            on_times[lane] = wrap(passed + within, self.ticks);
+            let within = waits[lane].min(last);
+            on_times[lane] = wrap(passed.wrapping_add(within), self.ticks);
         }
         let starts = self.starts.at(&self.grid.chips(&on_times));
         let mut elapsed = Words::all(0);
@@ -99,7 +100,7 @@ impl<'t> ExcessLight<'t> {
         let period = self.on_time.grid.period_ticks;
         let mut arriving = Words::all(0);
         for lane in 0..LANES {
-            arriving[lane] = wrap(phases[lane] + self.offsets[lane], period);
+            arriving[lane] = wrap(phases[lane].wrapping_add(self.offsets[lane]), period);
         }
         let random = self.streams.next();
         let mut on_waits = Words::all(0);

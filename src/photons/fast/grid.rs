@@ -63,7 +63,7 @@ impl Grid {
     pub fn chips(&self, phases: &Words) -> Words {
         let mut chips = Words::all(0);
         for lane in 0..LANES {
-            chips[lane] = phases[lane] >> self.chip_bits;
+            chips[lane] = phases[lane].wrapping_shr(self.chip_bits);
         }
         chips
     }

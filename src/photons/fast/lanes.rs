@@ -81,7 +81,7 @@ impl<'t> Lanes<'t> {
 
         let mut ready = Words::all(0);
         for (lane, ready) in ready.iter_mut().enumerate() {
-            let end = self.phases[lane] + self.fired[lane] * dead_time;
+            let end = self.phases[lane].wrapping_add(self.fired[lane].wrapping_mul(dead_time));
             *ready = wrap(end, period);
             self.periods[lane] = self.periods[lane].wrapping_add(i32::from(end >= period));
         }
@@ -98,7 +98,7 @@ impl<'t> Lanes<'t> {
         }
 
         for lane in 0..LANES {
-            let end = ready[lane] + waits[lane];
+            let end = ready[lane].wrapping_add(waits[lane]);
             self.phases[lane] = wrap(end, period);
             self.periods[lane] = self.periods[lane].wrapping_add(i32::from(end >= period));
             self.fired[lane] = u32::from(waits[lane] < period);
@@ -106,7 +106,7 @@ impl<'t> Lanes<'t> {
         if let Some(afterpulses) = &mut self.afterpulses {
             let mut elapsed = waits;
             for (elapsed, fired) in elapsed.iter_mut().zip(self.fired.iter()) {
-                *elapsed += fired * dead_time;
+                *elapsed = elapsed.wrapping_add(fired.wrapping_mul(dead_time));
             }
             afterpulses.decay(&elapsed, &self.fired);
         }

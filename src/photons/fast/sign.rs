@@ -113,8 +113,8 @@ impl SignTable {
         let mut entries = Words::all(0);
         for lane in 0..LANES {
             let offset = (phases[lane] & self.grid.fraction_mask()) as i32;
-            let into_table = (offset - (cells[lane] >> 2) as i32).max(0) as u32;
-            entries[lane] = (into_table >> self.entry_bits).min(LAST);
+            let into_table = offset.wrapping_sub((cells[lane] >> 2) as i32).max(0) as u32;
+            entries[lane] = into_table.wrapping_shr(self.entry_bits).min(LAST);
         }
         let mut thresholds = Integers::all(0);
         for lane in 0..LANES {
@@ -177,7 +177,7 @@ impl<'t> Sign<'t> {
         }
         let mut in_cells = Words::all(0);
         for lane in 0..LANES {
-            let phase = phases[lane] + self.offsets[lane];
+            let phase = phases[lane].wrapping_add(self.offsets[lane]);
             in_cells[lane] = wrap(phase, self.table.grid.period_ticks);
         }
         self.levels = self.table.levels(&in_cells, &self.uniforms);
