@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 
 use super::{Part, Saving, kept, labelled, left_out, movement};
-use crate::photons::DetectorModel;
 use crate::response::check_merging;
 use crate::scene::{Detector, EstimatorKind, Path, Scene};
 
@@ -156,7 +155,7 @@ fn pulse_sampling(scene: &Scene, index: usize, part: String) -> Part {
     if detector.pulse_width_ps < sample_ps {
         reason += ", and those between two samples not at all";
     }
-    if let Err(obstacle) = check_merging(&DetectorModel::new(scene, index)) {
+    if let Err(obstacle) = check_merging(scene, index) {
         let _ = write!(reason, "; no expectation, no bound and no fit: {obstacle}");
     }
     kept(part, reason)

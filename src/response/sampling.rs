@@ -20,6 +20,7 @@ use super::MeanResponseError;
 use super::light::Light;
 use super::tier::CountingTier;
 use crate::photons::DetectorModel;
+use crate::scene::Scene;
 
 /// A smaller share of detections that merge than this is left out where it cannot be
 /// worked out: it moves an estimate by a tenth of a millimetre at most.
@@ -148,12 +149,22 @@ impl Sampling {
 }
 
 /// Whether the counts of sampled hardware can be expected, as far as pulses that merge
-/// go, in the scene's own light.
+/// go, in the scene's own light. Prepares no light where none ever merge.
 ///
 /// # Errors
 /// Why not.
-pub fn check_merging(model: &DetectorModel) -> Result<(), MeanResponseError> {
-    Sampling::of(model, &Light::of(model), CountingTier::Sampled).map(|_| ())
+pub fn check_merging(scene: &Scene, detector: usize) -> Result<(), MeanResponseError> {
+    let spad = &scene.detectors[detector];
+    let jitter_ps = spad.jitter_ps.iter().map(|s| s * s).sum::<f64>().sqrt();
+    let reach_ps = spad.pulse_width_ps
+        + scene.chip_period_ps / f64::from(scene.samples_per_chip)
+        + JITTER_REACH_SIGMAS * std::f64::consts::SQRT_2 * jitter_ps
+        - spad.dead_time_ps;
+    if reach_ps <= 0.0 {
+        return Ok(());
+    }
+    let model = DetectorModel::new(scene, detector);
+    Sampling::of(&model, &Light::of(&model), CountingTier::Sampled).map(|_| ())
 }
 
 /// Bound on the share of detections whose pulse merges with the one before: those
