@@ -160,7 +160,7 @@ fn all_delays(
             points,
         }],
         legend: Legend::UpperLeft,
-        headroom: 0.06,
+        headroom: 0.25,
     };
     Ok((panel, note))
 }
