@@ -1,8 +1,9 @@
 //! Arithmetic of one lane, in plain operations that the compiler vectorises.
 //!
 //! Release builds check for overflow, which would keep the compiler from vectors, so
-//! whole numbers in a loop over lanes wrap by name. None of them ever does: phases,
-//! offsets and waits are below 2^31 (`domain`), and no sum has more than two of them.
+//! whole numbers in a loop over lanes wrap by name. Sums of times never do: phases,
+//! offsets and waits are at most 2^30 (`grid`), and no sum has more than two of them.
+//! Random words, and differences that [`wrap`] and its like choose between, do.
 //!
 //! Nothing here is a library call or a fused multiply-add, so that a value is
 //! the same, bit for bit, on every processor and at every vector width.
