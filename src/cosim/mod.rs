@@ -260,7 +260,7 @@ fn run(
     let mut model = Verilated::load(built, &layout)?;
     let clocks = request.clocks.unwrap_or_else(|| match request.stimulus {
         StimulusKind::Photons => clocks_for_scans(&contract, 1),
-        StimulusKind::Adversarial => Adversarial::default_clocks(&contract),
+        StimulusKind::Adversarial => Adversarial::new(&contract, request.seed).clocks_to_cover(1 << 25),
     });
     let detectors: Vec<DetectorModel> = (0..scene.detectors.len())
         .map(|detector| DetectorModel::new(scene, detector))

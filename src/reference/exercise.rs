@@ -1,5 +1,7 @@
 //! What the outputs have shown so far: how much a comparison of them is worth.
 
+use super::coverage::Covered;
+
 /// What has come to the outputs since the model was made, resets included.
 ///
 /// A hit that is counted shows nowhere until its phase step has ended and its
@@ -22,6 +24,8 @@ pub struct Exercise {
     pub scan_ends: u64,
     /// Resets, that at the start included.
     pub resets: u64,
+    /// Cover points that have shown.
+    pub covered: Covered,
 }
 
 /// What has come to the outputs of one detector.

@@ -7,11 +7,13 @@
 
 pub mod adversarial;
 pub mod blocks;
+pub mod coverage;
 pub mod exercise;
 pub mod level;
 mod pattern;
 mod peak_ports;
 pub mod photons;
 pub mod predictor;
+mod resets;
 pub mod stimulus;
 mod stream;

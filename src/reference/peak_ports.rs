@@ -3,6 +3,8 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
+use super::coverage::{CoverPoint, CoverTable, Covered, PeakKind};
+use crate::scan::Group;
 use crate::sensor::contract::Contract;
 use crate::sensor::layout::{Field, Layout};
 use crate::sensor::peak::PeakPlan;
@@ -14,6 +16,25 @@ struct Peak {
     count: i64,
 }
 
+/// The largest count of a scan so far.
+#[derive(Debug, Clone, Copy)]
+struct Best {
+    peak: Peak,
+    group: Group,
+    /// There is an equal one behind it.
+    is_shared: bool,
+}
+
+/// Peaks on their way to the ports.
+#[derive(Debug, Clone)]
+struct Arrival {
+    /// Clock after whose rising edge they show.
+    clock: u64,
+    peaks: Vec<Peak>,
+    /// Cover points that they prove.
+    proves: Vec<usize>,
+}
+
 /// What the peak detector shows.
 #[derive(Debug, Clone)]
 pub(super) struct PeakPorts {
@@ -23,10 +44,10 @@ pub(super) struct PeakPorts {
     valid: Field,
     words: usize,
     /// Largest count of the present scan so far, detector by detector.
-    best: Vec<Option<Peak>>,
-    /// Peaks on their way to the ports, with the clock after whose rising edge
-    /// they show.
-    arriving: VecDeque<(u64, Vec<Peak>)>,
+    best: Vec<Option<Best>>,
+    /// The present scan's last group.
+    last_group: Group,
+    arriving: VecDeque<Arrival>,
     /// The ports' bits in a record, except `o_peak_valid`.
     record: Vec<u64>,
 }
@@ -43,6 +64,7 @@ impl PeakPorts {
             valid: field("o_peak_valid"),
             words: layout.outputs.words,
             best: vec![None; detectors],
+            last_group: Group(contract.groups() - 1),
             arriving: VecDeque::new(),
             record: vec![0; layout.outputs.words],
         })
@@ -56,29 +78,60 @@ impl PeakPorts {
     }
 
     /// Takes in a count; of equal ones the first is the peak.
-    pub(super) fn count(&mut self, detector: usize, step: u64, count: i64) {
+    pub(super) fn count(&mut self, detector: usize, step: u64, count: i64, group: Group) {
         let best = &mut self.best[detector];
-        if best.is_none_or(|best| count > best.count) {
-            *best = Some(Peak { step, count });
+        match best {
+            Some(best) if count == best.peak.count => best.is_shared = true,
+            Some(best) if count < best.peak.count => {}
+            _ => {
+                *best = Some(Best {
+                    peak: Peak { step, count },
+                    group,
+                    is_shared: false,
+                });
+            }
         }
     }
 
-    /// The scan whose counts were taken in ended before `clock`.
-    pub(super) fn end_scan(&mut self, clock: u64) {
-        let clock = clock + u64::from(self.plan.latency_clocks);
-        let peaks = self.best.iter().map(|best| best.unwrap_or_default());
-        self.arriving.push_back((clock, peaks.collect()));
+    /// The scan whose counts were taken in ended before `clock`. Its peaks prove the
+    /// points of `after_reset`, which is emptied.
+    pub(super) fn end_scan(&mut self, clock: u64, after_reset: &mut Vec<usize>, table: &CoverTable) {
+        let mut proves = std::mem::take(after_reset);
+        for (detector, best) in self.best.iter().enumerate() {
+            let Some(best) = best else {
+                continue;
+            };
+            let kinds = [
+                (best.peak.count < 0, PeakKind::Negative),
+                (best.peak.count > 0, PeakKind::Positive),
+                (best.group == Group(0) && self.last_group > Group(0), PeakKind::First),
+                (best.group == self.last_group, PeakKind::Last),
+                (best.is_shared, PeakKind::Equal),
+            ];
+            for (_, kind) in kinds.into_iter().filter(|(is, _)| *is) {
+                proves.extend(table.number(CoverPoint::Peak { detector, kind }));
+            }
+        }
+        let peaks = self.best.iter().map(|best| best.map_or_else(Peak::default, |best| best.peak));
+        self.arriving.push_back(Arrival {
+            clock: clock + u64::from(self.plan.latency_clocks),
+            peaks: peaks.collect(),
+            proves,
+        });
         self.best.fill(None);
     }
 
     /// ORs the ports into the records of a stretch of clocks without reset.
-    pub(super) fn predict(&mut self, clocks: Range<u64>, expected: &mut [u64]) {
+    pub(super) fn predict(&mut self, clocks: Range<u64>, expected: &mut [u64], covered: &mut Covered) {
         let mut filled = clocks.start;
-        while let Some((clock, peaks)) = self.arriving.pop_front_if(|a| a.0 < clocks.end) {
-            self.fill(clocks.start, filled..clock, expected);
-            filled = clock;
-            self.show(&peaks);
-            let record = (clock - clocks.start) as usize * self.words;
+        while let Some(arrival) = self.arriving.pop_front_if(|a| a.clock < clocks.end) {
+            self.fill(clocks.start, filled..arrival.clock, expected);
+            filled = arrival.clock;
+            self.show(&arrival.peaks);
+            for point in arrival.proves {
+                covered.mark(point);
+            }
+            let record = (arrival.clock - clocks.start) as usize * self.words;
             expected[record + self.valid.word] |= 1 << self.valid.shift;
         }
         self.fill(clocks.start, filled..clocks.end, expected);

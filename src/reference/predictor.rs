@@ -5,12 +5,15 @@
 //! stream only where a result arrives or is taken.
 
 use std::ops::Range;
+use std::sync::Arc;
 
+use super::coverage::{CoverPoint, CoverTable, Place, Running};
 use super::exercise::{Counted, Exercise};
 use super::pattern::{ChipPattern, chip_patterns};
 use super::peak_ports::PeakPorts;
+use super::resets::ResetWatch;
 use super::stream::{Arrival, Beat, ResultStream};
-use crate::scan::Group;
+use crate::scan::{Group, Step};
 use crate::sensor::contract::Contract;
 use crate::sensor::layout::{Layout, mask};
 
@@ -25,6 +28,45 @@ pub struct Surroundings {
     /// Clocks at which `m_axis_tready` is low, in order, disjoint; may reach
     /// beyond the block.
     pub stalls: Vec<Range<u64>>,
+    /// Phase steps and scans that are cut short in the block, in order.
+    pub skips: Vec<Skip>,
+}
+
+/// A phase step, or a scan, is cut short: the scan controller's counters go forward
+/// between two clocks, and nothing else changes. The delay of the reference goes on
+/// from group to group as if nothing had been left out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Skip {
+    /// Between the rising edges of the clock before this one and of this one.
+    pub clock: u64,
+    /// Chip of the present group that is counted then.
+    pub chip: u64,
+    /// The present group.
+    pub group: Group,
+    /// Chips by which the present group gets shorter.
+    pub chips: u64,
+    /// Groups that are left out before the next one.
+    pub groups: u64,
+}
+
+/// Where a scan stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Position {
+    /// First clock without reset.
+    pub released: u64,
+    /// Number of the scan since then.
+    pub scan: u64,
+    /// The present group, or the next.
+    pub group: Group,
+    /// First cycle of it.
+    pub from: u64,
+}
+
+impl Position {
+    /// The clock at which the group's first word is presented.
+    pub fn first_word(&self) -> u64 {
+        self.released + 1 + self.from
+    }
 }
 
 /// A phase step whose integration is over.
@@ -67,6 +109,11 @@ pub struct Reference {
     /// First clock without reset; before it every output is 0.
     released: u64,
     scan: ScanState,
+    table: Arc<CoverTable>,
+    running: Running,
+    resets: ResetWatch,
+    /// For each detector: a hit on the last sample before the present scan.
+    before_scan: Vec<bool>,
     /// Counts of the present group: detector by detector, step by step.
     counts: Vec<i64>,
     /// Hits of the present group, detector by detector: all steps see the same.
@@ -81,14 +128,28 @@ struct ScanState {
     group: Group,
     /// First cycle of the group of steps.
     from: u64,
+    /// Chips of the group.
+    chips: u64,
+    /// Steps that this scan has left out so far.
+    left_out: u64,
+    /// Steps that were left out since the delay began anew: it lags by as many.
+    lag: u64,
+    /// Delay of the group before, unless it began anew since.
+    previous_delay: Option<u64>,
 }
 
 impl ScanState {
-    const START: ScanState = ScanState {
-        scan: 0,
-        group: Group(0),
-        from: 0,
-    };
+    fn start(contract: &Contract) -> ScanState {
+        ScanState {
+            scan: 0,
+            group: Group(0),
+            from: 0,
+            chips: contract.scan.integration_chips,
+            left_out: 0,
+            lag: 0,
+            previous_delay: None,
+        }
+    }
 }
 
 impl Reference {
@@ -109,6 +170,7 @@ impl Reference {
             let field = layout.outputs.field(name);
             (field.word, field.shift)
         };
+        let table = CoverTable::of(&contract);
         Ok(Reference {
             signs: contract
                 .reference_codes
@@ -117,10 +179,14 @@ impl Reference {
                 .collect(),
             chips: chip_patterns(&contract, place("o_laser"), place("o_epoch")),
             words: layout.outputs.words,
-            stream: ResultStream::new(&contract, &layout),
+            stream: ResultStream::new(&contract, &layout, Arc::clone(&table)),
             peak: PeakPorts::new(&contract, &layout),
             released: 0,
-            scan: ScanState::START,
+            scan: ScanState::start(&contract),
+            table,
+            running: Running::of(&contract),
+            resets: ResetWatch::of(&contract),
+            before_scan: vec![false; contract.reference_codes.len()],
             counts: vec![0; contract.reference_codes.len() * contract.parallel as usize],
             totals: vec![0; contract.reference_codes.len()],
             finished: Vec::new(),
@@ -144,6 +210,33 @@ impl Reference {
         self.finished.drain(..)
     }
 
+    /// What it is to be seen doing.
+    pub fn cover_table(&self) -> &Arc<CoverTable> {
+        &self.table
+    }
+
+    /// Where the scan stands after the blocks predicted so far.
+    pub fn position(&self) -> Position {
+        Position {
+            released: self.released,
+            scan: self.scan.scan,
+            group: self.scan.group,
+            from: self.scan.from,
+        }
+    }
+
+    /// Whether the present group's correlator for step `lane` of it counts a hit up, in
+    /// the `chip`-th word of the group.
+    pub fn counts_up(&self, detector: usize, lane: u64, chip: u64, sample: u64) -> bool {
+        let signs = &self.signs[detector];
+        let lanes = u64::from(self.contract.lanes);
+        let period = signs.len() as u64 * lanes;
+        let cycle = (self.scan.from + chip) % signs.len() as u64;
+        let delay = (self.delay() + lane) % period;
+        let delayed = (cycle * lanes + sample + period - delay) % period;
+        signs[(delayed / lanes) as usize] > 0
+    }
+
     /// What the outputs have shown in the blocks predicted so far.
     pub fn exercise(&self) -> &Exercise {
         &self.stream.exercise
@@ -159,34 +252,67 @@ impl Reference {
         expected.fill(0);
         let mut clock = block.clocks.start;
         let mut resets = block.resets.iter().peekable();
+        let mut skips = block.skips.iter().peekable();
         while resets.next_if(|r| r.end <= clock).is_some() {}
         while clock < block.clocks.end {
             if let Some(reset) = resets.next_if(|r| r.start <= clock) {
-                self.reset(reset.end);
+                self.reset(reset);
+            }
+            while let Some(skip) = skips.next_if(|s| s.clock <= clock) {
+                self.skip(skip);
             }
             if clock < self.released {
                 clock = self.released.min(block.clocks.end);
                 continue;
             }
-            let until = resets
-                .peek()
-                .map_or(block.clocks.end, |r| r.start.min(block.clocks.end));
+            let mut until = block.clocks.end;
+            if let Some(reset) = resets.peek() {
+                until = until.min(reset.start);
+            }
+            if let Some(skip) = skips.peek() {
+                until = until.min(skip.clock);
+            }
             self.predict_released(clock..until, block, hits, expected);
             clock = until;
         }
     }
 
-    fn reset(&mut self, released: u64) {
+    fn reset(&mut self, reset: &Range<u64>) {
         // One that reaches into this block was told in the block before, too.
-        self.stream.exercise.resets += u64::from(released != self.released);
-        self.released = released;
-        self.scan = ScanState::START;
+        if reset.end != self.released {
+            self.stream.exercise.resets += 1;
+            let in_pause = self.scan.group == Group(0)
+                && self.scan.scan > 0
+                && reset.start < self.released + 1 + self.scan.from;
+            let state = self.stream.state();
+            self.resets.enters(reset, in_pause, state, &self.table);
+        }
+        self.released = reset.end;
+        self.scan = ScanState::start(&self.contract);
         self.counts.fill(0);
         self.totals.fill(0);
+        self.running.reset();
+        self.before_scan.fill(false);
         self.stream.reset();
         if let Some(peak) = &mut self.peak {
             peak.reset();
         }
+    }
+
+    fn skip(&mut self, skip: &Skip) {
+        debug_assert_eq!(skip.group, self.scan.group);
+        self.scan.chips -= skip.chips;
+        self.scan.group.0 += skip.groups;
+        let steps = skip.groups * u64::from(self.contract.parallel);
+        self.scan.left_out += steps;
+        self.scan.lag += steps;
+    }
+
+    /// The delay of the present group's first step, in samples.
+    fn delay(&self) -> u64 {
+        let first = self.contract.grouping().step_of(self.scan.group, 0);
+        let period = self.contract.scan.steps_per_period;
+        (self.contract.scan.phase_step(first) + period - self.scan.lag % period) % period
     }
 
     /// A stretch of clocks without reset.
@@ -202,10 +328,35 @@ impl Reference {
         for pattern in &self.chips {
             pattern.or_into(expected, self.words, clocks.start - self.released);
         }
+        self.mark_codes(clocks.end - self.released);
         self.count(clocks.clone(), hits);
         self.stream.predict(clocks.clone(), &block.stalls, expected);
         if let Some(peak) = &mut self.peak {
-            peak.predict(clocks, expected);
+            peak.predict(clocks, expected, &mut self.stream.exercise.covered);
+        }
+    }
+
+    /// So many cycles have shown.
+    fn mark_codes(&mut self, cycles: u64) {
+        for (source, code) in self.contract.source_codes.iter().enumerate() {
+            if cycles > code.len()
+                && let Some(point) = self.table.number(CoverPoint::CodeWraps { source })
+            {
+                self.stream.exercise.covered.mark(point);
+            }
+        }
+    }
+
+    /// Looks for hits on the last sample before a scan, if its clock is among these.
+    fn watch_before_scan(&mut self, clocks: &Range<u64>, hits: &[Vec<u64>]) {
+        let first_word = self.released + 1 + self.scan.from;
+        let may_pause = self.scan.scan == 0 || self.contract.realigns();
+        if self.scan.group != Group(0) || !may_pause || !clocks.contains(&(first_word - 1)) {
+            return;
+        }
+        let sample = first_word * u64::from(self.contract.lanes) - 1;
+        for (seen, hits) in self.before_scan.iter_mut().zip(hits) {
+            *seen = hits.binary_search(&sample).is_ok();
         }
     }
 
@@ -217,7 +368,8 @@ impl Reference {
         let first_word = self.released + 1;
         let mut counted = clocks.start.max(first_word);
         loop {
-            let group_end = first_word + self.scan.from + self.contract.scan.integration_chips;
+            self.watch_before_scan(&clocks, hits);
+            let group_end = first_word + self.scan.from + self.scan.chips;
             let until = group_end.min(clocks.end);
             let from = counted.max(first_word + self.scan.from);
             if from < until {
@@ -237,91 +389,200 @@ impl Reference {
 
     /// Counts one detector's hits up or down (eq. 11) in the present group.
     fn count_detector(&mut self, detector: usize, hits: &[u64]) {
+        let (Some(first_hit), Some(last_hit)) = (hits.first(), hits.last()) else {
+            return;
+        };
         let lanes_log2 = self.contract.lanes.trailing_zeros();
+        let lane_of = |sample: u64| (sample & ((1 << lanes_log2) - 1)) as u32;
+        let delay = self.delay();
         let signs = &self.signs[detector][..];
         let steps_per_period = (signs.len() as u64) << lanes_log2;
         let parallel = u64::from(self.contract.parallel);
-        let first = self.contract.grouping().step_of(self.scan.group, 0);
-        let phase_step = self.contract.scan.phase_step(first);
         let first_sample = (self.released + 1) << lanes_log2;
         self.totals[detector] += hits.len() as u64;
         let counts = &mut self.counts[detector * parallel as usize..][..parallel as usize];
-        for &sample in hits {
-            let in_period = (sample - first_sample) % steps_per_period;
-            let mut delayed = in_period + steps_per_period - phase_step;
-            if delayed >= steps_per_period {
-                delayed -= steps_per_period;
+        let mut words = hits.chunk_by(|a, b| a >> lanes_log2 == b >> lanes_log2);
+        for word in &mut words {
+            for &sample in word {
+                let in_period = (sample - first_sample) % steps_per_period;
+                let mut delayed = in_period + steps_per_period - delay;
+                if delayed >= steps_per_period {
+                    delayed -= steps_per_period;
+                }
+                for (step, count) in counts.iter_mut().enumerate() {
+                    let sign = signs[(delayed >> lanes_log2) as usize];
+                    *count += i64::from(sign);
+                    self.running.hit(detector, step, lane_of(sample), sign > 0);
+                    delayed = delayed.checked_sub(1).unwrap_or(steps_per_period - 1);
+                }
             }
-            for count in counts.iter_mut() {
-                *count += i64::from(signs[(delayed >> lanes_log2) as usize]);
-                delayed = delayed.checked_sub(1).unwrap_or(steps_per_period - 1);
-            }
+            self.running.word_ends(detector, word.len() as u32);
+            self.resets.hits_in(word[0] >> lanes_log2);
         }
+        let group_start = first_sample + (self.scan.from << lanes_log2);
+        let group_end = group_start + (self.scan.chips << lanes_log2);
+        let (first, last) = (*first_hit == group_start, *last_hit + 1 == group_end);
+        self.running.border(detector, first, last);
     }
 
     /// Sends the present group's counts on their way and goes on to the next.
     fn finish_group(&mut self) {
-        let scan = &self.contract.scan;
-        let parallel = u64::from(self.contract.parallel);
-        let end = self.scan.from + scan.integration_chips;
+        let end = self.scan.from + self.scan.chips;
         let grouping = self.contract.grouping();
         let last = grouping.is_last(self.scan.group);
+        let (beats, clamps) = self.beats();
+        let saturated = clamps.counts + clamps.totals > 0;
+        let proves = self.proven_points();
+        self.stream.exercise.phase_steps += grouping.steps_of(self.scan.group).count() as u64;
+        let is_counted = self.totals.iter().any(|&total| total > 0);
+        self.resets.group_ends(self.released + end, last, is_counted);
+        self.stream.push(Arrival {
+            clock: self.released + end + u64::from(self.contract.result_latency_clocks),
+            beats,
+            saturated,
+            last,
+            place: Place::of(self.scan.group.0, self.contract.groups()),
+            proves,
+            proves_if_first: clamps.lone_point().and_then(|point| self.table.number(point)),
+        });
+        if let Some(peak) = self.peak.as_mut().filter(|_| last) {
+            peak.end_scan(self.released + end, &mut self.resets.of_peaks, &self.table);
+        }
+        self.counts.fill(0);
+        self.totals.fill(0);
+        self.go_on(end, last);
+    }
+
+    /// The results of the present group, in the order in which they are sent, and what
+    /// was clamped.
+    fn beats(&mut self) -> (Vec<Beat>, Clamps) {
+        let parallel = self.contract.parallel as usize;
+        let grouping = self.contract.grouping();
+        let steps = grouping.steps_of(self.scan.group).len();
+        let first = grouping.step_of(self.scan.group, 0).0;
         let limit = 1i128 << (self.contract.count_bits - 1);
         let most = self
             .contract
             .total
             .map_or(u64::MAX, |total| mask(total.bits));
         let mut beats = Vec::with_capacity(self.counts.len());
-        let mut saturated = false;
-        for (detector, counts) in self.counts.chunks_exact(parallel as usize).enumerate() {
+        let mut clamps = Clamps::default();
+        for (detector, counts) in self.counts.chunks_exact(parallel).enumerate() {
             let total = self.totals[detector].min(most);
-            saturated |= total != self.totals[detector];
-            for (step, &exact) in grouping.steps_of(self.scan.group).zip(counts) {
+            if total != self.totals[detector] {
+                clamps.totals += 1;
+                clamps.total = detector;
+            }
+            for (step, &exact) in counts.iter().enumerate() {
                 let count = i128::from(exact).clamp(-limit, limit - 1) as i64;
-                saturated |= count != exact;
-                let counted = Counted::new(detector, exact, self.totals[detector]);
+                let is_absent = step >= steps;
+                clamps.count(is_absent, count != exact, (detector, step, exact > 0));
+                if is_absent {
+                    continue;
+                }
                 beats.push(Beat {
                     count,
                     total,
-                    counted,
+                    counted: Counted::new(detector, exact, self.totals[detector]),
                 });
+                let number = first + step as u64;
                 if let Some(peak) = &mut self.peak {
-                    peak.count(detector, scan.phase_step(step), count);
+                    // It counts the steps that it has seen.
+                    let seen = Step(number - self.scan.left_out);
+                    peak.count(detector, self.contract.scan.phase_step(seen), count, self.scan.group);
                 }
                 self.finished.push(StepResult {
                     scan: self.scan.scan,
                     detector,
-                    step: step.0,
+                    step: number,
                     count,
                     total,
                 });
             }
         }
-        self.stream.exercise.phase_steps += grouping.steps_of(self.scan.group).count() as u64;
-        self.stream.push(Arrival {
-            clock: self.released + end + u64::from(self.contract.result_latency_clocks),
-            beats,
-            saturated,
-            last,
-        });
-        if let Some(peak) = self.peak.as_mut().filter(|_| last) {
-            peak.end_scan(self.released + end);
-        }
-        self.counts.fill(0);
-        self.totals.fill(0);
-        self.scan = if last {
-            ScanState {
-                scan: self.scan.scan + 1,
-                group: Group(0),
-                from: self.next_scan(end),
-            }
-        } else {
-            ScanState {
+        (beats, clamps)
+    }
+
+    /// Goes on to the next group behind the cycle before `end`.
+    fn go_on(&mut self, end: u64, last: bool) {
+        let chips = self.contract.scan.integration_chips;
+        let delay = Some(self.delay());
+        self.scan = match last {
+            false => ScanState {
                 group: Group(self.scan.group.0 + 1),
                 from: end,
+                chips,
+                previous_delay: delay,
                 ..self.scan
-            }
+            },
+            true if self.contract.realigns() => ScanState {
+                scan: self.scan.scan + 1,
+                from: self.next_scan(end),
+                ..ScanState::start(&self.contract)
+            },
+            true => ScanState {
+                scan: self.scan.scan + 1,
+                group: Group(0),
+                from: end,
+                chips,
+                left_out: 0,
+                // A scan over the whole period goes on where the one before it ended.
+                lag: self.scan.lag,
+                previous_delay: delay,
+            },
         };
+    }
+
+    /// Cover points that the results of the present group prove when they show.
+    fn proven_points(&mut self) -> Vec<usize> {
+        let parallel = u64::from(self.contract.parallel);
+        let steps = self.contract.grouping().steps_of(self.scan.group).len();
+        let begins_scan = self.scan.group.0 * parallel == self.scan.left_out;
+        let mut points = self.running.end_group(&self.table, steps, begins_scan);
+        let delay = self.delay();
+        let mut add = |point| points.extend(self.table.number(point));
+        for (detector, seen) in self.before_scan.iter_mut().enumerate() {
+            if std::mem::take(seen) {
+                add(CoverPoint::BeforeScan { detector });
+            }
+        }
+        if self.contract.saturates() {
+            let limit = 1i64 << (self.contract.count_bits - 1);
+            for (at, &count) in self.counts.iter().enumerate() {
+                let detector = at / self.contract.parallel as usize;
+                let step = at % self.contract.parallel as usize;
+                if step < steps && (count == limit - 1 || count == -limit) {
+                    let up = count > 0;
+                    add(CoverPoint::Limit { detector, step, up });
+                }
+            }
+            for (detector, &total) in self.totals.iter().enumerate() {
+                if self.contract.total.is_some_and(|t| total == mask(t.bits)) {
+                    let beyond = false;
+                    add(CoverPoint::TotalClamp { detector, beyond });
+                }
+            }
+        }
+        if self.totals.iter().any(|&total| total > 0) {
+            let place = Place::of(self.scan.group.0, self.contract.groups());
+            let later_scan = self.scan.scan > 0;
+            add(CoverPoint::Result { place, later_scan });
+            if self.scan.chips == self.contract.scan.integration_chips {
+                add(CoverPoint::WholeStep);
+            }
+            if place == Place::Last && self.scan.left_out == 0 {
+                add(CoverPoint::WholeScan);
+            }
+            let lanes = u64::from(self.contract.lanes);
+            if let Some(previous) = self.scan.previous_delay {
+                let period = previous > delay;
+                if period || previous / lanes < delay / lanes {
+                    add(CoverPoint::DelayWraps { period });
+                }
+            }
+        }
+        points.append(&mut self.resets.of_results);
+        points
     }
 
     /// First cycle of the scan that follows one which ended before cycle `end`.
@@ -330,6 +591,49 @@ impl Reference {
             end.next_multiple_of(self.contract.reference_codes[0].len())
         } else {
             end
+        }
+    }
+}
+
+/// What was clamped in a group.
+#[derive(Debug, Default)]
+struct Clamps {
+    counts: u32,
+    totals: u32,
+    absent: u32,
+    /// The last of each kind: detector, step, whether beyond the largest count.
+    count: (usize, usize, bool),
+    absent_count: (usize, usize, bool),
+    total: usize,
+}
+
+impl Clamps {
+    fn count(&mut self, is_absent: bool, is_clamped: bool, which: (usize, usize, bool)) {
+        if is_clamped && is_absent {
+            self.absent += 1;
+            self.absent_count = which;
+        } else if is_clamped {
+            self.counts += 1;
+            self.count = which;
+        }
+    }
+
+    /// The one thing that was clamped, if there is only one.
+    fn lone_point(&self) -> Option<CoverPoint> {
+        match (self.counts, self.totals, self.absent) {
+            (1, 0, _) => {
+                let (detector, step, up) = self.count;
+                Some(CoverPoint::Clamp { detector, step, up })
+            }
+            (0, 0, 1) => {
+                let (detector, step, up) = self.absent_count;
+                Some(CoverPoint::AbsentClamp { detector, step, up })
+            }
+            (0, 1, 0) => Some(CoverPoint::TotalClamp {
+                detector: self.total,
+                beyond: true,
+            }),
+            _ => None,
         }
     }
 }

@@ -33,6 +33,7 @@ impl Drive {
         self.surroundings.clocks = clocks;
         self.surroundings.resets.clear();
         self.surroundings.stalls.clear();
+        self.surroundings.skips.clear();
         self.pulses.iter_mut().for_each(Vec::clear);
     }
 }

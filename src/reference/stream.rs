@@ -2,8 +2,11 @@
 
 use std::collections::VecDeque;
 use std::ops::Range;
+use std::sync::Arc;
 
+use super::coverage::{CoverPoint, CoverTable, Place};
 use super::exercise::{Counted, Exercise};
+use super::resets::PortState;
 use crate::sensor::contract::Contract;
 use crate::sensor::layout::{Layout, mask};
 
@@ -14,6 +17,7 @@ pub(super) struct ResultStream {
     words: usize,
     arriving: VecDeque<Arrival>,
     axis: AxisState,
+    table: Arc<CoverTable>,
     /// What has been on it, resets notwithstanding.
     pub(super) exercise: Exercise,
 }
@@ -54,6 +58,12 @@ pub(super) struct Arrival {
     pub(super) saturated: bool,
     /// They are the scan's last.
     pub(super) last: bool,
+    /// Where their group stands in its scan.
+    pub(super) place: Place,
+    /// Cover points that are proven when all of them have shown.
+    pub(super) proves: Vec<usize>,
+    /// One that is proven when they arrive, if nothing was clamped before.
+    pub(super) proves_if_first: Option<usize>,
 }
 
 /// The result stream's registers.
@@ -72,6 +82,24 @@ struct AxisState {
     waiting_last: bool,
     overrun: bool,
     saturated: bool,
+    /// How the group on the stream fares.
+    group: GroupState,
+}
+
+/// What has become of the group on the stream.
+#[derive(Debug, Clone, Default)]
+struct GroupState {
+    /// Clock after whose rising edge its first beat showed.
+    shown_at: u64,
+    /// Number of the beat on the stream.
+    beat: usize,
+    /// Beats that stood while another group was lost, and when that was last.
+    across: Vec<usize>,
+    lost_at: Option<u64>,
+    /// The scan's last beat was among them.
+    last_stood: bool,
+    /// Cover points that are proven when its last beat shows.
+    proves: Vec<usize>,
 }
 
 impl AxisState {
@@ -84,7 +112,44 @@ impl AxisState {
             self.last = self.waiting_last && self.waiting.is_empty();
             (self.shown_at, self.is_held) = (clock, false);
             exercise.shows(beat.counted, self.last);
+            if self.waiting.is_empty() {
+                for point in self.group.proves.drain(..) {
+                    exercise.covered.mark(point);
+                }
+            }
         }
+    }
+
+    /// The cover points of a beat that is taken at the rising edge of `clock`.
+    fn taken_points(&mut self, clock: u64, mut mark: impl FnMut(CoverPoint)) {
+        let group = &mut self.group;
+        if self.is_held {
+            mark(CoverPoint::Held { beat: group.beat });
+        }
+        if self.waiting.is_empty() {
+            group.across.drain(..).for_each(|beat| mark(CoverPoint::HeldAcross { beat }));
+            if group.lost_at.take().is_some_and(|lost| lost + 1 == clock) {
+                mark(CoverPoint::TooLate);
+            }
+            if std::mem::take(&mut group.last_stood) {
+                mark(CoverPoint::LastHeldAcross);
+            }
+            let beats = group.beat as u64 + 1;
+            if beats > 1 && group.shown_at + beats == clock {
+                mark(CoverPoint::Burst);
+            }
+        }
+        group.beat += 1;
+    }
+
+    /// A group is lost at the rising edge of `clock`.
+    fn loses(&mut self, clock: u64) {
+        let group = &mut self.group;
+        if group.across.last() != Some(&group.beat) {
+            group.across.push(group.beat);
+        }
+        group.lost_at = Some(clock);
+        group.last_stood |= self.last;
     }
 
     /// Nobody took what is on the stream before `clock`.
@@ -98,7 +163,11 @@ impl AxisState {
 
 impl ResultStream {
     /// An empty stream.
-    pub(super) fn new(contract: &Contract, layout: &Layout) -> ResultStream {
+    pub(super) fn new(
+        contract: &Contract,
+        layout: &Layout,
+        table: Arc<CoverTable>,
+    ) -> ResultStream {
         let place = |name| {
             let field = layout.outputs.field(name);
             (field.word, field.shift)
@@ -121,7 +190,17 @@ impl ResultStream {
             words: layout.outputs.words,
             arriving: VecDeque::new(),
             axis: AxisState::default(),
+            table,
             exercise: Exercise::of(contract.reference_codes.len()),
+        }
+    }
+
+    /// What its ports show.
+    pub(super) fn state(&self) -> PortState {
+        PortState {
+            is_waiting: self.axis.valid,
+            is_overrun: self.axis.overrun,
+            is_saturated: self.axis.saturated,
         }
     }
 
@@ -163,10 +242,9 @@ impl ResultStream {
             filled = event;
             next = event + 1;
             let blocked = self.axis.valid && (taken != event || !self.axis.waiting.is_empty());
+            let was_valid = self.axis.valid;
             if self.axis.valid && taken == event {
-                self.axis.stands_until(event, &mut self.exercise);
-                self.exercise.results_taken += 1;
-                self.axis.take(event, &mut self.exercise);
+                self.take(event);
             }
             if arrival > event {
                 continue;
@@ -174,19 +252,57 @@ impl ResultStream {
             let Some(results) = self.arriving.pop_front() else {
                 break;
             };
-            self.axis.saturated |= results.saturated;
-            self.exercise.groups_clamped += u64::from(results.saturated);
-            if blocked {
-                self.axis.overrun = true;
-                self.exercise.groups_lost += 1;
-            } else {
-                self.axis.waiting.extend(results.beats);
-                self.axis.waiting_last = results.last;
-                self.axis.take(event, &mut self.exercise);
+            if was_valid && !blocked {
+                self.mark(CoverPoint::BackToBack);
             }
+            self.arrives(results, event, blocked);
         }
         self.axis.stands_until(clocks.end, &mut self.exercise);
         self.fill(clocks.start, filled..clocks.end, expected);
+    }
+
+    fn mark(&mut self, point: CoverPoint) {
+        if let Some(number) = self.table.number(point) {
+            self.exercise.covered.mark(number);
+        }
+    }
+
+    /// The receiver takes a beat at the rising edge of `clock`.
+    fn take(&mut self, clock: u64) {
+        self.axis.stands_until(clock, &mut self.exercise);
+        self.exercise.results_taken += 1;
+        let (table, covered) = (&self.table, &mut self.exercise.covered);
+        self.axis.taken_points(clock, |point| {
+            if let Some(number) = table.number(point) {
+                covered.mark(number);
+            }
+        });
+        self.axis.take(clock, &mut self.exercise);
+    }
+
+    /// A group's results arrive at the rising edge of `clock`.
+    fn arrives(&mut self, results: Arrival, clock: u64, blocked: bool) {
+        if let Some(point) = results.proves_if_first.filter(|_| !self.axis.saturated) {
+            self.exercise.covered.mark(point);
+        }
+        self.axis.saturated |= results.saturated;
+        self.exercise.groups_clamped += u64::from(results.saturated);
+        if blocked {
+            self.axis.overrun = true;
+            self.exercise.groups_lost += 1;
+            self.axis.loses(clock);
+            let place = results.place;
+            self.mark(CoverPoint::Lost { place });
+            return;
+        }
+        self.axis.waiting.extend(results.beats);
+        self.axis.waiting_last = results.last;
+        self.axis.group = GroupState {
+            shown_at: clock,
+            proves: results.proves,
+            ..GroupState::default()
+        };
+        self.axis.take(clock, &mut self.exercise);
     }
 
     /// ORs the result ports' present values into a range of clocks.

@@ -175,7 +175,7 @@ impl Run {
     /// All that the adversary has where scans are short; otherwise as many
     /// phase steps as the limits leave, then resets, then one more step.
     fn of(contract: &Contract) -> Run {
-        let whole = Adversarial::default_clocks(contract);
+        let whole = Adversarial::new(contract, SEED).clocks_to_cover(1 << 25);
         if whole <= CALM_CLOCKS {
             return Run {
                 clocks: whole,
@@ -258,6 +258,7 @@ impl Stimulus for WithResets<'_> {
             clocks,
             resets,
             stalls,
+            ..
         } = &mut drive.surroundings;
         let in_block = |range: &&Range<u64>| range.end > clocks.start && range.start < clocks.end;
         resets.extend(self.resets.iter().filter(in_block).cloned());

@@ -1,0 +1,276 @@
+//! Pulses for a group of phase steps, sample by sample.
+
+use std::ops::Range;
+
+use rand::{Rng, RngExt};
+
+use super::plan::Hits;
+use crate::photons::Pulse;
+use crate::reference::predictor::Reference;
+
+/// Most chips of a group that hits with an aim are looked for in.
+const MOST_CHIPS: u64 = 1 << 16;
+
+/// What one detector's samples do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Pattern {
+    /// High on every other sample: the most hits there can be.
+    EveryOther { odd: bool },
+    /// High throughout: no hit but the first.
+    AllHigh,
+    /// Low throughout.
+    AllLow,
+    /// Edges at word borders only, every other word high.
+    WordBorders,
+    /// Rising edge on the first lane of every word, high until the last but one.
+    FirstLane,
+    /// Rising edge on the last lane of every word.
+    LastLane,
+    /// Every hit where the present reference has one sign: the largest count.
+    OneSided {
+        up: bool,
+        /// Which of the steps at once, so that each has its turn.
+        step: u64,
+    },
+    /// Runs of random length.
+    Random { longest: u64 },
+}
+
+/// A length between 1 and `longest`, each decade as likely as another.
+pub(super) fn length(rng: &mut impl Rng, longest: u64) -> u64 {
+    let decades: f64 = rng.random();
+    (longest as f64).powf(decades) as u64
+}
+
+impl Pattern {
+    /// One by chance.
+    pub fn random(rng: &mut impl Rng, lanes: u64, parallel: u64) -> Pattern {
+        match rng.random_range(0..12) {
+            0 => Pattern::EveryOther { odd: false },
+            1 => Pattern::EveryOther { odd: true },
+            2 => Pattern::AllHigh,
+            3 => Pattern::AllLow,
+            4 => Pattern::WordBorders,
+            5 => Pattern::FirstLane,
+            6 => Pattern::LastLane,
+            7 | 8 => Pattern::OneSided {
+                up: rng.random(),
+                step: rng.random_range(0..parallel),
+            },
+            _ => Pattern::Random {
+                longest: 1 + length(rng, 3 * lanes),
+            },
+        }
+    }
+}
+
+/// Samples of some words of a group, as seen by the correlators.
+pub(super) struct Words<'a> {
+    pub reference: &'a Reference,
+    pub detector: usize,
+    /// Clock of the group's first word.
+    pub origin: u64,
+    /// Words, counted from there.
+    pub chips: Range<u64>,
+}
+
+impl Words<'_> {
+    fn lanes(&self) -> u64 {
+        u64::from(self.reference.contract().lanes)
+    }
+
+    /// Whether a step counts a hit on a sample, counted from the group's first, up.
+    fn counts_up(&self, step: u64, sample: u64) -> bool {
+        let (chip, lane) = (sample / self.lanes(), sample % self.lanes());
+        self.reference.counts_up(self.detector, step, chip, lane)
+    }
+
+    /// A pulse of one sample, counted from the group's first.
+    fn one(&self, sample: u64) -> Pulse {
+        let first = self.origin * self.lanes() + sample;
+        Pulse {
+            first,
+            end: first + 1,
+        }
+    }
+
+    /// The samples, counted from the group's first.
+    fn samples(&self) -> Range<u64> {
+        self.chips.start * self.lanes()..self.chips.end * self.lanes()
+    }
+
+    /// Single samples on which `wanted` is true, with a low one between two of them.
+    fn singles(&self, mut wanted: impl FnMut(u64) -> bool, out: &mut Vec<Pulse>) {
+        let samples = self.samples();
+        let mut sample = samples.start;
+        while sample < samples.end {
+            if wanted(sample) {
+                out.push(self.one(sample));
+                sample += 1;
+            }
+            sample += 1;
+        }
+    }
+
+    /// Paints a pattern.
+    pub fn pattern(&self, pattern: Pattern, rng: &mut impl Rng, out: &mut Vec<Pulse>) {
+        let lanes = self.lanes();
+        let clocks = self.origin + self.chips.start..self.origin + self.chips.end;
+        let samples = clocks.start * lanes..clocks.end * lanes;
+        let mut pulse = |first: u64, end: u64| out.push(Pulse { first, end });
+        match pattern {
+            Pattern::EveryOther { odd } => (samples.start + u64::from(odd)..samples.end)
+                .step_by(2)
+                .for_each(|s| pulse(s, s + 1)),
+            Pattern::AllHigh => pulse(samples.start, samples.end),
+            Pattern::AllLow => {}
+            Pattern::WordBorders => clocks
+                .step_by(2)
+                .for_each(|c| pulse(c * lanes, (c + 1) * lanes)),
+            Pattern::FirstLane => {
+                clocks.for_each(|c| pulse(c * lanes, c * lanes + (lanes - 1).max(1)));
+            }
+            Pattern::LastLane => clocks.for_each(|c| pulse((c + 1) * lanes - 1, (c + 1) * lanes)),
+            Pattern::OneSided { up, step } => {
+                self.singles(|s| self.counts_up(step, s) == up, out);
+            }
+            Pattern::Random { longest } => {
+                let mut s = samples.start + rng.random_range(0..=longest);
+                while s < samples.end {
+                    let end = s + rng.random_range(1..=longest);
+                    pulse(s, end);
+                    s = end + rng.random_range(1..=longest);
+                }
+            }
+        }
+    }
+
+    /// Ends the pulses a sample before these words do, if asked to.
+    pub fn clip(&self, is_asked: bool, pulses: &mut Vec<Pulse>) {
+        if is_asked {
+            let last = (self.origin + self.chips.end) * self.lanes() - 1;
+            pulses.iter_mut().for_each(|pulse| pulse.end = pulse.end.min(last));
+            pulses.retain(|pulse| pulse.first < pulse.end);
+        }
+    }
+
+    /// Paints hits with an aim into a group that ends with these words. None where they
+    /// cannot be had.
+    pub fn aimed(&self, hits: Hits, out: &mut Vec<Pulse>) -> Option<()> {
+        let parallel = u64::from(self.reference.contract().parallel);
+        let last = self.samples().end.checked_sub(1)?;
+        match hits {
+            Hits::EveryOther => self.singles(|_| true, out),
+            Hits::OneSided { step, up } => self.singles(|s| self.counts_up(step, s) == up, out),
+            Hits::AllSteps { up } => {
+                let all = |s| (0..parallel).all(|step| self.counts_up(step, s) == up);
+                self.singles(all, out);
+            }
+            Hits::One { step, lane, up, .. } => {
+                // Not the first of all: whether the level was low before is not known.
+                let found = (1.max(self.samples().start)..=last)
+                    .find(|&s| s % self.lanes() == lane && self.counts_up(step, s) == up)?;
+                out.push(self.one(found));
+            }
+            Hits::Border { first } => out.push(self.one(if first { 0 } else { last })),
+            Hits::BeforeCut { age } => {
+                let word = self.chips.end.checked_sub(age + 1)?;
+                out.push(self.one(word * self.lanes() + self.lanes() / 2));
+            }
+            Hits::Count { step, count, .. } => {
+                let samples = self.count(step, count)?;
+                out.extend(samples.into_iter().map(|s| self.one(s)));
+            }
+            Hits::Total { hits, .. } => {
+                let samples = self.total(hits)?;
+                out.extend(samples.into_iter().map(|s| self.one(s)));
+            }
+            Hits::None | Hits::Random => {}
+        }
+        Some(())
+    }
+
+    /// Samples whose hits make a count in one step and less in every other.
+    fn count(&self, step: u64, count: i64) -> Option<Vec<u64>> {
+        let up = count > 0;
+        let parallel = u64::from(self.reference.contract().parallel);
+        // By how much each other step lags behind.
+        let mut behind = vec![0u64; parallel as usize];
+        let mut chosen = Vec::new();
+        let mut next = 2;
+        let samples = self.samples();
+        let half = samples.start + (samples.end - samples.start) / 2;
+        for sample in samples {
+            if chosen.len() as u64 == count.unsigned_abs() {
+                break;
+            }
+            if sample < next || self.counts_up(step, sample) != up {
+                continue;
+            }
+            let differs: Vec<bool> = (0..parallel)
+                .map(|other| self.counts_up(other, sample) != up)
+                .collect();
+            let is_useful = |other: usize| other as u64 != step && behind[other] == 0;
+            let lacks = (0..behind.len()).any(is_useful);
+            let helps = (0..behind.len()).any(|other| is_useful(other) && differs[other]);
+            if lacks && !helps && sample < half {
+                continue;
+            }
+            for (behind, differs) in behind.iter_mut().zip(differs) {
+                *behind += u64::from(differs);
+            }
+            chosen.push(sample);
+            next = sample + 2;
+        }
+        let others = (0..parallel).zip(&behind).filter(|&(other, _)| other != step);
+        let is_alone = others.into_iter().all(|(_, &behind)| behind > 0);
+        (is_alone && chosen.len() as u64 == count.unsigned_abs()).then_some(chosen)
+    }
+
+    /// Samples of so many hits that count up and down in turn.
+    fn total(&self, hits: u64) -> Option<Vec<u64>> {
+        let mut chosen = Vec::new();
+        let (mut next, mut up) = (2, true);
+        for sample in self.samples() {
+            if chosen.len() as u64 == hits {
+                break;
+            }
+            if sample >= next && self.counts_up(0, sample) == up {
+                chosen.push(sample);
+                (next, up) = (sample + 2, !up);
+            }
+        }
+        (chosen.len() as u64 == hits).then_some(chosen)
+    }
+}
+
+impl Hits {
+    /// The detector that has them, if the others have none.
+    pub fn detector(self) -> Option<usize> {
+        match self {
+            Hits::One { detector, .. } | Hits::Count { detector, .. } | Hits::Total { detector, .. } => {
+                Some(detector)
+            }
+            _ => None,
+        }
+    }
+
+    /// Chips that they need of a group of `chips`.
+    pub fn chips(self, reference: &Reference, origin: u64, chips: u64) -> u64 {
+        let Some(detector) = self.detector() else {
+            return 0;
+        };
+        let words = Words {
+            reference,
+            detector,
+            origin,
+            chips: 0..chips.min(MOST_CHIPS),
+        };
+        let mut pulses = Vec::new();
+        let lanes = words.lanes();
+        match words.aimed(self, &mut pulses) {
+            Some(()) => pulses.last().map_or(0, |pulse| pulse.end / lanes - origin + 2),
+            None => 0,
+        }
+    }
+}

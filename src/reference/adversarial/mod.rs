@@ -1,0 +1,526 @@
+//! Inputs chosen to hurt, with an aim: what the hardware must stand at its worst.
+//!
+//! The adversary has a reference model of its own, which tells it what it has
+//! reached. It begins with some phase steps in peace; then it goes from cover point
+//! to cover point ([`recipes`]), each time from a reset; and when there is nothing
+//! left to aim at it goes on by chance.
+
+mod hits;
+mod plan;
+mod recipes;
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use self::hits::{Pattern, Words, length};
+use self::plan::{GroupPlan, Hits, Lead, Length, Reach, Receiver};
+use self::recipes::recipe;
+use super::coverage::CoverPoint;
+use super::level::Level;
+use super::predictor::{Position, Reference, ReferenceError, Skip, Surroundings};
+use super::stimulus::{Drive, RESET_CLOCKS, Stimulus};
+use crate::photons::Pulse;
+use crate::scan::Group;
+use crate::sensor::contract::Contract;
+
+/// Longest run that is chosen when the user asks for no number of clocks.
+pub const LONGEST_DEFAULT: u64 = 1 << 25;
+/// Most clocks on the way to one cover point.
+const MOST_CLOCKS_OF_RECIPE: u64 = 1 << 22;
+/// Clocks before the second reset, at least.
+const CALM_CLOCKS: u64 = 10_000;
+/// Groups before it, at least.
+const CALM_GROUPS: u64 = 3;
+/// Longest stretch that is decided at once: its pulses are kept.
+const MOST_CLOCKS_AT_ONCE: u64 = 1 << 14;
+/// How often a cover point is aimed at before it is given up.
+const TRIES: u8 = 4;
+/// Chip of a group after which it is shortened.
+const SKIP_AT_CHIP: u64 = 3;
+
+/// How far the adversary may go.
+#[derive(Debug, Clone, Copy)]
+pub struct Means {
+    /// The scan's counters can be moved on ([`Skip`]).
+    pub skips: bool,
+    /// Most clocks on the way to one cover point.
+    pub most_clocks_of_recipe: u64,
+    /// Clocks in peace at the beginning, at least.
+    pub calm_clocks: u64,
+}
+
+impl Means {
+    /// Of a co-simulation.
+    pub fn cosim(skips: bool) -> Means {
+        Means {
+            skips,
+            most_clocks_of_recipe: MOST_CLOCKS_OF_RECIPE,
+            calm_clocks: CALM_CLOCKS,
+        }
+    }
+}
+
+/// The adversary.
+#[derive(Debug, Clone)]
+pub struct Adversarial {
+    rng: Xoshiro256PlusPlus,
+    contract: Contract,
+    means: Means,
+    reach: Reach,
+    /// Its own reference model, predicted as far as is decided.
+    scout: Reference,
+    levels: Vec<Level>,
+    /// Resets, stalls and skips that have been decided, in order.
+    resets: VecDeque<Range<u64>>,
+    stalls: VecDeque<Range<u64>>,
+    skips: VecDeque<Skip>,
+    /// For each detector the pulses that have been decided, in order of their
+    /// first sample.
+    pulses: Vec<VecDeque<Pulse>>,
+    /// First clock that is not decided yet.
+    decided: u64,
+    /// End of the last stall that has been decided.
+    stalls_until: u64,
+    /// Groups that come next, by plan.
+    plans: VecDeque<GroupPlan>,
+    under_way: Option<UnderWay>,
+    /// When the results of the last group arrive, and how many they are.
+    arrival: Option<(u64, u64)>,
+    aims: Aims,
+}
+
+/// A group of which a part is decided.
+#[derive(Debug, Clone)]
+struct UnderWay {
+    plan: GroupPlan,
+    origin: u64,
+    chips: u64,
+    done: u64,
+}
+
+/// What is still to be reached.
+#[derive(Debug, Clone)]
+struct Aims {
+    /// How often each point has been aimed at.
+    tries: Vec<u8>,
+    next: usize,
+    calm_groups: u64,
+    /// First clock at which nothing was left to aim at.
+    over_at: Option<u64>,
+}
+
+impl Adversarial {
+    /// An adversary without the means to shorten steps or scans. A shorter run is the
+    /// start of a longer one.
+    ///
+    /// # Panics
+    /// When the contract cannot be predicted; see [`Reference::new`].
+    pub fn new(contract: &Contract, seed: u64) -> Adversarial {
+        Adversarial::with_means(contract, seed, Means::cosim(false))
+            .expect("a contract that is co-simulated can be predicted")
+    }
+
+    /// An adversary with these means.
+    ///
+    /// # Errors
+    /// When the contract cannot be predicted.
+    pub fn with_means(
+        contract: &Contract,
+        seed: u64,
+        means: Means,
+    ) -> Result<Adversarial, ReferenceError> {
+        let scout = Reference::new(contract.clone())?;
+        let detectors = contract.reference_codes.len();
+        let points = scout.cover_table().points().len();
+        let mut adversary = Adversarial {
+            rng: Xoshiro256PlusPlus::seed_from_u64(seed),
+            contract: contract.clone(),
+            means,
+            reach: Reach::of(contract, means.skips, means.most_clocks_of_recipe),
+            scout,
+            levels: vec![Level::new(contract.lanes); detectors],
+            resets: VecDeque::new(),
+            stalls: VecDeque::new(),
+            skips: VecDeque::new(),
+            pulses: vec![VecDeque::new(); detectors],
+            decided: 0,
+            stalls_until: 0,
+            plans: VecDeque::new(),
+            under_way: None,
+            arrival: None,
+            aims: Aims {
+                tries: vec![0; points],
+                next: 0,
+                calm_groups: 0,
+                over_at: None,
+            },
+        };
+        adversary.resets.push_back(0..RESET_CLOCKS);
+        adversary.decide_until(RESET_CLOCKS, &[]);
+        Ok(adversary)
+    }
+
+    /// Clocks after which it has reached all that it can, or the most that a run takes
+    /// that was asked for no number.
+    pub fn clocks_to_cover(mut self, most: u64) -> u64 {
+        let mut scratch = Drive::new(self.pulses.len());
+        let mut clock = 0;
+        while self.aims.over_at.is_none() && self.decided < most {
+            let end = (clock + MOST_CLOCKS_AT_ONCE).min(most);
+            scratch.start(clock..end);
+            self.drive(&mut scratch);
+            clock = end;
+        }
+        self.aims.over_at.unwrap_or(most).min(most)
+    }
+
+    /// Why a cover point is too far away for these means, if it is.
+    pub fn hindrance(contract: &Contract, means: Means, point: CoverPoint) -> Option<String> {
+        let reach = Reach::of(contract, means.skips, means.most_clocks_of_recipe);
+        recipe(contract, &reach, point).err()
+    }
+
+    /// Decides what comes next.
+    fn decide(&mut self) {
+        if let Some(group) = self.under_way.take() {
+            return self.decide_words(group);
+        }
+        let mut plan = self.next_plan();
+        if let Some(reset) = plan.reset.take() {
+            let start = self.decided + reset.age;
+            let end = start + reset.clocks;
+            self.plans.push_front(plan);
+            self.decide_lead(start, Lead::Random);
+            self.resets.push_back(start..end);
+            self.arrival = None;
+            self.decide_until(end, &[]);
+            return;
+        }
+        let position = self.scout.position();
+        if self.decided < position.first_word() {
+            let lead = plan.lead;
+            self.plans.push_front(plan);
+            self.decide_lead(position.first_word(), lead);
+            return;
+        }
+        self.start_group(plan, position);
+    }
+
+    /// The next group that is planned. When all plans are done, the next aim.
+    fn next_plan(&mut self) -> GroupPlan {
+        if let Some(plan) = self.plans.pop_front() {
+            return plan;
+        }
+        let is_calm =
+            self.aims.calm_groups < CALM_GROUPS || self.decided < self.means.calm_clocks;
+        if is_calm {
+            self.aims.calm_groups += 1;
+            let receiver = if self.aims.calm_groups <= CALM_GROUPS {
+                Receiver::Takes
+            } else {
+                Receiver::Random
+            };
+            return GroupPlan::random().long(Length::Whole).received(receiver);
+        }
+        match self.next_aim() {
+            Some(plans) => self.plans.extend(plans),
+            None => {
+                self.aims.over_at.get_or_insert(self.decided);
+                let plan = self.by_chance();
+                self.plans.push_back(plan);
+            }
+        }
+        self.plans.pop_front().unwrap_or_else(GroupPlan::random)
+    }
+
+    /// The way to the next point that is not covered and not given up.
+    fn next_aim(&mut self) -> Option<Vec<GroupPlan>> {
+        let table = self.scout.cover_table().clone();
+        let points = table.points();
+        for round in 0..TRIES {
+            for _ in 0..points.len() {
+                let number = self.aims.next;
+                self.aims.next = (number + 1) % points.len();
+                let is_covered = self.scout.exercise().covered.contains(number);
+                if is_covered || self.aims.tries[number] > round {
+                    continue;
+                }
+                self.aims.tries[number] = round + 1;
+                if let Ok(plans) = recipe(&self.contract, &self.reach, points[number]) {
+                    return Some(plans);
+                }
+                self.aims.tries[number] = TRIES;
+            }
+        }
+        None
+    }
+
+    /// A group by chance, with all that may happen.
+    fn by_chance(&mut self) -> GroupPlan {
+        let mut plan = GroupPlan::random().received(Receiver::Random);
+        let longest = 2 * u64::from(self.contract.result_latency_clocks) + 8;
+        if self.rng.random_bool(0.15) {
+            let age = length(&mut self.rng, longest) - 1;
+            plan = plan.after_reset(age, length(&mut self.rng, 8));
+        }
+        plan.to_the_end = self.rng.random_bool(0.1);
+        if self.rng.random_bool(0.02) {
+            plan.length = Length::AtLeast(4096);
+        }
+        plan
+    }
+
+    /// Begins a group: its length, what is left out, and what the receiver does until
+    /// its results arrive.
+    fn start_group(&mut self, plan: GroupPlan, position: Position) {
+        let whole = self.contract.scan.integration_chips;
+        let origin = position.first_word();
+        let chips = self.chips_of(&plan, origin);
+        let groups = self.contract.groups();
+        let left_out = if plan.to_the_end && self.reach.leaves_out {
+            (groups - 1).saturating_sub(position.group.0 + 1)
+        } else {
+            0
+        };
+        let chips = plan.cut.unwrap_or(chips).min(chips);
+        let shortens = chips < whole && plan.cut.is_none();
+        if shortens || left_out > 0 {
+            self.skips.push_back(Skip {
+                clock: origin + SKIP_AT_CHIP,
+                chip: SKIP_AT_CHIP,
+                group: position.group,
+                chips: if shortens { whole - chips } else { 0 },
+                groups: left_out,
+            });
+        }
+        if plan.cut.is_none() {
+            let latency = u64::from(self.contract.result_latency_clocks);
+            let arrives = origin + chips - 1 + latency;
+            self.decide_receiver(plan.receiver, origin, arrives);
+            let group = Group(position.group.0 + left_out);
+            let steps = self.contract.grouping().steps_of(group).len() as u64;
+            let beats = steps * self.contract.reference_codes.len() as u64;
+            self.arrival = Some((arrives, beats));
+        }
+        self.decide_words(UnderWay {
+            plan,
+            origin,
+            chips,
+            done: 0,
+        });
+    }
+
+    /// Chips of a group.
+    fn chips_of(&mut self, plan: &GroupPlan, origin: u64) -> u64 {
+        let whole = self.contract.scan.integration_chips;
+        if !self.reach.shortens(&self.contract) {
+            return whole;
+        }
+        let least = plan.hits.chips(&self.scout, origin, whole);
+        let shortest = self.reach.shortest;
+        let chips = match plan.length {
+            Length::Whole if whole <= self.reach.most_clocks => return whole,
+            Length::AtLeast(chips) => chips.max(shortest),
+            _ => shortest + self.rng.random_range(0..shortest),
+        };
+        // Near its end it cannot be shortened.
+        match chips.max(least) {
+            chips if chips + shortest > whole => whole,
+            chips => chips,
+        }
+    }
+
+    /// Decides the next words of a group.
+    fn decide_words(&mut self, mut group: UnderWay) {
+        let chips = group.done..(group.done + MOST_CLOCKS_AT_ONCE).min(group.chips);
+        let is_end = chips.end == group.chips;
+        let is_aimed_next = self.plans.front().is_some_and(|plan| plan.hits.needs_low());
+        let mut pulses = vec![Vec::new(); self.pulses.len()];
+        let (lanes, parallel) = (u64::from(self.contract.lanes), u64::from(self.contract.parallel));
+        for (detector, pulses) in pulses.iter_mut().enumerate() {
+            let words = Words {
+                reference: &self.scout,
+                detector,
+                origin: group.origin,
+                chips: chips.clone(),
+            };
+            match group.plan.hits {
+                Hits::Random => {
+                    let pattern = Pattern::random(&mut self.rng, lanes, parallel);
+                    words.pattern(pattern, &mut self.rng, pulses);
+                    words.clip(is_aimed_next, pulses);
+                }
+                hits => {
+                    let is_elsewhere = hits.detector().is_some_and(|d| d != detector);
+                    // What is asked of a whole group is for its last words.
+                    let is_later = hits.is_once() && !is_end;
+                    if !is_elsewhere && !is_later {
+                        let _ = words.aimed(hits, pulses);
+                    }
+                }
+            }
+        }
+        let end = group.origin + chips.end;
+        group.done = chips.end;
+        if !is_end {
+            self.under_way = Some(group);
+        }
+        self.decide_until(end, &pulses);
+    }
+
+    /// Words outside of scans, up to a clock.
+    fn decide_lead(&mut self, until: u64, lead: Lead) {
+        let (lanes, parallel) = (u64::from(self.contract.lanes), u64::from(self.contract.parallel));
+        let is_aimed_next = self.plans.front().is_some_and(|plan| plan.hits.needs_low());
+        while self.decided < until {
+            let end = (self.decided + MOST_CLOCKS_AT_ONCE).min(until);
+            let mut pulses = vec![Vec::new(); self.pulses.len()];
+            for (detector, pulses) in pulses.iter_mut().enumerate() {
+                let words = Words {
+                    reference: &self.scout,
+                    detector,
+                    origin: self.decided,
+                    chips: 0..end - self.decided,
+                };
+                match lead {
+                    Lead::Random => {
+                        let pattern = Pattern::random(&mut self.rng, lanes, parallel);
+                        words.pattern(pattern, &mut self.rng, pulses);
+                        words.clip(is_aimed_next, pulses);
+                    }
+                    Lead::LastSample if end == until => {
+                        let _ = words.aimed(Hits::Border { first: false }, pulses);
+                    }
+                    Lead::LastSample => {}
+                }
+            }
+            self.decide_until(end, &pulses);
+        }
+    }
+
+    /// What the receiver does from the arrival of the last results to that of the next.
+    fn decide_receiver(&mut self, receiver: Receiver, origin: u64, next: u64) {
+        let Some((arrived, beats)) = self.arrival else {
+            return;
+        };
+        // No stall can begin in what is decided.
+        let from = (arrived + 1).max(origin);
+        match receiver {
+            Receiver::Takes => {}
+            Receiver::Stalls => self.stall(from..next + 1000),
+            Receiver::Holds { beat } => {
+                let beat = beat.min(beats - 1);
+                let clocks = 1 + length(&mut self.rng, 16);
+                self.stall(from + beat..from + beat + clocks);
+            }
+            Receiver::HoldsAcross { beat } => {
+                let beat = beat.min(beats - 1);
+                let more = length(&mut self.rng, 8);
+                self.stall(from + beat..next + 1 + more);
+            }
+            Receiver::TakesLastAfter { clocks } => {
+                self.stall(from..(next + clocks + 1).saturating_sub(beats));
+            }
+            Receiver::Random => self.stall_by_chance(from..next),
+        }
+    }
+
+    fn stall(&mut self, clocks: Range<u64>) {
+        let from = clocks.start.max(self.stalls_until).max(self.decided);
+        if from < clocks.end {
+            self.stalls_until = clocks.end + 1;
+            self.stalls.push_back(from..clocks.end);
+        }
+    }
+
+    fn stall_by_chance(&mut self, clocks: Range<u64>) {
+        match self.rng.random_range(0..4) {
+            0 | 1 => {}
+            2 => self.stall(clocks.start..clocks.end + 1),
+            _ => {
+                let longest = clocks.end.saturating_sub(clocks.start).max(1);
+                let mut at = clocks.start;
+                for _ in 0..8 {
+                    let from = at + length(&mut self.rng, longest) - 1;
+                    at = from + length(&mut self.rng, longest);
+                    self.stall(from..at);
+                    at += 1;
+                }
+            }
+        }
+    }
+
+    /// Takes in pulses up to a clock, and predicts what they do.
+    fn decide_until(&mut self, end: u64, pulses: &[Vec<Pulse>]) {
+        let clocks = self.decided..end;
+        let within = |range: &&Range<u64>| range.start < clocks.end && range.end > clocks.start;
+        let surroundings = Surroundings {
+            clocks: clocks.clone(),
+            resets: self.resets.iter().filter(within).cloned().collect(),
+            stalls: self.stalls.iter().filter(within).cloned().collect(),
+            skips: self
+                .skips
+                .iter()
+                .filter(|skip| clocks.contains(&skip.clock))
+                .copied()
+                .collect(),
+        };
+        let mut hits = vec![Vec::new(); self.levels.len()];
+        for (level, (pulses, hits)) in self.levels.iter_mut().zip(pulses.iter().zip(&mut hits)) {
+            level.paint(clocks.clone(), pulses, |_, _| (), hits);
+        }
+        for (kept, pulses) in self.pulses.iter_mut().zip(pulses) {
+            kept.extend(pulses);
+        }
+        let mut expected = vec![0; (end - clocks.start) as usize * self.scout.words()];
+        self.scout.predict(&surroundings, &hits, &mut expected);
+        self.scout.take_finished();
+        self.decided = end;
+    }
+}
+
+impl Hits {
+    /// Whether the level has to be low before the group.
+    fn needs_low(self) -> bool {
+        self.detector().is_some() || matches!(self, Hits::Border { .. })
+    }
+
+    /// Whether a group has them once, and not again and again.
+    fn is_once(self) -> bool {
+        !matches!(
+            self,
+            Hits::Random | Hits::EveryOther | Hits::OneSided { .. } | Hits::AllSteps { .. }
+        )
+    }
+}
+
+impl Stimulus for Adversarial {
+    fn drive(&mut self, drive: &mut Drive) {
+        let clocks = drive.surroundings.clocks.clone();
+        while self.decided < clocks.end {
+            self.decide();
+        }
+        let lanes = u64::from(self.contract.lanes);
+        for (decided, pulses) in self.pulses.iter_mut().zip(&mut drive.pulses) {
+            while let Some(pulse) = decided.pop_front_if(|p| p.first < clocks.end * lanes) {
+                pulses.push(pulse);
+            }
+        }
+        // What reaches beyond the block is told again in the next.
+        let tell = |queue: &mut VecDeque<Range<u64>>, out: &mut Vec<Range<u64>>| {
+            while queue.pop_front_if(|r| r.end <= clocks.start).is_some() {}
+            out.extend(queue.iter().take_while(|r| r.start < clocks.end).cloned());
+        };
+        tell(&mut self.resets, &mut drive.surroundings.resets);
+        tell(&mut self.stalls, &mut drive.surroundings.stalls);
+        while let Some(skip) = self.skips.pop_front_if(|s| s.clock < clocks.end) {
+            drive.surroundings.skips.push(skip);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,185 @@
+//! What the adversary means to do with a group of phase steps.
+
+use crate::sensor::contract::Contract;
+
+/// One group of phase steps, and what comes before it.
+#[derive(Debug, Clone)]
+pub(super) struct GroupPlan {
+    /// A reset before it.
+    pub reset: Option<PlannedReset>,
+    /// Words outside of scans before it.
+    pub lead: Lead,
+    /// How long it is to be.
+    pub length: Length,
+    /// The next group is to be the scan's last, if it is not this one.
+    pub to_the_end: bool,
+    pub hits: Hits,
+    /// What the receiver does with the results of the group before.
+    pub receiver: Receiver,
+    /// Chips after which a reset, which the next plan has, ends it.
+    pub cut: Option<u64>,
+}
+
+/// A reset.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PlannedReset {
+    /// Clocks between the last word before it and its first.
+    pub age: u64,
+    /// Its clocks.
+    pub clocks: u64,
+}
+
+/// Words that no step counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Lead {
+    Random,
+    /// A single hit, on the last sample.
+    LastSample,
+}
+
+/// Chips of a group.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Length {
+    /// Short, if steps can be shortened.
+    Short,
+    /// At least so many, if the step has them.
+    AtLeast(u64),
+    /// All of them.
+    Whole,
+}
+
+/// Hits of a group.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Hits {
+    /// A pattern for each detector, by chance.
+    Random,
+    None,
+    /// On every other sample.
+    EveryOther,
+    /// Where the step has one sign, as many as there can be.
+    OneSided { step: u64, up: bool },
+    /// Where all steps of the group have that sign.
+    AllSteps { up: bool },
+    /// A single one, where a step counts it so.
+    One { detector: usize, step: u64, lane: u64, up: bool },
+    /// On the first, or the last, sample of the group.
+    Border { first: bool },
+    /// A single one in the word so many clocks before the cut.
+    BeforeCut { age: u64 },
+    /// As many of one sign as make this count, in one step more than in any other.
+    Count { detector: usize, step: u64, count: i64 },
+    /// As many as make this total, with counts near zero.
+    Total { detector: usize, hits: u64 },
+}
+
+/// What the receiver does between the arrivals of two groups.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Receiver {
+    Random,
+    /// Always ready.
+    Takes,
+    /// Takes nothing until well after the second arrival.
+    Stalls,
+    /// Holds one beat for some clocks.
+    Holds { beat: u64 },
+    /// Holds it until after the second arrival.
+    HoldsAcross { beat: u64 },
+    /// Takes the last beat so many clocks after the second group arrives.
+    TakesLastAfter { clocks: u64 },
+}
+
+impl GroupPlan {
+    /// A group by chance.
+    pub fn random() -> GroupPlan {
+        GroupPlan {
+            reset: None,
+            lead: Lead::Random,
+            length: Length::Short,
+            to_the_end: false,
+            hits: Hits::Random,
+            receiver: Receiver::Takes,
+            cut: None,
+        }
+    }
+
+    /// A group after a reset longer than all pipelines.
+    pub fn fresh(contract: &Contract) -> GroupPlan {
+        let clocks = u64::from(contract.result_latency_clocks) + peak_clocks(contract) + 4;
+        GroupPlan::random().after_reset(3, clocks)
+    }
+
+    pub fn with(self, hits: Hits) -> GroupPlan {
+        GroupPlan { hits, ..self }
+    }
+
+    pub fn received(self, receiver: Receiver) -> GroupPlan {
+        GroupPlan { receiver, ..self }
+    }
+
+    pub fn long(self, length: Length) -> GroupPlan {
+        GroupPlan { length, ..self }
+    }
+
+    pub fn to_the_end(self) -> GroupPlan {
+        GroupPlan {
+            to_the_end: true,
+            ..self
+        }
+    }
+
+    pub fn after_reset(self, age: u64, clocks: u64) -> GroupPlan {
+        let reset = Some(PlannedReset { age, clocks });
+        GroupPlan { reset, ..self }
+    }
+}
+
+fn peak_clocks(contract: &Contract) -> u64 {
+    contract.peak.map_or(0, |peak| u64::from(peak.latency_clocks))
+}
+
+/// What can be shortened, and how far.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reach {
+    /// Chips of the shortest group.
+    pub shortest: u64,
+    /// Groups can be left out.
+    pub leaves_out: bool,
+    /// Most clocks that are spent on the way to one cover point.
+    pub most_clocks: u64,
+}
+
+impl Reach {
+    /// With or without the scan's counters at hand.
+    pub fn of(contract: &Contract, shortens: bool, most_clocks: u64) -> Reach {
+        let chips = contract.scan.integration_chips;
+        let parallel = u64::from(contract.parallel);
+        let peak = contract.peak.map_or(0, |peak| peak.least_chips);
+        let shortest = 16
+            + u64::from(contract.clocks_of_counting())
+            + parallel.div_ceil(u64::from(contract.lanes))
+            + peak;
+        let is_long = chips >= 2 * shortest + 16;
+        Reach {
+            shortest: if shortens && is_long { shortest } else { chips },
+            leaves_out: shortens && contract.groups() > 3 && chips >= 16,
+            most_clocks,
+        }
+    }
+
+    /// Whether groups can be made shorter.
+    pub fn shortens(&self, contract: &Contract) -> bool {
+        self.shortest < contract.scan.integration_chips
+    }
+
+    /// Clocks of a scan, as short as can be.
+    pub fn scan_clocks(&self, contract: &Contract) -> u64 {
+        contract.groups().saturating_mul(self.shortest)
+    }
+
+    /// Groups after which all results of a group have been taken.
+    pub fn groups_to_flush(&self, contract: &Contract) -> u64 {
+        let beats = u64::from(contract.parallel) * contract.reference_codes.len() as u64;
+        let latency = u64::from(contract.result_latency_clocks).max(peak_clocks(contract));
+        (latency + beats + 2).div_ceil(self.shortest) + 1
+    }
+}

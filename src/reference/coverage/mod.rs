@@ -1,0 +1,486 @@
+//! What hostile inputs are to reach: a table of cover points that follows from the
+//! contract alone, and which of them the reference model has seen.
+//!
+//! A point is covered when what it names has shown at the ports: a hit with the
+//! result that counts it, a reset with the first result after it. So an error
+//! there would have been a mismatch.
+
+mod reach;
+mod running;
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use crate::sensor::contract::Contract;
+
+pub(super) use running::Running;
+
+/// Something that a sensor can be made to do.
+///
+/// Detectors, steps of a group, lanes (samples of a word), beats of a group and ages
+/// count from 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum CoverPoint {
+    /// A result counts a hit of this lane, with this sign.
+    Hit {
+        /// Detector.
+        detector: usize,
+        /// Step of the group.
+        step: usize,
+        /// Sample of the word.
+        lane: u32,
+        /// Counted up.
+        up: bool,
+    },
+    /// A word with as many hits as it can hold, all of one sign.
+    FullWord {
+        /// Detector.
+        detector: usize,
+        /// Counted up.
+        up: bool,
+    },
+    /// A hit on the very first sample of a scan.
+    FirstSample {
+        /// Detector.
+        detector: usize,
+    },
+    /// A hit on the last sample before a scan, which does not count.
+    BeforeScan {
+        /// Detector.
+        detector: usize,
+    },
+    /// A hit on the last sample of a step, or on the first of one that follows another.
+    StepBorder {
+        /// Detector.
+        detector: usize,
+        /// The first sample, and not the last.
+        first: bool,
+    },
+    /// The running total crosses a multiple of 2^bit, where a carry or a borrow leaves a
+    /// segment of the counter.
+    Carry {
+        /// Detector.
+        detector: usize,
+        /// Step of the group.
+        step: usize,
+        /// Bits below.
+        bit: u32,
+        /// Upwards.
+        up: bool,
+    },
+    /// A step's count borrows across this bit.
+    Borrow {
+        /// Detector.
+        detector: usize,
+        /// Step of the group.
+        step: usize,
+        /// Bits below.
+        bit: u32,
+    },
+    /// The same of the total of all hits: a carry, or a borrow of its difference.
+    TotalCarry {
+        /// Detector.
+        detector: usize,
+        /// Bits below.
+        bit: u32,
+        /// A borrow, and not a carry.
+        borrow: bool,
+    },
+    /// A count exactly at the end of its range, which is not clamped.
+    Limit {
+        /// Detector.
+        detector: usize,
+        /// Step of the group.
+        step: usize,
+        /// The largest count, and not the smallest.
+        up: bool,
+    },
+    /// This count is clamped, alone, and `o_saturated` rises for it.
+    Clamp {
+        /// Detector.
+        detector: usize,
+        /// Step of the group.
+        step: usize,
+        /// Beyond the largest count.
+        up: bool,
+    },
+    /// A step that a scan's last group does not have would be clamped, alone: the flag
+    /// stays low.
+    AbsentClamp {
+        /// Detector.
+        detector: usize,
+        /// Step of the group.
+        step: usize,
+        /// Beyond the largest count.
+        up: bool,
+    },
+    /// A total of hits at its limit, or beyond it with no count clamped.
+    TotalClamp {
+        /// Detector.
+        detector: usize,
+        /// Beyond, and not at it.
+        beyond: bool,
+    },
+    /// A scan's largest count.
+    Peak {
+        /// Detector.
+        detector: usize,
+        /// Which.
+        kind: PeakKind,
+    },
+    /// This beat of a group stands for more than a clock, and is taken then.
+    Held {
+        /// Beat.
+        beat: usize,
+    },
+    /// This beat stands while another group arrives, which is lost; it and all behind it
+    /// are taken then.
+    HeldAcross {
+        /// Beat.
+        beat: usize,
+    },
+    /// A group is lost.
+    Lost {
+        /// Where in its scan.
+        place: Place,
+    },
+    /// A scan's last beat, with `m_axis_tlast`, stands while the next group arrives.
+    LastHeldAcross,
+    /// A group arrives with the very clock that takes the last beat of the one before.
+    BackToBack,
+    /// A group is lost because the last beat before it is taken a clock too late.
+    TooLate,
+    /// All beats of a group in successive clocks.
+    Burst,
+    /// A reset of one clock, so many clocks after the one that took a group's last word.
+    ResetAge {
+        /// Clocks between.
+        age: u32,
+    },
+    /// A reset of one clock while the only hits in the pipeline are those of the word so
+    /// many clocks before it.
+    ResetHit {
+        /// Clocks between.
+        age: u32,
+    },
+    /// A reset of one clock, so many clocks after the one that took a scan's last word;
+    /// the peak of the next scan shows.
+    PeakReset {
+        /// Clocks between.
+        age: u32,
+    },
+    /// A reset in a state of the ports or the scan, and a result after it.
+    Reset {
+        /// The state.
+        state: ResetState,
+    },
+    /// A result of the first scan after a reset, or of a later one.
+    Result {
+        /// Which step.
+        place: Place,
+        /// A scan that follows another.
+        later_scan: bool,
+    },
+    /// A step of the full number of chips.
+    WholeStep,
+    /// A scan's end after every one of its steps, not one of them left out.
+    WholeScan,
+    /// The delay grows past a whole chip, or past the code period.
+    DelayWraps {
+        /// The code period.
+        period: bool,
+    },
+    /// A source's code begins anew.
+    CodeWraps {
+        /// The source.
+        source: usize,
+    },
+}
+
+/// A kind of a scan's largest count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum PeakKind {
+    /// Below zero.
+    Negative,
+    /// Above zero.
+    Positive,
+    /// That of the first step.
+    First,
+    /// That of the last step.
+    Last,
+    /// There is an equal one behind it.
+    Equal,
+}
+
+/// A place in a scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Place {
+    /// The first group of steps.
+    First,
+    /// Neither.
+    Middle,
+    /// The last.
+    Last,
+}
+
+/// What a reset comes upon.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ResetState {
+    /// It is as long as one clock.
+    OneClock,
+    /// Two clocks.
+    TwoClocks,
+    /// Longer than all pipelines.
+    Long,
+    /// A result waits.
+    Waiting,
+    /// `o_overrun` is high.
+    Overrun,
+    /// `o_saturated` is high.
+    Saturated,
+    /// Between two scans.
+    Pause,
+}
+
+/// Cover points of a contract.
+#[derive(Debug, Clone)]
+pub struct CoverTable {
+    points: Vec<CoverPoint>,
+    numbers: HashMap<CoverPoint, usize>,
+    /// Points that no inputs reach, with the reason.
+    unreachable: Vec<(CoverPoint, &'static str)>,
+}
+
+/// Which points of a table were covered.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Covered {
+    bits: Vec<u64>,
+}
+
+impl Covered {
+    /// Marks a point; says whether it is new.
+    pub(super) fn mark(&mut self, number: usize) -> bool {
+        let (word, bit) = (number / 64, 1 << (number % 64));
+        if self.bits.len() <= word {
+            self.bits.resize(word + 1, 0);
+        }
+        let is_new = self.bits[word] & bit == 0;
+        self.bits[word] |= bit;
+        is_new
+    }
+
+    /// Whether a point was covered.
+    pub fn contains(&self, number: usize) -> bool {
+        let word = self.bits.get(number / 64).copied().unwrap_or(0);
+        word >> (number % 64) & 1 == 1
+    }
+
+    /// Points that were covered.
+    pub fn count(&self) -> usize {
+        self.bits.iter().map(|word| word.count_ones() as usize).sum()
+    }
+}
+
+impl CoverTable {
+    /// The points of a contract.
+    pub fn of(contract: &Contract) -> Arc<CoverTable> {
+        let mut table = CoverTable {
+            points: Vec::new(),
+            numbers: HashMap::new(),
+            unreachable: Vec::new(),
+        };
+        reach::fill(contract, &mut table);
+        Arc::new(table)
+    }
+
+    fn add(&mut self, point: CoverPoint) {
+        self.numbers.insert(point, self.points.len());
+        self.points.push(point);
+    }
+
+    /// Adds a point, or says why it cannot be reached.
+    fn add_or(&mut self, point: CoverPoint, hindrance: Option<&'static str>) {
+        match hindrance {
+            None => self.add(point),
+            Some(reason) => self.unreachable.push((point, reason)),
+        }
+    }
+
+    /// Every point that can be reached.
+    pub fn points(&self) -> &[CoverPoint] {
+        &self.points
+    }
+
+    /// A point's number, if the table has it.
+    pub fn number(&self, point: CoverPoint) -> Option<usize> {
+        self.numbers.get(&point).copied()
+    }
+
+    /// Points that no inputs reach, each with the reason.
+    pub fn unreachable(&self) -> &[(CoverPoint, &'static str)] {
+        &self.unreachable
+    }
+}
+
+impl CoverPoint {
+    /// What it belongs to.
+    pub fn family(&self) -> &'static str {
+        use CoverPoint::*;
+        match self {
+            Hit { .. } | FullWord { .. } | FirstSample { .. } | BeforeScan { .. }
+            | StepBorder { .. } => "hits",
+            Carry { .. } | Borrow { .. } | TotalCarry { .. } => "carries",
+            Limit { .. } | Clamp { .. } | AbsentClamp { .. } | TotalClamp { .. } => "clamps",
+            Peak { .. } => "peaks",
+            Held { .. } | HeldAcross { .. } | Lost { .. } | LastHeldAcross | BackToBack
+            | TooLate | Burst => "stream",
+            ResetAge { .. } | ResetHit { .. } | PeakReset { .. } | Reset { .. } => "resets",
+            Result { .. } | WholeStep | WholeScan | DelayWraps { .. } | CodeWraps { .. } => "scans",
+        }
+    }
+
+    /// In words, with the detectors' names.
+    pub fn text(&self, names: &[String]) -> String {
+        use CoverPoint::*;
+        let of = |detector: usize| names.get(detector).map_or("?", String::as_str);
+        let sign = |up: bool| if up { "up" } else { "down" };
+        match *self {
+            Hit { detector, step, lane, up } => format!(
+                "{}: a hit of lane {lane} counted {} in step {step} of a group",
+                of(detector),
+                sign(up)
+            ),
+            FullWord { detector, up } => format!(
+                "{}: a word full of hits, all counted {}",
+                of(detector),
+                sign(up)
+            ),
+            FirstSample { detector } => format!("{}: a hit on a scan's first sample", of(detector)),
+            BeforeScan { detector } => {
+                format!("{}: a hit on the last sample before a scan", of(detector))
+            }
+            StepBorder { detector, first } => format!(
+                "{}: a hit on the {} sample of a step",
+                of(detector),
+                if first { "first" } else { "last" }
+            ),
+            Carry { detector, step, bit, up } => format!(
+                "{}: a {} out of bit {} of the total of step {step} of a group",
+                of(detector),
+                if up { "carry" } else { "borrow" },
+                bit - 1
+            ),
+            Borrow { detector, step, bit } => format!(
+                "{}: a count that borrows from bit {bit} in step {step} of a group",
+                of(detector)
+            ),
+            TotalCarry { detector, bit, borrow } => format!(
+                "{}: a {} bit {bit} of the total of all hits",
+                of(detector),
+                if borrow { "difference that borrows from" } else { "carry into" }
+            ),
+            Limit { detector, step, up } => format!(
+                "{}: the {} count, not clamped, in step {step} of a group",
+                of(detector),
+                if up { "largest" } else { "smallest" }
+            ),
+            Clamp { detector, step, up } => format!(
+                "{}: step {step} of a group alone clamped at the {} count",
+                of(detector),
+                if up { "largest" } else { "smallest" }
+            ),
+            AbsentClamp { detector, step, up } => format!(
+                "{}: step {step}, which a scan's last group has not, alone beyond the {} count",
+                of(detector),
+                if up { "largest" } else { "smallest" }
+            ),
+            TotalClamp { detector, beyond } => format!(
+                "{}: a total of hits {} its limit, no count clamped",
+                of(detector),
+                if beyond { "beyond" } else { "at" }
+            ),
+            Peak { detector, kind } => format!("{}: {}", of(detector), kind.text()),
+            Held { beat } => format!("beat {beat} of a group held by the receiver"),
+            HeldAcross { beat } => format!("beat {beat} of a group held while a group is lost"),
+            Lost { place } => format!("the {} group of a scan lost", place.text()),
+            LastHeldAcross => "a scan's last beat held while a group is lost".to_owned(),
+            BackToBack => "a group that arrives as the last beat before it is taken".to_owned(),
+            TooLate => "a group lost by a single clock".to_owned(),
+            Burst => "a group taken in successive clocks".to_owned(),
+            ResetAge { age } => {
+                format!("a reset of one clock {age} clocks after a group's last word")
+            }
+            ResetHit { age } => format!("a reset of one clock {age} clocks after a lone hit"),
+            PeakReset { age } => {
+                format!("a reset of one clock {age} clocks after a scan's last word")
+            }
+            Reset { state } => format!("a reset {}", state.text()),
+            Result { place, later_scan } => format!(
+                "a result of the {} group of {}",
+                place.text(),
+                if later_scan { "a scan behind another" } else { "the first scan" }
+            ),
+            WholeStep => "a step of its whole length".to_owned(),
+            WholeScan => "a scan with all its steps".to_owned(),
+            DelayWraps { period } => format!(
+                "the delay grows past a whole {}",
+                if period { "code period" } else { "chip" }
+            ),
+            CodeWraps { source } => format!("the code of source {source} begins anew"),
+        }
+    }
+}
+
+impl PeakKind {
+    /// All of them.
+    pub const ALL: [PeakKind; 5] = [
+        PeakKind::Negative,
+        PeakKind::Positive,
+        PeakKind::First,
+        PeakKind::Last,
+        PeakKind::Equal,
+    ];
+
+    fn text(self) -> &'static str {
+        match self {
+            PeakKind::Negative => "a scan's largest count below zero",
+            PeakKind::Positive => "a scan's largest count above zero",
+            PeakKind::First => "the peak in a scan's first group",
+            PeakKind::Last => "the peak in a scan's last group",
+            PeakKind::Equal => "the first of equal peaks",
+        }
+    }
+}
+
+impl Place {
+    /// Of a group among so many.
+    pub fn of(group: u64, groups: u64) -> Place {
+        match group {
+            _ if group + 1 == groups => Place::Last,
+            0 => Place::First,
+            _ => Place::Middle,
+        }
+    }
+
+    fn text(self) -> &'static str {
+        match self {
+            Place::First => "first",
+            Place::Middle => "middle",
+            Place::Last => "last",
+        }
+    }
+}
+
+impl ResetState {
+    fn text(self) -> &'static str {
+        match self {
+            ResetState::OneClock => "of one clock",
+            ResetState::TwoClocks => "of two clocks",
+            ResetState::Long => "longer than all pipelines",
+            ResetState::Waiting => "while a result waits",
+            ResetState::Overrun => "while o_overrun is high",
+            ResetState::Saturated => "while o_saturated is high",
+            ResetState::Pause => "between two scans",
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! Which cover points a contract has, and which of them nothing can reach.
+
+use super::{CoverPoint, CoverTable, PeakKind, Place, ResetState};
+use crate::scan::Step;
+use crate::sensor::contract::Contract;
+
+/// Most phase steps that are looked at for a sign: a code that has none in these has
+/// hardly one at all.
+const MOST_STEPS_LOOKED_AT: u64 = 1 << 16;
+/// Hits for which a total's carry is waited.
+const MOST_HITS: u64 = 1 << 22;
+
+const ONE_SIGN: &str = "no step has a chip of that sign for that lane";
+const SHORT_STEPS: &str = "steps are shorter than the pipeline: a group's end is never that long ago";
+
+/// Fills the table.
+pub(super) fn fill(contract: &Contract, table: &mut CoverTable) {
+    let detectors = contract.reference_codes.len();
+    for detector in 0..detectors {
+        hits(contract, table, detector);
+        counting(contract, table, detector);
+        if contract.peak.is_some() {
+            peaks(contract, table, detector);
+        }
+    }
+    stream(contract, table);
+    resets(contract, table);
+    scans(contract, table);
+}
+
+fn steps(contract: &Contract) -> std::ops::Range<usize> {
+    // A scan of fewer steps than there are correlators leaves the last ones out.
+    0..u64::from(contract.parallel).min(contract.scan.steps) as usize
+}
+
+fn hits(contract: &Contract, table: &mut CoverTable, detector: usize) {
+    let signs = Signs::of(contract, detector);
+    for step in steps(contract) {
+        for lane in 0..contract.lanes {
+            let reached = signs.reached(contract, step, lane);
+            for up in [false, true] {
+                let point = CoverPoint::Hit { detector, step, lane, up };
+                table.add_or(point, (!reached[usize::from(up)]).then_some(ONE_SIGN));
+            }
+        }
+    }
+    if contract.lanes >= 4 && signs.are_both() {
+        for up in [false, true] {
+            table.add(CoverPoint::FullWord { detector, up });
+        }
+    }
+    table.add(CoverPoint::FirstSample { detector });
+    table.add(CoverPoint::BeforeScan { detector });
+    for first in [false, true] {
+        let point = CoverPoint::StepBorder { detector, first };
+        let single = first && contract.groups() == 1;
+        table.add_or(point, single.then_some("a scan has a single group of steps"));
+    }
+}
+
+fn counting(contract: &Contract, table: &mut CoverTable, detector: usize) {
+    let segments = contract.count_segments;
+    let borders = || (1..segments.count).map(|segment| segment * segments.lower_bits);
+    for step in steps(contract) {
+        for bit in borders().chain([segments.bits()]) {
+            for up in [false, true] {
+                table.add(CoverPoint::Carry { detector, step, bit, up });
+            }
+        }
+        for bit in borders() {
+            table.add(CoverPoint::Borrow { detector, step, bit });
+        }
+    }
+    if let Some(total) = contract.total {
+        for bit in borders().filter(|&bit| 1 << bit <= MOST_HITS) {
+            for borrow in [false, true] {
+                table.add(CoverPoint::TotalCarry { detector, bit, borrow });
+            }
+        }
+        if total.saturates() {
+            for beyond in [false, true] {
+                table.add(CoverPoint::TotalClamp { detector, beyond });
+            }
+        }
+    }
+    if !contract.saturates() {
+        return;
+    }
+    for up in [false, true] {
+        for step in steps(contract) {
+            table.add(CoverPoint::Limit { detector, step, up });
+            table.add(CoverPoint::Clamp { detector, step, up });
+        }
+        for step in contract.last_group_steps() as usize..contract.parallel as usize {
+            table.add(CoverPoint::AbsentClamp { detector, step, up });
+        }
+    }
+}
+
+fn peaks(contract: &Contract, table: &mut CoverTable, detector: usize) {
+    let single = contract.scan.steps == 1;
+    for kind in PeakKind::ALL {
+        let hindrance = match kind {
+            PeakKind::First | PeakKind::Equal if single => Some("a scan has a single step"),
+            PeakKind::First if contract.groups() == 1 => Some("a scan has a single group of steps"),
+            _ => None,
+        };
+        table.add_or(CoverPoint::Peak { detector, kind }, hindrance);
+    }
+}
+
+fn stream(contract: &Contract, table: &mut CoverTable) {
+    let groups = contract.groups();
+    let of_group = contract.reference_codes.len() * steps(contract).len();
+    for beat in 0..of_group {
+        table.add(CoverPoint::Held { beat });
+        table.add(CoverPoint::HeldAcross { beat });
+    }
+    for place in places(groups) {
+        table.add(CoverPoint::Lost { place });
+    }
+    for point in [
+        CoverPoint::LastHeldAcross,
+        CoverPoint::BackToBack,
+        CoverPoint::TooLate,
+    ] {
+        table.add(point);
+    }
+    if of_group > 1 {
+        let chips = contract.scan.integration_chips;
+        let hurried = chips < of_group as u64 && groups > 1;
+        let reason = "a group has more results than its steps have clocks";
+        table.add_or(CoverPoint::Burst, hurried.then_some(reason));
+    }
+}
+
+/// The places that a scan of so many groups has.
+fn places(groups: u64) -> impl Iterator<Item = Place> {
+    [(Place::First, 2), (Place::Middle, 3), (Place::Last, 1)]
+        .into_iter()
+        .filter_map(move |(place, least)| (groups >= least).then_some(place))
+}
+
+fn resets(contract: &Contract, table: &mut CoverTable) {
+    let chips = contract.scan.integration_chips;
+    for age in 0..=contract.result_latency_clocks {
+        let point = CoverPoint::ResetAge { age };
+        // Unless it is the end of a scan, and a pause follows.
+        let hidden = u64::from(age) >= chips && !contract.realigns();
+        table.add_or(point, hidden.then_some(SHORT_STEPS));
+    }
+    for age in 0..Contract::clocks_to_dump(contract.lanes) {
+        table.add(CoverPoint::ResetHit { age });
+    }
+    if let Some(peak) = contract.peak {
+        for age in 0..peak.latency_clocks {
+            let hidden = u64::from(age) >= contract.scan_clocks();
+            table.add_or(CoverPoint::PeakReset { age }, hidden.then_some(SHORT_STEPS));
+        }
+    }
+    let states = [
+        (ResetState::OneClock, true),
+        (ResetState::TwoClocks, true),
+        (ResetState::Long, true),
+        (ResetState::Waiting, true),
+        (ResetState::Overrun, true),
+        (ResetState::Saturated, contract.saturates()),
+        (ResetState::Pause, contract.realigns() && !ends_at_epochs(contract)),
+    ];
+    for (state, exists) in states {
+        if exists {
+            table.add(CoverPoint::Reset { state });
+        }
+    }
+}
+
+/// Whether every scan ends just before an epoch, so that none waits for one.
+fn ends_at_epochs(contract: &Contract) -> bool {
+    let period = contract.reference_codes[0].len();
+    contract.scan_clocks().is_multiple_of(period)
+}
+
+fn scans(contract: &Contract, table: &mut CoverTable) {
+    for later_scan in [false, true] {
+        for place in places(contract.groups()) {
+            table.add(CoverPoint::Result { place, later_scan });
+        }
+    }
+    table.add(CoverPoint::WholeStep);
+    table.add(CoverPoint::WholeScan);
+    let scan = &contract.scan;
+    let parallel = u64::from(contract.parallel);
+    let grows = (contract.groups() - 1) * parallel;
+    let lanes = u64::from(contract.lanes);
+    let past_chip = scan.first_step % lanes + grows >= lanes;
+    let point = CoverPoint::DelayWraps { period: false };
+    table.add_or(point, (!past_chip).then_some("a scan's steps lie within a chip"));
+    let past_period = !contract.realigns() || scan.first_step + grows >= scan.steps_per_period;
+    let point = CoverPoint::DelayWraps { period: true };
+    let reason = "a scan's steps do not reach the code's end";
+    table.add_or(point, (!past_period).then_some(reason));
+    for source in 0..contract.source_codes.len() {
+        table.add(CoverPoint::CodeWraps { source });
+    }
+}
+
+/// The signs of a detector's reference.
+struct Signs {
+    /// Ones among the first n chips.
+    ones: Vec<u64>,
+    lanes: u64,
+    detector_period: u64,
+}
+
+impl Signs {
+    fn of(contract: &Contract, detector: usize) -> Signs {
+        let code = &contract.reference_codes[detector];
+        let mut sum = 0;
+        let ones = std::iter::once(0).chain(code.chips.iter().map(|&chip| {
+            sum += u64::from(chip);
+            sum
+        }));
+        Signs {
+            ones: ones.collect(),
+            lanes: u64::from(contract.lanes),
+            detector_period: code.len(),
+        }
+    }
+
+    fn are_both(&self) -> bool {
+        let ones = self.ones[self.ones.len() - 1];
+        ones > 0 && ones < self.detector_period
+    }
+
+    fn up_to(&self, chip: u64) -> u64 {
+        let (periods, rest) = (chip / self.detector_period, chip % self.detector_period);
+        periods * self.ones[self.ones.len() - 1] + self.ones[rest as usize]
+    }
+
+    /// Whether some step that is the `step`-th of its group counts a hit of a lane down,
+    /// and up.
+    fn reached(&self, contract: &Contract, step: usize, lane: u32) -> [bool; 2] {
+        let (scan, parallel) = (&contract.scan, u64::from(contract.parallel));
+        let period = self.detector_period * self.lanes;
+        let dwell = scan.integration_chips.min(self.detector_period);
+        let mut reached = [false; 2];
+        let groups = contract.groups().min(MOST_STEPS_LOOKED_AT);
+        for group in 0..groups {
+            let number = group * parallel + step as u64;
+            if number >= scan.steps {
+                break;
+            }
+            let start = (group % self.detector_period) * (scan.integration_chips % self.detector_period)
+                % self.detector_period;
+            let sample = start * self.lanes + u64::from(lane) + period
+                - scan.phase_step(Step(number)) % period;
+            let chip = sample / self.lanes;
+            let ups = self.up_to(chip + dwell) - self.up_to(chip);
+            reached[1] |= ups > 0;
+            reached[0] |= ups < dwell;
+            if reached == [true; 2] {
+                break;
+            }
+        }
+        reached
+    }
+}

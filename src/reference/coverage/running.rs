@@ -1,0 +1,179 @@
+//! What the counters have gone through: which hits, which carries.
+
+use super::{CoverPoint, CoverTable};
+use crate::sensor::contract::Contract;
+
+/// The counters of all detectors, as far as cover points need them.
+#[derive(Debug, Clone)]
+pub(in crate::reference) struct Running {
+    parallel: usize,
+    lanes: u32,
+    /// Bits below each border between segments, the top of the counter included.
+    borders: Vec<u32>,
+    lowest: u32,
+    /// Of each step of each detector.
+    steps: Vec<Counter>,
+    /// Of each detector.
+    detectors: Vec<Hits>,
+}
+
+/// One correlator.
+#[derive(Debug, Clone, Copy, Default)]
+struct Counter {
+    /// Lanes with a hit that it counted down, and up, in the present step.
+    lanes: [u64; 2],
+    /// Sum of all hits since reset.
+    total: i64,
+    /// That at the end of the last step.
+    base: i64,
+    /// Borders that it has crossed downwards, and upwards, in the present step: bit n is
+    /// border n.
+    crossed: [u64; 2],
+    /// Sum of the present word.
+    word: i64,
+}
+
+/// All hits of a detector.
+#[derive(Debug, Clone, Copy, Default)]
+struct Hits {
+    total: u64,
+    base: u64,
+    /// The present step had a word full of hits that count down, and up, in its first
+    /// correlator.
+    full: [bool; 2],
+    first_sample: bool,
+    last_sample: bool,
+}
+
+impl Running {
+    pub(in crate::reference) fn of(contract: &Contract) -> Running {
+        let segments = contract.count_segments;
+        let borders = (1..segments.count).map(|segment| segment * segments.lower_bits);
+        let borders: Vec<u32> = borders.chain([segments.bits()]).collect();
+        let detectors = contract.reference_codes.len();
+        Running {
+            parallel: contract.parallel as usize,
+            lanes: contract.lanes,
+            lowest: borders[0],
+            borders,
+            steps: vec![Counter::default(); detectors * contract.parallel as usize],
+            detectors: vec![Hits::default(); detectors],
+        }
+    }
+
+    /// Forgets everything, as reset does.
+    pub(in crate::reference) fn reset(&mut self) {
+        self.steps.fill(Counter::default());
+        self.detectors.fill(Hits::default());
+    }
+
+    /// A hit, with its sign in each step.
+    pub(in crate::reference) fn hit(&mut self, detector: usize, step: usize, lane: u32, up: bool) {
+        let counter = &mut self.steps[detector * self.parallel + step];
+        counter.lanes[usize::from(up)] |= 1 << lane;
+        counter.word += if up { 1 } else { -1 };
+    }
+
+    /// The last hit of a word has been counted: it had so many.
+    pub(in crate::reference) fn word_ends(&mut self, detector: usize, hits: u32) {
+        let seen = &mut self.detectors[detector];
+        seen.total += u64::from(hits);
+        let counters = &mut self.steps[detector * self.parallel..][..self.parallel];
+        if hits * 2 == self.lanes && self.lanes >= 4 {
+            let sum = counters[0].word;
+            seen.full[0] |= sum == -i64::from(hits);
+            seen.full[1] |= sum == i64::from(hits);
+        }
+        for counter in counters {
+            let before = counter.total;
+            counter.total += std::mem::take(&mut counter.word);
+            if before >> self.lowest != counter.total >> self.lowest {
+                let up = usize::from(counter.total > before);
+                for (number, border) in self.borders.iter().enumerate() {
+                    let crosses = before >> border != counter.total >> border;
+                    counter.crossed[up] |= u64::from(crosses) << number;
+                }
+            }
+        }
+    }
+
+    /// Hits on the first and on the last sample of a step.
+    pub(in crate::reference) fn border(&mut self, detector: usize, first: bool, last: bool) {
+        self.detectors[detector].first_sample |= first;
+        self.detectors[detector].last_sample |= last;
+    }
+
+    /// The present group ends, with so many steps: numbers of the points that its results
+    /// prove. `begins_scan` if it is a scan's first.
+    pub(in crate::reference) fn end_group(
+        &mut self,
+        table: &CoverTable,
+        steps: usize,
+        begins_scan: bool,
+    ) -> Vec<usize> {
+        let mut points = Vec::new();
+        let mut add = |point| points.extend(table.number(point));
+        let parallel = self.parallel;
+        for (detector, seen) in self.detectors.iter_mut().enumerate() {
+            for up in [false, true] {
+                if std::mem::take(&mut seen.full[usize::from(up)]) {
+                    add(CoverPoint::FullWord { detector, up });
+                }
+            }
+            if std::mem::take(&mut seen.first_sample) {
+                add(if begins_scan {
+                    CoverPoint::FirstSample { detector }
+                } else {
+                    CoverPoint::StepBorder { detector, first: true }
+                });
+            }
+            if std::mem::take(&mut seen.last_sample) {
+                add(CoverPoint::StepBorder { detector, first: false });
+            }
+            for &bit in &self.borders {
+                if seen.total >> bit != seen.base >> bit {
+                    add(CoverPoint::TotalCarry { detector, bit, borrow: false });
+                }
+                let low = |number: u64| number & ((1 << bit) - 1);
+                if low(seen.total) < low(seen.base) {
+                    add(CoverPoint::TotalCarry { detector, bit, borrow: true });
+                }
+            }
+            seen.base = seen.total;
+            let counters = &mut self.steps[detector * parallel..][..parallel];
+            for (step, counter) in counters.iter_mut().enumerate() {
+                if step < steps {
+                    counter.end(detector, step, &self.borders, &mut add);
+                }
+                counter.lanes = [0; 2];
+                counter.crossed = [0; 2];
+                counter.base = counter.total;
+            }
+        }
+        points
+    }
+}
+
+impl Counter {
+    fn end(&self, detector: usize, step: usize, borders: &[u32], add: &mut impl FnMut(CoverPoint)) {
+        for up in [false, true] {
+            let mut lanes = self.lanes[usize::from(up)];
+            while lanes != 0 {
+                let lane = lanes.trailing_zeros();
+                lanes &= lanes - 1;
+                add(CoverPoint::Hit { detector, step, lane, up });
+            }
+            for (number, &bit) in borders.iter().enumerate() {
+                if self.crossed[usize::from(up)] >> number & 1 == 1 {
+                    add(CoverPoint::Carry { detector, step, bit, up });
+                }
+            }
+        }
+        for &bit in borders {
+            let low = |number: i64| number.rem_euclid(1 << bit);
+            if low(self.total) < low(self.base) {
+                add(CoverPoint::Borrow { detector, step, bit });
+            }
+        }
+    }
+}
