@@ -33,6 +33,7 @@ pub mod deliver;
 pub mod estimate;
 pub mod files;
 pub mod interrupt;
+pub mod math;
 pub mod photons;
 pub mod plan;
 pub mod printable;

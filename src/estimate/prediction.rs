@@ -10,8 +10,8 @@ use super::theory::ExpectedCounts;
 use super::{
     CountingTier, TheoryEffort, calibration_offset_ps, delay_error_ps, distance_m, missed, moving,
 };
+use crate::math::normal_cdf;
 use crate::photons::DetectorModel;
-use crate::photons::fast::normal::cumulative;
 use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::{Group, Step};
 use crate::scene::{Path, Scan, Scene};
@@ -223,7 +223,7 @@ fn variance_of_sum(counts: &ExpectedCounts, weighted: &[(Step, f64)]) -> f64 {
 fn coarse_failure_bound(expected: &[f64], peak: usize, variance: f64, scene: &Scene) -> f64 {
     let failures = (0..expected.len())
         .filter(|&step| steps_apart(&scene.scan, step, peak) > u64::from(scene.samples_per_chip))
-        .map(|step| cumulative((expected[step] - expected[peak]) / (2.0 * variance).sqrt()));
+        .map(|step| normal_cdf((expected[step] - expected[peak]) / (2.0 * variance).sqrt()));
     failures.sum::<f64>().min(1.0)
 }
 
@@ -240,7 +240,7 @@ fn coarse_spread_m(expected: &[f64], peak: usize, variance: f64, measurement: &M
         if steps_apart(scan, step, peak) > u64::from(measurement.samples_per_chip) {
             continue;
         }
-        let weight = cumulative((count - expected[peak]) / (2.0 * variance).sqrt());
+        let weight = normal_cdf((count - expected[peak]) / (2.0 * variance).sqrt());
         let there = estimate_at(expected, step, measurement, 0.0);
         if there.is_fine() && weight > 1e-6 {
             let error_ps = delay_error_ps(there.delay_ps, at_peak.delay_ps, code_period_ps);
