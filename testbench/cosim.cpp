@@ -41,6 +41,15 @@ struct Request {
     uint64_t clocks;
     uint64_t in;   // first word of the inputs in the shared file
     uint64_t out;  // first word of the outputs
+    uint64_t skip;   // first word of the skips
+    uint64_t skips;  // number of them
+};
+
+// Between two clocks the scan's counters are moved on; the rest is as it was.
+struct Skip {
+    uint64_t clock;   // of the block, before its rising edge
+    uint64_t chips;   // what goes into the counter of chips
+    uint64_t groups;  // into that of groups
 };
 
 // The answer: OK, or HALTED and the length of the text that follows.
@@ -145,6 +154,20 @@ void run(GOLDTOF_MODEL* top, const uint64_t* in, uint64_t* out, uint64_t clocks)
     }
 }
 
+void run_block(GOLDTOF_MODEL* top, uint64_t* words, const Request& request) {
+    const uint64_t* in = words + request.in;
+    uint64_t* out = words + request.out;
+    const Skip* skips = reinterpret_cast<const Skip*>(words + request.skip);
+    uint64_t done = 0;
+    for (uint64_t number = 0; number <= request.skips; ++number) {
+        const bool is_last = number == request.skips;
+        const uint64_t end = is_last ? request.clocks : skips[number].clock;
+        run(top, in + done * GOLDTOF_IN_WORDS, out + done * GOLDTOF_OUT_WORDS, end - done);
+        if (!is_last) goldtof_skip(top, skips[number].chips, skips[number].groups);
+        done = end;
+    }
+}
+
 // The same model and clocks with constant inputs and nothing read: the yardstick
 // against which co-simulation speed is measured.
 void run_bare(GOLDTOF_MODEL* top, const uint64_t* in, uint64_t clocks) {
@@ -169,7 +192,7 @@ void serve(uint64_t* words) {
     Request request;
     while (next(request)) {
         switch (request.what) {
-        case RUN: run(top, words + request.in, words + request.out, request.clocks); break;
+        case RUN: run_block(top, words, request); break;
         case RUN_BARE: run_bare(top, words + request.in, request.clocks); break;
         case FINISH: top->final(); break;
         default: ::_exit(1);

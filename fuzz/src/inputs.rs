@@ -208,8 +208,8 @@ pub fn manifest(data: &[u8]) {
     };
     match rtl_manifest::file_names(text) {
         Err(reason) => assert!(!reason.is_empty()),
-        Ok(names) => {
-            for name in &names {
+        Ok(named) => {
+            for name in &named.files {
                 let mut components = Path::new(name).components();
                 assert!(
                     matches!(components.next(), Some(Component::Normal(_))),

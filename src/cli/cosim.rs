@@ -10,7 +10,9 @@ use crate::cosim::{Cosimulation, Report, Request, StimulusKind, Verdict, cosimul
 use crate::deliver;
 use crate::files::check_target;
 use crate::printable::printable_path;
+use crate::rtl::blocks::ScanRegisters;
 use crate::scene::{self, Scene};
+use crate::sensor::contract::Contract;
 
 pub(super) fn run(
     arguments: &CosimArguments,
@@ -22,15 +24,21 @@ pub(super) fn run(
         // Better now than after a long run.
         check_target(path)?;
     }
-    let sources = match &arguments.rtl {
-        Some(folder) => rtl::read(folder)?,
-        None => sources_of(&deliver::emit(
-            &scene,
-            &command_line(&arguments.scene.scene),
-        )?),
+    let registers = ScanRegisters::of(&Contract::of(&scene));
+    let (sources, registers) = match &arguments.rtl {
+        Some(folder) => {
+            let rtl = rtl::read(folder)?;
+            let registers = rtl.names(&registers).then_some(registers);
+            (rtl.sources, registers)
+        }
+        None => {
+            let made_by = command_line(&arguments.scene.scene);
+            (sources_of(&deliver::emit(&scene, &made_by)?), Some(registers))
+        }
     };
     let request = Request {
         sources,
+        registers,
         cache: cache_dir()?,
         stimulus: arguments.stimulus,
         clocks: arguments.cycles,
@@ -83,6 +91,9 @@ pub(super) fn text(report: &Report) -> String {
         report.cycles_per_second / 1e6,
     );
     text += &exercised(report);
+    if report.stimulus == StimulusKind::Adversarial {
+        text += &report.coverage.text();
+    }
     if let Some(first) = &report.first_mismatch {
         text += &format!(
             "first mismatch at clock {} ({:.3} ns): port {} should be {} and is {}; {} clock(s) \

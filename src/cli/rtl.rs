@@ -8,10 +8,11 @@ use std::path::Path;
 use crate::cosim::TOP;
 use crate::cosim::build::SourceFile;
 use crate::cosim::error::CosimError;
-use crate::cosim::manifest::file_names;
+use crate::cosim::manifest::{Named, file_names};
 use crate::cosim::needed::needed_by;
 use crate::files::read_regular;
 use crate::printable::is_unprintable;
+use crate::rtl::blocks::ScanRegisters;
 
 /// Largest file of Verilog, and largest manifest, that is read.
 const MOST_BYTES: u64 = 64 << 20;
@@ -20,18 +21,39 @@ const MOST_MIB_IN_ALL: u64 = 256;
 /// Verilog, and what it may include.
 const ENDINGS: [&str; 4] = [".v", ".sv", ".vh", ".svh"];
 
+/// The Verilog of a folder.
+pub(super) struct Rtl {
+    /// Its files.
+    pub sources: Vec<SourceFile>,
+    /// The scan's counters, as its manifest names them.
+    registers: serde_json::Value,
+}
+
+impl Rtl {
+    /// Whether the manifest names these counters, as that of an emitted design does.
+    pub fn names(&self, registers: &ScanRegisters) -> bool {
+        serde_json::to_value(registers).is_ok_and(|wanted| wanted == self.registers)
+    }
+}
+
 /// Reads the files that `DIR/manifest.json` names, or those of the folder that
 /// the top module needs, in the order of their names: a bench among them is left
 /// out.
 ///
 /// # Errors
 /// When the folder or a file cannot be read, or there is no Verilog in it.
-pub(super) fn read(folder: &Path) -> Result<Vec<SourceFile>, CosimError> {
+pub(super) fn read(folder: &Path) -> Result<Rtl, CosimError> {
     let named = manifest(folder)?;
     let has_manifest = named.is_some();
-    let names = match named {
-        Some(names) => names,
-        None => listing(folder)?,
+    let Named {
+        files: names,
+        scan_registers: registers,
+    } = match named {
+        Some(named) => named,
+        None => Named {
+            files: listing(folder)?,
+            ..Named::default()
+        },
     };
     let mut sources = Vec::new();
     let mut bytes = 0;
@@ -58,14 +80,15 @@ pub(super) fn read(folder: &Path) -> Result<Vec<SourceFile>, CosimError> {
     if !sources.iter().any(SourceFile::is_compiled) {
         return Err(CosimError::NoVerilog(folder.to_owned()));
     }
-    Ok(if has_manifest {
+    let sources = if has_manifest {
         sources
     } else {
         needed_by(TOP, sources)
-    })
+    };
+    Ok(Rtl { sources, registers })
 }
 
-fn manifest(folder: &Path) -> Result<Option<Vec<String>>, CosimError> {
+fn manifest(folder: &Path) -> Result<Option<Named>, CosimError> {
     let path = folder.join("manifest.json");
     if !path.exists() {
         return Ok(None);

@@ -69,6 +69,7 @@ pub(super) fn run(
 
     let request = Request {
         sources: sources_of(&emission),
+        registers: None,
         cache: cache_dir()?,
         stimulus: StimulusKind::Photons,
         clocks: None,

@@ -16,6 +16,7 @@ use super::ports;
 use super::rejected::{in_build, rejection};
 use super::tools::Tools;
 use crate::deliver::Emission;
+use crate::rtl::blocks::ScanRegisters;
 use crate::sensor::contract::Contract;
 use crate::sensor::layout::Layout;
 
@@ -24,6 +25,8 @@ const PROGRAM: &str = "sensor";
 const RUNTIME_OBJECT: &str = "runtime.o";
 /// The one unit that the compiler gets.
 const UNIT: &str = "all.cc";
+/// What Verilator is told of the scan's counters.
+const CONFIGURATION: &str = "counters.vlt";
 /// Folder of the Verilog in that of a build.
 pub(super) const RTL: &str = "rtl";
 
@@ -100,6 +103,8 @@ pub struct Built {
     pub path: PathBuf,
     /// The program, as it was checked.
     pub image: Arc<Image>,
+    /// The scan's counters, if it has been built so that they can be moved on.
+    pub registers: Option<ScanRegisters>,
 }
 
 /// Builds a model, or finds it built.
@@ -113,8 +118,22 @@ pub fn build(
     contract: &Contract,
     cache: &Path,
 ) -> Result<Built, CosimError> {
+    build_with(top, sources, contract, None, cache)
+}
+
+/// Builds a model whose scan's counters can be moved on.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_with(
+    top: &str,
+    sources: &[SourceFile],
+    contract: &Contract,
+    registers: Option<&ScanRegisters>,
+    cache: &Path,
+) -> Result<Built, CosimError> {
     let tools = Tools::find()?;
-    let header = ports::header(top, &Layout::of(contract));
+    let header = ports::header(top, &Layout::of(contract), registers);
     let mut parts = vec![
         tools.versions.as_str(),
         BENCH,
@@ -130,7 +149,7 @@ pub fn build(
     let name = format!("model-{}", hash(&parts));
     let bytes = once(cache, &name, PROGRAM, |folder| {
         let runtime = runtime(&tools, cache)?;
-        verilate(&tools, top, sources, contract, folder)?;
+        verilate(&tools, top, sources, contract, registers, folder)?;
         write(&folder.join(ports::HEADER), &header)?;
         write(&folder.join("cosim.cpp"), BENCH)?;
         link(&tools, folder, &runtime).map_err(|error| rejection(error, sources))
@@ -140,6 +159,7 @@ pub fn build(
     Ok(Built {
         path,
         image: Arc::new(image),
+        registers: registers.cloned(),
     })
 }
 
@@ -178,8 +198,12 @@ fn verilate(
     top: &str,
     sources: &[SourceFile],
     contract: &Contract,
+    registers: Option<&ScanRegisters>,
     folder: &Path,
 ) -> Result<(), CosimError> {
+    if let Some(registers) = registers {
+        write(&folder.join(CONFIGURATION), &ports::configuration(registers))?;
+    }
     let rtl = folder.join(RTL);
     fs::create_dir(&rtl).map_err(CosimError::cache(&rtl))?;
     for source in sources {
@@ -193,6 +217,7 @@ fn verilate(
             .args(VERILATOR_FLAGS)
             .args(["--top-module", top, "--Mdir", "."])
             .arg(format!("-I{RTL}"))
+            .args(registers.map(|_| CONFIGURATION))
             // Headers are there to be included.
             .args(sources.iter().filter(|s| s.is_compiled()).map(in_build))
     });

@@ -159,7 +159,9 @@ fn clock_blocks(model: &mut Verilated, blocks: &Receiver<Block>, done: &SyncSend
             let Some(mut block) = next else {
                 break;
             };
-            block.halted = model.submit(&block.records.inputs).err();
+            block.halted = model
+                .submit(&block.records.inputs, block.clocks.start, &block.skips)
+                .err();
             under_way.push_back(block);
         }
         let Some(mut block) = under_way.pop_front() else {

@@ -8,14 +8,26 @@ use serde::Deserialize;
 #[derive(Deserialize)]
 struct Manifest {
     files: Vec<String>,
+    /// Its scan's counters.
+    #[serde(default)]
+    scan_registers: serde_json::Value,
 }
 
-/// The file names under "files" of a manifest's text, in its order.
+/// What a manifest says of the Verilog.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Named {
+    /// The file names, in its order.
+    pub files: Vec<String>,
+    /// The scan's counters, as `goldtof emit` names them; null if it names none.
+    pub scan_registers: serde_json::Value,
+}
+
+/// The file names under "files" of a manifest's text, and what it says of counters.
 ///
 /// # Errors
 /// What is wrong with it and what would be right: every name must be that of a
 /// file in the manifest's own folder, and occur once.
-pub fn file_names(text: &str) -> Result<Vec<String>, String> {
+pub fn file_names(text: &str) -> Result<Named, String> {
     let manifest: Manifest = serde_json::from_str(text).map_err(|error| {
         format!(
             "{error}; a manifest is what `goldtof emit` writes, with the file names under \"files\""
@@ -38,7 +50,10 @@ pub fn file_names(text: &str) -> Result<Vec<String>, String> {
             return Err(format!("files holds {name:?} twice; name each file once"));
         }
     }
-    Ok(manifest.files)
+    Ok(Named {
+        files: manifest.files,
+        scan_registers: manifest.scan_registers,
+    })
 }
 
 #[cfg(test)]
@@ -48,7 +63,7 @@ mod tests {
     #[test]
     fn the_names_come_in_their_order() {
         let text = r#"{"top": "t", "files": ["b.v", "a.sv"]}"#;
-        assert_eq!(file_names(text).unwrap(), ["b.v", "a.sv"]);
+        assert_eq!(file_names(text).unwrap().files, ["b.v", "a.sv"]);
     }
 
     #[test]

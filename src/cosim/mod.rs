@@ -2,6 +2,7 @@
 
 pub mod build;
 pub mod cache;
+pub mod coverage;
 pub mod error;
 pub mod exercised;
 pub mod image;
@@ -20,6 +21,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use self::build::{Built, SourceFile};
+use self::coverage::Coverage;
 use self::error::{CosimError, When};
 use self::exercised::Exercised;
 use self::lockstep::{Lockstep, Outcome};
@@ -27,10 +29,11 @@ use self::rejected::in_users_terms;
 use self::sent::SentCount;
 use self::verilated::Verilated;
 use crate::photons::DetectorModel;
-use crate::reference::adversarial::Adversarial;
+use crate::reference::adversarial::{Adversarial, LONGEST_DEFAULT, Means};
 use crate::reference::photons::Photons;
 use crate::reference::predictor::Reference;
 use crate::reference::stimulus::{Stimulus, clocks_for_scans};
+use crate::rtl::blocks::ScanRegisters;
 use crate::scene::Scene;
 use crate::sensor::contract::Contract;
 use crate::sensor::layout::Layout;
@@ -53,12 +56,15 @@ pub enum StimulusKind {
 pub struct Request {
     /// The Verilog.
     pub sources: Vec<SourceFile>,
+    /// The scan's counters in it, if they may be moved on: with them the adversary
+    /// shortens steps and scans.
+    pub registers: Option<ScanRegisters>,
     /// Where built models are kept.
     pub cache: PathBuf,
     /// What drives both sides.
     pub stimulus: StimulusKind,
-    /// Number of clocks; `None` runs one whole scan of photons, or as long as
-    /// the adversary needs.
+    /// Number of clocks; `None` runs one whole scan of photons, or until the adversary
+    /// has covered all that it can, at most [`LONGEST_DEFAULT`].
     pub clocks: Option<u64>,
     /// Seed of the stimulus.
     pub seed: u64,
@@ -81,6 +87,8 @@ pub struct Report {
     /// inconclusive verdict.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
+    /// How much of what the sensor can be made to do has shown.
+    pub coverage: Coverage,
     /// What else was not exercised.
     pub not_exercised: Vec<&'static str>,
     /// Clocks at which a port differed.
@@ -237,7 +245,17 @@ pub fn cosimulate(
 ) -> Result<Cosimulation, CosimError> {
     let contract = Contract::of(scene);
     let reference = Reference::new(contract.clone())?;
-    let built = build::build(TOP, &request.sources, &contract, &request.cache)?;
+    let registers = request
+        .registers
+        .as_ref()
+        .filter(|_| request.stimulus == StimulusKind::Adversarial);
+    let built = build::build_with(
+        TOP,
+        &request.sources,
+        &contract,
+        registers,
+        &request.cache,
+    )?;
     let run = run(scene, contract, reference, &built, request, on_progress);
     run.map_err(|error| match error {
         CosimError::Halted { when, reason } => CosimError::Halted {
@@ -258,25 +276,26 @@ fn run(
 ) -> Result<Cosimulation, CosimError> {
     let layout = Layout::of(&contract);
     let mut model = Verilated::load(built, &layout)?;
-    let clocks = request.clocks.unwrap_or_else(|| match request.stimulus {
-        StimulusKind::Photons => clocks_for_scans(&contract, 1),
-        StimulusKind::Adversarial => Adversarial::new(&contract, request.seed).clocks_to_cover(1 << 25),
-    });
     let detectors: Vec<DetectorModel> = (0..scene.detectors.len())
         .map(|detector| DetectorModel::new(scene, detector))
         .collect();
-    let mut photons;
-    let mut adversarial;
-    let stimulus: &mut dyn Stimulus = match request.stimulus {
+    let means = Means::cosim(built.registers.is_some());
+    let (mut photons, mut adversarial);
+    let (stimulus, default_clocks): (&mut dyn Stimulus, _) = match request.stimulus {
         StimulusKind::Photons => {
             photons = Photons::new(&detectors, &contract, request.seed);
-            &mut photons
+            (&mut photons, clocks_for_scans(&contract, 1))
         }
         StimulusKind::Adversarial => {
-            adversarial = Adversarial::new(&contract, request.seed);
-            &mut adversarial
+            adversarial = Adversarial::with_means(&contract, request.seed, means)?;
+            let clocks = match request.clocks {
+                Some(_) => 0,
+                None => adversarial.clone().clocks_to_cover(LONGEST_DEFAULT),
+            };
+            (&mut adversarial, clocks)
         }
     };
+    let clocks = request.clocks.unwrap_or(default_clocks);
     let mut counts: Vec<Vec<SentCount>> = vec![Vec::new(); scene.detectors.len()];
     let outcome = Lockstep {
         model: &mut model,
@@ -295,7 +314,12 @@ fn run(
         |done| on_progress(done, clocks),
     )?;
     finish(&mut model, &outcome)?;
-    let mut report = report(scene, request, &contract, &outcome, &layout);
+    let means = (request.stimulus == StimulusKind::Adversarial).then_some(means);
+    let table = reference.cover_table();
+    let names: Vec<String> = scene.detectors.iter().map(|d| d.name.clone()).collect();
+    let covered = &outcome.exercise.covered;
+    let coverage = Coverage::new(&contract, table, covered, &names, means);
+    let mut report = report(scene, request, &contract, &outcome, &layout, coverage);
     if request.stimulus == StimulusKind::Photons && outcome.clocks >= clocks_for_scans(&contract, 1)
     {
         report.peaks = peaks(scene, &contract, &layout, &outcome.last_outputs);
@@ -346,6 +370,7 @@ fn report(
     contract: &Contract,
     outcome: &Outcome,
     layout: &Layout,
+    coverage: Coverage,
 ) -> Report {
     let fields = &layout.outputs.fields;
     let names = scene
@@ -368,6 +393,7 @@ fn report(
         phase_steps: exercised.phase_steps,
         not_exercised: exercised.not_reached(contract),
         exercised,
+        coverage,
         missing,
         mismatches: outcome.mismatches,
         first_mismatch: outcome.first.as_ref().map(|first| FirstMismatch {

@@ -1,17 +1,19 @@
-//! The C++ header that packs a verilated model's ports into words.
+//! The C++ header that packs a verilated model's ports into words, and moves its scan's
+//! counters on.
 //!
 //! `testbench/cosim.cpp` and this file share these names; nothing else does.
 
 use std::fmt::Write as _;
 
+use crate::rtl::blocks::{CountRegister, ScanRegisters};
 use crate::sensor::contract::{Direction, Port};
 use crate::sensor::layout::{Field, Layout};
 
 /// Name of the header that `testbench/cosim.cpp` includes.
 pub const HEADER: &str = "goldtof_ports.h";
 
-/// Writes the header for a top module.
-pub fn header(top: &str, layout: &Layout) -> String {
+/// Writes the header for a top module, and its scan's counters if they are to be moved.
+pub fn header(top: &str, layout: &Layout, registers: Option<&ScanRegisters>) -> String {
     let mut text = format!(
         "#include <cstdint>\n#include \"V{top}.h\"\n\
          #define GOLDTOF_MODEL V{top}\n\
@@ -55,7 +57,40 @@ pub fn header(top: &str, layout: &Layout) -> String {
         let _ = writeln!(text, "    out[{word}] = {};", terms.join(" | "));
     }
     text.push_str("}\n");
-    text
+    text + &skip(top, registers)
+}
+
+/// The function that moves the scan's counters on.
+fn skip(top: &str, registers: Option<&ScanRegisters>) -> String {
+    let Some(registers) = registers else {
+        return "static inline void goldtof_skip(GOLDTOF_MODEL*, uint64_t, uint64_t) {}\n".to_owned();
+    };
+    let line = |register: &Option<CountRegister>, argument: &str| {
+        register.as_ref().map_or(format!("    (void){argument};\n"), |register| {
+            let path = register.path("__DOT__");
+            format!("    top->rootp->{top}__DOT__{path} ^= {argument};\n")
+        })
+    };
+    format!(
+        "#include \"V{top}___024root.h\"\n\
+         static inline void goldtof_skip(GOLDTOF_MODEL* top, uint64_t chips, uint64_t groups) {{\n\
+         {}{}    (void)top;\n}}\n",
+        line(&registers.chips, "chips"),
+        line(&registers.groups, "groups"),
+    )
+}
+
+/// What Verilator is told, so that it keeps the scan's counters where they can be
+/// reached.
+pub fn configuration(registers: &ScanRegisters) -> String {
+    let lines = registers.present().map(|register| {
+        format!(
+            "public_flat_rw -module \"{}\" -var \"{}\"\n",
+            register.module(),
+            register.name()
+        )
+    });
+    format!("`verilator_config\n{}", lines.collect::<String>())
 }
 
 /// What a port contributes to a word of the output record.

@@ -23,6 +23,8 @@ use super::error::{CosimError, When};
 use crate::interrupt::Program;
 use crate::programs::time_limit;
 use crate::reference::blocks::BLOCK_CLOCKS;
+use crate::reference::predictor::Skip;
+use crate::rtl::blocks::ScanRegisters;
 use crate::sensor::layout::Layout;
 
 /// Blocks that the model may have at once: one being clocked, one waiting.
@@ -32,6 +34,11 @@ pub const BLOCKS_AT_ONCE: usize = 2;
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 /// How long to wait for the last words of a model that has ended.
 const LAST_WORDS: Duration = Duration::from_secs(2);
+/// Most skips in a block.
+const MOST_SKIPS: usize = BLOCK_CLOCKS as usize / 8;
+/// Words of a skip: the clock in its block, and what goes into the two counters.
+const SKIP_WORDS: usize = 3;
+
 /// Longest text of an answer that is read.
 const MOST_TEXT_BYTES: u32 = 1 << 16;
 
@@ -54,6 +61,8 @@ pub struct Verilated {
     words: Receiver<()>,
     input_words: usize,
     output_words: usize,
+    /// What moves its scan's counters on.
+    registers: Option<ScanRegisters>,
     /// Where the next block goes.
     next_place: usize,
     /// Places and clocks of the blocks that it has.
@@ -86,7 +95,7 @@ impl Verilated {
             "goldtof",
             rustix::fs::MemfdFlags::CLOEXEC,
         )?);
-        let block_words = BLOCK_CLOCKS as usize * (input_words + output_words);
+        let block_words = place_words(input_words, output_words);
         shared.set_len((BLOCKS_AT_ONCE * block_words * size_of::<u64>()) as u64)?;
         let (line, other_end) = UnixStream::pair()?;
         line.set_read_timeout(Some(LOOK_EVERY))?;
@@ -107,20 +116,28 @@ impl Verilated {
             words: pass_on(words),
             input_words,
             output_words,
+            registers: built.registers.clone(),
             next_place: 0,
             under_way: VecDeque::new(),
         })
     }
 
     /// Hands over the input records of a block, one per clock, and does not wait
-    /// for its end. At most [`BLOCKS_AT_ONCE`] may be under way.
+    /// for its end. At most [`BLOCKS_AT_ONCE`] may be under way. `skips` are those of
+    /// the block, which begins with `first_clock`.
     ///
     /// # Errors
     /// The reason when the model has ended.
     ///
     /// # Panics
-    /// When the block is too long or too many are under way.
-    pub fn submit(&mut self, input: &[u64]) -> Result<(), String> {
+    /// When the block is too long, too many are under way, or there are skips of a
+    /// model that was built without the scan's counters.
+    pub fn submit(
+        &mut self,
+        input: &[u64],
+        first_clock: u64,
+        skips: &[Skip],
+    ) -> Result<(), String> {
         let clocks = input.len() / self.input_words;
         assert_eq!(input.len(), clocks * self.input_words);
         assert!(clocks as u64 <= BLOCK_CLOCKS && self.under_way.len() < BLOCKS_AT_ONCE);
@@ -130,9 +147,32 @@ impl Verilated {
             .shared
             .write_all_at(bytemuck::cast_slice(input), self.input_at(place));
         written.map_err(|error| format!("the memory that it shares fails: {error}"))?;
-        self.ask(What::Run, clocks as u64, place)?;
+        self.write_skips(first_clock, skips, place)?;
+        self.ask(What::Run, clocks as u64, place, skips.len())?;
         self.under_way.push_back((place, clocks));
         Ok(())
+    }
+
+    fn write_skips(&mut self, first_clock: u64, skips: &[Skip], place: usize) -> Result<(), String> {
+        if skips.is_empty() {
+            return Ok(());
+        }
+        assert!(skips.len() <= MOST_SKIPS);
+        let registers = self.registers.as_mut().expect("a model with counters");
+        let mut words = Vec::with_capacity(skips.len() * SKIP_WORDS);
+        for skip in skips {
+            let chips = registers.chips.as_mut();
+            let groups = registers.groups.as_mut();
+            words.extend([
+                skip.clock - first_clock,
+                chips.map_or(0, |register| register.difference(skip.chip, skip.chips)),
+                groups.map_or(0, |register| register.difference(skip.group.0, skip.groups)),
+            ]);
+        }
+        let written = self
+            .shared
+            .write_all_at(bytemuck::cast_slice(&words), self.skips_at(place));
+        written.map_err(|error| format!("the memory that it shares fails: {error}"))
     }
 
     /// Waits for the end of the block that was handed over first, and writes its
@@ -173,7 +213,7 @@ impl Verilated {
             .shared
             .write_all_at(bytemuck::cast_slice(input), self.input_at(0));
         written.map_err(|error| error.to_string())?;
-        self.ask(What::RunBare, clocks, 0)?;
+        self.ask(What::RunBare, clocks, 0, 0)?;
         self.answer()
     }
 
@@ -183,20 +223,28 @@ impl Verilated {
     /// The reason when one of them ends the simulation with more than `$finish`,
     /// which a final block may call.
     pub fn finish(&mut self) -> Result<(), String> {
-        let asked = self.ask(What::Finish, 0, 0);
+        let asked = self.ask(What::Finish, 0, 0, 0);
         match asked.and_then(|()| self.answer()) {
             Err(reason) if !reason.starts_with("$finish") => Err(reason),
             _ => Ok(()),
         }
     }
 
-    fn ask(&mut self, what: What, clocks: u64, place: usize) -> Result<(), String> {
+    fn ask(
+        &mut self,
+        what: What,
+        clocks: u64,
+        place: usize,
+        skips: usize,
+    ) -> Result<(), String> {
         let word = |byte: u64| byte / size_of::<u64>() as u64;
         let request = [
             what as u64,
             clocks,
             word(self.input_at(place)),
             word(self.output_at(place)),
+            word(self.skips_at(place)),
+            skips as u64,
         ];
         let sent = self.line.write_all(bytemuck::bytes_of(&request));
         sent.map_err(|_| self.how_it_ended(true))
@@ -204,8 +252,13 @@ impl Verilated {
 
     /// First byte of a place's inputs in the shared file.
     fn input_at(&self, place: usize) -> u64 {
-        let record_words = self.input_words + self.output_words;
-        (place * BLOCK_CLOCKS as usize * record_words * size_of::<u64>()) as u64
+        let words = place_words(self.input_words, self.output_words);
+        (place * words * size_of::<u64>()) as u64
+    }
+
+    /// First byte of a place's skips.
+    fn skips_at(&self, place: usize) -> u64 {
+        self.output_at(place) + BLOCK_CLOCKS * (self.output_words * size_of::<u64>()) as u64
     }
 
     /// First byte of a place's outputs.
@@ -276,6 +329,11 @@ impl Verilated {
             _ => "its process is gone".to_owned(),
         }
     }
+}
+
+/// Words of a place in the shared file.
+fn place_words(input_words: usize, output_words: usize) -> usize {
+    BLOCK_CLOCKS as usize * (input_words + output_words) + MOST_SKIPS * SKIP_WORDS
 }
 
 impl Drop for Verilated {

@@ -8,7 +8,7 @@ use crate::code::{Generator, Lfsr};
 use crate::plan::{Part, hardware_left_out};
 use crate::printable::printable_ascii;
 use crate::rtl::back::verilog_of;
-use crate::rtl::blocks::SensorTop;
+use crate::rtl::blocks::{ScanRegisters, SensorTop};
 use crate::scene::Scene;
 use crate::sensor::contract::{Contract, Port};
 use crate::sensor::peak::PeakPlan;
@@ -35,6 +35,8 @@ pub struct Emission {
     pub result_latency_clocks: u32,
     /// What the hardware was built for.
     pub parameters: Parameters,
+    /// The scan's counters, which simulations may move on to shorten steps and scans.
+    pub scan_registers: ScanRegisters,
     /// What goes with the design: bench, constraints, file list, core.
     #[serde(flatten)]
     pub flow: Flow,
@@ -152,6 +154,7 @@ pub fn emit(scene: &Scene, command: &str) -> Result<Emission, HdlError> {
         left_out: left_out(scene),
         result_latency_clocks: contract.result_latency_clocks,
         parameters: parameters(&contract),
+        scan_registers: ScanRegisters::of(&contract),
         flow,
     })
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::stimulus::{Drive, Stimulus};
 use crate::reference::exercise::Exercise;
 use crate::reference::level::Level;
-use crate::reference::predictor::{Reference, StepResult};
+use crate::reference::predictor::{Reference, Skip, StepResult};
 use crate::sensor::layout::Layout;
 
 /// Clocks per block: its three arrays stay in a core's second-level cache.
@@ -31,6 +31,8 @@ pub struct Block {
     pub clocks: Range<u64>,
     /// Inputs and outputs of both sides.
     pub records: Records,
+    /// Where steps and scans are cut short in it.
+    pub skips: Vec<Skip>,
     /// What the outputs have shown up to its end.
     pub exercise: Exercise,
     /// Why the Verilog ended the simulation in it, if it did.
@@ -108,6 +110,7 @@ impl<'a> BlockMaker<'a> {
         self.reference
             .predict(&self.drive.surroundings, &self.hits, &mut records.expected);
         block.clocks = clocks;
+        block.skips.clone_from(&self.drive.surroundings.skips);
         block.exercise.clone_from(self.reference.exercise());
         block.halted = None;
         true

@@ -161,6 +161,7 @@ impl Page<'_> {
                     tr { th { "inconclusive" } td { (missing) } }
                 }
                 tr { th { "exercised" } td { (report.exercised.text()) } }
+                tr { th { "covered" } td { (report.coverage.summary()) } }
                 @if !report.not_exercised.is_empty() {
                     tr { th { "not exercised" } td { (report.not_exercised.join(", ")) } }
                 }

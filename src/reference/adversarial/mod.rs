@@ -201,8 +201,14 @@ impl Adversarial {
         }
         let position = self.scout.position();
         if self.decided < position.first_word() {
+            // A receiver that holds a result does so during the pause, too.
+            let chips = self.chips_of(&plan, position.first_word());
+            let latency = u64::from(self.contract.result_latency_clocks);
+            let arrives = position.first_word() + chips - 1 + latency;
+            self.decide_receiver(plan.receiver, self.decided, arrives);
             let lead = plan.lead;
-            self.plans.push_front(plan);
+            let length = Length::Exactly(chips);
+            self.plans.push_front(plan.long(length).received(Receiver::Takes));
             self.decide_lead(position.first_word(), lead);
             return;
         }
@@ -323,6 +329,7 @@ impl Adversarial {
         let shortest = self.reach.shortest;
         let chips = match plan.length {
             Length::Whole if whole <= self.reach.most_clocks => return whole,
+            Length::Exactly(chips) => return chips,
             Length::AtLeast(chips) => chips.max(shortest),
             _ => shortest + self.rng.random_range(0..shortest),
         };
@@ -410,7 +417,8 @@ impl Adversarial {
         let from = (arrived + 1).max(origin);
         match receiver {
             Receiver::Takes => {}
-            Receiver::Stalls => self.stall(from..next + 1000),
+            // Until a reset that follows has begun.
+            Receiver::Stalls => self.stall(from..next + 8),
             Receiver::Holds { beat } => {
                 let beat = beat.min(beats - 1);
                 let clocks = 1 + length(&mut self.rng, 16);

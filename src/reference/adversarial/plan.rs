@@ -46,6 +46,8 @@ pub(super) enum Length {
     AtLeast(u64),
     /// All of them.
     Whole,
+    /// This many.
+    Exactly(u64),
 }
 
 /// Hits of a group.

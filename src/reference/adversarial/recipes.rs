@@ -43,12 +43,18 @@ impl Kitchen<'_> {
         GroupPlan::fresh(self.contract)
     }
 
+    /// Beats of a group.
+    fn beats(&self) -> u64 {
+        u64::from(self.contract.parallel) * self.contract.reference_codes.len() as u64
+    }
+
     fn chips_of(&self, plan: &GroupPlan) -> u64 {
         let most = self.contract.scan.integration_chips;
         match plan.length {
             Length::Short => self.reach.shortest,
             Length::AtLeast(chips) => chips.clamp(self.reach.shortest, most),
             Length::Whole => most,
+            Length::Exactly(chips) => chips,
         }
     }
 
@@ -165,8 +171,9 @@ impl Kitchen<'_> {
             return self.scan(quiet, GroupPlan::random().with(hits));
         }
         // The first group of a scan, or a later one: their signs differ.
+        let age = u64::from(self.contract.result_latency_clocks) + self.beats() + 2;
         let later = GroupPlan::random().with(hits);
-        Ok(vec![self.fresh().with(hits), later.clone().after_reset(0, 2), later])
+        Ok(vec![self.fresh().with(hits), later.clone().after_reset(age, 2), later])
     }
 
     fn peaks(&self, point: CoverPoint) -> Result<Vec<GroupPlan>, String> {
@@ -203,8 +210,7 @@ impl Kitchen<'_> {
             CoverPoint::TooLate => Receiver::TakesLastAfter { clocks: 1 },
             CoverPoint::LastHeldAcross | CoverPoint::Lost { place: Place::First } => {
                 let mut plans = self.scan(self.fresh(), plain())?;
-                let beats = u64::from(self.contract.parallel) * self.contract.reference_codes.len() as u64;
-                plans.push(plain().received(Receiver::HoldsAcross { beat: beats }));
+                plans.push(plain().received(Receiver::HoldsAcross { beat: self.beats() }));
                 return Ok(plans);
             }
             CoverPoint::Lost { place: Place::Last } if self.contract.groups() > 1 => {

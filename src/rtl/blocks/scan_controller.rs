@@ -7,6 +7,7 @@
 use super::StateMatch;
 use super::sequence_counter::SequenceCounter;
 use crate::rtl::front::prelude::*;
+use crate::sensor::contract::Contract;
 
 /// Says when a phase step, and when a scan, ends. With several steps at once
 /// a step here is a group of them.
@@ -147,12 +148,26 @@ pub struct ScanPlan {
 }
 
 impl ScanPlan {
+    /// That of a sensor.
+    pub fn of(contract: &Contract) -> ScanPlan {
+        let detectors = contract.reference_codes.len() as u32;
+        ScanPlan {
+            dwell_chips: contract.scan.integration_chips,
+            steps: contract.groups(),
+            realigns: contract.realigns(),
+            clocks_to_dump: Contract::clocks_to_dump(contract.lanes),
+            segments: contract.count_segments.count,
+            clocks_to_count: contract.clocks_of_counting(),
+            counts_early: detectors * contract.parallel > 1,
+        }
+    }
+
     /// Whether chips are counted; a step of one or two ends without.
-    fn counts_chips(&self) -> bool {
+    pub(super) fn counts_chips(&self) -> bool {
         self.dwell_chips > 2
     }
 
-    fn counts_steps(&self) -> bool {
+    pub(super) fn counts_steps(&self) -> bool {
         self.steps > 1
     }
 
@@ -166,11 +181,11 @@ impl ScanPlan {
         self.dwell_chips == 2
     }
 
-    fn dwell(&self) -> SequenceCounter {
+    pub(super) fn dwell(&self) -> SequenceCounter {
         SequenceCounter::new(self.dwell_chips.saturating_sub(2))
     }
 
-    fn step(&self) -> SequenceCounter {
+    pub(super) fn step(&self) -> SequenceCounter {
         SequenceCounter::new(self.steps.saturating_sub(1))
     }
 

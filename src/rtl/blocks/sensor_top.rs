@@ -124,15 +124,7 @@ impl SensorTop {
                     Wiring::new(lanes, (0..lanes).collect(), "samples of a detector")
                 })
                 .collect(),
-            controller: ScanController::new(ScanPlan {
-                dwell_chips: contract.scan.integration_chips,
-                steps: contract.groups(),
-                realigns,
-                clocks_to_dump: Contract::clocks_to_dump(lanes),
-                segments: contract.count_segments.count,
-                clocks_to_count: contract.clocks_of_counting(),
-                counts_early: detectors as u32 * parallel > 1,
-            }),
+            controller: ScanController::new(ScanPlan::of(contract)),
             channel: contract
                 .reference_codes
                 .iter()
