@@ -33,7 +33,10 @@ pub(super) fn run(
         }
         None => {
             let made_by = command_line(&arguments.scene.scene);
-            (sources_of(&deliver::emit(&scene, &made_by)?), Some(registers))
+            (
+                sources_of(&deliver::emit(&scene, &made_by)?),
+                Some(registers),
+            )
         }
     };
     let request = Request {

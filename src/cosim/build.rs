@@ -202,7 +202,10 @@ fn verilate(
     folder: &Path,
 ) -> Result<(), CosimError> {
     if let Some(registers) = registers {
-        write(&folder.join(CONFIGURATION), &ports::configuration(registers))?;
+        write(
+            &folder.join(CONFIGURATION),
+            &ports::configuration(registers),
+        )?;
     }
     let rtl = folder.join(RTL);
     fs::create_dir(&rtl).map_err(CosimError::cache(&rtl))?;

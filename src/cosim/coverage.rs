@@ -63,7 +63,11 @@ impl Coverage {
             let place = families.iter().position(|f| f.family == family);
             let place = place.unwrap_or_else(|| {
                 let (points, covered) = (0, 0);
-                families.push(FamilyCoverage { family, points, covered });
+                families.push(FamilyCoverage {
+                    family,
+                    points,
+                    covered,
+                });
                 families.len() - 1
             });
             families[place].points += 1;

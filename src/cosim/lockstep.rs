@@ -135,8 +135,8 @@ impl Lockstep<'_> {
                 reader.read(&block.records, &mut on_sent);
                 on_progress(block.clocks.end);
                 match judge.judge(block) {
-                    Verdict::GoOn(block) => spare.push(block),
-                    Verdict::Enough => break,
+                    Some(block) => spare.push(block),
+                    None => break,
                 }
             }
             Ok(())
@@ -177,11 +177,6 @@ fn clock_blocks(model: &mut Verilated, blocks: &Receiver<Block>, done: &SyncSend
     }
 }
 
-enum Verdict {
-    GoOn(Block),
-    Enough,
-}
-
 /// Compares blocks, and keeps what surrounds the first difference.
 struct Judge<'a> {
     layout: &'a Layout,
@@ -210,7 +205,8 @@ impl<'a> Judge<'a> {
         }
     }
 
-    fn judge(&mut self, mut block: Block) -> Verdict {
+    /// Compares a block; gives one back to be used again, or nothing when enough is known.
+    fn judge(&mut self, mut block: Block) -> Option<Block> {
         self.clocks = block.clocks.end;
         self.exercise.clone_from(&block.exercise);
         let last_record = block.records.got.len() - self.layout.outputs.words;
@@ -229,15 +225,11 @@ impl<'a> Judge<'a> {
             // it, so keeping it costs no copy.
             let older = self.previous.replace(block.records);
             block.records = older.unwrap_or_default();
-            return Verdict::GoOn(block);
+            return Some(block);
         }
         self.context.extend(self.previous.take());
         self.context.push(block.records);
-        if known {
-            Verdict::Enough
-        } else {
-            Verdict::GoOn(Block::default())
-        }
+        (!known).then(Block::default)
     }
 
     fn find(&mut self, records: &Records) {

@@ -249,13 +249,7 @@ pub fn cosimulate(
         .registers
         .as_ref()
         .filter(|_| request.stimulus == StimulusKind::Adversarial);
-    let built = build::build_with(
-        TOP,
-        &request.sources,
-        &contract,
-        registers,
-        &request.cache,
-    )?;
+    let built = build::build_with(TOP, &request.sources, &contract, registers, &request.cache)?;
     let run = run(scene, contract, reference, &built, request, on_progress);
     run.map_err(|error| match error {
         CosimError::Halted { when, reason } => CosimError::Halted {

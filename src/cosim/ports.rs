@@ -63,13 +63,16 @@ pub fn header(top: &str, layout: &Layout, registers: Option<&ScanRegisters>) -> 
 /// The function that moves the scan's counters on.
 fn skip(top: &str, registers: Option<&ScanRegisters>) -> String {
     let Some(registers) = registers else {
-        return "static inline void goldtof_skip(GOLDTOF_MODEL*, uint64_t, uint64_t) {}\n".to_owned();
+        return "static inline void goldtof_skip(GOLDTOF_MODEL*, uint64_t, uint64_t) {}\n"
+            .to_owned();
     };
     let line = |register: &Option<CountRegister>, argument: &str| {
-        register.as_ref().map_or(format!("    (void){argument};\n"), |register| {
-            let path = register.path("__DOT__");
-            format!("    top->rootp->{top}__DOT__{path} ^= {argument};\n")
-        })
+        register
+            .as_ref()
+            .map_or(format!("    (void){argument};\n"), |register| {
+                let path = register.path("__DOT__");
+                format!("    top->rootp->{top}__DOT__{path} ^= {argument};\n")
+            })
     };
     format!(
         "#include \"V{top}___024root.h\"\n\

@@ -153,7 +153,12 @@ impl Verilated {
         Ok(())
     }
 
-    fn write_skips(&mut self, first_clock: u64, skips: &[Skip], place: usize) -> Result<(), String> {
+    fn write_skips(
+        &mut self,
+        first_clock: u64,
+        skips: &[Skip],
+        place: usize,
+    ) -> Result<(), String> {
         if skips.is_empty() {
             return Ok(());
         }
@@ -230,13 +235,7 @@ impl Verilated {
         }
     }
 
-    fn ask(
-        &mut self,
-        what: What,
-        clocks: u64,
-        place: usize,
-        skips: usize,
-    ) -> Result<(), String> {
+    fn ask(&mut self, what: What, clocks: u64, place: usize, skips: usize) -> Result<(), String> {
         let word = |byte: u64| byte / size_of::<u64>() as u64;
         let request = [
             what as u64,

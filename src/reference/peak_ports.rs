@@ -95,7 +95,12 @@ impl PeakPorts {
 
     /// The scan whose counts were taken in ended before `clock`. Its peaks prove the
     /// points of `after_reset`, which is emptied.
-    pub(super) fn end_scan(&mut self, clock: u64, after_reset: &mut Vec<usize>, table: &CoverTable) {
+    pub(super) fn end_scan(
+        &mut self,
+        clock: u64,
+        after_reset: &mut Vec<usize>,
+        table: &CoverTable,
+    ) {
         let mut proves = std::mem::take(after_reset);
         for (detector, best) in self.best.iter().enumerate() {
             let Some(best) = best else {
@@ -104,7 +109,10 @@ impl PeakPorts {
             let kinds = [
                 (best.peak.count < 0, PeakKind::Negative),
                 (best.peak.count > 0, PeakKind::Positive),
-                (best.group == Group(0) && self.last_group > Group(0), PeakKind::First),
+                (
+                    best.group == Group(0) && self.last_group > Group(0),
+                    PeakKind::First,
+                ),
                 (best.group == self.last_group, PeakKind::Last),
                 (best.is_shared, PeakKind::Equal),
             ];
@@ -112,7 +120,10 @@ impl PeakPorts {
                 proves.extend(table.number(CoverPoint::Peak { detector, kind }));
             }
         }
-        let peaks = self.best.iter().map(|best| best.map_or_else(Peak::default, |best| best.peak));
+        let peaks = self
+            .best
+            .iter()
+            .map(|best| best.map_or_else(Peak::default, |best| best.peak));
         self.arriving.push_back(Arrival {
             clock: clock + u64::from(self.plan.latency_clocks),
             peaks: peaks.collect(),
@@ -122,7 +133,12 @@ impl PeakPorts {
     }
 
     /// ORs the ports into the records of a stretch of clocks without reset.
-    pub(super) fn predict(&mut self, clocks: Range<u64>, expected: &mut [u64], covered: &mut Covered) {
+    pub(super) fn predict(
+        &mut self,
+        clocks: Range<u64>,
+        expected: &mut [u64],
+        covered: &mut Covered,
+    ) {
         let mut filled = clocks.start;
         while let Some(arrival) = self.arriving.pop_front_if(|a| a.clock < clocks.end) {
             self.fill(clocks.start, filled..arrival.clock, expected);

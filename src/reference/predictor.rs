@@ -11,7 +11,7 @@ use super::coverage::{CoverPoint, CoverTable, Place, Running};
 use super::exercise::{Counted, Exercise};
 use super::pattern::{ChipPattern, chip_patterns};
 use super::peak_ports::PeakPorts;
-use super::resets::ResetWatch;
+use super::resets::{ResetWatch, Upon};
 use super::stream::{Arrival, Beat, ResultStream};
 use crate::scan::{Group, Step};
 use crate::sensor::contract::Contract;
@@ -256,7 +256,7 @@ impl Reference {
         while resets.next_if(|r| r.end <= clock).is_some() {}
         while clock < block.clocks.end {
             if let Some(reset) = resets.next_if(|r| r.start <= clock) {
-                self.reset(reset);
+                self.reset(reset, hits);
             }
             while let Some(skip) = skips.next_if(|s| s.clock <= clock) {
                 self.skip(skip);
@@ -277,15 +277,25 @@ impl Reference {
         }
     }
 
-    fn reset(&mut self, reset: &Range<u64>) {
+    fn reset(&mut self, reset: &Range<u64>, hits: &[Vec<u64>]) {
         // One that reaches into this block was told in the block before, too.
         if reset.end != self.released {
             self.stream.exercise.resets += 1;
             let in_pause = self.scan.group == Group(0)
                 && self.scan.scan > 0
                 && reset.start < self.released + 1 + self.scan.from;
-            let state = self.stream.state();
-            self.resets.enters(reset, in_pause, state, &self.table);
+            let lanes = u64::from(self.contract.lanes);
+            let word = reset.start * lanes..(reset.start + 1) * lanes;
+            let has_hit = |hits: &Vec<u64>| {
+                let at = hits.partition_point(|&hit| hit < word.start);
+                hits.get(at).is_some_and(|hit| word.contains(hit))
+            };
+            let upon = Upon {
+                in_pause,
+                has_hit: hits.iter().any(has_hit),
+                ports: self.stream.state(),
+            };
+            self.resets.enters(reset, upon, &self.table);
         }
         self.released = reset.end;
         self.scan = ScanState::start(&self.contract);
@@ -435,7 +445,8 @@ impl Reference {
         let proves = self.proven_points();
         self.stream.exercise.phase_steps += grouping.steps_of(self.scan.group).count() as u64;
         let is_counted = self.totals.iter().any(|&total| total > 0);
-        self.resets.group_ends(self.released + end, last, is_counted);
+        self.resets
+            .group_ends(self.released + end, last, is_counted);
         self.stream.push(Arrival {
             clock: self.released + end + u64::from(self.contract.result_latency_clocks),
             beats,
@@ -443,7 +454,9 @@ impl Reference {
             last,
             place: Place::of(self.scan.group.0, self.contract.groups()),
             proves,
-            proves_if_first: clamps.lone_point().and_then(|point| self.table.number(point)),
+            proves_if_first: clamps
+                .lone_point()
+                .and_then(|point| self.table.number(point)),
         });
         if let Some(peak) = self.peak.as_mut().filter(|_| last) {
             peak.end_scan(self.released + end, &mut self.resets.of_peaks, &self.table);
@@ -489,7 +502,12 @@ impl Reference {
                 if let Some(peak) = &mut self.peak {
                     // It counts the steps that it has seen.
                     let seen = Step(number - self.scan.left_out);
-                    peak.count(detector, self.contract.scan.phase_step(seen), count, self.scan.group);
+                    peak.count(
+                        detector,
+                        self.contract.scan.phase_step(seen),
+                        count,
+                        self.scan.group,
+                    );
                 }
                 self.finished.push(StepResult {
                     scan: self.scan.scan,

@@ -33,6 +33,16 @@ pub(super) struct PortState {
     pub(super) is_saturated: bool,
 }
 
+/// What a reset comes upon.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Upon {
+    /// The pause between two scans.
+    pub(super) in_pause: bool,
+    /// A hit in the word of its first clock.
+    pub(super) has_hit: bool,
+    pub(super) ports: PortState,
+}
+
 impl ResetWatch {
     pub(super) fn of(contract: &Contract) -> ResetWatch {
         let peak = contract.peak.map_or(0, |peak| peak.latency_clocks);
@@ -64,13 +74,8 @@ impl ResetWatch {
     }
 
     /// A reset begins.
-    pub(super) fn enters(
-        &mut self,
-        reset: &Range<u64>,
-        in_pause: bool,
-        ports: PortState,
-        table: &CoverTable,
-    ) {
+    pub(super) fn enters(&mut self, reset: &Range<u64>, upon: Upon, table: &CoverTable) {
+        let ports = upon.ports;
         let age = |clock: Option<u64>| clock.map(|clock| reset.start - 1 - clock);
         let length = reset.end - reset.start;
         self.of_results.clear();
@@ -82,24 +87,29 @@ impl ResetWatch {
             (ports.is_waiting, ResetState::Waiting),
             (ports.is_overrun, ResetState::Overrun),
             (ports.is_saturated, ResetState::Saturated),
-            (in_pause, ResetState::Pause),
+            (upon.in_pause, ResetState::Pause),
+            (length == 1 && upon.has_hit, ResetState::Hit),
         ];
         for (_, state) in states.into_iter().filter(|(is, _)| *is) {
-            self.of_results.extend(table.number(CoverPoint::Reset { state }));
+            self.of_results
+                .extend(table.number(CoverPoint::Reset { state }));
         }
         if length == 1 {
             if let Some(age) = age(self.group_end) {
                 let age = u32::try_from(age).unwrap_or(u32::MAX);
-                self.of_results.extend(table.number(CoverPoint::ResetAge { age }));
+                self.of_results
+                    .extend(table.number(CoverPoint::ResetAge { age }));
             }
             let is_lone = age(self.hit_before).is_none_or(|age| age >= self.depth);
             if let Some(age) = age(self.hit).filter(|_| is_lone) {
                 let age = u32::try_from(age).unwrap_or(u32::MAX);
-                self.of_results.extend(table.number(CoverPoint::ResetHit { age }));
+                self.of_results
+                    .extend(table.number(CoverPoint::ResetHit { age }));
             }
             if let Some(age) = age(self.scan_end) {
                 let age = u32::try_from(age).unwrap_or(u32::MAX);
-                self.of_peaks.extend(table.number(CoverPoint::PeakReset { age }));
+                self.of_peaks
+                    .extend(table.number(CoverPoint::PeakReset { age }));
             }
         }
         (self.group_end, self.scan_end) = (None, None);

@@ -127,7 +127,10 @@ impl AxisState {
             mark(CoverPoint::Held { beat: group.beat });
         }
         if self.waiting.is_empty() {
-            group.across.drain(..).for_each(|beat| mark(CoverPoint::HeldAcross { beat }));
+            group
+                .across
+                .drain(..)
+                .for_each(|beat| mark(CoverPoint::HeldAcross { beat }));
             if group.lost_at.take().is_some_and(|lost| lost + 1 == clock) {
                 mark(CoverPoint::TooLate);
             }

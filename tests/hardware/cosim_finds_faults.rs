@@ -146,6 +146,51 @@ const QUICK: &[Fault] = &[
         "{count_r[14], count_r}",
         "{1'b0, count_r}",
     ),
+    // What waits is overwritten, or a loss is not told.
+    (
+        "result_stream.v",
+        "o_valid <= i_counted | blocked;",
+        "if (i_counted) o_last <= i_last; o_valid <= i_counted | blocked;",
+    ),
+    (
+        "result_stream.v",
+        "o_valid <= i_counted | blocked;",
+        "if (i_counted) count_r <= i_count; o_valid <= i_counted | blocked;",
+    ),
+    (
+        "result_stream.v",
+        "if (i_counted & blocked) begin",
+        "if (i_counted & blocked & ~i_last) begin",
+    ),
+    (
+        "result_stream.v",
+        "if (i_counted & blocked) begin",
+        "if (i_counted & blocked & ~o_last) begin",
+    ),
+    // A second scan is as long as its counter happens to be.
+    (
+        "scan_controller.v",
+        "if (ends_scan) begin\n                steps_r <= STEPS_LOAD;\n            end else if",
+        "if",
+    ),
+    // A reset of one clock leaves something in the pipelines.
+    ("edge_detector.v", "o_hits <= 4'd0;", "o_hits <= pairs;"),
+    (
+        "quad_counter.v",
+        "hits_r <= 3'd0;",
+        "hits_r <= {&i_hit, two_hits, ^i_hit};",
+    ),
+    (
+        "quad_counter.v",
+        "o_sum <= 4'd0;",
+        "o_sum <= {1'b0, hits_r} - {downs_r, 1'b0};",
+    ),
+    ("accumulator.v", "base_r <= 15'd0;", "base_r <= total_r;"),
+    (
+        "scan_controller.v",
+        "step_ended_r <= 6'd0;",
+        "step_ended_r <= {step_ended_r[4:0], ends_step};",
+    ),
     // The top: the laser's timing.
     ("sensor_top.v", "o_laser <= chips", "o_laser <= ~chips"),
 ];
@@ -238,6 +283,23 @@ const PEAK: &[Fault] = &[
         "step_r == FIRST_STEP",
     ),
     ("peak_detector.v", "o_valid <= done_r", "o_valid <= ends_r"),
+    // A maximum below zero; a reset of one clock in the middle of a comparison.
+    (
+        "running_maximum.v",
+        "largest_r <= present;",
+        "largest_r <= present[10] ? 11'd0 : present;",
+    ),
+    (
+        "running_maximum.v",
+        "replaces_r <= 1'b0;",
+        "replaces_r <= i_compared & (i_first | comparison_greater);",
+    ),
+    (
+        "peak_detector.v",
+        "compares_r <= 4'd0;",
+        "compares_r <= {compares_r[2:0], i_counted | next_turn};",
+    ),
+    ("peak_detector.v", "done_r <= 1'b0;", "done_r <= ends_r;"),
 ];
 
 /// Faults in the Verilog of tests/scenes/totals.toml: total counts of two detectors.
@@ -289,6 +351,22 @@ const TOTALS: &[Fault] = &[
         "result_stream.v",
         "{1'b0, total_r, signed_count}",
         "{total_r[6], total_r, signed_count}",
+    ),
+    // The flag: without one of the counts, and with one that a last group has not.
+    (
+        "result_stream.v",
+        "i_clamped_3, i_clamped_2, i_clamped_1, i_clamped_0};",
+        "i_clamped_3, i_clamped_2, 1'b0, i_clamped_0};",
+    ),
+    (
+        "result_stream.v",
+        "clamped_last = {i_clamped_4, i_clamped_3,",
+        "clamped_last = {i_clamped_4, 1'b0,",
+    ),
+    (
+        "result_stream.v",
+        "clamped_last = {i_clamped_4, i_clamped_3, i_clamped_1,",
+        "clamped_last = {i_clamped_4, i_clamped_3, i_clamped_2,",
     ),
     (
         "result_stream.v",

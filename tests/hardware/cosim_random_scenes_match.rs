@@ -19,6 +19,8 @@ fn match_under_hostile_inputs(scenes: u64, seed: u64) {
         let (scene, emission) = draw::emitted(&mut rng, Extent::SHORT, |_| ());
         let request = Request {
             sources: sources_of(&emission),
+            // Shortened steps and scans, and whole ones.
+            registers: (number % 2 == 0).then(|| emission.scan_registers.clone()),
             cache: cache.path().to_owned(),
             stimulus: StimulusKind::Adversarial,
             clocks: Some(MOST_CLOCKS),

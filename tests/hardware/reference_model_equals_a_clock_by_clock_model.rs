@@ -2,9 +2,9 @@
 //! looks at every sample of every clock: levels become hits by comparing
 //! neighbouring samples, counts are dot products, the stream is a register.
 
-use goldtof::reference::adversarial::Adversarial;
+use goldtof::reference::adversarial::{Adversarial, Means};
 use goldtof::reference::level::Level;
-use goldtof::reference::predictor::Reference;
+use goldtof::reference::predictor::{Reference, Skip};
 use goldtof::reference::stimulus::{Drive, Stimulus};
 use goldtof::scene::{self, Scene};
 use goldtof::sensor::contract::{Contract, TotalCount};
@@ -31,6 +31,8 @@ struct Inputs {
     level: Vec<Vec<bool>>,
     reset: Vec<bool>,
     ready: Vec<bool>,
+    /// Where steps and scans are cut short.
+    skips: Vec<Skip>,
 }
 
 /// Signed counts and all hits of a group's steps, and whether they end a scan.
@@ -72,11 +74,25 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
         let mut peaks = vec![None; clocks];
         let mut scan_counts: Vec<Vec<(u64, i64)>> = vec![Vec::new(); inputs.level.len()];
         let mut start = 0;
+        // Steps that the delay lags behind.
+        let mut lag = 0;
         'scans: loop {
             let groups = steps.div_ceil(parallel);
-            for group in 0..groups {
-                let first = start + group * dwell;
-                let word = released + first + dwell;
+            let (mut group, mut first) = (0, start);
+            let mut left_out = 0;
+            while group < groups {
+                let mut chips = dwell;
+                for skip in &inputs.skips {
+                    let chip = skip.clock.wrapping_sub((released + 1 + first) as u64);
+                    if chip < chips as u64 {
+                        assert_eq!((skip.chip, skip.group.0), (chip, group as u64));
+                        chips -= skip.chips as usize;
+                        group += skip.groups as usize;
+                        left_out += skip.groups as usize * parallel;
+                        lag += skip.groups as usize * parallel;
+                    }
+                }
+                let word = released + first + chips;
                 if word >= end {
                     break 'scans;
                 }
@@ -84,9 +100,11 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
                 let detectors = contract.reference_codes.iter().zip(&inputs.level);
                 for ((code, level), scan_counts) in detectors.zip(&mut scan_counts) {
                     for j in group * parallel..((group + 1) * parallel).min(steps) {
-                        let k = (scan.first_step as usize + j) % steps_per_period;
+                        let first_step = scan.first_step as usize;
+                        let k = (first_step + j + steps_per_period - lag % steps_per_period)
+                            % steps_per_period;
                         let (mut count, mut hits) = (0i64, 0u64);
-                        for cycle in first..first + dwell {
+                        for cycle in first..first + chips {
                             for lane in 0..lanes {
                                 let sample = (released + 1 + cycle) * lanes + lane;
                                 if level[sample] && !level[sample - 1] {
@@ -99,7 +117,8 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
                             }
                         }
                         counts.push((count, hits));
-                        scan_counts.push((k as u64, count.clamp(low, high)));
+                        let told = (first_step + j - left_out) % steps_per_period;
+                        scan_counts.push((told as u64, count.clamp(low, high)));
                     }
                 }
                 if let Some(peak) = contract.peak.filter(|_| group + 1 == groups) {
@@ -113,12 +132,14 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
                 if arrival < end {
                     arrivals[arrival] = Some((counts, group + 1 == groups));
                 }
+                first += chips;
+                group += 1;
             }
-            let over = start + groups * dwell;
             start = if scan.is_full() && steps.is_multiple_of(parallel) {
-                over
+                first
             } else {
-                (over..).find(|n| n % period == 0).unwrap()
+                lag = 0;
+                (first..).find(|n| n % period == 0).unwrap()
             };
         }
         let mut axis = at_rest.clone();
@@ -181,10 +202,16 @@ fn largest(counts: &mut Vec<(u64, i64)>) -> (u64, i64) {
     found
 }
 
-fn event_driven(contract: &Contract, seed: u64, clocks: u64, block: u64) -> (Inputs, Vec<Ports>) {
+fn event_driven(
+    contract: &Contract,
+    seed: u64,
+    clocks: u64,
+    block: u64,
+    means: Means,
+) -> (Inputs, Vec<Ports>) {
     let layout = Layout::of(contract);
     let lanes = contract.lanes as usize;
-    let mut adversary = Adversarial::new(contract, seed);
+    let mut adversary = Adversarial::with_means(contract, seed, means).unwrap();
     let mut reference = Reference::new(contract.clone()).unwrap();
     let detectors = contract.reference_codes.len();
     let mut levels = vec![Level::new(contract.lanes); detectors];
@@ -192,6 +219,7 @@ fn event_driven(contract: &Contract, seed: u64, clocks: u64, block: u64) -> (Inp
         level: vec![vec![false; clocks as usize * lanes]; detectors],
         reset: vec![false; clocks as usize],
         ready: vec![true; clocks as usize],
+        skips: Vec::new(),
     };
     let mut ports = Vec::new();
     let mut drive = Drive::new(detectors);
@@ -209,6 +237,7 @@ fn event_driven(contract: &Contract, seed: u64, clocks: u64, block: u64) -> (Inp
         for reset in &drive.surroundings.resets {
             inputs.reset[reset.start as usize..reset.end.min(clocks) as usize].fill(true);
         }
+        inputs.skips.extend(&drive.surroundings.skips);
         for stall in &drive.surroundings.stalls {
             inputs.ready[stall.start as usize..stall.end.min(clocks) as usize].fill(false);
         }
@@ -413,7 +442,8 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
     contracts.push(with_wide_counts(Contract::of(&scenes[7])));
     for (i, contract) in contracts.iter().enumerate() {
         for seed in 0..4 {
-            let (inputs, predicted) = event_driven(contract, seed, 40_000, 1 << 12);
+            let means = Means::cosim(seed % 2 == 1);
+            let (inputs, predicted) = event_driven(contract, seed, 40_000, 1 << 12, means);
             let expected = clock_by_clock(contract, &inputs);
             let differs = (0..expected.len()).find(|&c| expected[c] != predicted[c]);
             if let Some(clock) = differs {
@@ -439,10 +469,11 @@ fn the_size_of_the_blocks_changes_nothing() {
         "",
     );
     let contract = Contract::of(&scene);
-    let (_, whole) = event_driven(&contract, 7, 20_000, 20_000);
+    let means = Means::cosim(true);
+    let (_, whole) = event_driven(&contract, 7, 20_000, 20_000, means);
     for block in [1, 2, 3, 97, 4096] {
         assert!(
-            event_driven(&contract, 7, 20_000, block).1 == whole,
+            event_driven(&contract, 7, 20_000, block, means).1 == whole,
             "blocks of {block}"
         );
     }

@@ -149,7 +149,9 @@ impl Words<'_> {
     pub fn clip(&self, is_asked: bool, pulses: &mut Vec<Pulse>) {
         if is_asked {
             let last = (self.origin + self.chips.end) * self.lanes() - 1;
-            pulses.iter_mut().for_each(|pulse| pulse.end = pulse.end.min(last));
+            pulses
+                .iter_mut()
+                .for_each(|pulse| pulse.end = pulse.end.min(last));
             pulses.retain(|pulse| pulse.first < pulse.end);
         }
     }
@@ -222,22 +224,32 @@ impl Words<'_> {
             chosen.push(sample);
             next = sample + 2;
         }
-        let others = (0..parallel).zip(&behind).filter(|&(other, _)| other != step);
+        let others = (0..parallel)
+            .zip(&behind)
+            .filter(|&(other, _)| other != step);
         let is_alone = others.into_iter().all(|(_, &behind)| behind > 0);
         (is_alone && chosen.len() as u64 == count.unsigned_abs()).then_some(chosen)
     }
 
-    /// Samples of so many hits that count up and down in turn.
+    /// Samples of so many hits that no step's count comes near its limit.
     fn total(&self, hits: u64) -> Option<Vec<u64>> {
+        let contract = self.reference.contract();
+        let most = (1i64 << (contract.count_bits - 1)) - 2;
+        let mut counts = vec![0i64; contract.parallel as usize];
         let mut chosen = Vec::new();
-        let (mut next, mut up) = (2, true);
+        let mut next = 2;
         for sample in self.samples() {
             if chosen.len() as u64 == hits {
                 break;
             }
-            if sample >= next && self.counts_up(0, sample) == up {
+            let after = |(step, count): (u64, &i64)| {
+                count + if self.counts_up(step, sample) { 1 } else { -1 }
+            };
+            let counted: Vec<i64> = (0..).zip(&counts).map(after).collect();
+            if sample >= next && counted.iter().all(|count| count.abs() <= most) {
+                counts = counted;
                 chosen.push(sample);
-                (next, up) = (sample + 2, !up);
+                next = sample + 2;
             }
         }
         (chosen.len() as u64 == hits).then_some(chosen)
@@ -248,9 +260,9 @@ impl Hits {
     /// The detector that has them, if the others have none.
     pub fn detector(self) -> Option<usize> {
         match self {
-            Hits::One { detector, .. } | Hits::Count { detector, .. } | Hits::Total { detector, .. } => {
-                Some(detector)
-            }
+            Hits::One { detector, .. }
+            | Hits::Count { detector, .. }
+            | Hits::Total { detector, .. } => Some(detector),
             _ => None,
         }
     }
@@ -269,7 +281,9 @@ impl Hits {
         let mut pulses = Vec::new();
         let lanes = words.lanes();
         match words.aimed(self, &mut pulses) {
-            Some(()) => pulses.last().map_or(0, |pulse| pulse.end / lanes - origin + 2),
+            Some(()) => pulses
+                .last()
+                .map_or(0, |pulse| pulse.end / lanes - origin + 2),
             None => 0,
         }
     }

@@ -196,7 +196,7 @@ impl Adversarial {
             self.decide_lead(start, Lead::Random);
             self.resets.push_back(start..end);
             self.arrival = None;
-            self.decide_until(end, &[]);
+            self.decide_lead(end, Lead::Random);
             return;
         }
         let position = self.scout.position();
@@ -208,7 +208,8 @@ impl Adversarial {
             self.decide_receiver(plan.receiver, self.decided, arrives);
             let lead = plan.lead;
             let length = Length::Exactly(chips);
-            self.plans.push_front(plan.long(length).received(Receiver::Takes));
+            self.plans
+                .push_front(plan.long(length).received(Receiver::Takes));
             self.decide_lead(position.first_word(), lead);
             return;
         }
@@ -220,8 +221,7 @@ impl Adversarial {
         if let Some(plan) = self.plans.pop_front() {
             return plan;
         }
-        let is_calm =
-            self.aims.calm_groups < CALM_GROUPS || self.decided < self.means.calm_clocks;
+        let is_calm = self.aims.calm_groups < CALM_GROUPS || self.decided < self.means.calm_clocks;
         if is_calm {
             self.aims.calm_groups += 1;
             let receiver = if self.aims.calm_groups <= CALM_GROUPS {
@@ -346,7 +346,10 @@ impl Adversarial {
         let is_end = chips.end == group.chips;
         let is_aimed_next = self.plans.front().is_some_and(|plan| plan.hits.needs_low());
         let mut pulses = vec![Vec::new(); self.pulses.len()];
-        let (lanes, parallel) = (u64::from(self.contract.lanes), u64::from(self.contract.parallel));
+        let (lanes, parallel) = (
+            u64::from(self.contract.lanes),
+            u64::from(self.contract.parallel),
+        );
         for (detector, pulses) in pulses.iter_mut().enumerate() {
             let words = Words {
                 reference: &self.scout,
@@ -380,7 +383,10 @@ impl Adversarial {
 
     /// Words outside of scans, up to a clock.
     fn decide_lead(&mut self, until: u64, lead: Lead) {
-        let (lanes, parallel) = (u64::from(self.contract.lanes), u64::from(self.contract.parallel));
+        let (lanes, parallel) = (
+            u64::from(self.contract.lanes),
+            u64::from(self.contract.parallel),
+        );
         let is_aimed_next = self.plans.front().is_some_and(|plan| plan.hits.needs_low());
         while self.decided < until {
             let end = (self.decided + MOST_CLOCKS_AT_ONCE).min(until);

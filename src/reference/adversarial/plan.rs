@@ -59,19 +59,40 @@ pub(super) enum Hits {
     /// On every other sample.
     EveryOther,
     /// Where the step has one sign, as many as there can be.
-    OneSided { step: u64, up: bool },
+    OneSided {
+        step: u64,
+        up: bool,
+    },
     /// Where all steps of the group have that sign.
-    AllSteps { up: bool },
+    AllSteps {
+        up: bool,
+    },
     /// A single one, where a step counts it so.
-    One { detector: usize, step: u64, lane: u64, up: bool },
+    One {
+        detector: usize,
+        step: u64,
+        lane: u64,
+        up: bool,
+    },
     /// On the first, or the last, sample of the group.
-    Border { first: bool },
+    Border {
+        first: bool,
+    },
     /// A single one in the word so many clocks before the cut.
-    BeforeCut { age: u64 },
+    BeforeCut {
+        age: u64,
+    },
     /// As many of one sign as make this count, in one step more than in any other.
-    Count { detector: usize, step: u64, count: i64 },
+    Count {
+        detector: usize,
+        step: u64,
+        count: i64,
+    },
     /// As many as make this total, with counts near zero.
-    Total { detector: usize, hits: u64 },
+    Total {
+        detector: usize,
+        hits: u64,
+    },
 }
 
 /// What the receiver does between the arrivals of two groups.
@@ -83,11 +104,17 @@ pub(super) enum Receiver {
     /// Takes nothing until well after the second arrival.
     Stalls,
     /// Holds one beat for some clocks.
-    Holds { beat: u64 },
+    Holds {
+        beat: u64,
+    },
     /// Holds it until after the second arrival.
-    HoldsAcross { beat: u64 },
+    HoldsAcross {
+        beat: u64,
+    },
     /// Takes the last beat so many clocks after the second group arrives.
-    TakesLastAfter { clocks: u64 },
+    TakesLastAfter {
+        clocks: u64,
+    },
 }
 
 impl GroupPlan {
@@ -122,7 +149,7 @@ impl GroupPlan {
         GroupPlan { length, ..self }
     }
 
-    pub fn to_the_end(self) -> GroupPlan {
+    pub fn then_the_last(self) -> GroupPlan {
         GroupPlan {
             to_the_end: true,
             ..self
@@ -136,7 +163,9 @@ impl GroupPlan {
 }
 
 fn peak_clocks(contract: &Contract) -> u64 {
-    contract.peak.map_or(0, |peak| u64::from(peak.latency_clocks))
+    contract
+        .peak
+        .map_or(0, |peak| u64::from(peak.latency_clocks))
 }
 
 /// What can be shortened, and how far.

@@ -63,7 +63,7 @@ impl Kitchen<'_> {
     fn to_the_end(&self, first: GroupPlan) -> Result<Vec<GroupPlan>, String> {
         let groups = self.contract.groups();
         if self.reach.leaves_out {
-            return Ok(vec![first.to_the_end()]);
+            return Ok(vec![first.then_the_last()]);
         }
         let clocks = self.reach.scan_clocks(self.contract);
         if clocks > self.reach.most_clocks {
@@ -95,9 +95,19 @@ impl Kitchen<'_> {
         let chips = self.contract.scan.integration_chips;
         let lanes = u64::from(self.contract.lanes);
         match point {
-            CoverPoint::Hit { detector, step, lane, up } => {
+            CoverPoint::Hit {
+                detector,
+                step,
+                lane,
+                up,
+            } => {
                 let (step, lane) = (step as u64, u64::from(lane));
-                let one = Hits::One { detector, step, lane, up };
+                let one = Hits::One {
+                    detector,
+                    step,
+                    lane,
+                    up,
+                };
                 // The sign that is wanted may come only later.
                 let code = self.contract.reference_codes[detector].len();
                 let groups = (code / chips).clamp(1, 40) + 1;
@@ -107,7 +117,9 @@ impl Kitchen<'_> {
                 plans
             }
             CoverPoint::FullWord { .. } => vec![
-                self.fresh().with(Hits::EveryOther).long(Length::AtLeast(128)),
+                self.fresh()
+                    .with(Hits::EveryOther)
+                    .long(Length::AtLeast(128)),
                 plain().with(Hits::EveryOther).long(Length::AtLeast(128)),
             ],
             CoverPoint::BeforeScan { .. } => vec![GroupPlan {
@@ -146,20 +158,25 @@ impl Kitchen<'_> {
 
     fn clamps(&self, point: CoverPoint) -> Result<Vec<GroupPlan>, String> {
         let limit = 1i64 << (self.contract.count_bits - 1);
-        let count = |up: bool, beyond: i64| if up { limit - 1 + beyond } else { -limit - beyond };
+        let count = |up: bool, beyond: i64| {
+            if up {
+                limit - 1 + beyond
+            } else {
+                -limit - beyond
+            }
+        };
         let hits = match point {
             CoverPoint::Limit { detector, step, up } => Hits::Count {
                 detector,
                 step: step as u64,
                 count: count(up, 0),
             },
-            CoverPoint::Clamp { detector, step, up } | CoverPoint::AbsentClamp { detector, step, up } => {
-                Hits::Count {
-                    detector,
-                    step: step as u64,
-                    count: count(up, 1),
-                }
-            }
+            CoverPoint::Clamp { detector, step, up }
+            | CoverPoint::AbsentClamp { detector, step, up } => Hits::Count {
+                detector,
+                step: step as u64,
+                count: count(up, 1),
+            },
             CoverPoint::TotalClamp { detector, beyond } => Hits::Total {
                 detector,
                 hits: self.contract.total.map_or(0, |t| mask(t.bits)) + u64::from(beyond),
@@ -173,7 +190,11 @@ impl Kitchen<'_> {
         // The first group of a scan, or a later one: their signs differ.
         let age = u64::from(self.contract.result_latency_clocks) + self.beats() + 2;
         let later = GroupPlan::random().with(hits);
-        Ok(vec![self.fresh().with(hits), later.clone().after_reset(age, 2), later])
+        Ok(vec![
+            self.fresh().with(hits),
+            later.clone().after_reset(age, 2),
+            later,
+        ])
     }
 
     fn peaks(&self, point: CoverPoint) -> Result<Vec<GroupPlan>, String> {
@@ -193,7 +214,10 @@ impl Kitchen<'_> {
         if kind == PeakKind::Last {
             plans.iter_mut().for_each(|plan| plan.hits = side(false));
         } else if kind == PeakKind::First {
-            plans.iter_mut().skip(1).for_each(|plan| plan.hits = side(false));
+            plans
+                .iter_mut()
+                .skip(1)
+                .for_each(|plan| plan.hits = side(false));
         }
         let reset = plans.is_empty().then_some(self.fresh().reset).flatten();
         let last = GroupPlan::random().with(last).long(long);
@@ -208,7 +232,10 @@ impl Kitchen<'_> {
             CoverPoint::HeldAcross { beat } => Receiver::HoldsAcross { beat: beat as u64 },
             CoverPoint::BackToBack => Receiver::TakesLastAfter { clocks: 0 },
             CoverPoint::TooLate => Receiver::TakesLastAfter { clocks: 1 },
-            CoverPoint::LastHeldAcross | CoverPoint::Lost { place: Place::First } => {
+            CoverPoint::LastHeldAcross
+            | CoverPoint::Lost {
+                place: Place::First,
+            } => {
                 let mut plans = self.scan(self.fresh(), plain())?;
                 plans.push(plain().received(Receiver::HoldsAcross { beat: self.beats() }));
                 return Ok(plans);
@@ -246,6 +273,7 @@ impl Kitchen<'_> {
             }
             CoverPoint::Reset { state } => match state {
                 ResetState::TwoClocks => vec![dense, plain().after_reset(1, 2)],
+                ResetState::Hit => vec![dense, plain().after_reset(0, 1)],
                 ResetState::Waiting | ResetState::Overrun => vec![
                     dense,
                     plain().received(Receiver::Stalls),
@@ -254,8 +282,15 @@ impl Kitchen<'_> {
                 ResetState::Saturated => {
                     let count = 1i64 << (self.contract.count_bits - 1);
                     let (detector, step) = (0, 0);
-                    let clamp = Hits::Count { detector, step, count };
-                    vec![self.fresh().with(clamp), plain().after_reset(latency + 2, 1)]
+                    let clamp = Hits::Count {
+                        detector,
+                        step,
+                        count,
+                    };
+                    vec![
+                        self.fresh().with(clamp),
+                        plain().after_reset(latency + 2, 1),
+                    ]
                 }
                 ResetState::Pause => {
                     let mut plans = self.scan(self.fresh(), plain())?;

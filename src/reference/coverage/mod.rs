@@ -240,6 +240,8 @@ pub enum ResetState {
     Saturated,
     /// Between two scans.
     Pause,
+    /// It is one clock long, and the word of that clock has a hit.
+    Hit,
 }
 
 /// Cover points of a contract.
@@ -277,7 +279,10 @@ impl Covered {
 
     /// Points that were covered.
     pub fn count(&self) -> usize {
-        self.bits.iter().map(|word| word.count_ones() as usize).sum()
+        self.bits
+            .iter()
+            .map(|word| word.count_ones() as usize)
+            .sum()
     }
 }
 
@@ -327,13 +332,21 @@ impl CoverPoint {
     pub fn family(&self) -> &'static str {
         use CoverPoint::*;
         match self {
-            Hit { .. } | FullWord { .. } | FirstSample { .. } | BeforeScan { .. }
+            Hit { .. }
+            | FullWord { .. }
+            | FirstSample { .. }
+            | BeforeScan { .. }
             | StepBorder { .. } => "hits",
             Carry { .. } | Borrow { .. } | TotalCarry { .. } => "carries",
             Limit { .. } | Clamp { .. } | AbsentClamp { .. } | TotalClamp { .. } => "clamps",
             Peak { .. } => "peaks",
-            Held { .. } | HeldAcross { .. } | Lost { .. } | LastHeldAcross | BackToBack
-            | TooLate | Burst => "stream",
+            Held { .. }
+            | HeldAcross { .. }
+            | Lost { .. }
+            | LastHeldAcross
+            | BackToBack
+            | TooLate
+            | Burst => "stream",
             ResetAge { .. } | ResetHit { .. } | PeakReset { .. } | Reset { .. } => "resets",
             Result { .. } | WholeStep | WholeScan | DelayWraps { .. } | CodeWraps { .. } => "scans",
         }
@@ -345,7 +358,12 @@ impl CoverPoint {
         let of = |detector: usize| names.get(detector).map_or("?", String::as_str);
         let sign = |up: bool| if up { "up" } else { "down" };
         match *self {
-            Hit { detector, step, lane, up } => format!(
+            Hit {
+                detector,
+                step,
+                lane,
+                up,
+            } => format!(
                 "{}: a hit of lane {lane} counted {} in step {step} of a group",
                 of(detector),
                 sign(up)
@@ -364,20 +382,37 @@ impl CoverPoint {
                 of(detector),
                 if first { "first" } else { "last" }
             ),
-            Carry { detector, step, bit, up } => format!(
+            Carry {
+                detector,
+                step,
+                bit,
+                up,
+            } => format!(
                 "{}: a {} out of bit {} of the total of step {step} of a group",
                 of(detector),
                 if up { "carry" } else { "borrow" },
                 bit - 1
             ),
-            Borrow { detector, step, bit } => format!(
+            Borrow {
+                detector,
+                step,
+                bit,
+            } => format!(
                 "{}: a count that borrows from bit {bit} in step {step} of a group",
                 of(detector)
             ),
-            TotalCarry { detector, bit, borrow } => format!(
+            TotalCarry {
+                detector,
+                bit,
+                borrow,
+            } => format!(
                 "{}: a {} bit {bit} of the total of all hits",
                 of(detector),
-                if borrow { "difference that borrows from" } else { "carry into" }
+                if borrow {
+                    "difference that borrows from"
+                } else {
+                    "carry into"
+                }
             ),
             Limit { detector, step, up } => format!(
                 "{}: the {} count, not clamped, in step {step} of a group",
@@ -418,7 +453,11 @@ impl CoverPoint {
             Result { place, later_scan } => format!(
                 "a result of the {} group of {}",
                 place.text(),
-                if later_scan { "a scan behind another" } else { "the first scan" }
+                if later_scan {
+                    "a scan behind another"
+                } else {
+                    "the first scan"
+                }
             ),
             WholeStep => "a step of its whole length".to_owned(),
             WholeScan => "a scan with all its steps".to_owned(),
@@ -481,6 +520,7 @@ impl ResetState {
             ResetState::Overrun => "while o_overrun is high",
             ResetState::Saturated => "while o_saturated is high",
             ResetState::Pause => "between two scans",
+            ResetState::Hit => "of one clock with a hit in its word",
         }
     }
 }

@@ -11,7 +11,8 @@ const MOST_STEPS_LOOKED_AT: u64 = 1 << 16;
 const MOST_HITS: u64 = 1 << 22;
 
 const ONE_SIGN: &str = "no step has a chip of that sign for that lane";
-const SHORT_STEPS: &str = "steps are shorter than the pipeline: a group's end is never that long ago";
+const SHORT_STEPS: &str =
+    "steps are shorter than the pipeline: a group's end is never that long ago";
 
 /// Fills the table.
 pub(super) fn fill(contract: &Contract, table: &mut CoverTable) {
@@ -39,7 +40,12 @@ fn hits(contract: &Contract, table: &mut CoverTable, detector: usize) {
         for lane in 0..contract.lanes {
             let reached = signs.reached(contract, step, lane);
             for up in [false, true] {
-                let point = CoverPoint::Hit { detector, step, lane, up };
+                let point = CoverPoint::Hit {
+                    detector,
+                    step,
+                    lane,
+                    up,
+                };
                 table.add_or(point, (!reached[usize::from(up)]).then_some(ONE_SIGN));
             }
         }
@@ -54,7 +60,10 @@ fn hits(contract: &Contract, table: &mut CoverTable, detector: usize) {
     for first in [false, true] {
         let point = CoverPoint::StepBorder { detector, first };
         let single = first && contract.groups() == 1;
-        table.add_or(point, single.then_some("a scan has a single group of steps"));
+        table.add_or(
+            point,
+            single.then_some("a scan has a single group of steps"),
+        );
     }
 }
 
@@ -64,17 +73,30 @@ fn counting(contract: &Contract, table: &mut CoverTable, detector: usize) {
     for step in steps(contract) {
         for bit in borders().chain([segments.bits()]) {
             for up in [false, true] {
-                table.add(CoverPoint::Carry { detector, step, bit, up });
+                table.add(CoverPoint::Carry {
+                    detector,
+                    step,
+                    bit,
+                    up,
+                });
             }
         }
         for bit in borders() {
-            table.add(CoverPoint::Borrow { detector, step, bit });
+            table.add(CoverPoint::Borrow {
+                detector,
+                step,
+                bit,
+            });
         }
     }
     if let Some(total) = contract.total {
         for bit in borders().filter(|&bit| 1 << bit <= MOST_HITS) {
             for borrow in [false, true] {
-                table.add(CoverPoint::TotalCarry { detector, bit, borrow });
+                table.add(CoverPoint::TotalCarry {
+                    detector,
+                    bit,
+                    borrow,
+                });
             }
         }
         if total.saturates() {
@@ -164,8 +186,12 @@ fn resets(contract: &Contract, table: &mut CoverTable) {
         (ResetState::Long, true),
         (ResetState::Waiting, true),
         (ResetState::Overrun, true),
+        (ResetState::Hit, true),
         (ResetState::Saturated, contract.saturates()),
-        (ResetState::Pause, contract.realigns() && !ends_at_epochs(contract)),
+        (
+            ResetState::Pause,
+            contract.realigns() && !ends_at_epochs(contract),
+        ),
     ];
     for (state, exists) in states {
         if exists {
@@ -186,19 +212,22 @@ fn scans(contract: &Contract, table: &mut CoverTable) {
             table.add(CoverPoint::Result { place, later_scan });
         }
     }
-    table.add(CoverPoint::WholeStep);
-    table.add(CoverPoint::WholeScan);
     let scan = &contract.scan;
     let parallel = u64::from(contract.parallel);
     let grows = (contract.groups() - 1) * parallel;
     let lanes = u64::from(contract.lanes);
     let past_chip = scan.first_step % lanes + grows >= lanes;
     let point = CoverPoint::DelayWraps { period: false };
-    table.add_or(point, (!past_chip).then_some("a scan's steps lie within a chip"));
+    table.add_or(
+        point,
+        (!past_chip).then_some("a scan's steps lie within a chip"),
+    );
     let past_period = !contract.realigns() || scan.first_step + grows >= scan.steps_per_period;
     let point = CoverPoint::DelayWraps { period: true };
     let reason = "a scan's steps do not reach the code's end";
     table.add_or(point, (!past_period).then_some(reason));
+    table.add(CoverPoint::WholeStep);
+    table.add(CoverPoint::WholeScan);
     for source in 0..contract.source_codes.len() {
         table.add(CoverPoint::CodeWraps { source });
     }
@@ -250,7 +279,8 @@ impl Signs {
             if number >= scan.steps {
                 break;
             }
-            let start = (group % self.detector_period) * (scan.integration_chips % self.detector_period)
+            let start = (group % self.detector_period)
+                * (scan.integration_chips % self.detector_period)
                 % self.detector_period;
             let sample = start * self.lanes + u64::from(lane) + period
                 - scan.phase_step(Step(number)) % period;

@@ -124,19 +124,33 @@ impl Running {
                 add(if begins_scan {
                     CoverPoint::FirstSample { detector }
                 } else {
-                    CoverPoint::StepBorder { detector, first: true }
+                    CoverPoint::StepBorder {
+                        detector,
+                        first: true,
+                    }
                 });
             }
             if std::mem::take(&mut seen.last_sample) {
-                add(CoverPoint::StepBorder { detector, first: false });
+                add(CoverPoint::StepBorder {
+                    detector,
+                    first: false,
+                });
             }
             for &bit in &self.borders {
                 if seen.total >> bit != seen.base >> bit {
-                    add(CoverPoint::TotalCarry { detector, bit, borrow: false });
+                    add(CoverPoint::TotalCarry {
+                        detector,
+                        bit,
+                        borrow: false,
+                    });
                 }
                 let low = |number: u64| number & ((1 << bit) - 1);
                 if low(seen.total) < low(seen.base) {
-                    add(CoverPoint::TotalCarry { detector, bit, borrow: true });
+                    add(CoverPoint::TotalCarry {
+                        detector,
+                        bit,
+                        borrow: true,
+                    });
                 }
             }
             seen.base = seen.total;
@@ -161,18 +175,32 @@ impl Counter {
             while lanes != 0 {
                 let lane = lanes.trailing_zeros();
                 lanes &= lanes - 1;
-                add(CoverPoint::Hit { detector, step, lane, up });
+                add(CoverPoint::Hit {
+                    detector,
+                    step,
+                    lane,
+                    up,
+                });
             }
             for (number, &bit) in borders.iter().enumerate() {
                 if self.crossed[usize::from(up)] >> number & 1 == 1 {
-                    add(CoverPoint::Carry { detector, step, bit, up });
+                    add(CoverPoint::Carry {
+                        detector,
+                        step,
+                        bit,
+                        up,
+                    });
                 }
             }
         }
         for &bit in borders {
             let low = |number: i64| number.rem_euclid(1 << bit);
             if low(self.total) < low(self.base) {
-                add(CoverPoint::Borrow { detector, step, bit });
+                add(CoverPoint::Borrow {
+                    detector,
+                    step,
+                    bit,
+                });
             }
         }
     }

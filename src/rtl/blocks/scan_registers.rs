@@ -46,8 +46,12 @@ impl ScanRegisters {
             states: HashMap::new(),
         };
         ScanRegisters {
-            chips: plan.counts_chips().then(|| register("dwell_r", plan.dwell())),
-            groups: plan.counts_steps().then(|| register("steps_r", plan.step())),
+            chips: plan
+                .counts_chips()
+                .then(|| register("dwell_r", plan.dwell())),
+            groups: plan
+                .counts_steps()
+                .then(|| register("steps_r", plan.step())),
         }
     }
 
@@ -59,7 +63,8 @@ impl ScanRegisters {
 
 impl PartialEq for ScanRegisters {
     fn eq(&self, other: &ScanRegisters) -> bool {
-        let key = |register: &CountRegister| (register.name, register.width(), register.counter.taps());
+        let key =
+            |register: &CountRegister| (register.name, register.width(), register.counter.taps());
         self.present().map(key).eq(other.present().map(key))
     }
 }
