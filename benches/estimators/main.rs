@@ -16,7 +16,7 @@ use std::error::Error;
 use std::path::Path;
 
 use goldtof::estimate::{
-    CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate,
+    CountingTier, calibration_offset_ps, delay_error_ps, distance_m, estimate,
 };
 use goldtof::photons::{DetectorModel, StepCount};
 use goldtof::response::MeanResponse;
@@ -83,6 +83,6 @@ fn error_mm(scene: &Scene, delay_ps: f64) -> f64 {
 fn phase_error_mm(scene: &Scene, counts: &[StepCount]) -> Outcome<f64> {
     let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
     let offset_ps = calibration_offset_ps(scene, 0, TIER);
-    let found = estimate(&Measurement::new(scene, &signed), offset_ps)?;
+    let found = estimate(&scene.timing(), &signed, offset_ps)?;
     Ok(error_mm(scene, found.delay_ps))
 }

@@ -2,7 +2,7 @@
 
 use super::NoEstimate;
 use crate::photons::DetectorModel;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Checks that light with the code of a detector's reference reaches it.
 ///
@@ -15,12 +15,12 @@ use crate::scene::Scene;
 ///
 /// # Panics
 /// If the scene has no such detector.
-pub fn check_modulated(scene: &Scene, detector: usize) -> Result<(), NoEstimate> {
-    let own = scene.detectors[detector].reference;
-    let model = DetectorModel::new(scene, detector);
+pub fn check_modulated(sensor: &Sensor, detector: usize) -> Result<(), NoEstimate> {
+    let own = sensor.scene().detectors[detector].reference;
+    let model = DetectorModel::new(sensor, detector);
     let is_modulated = model
         .modulated_paths()
-        .any(|path| scene.paths[path].source == own);
+        .any(|path| sensor.scene().paths[path].source == own);
     is_modulated.then_some(()).ok_or(NoEstimate::NotModulated)
 }
 

@@ -18,6 +18,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::random::{StreamKey, StreamRng, scatter};
 use super::time::ChipTime;
+use crate::scan::Clock;
 use crate::scene;
 
 /// Cells in a correlation time.
@@ -52,12 +53,12 @@ struct Bridge {
 
 impl Movement {
     /// `None` for a path that stands still.
-    pub fn new(path: &scene::Path, chip_period_ps: f64) -> Option<Movement> {
+    pub fn new(path: &scene::Path, clock: Clock) -> Option<Movement> {
         let movement = path.movement.filter(|movement| !movement.is_neutral())?;
         let fluctuation = movement.fluctuation.filter(|f| f.std_m > 0.0).map(|f| {
             Fluctuation::new(
-                path.delay_std_ps() / chip_period_ps,
-                f.correlation_time_ps / chip_period_ps,
+                clock.chips(path.delay_std_ps()),
+                clock.chips(f.correlation_time_ps),
             )
         });
         Some(Movement {

@@ -9,7 +9,7 @@ fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {
     let contract = Contract::of(scene);
     let emission = emit(scene, "goldtof emit test.toml --out build").expect("the scene is fine");
     let inputs = stimulus::inputs(
-        contract.lanes * contract.reference_codes.len() as u32,
+        contract.lanes() * contract.reference_codes.len() as u32,
         cycles,
         seed,
     );

@@ -5,8 +5,8 @@ use crate::optics_support::{
     table_i_scene,
 };
 use goldtof::estimate::{
-    CountingTier, Measurement, PredictionError, calibration_offset_ps, delay_error_ps, distance_m,
-    estimate, predict,
+    CountingTier, PredictionError, calibration_offset_ps, delay_error_ps, distance_m, estimate,
+    predict,
 };
 use goldtof::photons::{DetectorModel, count_step};
 use goldtof::scan::Step;
@@ -35,7 +35,7 @@ fn errors_m(scene: &Scene, tier: CountingTier, scans: u64) -> Moments {
                 .map(|count| count as i64)
                 .collect(),
         };
-        let found = estimate(&Measurement::new(scene, &counts), offset_ps).expect("a peak");
+        let found = estimate(&scene.timing(), &counts, offset_ps).expect("a peak");
         assert!(found.is_fine());
         distance_m(delay_error_ps(
             found.delay_ps,

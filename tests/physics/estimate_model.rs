@@ -9,8 +9,7 @@ use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::estimate::bound::bound;
 use goldtof::estimate::fit::{FitError, ModelEstimate, OtherLight, fit};
 use goldtof::estimate::{
-    CountingTier, Measurement, NoEstimate, calibration_offset_ps, delay_error_ps, distance_m,
-    estimate,
+    CountingTier, NoEstimate, calibration_offset_ps, delay_error_ps, distance_m, estimate,
 };
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::scan::Step;
@@ -40,7 +39,7 @@ fn error_m(scene: &Scene, delay_ps: f64) -> f64 {
 fn phase_error_m(scene: &Scene, counts: &[StepCount]) -> f64 {
     let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
     let offset_ps = calibration_offset_ps(scene, 0, TIER);
-    let found = estimate(&Measurement::new(scene, &signed), offset_ps).expect("a peak");
+    let found = estimate(&scene.timing(), &signed, offset_ps).expect("a peak");
     error_m(scene, found.delay_ps)
 }
 

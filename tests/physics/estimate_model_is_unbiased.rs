@@ -8,7 +8,7 @@ use crate::optics_support::{gold_11, table_i_scene};
 use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::estimate::fit::{Fitter, ModelEstimate, OtherLight, fit_means};
 use goldtof::estimate::{
-    CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate,
+    CountingTier, calibration_offset_ps, delay_error_ps, distance_m, estimate,
 };
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::response::MeanCount;
@@ -35,7 +35,7 @@ fn error_mm(scene: &Scene, delay_ps: f64) -> f64 {
 fn phase_error_mm(scene: &Scene, counts: &[MeanCount]) -> f64 {
     let signed: Vec<i64> = counts.iter().map(|c| c.signed.round() as i64).collect();
     let offset_ps = calibration_offset_ps(scene, 0, TIER);
-    let found = estimate(&Measurement::new(scene, &signed), offset_ps).expect("a peak");
+    let found = estimate(&scene.timing(), &signed, offset_ps).expect("a peak");
     error_mm(scene, found.delay_ps)
 }
 
@@ -138,7 +138,7 @@ fn the_shape_of_the_peak_is_found_where_its_largest_count_is_not() {
     for repetition in 0..100 {
         let counts = photons(&scene, repetition);
         let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
-        let phase = estimate(&Measurement::new(&scene, &signed), offset_ps);
+        let phase = estimate(&scene.timing(), &signed, offset_ps);
         by_phase += u32::from(phase.map_or(true, |found| is_off(found.delay_ps)));
         let model = fitter.fit(&counts);
         by_model += u32::from(model.map_or(true, |found| is_off(found.delay_ps)));

@@ -4,8 +4,7 @@ use crate::optics_support::{
     Moments, assert_within_standard_errors, gold_5, ideal_scene, table_i_scene,
 };
 use goldtof::estimate::{
-    CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate,
-    predict, true_delay,
+    CountingTier, calibration_offset_ps, delay_error_ps, distance_m, estimate, predict, true_delay,
 };
 use goldtof::photons::fast::{OutsideDomain, StepCounter};
 use goldtof::photons::{DetectorModel, StepCount, count_step};
@@ -35,7 +34,7 @@ fn fluctuating(mut scene: Scene, std_m: f64, correlation_time_ps: f64) -> Scene 
 }
 
 fn scan(model: &DetectorModel, seed: u64, repetition: u64) -> Vec<StepCount> {
-    (0..model.scan().steps)
+    (0..model.timing().scan.steps)
         .map(|step| count_step(model, seed, repetition, Step(step)))
         .collect()
 }
@@ -184,7 +183,7 @@ fn errors_m(scene: &Scene, scans: u64) -> Moments {
             .iter()
             .map(|c| c.signed)
             .collect();
-        let found = estimate(&Measurement::new(scene, &counts), offset_ps).expect("a peak");
+        let found = estimate(&scene.timing(), &counts, offset_ps).expect("a peak");
         distance_m(delay_error_ps(found.delay_ps, truth.delay_ps, period_ps))
     }))
 }

@@ -6,9 +6,7 @@ use crate::optics_support::{
     Moments, assert_within_standard_errors, full_scan, gold_5, table_i_scene,
 };
 use goldtof::estimate::fit::{Fitter, OtherLight, expected_fit};
-use goldtof::estimate::{
-    Measurement, bound::bound, calibration_offset_ps, distance_m, estimate, predict,
-};
+use goldtof::estimate::{bound::bound, calibration_offset_ps, distance_m, estimate, predict};
 use goldtof::photons::{DetectorModel, Pulse, PulseStream, StepCount};
 use goldtof::response::{
     CountMoments, CountingTier, MeanResponse, MeanResponseError, SecondMoments,
@@ -443,7 +441,7 @@ fn assert_errors_are_as_expected(name: &str, scene: &Scene, scans: u64) {
     for seed in 0..scans {
         let counts = painted_counts(scene, &model, 1_000 + seed, &mut [0.0]);
         let signed: Vec<i64> = counts.iter().map(|count| count[0] as i64).collect();
-        let phase = estimate(&Measurement::new(scene, &signed), offset_ps).expect("a peak");
+        let phase = estimate(&scene.timing(), &signed, offset_ps).expect("a peak");
         phases.push(phase.distance_m - true_m);
         let counts: Vec<StepCount> = counts
             .iter()

@@ -154,8 +154,8 @@ fn a_window_scan_ends_after_its_last_step() {
     let steps: Vec<(u64, u64)> = (0..5).map(|j| (0, j)).collect();
     assert_eq!(pulses, naive_pulses(&scene, &model, &steps));
     // 250 chips, realigned to the ninth period of 31 chips.
-    assert_eq!(model.first_chip(0, Group(4)), 200);
-    assert_eq!(model.first_chip(1, Group(0)), 279);
+    assert_eq!(model.timing().first_chip(0, Group(4)), 200);
+    assert_eq!(model.timing().first_chip(1, Group(0)), 279);
 }
 
 proptest! {

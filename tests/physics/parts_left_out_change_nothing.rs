@@ -99,7 +99,7 @@ fn scene_of(choice: &Choice) -> Scene {
 }
 
 fn pulses(model: &DetectorModel, seed: u64) -> Vec<Pulse> {
-    let samples = model.groups() * model.scan().integration_chips * 8;
+    let samples = model.timing().groups() * model.timing().scan.integration_chips * 8;
     let mut pulses = Vec::new();
     PulseStream::new(model, seed, 1).advance(samples, &mut pulses);
     pulses
@@ -107,13 +107,13 @@ fn pulses(model: &DetectorModel, seed: u64) -> Vec<Pulse> {
 
 fn plain_counts(model: &DetectorModel, seed: u64) -> Vec<StepCount> {
     let count = |step| count_step(model, seed, 1, Step(step));
-    (0..model.scan().steps).map(count).collect()
+    (0..model.timing().scan.steps).map(count).collect()
 }
 
 /// Counts of the vector lanes; none if they cannot do the model.
 fn lane_counts(model: &DetectorModel, seed: u64) -> Option<Vec<StepCount>> {
     let counter = StepCounter::new(model);
-    let steps = model.scan().steps;
+    let steps = model.timing().scan.steps;
     let mut counts = vec![StepCount::ZERO; steps as usize];
     counter.count(seed, 1..2, 0..steps, &mut counts);
     counter.outside_domain().is_none().then_some(counts)
