@@ -131,17 +131,17 @@ const MOST_DWELL_CHIPS: u64 = 1 << 60;
 /// stands in every file, in characters that are no more than a comment there.
 pub fn emit(sensor: &Sensor, command: &str) -> Result<Emission, HdlError> {
     let contract = sensor.contract();
-    check_limits(sensor, &contract)?;
+    check_limits(sensor, contract)?;
     let command = printable_ascii(command);
     let made_by = format!("{command} (goldtof {})", env!("CARGO_PKG_VERSION"));
-    let files: Vec<EmittedFile> = verilog_of(&SensorTop::new(&contract), &made_by)?
+    let files: Vec<EmittedFile> = verilog_of(&SensorTop::new(contract), &made_by)?
         .into_iter()
         .map(|module| EmittedFile {
             name: format!("{}.v", module.name),
             text: module.text,
         })
         .collect();
-    let flow = Flow::of(sensor, &contract, &files, &made_by)?;
+    let flow = Flow::of(sensor, contract, &files, &made_by)?;
     Ok(Emission {
         scene: sensor.scene().name.clone(),
         command: command.into_owned(),
@@ -151,7 +151,7 @@ pub fn emit(sensor: &Sensor, command: &str) -> Result<Emission, HdlError> {
         clock_hz: sensor.clock().frequency_hz(),
         left_out: left_out(sensor),
         result_latency_clocks: contract.result_latency_clocks,
-        parameters: parameters(&contract),
+        parameters: parameters(contract),
         flow,
     })
 }

@@ -29,7 +29,7 @@ mod tests {
     use std::path::Path as FilePath;
 
     use super::*;
-    use crate::scene;
+    use crate::scene::{self, Scene};
 
     #[test]
     fn light_without_its_code_is_nothing_to_estimate_from() {
@@ -39,7 +39,7 @@ mod tests {
         let verdict = |change: &dyn Fn(&mut Scene)| {
             let mut scene = bright.clone();
             change(&mut scene);
-            check_modulated(&scene, 0)
+            check_modulated(&Sensor::new(&scene), 0)
         };
         let refused = Err(NoEstimate::NotModulated);
         assert_eq!(verdict(&|_| ()), Ok(()));

@@ -290,8 +290,12 @@ mod tests {
             index: 0,
             number: 0,
         };
+        let clock = Clock {
+            chip_period_ps: 1.0,
+            samples_per_chip: 8,
+        };
         let light =
-            ExcessLight::new(path, rates, &code, delay_ps, 1.0, &[]).expect("there is light");
+            ExcessLight::new(path, rates, &code, delay_ps, clock, &[]).expect("there is light");
         let key = StreamKey {
             seed: 1,
             detector: 0,

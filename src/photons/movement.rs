@@ -362,8 +362,12 @@ mod tests {
             index: 0,
             number: 0,
         };
+        let clock = Clock {
+            chip_period_ps: 8_000.0,
+            samples_per_chip: 8,
+        };
         let still =
-            ExcessLight::new(path, rates, &code, 21_350.0, 8_000.0, &[]).expect("there is light");
+            ExcessLight::new(path, rates, &code, 21_350.0, clock, &[]).expect("there is light");
         let at_no_speed = Movement {
             delay_rate: 0.0,
             fluctuation: None,

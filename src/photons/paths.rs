@@ -61,7 +61,7 @@ mod tests {
     use std::path::Path as FilePath;
 
     use super::*;
-    use crate::scene;
+    use crate::scene::{self, Scene};
 
     fn scene() -> Scene {
         let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("scenes/multipath.toml");
@@ -74,8 +74,8 @@ mod tests {
         let mut backwards = forwards.clone();
         backwards.paths.reverse();
         let last = forwards.paths.len() - 1;
-        let there = paths_to(&forwards, 0);
-        let back: Vec<NumberedPath> = paths_to(&backwards, 0)
+        let there = paths_to(&Sensor::new(&forwards), 0);
+        let back: Vec<NumberedPath> = paths_to(&Sensor::new(&backwards), 0)
             .into_iter()
             .map(|path| NumberedPath {
                 index: last - path.index,
@@ -98,7 +98,10 @@ mod tests {
         path.source = 1;
         with_another.paths.insert(0, path);
         let numbers = |scene: &Scene| -> Vec<u64> {
-            paths_to(scene, 0).iter().map(|path| path.number).collect()
+            paths_to(&Sensor::new(scene), 0)
+                .iter()
+                .map(|path| path.number)
+                .collect()
         };
         assert_eq!(numbers(&with_another)[1..], numbers(&alone));
     }

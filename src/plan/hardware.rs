@@ -14,15 +14,15 @@ pub(super) fn parts(sensor: &Sensor) -> Vec<Part> {
         phase_stepper(sensor),
         lane_choice(sensor),
         edge_detector(sensor),
-        updown_correlator(sensor, &contract),
+        updown_correlator(sensor, contract),
         parallel_correlators(sensor),
-        count_segments(&contract),
-        saturation_clamp(&contract),
-        total_counts(sensor, &contract),
+        count_segments(contract),
+        saturation_clamp(contract),
+        total_counts(sensor, contract),
         scan_controller(sensor),
-        scan_realignment(sensor, &contract),
-        peak_detector(sensor, &contract),
-        result_stream(&contract),
+        scan_realignment(sensor, contract),
+        peak_detector(sensor, contract),
+        result_stream(contract),
     ]);
     parts
 }
@@ -219,11 +219,9 @@ fn scan_controller(sensor: &Sensor) -> Part {
 }
 
 fn scan_realignment(sensor: &Sensor, contract: &Contract) -> Part {
-    let (steps, period) = (
-        sensor.timing().scan.steps,
-        sensor.timing().scan.steps_per_period,
-    );
-    if sensor.timing().scan.is_full() && contract.realigns() {
+    let scan = &sensor.timing().scan;
+    let (steps, period) = (scan.steps, scan.steps_per_period);
+    if scan.is_full() && contract.realigns() {
         return kept(
             "scan_realignment",
             format!(

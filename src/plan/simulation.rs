@@ -276,18 +276,16 @@ fn counter_edges(sensor: &Sensor) -> Part {
 
 fn full_scan(sensor: &Sensor) -> Part {
     const PART: &str = "full_scan";
-    let (steps, period) = (
-        sensor.timing().scan.steps,
-        sensor.timing().scan.steps_per_period,
-    );
-    if sensor.timing().scan.is_full() {
+    let scan = &sensor.timing().scan;
+    let (steps, period) = (scan.steps, scan.steps_per_period);
+    if scan.is_full() {
         return kept(PART, format!("the scan covers all {period} phase steps"));
     }
     let part = left_out(
         PART,
         format!(
             "the scan asks for {steps} of {period} phase steps, from step {} on",
-            sensor.timing().scan.first_step
+            scan.first_step
         ),
     );
     Part {

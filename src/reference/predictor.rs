@@ -327,10 +327,7 @@ impl Reference {
 
     /// First cycle of the scan that follows one which ended before cycle `end`.
     fn next_scan(&self, end: u64) -> u64 {
-        if self.contract.realigns() {
-            end.next_multiple_of(self.contract.reference_codes[0].len())
-        } else {
-            end
-        }
+        let next = self.contract.timing.next_scan_after(u128::from(end));
+        u64::try_from(next).unwrap_or(u64::MAX)
     }
 }

@@ -51,14 +51,8 @@ pub fn first_sample(contract: &Contract, released: u64) -> u64 {
 
 /// First cycle of the `scan`-th scan after reset.
 pub fn scan_start(contract: &Contract, scan: u64) -> u64 {
-    let cycles = contract.scan_clocks();
-    let spacing = if contract.realigns() {
-        let period = contract.reference_codes[0].len();
-        cycles.checked_next_multiple_of(period).unwrap_or(u64::MAX)
-    } else {
-        cycles
-    };
-    scan.saturating_mul(spacing)
+    let pitch = contract.timing.scan_pitch_chips();
+    u64::try_from(u128::from(scan).saturating_mul(pitch)).unwrap_or(u64::MAX)
 }
 
 /// Clocks from the start of the run until the last result of the first `scans`

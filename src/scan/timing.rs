@@ -153,14 +153,28 @@ impl Timing {
         self.scan.is_full() && self.grouping().is_even()
     }
 
+    /// First chip of the scan that follows one which ends before chip `end`; chips
+    /// are counted from the first scan's start.
+    pub fn next_scan_after(&self, end: u128) -> u128 {
+        if self.is_gapless() {
+            end
+        } else {
+            end.next_multiple_of(u128::from(self.code_chips()))
+        }
+    }
+
+    /// No scan is followed by a longer gap.
+    pub fn longest_gap_chips(&self) -> u64 {
+        if self.is_gapless() {
+            0
+        } else {
+            self.code_chips()
+        }
+    }
+
     /// Chips from the start of one scan to the start of the next.
     pub fn scan_pitch_chips(&self) -> u128 {
-        let scan_chips = self.scan_chips();
-        if self.is_gapless() {
-            scan_chips
-        } else {
-            scan_chips.next_multiple_of(u128::from(self.code_chips()))
-        }
+        self.next_scan_after(self.scan_chips())
     }
 
     /// Chips from the start of a scan to the start of a group.

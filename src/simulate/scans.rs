@@ -86,7 +86,7 @@ impl Prepared {
     pub fn new(sensor: &Sensor, tier: Tier) -> Result<Prepared, ScansError> {
         let library = if tier == Tier::Rtl {
             let sources = sources_of(&deliver::emit(sensor, "goldtof simulate")?);
-            Some(build(TOP, &sources, &sensor.contract(), &cache_dir()?)?)
+            Some(build(TOP, &sources, sensor.contract(), &cache_dir()?)?)
         } else {
             None
         };
@@ -176,12 +176,12 @@ fn sampled(
     on_scan: impl FnMut(&[StepCount]),
 ) -> Result<(), ScansError> {
     let contract = sensor.contract();
-    let layout = Layout::of(&contract);
+    let layout = Layout::of(contract);
     let detectors = models(sensor);
     let mut reference = Reference::new(contract.clone())?;
-    let mut photons = Photons::new(&detectors, &contract, seed);
-    let mut collector = Collector::new(&contract, repetitions, on_scan);
-    let clocks = clocks_for_scans(&contract, repetitions);
+    let mut photons = Photons::new(&detectors, contract, seed);
+    let mut collector = Collector::new(contract, repetitions, on_scan);
+    let clocks = clocks_for_scans(contract, repetitions);
     let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, clocks);
     let mut block = Block::default();
     while maker.make(&mut block) {
@@ -211,22 +211,22 @@ fn rtl(
     on_scan: impl FnMut(&[StepCount]),
 ) -> Result<Vec<String>, ScansError> {
     let contract = sensor.contract();
-    let layout = Layout::of(&contract);
+    let layout = Layout::of(contract);
     let mut reference = Reference::new(contract.clone())?;
     let mut model = Verilated::load(library, &layout)?;
     let detectors = models(sensor);
-    let mut collector = Collector::new(&contract, repetitions, on_scan);
+    let mut collector = Collector::new(contract, repetitions, on_scan);
     // Hits of the steps that the Verilog has yet to send. They stand in where it
     // sends no totals: the rate of detections needs them, the estimator does not.
     let hits = RefCell::new(VecDeque::new());
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut reference,
-        stimulus: &mut Photons::new(&detectors, &contract, seed),
+        stimulus: &mut Photons::new(&detectors, contract, seed),
         layout: &layout,
     }
     .run_and_read(
-        clocks_for_scans(&contract, repetitions),
+        clocks_for_scans(contract, repetitions),
         |result| {
             if result.detector == detector {
                 hits.borrow_mut().push_back(result.total);
@@ -249,8 +249,7 @@ fn rtl(
     }
     let detectors = sensor.scene().detectors.iter();
     let names = detectors.map(|detector| detector.name.as_str());
-    let missing =
-        Exercised::new(&outcome.exercise, names).missing(&contract, StimulusKind::Photons);
+    let missing = Exercised::new(&outcome.exercise, names).missing(contract, StimulusKind::Photons);
     let remark =
         |missing| format!("the Verilog is not shown to count as the model does: {missing}");
     Ok(missing.into_iter().map(remark).collect())

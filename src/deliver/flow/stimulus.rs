@@ -240,11 +240,7 @@ impl Run {
 /// code's first chip.
 fn losing_stall(contract: &Contract, calm: u64) -> Range<u64> {
     let step = contract.timing.scan.integration_chips;
-    let wait = if contract.realigns() {
-        contract.reference_codes[0].len()
-    } else {
-        0
-    };
+    let wait = contract.timing.longest_gap_chips();
     calm.saturating_sub(step.saturating_add(wait).saturating_mul(2))..calm
 }
 

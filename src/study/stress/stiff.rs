@@ -368,8 +368,8 @@ mod tests {
     #[test]
     fn a_late_step_of_another_phase_is_found_to_differ() {
         // One chip more than a whole number of periods.
-        let early = DetectorModel::new(&Sensor::new(&stiff_sensor(31_000).unwrap()), 0);
-        let late = DetectorModel::new(&Sensor::new(&stiff_sensor(31_001).unwrap()), 0);
+        let model = |late| DetectorModel::new(&Sensor::new(&stiff_sensor(late).unwrap()), 0);
+        let (early, late) = (model(31_000), model(31_001));
         let first = |model: &DetectorModel| {
             model
                 .step(1, 0, scan::Group(1))
