@@ -69,7 +69,8 @@ pub fn timing(scene: &Scene) -> Outcome {
             )?;
             Ok(())
         })?;
-        let fitter = Fitter::new(&Sensor::new(&scene), 0, TIER, OtherLight::None);
+        let sensor = Sensor::new(&scene);
+        let fitter = Fitter::new(&sensor, 0, TIER, OtherLight::None);
         let one_of_many = milliseconds(400, || {
             repetition += 1;
             fitter.fit(&sampler.scan(3, repetition))?;
