@@ -34,6 +34,7 @@ pub mod estimate;
 pub mod files;
 pub mod interrupt;
 pub mod light;
+pub mod math;
 pub mod photons;
 pub mod plan;
 pub mod printable;

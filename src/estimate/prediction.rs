@@ -8,8 +8,8 @@ use super::theory::ExpectedCounts;
 use super::{
     CountingTier, TheoryEffort, calibration_offset_ps, delay_error_ps, distance_m, missed, moving,
 };
+use crate::math::normal_cdf;
 use crate::photons::DetectorModel;
-use crate::photons::fast::normal::cumulative;
 use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::{Group, Step, Timing};
 use crate::scene::Path;
@@ -224,7 +224,7 @@ fn variance_of_sum(counts: &ExpectedCounts, weighted: &[(Step, f64)]) -> f64 {
 fn coarse_failure_bound(expected: &[f64], peak: usize, variance: f64, sensor: &Sensor) -> f64 {
     let failures = (0..expected.len())
         .filter(|&step| !within_a_chip(sensor.timing(), step, peak))
-        .map(|step| cumulative((expected[step] - expected[peak]) / (2.0 * variance).sqrt()));
+        .map(|step| normal_cdf((expected[step] - expected[peak]) / (2.0 * variance).sqrt()));
     failures.sum::<f64>().min(1.0)
 }
 
@@ -239,7 +239,7 @@ fn coarse_spread_m(expected: &[f64], peak: usize, variance: f64, timing: &Timing
         if !within_a_chip(timing, step, peak) {
             continue;
         }
-        let weight = cumulative((count - expected[peak]) / (2.0 * variance).sqrt());
+        let weight = normal_cdf((count - expected[peak]) / (2.0 * variance).sqrt());
         let there = estimate_at(expected, step, timing, 0.0);
         if there.is_fine() && weight > 1e-6 {
             let error_ps = delay_error_ps(there.delay_ps, at_peak.delay_ps, code_period_ps);

@@ -18,7 +18,8 @@ use super::scan::laws;
 use crate::estimate::fit::best_match;
 use crate::estimate::phase::{estimate_at, first_maximum};
 use crate::estimate::theory::ExpectedCounts;
-use crate::response::{GroupMoments, cholesky};
+use crate::math::correlating;
+use crate::response::GroupMoments;
 use crate::scan;
 use crate::scan::Step;
 use crate::scene::EstimatorKind;
@@ -162,7 +163,7 @@ fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
                 .iter()
                 .map(|&step| Drawn::of(&laws[step.index()]))
                 .collect(),
-            factor: cholesky((0..steps.len()).map(of_step).collect()),
+            factor: correlating(&(0..steps.len()).map(of_step).collect::<Vec<_>>()),
         }
     };
     (0..model.timing.groups())
