@@ -11,20 +11,20 @@ use crate::deliver;
 use crate::files::check_target;
 use crate::printable::printable_path;
 use crate::rtl::blocks::ScanRegisters;
-use crate::scene::{self, Scene};
-use crate::sensor::contract::Contract;
+use crate::scene;
+use crate::sensor::Sensor;
 
 pub(super) fn run(
     arguments: &CosimArguments,
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let scene = scene::load(&arguments.scene.scene)?;
+    let sensor = Sensor::new(&scene::load(&arguments.scene.scene)?);
     if let Some(path) = &arguments.vcd {
         // Better now than after a long run.
         check_target(path)?;
     }
-    let registers = ScanRegisters::of(&Contract::of(&scene));
+    let registers = ScanRegisters::of(sensor.contract());
     let (sources, registers) = match &arguments.rtl {
         Some(folder) => {
             let rtl = rtl::read(folder)?;
@@ -34,7 +34,7 @@ pub(super) fn run(
         None => {
             let made_by = command_line(&arguments.scene.scene);
             (
-                sources_of(&deliver::emit(&scene, &made_by)?),
+                sources_of(&deliver::emit(&sensor, &made_by)?),
                 Some(registers),
             )
         }
@@ -47,7 +47,7 @@ pub(super) fn run(
         clocks: arguments.cycles,
         seed,
     };
-    let mut cosimulation = with_progress(&scene, &request, output)?;
+    let mut cosimulation = with_progress(&sensor, &request, output)?;
     if let Some(path) = &arguments.vcd {
         cosimulation.write_vcd(path)?;
     }
@@ -57,13 +57,13 @@ pub(super) fn run(
 
 /// Co-simulates and shows how far it is.
 pub(super) fn with_progress(
-    scene: &Scene,
+    sensor: &Sensor,
     request: &Request,
     output: &Output,
 ) -> anyhow::Result<Cosimulation> {
     let bar = output.progress("co-simulating");
     let mut forecast: Option<Forecast> = None;
-    let cosimulation = cosimulate(scene, request, |done, of| {
+    let cosimulation = cosimulate(sensor, request, |done, of| {
         // From the first block on: what is built before is not in the rate.
         let forecast = forecast.get_or_insert_with(|| Forecast::new(output, "the co-simulation"));
         forecast.progress(done, of);

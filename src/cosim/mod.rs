@@ -2,7 +2,6 @@
 
 pub mod build;
 pub mod cache;
-pub mod coverage;
 pub mod error;
 pub mod exercised;
 pub mod image;
@@ -21,7 +20,6 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use self::build::{Built, SourceFile};
-use self::coverage::Coverage;
 use self::error::{CosimError, When};
 use self::exercised::Exercised;
 use self::lockstep::{Lockstep, Outcome};
@@ -30,12 +28,12 @@ use self::sent::SentCount;
 use self::verilated::Verilated;
 use crate::photons::DetectorModel;
 use crate::reference::adversarial::{Adversarial, LONGEST_DEFAULT, Means};
+use crate::reference::cover_report::Coverage;
 use crate::reference::photons::Photons;
 use crate::reference::predictor::Reference;
 use crate::reference::stimulus::{Stimulus, clocks_for_scans};
 use crate::rtl::blocks::ScanRegisters;
-use crate::scene::Scene;
-use crate::sensor::contract::Contract;
+use crate::sensor::Sensor;
 use crate::sensor::layout::Layout;
 
 /// Name of the module that is compared.
@@ -239,18 +237,18 @@ fn path_text<S: serde::Serializer>(path: &Option<PathBuf>, json: S) -> Result<S:
 /// When a tool is missing or fails, the Verilog does not compile, its ports do not
 /// fit, or it ends the simulation. A mismatch is a result.
 pub fn cosimulate(
-    scene: &Scene,
+    sensor: &Sensor,
     request: &Request,
     on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimError> {
-    let contract = Contract::of(scene);
+    let contract = sensor.contract();
     let reference = Reference::new(contract.clone())?;
     let registers = request
         .registers
         .as_ref()
         .filter(|_| request.stimulus == StimulusKind::Adversarial);
-    let built = build::build_with(TOP, &request.sources, &contract, registers, &request.cache)?;
-    let run = run(scene, contract, reference, &built, request, on_progress);
+    let built = build::build_with(TOP, &request.sources, contract, registers, &request.cache)?;
+    let run = run(sensor, reference, &built, request, on_progress);
     run.map_err(|error| match error {
         CosimError::Halted { when, reason } => CosimError::Halted {
             when,
@@ -261,27 +259,27 @@ pub fn cosimulate(
 }
 
 fn run(
-    scene: &Scene,
-    contract: Contract,
+    sensor: &Sensor,
     mut reference: Reference,
     built: &Built,
     request: &Request,
     mut on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimError> {
-    let layout = Layout::of(&contract);
+    let contract = sensor.contract();
+    let layout = Layout::of(contract);
     let mut model = Verilated::load(built, &layout)?;
-    let detectors: Vec<DetectorModel> = (0..scene.detectors.len())
-        .map(|detector| DetectorModel::new(scene, detector))
+    let detectors: Vec<DetectorModel> = (0..sensor.scene().detectors.len())
+        .map(|detector| DetectorModel::new(sensor, detector))
         .collect();
     let means = Means::cosim(built.registers.is_some());
     let (mut photons, mut adversarial);
     let (stimulus, default_clocks): (&mut dyn Stimulus, _) = match request.stimulus {
         StimulusKind::Photons => {
-            photons = Photons::new(&detectors, &contract, request.seed);
-            (&mut photons, clocks_for_scans(&contract, 1))
+            photons = Photons::new(&detectors, contract, request.seed);
+            (&mut photons, clocks_for_scans(contract, 1))
         }
         StimulusKind::Adversarial => {
-            adversarial = Adversarial::with_means(&contract, request.seed, means)?;
+            adversarial = Adversarial::with_means(contract, request.seed, means)?;
             let clocks = match request.clocks {
                 Some(_) => 0,
                 None => adversarial.clone().clocks_to_cover(LONGEST_DEFAULT),
@@ -290,7 +288,7 @@ fn run(
         }
     };
     let clocks = request.clocks.unwrap_or(default_clocks);
-    let mut counts: Vec<Vec<SentCount>> = vec![Vec::new(); scene.detectors.len()];
+    let mut counts: Vec<Vec<SentCount>> = vec![Vec::new(); sensor.scene().detectors.len()];
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut reference,
@@ -310,20 +308,21 @@ fn run(
     finish(&mut model, &outcome)?;
     let means = (request.stimulus == StimulusKind::Adversarial).then_some(means);
     let table = reference.cover_table();
-    let names: Vec<String> = scene.detectors.iter().map(|d| d.name.clone()).collect();
+    let detectors = sensor.scene().detectors.iter();
+    let names: Vec<String> = detectors.map(|detector| detector.name.clone()).collect();
     let covered = &outcome.exercise.covered;
-    let coverage = Coverage::new(&contract, table, covered, &names, means);
-    let mut report = report(scene, request, &contract, &outcome, &layout, coverage);
-    if request.stimulus == StimulusKind::Photons && outcome.clocks >= clocks_for_scans(&contract, 1)
+    let coverage = Coverage::new(contract, table, covered, &names, means);
+    let mut report = report(sensor, request, &outcome, &layout, coverage);
+    if request.stimulus == StimulusKind::Photons && outcome.clocks >= clocks_for_scans(contract, 1)
     {
-        report.peaks = peaks(scene, &contract, &layout, &outcome.last_outputs);
+        report.peaks = peaks(sensor, &layout, &outcome.last_outputs);
     }
     Ok(Cosimulation {
         report,
         counts,
         outcome,
         layout,
-        chip_period_ps: scene.chip_period_ps,
+        chip_period_ps: sensor.clock().chip_period_ps,
     })
 }
 
@@ -337,12 +336,13 @@ fn finish(model: &mut Verilated, outcome: &Outcome) -> Result<(), CosimError> {
 }
 
 /// Reads the peak detector's ports, if there are any.
-fn peaks(scene: &Scene, contract: &Contract, layout: &Layout, outputs: &[u64]) -> Vec<PortPeak> {
-    let Some(peak) = &contract.peak else {
+fn peaks(sensor: &Sensor, layout: &Layout, outputs: &[u64]) -> Vec<PortPeak> {
+    let Some(peak) = &sensor.contract().peak else {
         return Vec::new();
     };
     let [steps, counts] = ["o_peak_step", "o_peak_count"].map(|name| layout.outputs.field(name));
-    scene
+    sensor
+        .scene()
         .detectors
         .iter()
         .zip(0u32..)
@@ -359,22 +359,19 @@ fn peaks(scene: &Scene, contract: &Contract, layout: &Layout, outputs: &[u64]) -
 }
 
 fn report(
-    scene: &Scene,
+    sensor: &Sensor,
     request: &Request,
-    contract: &Contract,
     outcome: &Outcome,
     layout: &Layout,
     coverage: Coverage,
 ) -> Report {
     let fields = &layout.outputs.fields;
-    let names = scene
-        .detectors
-        .iter()
-        .map(|detector| detector.name.as_str());
+    let detectors = sensor.scene().detectors.iter();
+    let names = detectors.map(|detector| detector.name.as_str());
     let exercised = Exercised::new(&outcome.exercise, names);
     let missing = match &outcome.first {
         Some(_) => Vec::new(),
-        None => exercised.missing(contract, request.stimulus),
+        None => exercised.missing(sensor.contract(), request.stimulus),
     };
     Report {
         verdict: match &outcome.first {
@@ -385,14 +382,14 @@ fn report(
         cycles: outcome.clocks,
         compared_ports: fields.iter().map(|field| field.port.name.clone()).collect(),
         phase_steps: exercised.phase_steps,
-        not_exercised: exercised.not_reached(contract),
+        not_exercised: exercised.not_reached(sensor.contract()),
         exercised,
         coverage,
         missing,
         mismatches: outcome.mismatches,
         first_mismatch: outcome.first.as_ref().map(|first| FirstMismatch {
             cycle: first.clock,
-            time_ps: first.clock as f64 * scene.chip_period_ps,
+            time_ps: sensor.clock().ps(first.clock as f64),
             port: fields[first.field].port.name.clone(),
             expected: PortValue::new(&first.expected),
             got: PortValue::new(&first.got),

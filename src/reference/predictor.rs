@@ -144,7 +144,7 @@ impl ScanState {
             scan: 0,
             group: Group(0),
             from: 0,
-            chips: contract.scan.integration_chips,
+            chips: contract.timing.scan.integration_chips,
             left_out: 0,
             lag: 0,
             previous_delay: None,
@@ -187,7 +187,7 @@ impl Reference {
             running: Running::of(&contract),
             resets: ResetWatch::of(&contract),
             before_scan: vec![false; contract.reference_codes.len()],
-            counts: vec![0; contract.reference_codes.len() * contract.parallel as usize],
+            counts: vec![0; contract.reference_codes.len() * contract.parallel() as usize],
             totals: vec![0; contract.reference_codes.len()],
             finished: Vec::new(),
             contract,
@@ -229,7 +229,7 @@ impl Reference {
     /// the `chip`-th word of the group.
     pub fn counts_up(&self, detector: usize, lane: u64, chip: u64, sample: u64) -> bool {
         let signs = &self.signs[detector];
-        let lanes = u64::from(self.contract.lanes);
+        let lanes = u64::from(self.contract.lanes());
         let period = signs.len() as u64 * lanes;
         let cycle = (self.scan.from + chip) % signs.len() as u64;
         let delay = (self.delay() + lane) % period;
@@ -284,7 +284,7 @@ impl Reference {
             let in_pause = self.scan.group == Group(0)
                 && self.scan.scan > 0
                 && reset.start < self.released + 1 + self.scan.from;
-            let lanes = u64::from(self.contract.lanes);
+            let lanes = u64::from(self.contract.lanes());
             let word = reset.start * lanes..(reset.start + 1) * lanes;
             let has_hit = |hits: &Vec<u64>| {
                 let at = hits.partition_point(|&hit| hit < word.start);
@@ -313,7 +313,7 @@ impl Reference {
         debug_assert_eq!(skip.group, self.scan.group);
         self.scan.chips -= skip.chips;
         self.scan.group.0 += skip.groups;
-        let steps = skip.groups * u64::from(self.contract.parallel);
+        let steps = skip.groups * u64::from(self.contract.parallel());
         self.scan.left_out += steps;
         self.scan.lag += steps;
     }
@@ -321,8 +321,8 @@ impl Reference {
     /// The delay of the present group's first step, in samples.
     fn delay(&self) -> u64 {
         let first = self.contract.grouping().step_of(self.scan.group, 0);
-        let period = self.contract.scan.steps_per_period;
-        (self.contract.scan.phase_step(first) + period - self.scan.lag % period) % period
+        let period = self.contract.timing.scan.steps_per_period;
+        (self.contract.timing.scan.phase_step(first) + period - self.scan.lag % period) % period
     }
 
     /// A stretch of clocks without reset.
@@ -364,7 +364,7 @@ impl Reference {
         if self.scan.group != Group(0) || !may_pause || !clocks.contains(&(first_word - 1)) {
             return;
         }
-        let sample = first_word * u64::from(self.contract.lanes) - 1;
+        let sample = first_word * u64::from(self.contract.lanes()) - 1;
         for (seen, hits) in self.before_scan.iter_mut().zip(hits) {
             *seen = hits.binary_search(&sample).is_ok();
         }
@@ -374,7 +374,7 @@ impl Reference {
     /// groups whose last word is among them. The word of cycle n is presented
     /// one clock after the chip of cycle n shows on `o_laser`.
     fn count(&mut self, clocks: Range<u64>, hits: &[Vec<u64>]) {
-        let lanes = u64::from(self.contract.lanes);
+        let lanes = u64::from(self.contract.lanes());
         let first_word = self.released + 1;
         let mut counted = clocks.start.max(first_word);
         loop {
@@ -402,12 +402,12 @@ impl Reference {
         let (Some(first_hit), Some(last_hit)) = (hits.first(), hits.last()) else {
             return;
         };
-        let lanes_log2 = self.contract.lanes.trailing_zeros();
+        let lanes_log2 = self.contract.lanes().trailing_zeros();
         let lane_of = |sample: u64| (sample & ((1 << lanes_log2) - 1)) as u32;
         let delay = self.delay();
         let signs = &self.signs[detector][..];
         let steps_per_period = (signs.len() as u64) << lanes_log2;
-        let parallel = u64::from(self.contract.parallel);
+        let parallel = u64::from(self.contract.parallel());
         let first_sample = (self.released + 1) << lanes_log2;
         self.totals[detector] += hits.len() as u64;
         let counts = &mut self.counts[detector * parallel as usize..][..parallel as usize];
@@ -469,7 +469,7 @@ impl Reference {
     /// The results of the present group, in the order in which they are sent, and what
     /// was clamped.
     fn beats(&mut self) -> (Vec<Beat>, Clamps) {
-        let parallel = self.contract.parallel as usize;
+        let parallel = self.contract.parallel() as usize;
         let grouping = self.contract.grouping();
         let steps = grouping.steps_of(self.scan.group).len();
         let first = grouping.step_of(self.scan.group, 0).0;
@@ -504,7 +504,7 @@ impl Reference {
                     let seen = Step(number - self.scan.left_out);
                     peak.count(
                         detector,
-                        self.contract.scan.phase_step(seen),
+                        self.contract.timing.scan.phase_step(seen),
                         count,
                         self.scan.group,
                     );
@@ -523,7 +523,7 @@ impl Reference {
 
     /// Goes on to the next group behind the cycle before `end`.
     fn go_on(&mut self, end: u64, last: bool) {
-        let chips = self.contract.scan.integration_chips;
+        let chips = self.contract.timing.scan.integration_chips;
         let delay = Some(self.delay());
         self.scan = match last {
             false => ScanState {
@@ -553,7 +553,7 @@ impl Reference {
 
     /// Cover points that the results of the present group prove when they show.
     fn proven_points(&mut self) -> Vec<usize> {
-        let parallel = u64::from(self.contract.parallel);
+        let parallel = u64::from(self.contract.parallel());
         let steps = self.contract.grouping().steps_of(self.scan.group).len();
         let begins_scan = self.scan.group.0 * parallel == self.scan.left_out;
         let mut points = self.running.end_group(&self.table, steps, begins_scan);
@@ -567,8 +567,8 @@ impl Reference {
         if self.contract.saturates() {
             let limit = 1i64 << (self.contract.count_bits - 1);
             for (at, &count) in self.counts.iter().enumerate() {
-                let detector = at / self.contract.parallel as usize;
-                let step = at % self.contract.parallel as usize;
+                let detector = at / self.contract.parallel() as usize;
+                let step = at % self.contract.parallel() as usize;
                 if step < steps && (count == limit - 1 || count == -limit) {
                     let up = count > 0;
                     add(CoverPoint::Limit { detector, step, up });
@@ -585,13 +585,13 @@ impl Reference {
             let place = Place::of(self.scan.group.0, self.contract.groups());
             let later_scan = self.scan.scan > 0;
             add(CoverPoint::Result { place, later_scan });
-            if self.scan.chips == self.contract.scan.integration_chips {
+            if self.scan.chips == self.contract.timing.scan.integration_chips {
                 add(CoverPoint::WholeStep);
             }
             if place == Place::Last && self.scan.left_out == 0 {
                 add(CoverPoint::WholeScan);
             }
-            let lanes = u64::from(self.contract.lanes);
+            let lanes = u64::from(self.contract.lanes());
             if let Some(previous) = self.scan.previous_delay {
                 let period = previous > delay;
                 if period || previous / lanes < delay / lanes {
@@ -605,11 +605,8 @@ impl Reference {
 
     /// First cycle of the scan that follows one which ended before cycle `end`.
     fn next_scan(&self, end: u64) -> u64 {
-        if self.contract.realigns() {
-            end.next_multiple_of(self.contract.reference_codes[0].len())
-        } else {
-            end
-        }
+        let next = self.contract.timing.next_scan_after(u128::from(end));
+        u64::try_from(next).unwrap_or(u64::MAX)
     }
 }
 

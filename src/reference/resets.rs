@@ -47,7 +47,7 @@ impl ResetWatch {
     pub(super) fn of(contract: &Contract) -> ResetWatch {
         let peak = contract.peak.map_or(0, |peak| peak.latency_clocks);
         ResetWatch {
-            depth: u64::from(Contract::clocks_to_dump(contract.lanes)),
+            depth: u64::from(Contract::clocks_to_dump(contract.lanes())),
             longest: u64::from(contract.result_latency_clocks.max(peak)),
             group_end: None,
             scan_end: None,

@@ -41,10 +41,10 @@ type Results = (Vec<(i64, u64)>, bool);
 /// The hardware, clock by clock.
 fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
     let clocks = inputs.reset.len();
-    let lanes = contract.lanes as usize;
-    let scan = contract.scan;
+    let lanes = contract.lanes() as usize;
+    let scan = contract.timing.scan;
     let dwell = scan.integration_chips as usize;
-    let parallel = contract.parallel as usize;
+    let parallel = contract.parallel() as usize;
     let steps = scan.steps as usize;
     let period = contract.reference_codes[0].chips.len();
     let steps_per_period = period * lanes;
@@ -82,7 +82,9 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
             let mut left_out = 0;
             while group < groups {
                 let mut chips = dwell;
-                for skip in &inputs.skips {
+                let within = released as u64..end as u64;
+                let skips = inputs.skips.iter();
+                for skip in skips.filter(|skip| within.contains(&skip.clock)) {
                     let chip = skip.clock.wrapping_sub((released + 1 + first) as u64);
                     if chip < chips as u64 {
                         assert_eq!((skip.chip, skip.group.0), (chip, group as u64));
@@ -210,11 +212,11 @@ fn event_driven(
     means: Means,
 ) -> (Inputs, Vec<Ports>) {
     let layout = Layout::of(contract);
-    let lanes = contract.lanes as usize;
+    let lanes = contract.lanes() as usize;
     let mut adversary = Adversarial::with_means(contract, seed, means).unwrap();
     let mut reference = Reference::new(contract.clone()).unwrap();
     let detectors = contract.reference_codes.len();
-    let mut levels = vec![Level::new(contract.lanes); detectors];
+    let mut levels = vec![Level::new(contract.lanes()); detectors];
     let mut inputs = Inputs {
         level: vec![vec![false; clocks as usize * lanes]; detectors],
         reset: vec![false; clocks as usize],

@@ -7,6 +7,7 @@ use super::core::{BENCH_FILE_LIST, bench_file_list};
 use super::run_length::Words;
 use super::stimulus::{Group, Recording, record};
 use crate::deliver::emission::EmittedFile;
+use crate::reference::cover_report::Missed;
 use crate::reference::predictor::ReferenceError;
 use crate::sensor::contract::{Contract, Port};
 
@@ -15,8 +16,16 @@ pub const TOP: &str = "sensor_top_tb";
 /// The module that unpacks a vector file.
 const READER: &str = "sensor_top_tb_vectors";
 
-/// Name of the vectors that drive the sensor; all others are expected values.
+/// Name of the vectors that drive the sensor; all others but the next are expected
+/// values.
 const INPUTS: &str = "inputs";
+/// Name of those that move the scan's counters on.
+const SKIPS: &str = "skips";
+/// The macro for a design that has not these counters.
+const WHOLE: &str = "SENSOR_TOP_TB_WHOLE";
+
+/// Cover points that the header names at most.
+const MOST_NAMED: usize = 4;
 
 /// A group of ports with its vector file.
 struct VectorFile<'a> {
@@ -32,15 +41,17 @@ impl VectorFile<'_> {
 
     /// Nets of the ports, from bit 0 up.
     fn nets(&self) -> impl DoubleEndedIterator<Item = String> {
-        let expected = self.name != INPUTS;
-        self.group.ports.iter().map(move |port| {
-            if expected {
-                format!("expected_{}", port.name)
-            } else {
-                port.name.clone()
-            }
+        self.group.ports.iter().map(|port| match self.name {
+            INPUTS => port.name.clone(),
+            SKIPS => skip_net(&port.name),
+            _ => format!("expected_{}", port.name),
         })
     }
+}
+
+/// The net with what goes into a counter.
+fn skip_net(register: &str) -> String {
+    format!("skip_{}", register.replace('.', "_"))
 }
 
 /// Records vectors and writes the bench round them.
@@ -49,20 +60,25 @@ impl VectorFile<'_> {
 /// When the reference model cannot predict the ports.
 pub(super) fn bench(
     contract: &Contract,
+    names: &[String],
     design_files: &[EmittedFile],
     made_by: &str,
 ) -> Result<Bench, ReferenceError> {
-    let recording = record(contract)?;
-    let vectors = [
+    let recording = record(contract, names)?;
+    let skips = recording.skips.as_ref().map(|skips| (SKIPS, &skips.values));
+    let vectors: Vec<VectorFile> = [
         (INPUTS, &recording.inputs),
         ("chips", &recording.chips),
         ("results", &recording.results),
     ]
+    .into_iter()
+    .chain(skips)
     .map(|(name, group)| VectorFile {
         name,
         group,
         words: group.runs.encode(group.bits()),
-    });
+    })
+    .collect();
     let file = |name: String, text| EmittedFile { name, text };
     let files = vec![
         file(format!("{READER}.v"), reader(made_by)),
@@ -77,6 +93,7 @@ pub(super) fn bench(
         scans: recording.scans,
         hits_up: recording.hits_up,
         hits_down: recording.hits_down,
+        coverage: recording.coverage,
         vectors: vectors
             .into_iter()
             .map(|v| file(v.file_name(), v.words.text))
@@ -100,8 +117,8 @@ fn top(recording: &Recording, vectors: &[VectorFile], made_by: &str) -> String {
     let outputs = || recording.chips.ports.iter().chain(&recording.results.ports);
     let _ = write!(
         text,
-        "`default_nettype none\n\nmodule {TOP};\n\n    localparam CLOCKS = {};\n\n",
-        recording.clocks
+        "`default_nettype none\n\nmodule {TOP};\n\n{}\n",
+        length(recording)
     );
     text += "    // Inputs of the sensor, and its outputs\n    reg          i_clk;\n";
     for port in inputs {
@@ -113,6 +130,9 @@ fn top(recording: &Recording, vectors: &[VectorFile], made_by: &str) -> String {
     text += "\n    // What the reference model gives\n";
     for port in outputs() {
         text += &declared("wire", port.width, &format!("expected_{}", port.name));
+    }
+    for register in recording.skips.iter().flat_map(|skips| &skips.registers) {
+        text += &declared("wire", register.width(), &skip_net(&register.path(".")));
     }
     for vector in vectors {
         let name = format!("{}_value", vector.name);
@@ -128,19 +148,50 @@ fn top(recording: &Recording, vectors: &[VectorFile], made_by: &str) -> String {
     for vector in vectors {
         text += &reader_instance(vector);
     }
-    text += &check(vectors, outputs());
+    text += &check(recording, vectors, outputs());
     text
 }
 
-fn header(recording: &Recording, made_by: &str) -> String {
-    let results = match (recording.scans, recording.phase_steps) {
-        (0, 0) => "a phase step takes longer than that: no result is reached,\n\
-                   //          which ends it with INCONCLUSIVE in place of PASS"
-            .to_owned(),
-        (0, steps) => format!("{steps} phase steps end in them, no scan does"),
-        (scans, steps) => format!("{steps} phase steps and {scans} scans end in them"),
+/// The number of clocks: all of them, or those before a counter is moved on.
+fn length(recording: &Recording) -> String {
+    match &recording.skips {
+        None => format!("    localparam CLOCKS = {};\n", recording.clocks),
+        Some(skips) => format!(
+            "`ifdef {WHOLE}\n    localparam CLOCKS = {};\n`else\n    localparam CLOCKS = {};\n`endif\n",
+            skips.first_clock, recording.clocks
+        ),
+    }
+}
+
+/// What moves the scan's counters on, before a rising edge.
+fn moves(recording: &Recording) -> String {
+    let Some(skips) = &recording.skips else {
+        return String::new();
     };
+    let lines: String = skips
+        .registers
+        .iter()
+        .map(|register| {
+            let path = register.path(".");
+            format!(
+                "            dut.{path} <= dut.{path} ^ {};\n",
+                skip_net(&path)
+            )
+        })
+        .collect();
     format!(
+        "`ifndef {WHOLE}
+            // Steps and scans are cut short: nothing else in the design is touched.
+            /* verilator lint_off INITIALDLY */
+{lines}            /* verilator lint_on INITIALDLY */
+`endif
+"
+    )
+}
+
+fn header(recording: &Recording, made_by: &str) -> String {
+    let coverage = &recording.coverage;
+    let mut text = format!(
         "\
 // {TOP}: self-checking bench of sensor_top
 //
@@ -148,10 +199,44 @@ fn header(recording: &Recording, made_by: &str) -> String {
 // what goldtof's reference model gives. The model takes chips from the code's table and hits from
 // the list of pulses: no part of the design has a share in the expected values.
 //
-// Inputs   hostile: the most and the fewest hits, edges at word borders, a receiver that stalls,
-//          {resets} resets
-// Length   {clocks} clocks; {results}
+// Inputs   hostile, with an aim: {resets} resets, a receiver that stalls, every kind of hit
+// Length   {clocks} clocks; {steps} phase steps and {scans} scans end in them
 // Counts   {hits_up} hits up and {hits_down} hits down in the results that come to the stream
+",
+        resets = recording.resets,
+        clocks = recording.clocks,
+        steps = recording.phase_steps,
+        scans = recording.scans,
+        hits_up = recording.hits_up,
+        hits_down = recording.hits_down,
+    );
+    text += &comment("Covers", &coverage.summary());
+    for (title, missed) in [
+        ("Not", &coverage.not_covered),
+        ("Cannot", &coverage.unreachable),
+    ] {
+        let points: Vec<String> = missed.iter().take(MOST_NAMED).map(Missed::text).collect();
+        let more = missed.len().saturating_sub(MOST_NAMED);
+        if more > 0 {
+            text += &comment(title, &format!("{}; and {more} more", points.join("; ")));
+        } else if !points.is_empty() {
+            text += &comment(title, &points.join("; "));
+        }
+    }
+    if let Some(skips) = &recording.skips {
+        let paths: Vec<String> = skips.registers.iter().map(|r| r.path(".")).collect();
+        let about = format!(
+            "steps and scans are cut short, so that their ends and many more of them come in this \
+             length: between two clocks the bench XORs a constant into the counters of the scan \
+             controller ({}), which moves them on and touches nothing else. A design without them \
+             is checked for the first {} clocks, before the first such move, with {WHOLE} defined",
+            paths.join(", "),
+            skips.first_clock
+        );
+        text += &comment("Short", &about);
+    }
+    text + &format!(
+        "\
 // Ends     with PASS, what was exercised, and exit status 0; or at the first clock at which a port
 //          differs with that clock, the port, the expected value and the one seen, and a non-zero
 //          exit status; or with INCONCLUSIVE and a non-zero exit status, if no result was taken
@@ -168,12 +253,29 @@ fn header(recording: &Recording, made_by: &str) -> String {
 // With +vcd it writes waves to {TOP}.vcd (Verilator: build with --trace). Time has no unit here:
 // a clock takes two ticks.
 
-",
-        resets = recording.resets,
-        clocks = recording.clocks,
-        hits_up = recording.hits_up,
-        hits_down = recording.hits_down,
+"
     )
+}
+
+/// A fact of the header, in lines of a hundred characters.
+fn comment(title: &str, text: &str) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        let line = lines.len() - 1;
+        if lines[line].len() + 1 + word.len() > 87 {
+            lines.push(word.to_owned());
+        } else {
+            if !lines[line].is_empty() {
+                lines[line].push(' ');
+            }
+            lines[line] += word;
+        }
+    }
+    let titles = std::iter::once(title).chain(std::iter::repeat(""));
+    let lines = titles.zip(lines);
+    lines
+        .map(|(title, line)| format!("// {title:<8} {line}\n"))
+        .collect()
 }
 
 fn instance<'a>(ports: impl Iterator<Item = &'a Port>) -> String {
@@ -250,7 +352,11 @@ endmodule
 `default_nettype wire
 ";
 
-fn check<'a>(vectors: &[VectorFile], outputs: impl Iterator<Item = &'a Port>) -> String {
+fn check<'a>(
+    recording: &Recording,
+    vectors: &[VectorFile],
+    outputs: impl Iterator<Item = &'a Port>,
+) -> String {
     let mut text = String::from(
         "
     // Inputs, outputs and expected values all change with the rising edge.
@@ -272,9 +378,10 @@ fn check<'a>(vectors: &[VectorFile], outputs: impl Iterator<Item = &'a Port>) ->
         resets    = 0;
         in_reset  = 1'b0;
         for (clock = 0; clock < CLOCKS; clock = clock + 1) begin
-            #1 i_clk = 1'b1;
+{moves}            #1 i_clk = 1'b1;
             #1;
-"
+",
+        moves = moves(recording),
     );
     for vector in vectors {
         // A simulator with two states reads a missing file as zeros.

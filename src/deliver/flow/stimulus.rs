@@ -1,31 +1,25 @@
 //! A recorded run: hostile inputs and what the reference model makes of them.
 
-use std::ops::Range;
-
 use super::run_length::Runs;
-use crate::reference::adversarial::Adversarial;
+use crate::reference::adversarial::{Adversarial, Means};
 use crate::reference::blocks::{Block, BlockMaker};
-use crate::reference::predictor::{Reference, ReferenceError, StepResult, Surroundings};
-use crate::reference::stimulus::{Drive, Stimulus};
-use crate::sensor::contract::{Contract, Port};
+use crate::reference::cover_report::Coverage;
+use crate::reference::predictor::{Reference, ReferenceError, Skip};
+use crate::rtl::blocks::{CountRegister, ScanRegisters};
+use crate::sensor::contract::{Contract, Direction, Port};
 use crate::sensor::layout::{Field, Layout};
 
-/// Clocks before the first reset of a run that cannot be whole.
-const CALM_CLOCKS: u64 = 40_000;
-/// The same at most: an interpreting simulator takes seconds.
-const MOST_CALM_CLOCKS: u64 = 65_536;
-/// Phase steps that should end before the first reset.
-const CALM_STEPS: u64 = 3;
-/// Resets after that, each in the middle of a scan.
-const RESETS: u64 = 8;
-/// Clocks from one to the next where a phase step takes longer.
-const RESET_SPACING_CLOCKS: u64 = 1_000;
-/// Clocks of a phase step that can end between two resets.
-const SHORT_STEP_CLOCKS: u64 = 3_000;
-/// Clocks of a phase step that can end after the last reset.
-const MOST_STEP_CLOCKS: u64 = 16_000;
-/// Seed of the adversary.
-const SEED: u64 = 1;
+/// Longest run: an interpreting simulator takes seconds for it.
+pub const MOST_CLOCKS: u64 = 100_000;
+/// What the adversary may do in it. The way to one cover point takes no more than a
+/// quarter of the run.
+const MEANS: Means = Means {
+    skips: true,
+    most_clocks_of_recipe: 24_000,
+    calm_clocks: 2_000,
+};
+/// Seed of the adversary: not the one that co-simulation begins with.
+const SEED: u64 = 2;
 
 /// Ports that share a vector file, from bit 0 up.
 #[derive(Debug, Clone)]
@@ -52,13 +46,37 @@ impl Group {
         }
     }
 
+    /// Values that stand in no record.
+    fn plain(ports: impl Iterator<Item = Port>) -> Group {
+        let mut group = Group::new(Vec::new());
+        group.ports = ports.collect();
+        group.packed = vec![0; group.bits().div_ceil(64) as usize];
+        group
+    }
+
     /// Bits of all ports.
     pub fn bits(&self) -> u32 {
         self.ports.iter().map(|port| port.width).sum()
     }
 
     fn push_zero(&mut self) {
+        self.push_zeros(1);
+    }
+
+    /// For so many clocks.
+    fn push_zeros(&mut self, clocks: u64) {
         self.packed.fill(0);
+        (0..clocks).for_each(|_| self.runs.push(&self.packed));
+    }
+
+    /// One value for each port, of at most 64 bits.
+    fn push_values(&mut self, values: &[u64]) {
+        self.packed.fill(0);
+        let mut at = 0;
+        for (port, value) in self.ports.iter().zip(values) {
+            put(&mut self.packed, at, &[*value]);
+            at += port.width;
+        }
         self.runs.push(&self.packed);
     }
 
@@ -98,6 +116,8 @@ pub struct Recording {
     pub chips: Group,
     /// The other outputs, which change from phase step to phase step.
     pub results: Group,
+    /// What moves the scan's counters on before each clock, if anything ever does.
+    pub skips: Option<Skips>,
     /// Clocks of the run.
     pub clocks: u64,
     /// Times that it enters reset.
@@ -110,13 +130,26 @@ pub struct Recording {
     pub hits_up: u64,
     /// Hits that they count down.
     pub hits_down: u64,
+    /// What it covers.
+    pub coverage: Coverage,
+}
+
+/// How the scan's counters are moved on.
+#[derive(Debug, Clone)]
+pub struct Skips {
+    /// The counters, from bit 0 up.
+    pub registers: Vec<CountRegister>,
+    /// What goes into them before each clock.
+    pub values: Group,
+    /// The first clock before which one moves.
+    pub first_clock: u64,
 }
 
 /// Records a run that begins in reset.
 ///
 /// # Errors
 /// When the reference model cannot predict the ports.
-pub fn record(contract: &Contract) -> Result<Recording, ReferenceError> {
+pub fn record(contract: &Contract, names: &[String]) -> Result<Recording, ReferenceError> {
     let layout = Layout::of(contract);
     let (chips, results) = layout
         .outputs
@@ -124,172 +157,86 @@ pub fn record(contract: &Contract) -> Result<Recording, ReferenceError> {
         .iter()
         .cloned()
         .partition(|field| matches!(field.port.name.as_str(), "o_laser" | "o_epoch"));
-    let run = Run::of(contract);
-    let mut recording = Recording {
-        inputs: Group::new(layout.inputs.fields.clone()),
-        chips: Group::new(chips),
-        results: Group::new(results),
-        clocks: run.clocks,
-        resets: 0,
-        phase_steps: 0,
-        scans: 0,
-        hits_up: 0,
-        hits_down: 0,
-    };
-    recording.chips.push_zero();
-    recording.results.push_zero();
-    let (inputs, outputs) = (&layout.inputs, &layout.outputs);
-    let reset = inputs.field("i_rst");
+    let mut adversary = Adversarial::with_means(contract, SEED, MEANS)?;
+    let clocks = adversary.clone().clocks_to_cover(MOST_CLOCKS);
+    let mut reference = Reference::new(contract.clone())?;
+    let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, clocks);
+    let mut inputs = Group::new(layout.inputs.fields.clone());
+    let (mut chips, mut results) = (Group::new(chips), Group::new(results));
+    chips.push_zero();
+    results.push_zero();
+    let (mut resets, mut phase_steps, mut scans) = (0, 0, 0);
+    let reset = layout.inputs.field("i_rst");
     let mut in_reset = false;
-    run.each_block(contract, &layout, |block, finished| {
-        for words in block.records.inputs.chunks_exact(inputs.words) {
-            recording.inputs.push(words);
+    let mut skips = Vec::new();
+    let mut block = Block::default();
+    while maker.make(&mut block) {
+        for words in block.records.inputs.chunks_exact(layout.inputs.words) {
+            inputs.push(words);
             let was_in_reset = std::mem::replace(&mut in_reset, reset.low_word(words) == 1);
-            recording.resets += u64::from(in_reset && !was_in_reset);
+            resets += u64::from(in_reset && !was_in_reset);
         }
-        for words in block.records.expected.chunks_exact(outputs.words) {
-            recording.chips.push(words);
-            recording.results.push(words);
+        for words in block.records.expected.chunks_exact(layout.outputs.words) {
+            chips.push(words);
+            results.push(words);
         }
-        let detectors = &block.exercise.detectors;
-        recording.hits_up = detectors.iter().map(|d| d.hits_up).sum();
-        recording.hits_down = detectors.iter().map(|d| d.hits_down).sum();
-        for result in finished {
-            recording.phase_steps += 1;
-            recording.scans += u64::from(result.step + 1 == contract.scan.steps);
+        for result in maker.take_finished() {
+            phase_steps += 1;
+            scans += u64::from(result.step + 1 == contract.timing.scan.steps);
         }
-    })?;
-    Ok(recording)
-}
-
-/// How long to run, and where to reset besides.
-#[derive(Debug, Clone)]
-struct Run {
-    clocks: u64,
-    resets: Vec<Range<u64>>,
-    /// Clocks at which the receiver stalls, long enough to lose a result.
-    stall: Range<u64>,
-}
-
-impl Run {
-    /// All that the adversary has where scans are short; otherwise as many
-    /// phase steps as the limits leave, then resets, then one more step.
-    fn of(contract: &Contract) -> Run {
-        let whole = Adversarial::new(contract, SEED).clocks_to_cover(1 << 25);
-        if whole <= CALM_CLOCKS {
-            return Run {
-                clocks: whole,
-                resets: Vec::new(),
-                stall: losing_stall(contract, whole / 2),
-            };
-        }
-        let margin = 2 * u64::from(contract.result_latency_clocks) + 100;
-        let steps = |number: u64| {
-            let clocks = contract.scan.integration_chips.saturating_mul(number);
-            clocks.saturating_add(margin)
-        };
-        let calm = steps(CALM_STEPS).clamp(CALM_CLOCKS, MOST_CALM_CLOCKS);
-        let spacing = if steps(1) <= SHORT_STEP_CLOCKS {
-            steps(1).max(RESET_SPACING_CLOCKS)
-        } else {
-            RESET_SPACING_CLOCKS
-        };
-        let last = calm + (RESETS - 1) * spacing;
-        let tail = steps(1).clamp(spacing, MOST_STEP_CLOCKS);
-        Run {
-            clocks: last + tail,
-            stall: losing_stall(contract, calm),
-            // Of several lengths, down to a single clock.
-            resets: (calm..=last)
-                .step_by(spacing as usize)
-                .zip((1..=4).cycle())
-                .map(|(at, length)| at..at + length)
-                .collect(),
-        }
+        skips.extend_from_slice(&block.skips);
     }
+    let table = reference.cover_table();
+    let exercise = &block.exercise;
+    let coverage = Coverage::new(contract, table, &exercise.covered, names, Some(MEANS));
+    Ok(Recording {
+        inputs,
+        chips,
+        results,
+        skips: Skips::of(contract, &skips, clocks),
+        clocks,
+        resets,
+        phase_steps,
+        scans,
+        hits_up: exercise.detectors.iter().map(|d| d.hits_up).sum(),
+        hits_down: exercise.detectors.iter().map(|d| d.hits_down).sum(),
+        coverage,
+    })
+}
 
-    /// Runs the reference model under hostile inputs.
-    fn each_block(
-        &self,
-        contract: &Contract,
-        layout: &Layout,
-        mut each: impl FnMut(&Block, &[StepResult]),
-    ) -> Result<(), ReferenceError> {
-        let mut reference = Reference::new(contract.clone())?;
-        let mut stimulus = WithResets {
-            adversary: Adversarial::new(contract, SEED),
-            resets: &self.resets,
-            stall: &self.stall,
-        };
-        let mut maker = BlockMaker::new(&mut reference, &mut stimulus, layout, self.clocks);
-        let mut block = Block::default();
-        while maker.make(&mut block) {
-            let finished: Vec<StepResult> = maker.take_finished().collect();
-            each(&block, &finished);
+impl Skips {
+    /// As words for each clock of a run; none if there are none.
+    fn of(contract: &Contract, skips: &[Skip], clocks: u64) -> Option<Skips> {
+        let first_clock = skips.first()?.clock;
+        let mut registers = ScanRegisters::of(contract);
+        let mut values = Group::plain(registers.present().map(|register| Port {
+            name: register.path("."),
+            direction: Direction::Input,
+            width: register.width(),
+        }));
+        let mut clock = 0;
+        for skip in skips {
+            values.push_zeros(skip.clock - clock);
+            let chips = registers.chips.as_mut();
+            let groups = registers.groups.as_mut();
+            let chips = chips.map(|register| register.difference(skip.chip, skip.chips));
+            let groups = groups.map(|register| register.difference(skip.group.0, skip.groups));
+            let moved: Vec<u64> = chips.into_iter().chain(groups).collect();
+            values.push_values(&moved);
+            clock = skip.clock + 1;
         }
-        Ok(())
+        values.push_zeros(clocks - clock);
+        Some(Skips {
+            registers: registers.present().cloned().collect(),
+            values,
+            first_clock,
+        })
     }
-}
-
-/// A stall at the end of the `calm` clocks in which at least two results arrive,
-/// the second of which is lost: two steps, and what a scan may wait for its
-/// code's first chip.
-fn losing_stall(contract: &Contract, calm: u64) -> Range<u64> {
-    let step = contract.scan.integration_chips;
-    let wait = if contract.realigns() {
-        contract.reference_codes[0].len()
-    } else {
-        0
-    };
-    calm.saturating_sub(step.saturating_add(wait).saturating_mul(2))..calm
-}
-
-/// The adversary with more resets than its own, and a stall.
-struct WithResets<'a> {
-    adversary: Adversarial,
-    resets: &'a [Range<u64>],
-    stall: &'a Range<u64>,
-}
-
-impl Stimulus for WithResets<'_> {
-    fn drive(&mut self, drive: &mut Drive) {
-        self.adversary.drive(drive);
-        let Surroundings {
-            clocks,
-            resets,
-            stalls,
-            ..
-        } = &mut drive.surroundings;
-        let in_block = |range: &&Range<u64>| range.end > clocks.start && range.start < clocks.end;
-        resets.extend(self.resets.iter().filter(in_block).cloned());
-        merge(resets);
-        stalls.extend(std::iter::once(self.stall).filter(in_block).cloned());
-        merge(stalls);
-    }
-}
-
-/// Orders ranges by their start and joins those that touch.
-fn merge(ranges: &mut Vec<Range<u64>>) {
-    ranges.sort_by_key(|range| range.start);
-    ranges.dedup_by(|later, earlier| {
-        let joined = later.start <= earlier.end;
-        if joined {
-            earlier.end = earlier.end.max(later.end);
-        }
-        joined
-    });
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn resets_that_touch_are_one() {
-        let mut ranges = vec![5..9, 20..21, 9..10, 1..2, 6..7];
-        merge(&mut ranges);
-        assert_eq!(ranges, [1..2, 5..10, 20..21]);
-    }
 
     #[test]
     fn values_are_packed_across_words() {

@@ -141,7 +141,7 @@ impl Adversarial {
             means,
             reach: Reach::of(contract, means.skips, means.most_clocks_of_recipe),
             scout,
-            levels: vec![Level::new(contract.lanes); detectors],
+            levels: vec![Level::new(contract.lanes()); detectors],
             resets: VecDeque::new(),
             stalls: VecDeque::new(),
             skips: VecDeque::new(),
@@ -282,7 +282,7 @@ impl Adversarial {
     /// Begins a group: its length, what is left out, and what the receiver does until
     /// its results arrive.
     fn start_group(&mut self, plan: GroupPlan, position: Position) {
-        let whole = self.contract.scan.integration_chips;
+        let whole = self.contract.timing.scan.integration_chips;
         let origin = position.first_word();
         let chips = self.chips_of(&plan, origin);
         let groups = self.contract.groups();
@@ -321,7 +321,7 @@ impl Adversarial {
 
     /// Chips of a group.
     fn chips_of(&mut self, plan: &GroupPlan, origin: u64) -> u64 {
-        let whole = self.contract.scan.integration_chips;
+        let whole = self.contract.timing.scan.integration_chips;
         if !self.reach.shortens(&self.contract) {
             return whole;
         }
@@ -347,8 +347,8 @@ impl Adversarial {
         let is_aimed_next = self.plans.front().is_some_and(|plan| plan.hits.needs_low());
         let mut pulses = vec![Vec::new(); self.pulses.len()];
         let (lanes, parallel) = (
-            u64::from(self.contract.lanes),
-            u64::from(self.contract.parallel),
+            u64::from(self.contract.lanes()),
+            u64::from(self.contract.parallel()),
         );
         for (detector, pulses) in pulses.iter_mut().enumerate() {
             let words = Words {
@@ -384,8 +384,8 @@ impl Adversarial {
     /// Words outside of scans, up to a clock.
     fn decide_lead(&mut self, until: u64, lead: Lead) {
         let (lanes, parallel) = (
-            u64::from(self.contract.lanes),
-            u64::from(self.contract.parallel),
+            u64::from(self.contract.lanes()),
+            u64::from(self.contract.parallel()),
         );
         let is_aimed_next = self.plans.front().is_some_and(|plan| plan.hits.needs_low());
         while self.decided < until {
@@ -517,7 +517,7 @@ impl Stimulus for Adversarial {
         while self.decided < clocks.end {
             self.decide();
         }
-        let lanes = u64::from(self.contract.lanes);
+        let lanes = u64::from(self.contract.lanes());
         for (decided, pulses) in self.pulses.iter_mut().zip(&mut drive.pulses) {
             while let Some(pulse) = decided.pop_front_if(|p| p.first < clocks.end * lanes) {
                 pulses.push(pulse);

@@ -182,12 +182,12 @@ pub(super) struct Reach {
 impl Reach {
     /// With or without the scan's counters at hand.
     pub fn of(contract: &Contract, shortens: bool, most_clocks: u64) -> Reach {
-        let chips = contract.scan.integration_chips;
-        let parallel = u64::from(contract.parallel);
+        let chips = contract.timing.scan.integration_chips;
+        let parallel = u64::from(contract.parallel());
         let peak = contract.peak.map_or(0, |peak| peak.least_chips);
         let shortest = 16
             + u64::from(contract.clocks_of_counting())
-            + parallel.div_ceil(u64::from(contract.lanes))
+            + parallel.div_ceil(u64::from(contract.lanes()))
             + peak;
         let is_long = chips >= 2 * shortest + 16;
         Reach {
@@ -199,7 +199,7 @@ impl Reach {
 
     /// Whether groups can be made shorter.
     pub fn shortens(&self, contract: &Contract) -> bool {
-        self.shortest < contract.scan.integration_chips
+        self.shortest < contract.timing.scan.integration_chips
     }
 
     /// Clocks of a scan, as short as can be.
@@ -209,7 +209,7 @@ impl Reach {
 
     /// Groups after which all results of a group have been taken.
     pub fn groups_to_flush(&self, contract: &Contract) -> u64 {
-        let beats = u64::from(contract.parallel) * contract.reference_codes.len() as u64;
+        let beats = u64::from(contract.parallel()) * contract.reference_codes.len() as u64;
         let latency = u64::from(contract.result_latency_clocks).max(peak_clocks(contract));
         (latency + beats + 2).div_ceil(self.shortest) + 1
     }

@@ -45,11 +45,11 @@ impl Kitchen<'_> {
 
     /// Beats of a group.
     fn beats(&self) -> u64 {
-        u64::from(self.contract.parallel) * self.contract.reference_codes.len() as u64
+        u64::from(self.contract.parallel()) * self.contract.reference_codes.len() as u64
     }
 
     fn chips_of(&self, plan: &GroupPlan) -> u64 {
-        let most = self.contract.scan.integration_chips;
+        let most = self.contract.timing.scan.integration_chips;
         match plan.length {
             Length::Short => self.reach.shortest,
             Length::AtLeast(chips) => chips.clamp(self.reach.shortest, most),
@@ -92,8 +92,8 @@ impl Kitchen<'_> {
 
     fn hits(&self, point: CoverPoint) -> Vec<GroupPlan> {
         let plain = GroupPlan::random;
-        let chips = self.contract.scan.integration_chips;
-        let lanes = u64::from(self.contract.lanes);
+        let chips = self.contract.timing.scan.integration_chips;
+        let lanes = u64::from(self.contract.lanes());
         match point {
             CoverPoint::Hit {
                 detector,
@@ -135,7 +135,7 @@ impl Kitchen<'_> {
             ],
             CoverPoint::TotalCarry { bit, .. } => {
                 let chips = (1u64 << bit).div_ceil((lanes / 2).max(1)) * 2;
-                let groups = chips.div_ceil(self.contract.scan.integration_chips) + 2;
+                let groups = chips.div_ceil(self.contract.timing.scan.integration_chips) + 2;
                 let long = Length::AtLeast(chips.div_ceil(2));
                 let mut plans = vec![self.fresh().with(Hits::EveryOther).long(long)];
                 plans.extend((0..groups).map(|_| plain().with(Hits::EveryOther).long(long)));
@@ -260,7 +260,7 @@ impl Kitchen<'_> {
             }
             CoverPoint::ResetHit { age } => {
                 let age = u64::from(age);
-                let depth = u64::from(Contract::clocks_to_dump(self.contract.lanes));
+                let depth = u64::from(Contract::clocks_to_dump(self.contract.lanes()));
                 let cut = Some(age + depth + 2);
                 let hit = self.fresh().with(Hits::BeforeCut { age });
                 vec![GroupPlan { cut, ..hit }, plain().after_reset(0, 1)]
@@ -313,6 +313,10 @@ impl Kitchen<'_> {
             }
             let mut plans = vec![self.fresh()];
             plans.extend((1..groups).map(|_| plain()));
+            // A step without a hit shows nothing.
+            let last = plans.len().saturating_sub(3);
+            let side = Hits::OneSided { step: 0, up: true };
+            plans[last..].iter_mut().for_each(|plan| plan.hits = side);
             Ok(plans)
         };
         match point {
@@ -329,7 +333,7 @@ impl Kitchen<'_> {
             CoverPoint::WholeScan => walk(groups),
             CoverPoint::DelayWraps { period: true } => walk(groups.saturating_add(2)),
             CoverPoint::DelayWraps { period: false } => {
-                walk(u64::from(self.contract.lanes.div_ceil(self.contract.parallel)) + 2)
+                walk(u64::from(self.contract.lanes().div_ceil(self.contract.parallel())) + 2)
             }
             CoverPoint::CodeWraps { source } => {
                 let code = self.contract.source_codes[source].len();

@@ -31,13 +31,13 @@ pub(super) fn fill(contract: &Contract, table: &mut CoverTable) {
 
 fn steps(contract: &Contract) -> std::ops::Range<usize> {
     // A scan of fewer steps than there are correlators leaves the last ones out.
-    0..u64::from(contract.parallel).min(contract.scan.steps) as usize
+    0..u64::from(contract.parallel()).min(contract.timing.scan.steps) as usize
 }
 
 fn hits(contract: &Contract, table: &mut CoverTable, detector: usize) {
     let signs = Signs::of(contract, detector);
     for step in steps(contract) {
-        for lane in 0..contract.lanes {
+        for lane in 0..contract.lanes() {
             let reached = signs.reached(contract, step, lane);
             for up in [false, true] {
                 let point = CoverPoint::Hit {
@@ -50,7 +50,7 @@ fn hits(contract: &Contract, table: &mut CoverTable, detector: usize) {
             }
         }
     }
-    if contract.lanes >= 4 && signs.are_both() {
+    if contract.lanes() >= 4 && signs.are_both() {
         for up in [false, true] {
             table.add(CoverPoint::FullWord { detector, up });
         }
@@ -113,14 +113,14 @@ fn counting(contract: &Contract, table: &mut CoverTable, detector: usize) {
             table.add(CoverPoint::Limit { detector, step, up });
             table.add(CoverPoint::Clamp { detector, step, up });
         }
-        for step in contract.last_group_steps() as usize..contract.parallel as usize {
+        for step in contract.last_group_steps() as usize..contract.parallel() as usize {
             table.add(CoverPoint::AbsentClamp { detector, step, up });
         }
     }
 }
 
 fn peaks(contract: &Contract, table: &mut CoverTable, detector: usize) {
-    let single = contract.scan.steps == 1;
+    let single = contract.timing.scan.steps == 1;
     for kind in PeakKind::ALL {
         let hindrance = match kind {
             PeakKind::First | PeakKind::Equal if single => Some("a scan has a single step"),
@@ -149,7 +149,7 @@ fn stream(contract: &Contract, table: &mut CoverTable) {
         table.add(point);
     }
     if of_group > 1 {
-        let chips = contract.scan.integration_chips;
+        let chips = contract.timing.scan.integration_chips;
         let hurried = chips < of_group as u64 && groups > 1;
         let reason = "a group has more results than its steps have clocks";
         table.add_or(CoverPoint::Burst, hurried.then_some(reason));
@@ -164,14 +164,14 @@ fn places(groups: u64) -> impl Iterator<Item = Place> {
 }
 
 fn resets(contract: &Contract, table: &mut CoverTable) {
-    let chips = contract.scan.integration_chips;
+    let chips = contract.timing.scan.integration_chips;
     for age in 0..=contract.result_latency_clocks {
         let point = CoverPoint::ResetAge { age };
         // Unless it is the end of a scan, and a pause follows.
         let hidden = u64::from(age) >= chips && !contract.realigns();
         table.add_or(point, hidden.then_some(SHORT_STEPS));
     }
-    for age in 0..Contract::clocks_to_dump(contract.lanes) {
+    for age in 0..Contract::clocks_to_dump(contract.lanes()) {
         table.add(CoverPoint::ResetHit { age });
     }
     if let Some(peak) = contract.peak {
@@ -212,10 +212,10 @@ fn scans(contract: &Contract, table: &mut CoverTable) {
             table.add(CoverPoint::Result { place, later_scan });
         }
     }
-    let scan = &contract.scan;
-    let parallel = u64::from(contract.parallel);
+    let scan = &contract.timing.scan;
+    let parallel = u64::from(contract.parallel());
     let grows = (contract.groups() - 1) * parallel;
-    let lanes = u64::from(contract.lanes);
+    let lanes = u64::from(contract.lanes());
     let past_chip = scan.first_step % lanes + grows >= lanes;
     let point = CoverPoint::DelayWraps { period: false };
     table.add_or(
@@ -251,7 +251,7 @@ impl Signs {
         }));
         Signs {
             ones: ones.collect(),
-            lanes: u64::from(contract.lanes),
+            lanes: u64::from(contract.lanes()),
             detector_period: code.len(),
         }
     }
@@ -269,7 +269,7 @@ impl Signs {
     /// Whether some step that is the `step`-th of its group counts a hit of a lane down,
     /// and up.
     fn reached(&self, contract: &Contract, step: usize, lane: u32) -> [bool; 2] {
-        let (scan, parallel) = (&contract.scan, u64::from(contract.parallel));
+        let (scan, parallel) = (&contract.timing.scan, u64::from(contract.parallel()));
         let period = self.detector_period * self.lanes;
         let dwell = scan.integration_chips.min(self.detector_period);
         let mut reached = [false; 2];

@@ -52,11 +52,11 @@ impl Running {
         let borders: Vec<u32> = borders.chain([segments.bits()]).collect();
         let detectors = contract.reference_codes.len();
         Running {
-            parallel: contract.parallel as usize,
-            lanes: contract.lanes,
+            parallel: contract.parallel() as usize,
+            lanes: contract.lanes(),
             lowest: borders[0],
             borders,
-            steps: vec![Counter::default(); detectors * contract.parallel as usize],
+            steps: vec![Counter::default(); detectors * contract.parallel() as usize],
             detectors: vec![Hits::default(); detectors],
         }
     }

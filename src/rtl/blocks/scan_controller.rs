@@ -152,13 +152,13 @@ impl ScanPlan {
     pub fn of(contract: &Contract) -> ScanPlan {
         let detectors = contract.reference_codes.len() as u32;
         ScanPlan {
-            dwell_chips: contract.scan.integration_chips,
+            dwell_chips: contract.timing.scan.integration_chips,
             steps: contract.groups(),
             realigns: contract.realigns(),
-            clocks_to_dump: Contract::clocks_to_dump(contract.lanes),
+            clocks_to_dump: Contract::clocks_to_dump(contract.lanes()),
             segments: contract.count_segments.count,
             clocks_to_count: contract.clocks_of_counting(),
-            counts_early: detectors * contract.parallel > 1,
+            counts_early: detectors * contract.parallel() > 1,
         }
     }
 

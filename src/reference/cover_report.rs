@@ -131,7 +131,8 @@ impl Coverage {
 }
 
 impl Missed {
-    fn text(&self) -> String {
+    /// In words, with the reason.
+    pub fn text(&self) -> String {
         match &self.reason {
             Some(reason) => format!("{} ({reason})", self.point),
             None => self.point.clone(),
