@@ -4,6 +4,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::counts::NORMAL_FROM_SIGMAS;
 use super::moments::GroupMoments;
+use crate::math::correlating;
 use crate::photons::counter::StepCount;
 use crate::photons::random::StreamRng;
 
@@ -54,7 +55,7 @@ impl GroupLaw {
         }
         GroupLaw {
             means,
-            factor: cholesky(covariance),
+            factor: correlating(&covariance),
             is_normal,
         }
     }
@@ -84,26 +85,6 @@ impl GroupLaw {
             })
             .collect()
     }
-}
-
-/// The lower triangle L of a matrix L L^T whose lower triangle is given. What
-/// rounding makes negative on the diagonal counts as zero.
-pub fn cholesky(mut matrix: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-    for a in 0..matrix.len() {
-        for b in 0..=a {
-            let known: f64 = (0..b).map(|c| matrix[a][c] * matrix[b][c]).sum();
-            let rest = matrix[a][b] - known;
-            matrix[a][b] = if a == b {
-                rest.max(0.0).sqrt()
-            } else if matrix[b][b] > 0.0 {
-                rest / matrix[b][b]
-            } else {
-                0.0
-            };
-        }
-        matrix[a].truncate(a + 1);
-    }
-    matrix
 }
 
 #[cfg(test)]

@@ -42,7 +42,6 @@ pub use correlator::MeanCount;
 pub use counts::CountSampler;
 pub use effort::Effort;
 pub use expected::MeanResponse;
-pub(crate) use group_counts::cholesky;
 pub use light::{Light, LightPath};
 pub use moments::{CountMoments, GroupMoments, SecondMoments};
 pub use sampling::{check_merging, merged_share};

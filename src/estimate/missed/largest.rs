@@ -44,7 +44,7 @@ struct Run {
 pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> f64 {
     let laws = laws(counts, target);
     // The phase moves an estimate by up to a chip.
-    let reach_ps = 2.0 * target.scene.chip_period_ps;
+    let reach_ps = target.sensor.clock().ps(2.0);
     let near: Vec<usize> = (0..laws.len())
         .filter(|&step| target.step_error_ps(step).abs() < reach_ps)
         .collect();
@@ -246,7 +246,7 @@ mod tests {
             .map(|i| {
                 let x = f64::from(i) / 100.0;
                 let density = (-0.5 * (x - 3.0) * (x - 3.0)).exp() / 2.506_628_274_631_000_5;
-                let normal = crate::photons::fast::normal::cumulative(x);
+                let normal = crate::math::normal_cdf(x);
                 0.01 * density * normal.powi(999)
             })
             .sum();

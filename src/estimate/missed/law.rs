@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::photons::fast::normal::cumulative;
+use crate::math::normal_cdf;
 
 /// Beyond so many standard deviations a tail is taken as a normal one's: nothing.
 const REACH_STD: f64 = 12.0;
@@ -97,7 +97,7 @@ impl CountLaw {
         }
         let z = (y - self.mean) / self.std();
         if z.abs() > REACH_STD || self.total <= 0.0 {
-            return cumulative(z);
+            return normal_cdf(z);
         }
         let at_zero = self.generated(0.0);
         let of_clusters = at_zero.slope + z * at_zero.curvature.sqrt();
@@ -112,7 +112,7 @@ impl CountLaw {
             1.0 / w - 1.0 / (2.0 * (0.5 * s).sinh() * there.curvature.sqrt())
         };
         let density = (-0.5 * w * w).exp() / (2.0 * PI).sqrt();
-        (cumulative(w) + density * correction).clamp(0.0, 1.0)
+        (normal_cdf(w) + density * correction).clamp(0.0, 1.0)
     }
 
     /// Afterpulses of an avalanche, as far as clusters end: the variance is exact all
@@ -202,7 +202,7 @@ impl CountLaw {
             // The tail is exponential, of slope |z|.
             return (y + std / z, (std / z).powi(2));
         }
-        let ratio = (-0.5 * z * z).exp() / (2.0 * PI).sqrt() / cumulative(z);
+        let ratio = (-0.5 * z * z).exp() / (2.0 * PI).sqrt() / normal_cdf(z);
         let variance = self.variance * (1.0 - z * ratio - ratio * ratio).max(0.0);
         (self.mean - std * ratio, variance)
     }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::photons::fast::normal::cumulative;
+use crate::math::normal_cdf;
 
 /// A normal number in the plane.
 #[derive(Debug, Clone, Copy, Default)]
@@ -45,7 +45,7 @@ impl Planar {
                 + p / q.powf(1.5)
                     * (2.0 * PI).sqrt()
                     * (0.5 * ahead).exp()
-                    * cumulative(p / q.sqrt()))
+                    * normal_cdf(p / q.sqrt()))
                 / (2.0 * PI * determinant.sqrt())
         };
         let centre = y.atan2(x);
@@ -88,7 +88,7 @@ mod tests {
                 covariance: [std * std, 4.0, 0.0],
             };
             let right = planar.angle_within(-0.5 * PI, 0.5 * PI);
-            assert!((right - cumulative(mean[0] / std)).abs() < 1e-6, "{right}");
+            assert!((right - normal_cdf(mean[0] / std)).abs() < 1e-6, "{right}");
             assert!((planar.angle_within(-PI, PI) - 1.0).abs() < 1e-6);
         }
     }

@@ -18,6 +18,7 @@ use super::arithmetic::{ChipTable, Integers, LANES, Words, wrap};
 use super::grid::Grid;
 use super::normal::{self, NORMAL_REACH};
 use super::streams::LaneStreams;
+use crate::math::normal_cdf;
 
 /// Entries of the table of probabilities.
 const ENTRIES: usize = 1024;
@@ -139,7 +140,7 @@ pub fn is_before(behind: i64, sigma_ticks: f64, uniform: i32) -> bool {
     if sigma_ticks == 0.0 {
         return behind < 0;
     }
-    uniform <= threshold_of(normal::cumulative(-(behind as f64) / sigma_ticks))
+    uniform <= threshold_of(normal_cdf(-(behind as f64) / sigma_ticks))
 }
 
 /// The counter's sign in all lanes.

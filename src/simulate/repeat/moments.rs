@@ -1,5 +1,7 @@
 //! Mean and scatter of a sample.
 
+use crate::math::NORMAL_95;
+
 /// Mean and scatter; what the sample is too small for is not there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moments {
@@ -45,15 +47,15 @@ impl Moments {
 
 /// 95 % interval of a share, `count` of `trials` (Wilson 1927).
 pub fn share_interval(count: u64, trials: u64) -> [f64; 2] {
-    const Z_95: f64 = 1.959_963_984_540_054;
     if trials == 0 {
         return [0.0, 1.0];
     }
     let n = trials as f64;
     let share = count as f64 / n;
-    let z2 = Z_95 * Z_95;
+    let z2 = NORMAL_95 * NORMAL_95;
     let middle = (share + 0.5 * z2 / n) / (1.0 + z2 / n);
-    let half = Z_95 * (share * (1.0 - share) / n + 0.25 * z2 / (n * n)).sqrt() / (1.0 + z2 / n);
+    let half =
+        NORMAL_95 * (share * (1.0 - share) / n + 0.25 * z2 / (n * n)).sqrt() / (1.0 + z2 / n);
     [
         (middle - half).clamp(0.0, share),
         (middle + half).clamp(share, 1.0),

@@ -1,7 +1,8 @@
 //! Which tier is worth its time, and whether that can be told at all.
 
-use super::points::{RESOLUTION, Run, Z_95, cost, needed_scans, worst};
+use super::points::{RESOLUTION, Run, cost, needed_scans, worst};
 use super::{Recommendation, Reference, Refusal, TierPoint, Verdict};
+use crate::math::NORMAL_95;
 
 /// Share of the whole budget that the reference gets.
 pub const REFERENCE_SHARE: f64 = 0.4;
@@ -29,8 +30,8 @@ pub fn refuse(runs: &[Run], reference: &Reference, target_error: f64) -> Option<
         .missed_fraction_ci
         .map(|end| (end - reference.missed_fraction).abs());
     let half_width = [
-        Z_95 * reference.std_std_error_m / reference.std_m,
-        Z_95 * reference.std_error_m / reference.std_m,
+        NORMAL_95 * reference.std_std_error_m / reference.std_m,
+        NORMAL_95 * reference.std_error_m / reference.std_m,
         of_missed[0].max(of_missed[1]),
     ]
     .into_iter()
@@ -42,7 +43,7 @@ pub fn refuse(runs: &[Run], reference: &Reference, target_error: f64) -> Option<
     let (last, asked) = (runs.last()?, RESOLUTION * target_error);
     // Of a handful of estimates the scatter is not known: as for normal ones.
     let per_estimate = last.repetitions as f64 / last.statistics.estimates.max(1) as f64;
-    let of_normal = ((Z_95 / asked).powi(2) * per_estimate).ceil() as u64;
+    let of_normal = ((NORMAL_95 / asked).powi(2) * per_estimate).ceil() as u64;
     let scans = needed_scans(last, asked).unwrap_or(of_normal);
     let times: Vec<(u64, f64)> = runs.iter().map(|r| (r.repetitions, r.run_time_s)).collect();
     let (set_up_s, per_scan_s) = cost(&times)?;
@@ -88,7 +89,7 @@ fn time_of(tiers: &[TierPoint], tier: &TierPoint, target_error: f64) -> (Option<
     // sqrt(p (1 - p) / n), the standard deviation better than either.
     let missed = tier.missed_fraction.unwrap_or(0.0);
     let of_bias = 1.0 / (1.0 - missed).max(0.01);
-    let needed = (Z_95 / target_error).powi(2) * of_bias.max(missed * (1.0 - missed));
+    let needed = (NORMAL_95 / target_error).powi(2) * of_bias.max(missed * (1.0 - missed));
     let needed = needed.ceil() as u64;
     let runs = tiers.iter().filter(|other| other.name == tier.name);
     let runs = runs.filter_map(|run| Some((run.repetitions?, run.run_time_s)));

@@ -1,15 +1,14 @@
 //! Runs of the tiers, and how they compare with the reference.
 
+use crate::math::NORMAL_95;
 use std::time::{Duration, Instant};
 
 use super::{FidelityError, Reference, TierPoint, Verdict};
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::repeat::{PathStatistics, simulate_prepared};
 use crate::simulate::scans::Prepared;
 
-/// Two-sided 95 % quantile of the normal distribution.
-pub const Z_95: f64 = 1.96;
 /// Numbers of scans that are tried, as far as the time goes, before as many as are
 /// needed.
 const REPETITIONS: [u64; 11] = [
@@ -34,7 +33,7 @@ pub struct Run {
 /// Runs a tier with more and more scans, until they resolve the target error or the
 /// next run would not fit into `budget`; at least the first.
 pub fn grow(
-    scene: &Scene,
+    sensor: &Sensor,
     prepared: &Prepared,
     path: usize,
     seed: u64,
@@ -45,7 +44,7 @@ pub fn grow(
     let started = Instant::now();
     let mut repetitions = REPETITIONS[0];
     loop {
-        let simulation = simulate_prepared(scene, prepared, seed, repetitions)?;
+        let simulation = simulate_prepared(sensor, prepared, seed, repetitions)?;
         let mut statistics = simulation.estimates.into_iter();
         let run = Run {
             tier,
@@ -90,11 +89,11 @@ pub fn needed_scans(run: &Run, half_width: f64) -> Option<u64> {
     }
     let n = run.repetitions as f64;
     let standard_error = std_error_m.max(std_std_error_m) / std_m;
-    let of_moments = n * (Z_95 * standard_error / half_width).powi(2);
+    let of_moments = n * (NORMAL_95 * standard_error / half_width).powi(2);
     let missed = s.missed_fraction?;
     // Wilson's interval of none of n is z^2 / n wide.
-    let of_missed =
-        missed * (1.0 - missed) * (Z_95 / half_width).powi(2) + Z_95 * Z_95 / half_width;
+    let of_missed = missed * (1.0 - missed) * (NORMAL_95 / half_width).powi(2)
+        + NORMAL_95 * NORMAL_95 / half_width;
     Some(of_moments.max(of_missed).ceil() as u64)
 }
 
@@ -149,7 +148,10 @@ pub fn point(run: &Run, reference: &Reference, target_error: f64) -> Option<Tier
         [0.0, 0.0]
     };
     let interval = |error: f64, standard_error: f64| {
-        [error - Z_95 * standard_error, error + Z_95 * standard_error]
+        [
+            error - NORMAL_95 * standard_error,
+            error + NORMAL_95 * standard_error,
+        ]
     };
     let std_error = (std_m - reference.std_m) / reference.std_m;
     let bias_error = (bias_m - reference.bias_m) / reference.std_m;
@@ -235,8 +237,8 @@ mod tests {
     fn the_difference_of_shares_has_the_published_interval() {
         // Newcombe 1998, example a: 56/70 less 48/80 is 0.2, 0.0524 to 0.3339.
         let share = |k: f64, n: f64| {
-            let (p, z2) = (k / n, Z_95 * Z_95);
-            let half = Z_95 * (p * (1.0 - p) / n + 0.25 * z2 / (n * n)).sqrt();
+            let (p, z2) = (k / n, NORMAL_95 * NORMAL_95);
+            let half = NORMAL_95 * (p * (1.0 - p) / n + 0.25 * z2 / (n * n)).sqrt();
             let [low, high] = [-half, half].map(|h| (p + 0.5 * z2 / n + h) / (1.0 + z2 / n));
             (p, [low, high])
         };

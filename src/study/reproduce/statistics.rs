@@ -1,7 +1,6 @@
 //! Confidence intervals, all at 95 %.
 
-/// Normal quantile of a two-sided 95 % interval.
-const Z: f64 = 1.959_963_984_540_054;
+use crate::math::{NORMAL_95, binomial_interval};
 
 /// A measured value with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,8 +18,8 @@ impl Measured {
     pub fn normal(value: f64, standard_error: f64) -> Measured {
         Measured {
             value,
-            low: value - Z * standard_error,
-            high: value + Z * standard_error,
+            low: value - NORMAL_95 * standard_error,
+            high: value + NORMAL_95 * standard_error,
         }
     }
 
@@ -44,7 +43,7 @@ impl Measured {
 
     /// Standard error of a normal interval.
     pub fn standard_error(self) -> f64 {
-        (self.high - self.low) / (2.0 * Z)
+        (self.high - self.low) / (2.0 * NORMAL_95)
     }
 
     /// Both ends.
@@ -117,18 +116,9 @@ pub fn root_mean_square(values: &[Measured]) -> Measured {
     Measured::normal(root, of_square / (2.0 * root.max(f64::MIN_POSITIVE)))
 }
 
-/// A rate with the exact binomial interval (Clopper and Pearson 1934).
+/// A rate with the exact binomial interval.
 pub fn rate(successes: u64, trials: u64) -> Measured {
-    let half_alpha = 0.025;
-    let low = match successes {
-        0 => 0.0,
-        _ => bisect(|p| at_least(successes, trials, p) - half_alpha),
-    };
-    let high = match successes {
-        all if all == trials => 1.0,
-        // At most k is not at least k + 1.
-        _ => bisect(|p| at_least(successes + 1, trials, p) - (1.0 - half_alpha)),
-    };
+    let [low, high] = binomial_interval(successes, trials);
     Measured {
         value: successes as f64 / trials as f64,
         low,
@@ -136,53 +126,9 @@ pub fn rate(successes: u64, trials: u64) -> Measured {
     }
 }
 
-/// Chance of `least` or more successes in `trials`.
-fn at_least(least: u64, trials: u64, p: f64) -> f64 {
-    let mut log_choose = 0.0;
-    let mut sum = 0.0;
-    for k in 0..=trials {
-        if k >= least {
-            sum += (log_choose + k as f64 * p.ln() + (trials - k) as f64 * (-p).ln_1p()).exp();
-        }
-        log_choose += ((trials - k) as f64 / (k + 1) as f64).ln();
-    }
-    sum
-}
-
-/// Zero in 0..1 of a function that increases.
-fn bisect(f: impl Fn(f64) -> f64) -> f64 {
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..50 {
-        let middle = 0.5 * (low + high);
-        if f(middle) < 0.0 {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    0.5 * (low + high)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn exact_binomial_intervals_have_their_closed_forms_at_the_ends() {
-        // With no success in n the upper end solves (1 - p)^n = 0.025.
-        for n in [1_u64, 10, 300] {
-            let expected = 1.0 - 0.025_f64.powf(1.0 / n as f64);
-            let none = rate(0, n);
-            assert!((none.high - expected).abs() < 1e-10, "{n}: {}", none.high);
-            assert_eq!(none.low, 0.0);
-            let all = rate(n, n);
-            assert!((all.low - (1.0 - expected)).abs() < 1e-10);
-            assert_eq!(all.high, 1.0);
-        }
-        // 5 of 10, in every table of Clopper-Pearson limits: 0.1871 to 0.8129.
-        let half = rate(5, 10);
-        assert!((half.low - 0.1871).abs() < 5e-5 && (half.high - 0.8129).abs() < 5e-5);
-    }
 
     #[test]
     fn the_error_of_a_standard_deviation_is_that_of_its_distribution() {
