@@ -9,6 +9,7 @@ use crate::hdl_support::draw::{self, Extent};
 use crate::hdl_support::{Family, code, run, scene};
 use goldtof::deliver::{Emission, emit, write};
 use goldtof::scene::Scene;
+use goldtof::sensor::Sensor;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -82,7 +83,8 @@ fn scenes() -> Vec<Scene> {
 fn a_wrong_bit_in_a_constant_of_an_lfsr_is_caught_before_the_first_clock() {
     let mut tried = BTreeMap::<String, u32>::new();
     for scene in scenes() {
-        let emission = emit(&scene, "goldtof emit test.toml").expect("the scene is fine");
+        let emission =
+            emit(&Sensor::new(&scene), "goldtof emit test.toml").expect("the scene is fine");
         let folder = tempfile::tempdir().expect("a temporary folder");
         write(&emission, folder.path()).expect("the files can be written");
         let files: Vec<&str> = emission.files.iter().map(|f| f.name.as_str()).collect();
@@ -127,7 +129,8 @@ fn a_wrong_bit_in_a_constant_of_an_lfsr_is_caught_before_the_first_clock() {
 #[test]
 fn a_wrong_end_state_does_not_pass_the_emitted_bench() {
     let scene = scene(&[code(Family::Gold(5), 0, 3)], 0, 4, 5, Some(6), 40, None);
-    let mut emission: Emission = emit(&scene, "goldtof emit test.toml").expect("it is fine");
+    let mut emission: Emission =
+        emit(&Sensor::new(&scene), "goldtof emit test.toml").expect("it is fine");
     let controller = emission
         .files
         .iter_mut()
