@@ -170,7 +170,7 @@ const QUICK: &[Fault] = &[
     // A second scan is as long as its counter happens to be.
     (
         "scan_controller.v",
-        "if (ends_scan) begin\n                steps_r <= STEPS_LOAD;\n            end else if",
+        "if (scan_last_chip_r) begin\n                step_count_r <= STEP_COUNT_FIRST;\n            end else if",
         "if",
     ),
     // A reset of one clock leaves something in the pipelines.
@@ -188,8 +188,8 @@ const QUICK: &[Fault] = &[
     ("accumulator.v", "base_r <= 15'd0;", "base_r <= total_r;"),
     (
         "scan_controller.v",
-        "step_ended_r <= 6'd0;",
-        "step_ended_r <= {step_ended_r[4:0], ends_step};",
+        "step_done_r <= 6'd0;",
+        "step_done_r <= {step_done_r[4:0], o_last_chip};",
     ),
     // The top: the laser's timing.
     ("sensor_top.v", "o_laser <= chips", "o_laser <= ~chips"),

@@ -48,10 +48,10 @@ impl ScanRegisters {
         ScanRegisters {
             chips: plan
                 .counts_chips()
-                .then(|| register("dwell_r", plan.dwell())),
+                .then(|| register("chip_count_r", plan.chip_counter())),
             groups: plan
                 .counts_steps()
-                .then(|| register("steps_r", plan.step())),
+                .then(|| register("step_count_r", plan.step_counter())),
         }
     }
 
