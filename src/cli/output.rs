@@ -1,10 +1,11 @@
 //! Who prints what: JSON to stdout, people's words to stdout or stderr.
 
-use std::io::{self, Write as _};
+use std::io::{self, IsTerminal as _, Write as _};
 use std::path::Path;
 
 use anyhow::Context as _;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use rustix::termios::tcgetwinsize;
 use serde::Serialize;
 
 use crate::files::{FileError, OutputFolder};
@@ -86,6 +87,24 @@ impl Output {
     pub fn error(&self, error: &anyhow::Error) {
         to_stderr(&format!("error: {}", with_causes(error)));
     }
+}
+
+/// Characters of a line of the terminal that stdout is; none if it is no terminal.
+/// `COLUMNS` wins where it is set.
+pub(super) fn terminal_width() -> Option<usize> {
+    let stdout = io::stdout();
+    if !stdout.is_terminal() {
+        return None;
+    }
+    let told = std::env::var("COLUMNS")
+        .ok()
+        .and_then(|text| text.parse().ok());
+    let size = || {
+        tcgetwinsize(&stdout)
+            .ok()
+            .map(|size| usize::from(size.ws_col))
+    };
+    told.or_else(size).filter(|&columns| columns > 0)
 }
 
 /// The error's words and those of its causes that it does not repeat itself.

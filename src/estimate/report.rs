@@ -129,6 +129,16 @@ pub fn estimate_scan(scene: &Scene, detector: usize, counts: &[StepCount]) -> Es
     report
 }
 
+/// The same without counts: what is expected of the estimator against the first path.
+pub fn expected_errors(scene: &Scene, detector: usize) -> EstimateReport {
+    let mut report = EstimateReport::without_estimate(scene, detector);
+    match check_modulated(scene, detector) {
+        Err(reason) => report.remark = Some(format!("no estimate: {reason}")),
+        Ok(()) => report.compare(scene, detector, None),
+    }
+    report
+}
+
 impl EstimateReport {
     fn without_estimate(scene: &Scene, detector: usize) -> EstimateReport {
         let spad = &scene.detectors[detector];
