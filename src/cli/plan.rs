@@ -3,13 +3,16 @@
 use super::Ending;
 use super::arguments::SceneArgument;
 use super::output::{Output, terminal_width};
+use super::warnings::warn_of_far_paths;
 use crate::plan::overview::overview;
 use crate::report::plan::text;
 use crate::scene;
+use crate::sensor::Sensor;
 
 pub(super) fn run(arguments: &SceneArgument, output: &mut Output) -> anyhow::Result<Ending> {
-    let scene = scene::load(&arguments.scene)?;
-    let overview = overview(&scene);
+    let sensor = Sensor::new(&scene::load(&arguments.scene)?);
+    warn_of_far_paths(&sensor, output);
+    let overview = overview(&sensor);
     output.answer(&overview, &text(&overview, terminal_width()))?;
     Ok(Ending::Done)
 }

@@ -2,10 +2,8 @@
 
 use serde::Serialize;
 
-use crate::estimate::distance_m;
-use crate::reference::stimulus::scan_start;
-use crate::scene::Scene;
-use crate::sensor::contract::Contract;
+use crate::light::distance_m;
+use crate::sensor::Sensor;
 
 /// What the hardware does in time and in space.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -37,25 +35,24 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// Those of a scene's sensor.
-    pub fn of(scene: &Scene) -> Figures {
-        let contract = Contract::of(scene);
-        let chip_s = scene.chip_period_ps * 1e-12;
-        let code_period_chips = contract.reference_codes[0].len();
-        let clocks = |clocks: u64| clocks as f64 * chip_s;
+    /// Those of a sensor.
+    pub fn of(sensor: &Sensor) -> Figures {
+        let (clock, timing, contract) = (sensor.clock(), sensor.timing(), sensor.contract());
+        let seconds = |chips: f64| clock.ps(chips) * 1e-12;
+        let latency = contract.result_latency_clocks;
         Figures {
-            clock_hz: 1e12 / scene.chip_period_ps,
-            code_period_chips,
-            steps: scene.scan.steps,
-            steps_per_period: scene.scan.steps_per_period,
-            integration_s: clocks(scene.scan.integration_chips),
-            frame_time_s: clocks(scan_start(&contract, 1)),
-            result_latency_clocks: contract.result_latency_clocks,
-            result_latency_s: clocks(u64::from(contract.result_latency_clocks)),
-            phase_step_m: distance_m(scene.chip_period_ps / f64::from(contract.lanes)),
-            unambiguous_range_m: distance_m(scene.chip_period_ps * code_period_chips as f64),
+            clock_hz: clock.frequency_hz(),
+            code_period_chips: timing.code_chips(),
+            steps: timing.scan.steps,
+            steps_per_period: timing.scan.steps_per_period,
+            integration_s: seconds(timing.scan.integration_chips as f64),
+            frame_time_s: seconds(timing.scan_pitch_chips() as f64),
+            result_latency_clocks: latency,
+            result_latency_s: seconds(f64::from(latency)),
+            phase_step_m: distance_m(clock.sample_period_ps()),
+            unambiguous_range_m: distance_m(timing.code_period_ps()),
             result_bits: contract.tdata_bits,
-            results: scene.scan.steps * contract.reference_codes.len() as u64,
+            results: timing.scan.steps * contract.reference_codes.len() as u64,
         }
     }
 }

@@ -6,7 +6,8 @@ use super::figures::Figures;
 use super::resources::{Cells, Resources, resources, saved_by};
 use super::{Part, Plan, measure};
 use crate::estimate::report::expected_errors;
-use crate::scene::{EstimatorKind, Scene};
+use crate::scene::EstimatorKind;
+use crate::sensor::Sensor;
 
 /// What `goldtof plan` gives.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -48,48 +49,50 @@ pub struct ExpectedError {
 }
 
 /// Works it out, and measures what the parts that the simulation leaves out save.
-pub fn overview(scene: &Scene) -> Overview {
-    let plan = measure::with_savings(super::plan(scene), scene);
+pub fn overview(sensor: &Sensor) -> Overview {
+    let plan = measure::with_savings(super::plan(sensor), sensor);
     Overview {
-        scene: scene.name.clone(),
-        plan: with_cells(plan, scene),
-        figures: Figures::of(scene),
-        resources: resources(scene),
-        expected: expected(scene),
+        scene: sensor.scene().name.clone(),
+        plan: with_cells(plan, sensor),
+        figures: Figures::of(sensor),
+        resources: resources(sensor),
+        expected: expected(sensor),
     }
 }
 
 /// Adds what parts of the hardware that are left out would take.
-pub fn with_cells(mut plan: Plan, scene: &Scene) -> Plan {
+pub fn with_cells(mut plan: Plan, sensor: &Sensor) -> Plan {
     for part in plan.hardware.iter_mut().filter(|part| !part.kept) {
         let nothing = Cells {
             luts: 0,
             flip_flops: 0,
         };
-        part.saved_cells = saved_by(scene, part).filter(|cells| *cells != nothing);
+        part.saved_cells = saved_by(sensor, part).filter(|cells| *cells != nothing);
     }
     plan
 }
 
 /// Both estimators, detector by detector.
-pub fn expected(scene: &Scene) -> Vec<ExpectedError> {
+pub fn expected(sensor: &Sensor) -> Vec<ExpectedError> {
     let estimators = [EstimatorKind::Fft, EstimatorKind::Model];
-    let of_detector = |detector| estimators.map(|estimator| of(scene, detector, estimator));
-    (0..scene.detectors.len()).flat_map(of_detector).collect()
+    let of_detector = |detector| estimators.map(|estimator| of(sensor, detector, estimator));
+    (0..sensor.scene().detectors.len())
+        .flat_map(of_detector)
+        .collect()
 }
 
-fn of(scene: &Scene, detector: usize, estimator: EstimatorKind) -> ExpectedError {
-    let report = expected_errors(&scene.estimated_by(estimator), detector);
+fn of(sensor: &Sensor, detector: usize, estimator: EstimatorKind) -> ExpectedError {
+    let report = expected_errors(&sensor.estimated_by(estimator), detector);
     ExpectedError {
         detector: report.detector,
         source: report.source,
         estimator,
-        has_its_counts: estimator == EstimatorKind::Fft || scene.sends_total_counts(),
+        has_its_counts: estimator == EstimatorKind::Fft || sensor.scene().sends_total_counts(),
         true_distance_m: report.true_distance_m,
         expected_bias_m: report.expected_bias_m,
         expected_std_m: report.expected_std_m,
         bound_m: report.bound_m,
-        remark: report.remark.or(report.bound_remark),
+        remark: report.remark.or(report.bound_remark).or(report.folded),
     }
 }
 

@@ -7,6 +7,7 @@ use goldtof::plan::resources::{Basis, resources};
 use goldtof::plan::{Part, plan};
 use goldtof::report::plan::{parts, text};
 use goldtof::scene::{EstimatorKind, Fluctuation, Movement, Scene, load};
+use goldtof::sensor::Sensor;
 
 fn standard(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -17,7 +18,7 @@ fn standard(name: &str) -> Scene {
 
 /// The part `name` of the hardware or of the simulation.
 fn part(scene: &Scene, name: &str) -> Part {
-    let plan = plan(scene);
+    let plan = plan(&Sensor::new(scene));
     let mut parts = plan.hardware.into_iter().chain(plan.simulation);
     parts
         .find(|part| part.part == name)
@@ -26,9 +27,9 @@ fn part(scene: &Scene, name: &str) -> Part {
 
 #[test]
 fn the_plan_of_paper_single() {
-    let scene = standard("paper-single");
+    let sensor = Sensor::new(&standard("paper-single"));
     insta::assert_snapshot!(
-        parts(&with_cells(plan(&scene), &scene), None),
+        parts(&with_cells(plan(&sensor), &sensor), None),
         @r#"
     Hardware, kept
       code_generator     an LFSR of degree 11 makes the first m-sequence
@@ -76,7 +77,7 @@ fn the_plan_of_paper_single() {
 
 #[test]
 fn the_plan_in_json_has_part_kept_and_reason() {
-    let json = serde_json::to_value(plan(&standard("paper-square"))).unwrap();
+    let json = serde_json::to_value(plan(&Sensor::new(&standard("paper-square")))).unwrap();
     let second_lfsr = &json["hardware"][1];
     assert_eq!(second_lfsr["part"], "second_lfsr");
     assert_eq!(second_lfsr["kept"], false);
@@ -221,16 +222,16 @@ fn a_path_that_moves_is_followed_and_one_of_no_speed_is_not() {
 fn a_sensor_that_was_synthesized_has_its_measured_cells() {
     let mut scene = standard("paper-single");
     // First row of docs/resources.md.
-    let base = resources(&scene).expect("it was measured");
+    let base = resources(&Sensor::new(&scene)).expect("it was measured");
     assert_eq!((base.cells.luts, base.cells.flip_flops), (101, 212));
     assert_eq!(base.basis, Basis::Measured);
     // Its row "total_counts".
     scene.hardware.total_counts = Some(true);
-    let totals = resources(&scene).expect("it was measured");
+    let totals = resources(&Sensor::new(&scene)).expect("it was measured");
     assert_eq!((totals.cells.luts, totals.cells.flip_flops), (133, 278));
     // No row has both; the fit says so, and is near what the two rows add up to.
     scene.hardware.peak_detector = true;
-    let both = resources(&scene).expect("it can be fitted");
+    let both = resources(&Sensor::new(&scene)).expect("it can be fitted");
     assert!(matches!(both.basis, Basis::Fitted { .. }));
     let sum = 278.0 + 299.0 - 212.0;
     assert!(
@@ -241,7 +242,7 @@ fn a_sensor_that_was_synthesized_has_its_measured_cells() {
 
 #[test]
 fn what_people_read_of_a_plan_has_the_numbers_of_its_json() {
-    let overview = overview(&standard("quick"));
+    let overview = overview(&Sensor::new(&standard("quick")));
     let json = serde_json::to_value(&overview).unwrap();
     let text = text(&overview, None);
     // 31 chips of 8 ns, 8 steps each, 2500 chips a step.
@@ -276,7 +277,7 @@ fn a_saving_that_was_measured_over_nothing_is_not_told() {
     for detector in &mut scene.detectors {
         detector.dark_count_rate_cps = 0.0;
     }
-    let overview = overview(&scene);
+    let overview = overview(&Sensor::new(&scene));
     assert!(overview.plan.not_measured > 0);
     let measured = overview
         .plan
@@ -291,7 +292,7 @@ fn a_saving_that_was_measured_over_nothing_is_not_told() {
 
 #[test]
 fn a_plan_fits_the_terminal() {
-    let overview = overview(&standard("quick"));
+    let overview = overview(&Sensor::new(&standard("quick")));
     let words = |text: &str| {
         text.split_whitespace()
             .map(str::to_owned)

@@ -10,8 +10,8 @@ use self::fit::Fit;
 use super::Part;
 use super::overview::bare_name;
 use crate::code::Generator;
-use crate::scene::{Scene, Target};
-use crate::sensor::contract::Contract;
+use crate::scene::Target;
+use crate::sensor::Sensor;
 
 /// Cells of one family of FPGAs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -22,7 +22,7 @@ pub struct Cells {
     pub flip_flops: u64,
 }
 
-/// What the hardware of a scene takes.
+/// What the hardware of a sensor takes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Resources {
     /// The family and the tools' options that stand behind the numbers.
@@ -85,8 +85,8 @@ fn longest_carry_chain(target: Target) -> u32 {
 
 impl Size {
     /// `None` for codes that were not measured.
-    fn of(scene: &Scene) -> Option<Size> {
-        let contract = Contract::of(scene);
+    fn of(sensor: &Sensor) -> Option<Size> {
+        let contract = sensor.contract();
         let mut generators: Vec<_> = contract.reference_codes.clone();
         for (index, code) in contract.source_codes.iter().enumerate() {
             if !contract.source_codes[..index].contains(code) {
@@ -102,9 +102,9 @@ impl Size {
         Some(Size {
             lfsr_bits: bits.sum::<Option<u32>>()?,
             interleaving: generators.iter().map(|code| code.interleave).sum(),
-            samples_per_chip: contract.lanes,
+            samples_per_chip: contract.lanes(),
             detectors: contract.reference_codes.len() as u32,
-            parallel: contract.parallel,
+            parallel: contract.parallel(),
             exact_bits: contract.exact_count_bits,
             count_bits: contract.count_bits,
             segmented: contract.count_segments.count > 1,
@@ -115,11 +115,11 @@ impl Size {
     }
 }
 
-/// What the hardware of `scene` takes in its target; `None` where nothing like it was
+/// What the hardware of `sensor` takes in its target; `None` where nothing like it was
 /// measured.
-pub fn resources(scene: &Scene) -> Option<Resources> {
-    let target = scene.hardware.target;
-    let size = Size::of(scene)?;
+pub fn resources(sensor: &Sensor) -> Option<Resources> {
+    let target = sensor.scene().hardware.target;
+    let size = Size::of(sensor)?;
     let builds = measured::builds(target);
     let fit = Fit::of(&builds);
     let same = builds.iter().find(|build| build.size == size);
@@ -143,11 +143,11 @@ pub fn resources(scene: &Scene) -> Option<Resources> {
     })
 }
 
-/// What a part of the hardware that `scene` leaves out would take, by the fit: one
+/// What a part of the hardware that `sensor` leaves out would take, by the fit: one
 /// level of interleaving, two phase steps at once. `None` where that was not measured
 /// apart.
-pub fn saved_by(scene: &Scene, part: &Part) -> Option<Cells> {
-    let size = Size::of(scene)?;
+pub fn saved_by(sensor: &Sensor, part: &Part) -> Option<Cells> {
+    let size = Size::of(sensor)?;
     let mut with = size;
     match bare_name(part) {
         "interleaver" => with.interleaving += 2,
@@ -157,7 +157,7 @@ pub fn saved_by(scene: &Scene, part: &Part) -> Option<Cells> {
         "peak_detector" => with.peak_detector = true,
         _ => return None,
     }
-    let fit = Fit::of(&measured::builds(scene.hardware.target));
+    let fit = Fit::of(&measured::builds(sensor.scene().hardware.target));
     let [without, with] = [size, with].map(|size| fit.cells(&size));
     Some(Cells {
         luts: with.luts.checked_sub(without.luts)?,
