@@ -60,11 +60,12 @@ pub fn parts(plan: &Plan, width: Option<usize>) -> String {
         }
     }
     if plan.not_measured > 0 {
-        text += &format!(
-            "\nWhat {} of the parts left out of the simulation would cost was not measured: too few \
-             detections, or too much time.\n",
+        let note = format!(
+            "What {} of the parts left out of the simulation would cost was not measured: too few \
+             detections, or too much time.",
             plan.not_measured
         );
+        text += &format!("\n{}", columns(&[vec![note]], 0, width));
     }
     text
 }
