@@ -103,6 +103,8 @@ pub struct Built {
     pub path: PathBuf,
     /// The program, as it was checked.
     pub image: Arc<Image>,
+    /// Whether the Verilog is the user's own.
+    pub is_users: bool,
     /// The scan's counters, if it has been built so that they can be moved on.
     pub registers: Option<ScanRegisters>,
 }
@@ -159,6 +161,7 @@ pub fn build_with(
     Ok(Built {
         path,
         image: Arc::new(image),
+        is_users: sources.iter().any(|source| source.origin.is_some()),
         registers: registers.cloned(),
     })
 }

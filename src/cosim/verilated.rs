@@ -61,6 +61,8 @@ pub struct Verilated {
     words: Receiver<()>,
     input_words: usize,
     output_words: usize,
+    /// Whether its Verilog is the user's own.
+    pub(super) is_users: bool,
     /// What moves its scan's counters on.
     registers: Option<ScanRegisters>,
     /// Where the next block goes.
@@ -116,6 +118,7 @@ impl Verilated {
             words: pass_on(words),
             input_words,
             output_words,
+            is_users: built.is_users,
             registers: built.registers.clone(),
             next_place: 0,
             under_way: VecDeque::new(),

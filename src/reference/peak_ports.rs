@@ -21,6 +21,8 @@ struct Peak {
 struct Best {
     peak: Peak,
     group: Group,
+    /// Its step of the group.
+    place: usize,
     /// There is an equal one behind it.
     is_shared: bool,
 }
@@ -78,7 +80,14 @@ impl PeakPorts {
     }
 
     /// Takes in a count; of equal ones the first is the peak.
-    pub(super) fn count(&mut self, detector: usize, step: u64, count: i64, group: Group) {
+    /// It is that of step `place` of its group.
+    pub(super) fn count(
+        &mut self,
+        (detector, place): (usize, usize),
+        step: u64,
+        count: i64,
+        group: Group,
+    ) {
         let best = &mut self.best[detector];
         match best {
             Some(best) if count == best.peak.count => best.is_shared = true,
@@ -87,6 +96,7 @@ impl PeakPorts {
                 *best = Some(Best {
                     peak: Peak { step, count },
                     group,
+                    place,
                     is_shared: false,
                 });
             }
@@ -115,6 +125,7 @@ impl PeakPorts {
                 ),
                 (best.group == self.last_group, PeakKind::Last),
                 (best.is_shared, PeakKind::Equal),
+                (!best.is_shared, PeakKind::Step(best.place)),
             ];
             for (_, kind) in kinds.into_iter().filter(|(is, _)| *is) {
                 proves.extend(table.number(CoverPoint::Peak { detector, kind }));

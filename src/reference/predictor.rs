@@ -503,7 +503,7 @@ impl Reference {
                     // It counts the steps that it has seen.
                     let seen = Step(number - self.scan.left_out);
                     peak.count(
-                        detector,
+                        (detector, step),
                         self.contract.timing.scan.phase_step(seen),
                         count,
                         self.scan.group,

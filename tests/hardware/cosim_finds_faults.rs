@@ -293,11 +293,7 @@ const PEAK: &[Fault] = &[
         "largest_r <= present;",
         "largest_r <= present[10] ? 11'd0 : present;",
     ),
-    (
-        "running_maximum.v",
-        "replaces_r <= 1'b0;",
-        "replaces_r <= i_compared & (i_first | comparison_greater);",
-    ),
+    ("peak_detector.v", "first_r <= 1'b1;", "first_r <= first_r;"),
     (
         "peak_detector.v",
         "compares_r <= 4'd0;",

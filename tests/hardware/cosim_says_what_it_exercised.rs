@@ -259,3 +259,30 @@ fn a_bench_of_long_steps_shortens_them_and_without_that_is_inconclusive() {
         assert_eq!(said.contains("PASS"), macros.is_none(), "{said}");
     }
 }
+
+#[test]
+fn what_a_stream_holds_without_tvalid_is_the_designs_own_business() {
+    let folder = tempfile::tempdir().unwrap();
+    let rtl = folder.path().join("rtl");
+    let out = rtl.to_str().unwrap();
+    goldtof(&["emit", QUICK, "--out", out]);
+    let file = rtl.join("result_stream.v");
+    let verilog = fs::read_to_string(&file).unwrap();
+    let held = "o_data = {count_r[14], count_r};";
+    assert_eq!(verilog.matches(held).count(), 1);
+    for (data, verdict) in [
+        ("o_valid ? {count_r[14], count_r} : 16'hdead;", "match"),
+        (
+            "o_valid & i_ready ? {count_r[14], count_r} : 16'hdead;",
+            "mismatch",
+        ),
+    ] {
+        fs::write(&file, verilog.replace(held, &format!("o_data = {data}"))).unwrap();
+        let arguments = ["cosim", QUICK, "--rtl", out, "--stimulus", "adversarial"];
+        let (_, report) = goldtof(&arguments);
+        assert_eq!(report["verdict"], verdict, "{data}");
+        if verdict == "mismatch" {
+            assert_eq!(report["first_mismatch"]["port"], "m_axis_tdata");
+        }
+    }
+}

@@ -203,6 +203,19 @@ impl Kitchen<'_> {
         };
         let side = |up| Hits::AllSteps { up };
         let (first, last) = match kind {
+            PeakKind::Step(step) => {
+                let limit = 1i64 << (self.contract.count_bits - 1);
+                let (step, count) = (step as u64, 4.min(limit - 1));
+                let CoverPoint::Peak { detector, .. } = point else {
+                    return Ok(Vec::new());
+                };
+                let one = Hits::Count {
+                    detector,
+                    step,
+                    count,
+                };
+                (one, Hits::None)
+            }
             PeakKind::Negative => (side(false), side(false)),
             PeakKind::Positive => (side(true), side(true)),
             PeakKind::First => (side(true), side(false)),
@@ -213,11 +226,8 @@ impl Kitchen<'_> {
         let mut plans = self.to_the_end(self.fresh().with(first).long(long))?;
         if kind == PeakKind::Last {
             plans.iter_mut().for_each(|plan| plan.hits = side(false));
-        } else if kind == PeakKind::First {
-            plans
-                .iter_mut()
-                .skip(1)
-                .for_each(|plan| plan.hits = side(false));
+        } else if matches!(kind, PeakKind::First | PeakKind::Step(_)) {
+            plans.iter_mut().skip(1).for_each(|plan| plan.hits = last);
         }
         let reset = plans.is_empty().then_some(self.fresh().reset).flatten();
         let last = GroupPlan::random().with(last).long(long);

@@ -210,6 +210,8 @@ pub enum PeakKind {
     Last,
     /// There is an equal one behind it.
     Equal,
+    /// That of this step of its group, with no equal one.
+    Step(usize),
 }
 
 /// A place in a scan.
@@ -471,8 +473,8 @@ impl CoverPoint {
 }
 
 impl PeakKind {
-    /// All of them.
-    pub const ALL: [PeakKind; 5] = [
+    /// All of them but those of a step.
+    pub const PLAIN: [PeakKind; 5] = [
         PeakKind::Negative,
         PeakKind::Positive,
         PeakKind::First,
@@ -480,14 +482,16 @@ impl PeakKind {
         PeakKind::Equal,
     ];
 
-    fn text(self) -> &'static str {
-        match self {
+    fn text(self) -> String {
+        let text = match self {
             PeakKind::Negative => "a scan's largest count below zero",
             PeakKind::Positive => "a scan's largest count above zero",
             PeakKind::First => "the peak in a scan's first group",
             PeakKind::Last => "the peak in a scan's last group",
             PeakKind::Equal => "the first of equal peaks",
-        }
+            PeakKind::Step(step) => return format!("the peak in step {step} of a group"),
+        };
+        text.to_owned()
     }
 }
 

@@ -121,7 +121,13 @@ fn counting(contract: &Contract, table: &mut CoverTable, detector: usize) {
 
 fn peaks(contract: &Contract, table: &mut CoverTable, detector: usize) {
     let single = contract.timing.scan.steps == 1;
-    for kind in PeakKind::ALL {
+    if contract.parallel() > 1 {
+        for step in steps(contract) {
+            let kind = PeakKind::Step(step);
+            table.add(CoverPoint::Peak { detector, kind });
+        }
+    }
+    for kind in PeakKind::PLAIN {
         let hindrance = match kind {
             PeakKind::First | PeakKind::Equal if single => Some("a scan has a single step"),
             PeakKind::First if contract.groups() == 1 => Some("a scan has a single group of steps"),
