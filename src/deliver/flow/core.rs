@@ -48,15 +48,8 @@ pub(super) fn core(
     constraints: &Constraints,
     made_by: &str,
 ) -> EmittedFile {
-    let listed = |files: &[EmittedFile]| -> String {
-        files
-            .iter()
-            .map(|file| format!("      - {}\n", file.name))
-            .collect()
-    };
-    let Constraints { sdc, lpf, xdc } = constraints;
     let vlnv_name = vlnv_name(&sensor.scene().name);
-    let text = format!(
+    let head = format!(
         "\
 CAPI=2:
 # FuseSoC core of sensor_top. In this folder, or with it as a library:
@@ -67,6 +60,30 @@ CAPI=2:
 name: goldtof:sensor:{vlnv_name}:{version}
 description: DS-CDMA indirect time-of-flight sensor
 
+",
+        version = env!("CARGO_PKG_VERSION"),
+    );
+    let targets = TARGETS.replace("BENCH", bench.top);
+    EmittedFile {
+        name: CORE.to_owned(),
+        text: head + &filesets(files, header, bench, constraints) + &targets,
+    }
+}
+
+/// The files that the core's targets take.
+fn filesets(
+    files: &[EmittedFile],
+    header: &EmittedFile,
+    bench: &Bench,
+    Constraints { sdc, lpf, xdc }: &Constraints,
+) -> String {
+    let listed = |files: &[EmittedFile]| -> String {
+        let line = |file: &EmittedFile| format!("      - {}\n", file.name);
+        files.iter().map(line).collect()
+    };
+    let copied = |file: &EmittedFile| format!("      - {0}: {{copyto: {0}}}\n", file.name);
+    format!(
+        "\
 filesets:
   rtl:
     file_type: verilogSource-2005
@@ -93,6 +110,19 @@ filesets:
     files:
       - {lpf}: {{file_type: LPF}}
 
+",
+        rtl = listed(files),
+        header = header.name,
+        bench_files = listed(&bench.files),
+        vectors = bench.vectors.iter().map(copied).collect::<String>(),
+        sdc = sdc.name,
+        xdc = xdc.name,
+        lpf = lpf.name,
+    )
+}
+
+/// What the core can be run for; BENCH stands for the top module of the bench.
+const TARGETS: &str = "\
 targets:
   default: &default
     filesets: [rtl, \"tool_vivado? (clock_xdc)\", \"tool_quartus? (clock_sdc)\"]
@@ -109,7 +139,7 @@ targets:
   sim: &sim
     description: Self-checking bench in Icarus Verilog
     filesets: [rtl, bench, vectors]
-    toplevel: {bench_top}
+    toplevel: BENCH
     flow: sim
     flow_options:
       tool: icarus
@@ -130,26 +160,7 @@ targets:
     flow_options:
       yosys_synth_options: [-abc9]
       nextpnr_options: [--25k, --package, CABGA381, --speed, 6, --lpf-allow-unconstrained]
-",
-        version = env!("CARGO_PKG_VERSION"),
-        rtl = listed(files),
-        header = header.name,
-        bench_files = listed(&bench.files),
-        vectors = bench
-            .vectors
-            .iter()
-            .map(|file| format!("      - {0}: {{copyto: {0}}}\n", file.name))
-            .collect::<String>(),
-        sdc = sdc.name,
-        xdc = xdc.name,
-        lpf = lpf.name,
-        bench_top = bench.top,
-    );
-    EmittedFile {
-        name: CORE.to_owned(),
-        text,
-    }
-}
+";
 
 /// The scene's name with nothing that a core's name cannot have.
 fn vlnv_name(scene_name: &str) -> String {
