@@ -48,5 +48,6 @@ pub mod scene;
 pub mod sensor;
 pub mod simulate;
 pub mod study;
+pub mod version;
 
 pub use light::SPEED_OF_LIGHT_M_PER_S;

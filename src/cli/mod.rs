@@ -11,6 +11,7 @@ mod fidelity;
 mod forecast;
 mod output;
 pub mod plan;
+mod provenance;
 mod reproduce;
 mod rtl;
 mod run;

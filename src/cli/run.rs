@@ -10,6 +10,7 @@ use super::arguments::RunArguments;
 use super::cosim::{ending, exercised, text as cosim_text, with_progress};
 use super::emit::{command_line, text as emit_text};
 use super::output::{Output, terminal_width};
+use super::provenance::provenance;
 use super::warnings::warn_of_far_paths;
 use crate::cosim::build::{cache_dir, sources_of};
 use crate::cosim::sent::SentCount;
@@ -18,10 +19,14 @@ use crate::deliver;
 use crate::deliver::Emission;
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::photons::StepCount;
+use crate::plan::figures::Figures;
+use crate::plan::overview::with_cells;
+use crate::plan::resources::resources;
 use crate::plan::{self, Plan};
 use crate::printable::printable_path;
 use crate::report::estimates::BothEstimates;
 use crate::report::page::Page;
+use crate::report::timing::waves;
 use crate::report::{DetectorCounts, counts_csv};
 use crate::scene;
 use crate::sensor::Sensor;
@@ -55,9 +60,10 @@ pub(super) fn run(
 ) -> anyhow::Result<Ending> {
     let path = &arguments.scene.scene;
     let out = &arguments.out;
-    let sensor = Sensor::new(&scene::load(path)?.with_estimator(arguments.estimator)?);
+    let (scene, scene_text) = scene::load_with_text(path)?;
+    let sensor = Sensor::new(&scene.with_estimator(arguments.estimator)?);
     warn_of_far_paths(&sensor, output);
-    let plan = plan::plan(&sensor);
+    let plan = with_cells(plan::plan(&sensor), &sensor);
     let emission = deliver::emit(&sensor, &command_line(path))?;
     let folder = output.folder(out)?;
     // A folder with a report has all that belongs to it, and of one scene.
@@ -106,17 +112,22 @@ pub(super) fn run(
         })
         .collect();
     folder.write(COUNTS, &counts_csv(&sensor, &counts))?;
+    let taken = resources(&sensor);
     let page = Page {
         sensor: &sensor,
         seed,
+        provenance: &provenance(scene_text)?,
         plan: &plan,
+        figures: &Figures::of(&sensor),
+        resources: taken.as_ref(),
         emission: &emission,
+        waves: &waves(&sensor, seed)?,
         cosim: &cosimulation.report,
         counts: &counts,
         estimates: &estimates,
         other_estimates: &other_estimates,
     };
-    folder.write(REPORT, &page.html()?)?;
+    folder.write(REPORT, &page.html())?;
 
     let report = RunReport {
         scene: &sensor.scene().name,

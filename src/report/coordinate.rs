@@ -54,6 +54,11 @@ impl Coordinate {
         (at - low) / (high - low)
     }
 
+    /// A tick's text.
+    pub fn shown(&self, tick: f64) -> String {
+        self.format_ext(&tick)
+    }
+
     /// Ticks of a step of 1, 2 or 5 times a power of ten, at most `most`.
     fn linear_ticks(&self, most: usize) -> Vec<f64> {
         let least = (self.high - self.low) / most.max(1) as f64;

@@ -1,13 +1,20 @@
 //! What people read: plots, tables, the report page.
 
+mod block_diagram;
 pub mod chart;
 mod columns;
 mod coordinate;
+mod curves;
 pub mod estimates;
+mod figure;
+mod geometry;
+mod layers;
+mod line_plot;
+pub mod netlist;
 pub mod page;
 pub mod plan;
-pub mod plot;
 mod quantities;
+pub mod timing;
 
 use std::fmt::Write as _;
 

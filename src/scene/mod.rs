@@ -44,7 +44,7 @@ use std::sync::Arc;
 pub use error::{SceneError, SceneErrors};
 pub use keys::limits;
 pub use movement::{Fluctuation, Movement};
-pub use read::{load, parse};
+pub use read::{load, load_with_text, parse};
 pub use totals::TotalsMissing;
 
 use crate::code::Code;
