@@ -38,7 +38,8 @@ use crate::sensor::layout::Layout;
 pub const TOP: &str = "sensor_top";
 
 /// What drives a co-simulation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum StimulusKind {
     /// Simulated detections of the scene.

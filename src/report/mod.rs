@@ -1,9 +1,13 @@
 //! What people read: plots, tables, the report page.
 
+#[cfg(feature = "plots")]
 pub mod chart;
+#[cfg(feature = "plots")]
 mod coordinate;
 pub mod estimates;
+#[cfg(feature = "plots")]
 pub mod page;
+#[cfg(feature = "plots")]
 pub mod plot;
 
 use std::fmt::Write as _;
