@@ -6,13 +6,12 @@
 
 use std::path::{Component, Path};
 
-use goldtof::cli::codes::{CodesRequest, codes as codes_report, parse_polynomials, parse_seeds};
-use goldtof::code::CodeSpec;
+use goldtof::code::{CodeSpec, parse_polynomials, parse_seeds, report as codes_report};
 use goldtof::cosim::{manifest as rtl_manifest, ports as rtl_ports};
 use goldtof::scene::{Scene, SceneErrors, parse};
 use goldtof::sensor::Sensor;
 use goldtof::sensor::contract::Port;
-use goldtof::{cli, deliver, plan};
+use goldtof::{deliver, plan};
 
 /// One kind of input.
 pub struct Target {
@@ -66,7 +65,7 @@ pub fn scene(data: &[u8]) {
         Ok(scene) => {
             let sensor = Sensor::new(&scene);
             let plan = plan::plan(&sensor);
-            assert!(!cli::plan::to_text(&plan).is_empty());
+            assert!(!plan.to_text().is_empty());
             if is_quick_to_emit(&scene) {
                 match deliver::emit(&sensor, "goldtof emit x.toml") {
                     Ok(emission) => {
@@ -189,7 +188,7 @@ pub fn codes(data: &[u8]) {
     spec.seeds = next().map(parse_seeds);
     spec.chips = next().map(str::to_owned);
     spec.allow_non_preferred = next().map(|_| true);
-    match codes_report(&CodesRequest { spec }) {
+    match codes_report(&spec) {
         Err(error) => assert!(!error.to_string().is_empty()),
         Ok(report) => {
             assert_eq!(report.chips.len() as u64, report.length);

@@ -4,6 +4,7 @@ pub mod build;
 pub mod cache;
 pub mod error;
 pub mod exercised;
+pub(crate) mod folder;
 pub mod image;
 pub mod lockstep;
 pub mod manifest;

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use goldtof::cli::plan::to_text;
 use goldtof::plan::{Part, plan};
 use goldtof::scene::{EstimatorKind, Fluctuation, Movement, Scene, load};
 use goldtof::sensor::Sensor;
@@ -26,7 +25,7 @@ fn part(scene: &Scene, name: &str) -> Part {
 #[test]
 fn the_plan_of_paper_single() {
     insta::assert_snapshot!(
-        to_text(&plan(&Sensor::new(&standard("paper-single")))),
+        plan(&Sensor::new(&standard("paper-single"))).to_text(),
         @r#"
     Hardware
       kept      code_generator        an LFSR of degree 11 makes the first m-sequence

@@ -84,7 +84,8 @@ pub enum CaseError {
 /// Ends a case whose measurement would rest on something that is not so.
 macro_rules! ensure {
     ($condition:expr, $($message:tt)+) => {
-        if !$condition {
+        let holds: bool = $condition;
+        if !holds {
             return Err($crate::study::stress::case::CaseError::Unmet(format!($($message)+)));
         }
     };
