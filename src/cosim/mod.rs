@@ -1,20 +1,26 @@
 //! Co-simulation: Verilog in Verilator, beside the reference model, clock by clock.
 
+#[doc(hidden)]
 pub mod build;
-pub mod cache;
+pub(crate) mod cache;
 pub mod error;
 pub mod exercised;
 pub(crate) mod folder;
-pub mod image;
+pub(crate) mod image;
+#[doc(hidden)]
 pub mod lockstep;
+#[doc(hidden)]
 pub mod manifest;
-pub mod needed;
+pub(crate) mod needed;
+#[doc(hidden)]
 pub mod ports;
 mod rejected;
+#[doc(hidden)]
 pub mod sent;
-pub mod tools;
+pub(crate) mod tools;
+#[doc(hidden)]
 pub mod verilated;
-pub mod wave;
+pub(crate) mod wave;
 
 use std::path::{Path, PathBuf};
 

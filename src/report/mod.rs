@@ -1,14 +1,14 @@
 //! What people read: plots, tables, the report page.
 
 #[cfg(feature = "plots")]
-pub mod chart;
+pub(crate) mod chart;
 #[cfg(feature = "plots")]
 mod coordinate;
 pub mod estimates;
 #[cfg(feature = "plots")]
-pub mod page;
+pub(crate) mod page;
 #[cfg(feature = "plots")]
-pub mod plot;
+pub(crate) mod plot;
 
 use std::fmt::Write as _;
 

@@ -1,8 +1,8 @@
 //! Ways of simulating a sensor, from exact to cheap, and what they say.
 
-pub mod domain;
+pub(crate) mod domain;
 mod expected;
-pub mod forecast;
+pub(crate) mod forecast;
 pub mod repeat;
 pub mod scans;
 

@@ -181,9 +181,9 @@ mod tests {
 
     use super::*;
     use crate::code::{Code, Generator};
-    use crate::photons::LightRates;
     use crate::photons::afterpulsing::Afterpulsing;
     use crate::photons::light::ExcessLight;
+    use crate::photons::light::LightRates;
     use crate::photons::paths::NumberedPath;
     use crate::scene;
     use crate::sensor::Sensor;
