@@ -11,7 +11,7 @@ use goldtof::cosim::{manifest as rtl_manifest, ports as rtl_ports};
 use goldtof::scene::{Scene, SceneErrors, parse};
 use goldtof::sensor::Sensor;
 use goldtof::sensor::contract::Port;
-use goldtof::{deliver, plan};
+use goldtof::{deliver, plan, report};
 
 /// One kind of input.
 pub struct Target {
@@ -65,7 +65,7 @@ pub fn scene(data: &[u8]) {
         Ok(scene) => {
             let sensor = Sensor::new(&scene);
             let plan = plan::plan(&sensor);
-            assert!(!plan.to_text().is_empty());
+            assert!(!report::plan::parts(&plan, Some(80)).is_empty());
             if is_quick_to_emit(&scene) {
                 match deliver::emit(&sensor, "goldtof emit x.toml") {
                     Ok(emission) => {

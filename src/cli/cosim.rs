@@ -1,12 +1,10 @@
 //! `goldtof cosim`.
 
-use indicatif::ProgressBar;
-
 use super::Ending;
 use super::arguments::CosimArguments;
 use super::emit::command_line;
 use super::forecast::Forecast;
-use super::output::Output;
+use super::output::{Output, Progress};
 use crate::cosim::{Report, StimulusKind, Verdict};
 use crate::door::{CosimOptions, Rtl, cosim};
 use crate::files::check_target;
@@ -35,7 +33,8 @@ pub(super) fn run(
         clocks: arguments.cycles,
         seed,
     };
-    let mut progress = Progress::new(output);
+    let mut progress = CosimProgress::new(output);
+    progress.build();
     let found = cosim(&scene, &options, |done, of| progress.take(done, of));
     progress.end();
     let mut cosimulation = found?;
@@ -47,19 +46,24 @@ pub(super) fn run(
 }
 
 /// Shows how far a co-simulation is.
-pub(super) struct Progress<'o> {
+pub(super) struct CosimProgress<'o> {
     output: &'o Output,
-    bar: ProgressBar,
+    progress: Progress,
     forecast: Option<Forecast<'o>>,
 }
 
-impl<'o> Progress<'o> {
-    pub fn new(output: &'o Output) -> Progress<'o> {
-        Progress {
+impl<'o> CosimProgress<'o> {
+    pub fn new(output: &'o Output) -> CosimProgress<'o> {
+        CosimProgress {
             output,
-            bar: output.progress("co-simulating"),
+            progress: output.progress(),
             forecast: None,
         }
+    }
+
+    /// The Verilog is being built.
+    pub fn build(&self) {
+        self.progress.stage("building the model of the Verilog");
     }
 
     /// `done` clocks `of` all are done.
@@ -69,12 +73,11 @@ impl<'o> Progress<'o> {
             .forecast
             .get_or_insert_with(|| Forecast::new(self.output, "the co-simulation"));
         forecast.progress(done, of);
-        self.bar.set_length(of);
-        self.bar.set_position(done);
+        self.progress.clocks("co-simulating", done, of);
     }
 
     pub fn end(&self) {
-        self.bar.finish_and_clear();
+        self.progress.end();
     }
 }
 

@@ -15,6 +15,7 @@ mod reproduce;
 mod run;
 mod simulate;
 mod stress;
+mod warnings;
 
 use std::process::ExitCode;
 

@@ -1,15 +1,18 @@
-//! `goldtof plan`: what is kept and what is left out, and why.
+//! `goldtof plan`: what is kept and what is left out, and why; the sensor in numbers.
 
 use super::Ending;
 use super::arguments::SceneArgument;
-use super::output::Output;
-use crate::plan;
+use super::output::{Output, terminal_width};
+use super::warnings::warn_of_far_paths;
+use crate::plan::overview::overview;
+use crate::report::plan::text;
 use crate::scene;
 use crate::sensor::Sensor;
 
 pub(super) fn run(arguments: &SceneArgument, output: &mut Output) -> anyhow::Result<Ending> {
     let sensor = Sensor::new(&scene::load(&arguments.scene)?);
-    let plan = plan::with_savings(plan::plan(&sensor), &sensor);
-    output.answer(&plan, &plan.to_text())?;
+    warn_of_far_paths(&sensor, output);
+    let overview = overview(&sensor);
+    output.answer(&overview, &text(&overview, terminal_width()))?;
     Ok(Ending::Done)
 }

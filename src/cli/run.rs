@@ -5,14 +5,16 @@ use std::path::Path;
 
 use super::Ending;
 use super::arguments::RunArguments;
-use super::cosim::{Progress, ending, exercised, text as cosim_text};
+use super::cosim::{CosimProgress, ending, exercised, text as cosim_text};
 use super::emit::{command_line, text as emit_text};
-use super::output::Output;
+use super::output::{Output, terminal_width};
+use super::warnings::warn_of_far_paths;
 use crate::cosim::Verdict;
 use crate::printable::printable_path;
 use crate::report::estimates::BothEstimates;
 use crate::run::{REPORT, Run, RunEvent, RunOptions, run as main_job};
 use crate::scene;
+use crate::sensor::Sensor;
 
 pub(super) fn run(
     arguments: &RunArguments,
@@ -21,15 +23,19 @@ pub(super) fn run(
 ) -> anyhow::Result<Ending> {
     let path = &arguments.scene.scene;
     let scene = scene::load(path)?.with_estimator(arguments.estimator)?;
+    warn_of_far_paths(&Sensor::new(&scene), output);
     let options = RunOptions {
         out: arguments.out.clone(),
         seed,
         made_by: command_line(path),
     };
-    let mut progress = Progress::new(output);
+    let mut progress = CosimProgress::new(output);
     let ended = main_job(&scene, &options, |event| match event {
         RunEvent::Waits(path) => output.waits(path),
-        RunEvent::Emitted(emission, rtl) => output.note(first_line(&emit_text(emission, rtl))),
+        RunEvent::Emitted(emission, rtl) => {
+            output.note(first_line(&emit_text(emission, rtl)));
+            progress.build();
+        }
         RunEvent::Clocks(done, of) => progress.take(done, of),
         RunEvent::Compared(report) => {
             progress.end();
@@ -61,7 +67,7 @@ fn summary(run: &Run, chips: u64, out: &Path) -> String {
     text += &exercised(&run.cosim);
     let both = run.estimates.iter().zip(&run.other_estimates);
     for (detector, (own, other)) in both.enumerate() {
-        text += &BothEstimates { own, other }.text();
+        text += &BothEstimates { own, other }.text(terminal_width());
         if let Some(peak) = run.cosim.peaks.get(detector) {
             let _ = writeln!(
                 text,

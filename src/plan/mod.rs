@@ -3,12 +3,14 @@
 //! Each scene runs through only the parts it needs. The plan names every part,
 //! so that what was left out is never a surprise.
 
+pub mod figures;
 mod hardware;
 mod measure;
 mod movement;
+pub mod overview;
 mod part;
+pub mod resources;
 mod simulation;
-mod text;
 
 pub use measure::with_savings;
 pub use part::{Part, Plan, Saving};

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use super::resources::Cells;
+
 /// A part of the hardware or of the simulation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Part {
@@ -14,6 +16,10 @@ pub struct Part {
     /// What leaving it out saves in time, where that was found out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub saving: Option<Saving>,
+    /// What leaving a part of the hardware out saves of an FPGA, by the fit of
+    /// [`resources`](super::resources), where that was found out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub saved_cells: Option<Cells>,
 }
 
 /// What leaving a part out saves.
@@ -49,6 +55,7 @@ pub(super) fn kept(part: impl Into<String>, reason: impl Into<String>) -> Part {
         kept: true,
         reason: reason.into(),
         saving: None,
+        saved_cells: None,
     }
 }
 

@@ -2,13 +2,16 @@
 
 #[cfg(feature = "plots")]
 pub(crate) mod chart;
+mod columns;
 #[cfg(feature = "plots")]
 mod coordinate;
 pub mod estimates;
 #[cfg(feature = "plots")]
 pub(crate) mod page;
+pub mod plan;
 #[cfg(feature = "plots")]
 pub(crate) mod plot;
+mod quantities;
 
 use std::fmt::Write as _;
 

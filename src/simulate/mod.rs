@@ -2,7 +2,7 @@
 
 pub(crate) mod domain;
 mod expected;
-pub(crate) mod forecast;
+pub mod forecast;
 pub mod repeat;
 pub mod scans;
 
