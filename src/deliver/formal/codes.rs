@@ -51,7 +51,11 @@ fn lfsrs(lfsrs: &[(&'static str, &Lfsr)], start: u64) -> State {
                 name,
                 width: lfsr.degree,
                 first: state_at(lfsr, start),
-                next: format!("{{{}, {name}[{}:1]}}", recurrence(name, lfsr), lfsr.degree - 1),
+                next: format!(
+                    "{{{}, {name}[{}:1]}}",
+                    recurrence(name, lfsr),
+                    lfsr.degree - 1
+                ),
                 advance: "advance",
             }
         })
@@ -77,7 +81,10 @@ fn recurrence(name: &str, lfsr: &Lfsr) -> String {
 /// The first `degree` chips after `start`, the earliest in bit 0.
 fn state_at(lfsr: &Lfsr, start: u64) -> u128 {
     let chips = lfsr.advanced(start).seed;
-    chips.iter().rev().fold(0, |state, &chip| state << 1 | u128::from(chip))
+    chips
+        .iter()
+        .rev()
+        .fold(0, |state, &chip| state << 1 | u128::from(chip))
 }
 
 /// Chips by their index.
@@ -104,7 +111,11 @@ fn table(chips: &[u8], start: u64) -> State {
 }
 
 fn is_first(register: &Register) -> String {
-    format!("{} == {}", register.name, constant(register.width, register.first))
+    format!(
+        "{} == {}",
+        register.name,
+        constant(register.width, register.first)
+    )
 }
 
 impl State {
@@ -138,7 +149,13 @@ impl State {
         let _ = writeln!(text, "    assign epoch = {};", self.epoch);
         text += "    always @(posedge i_clk) begin\n";
         for register in &self.registers {
-            let Register { name, width, first, next, advance } = register;
+            let Register {
+                name,
+                width,
+                first,
+                next,
+                advance,
+            } = register;
             let first = constant(*width, *first);
             let _ = writeln!(
                 text,
@@ -163,8 +180,18 @@ pub(super) fn harness(contract: &Contract) -> (Harness, String) {
     harness.line(&format!("wire {}chips;", range(sources)));
     for (m, code) in contract.source_codes.iter().enumerate() {
         modules += &module(&format!("code_of_source_{m}"), code, 0);
-        let chip = if sources == 1 { "chips".to_owned() } else { format!("chips[{m}]") };
-        harness.line(&instance(&format!("code_of_source_{m}"), "1'b1", "1'b0", &chip, ""));
+        let chip = if sources == 1 {
+            "chips".to_owned()
+        } else {
+            format!("chips[{m}]")
+        };
+        harness.line(&instance(
+            &format!("code_of_source_{m}"),
+            "1'b1",
+            "1'b0",
+            &chip,
+            "",
+        ));
     }
     modules += &module("code_of_reference", &contract.reference_codes[0], 0);
     harness.line("wire epoch;");

@@ -21,14 +21,18 @@ pub(super) fn harness(contract: &Contract) -> Harness {
     inputs(contract, &mut harness);
     for d in 0..detectors {
         let channel = numbered("channel", d, detectors);
-        let window = contract.lanes + contract.parallel - 1;
+        let window = contract.lanes() + contract.parallel() - 1;
         harness.free(&format!("window_{d}"), window);
-        harness.cut(&format!("window_{d}"), &format!("{channel}.stepper.o_window"), window);
+        harness.cut(
+            &format!("window_{d}"),
+            &format!("{channel}.stepper.o_window"),
+            window,
+        );
         edges(contract, d, &mut harness);
         if contract.total.is_some() {
             total(contract, d, &channel, &mut harness);
         }
-        for q in 0..contract.parallel {
+        for q in 0..contract.parallel() {
             step(contract, d, q, &channel, &mut harness);
         }
     }
@@ -44,7 +48,11 @@ fn inputs(contract: &Contract, harness: &mut Harness) {
     let banks = contract.banks();
     harness.line(&format!("reg [{}:1] dumped;", segments + banks));
     // Segments of a total are settled one after another.
-    let spaced = if segments > 1 { " & ~(|dumped[2:1])" } else { "" };
+    let spaced = if segments > 1 {
+        " & ~(|dumped[2:1])"
+    } else {
+        ""
+    };
     harness.lines(&format!(
         "wire dump = may_dump & ~i_rst{spaced};\n\
          always @(posedge i_clk)\n    dumped <= i_rst ? 0 : {{dumped, dump}};"
@@ -59,10 +67,18 @@ fn inputs(contract: &Contract, harness: &mut Harness) {
 
 /// Rising edges of a detector's samples.
 fn edges(contract: &Contract, d: u32, harness: &mut Harness) {
-    let lanes = contract.lanes;
+    let lanes = contract.lanes();
     let samples = format!("i_samples[{}:{}]", (d + 1) * lanes - 1, d * lanes);
-    let samples = if contract.reference_codes.len() == 1 { "i_samples".to_owned() } else { samples };
-    let top = if lanes == 1 { String::new() } else { format!("[{}]", lanes - 1) };
+    let samples = if contract.reference_codes.len() == 1 {
+        "i_samples".to_owned()
+    } else {
+        samples
+    };
+    let top = if lanes == 1 {
+        String::new()
+    } else {
+        format!("[{}]", lanes - 1)
+    };
     harness.lines(&format!(
         "\n// Detector {d}: samples that are high after a low one.\n\
          wire {0}level_{d} = {samples};\n\
@@ -89,7 +105,12 @@ struct Sum<'a> {
 impl Sum<'_> {
     /// The sum since the last dump, beside the difference of totals that it is.
     fn declare(&self, harness: &mut Harness) {
-        let Sum { name, bits, delay, after } = self;
+        let Sum {
+            name,
+            bits,
+            delay,
+            after,
+        } = self;
         let dump = match after {
             0 => "dump".to_owned(),
             after => format!("dumped[{after}]"),
@@ -110,7 +131,9 @@ impl Sum<'_> {
         harness.line(&format!("    word_{name}_1 <= i_rst ? 0 : word_{name};"));
         for clock in 2..=*delay {
             let before = clock - 1;
-            harness.line(&format!("    word_{name}_{clock} <= i_rst ? 0 : word_{name}_{before};"));
+            harness.line(&format!(
+                "    word_{name}_{clock} <= i_rst ? 0 : word_{name}_{before};"
+            ));
         }
         harness.lines(&format!(
             "    sum_{name} <= i_rst ? 0 : {dump} ? word_{name}_{delay} : sum_{name} + word_{name}_{delay};\n    \
@@ -124,12 +147,12 @@ impl Sum<'_> {
 
 /// Clocks from a hit in its register to the total: lane pairs and adder levels.
 fn adder_clocks(contract: &Contract) -> u32 {
-    Contract::clocks_to_dump(contract.lanes) - 2
+    Contract::clocks_to_dump(contract.lanes()) - 2
 }
 
 /// The count of step `q` of a group.
 fn step(contract: &Contract, d: u32, q: u32, channel: &str, harness: &mut Harness) {
-    let (lanes, parallel) = (contract.lanes, contract.parallel);
+    let (lanes, parallel) = (contract.lanes(), contract.parallel());
     let name = format!("{d}_{q}");
     let bank = q / contract.bank_steps;
     let terms: Vec<String> = (0..lanes)
@@ -143,7 +166,10 @@ fn step(contract: &Contract, d: u32, q: u32, channel: &str, harness: &mut Harnes
             format!("({hit} ? ({up} ? 6'sd1 : -6'sd1) : 6'sd0)")
         })
         .collect();
-    harness.line(&format!("wire signed [5:0] word_{name} = {};", terms.join(" + ")));
+    harness.line(&format!(
+        "wire signed [5:0] word_{name} = {};",
+        terms.join(" + ")
+    ));
     let sum = Sum {
         name: &name,
         bits: contract.exact_count_bits,
@@ -155,7 +181,9 @@ fn step(contract: &Contract, d: u32, q: u32, channel: &str, harness: &mut Harnes
     harness.see(&format!("count_{name}"), &count, contract.count_bits);
     let settled = settled(contract, bank, harness, &name);
     if !contract.saturates() {
-        harness.line(&format!("always @* {settled}assert (count_{name} == exact_{name});"));
+        harness.line(&format!(
+            "always @* {settled}assert (count_{name} == exact_{name});"
+        ));
         return;
     }
     let (bits, exact_bits) = (contract.count_bits, contract.exact_count_bits);
@@ -184,15 +212,18 @@ fn step(contract: &Contract, d: u32, q: u32, channel: &str, harness: &mut Harnes
 fn total(contract: &Contract, d: u32, channel: &str, harness: &mut Harness) {
     let Some(total) = contract.total else { return };
     let name = format!("{d}_total");
-    let terms: Vec<String> = (0..contract.lanes)
-        .map(|lane| match contract.lanes {
+    let terms: Vec<String> = (0..contract.lanes())
+        .map(|lane| match contract.lanes() {
             1 => format!("hits_{d}"),
             _ => format!("hits_{d}[{lane}]"),
         })
         .collect();
     let terms = terms.iter().map(|hit| format!("({hit} ? 6'sd1 : 6'sd0)"));
     let terms: Vec<String> = terms.collect();
-    harness.line(&format!("wire signed [5:0] word_{name} = {};", terms.join(" + ")));
+    harness.line(&format!(
+        "wire signed [5:0] word_{name} = {};",
+        terms.join(" + ")
+    ));
     let sum = Sum {
         name: &name,
         bits: total.exact_bits,
@@ -200,10 +231,16 @@ fn total(contract: &Contract, d: u32, channel: &str, harness: &mut Harness) {
         after: 0,
     };
     sum.declare(harness);
-    harness.see(&format!("count_{name}"), &format!("{channel}.o_total"), total.bits);
+    harness.see(
+        &format!("count_{name}"),
+        &format!("{channel}.o_total"),
+        total.bits,
+    );
     let settled = settled(contract, 0, harness, &name);
     if !total.saturates() {
-        harness.line(&format!("always @* {settled}assert (count_{name} == exact_{name});"));
+        harness.line(&format!(
+            "always @* {settled}assert (count_{name} == exact_{name});"
+        ));
         return;
     }
     let most = (1u128 << total.bits) - 1;

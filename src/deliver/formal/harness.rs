@@ -38,6 +38,8 @@ pub(super) enum Engine {
     Induction,
     /// Property directed reachability alone.
     Reachability,
+    /// No proof but a search through so many clocks after reset.
+    Bounded(u32),
 }
 
 /// A port inside the design.
@@ -147,12 +149,19 @@ impl Harness {
         for line in self.about.lines() {
             let _ = writeln!(text, "// {line}");
         }
-        let inputs = self.ports.iter().filter(|p| p.direction == Direction::Input);
+        let inputs = self
+            .ports
+            .iter()
+            .filter(|p| p.direction == Direction::Input);
         let inputs: Vec<String> = inputs
             .map(|port| format!("    input wire {}{}", range(port.width), port.name))
             .collect();
         let _ = writeln!(text, "module {} (\n{}\n);", self.top(), inputs.join(",\n"));
-        for port in self.ports.iter().filter(|p| p.direction == Direction::Output) {
+        for port in self
+            .ports
+            .iter()
+            .filter(|p| p.direction == Direction::Output)
+        {
             let _ = writeln!(text, "    wire {}{};", range(port.width), port.name);
         }
         for inner in &self.seen {
@@ -180,10 +189,16 @@ impl Harness {
             lines.push(format!("cd {}", self.top()));
         }
         for inner in &self.seen {
-            lines.push(format!("connect -nounset -set {} dut.{}", inner.signal, inner.path));
+            lines.push(format!(
+                "connect -nounset -set {} dut.{}",
+                inner.signal, inner.path
+            ));
         }
         for inner in &self.cut {
-            lines.push(format!("connect -nounset -set dut.{} {}", inner.path, inner.signal));
+            lines.push(format!(
+                "connect -nounset -set dut.{} {}",
+                inner.path, inner.signal
+            ));
         }
         if !lines.is_empty() {
             lines.push("cd ..".to_owned());
@@ -191,11 +206,20 @@ impl Harness {
         lines
     }
 
+    /// The options of its task.
+    pub(super) fn options(&self) -> Vec<String> {
+        match self.engine {
+            Engine::Bounded(clocks) => vec!["mode bmc".to_owned(), format!("depth {clocks}")],
+            Engine::Induction | Engine::Reachability => vec!["mode prove".to_owned()],
+        }
+    }
+
     /// The engine's line in the `.sby` file.
     pub(super) fn engine_line(&self) -> &'static str {
         match self.engine {
             Engine::Induction => "abc scorr -F 4 -C 100000; pdr",
             Engine::Reachability => "abc pdr",
+            Engine::Bounded(_) => "abc bmc3",
         }
     }
 }

@@ -47,7 +47,12 @@ impl Formal {
             counts::harness(contract),
             stream::harness(contract),
         ];
-        harnesses.extend(contract.peak.iter().map(|plan| peak::harness(contract, plan)));
+        harnesses.extend(
+            contract
+                .peak
+                .iter()
+                .map(|plan| peak::harness(contract, plan)),
+        );
         harnesses.push(rules::axis(contract));
         Formal {
             properties: script::properties(&harnesses, &modules, made_by),
@@ -60,6 +65,12 @@ impl Formal {
 
     /// Every file, in no order that matters.
     pub fn files(&self) -> impl Iterator<Item = &EmittedFile> {
-        [&self.properties, &self.emptied, &self.registers, &self.script].into_iter()
+        [
+            &self.properties,
+            &self.emptied,
+            &self.registers,
+            &self.script,
+        ]
+        .into_iter()
     }
 }

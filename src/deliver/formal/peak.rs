@@ -1,6 +1,6 @@
 //! What the peak detector has to find.
 
-use super::harness::{Harness, constant, numbered, range};
+use super::harness::{Engine, Harness, constant, numbered, range};
 use crate::sensor::contract::Contract;
 use crate::sensor::peak::PeakPlan;
 
@@ -11,8 +11,11 @@ pub(super) fn harness(contract: &Contract, plan: &PeakPlan) -> Harness {
         "peak",
         "After a scan's last counts o_peak_valid is high for one clock, and from then on o_peak_count and\n\
          o_peak_step are the scan's largest count and its phase step, the first of equal ones, steady\n\
-         until the next scan's. (Counts are arbitrary here; they come no faster than the design's.)",
-    );
+         until the next scan's. (Counts are arbitrary here; they come no faster than the design's.) This\n\
+         is not proven: it is searched for a counterexample through 30 clocks after reset. That the ports\n\
+         stay steady is proven, in `axis`.",
+    )
+    .engine(Engine::Bounded(30));
     harness.empty("scan_controller");
     harness.empty("detector_channel");
     let peak = Peak {
@@ -77,7 +80,7 @@ impl Peak {
             self.spacing()
         ));
         harness.cut("counted", "controller.o_counted", 1);
-        harness.cut("last", "controller.o_last", 1);
+        harness.cut("last", "controller.o_scan_counted", 1);
         for d in 0..self.detectors {
             let channel = numbered("channel", d, self.detectors);
             for q in 0..self.plan.parallel {
@@ -90,33 +93,53 @@ impl Peak {
                      always @(posedge i_clk) held_{d}_{q} <= i_rst ? 0 : count_{d}_{q};",
                     range(width)
                 ));
-                harness.cut(&format!("count_{d}_{q}"), &format!("{channel}.{count}"), width);
+                harness.cut(
+                    &format!("count_{d}_{q}"),
+                    &format!("{channel}.{count}"),
+                    width,
+                );
             }
         }
     }
 
     /// When each of a group's counts has been compared, and its phase step.
     fn turns(&self, harness: &mut Harness) {
-        let PeakPlan { step_bits, first_step, parallel, last_steps, wraps_after, .. } = self.plan;
-        let clock = |step: u32| self.settling + self.compared(step);
-        let turn = |step: u32| {
-            let condition = format!("(since == {}", clock(step));
-            match step < last_steps {
-                true => format!("{condition})"),
-                false => format!("{condition} & ~ends)"),
-            }
+        let PeakPlan {
+            step_bits,
+            first_step,
+            parallel,
+            last_steps,
+            wraps_after,
+            ..
+        } = self.plan;
+        let turn = |step: u32| match step < last_steps {
+            true => format!("came[{}]", self.compared(step)),
+            false => format!("(came[{0}] & ~ended[{0}])", self.compared(step)),
         };
         let turns: Vec<String> = (0..parallel).map(turn).collect();
+        let (line, short) = (self.compared(parallel - 1), self.compared(last_steps - 1));
+        harness.lines(&format!(
+            "// Groups that came 1, 2, ... clocks ago, and whether they end a scan.\n\
+             reg [{line}:1] came;\n\
+             reg [{line}:1] ended;\n\
+             always @(posedge i_clk) begin\n    \
+                 came <= i_rst ? 0 : {{came, counted}};\n    \
+                 ended <= i_rst ? 0 : {{ended, last}};\n\
+             end"
+        ));
         let first = constant(step_bits, u128::from(first_step));
         let next = match wraps_after {
-            Some(last) => format!("k == {} ? 0 : k + 1'b1", constant(step_bits, u128::from(last))),
+            Some(last) => format!(
+                "k == {} ? 0 : k + 1'b1",
+                constant(step_bits, u128::from(last))
+            ),
             None => "k + 1'b1".to_owned(),
         };
         harness.lines(&format!(
-            "wire turn = busy & ({0});\n\
-             wire last_turn = busy & ends & since == {1};\n\
+            "wire turn = {0};\n\
+             wire last_turn = ended[{short}];\n\
              reg first;\n\
-             reg {2}k;\n\
+             reg {1}k;\n\
              reg [1:0] done;\n\
              always @(posedge i_clk) begin\n    \
                  if (i_rst | last_turn) first <= 1;\n    \
@@ -127,22 +150,39 @@ impl Peak {
              end\n\
              always @* assert (o_peak_valid == done[1]);",
             turns.join(" | "),
-            clock(last_steps - 1),
             range(step_bits),
         ));
     }
 
     /// A detector's largest count so far, and at the end of a scan.
     fn maximum(&self, d: u32, harness: &mut Harness) {
-        let PeakPlan { step_bits, count_bits, parallel, .. } = self.plan;
-        let clock = |step: u32| self.settling + self.compared(step);
-        let present = match parallel {
-            1 => format!("count_{d}_0"),
-            _ => (0..parallel).rev().fold(String::new(), |chosen, q| match chosen.as_str() {
-                "" => format!("count_{d}_{q}"),
-                _ => format!("since <= {} ? count_{d}_{q} : ({chosen})", clock(q)),
-            }),
+        let PeakPlan {
+            step_bits,
+            count_bits,
+            parallel,
+            ..
+        } = self.plan;
+        let choosing = self.plan.choosing_clocks;
+        for q in 0..parallel {
+            for clock in 1..=choosing {
+                let before = match clock {
+                    1 => format!("count_{d}_{q}"),
+                    _ => format!("count_{d}_{q}_{}", clock - 1),
+                };
+                harness.lines(&format!(
+                    "reg signed {0}count_{d}_{q}_{clock};\n\
+                     always @(posedge i_clk) count_{d}_{q}_{clock} <= i_rst ? 0 : {before};",
+                    range(count_bits)
+                ));
+            }
+        }
+        let chosen = |q: u32| match choosing {
+            0 => format!("count_{d}_{q}"),
+            _ => format!("count_{d}_{q}_{choosing}"),
         };
+        let present = (1..parallel).fold(chosen(0), |rest, q| {
+            format!("came[{}] ? {} : ({rest})", self.compared(q), chosen(q))
+        });
         harness.lines(&format!(
             "wire signed {count}present_{d} = {present};\n\
              reg signed {count}largest_{d};\n\

@@ -13,7 +13,7 @@ pub(super) fn harness(contract: &Contract) -> (Harness, String) {
          gives it: in step k sample l of chip n has chip floor((n S + l - k) / S). The delay is a\n\
          number here; the reference's generator stands still, and chips come again, as it grows.",
     );
-    harness.see("ends", "controller.o_step_end", 1);
+    harness.see("ends", "controller.o_last_chip", 1);
     if contract.realigns() {
         harness.see("start", "controller.o_start", 1);
     } else {
@@ -43,9 +43,9 @@ struct Delay {
 impl Delay {
     fn of(contract: &Contract) -> Delay {
         Delay {
-            lanes: contract.lanes,
-            parallel: contract.parallel,
-            first: (contract.scan.first_step % u64::from(contract.lanes)) as u32,
+            lanes: contract.lanes(),
+            parallel: contract.parallel(),
+            first: (contract.timing.scan.first_step % u64::from(contract.lanes())) as u32,
         }
     }
 
@@ -132,7 +132,7 @@ impl Delay {
         let code = &contract.reference_codes[d as usize];
         // Reset stands a clock before a scan's first, a scan's start in it.
         let present = if contract.realigns() { 0 } else { -1 };
-        let whole = i128::from(contract.scan.first_step / u64::from(self.lanes));
+        let whole = i128::from(contract.timing.scan.first_step / u64::from(self.lanes));
         let chip_of = |cycle: i128| (cycle - whole).rem_euclid(i128::from(code.len())) as u64;
         let kept = self.kept();
         let first: String = (0..kept)
@@ -163,7 +163,11 @@ impl Delay {
         ));
         harness.line("always @(posedge i_clk) begin");
         for sample in 0..self.window() {
-            let bit = if self.window() == 1 { String::new() } else { format!("[{sample}]") };
+            let bit = if self.window() == 1 {
+                String::new()
+            } else {
+                format!("[{sample}]")
+            };
             harness.line(&format!(
                 "    expected_{d}{bit} <= i_rst ? 0 : {};",
                 self.chosen(d, sample)
@@ -184,7 +188,11 @@ impl Delay {
             return;
         }
         let top = replayed - 1;
-        let bit = if replayed == 1 { String::new() } else { format!("[{top}]") };
+        let bit = if replayed == 1 {
+            String::new()
+        } else {
+            format!("[{top}]")
+        };
         let range = range(replayed);
         harness.lines(&format!(
             "reg {range}saved_{d};\n\

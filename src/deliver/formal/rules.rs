@@ -32,7 +32,10 @@ pub(super) fn axis(contract: &Contract) -> Harness {
     );
     for port in contract.ports() {
         if port.direction == Direction::Output {
-            harness.line(&format!("always @* if (~stays) assert ({} == 0);", port.name));
+            harness.line(&format!(
+                "always @* if (~stays) assert ({} == 0);",
+                port.name
+            ));
         }
     }
     harness.lines(&format!(

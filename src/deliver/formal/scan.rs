@@ -7,7 +7,7 @@ use crate::sensor::contract::Contract;
 /// Every step has the asked number of chips, every scan the asked number of
 /// steps, and nothing lies between them but the wait for an epoch.
 pub(super) fn harness(contract: &Contract) -> Harness {
-    let (chips, groups) = (contract.scan.integration_chips, contract.groups());
+    let (chips, groups) = (contract.timing.scan.integration_chips, contract.groups());
     let mut harness = Harness::new(
         contract,
         "scan",
@@ -25,8 +25,14 @@ pub(super) fn harness(contract: &Contract) -> Harness {
         ),
     );
     let segments = contract.count_segments.count;
-    for (signal, width) in [("run", 1), ("step_end", 1), ("dump", segments), ("counted", 1), ("last", 1)] {
-        harness.see(signal, &format!("controller.o_{signal}"), width);
+    for (signal, port, width) in [
+        ("run", "o_run", 1),
+        ("step_end", "o_last_chip", 1),
+        ("dump", "o_dump", segments),
+        ("counted", "o_counted", 1),
+        ("last", "o_scan_counted", 1),
+    ] {
+        harness.see(signal, &format!("controller.{port}"), width);
     }
     begins(contract, &mut harness);
     chip_counter(chips, contract.realigns(), &mut harness);
@@ -40,7 +46,13 @@ fn begins(contract: &Contract, harness: &mut Harness) {
     harness.lines("reg running;\nwire ends_step;\nwire ends_scan;");
     if contract.realigns() {
         harness.line("wire epoch;");
-        harness.line(&super::codes::instance("code_of_reference", "1'b1", "1'b0", "", "epoch"));
+        harness.line(&super::codes::instance(
+            "code_of_reference",
+            "1'b1",
+            "1'b0",
+            "",
+            "epoch",
+        ));
         harness.lines(
             "wire start = epoch & (~running | ends_scan);\n\
              always @(posedge i_clk)\n    \
@@ -61,12 +73,14 @@ fn chip_counter(chips: u64, realigns: bool, harness: &mut Harness) {
         return;
     }
     harness.lines("reg before_last;\nreg last_chip;\nassign ends_step = last_chip;");
-    harness.lines(
-        "always @(posedge i_clk)\n    last_chip <= i_rst ? 0 : before_last;",
-    );
+    harness.lines("always @(posedge i_clk)\n    last_chip <= i_rst ? 0 : before_last;");
     if chips == 2 {
         // Every other chip is a step's last.
-        let first = if realigns { "start | (ends_step & ~ends_scan)" } else { "~before_last" };
+        let first = if realigns {
+            "start | (ends_step & ~ends_scan)"
+        } else {
+            "~before_last"
+        };
         harness.lines(&format!(
             "always @(posedge i_clk)\n    before_last <= i_rst ? 0 : ({first});"
         ));
@@ -130,16 +144,19 @@ fn step_counter(groups: u64, harness: &mut Harness) {
 
 /// What the rest of the design is told, and when.
 fn reports(contract: &Contract, harness: &mut Harness) {
-    let to_dump = Contract::clocks_to_dump(contract.lanes);
+    let to_dump = Contract::clocks_to_dump(contract.lanes());
     let to_counted = to_dump + contract.clocks_of_counting();
     let segments = contract.count_segments.count;
-    if contract.scan.integration_chips > 1 {
-        harness.see("step_ends", "controller.o_step_ends", 1);
+    if contract.timing.scan.integration_chips > 1 {
+        harness.see("step_ends", "controller.o_pre_last_chip", 1);
         harness.line("always @* assert (step_ends == before_last);");
     }
-    if contract.reference_codes.len() as u32 * contract.parallel > 1 {
-        harness.see("counts", "controller.o_counts", 1);
-        harness.line(&format!("always @* assert (counts == ended[{}]);", to_counted - 1));
+    if contract.reference_codes.len() as u32 * contract.parallel() > 1 {
+        harness.see("counts", "controller.o_pre_counted", 1);
+        harness.line(&format!(
+            "always @* assert (counts == ended[{}]);",
+            to_counted - 1
+        ));
     }
     harness.lines(&format!(
         "reg [{to_counted}:1] ended;\n\

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::Formal;
 use super::harness::Harness;
 use crate::deliver::emission::EmittedFile;
 
@@ -158,21 +159,33 @@ fn names(harness: &Harness, files: &[EmittedFile]) -> String {
 /// sby's tasks.
 pub(super) fn script(harnesses: &[Harness], files: &[EmittedFile], made_by: &str) -> EmittedFile {
     let mut text = format!(
-        "# Proofs of sensor_top, for sby (SymbiYosys). In this folder:\n\
-         #   sby -f {SCRIPT}         all of them\n\
-         #   sby -f {SCRIPT} counts  one; {PROPERTIES} says what each of them proves\n\
-         # Made by  {made_by}\n\n[tasks]\n"
+        "# Proofs of sensor_top, for sby (SymbiYosys). In the folder of sensor_top.v:\n\
+         #   sby -f {folder}/{SCRIPT}         all of them\n\
+         #   sby -f {folder}/{SCRIPT} counts  one; {PROPERTIES} says what each of them proves\n\
+         # Made by  {made_by}\n\n[tasks]\n",
+        folder = Formal::FOLDER
     );
     for harness in harnesses {
         let _ = writeln!(text, "{}", harness.name);
     }
-    text += "\n[options]\nmode prove\naigsmt none\n\n[engines]\n";
+    text += "\n[options]\naigsmt none\n";
+    for harness in harnesses {
+        for option in harness.options() {
+            let _ = writeln!(text, "{}: {option}", harness.name);
+        }
+    }
+    text += "\n[engines]\n";
     for harness in harnesses {
         let _ = writeln!(text, "{}: {}", harness.name, harness.engine_line());
     }
     text += "\n[script]\n";
     for harness in harnesses {
-        let _ = writeln!(text, "{}: read_verilog {}", harness.name, names(harness, files));
+        let _ = writeln!(
+            text,
+            "{}: read_verilog {}",
+            harness.name,
+            names(harness, files)
+        );
         if harness.is_cut() {
             let macros = format!("-D PROVE_{}", harness.name.to_uppercase());
             let _ = writeln!(text, "{}: read_verilog {macros} {EMPTIED}", harness.name);
@@ -180,7 +193,12 @@ pub(super) fn script(harnesses: &[Harness], files: &[EmittedFile], made_by: &str
     }
     let _ = writeln!(text, "read_verilog -formal -sv {PROPERTIES}");
     for harness in harnesses {
-        let _ = writeln!(text, "{}: hierarchy -check -top {}", harness.name, harness.top());
+        let _ = writeln!(
+            text,
+            "{}: hierarchy -check -top {}",
+            harness.name,
+            harness.top()
+        );
     }
     text += "proc -noopt\nflatten\n";
     for harness in harnesses {
@@ -190,14 +208,24 @@ pub(super) fn script(harnesses: &[Harness], files: &[EmittedFile], made_by: &str
     }
     text += "opt_dff -nodffe\n";
     for harness in harnesses {
-        let mode = if harness.is_in_reset() { "-D IN_RESET " } else { "" };
-        let _ = writeln!(text, "{}: techmap -autoproc {mode}-map {REGISTERS}", harness.name);
+        let mode = if harness.is_in_reset() {
+            "-D IN_RESET "
+        } else {
+            ""
+        };
+        let _ = writeln!(
+            text,
+            "{}: techmap -autoproc {mode}-map {REGISTERS}",
+            harness.name
+        );
     }
     text += "opt_expr\nopt_clean\n\n[files]\n";
     for name in files.iter().map(|file| &file.name) {
-        let _ = writeln!(text, "../{name}");
+        let _ = writeln!(text, "{name}");
     }
-    let _ = writeln!(text, "{PROPERTIES}\n{EMPTIED}\n{REGISTERS}");
+    for name in [PROPERTIES, EMPTIED, REGISTERS] {
+        let _ = writeln!(text, "{}/{name}", Formal::FOLDER);
+    }
     EmittedFile {
         name: SCRIPT.to_owned(),
         text,

@@ -34,7 +34,7 @@ impl Stream {
     fn of(contract: &Contract) -> Stream {
         Stream {
             detectors: contract.reference_codes.len() as u32,
-            parallel: contract.parallel,
+            parallel: contract.parallel(),
             last_steps: contract.last_group_steps() as u32,
         }
     }
@@ -75,7 +75,11 @@ impl Stream {
         harness.free("may_come", 1);
         harness.free("may_end", 1);
         // Steps of one chip may end in every clock; others leave one between.
-        let spaced = if contract.scan.integration_chips > 1 { " & ~counted" } else { "" };
+        let spaced = if contract.timing.scan.integration_chips > 1 {
+            " & ~counted"
+        } else {
+            ""
+        };
         harness.lines(&format!(
             "reg counted;\n\
              reg last;\n\
@@ -86,10 +90,10 @@ impl Stream {
              end"
         ));
         if self.most() > 1 {
-            harness.cut("counts", "controller.o_counts", 1);
+            harness.cut("counts", "controller.o_pre_counted", 1);
         }
         harness.cut("counted", "controller.o_counted", 1);
-        harness.cut("last", "controller.o_last", 1);
+        harness.cut("last", "controller.o_scan_counted", 1);
     }
 
     /// How many beats of a group are still to be taken.
@@ -147,7 +151,10 @@ impl Stream {
         harness.lines(&format!(
             "// The group's results, the one on offer first.\nreg {}{};",
             range(bits),
-            (0..places).map(|place| format!("beat_{place}")).collect::<Vec<_>>().join(", ")
+            (0..places)
+                .map(|place| format!("beat_{place}"))
+                .collect::<Vec<_>>()
+                .join(", ")
         ));
         harness.line("always @(posedge i_clk) begin");
         for place in 0..places {

@@ -60,9 +60,9 @@ pub struct SensorTop {
 impl SensorTop {
     /// The hardware that keeps `contract`.
     pub fn new(contract: &Contract) -> SensorTop {
-        let lanes = contract.lanes;
+        let lanes = contract.lanes();
         let realigns = contract.realigns();
-        let parallel = contract.parallel;
+        let parallel = contract.parallel();
         let detectors = contract.reference_codes.len();
         let (codes, source_codes) =
             distinct_codes(&contract.reference_codes[0], &contract.source_codes);
@@ -95,7 +95,7 @@ impl SensorTop {
             o_peak_step: with_peak(
                 Output::word(
                     width("o_peak_step"),
-                    peak_about(detectors, "phase step k of the last scan's largest count"),
+                    peak_about(detectors, "step k of the last scan's peak"),
                 )
                 .under(PEAK),
             ),
@@ -117,15 +117,15 @@ impl SensorTop {
                 .iter()
                 .map(|code| CodeSource::new(code, 0, realigns))
                 .collect(),
-            chips: Wiring::new(codes.len(), source_codes, "next chip of each source"),
+            chips: Wiring::new(codes.len(), source_codes, ""),
             samples: (0..if detectors > 1 { detectors } else { 0 })
                 .map(|_| {
                     let lanes = lanes as usize;
-                    Wiring::new(lanes, (0..lanes).collect(), "samples of a detector")
+                    Wiring::new(lanes, (0..lanes).collect(), "")
                 })
                 .collect(),
             controller: ScanController::new(ScanPlan {
-                dwell_chips: contract.scan.integration_chips,
+                chips: contract.timing.scan.integration_chips,
                 steps: contract.groups(),
                 realigns,
                 clocks_to_dump: Contract::clocks_to_dump(lanes),
@@ -146,7 +146,7 @@ impl SensorTop {
                 detectors: detectors as u32,
                 steps: parallel,
                 last_steps: contract.last_group_steps() as u32,
-                back_to_back: contract.scan.integration_chips == 1,
+                back_to_back: contract.timing.scan.integration_chips == 1,
             }),
             peak: contract
                 .peak
@@ -214,7 +214,7 @@ fn describe(contract: &Contract) -> About {
 }
 
 fn describe_counts(contract: &Contract) -> About {
-    let scan = &contract.scan;
+    let scan = &contract.timing.scan;
     let outputs = contract
         .ports()
         .iter()
@@ -227,7 +227,7 @@ fn describe_counts(contract: &Contract) -> About {
     .note(format!(
         "One clock cycle is one chip of {} samples. The sample word of a chip is expected on \
          i_samples one cycle after o_laser shows the chip. In reset all {outputs} outputs are 0.",
-        contract.lanes
+        contract.lanes()
     ))
     .note(
         "Registers have no values at power-up: before the first scan i_rst has to be high at one \
@@ -303,10 +303,10 @@ impl Logic for SensorTop {
             self.channel[d].i_clk.next = self.i_clk.val();
             self.channel[d].i_rst.next = self.i_rst.val();
             self.channel[d].i_run.next = self.controller.o_run.val();
-            for _ahead in 0..(self.channel[0].i_step_ends.count()) {
-                self.channel[d].i_step_ends[0].next = self.controller.o_step_ends[0].val();
+            for _ahead in 0..(self.channel[0].i_pre_last_chip.count()) {
+                self.channel[d].i_pre_last_chip[0].next = self.controller.o_pre_last_chip[0].val();
             }
-            self.channel[d].i_step_end.next = self.controller.o_step_end.val();
+            self.channel[d].i_last_chip.next = self.controller.o_last_chip.val();
             self.channel[d].i_dump.next = self.controller.o_dump.val();
         }
         for _one_detector in (self.samples.len())..1 {
@@ -352,11 +352,11 @@ impl Logic for SensorTop {
 
         self.results.i_clk.next = self.i_clk.val();
         self.results.i_rst.next = self.i_rst.val();
-        for _several in 0..(self.results.i_counts.count()) {
-            self.results.i_counts[0].next = self.controller.o_counts[0].val();
+        for _several in 0..(self.results.i_pre_counted.count()) {
+            self.results.i_pre_counted[0].next = self.controller.o_pre_counted[0].val();
         }
         self.results.i_counted.next = self.controller.o_counted.val();
-        self.results.i_last.next = self.controller.o_last.val();
+        self.results.i_last.next = self.controller.o_scan_counted.val();
         self.results.i_ready.next = self.m_axis_tready.val();
         self.m_axis_tdata.next = self.results.o_data.val();
         self.m_axis_tvalid.next = self.results.o_valid.val();
@@ -369,7 +369,7 @@ impl Logic for SensorTop {
             self.peak[0].i_clk.next = self.i_clk.val();
             self.peak[0].i_rst.next = self.i_rst.val();
             self.peak[0].i_counted.next = self.controller.o_counted.val();
-            self.peak[0].i_last.next = self.controller.o_last.val();
+            self.peak[0].i_last.next = self.controller.o_scan_counted.val();
             self.o_peak_step[0].next = self.peak[0].o_step.val();
             self.o_peak_count[0].next = self.peak[0].o_count.val();
             self.o_peak_valid[0].next = self.peak[0].o_valid.val();
