@@ -74,11 +74,16 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     ),
     (
         "reference",
-        "chip_history",
-        "o_advance = ~i_last_chip",
-        "o_advance = 1'b1",
+        "lane_delay",
+        "{4{i_chips[1]}}",
+        "{4{i_chips[0]}}",
     ),
-    ("counts", "edge_detector", "last_sample_r}", "1'b0}"),
+    (
+        "counts",
+        "detector_channel",
+        "clamp_0_clamped | total_clamped",
+        "clamp_0_clamped",
+    ),
     (
         "stream",
         "result_stream",
