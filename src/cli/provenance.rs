@@ -6,7 +6,7 @@ use std::time::{Duration, SystemTime};
 use anyhow::Context as _;
 
 use crate::printable::printable_path;
-use crate::report::page::provenance::Provenance;
+use crate::report::provenance::Provenance;
 use crate::version::VERSION;
 
 /// The latest date that can be written: the year 9999.

@@ -120,9 +120,7 @@ impl Module {
             let conditions = &before[..before.len() - target.map_or(0, str::len).min(before.len())];
             let from = format!("{value} {conditions}");
             self.add_statement(target.unwrap_or_default(), &from, true);
-        } else if statement.contains("(\n")
-            && statement.trim_start_matches(char::is_alphanumeric) != ""
-        {
+        } else if statement.contains("(\n") {
             self.instances.extend(Instance::read(statement));
         }
     }

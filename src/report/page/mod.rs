@@ -2,16 +2,16 @@
 
 mod hardware;
 mod light;
-pub mod provenance;
+mod provenance;
 mod tables;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use self::provenance::Provenance;
 use self::tables::{table, values};
 use super::DetectorCounts;
 use super::estimates::{BothEstimates, estimator_name, millimetres};
 use super::plan::{saving, spelled};
+use super::provenance::Provenance;
 use super::quantities::{frequency, length, number, time};
 use super::timing::Wave;
 use crate::cosim;
@@ -257,7 +257,7 @@ impl Page<'_> {
 
     fn origin(&self) -> Markup {
         html! {
-            (self.provenance.section(self.seed))
+            (provenance::section(self.provenance, self.seed))
             p { "Beside this file: " code { "counts.csv" } ", all counts; " code { "rtl/" } ", top module "
                 code { (self.emission.top) } ":" }
             p.soft {
