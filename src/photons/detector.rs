@@ -210,6 +210,16 @@ impl DetectorModel {
         self.samples_per_chip
     }
 
+    /// The code that the detections are correlated with.
+    pub fn reference(&self) -> &Arc<Code> {
+        &self.reference
+    }
+
+    /// Standard deviation of all jitters together, in chips.
+    pub fn jitter_chips(&self) -> f64 {
+        self.jitter_chips.unwrap_or(0.0)
+    }
+
     /// The scan that the model's steps belong to.
     pub fn scan(&self) -> &Scan {
         &self.scan

@@ -136,6 +136,7 @@ impl Fitted {
             chi_square: self.chi_square,
             degrees_of_freedom: 2 * problem.steps.len() - self.parameters.len(),
             steps: problem.steps.len(),
+            untold: None,
             iterations: self.iterations,
             paths,
         }

@@ -11,6 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::least_squares::Weights;
 use super::problem::{Parameters, PathParameters, Problem};
+use super::template::Axis;
 use crate::response::{CountMoments, MeanCount, MeanResponseError};
 use crate::scan::Step;
 
@@ -38,6 +39,19 @@ const OF_SCANS: Spacing = Spacing {
     kept: 100,
 };
 
+/// Of few steps that stand for all of a scan.
+const OF_FEW_STEPS: Spacing = Spacing {
+    delay_chips: 1.0 / 8.0,
+    saturation: 0.02,
+    kept: 10_000,
+};
+
+/// Scans of so few steps have the moments of each.
+const STEPS_ONE_BY_ONE: usize = 2_048;
+
+/// Steps away from all peaks whose moments are taken.
+const STEPS_AWAY: usize = 12;
+
 /// Which node.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 struct Key {
@@ -58,6 +72,61 @@ struct PerDetection {
     excess_covariance: f64,
 }
 
+impl PerDetection {
+    /// Moments of a step that expects `mean`.
+    fn of(&self, mean: &MeanCount) -> CountMoments {
+        CountMoments {
+            signed_mean: mean.signed,
+            total_mean: mean.total,
+            signed_variance: self.signed_variance * mean.total,
+            total_variance: self.total_variance * mean.total,
+            covariance: mean.signed + self.excess_covariance * mean.total,
+        }
+    }
+
+    fn mean(all: &[PerDetection]) -> PerDetection {
+        let mean =
+            |of: &dyn Fn(&PerDetection) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
+        PerDetection {
+            signed_variance: mean(&|m| m.signed_variance),
+            total_variance: mean(&|m| m.total_variance),
+            excess_covariance: mean(&|m| m.excess_covariance),
+        }
+    }
+
+    /// These moments, and those of peaks as far as each reaches here.
+    fn towards<'a>(&self, peaks: impl Iterator<Item = (&'a PerDetection, f64)>) -> PerDetection {
+        let mut here = *self;
+        for (peak, shape) in peaks.filter(|(_, shape)| *shape > 0.0) {
+            here.signed_variance += shape * shape * (peak.signed_variance - self.signed_variance);
+            here.excess_covariance += shape * (peak.excess_covariance - self.excess_covariance);
+        }
+        here.signed_variance = here.signed_variance.max(0.5 * self.signed_variance);
+        here
+    }
+}
+
+/// Steps far from all peaks, spread over the scan, and those of the peaks.
+fn sampled_steps(problem: &Problem, axis: &Axis, peaks: &[f64]) -> Vec<Step> {
+    let steps = problem.steps.len();
+    let is_away = |&index: &usize| {
+        let place = axis.place_of_step(problem, problem.steps[index]);
+        peaks.iter().all(|peak| axis.shape(place - peak) <= 0.0)
+    };
+    let spread = (0..STEPS_AWAY).map(|part| (2 * part + 1) * steps / (2 * STEPS_AWAY));
+    let away = spread.filter_map(|from| (from..steps).find(is_away));
+    let mut chosen: Vec<Step> = away.map(|index| problem.steps[index]).collect();
+    let nearest = |peak: f64| {
+        let off = |step: &&Step| axis.steps_apart(axis.place_of_step(problem, **step) - peak);
+        problem
+            .steps
+            .iter()
+            .min_by(|a, b| off(a).total_cmp(&off(b)))
+    };
+    chosen.extend(peaks.iter().filter_map(|&peak| nearest(peak)));
+    chosen
+}
+
 /// Second moments at nodes that were needed so far.
 #[derive(Default)]
 pub struct KnownMoments {
@@ -74,16 +143,44 @@ impl KnownMoments {
     ) -> Result<Weights, MeanResponseError> {
         let known = self.nearest(problem, parameters)?;
         let moments = means.iter().zip(known.iter());
-        let moments: Vec<CountMoments> = moments
-            .map(|(mean, known)| CountMoments {
-                signed_mean: mean.signed,
-                total_mean: mean.total,
-                signed_variance: known.signed_variance * mean.total,
-                total_variance: known.total_variance * mean.total,
-                covariance: mean.signed + known.excess_covariance * mean.total,
-            })
-            .collect();
+        let moments: Vec<CountMoments> = moments.map(|(mean, known)| known.of(mean)).collect();
         Ok(Weights::of(&moments))
+    }
+
+    /// The weights of the counts of many steps at once: second moments of few of them
+    /// stand for all. Away from the own code's peaks those per detection are alike,
+    /// for the reference's signs are as good as random there; towards a peak they
+    /// change with the product of two signs, the square of the peak's shape.
+    pub fn scan_weights(
+        &self,
+        problem: &Problem,
+        parameters: &Parameters,
+        means: &[MeanCount],
+        axis: &Axis,
+    ) -> Result<Weights, MeanResponseError> {
+        if problem.steps.len() <= STEPS_ONE_BY_ONE {
+            return self.weights(problem, parameters, means);
+        }
+        let reference = &problem.model.reference().chips;
+        let own = problem.codes.iter().zip(&parameters.paths);
+        let own: Vec<f64> = own
+            .filter(|(code, _)| &code.chips == reference)
+            .map(|(_, path)| axis.place_of(path.delay_chips))
+            .collect();
+        let samples = sampled_steps(problem, axis, &own);
+        let few = Problem {
+            steps: samples.clone(),
+            ..problem.clone()
+        };
+        let known = self.nearest_of(&few, parameters, &OF_FEW_STEPS)?;
+        let (away, peaks) = known.split_at(samples.len() - own.len());
+        let away = PerDetection::mean(away);
+        let moments = problem.steps.iter().zip(means).map(|(&step, mean)| {
+            let place = axis.place_of_step(problem, step);
+            let shapes = own.iter().map(|&peak| axis.shape(place - peak));
+            away.towards(peaks.iter().zip(shapes)).of(mean)
+        });
+        Ok(Weights::of(&moments.collect::<Vec<_>>()))
     }
 
     fn nearest(
@@ -95,6 +192,15 @@ impl KnownMoments {
             true => &OF_SCANS,
             false => &OF_WINDOWS,
         };
+        self.nearest_of(problem, parameters, spacing)
+    }
+
+    fn nearest_of(
+        &self,
+        problem: &Problem,
+        parameters: &Parameters,
+        spacing: &Spacing,
+    ) -> Result<Arc<[PerDetection]>, MeanResponseError> {
         let (place, node) = nearest(parameters, spacing, problem.model.dead_time_chips());
         let key = Key {
             steps: match problem.takes_all_steps() {
