@@ -9,10 +9,11 @@ use crate::deliver;
 use crate::deliver::Emission;
 use crate::printable::printable_path;
 use crate::scene;
+use crate::sensor::Sensor;
 
 pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Result<Ending> {
     let scene = scene::load(&arguments.scene.scene)?;
-    let emission = deliver::emit(&scene, &command_line(&arguments.scene.scene))?;
+    let emission = deliver::emit(&Sensor::new(&scene), &command_line(&arguments.scene.scene))?;
     deliver::write_into(&emission, &output.folder(&arguments.out)?)?;
     output.answer(&emission, &text(&emission, &arguments.out))?;
     Ok(Ending::Done)

@@ -7,10 +7,11 @@ use super::arguments::SceneArgument;
 use super::output::Output;
 use crate::plan::{self, Part, Plan};
 use crate::scene;
+use crate::sensor::Sensor;
 
 pub(super) fn run(arguments: &SceneArgument, output: &mut Output) -> anyhow::Result<Ending> {
-    let scene = scene::load(&arguments.scene)?;
-    let plan = plan::with_savings(plan::plan(&scene), &scene);
+    let sensor = Sensor::new(&scene::load(&arguments.scene)?);
+    let plan = plan::with_savings(plan::plan(&sensor), &sensor);
     output.answer(&plan, &to_text(&plan))?;
     Ok(Ending::Done)
 }

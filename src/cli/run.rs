@@ -19,9 +19,11 @@ use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::photons::StepCount;
 use crate::plan::{self, Plan};
 use crate::printable::printable_path;
+use crate::report::estimates::BothEstimates;
 use crate::report::page::Page;
 use crate::report::{DetectorCounts, counts_csv};
-use crate::scene::{self, Scene};
+use crate::scene;
+use crate::sensor::Sensor;
 
 /// Written last.
 const REPORT: &str = "report.html";
@@ -39,7 +41,10 @@ struct RunReport<'a> {
     plan: &'a Plan,
     emit: &'a Emission,
     cosim: &'a cosim::Report,
+    /// By the scene's estimator.
     estimates: &'a [EstimateReport],
+    /// By the other one, on the same counts.
+    other_estimates: &'a [EstimateReport],
 }
 
 pub(super) fn run(
@@ -49,9 +54,9 @@ pub(super) fn run(
 ) -> anyhow::Result<Ending> {
     let path = &arguments.scene.scene;
     let out = &arguments.out;
-    let scene = scene::load(path)?.with_estimator(arguments.estimator)?;
-    let plan = plan::plan(&scene);
-    let emission = deliver::emit(&scene, &command_line(path))?;
+    let sensor = Sensor::new(&scene::load(path)?.with_estimator(arguments.estimator)?);
+    let plan = plan::plan(&sensor);
+    let emission = deliver::emit(&sensor, &command_line(path))?;
     let folder = output.folder(out)?;
     // A folder with a report has all that belongs to it, and of one scene.
     for name in [REPORT, COUNTS, WAVEFORMS] {
@@ -74,50 +79,61 @@ pub(super) fn run(
         clocks: None,
         seed,
     };
-    let mut cosimulation = with_progress(&scene, &request, output)?;
+    let mut cosimulation = with_progress(&sensor, &request, output)?;
     if cosimulation.report.verdict == Verdict::Mismatch {
         cosimulation.write_vcd(&folder.join(WAVEFORMS))?;
     }
-    output.note(cosim_text(&cosimulation.report).trim_end());
-    let estimates = estimates(&scene, &cosimulation);
+    let told = cosim_text(&cosimulation.report);
+    output.note(match cosimulation.report.verdict {
+        // The summary has the rest.
+        Verdict::Match => told.lines().next().unwrap_or_default(),
+        Verdict::Mismatch | Verdict::Inconclusive => told.trim_end(),
+    });
+    let estimates_of = |sensor: &Sensor| estimates(sensor, &cosimulation);
+    let estimates = estimates_of(&sensor);
+    let scene = sensor.scene();
+    let other = Sensor::new(&scene.estimated_by(scene.estimator.other()));
+    let other_estimates = estimates_of(&other);
     let counts: Vec<DetectorCounts> = cosimulation
         .counts
         .iter()
         .zip(&estimates)
         .enumerate()
         .map(|(detector, (counts, estimate))| {
-            DetectorCounts::new(&scene, detector, estimate.calibration_offset_ps, counts)
+            DetectorCounts::new(&sensor, detector, estimate.calibration_offset_ps, counts)
         })
         .collect();
-    folder.write(COUNTS, &counts_csv(&scene, &counts))?;
+    folder.write(COUNTS, &counts_csv(&sensor, &counts))?;
     let page = Page {
-        scene: &scene,
+        sensor: &sensor,
         seed,
         plan: &plan,
         emission: &emission,
         cosim: &cosimulation.report,
         counts: &counts,
         estimates: &estimates,
+        other_estimates: &other_estimates,
     };
     folder.write(REPORT, &page.html()?)?;
 
     let report = RunReport {
-        scene: &scene.name,
+        scene: &sensor.scene().name,
         seed,
         plan: &plan,
         emit: &emission,
         cosim: &cosimulation.report,
         estimates: &estimates,
+        other_estimates: &other_estimates,
     };
-    output.answer(&report, &summary(&scene, &report, out))?;
+    output.answer(&report, &summary(&sensor, &report, out))?;
     Ok(ending(&cosimulation.report))
 }
 
 /// What the counts that the Verilog sent say of the distance, detector by detector.
-fn estimates(scene: &Scene, cosimulation: &Cosimulation) -> Vec<EstimateReport> {
+fn estimates(sensor: &Sensor, cosimulation: &Cosimulation) -> Vec<EstimateReport> {
     let of_detector = |(detector, sent): (usize, &Vec<SentCount>)| {
         let counts: Vec<StepCount> = sent.iter().map(SentCount::step_count).collect();
-        let mut estimate = estimate_scan(scene, detector, &counts);
+        let mut estimate = estimate_scan(sensor, detector, &counts);
         if cosimulation.report.verdict == Verdict::Mismatch {
             estimate.add_remark(OF_THE_VERILOG);
         }
@@ -128,18 +144,19 @@ fn estimates(scene: &Scene, cosimulation: &Cosimulation) -> Vec<EstimateReport> 
 }
 
 /// The end of the run in a few lines.
-fn summary(scene: &Scene, report: &RunReport, out: &Path) -> String {
+fn summary(sensor: &Sensor, report: &RunReport, out: &Path) -> String {
     let mut text = format!(
         "{}: co-simulation {}: {} clocks, {} phase steps of {} chips\n",
-        scene.name,
+        report.scene,
         report.cosim.verdict,
         report.cosim.cycles,
         report.cosim.phase_steps,
-        scene.scan.integration_chips,
+        sensor.timing().scan.integration_chips,
     );
     text += &exercised(report.cosim);
-    for (detector, estimate) in report.estimates.iter().enumerate() {
-        let _ = writeln!(text, "{estimate}");
+    let both = report.estimates.iter().zip(report.other_estimates);
+    for (detector, (own, other)) in both.enumerate() {
+        text += &BothEstimates { own, other }.text();
         if let Some(peak) = report.cosim.peaks.get(detector) {
             let _ = writeln!(
                 text,

@@ -5,6 +5,7 @@ use super::arguments::SimulateArguments;
 use super::forecast::announce;
 use super::output::Output;
 use crate::scene;
+use crate::sensor::Sensor;
 use crate::simulate::forecast;
 use crate::simulate::repeat::simulate;
 
@@ -14,10 +15,11 @@ pub(super) fn run(
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
     let scene = scene::load(&arguments.scene.scene)?.with_estimator(arguments.estimator)?;
-    if let Some(seconds) = forecast::seconds(&scene, arguments.fidelity, arguments.repeat) {
+    let sensor = Sensor::new(&scene);
+    if let Some(seconds) = forecast::seconds(&sensor, arguments.fidelity, arguments.repeat) {
         announce(output, "the simulation", seconds);
     }
-    let simulation = simulate(&scene, arguments.fidelity, seed, arguments.repeat)?;
+    let simulation = simulate(&sensor, arguments.fidelity, seed, arguments.repeat)?;
     for warning in &simulation.warnings {
         output.note(&format!("warning: {warning}"));
     }

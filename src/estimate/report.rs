@@ -1,20 +1,24 @@
 //! The estimate of one detector beside the truth and what theory expects.
 
-use std::fmt;
-
 use serde::Serialize;
 
 use super::bound::bound;
 use super::unwrap::{check_normal, fold, fold_distance};
 use super::{
-    CountingTier, Measurement, calibration_offset_ps, check_modulated, delay_error_ps, distance_m,
-    estimate, folded, predict, true_delay,
+    CountingTier, calibration_offset_ps, check_modulated, delay_error_ps, distance_m, estimate,
+    folded, predict, true_delay,
 };
 use crate::estimate::fit::{
     ALARM_SIGMAS, FittedPath, ModelEstimate, expected_fit, fit, shared_light,
 };
 use crate::photons::StepCount;
-use crate::scene::{EstimatorKind, Path, Scene, TotalsMissing};
+use crate::scene::{EstimatorKind, Path};
+use crate::sensor::Sensor;
+
+/// Why counts cannot be fitted, and what would make it possible. Signed counts alone
+/// hardly tell how much light there is in all, and with it how far dead time moves them.
+const SIGNED_ALONE: &str = "the fit needs total counts, and this hardware sends the signed ones \
+     alone; total_counts = true, or estimator = \"model\", adds them";
 
 /// What a scan's counts say about the distance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -42,7 +46,8 @@ pub struct EstimateReport {
     /// The estimator's bias on the exact mean counts of this scene (for the
     /// phase: dead-time walk, interference, circular error).
     pub expected_bias_m: Option<f64>,
-    /// Its standard deviation from the counts' variances.
+    /// Its standard deviation from the counts' variances; of the model estimator the
+    /// bound, where there is one, since it has the same unknowns and steps.
     pub expected_std_m: Option<f64>,
     /// (error - expected bias) / expected standard deviation.
     pub deviation_in_std: Option<f64>,
@@ -103,36 +108,36 @@ pub struct FittedPathReport {
 ///
 /// `counts` are those of the steps in order; fewer than the scan's steps give no
 /// estimate.
-pub fn estimate_scan(scene: &Scene, detector: usize, counts: &[StepCount]) -> EstimateReport {
-    let mut report = EstimateReport::without_estimate(scene, detector);
-    if (counts.len() as u64) < scene.scan.steps {
+pub fn estimate_scan(sensor: &Sensor, detector: usize, counts: &[StepCount]) -> EstimateReport {
+    let mut report = EstimateReport::without_estimate(sensor, detector);
+    if (counts.len() as u64) < sensor.timing().scan.steps {
         report.remark = Some(format!(
             "no estimate: {} of the scan's {} phase steps were measured",
             counts.len(),
-            scene.scan.steps
+            sensor.timing().scan.steps
         ));
         return report;
     }
-    let measured_ps = match (check_modulated(scene, detector), scene.estimator) {
+    let measured_ps = match (check_modulated(sensor, detector), sensor.scene().estimator) {
         (Err(reason), _) => {
             report.remark = Some(format!("no estimate: {reason}"));
             None
         }
-        (Ok(()), EstimatorKind::Fft) => report.take_phase(scene, counts),
-        (Ok(()), EstimatorKind::Model) => report.take_fit(scene, detector, counts),
+        (Ok(()), EstimatorKind::Fft) => report.take_phase(sensor, counts),
+        (Ok(()), EstimatorKind::Model) => report.take_fit(sensor, detector, counts),
     };
-    report.compare(scene, detector, measured_ps);
+    report.compare(sensor, detector, measured_ps);
     report
 }
 
 impl EstimateReport {
-    fn without_estimate(scene: &Scene, detector: usize) -> EstimateReport {
-        let spad = &scene.detectors[detector];
-        let source = &scene.sources[spad.reference];
+    fn without_estimate(sensor: &Sensor, detector: usize) -> EstimateReport {
+        let spad = &sensor.scene().detectors[detector];
+        let source = &sensor.scene().sources[spad.reference];
         EstimateReport {
             detector: spad.name.clone(),
             source: source.name.clone(),
-            estimator: scene.estimator,
+            estimator: sensor.scene().estimator,
             path: None,
             distance_m: None,
             true_distance_m: None,
@@ -146,17 +151,16 @@ impl EstimateReport {
             bound_remark: None,
             fit: None,
             coarse_step: None,
-            calibration_offset_ps: calibration_offset_ps(scene, detector, CountingTier::Sampled),
-            unambiguous_range_m: distance_m(scene.chip_period_ps * source.code.len() as f64),
+            calibration_offset_ps: calibration_offset_ps(sensor, detector, CountingTier::Sampled),
+            unambiguous_range_m: distance_m(sensor.timing().code_period_ps()),
             remark: None,
         }
     }
 
     /// The phase's answer; gives the time of flight.
-    fn take_phase(&mut self, scene: &Scene, counts: &[StepCount]) -> Option<f64> {
+    fn take_phase(&mut self, sensor: &Sensor, counts: &[StepCount]) -> Option<f64> {
         let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
-        let measurement = Measurement::new(scene, &signed);
-        match estimate(&measurement, self.calibration_offset_ps) {
+        match estimate(sensor.timing(), &signed, self.calibration_offset_ps) {
             Err(reason) => {
                 self.remark = Some(format!("no estimate: {reason}"));
                 None
@@ -173,38 +177,38 @@ impl EstimateReport {
     }
 
     /// The fit's answer; gives the time of flight.
-    fn take_fit(&mut self, scene: &Scene, detector: usize, counts: &[StepCount]) -> Option<f64> {
-        if !scene.sends_total_counts() {
-            self.remark = Some(format!("no estimate: {TotalsMissing}"));
+    fn take_fit(&mut self, sensor: &Sensor, detector: usize, counts: &[StepCount]) -> Option<f64> {
+        if !sensor.scene().sends_total_counts() {
+            self.remark = Some(format!("no estimate: {SIGNED_ALONE}"));
             return None;
         }
         let tier = CountingTier::Sampled;
-        match fit(scene, detector, tier, counts, scene.other_light) {
+        match fit(sensor, detector, tier, counts, sensor.scene().other_light) {
             Err(reason) => {
                 self.remark = Some(format!("no estimate: {reason}"));
                 None
             }
             Ok(fitted) => {
                 self.distance_m = Some(fitted.distance_m);
-                self.remark = shared_light(scene);
-                self.fit = Some(FitReport::of(scene, &fitted));
+                self.remark = shared_light(sensor);
+                self.fit = Some(FitReport::of(sensor, &fitted));
                 Some(fitted.delay_ps)
             }
         }
     }
 
     /// Puts truth and expectation beside the time of flight, if there is one.
-    fn compare(&mut self, scene: &Scene, detector: usize, measured_ps: Option<f64>) {
-        let own = scene.detectors[detector].reference;
-        let code_period_ps = scene.chip_period_ps * scene.sources[own].code.len() as f64;
-        let truth = |p: usize| true_delay(scene, p, CountingTier::Sampled);
+    fn compare(&mut self, sensor: &Sensor, detector: usize, measured_ps: Option<f64>) {
+        let own = sensor.scene().detectors[detector].reference;
+        let code_period_ps = sensor.timing().code_period_ps();
+        let truth = |p: usize| true_delay(sensor, p, CountingTier::Sampled);
         let error_ps = |p: usize| {
             let true_ps = truth(p).delay_ps;
             delay_error_ps(measured_ps.unwrap_or(true_ps), true_ps, code_period_ps)
         };
         let is_own = |path: &Path| path.detector == detector && path.source == own;
-        self.path = (0..scene.paths.len())
-            .filter(|&p| is_own(&scene.paths[p]))
+        self.path = (0..sensor.scene().paths.len())
+            .filter(|&p| is_own(&sensor.scene().paths[p]))
             .min_by(|&a, &b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
         let Some(path) = self.path else { return };
         let truth = truth(path);
@@ -212,8 +216,18 @@ impl EstimateReport {
         self.true_distance_m = Some(distance_m(true_ps));
         self.true_at_s = truth.at_ps.map(|ps| ps * 1e-12);
         self.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
-        match expectation(scene, detector, path) {
-            Ok((bias_m, std_m)) => {
+        match bound(sensor, detector, CountingTier::Sampled) {
+            Ok(bound) => self.bound_m = bound.of_path(path),
+            Err(reason) => self.bound_remark = Some(format!("no bound: {reason}")),
+        }
+        match expectation(sensor, detector, path) {
+            Ok((bias_m, fitted_std_m)) => {
+                // The fit weighs with second moments of light near its own; the bound
+                // of the same unknowns and steps has this light's.
+                let of_fit = self
+                    .bound_m
+                    .filter(|_| self.estimator == EstimatorKind::Model);
+                let std_m = of_fit.unwrap_or(fitted_std_m);
                 self.expected_bias_m = Some(bias_m);
                 self.expected_std_m = Some(std_m);
                 let range_m = self.unambiguous_range_m;
@@ -223,13 +237,9 @@ impl EstimateReport {
             }
             Err(reason) => self.add_remark(&format!("no expectation: {reason}")),
         }
-        match bound(scene, detector, CountingTier::Sampled) {
-            Ok(bound) => self.bound_m = bound.of_path(path),
-            Err(reason) => self.bound_remark = Some(format!("no bound: {reason}")),
-        }
         let ratio = self.expected_std_m.zip(self.bound_m);
         self.std_over_bound = ratio.map(|(std_m, bound_m)| std_m / bound_m);
-        if let Some(folded) = folded(scene, path) {
+        if let Some(folded) = folded(sensor, path) {
             self.add_remark(&folded);
         }
     }
@@ -239,76 +249,13 @@ impl EstimateReport {
         let before = self.remark.take().map(|before| before + "; ");
         self.remark = Some(before.unwrap_or_default() + remark);
     }
-
-    /// Name and value of everything that is known, for a table.
-    pub fn rows(&self) -> Vec<(&'static str, String)> {
-        let metres = |value: f64| format!("{value:.4} m");
-        let millimetres = |value: f64| format!("{:.2} mm", value * 1e3);
-        let mut rows = vec![
-            ("detector", self.detector.clone()),
-            ("estimator", self.estimator.to_string()),
-        ];
-        let mut row = |name, value: Option<String>| {
-            if let Some(value) = value {
-                rows.push((name, value));
-            }
-        };
-        row("estimated distance", self.distance_m.map(metres));
-        row("true distance", self.true_distance_m.map(metres));
-        row(
-            "true distance is that of",
-            self.true_at_s
-                .map(|at_s| format!("{:.4} ms after the start of the scan", at_s * 1e3)),
-        );
-        row("error", self.error_m.map(millimetres));
-        row("expected bias", self.expected_bias_m.map(millimetres));
-        row(
-            "expected standard deviation",
-            self.expected_std_m.map(millimetres),
-        );
-        row(
-            "error less expected bias",
-            self.deviation_in_std
-                .map(|d| format!("{d:+.2} standard deviations")),
-        );
-        row(
-            "Cramer-Rao bound of the standard deviation",
-            self.bound_m.map(millimetres),
-        );
-        row(
-            "expected standard deviation over bound",
-            self.std_over_bound.map(|ratio| format!("{ratio:.3}")),
-        );
-        row("Cramer-Rao bound", self.bound_remark.clone());
-        if let Some(fit) = &self.fit {
-            let chi_square = format!(
-                "{:.1} for {} degrees of freedom{}",
-                fit.chi_square,
-                fit.degrees_of_freedom,
-                if fit.alarm { ": alarm" } else { "" }
-            );
-            row("chi-square of the fit", Some(chi_square));
-            for path in &fit.paths[1..] {
-                let name = path.source.as_deref().unwrap_or("a code of the set");
-                let value = format!("{:.4} m +- {:.2} mm", path.distance_m, path.std_m * 1e3);
-                row("other light", Some(format!("{name} at {value}")));
-            }
-        }
-        row("coarse phase step", self.coarse_step.map(|k| k.to_string()));
-        row(
-            "calibration offset",
-            Some(format!("{:.1} ps", self.calibration_offset_ps)),
-        );
-        row("unambiguous range", Some(metres(self.unambiguous_range_m)));
-        row("remark", self.remark.clone());
-        rows
-    }
 }
 
 impl FitReport {
-    fn of(scene: &Scene, fitted: &ModelEstimate) -> FitReport {
+    fn of(sensor: &Sensor, fitted: &ModelEstimate) -> FitReport {
         let of_path = |path: &FittedPath| FittedPathReport {
-            source: scene
+            source: sensor
+                .scene()
                 .sources
                 .iter()
                 .find(|source| source.code.chips == path.code.chips)
@@ -323,7 +270,7 @@ impl FitReport {
             chi_square: fitted.chi_square,
             degrees_of_freedom: fitted.degrees_of_freedom,
             alarm_sigmas: fitted.alarm_sigmas(),
-            alarm: scene.hardware.parallel == 1 && fitted.alarm_sigmas() > ALARM_SIGMAS,
+            alarm: sensor.timing().parallel == 1 && fitted.alarm_sigmas() > ALARM_SIGMAS,
             steps: fitted.steps,
         }
     }
@@ -331,20 +278,23 @@ impl FitReport {
 
 /// Bias and standard deviation, in metres, that the scene's estimator is expected
 /// to have against a path.
-fn expectation(scene: &Scene, detector: usize, path: usize) -> Result<(f64, f64), String> {
+fn expectation(sensor: &Sensor, detector: usize, path: usize) -> Result<(f64, f64), String> {
     let tier = CountingTier::Sampled;
-    if scene.estimator == EstimatorKind::Fft {
-        let expected = predict(scene, detector, path, tier).map_err(|e| e.to_string())?;
-        let code = &scene.sources[scene.paths[path].source].code;
-        let range_m = distance_m(scene.chip_period_ps * code.len() as f64);
+    if sensor.scene().estimator == EstimatorKind::Fft {
+        let expected = predict(sensor, detector, path, tier).map_err(|e| e.to_string())?;
+        let range_m = distance_m(sensor.code_period_of_path_ps(path));
         check_normal(expected.std_m, range_m).map_err(|spread| spread.to_string())?;
         return Ok((expected.bias_m, expected.std_m));
     }
-    let fitted = expected_fit(scene, detector, tier).map_err(|e| e.to_string())?;
-    let code = &scene.sources[scene.paths[path].source].code;
-    let code_period_ps = scene.chip_period_ps * code.len() as f64;
+    let fitted = expected_fit(sensor, detector, tier).map_err(|e| e.to_string())?;
+    let code = &sensor.scene().sources[sensor.scene().paths[path].source].code;
+    let code_period_ps = sensor.code_period_of_path_ps(path);
     let error_ps = |fitted: &FittedPath| {
-        delay_error_ps(fitted.delay_ps, scene.paths[path].delay_ps, code_period_ps)
+        delay_error_ps(
+            fitted.delay_ps,
+            sensor.scene().paths[path].delay_ps,
+            code_period_ps,
+        )
     };
     let nearest = fitted
         .paths
@@ -356,37 +306,4 @@ fn expectation(scene: &Scene, detector: usize, path: usize) -> Result<(f64, f64)
         distance_m(error_ps(nearest)),
         distance_m(nearest.delay_std_ps),
     ))
-}
-
-impl fmt::Display for EstimateReport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:", self.detector)?;
-        if let Some(distance_m) = self.distance_m {
-            write!(f, " {distance_m:.4} m")?;
-        }
-        if let (Some(truth_m), Some(error_m)) = (self.true_distance_m, self.error_m) {
-            write!(f, ", true {truth_m:.4} m, error {:+.2} mm", error_m * 1e3)?;
-        }
-        if let (Some(bias_m), Some(std_m)) = (self.expected_bias_m, self.expected_std_m) {
-            write!(
-                f,
-                " (expected bias {:+.2} mm, standard deviation {:.2} mm)",
-                bias_m * 1e3,
-                std_m * 1e3
-            )?;
-        }
-        if let Some(bound_m) = self.bound_m {
-            write!(f, ", bound {:.2} mm", bound_m * 1e3)?;
-        }
-        if let Some(fit) = &self.fit
-            && fit.alarm
-        {
-            write!(f, ", chi-square alarm")?;
-        }
-        let separator = if self.distance_m.is_some() { ";" } else { "" };
-        match &self.remark {
-            Some(remark) => write!(f, "{separator} {remark}"),
-            None => Ok(()),
-        }
-    }
 }

@@ -8,10 +8,11 @@ use super::problem::Problem;
 use super::template::{Axis, Matched, Template};
 use super::{FitError, OtherLight};
 use crate::code::Code;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Codes that a fit knows, the detector's own first, and of how many paths each.
-pub fn known(scene: &Scene, detector: usize, other: OtherLight) -> Vec<(Arc<Code>, usize)> {
+pub fn known(sensor: &Sensor, detector: usize, other: OtherLight) -> Vec<(Arc<Code>, usize)> {
+    let scene = sensor.scene();
     let own = scene.detectors[detector].reference;
     let own_code = Arc::clone(&scene.sources[own].code);
     match other {
@@ -47,21 +48,21 @@ pub fn known(scene: &Scene, detector: usize, other: OtherLight) -> Vec<(Arc<Code
 /// When a search is asked for without a set of codes, or the scan is too short for
 /// light of other codes.
 pub fn air(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     other: OtherLight,
     problem: &Problem,
 ) -> Result<Air, FitError> {
-    let codes = known(scene, detector, other);
+    let codes = known(sensor, detector, other);
     let needs_all = codes.len() > 1 || other == OtherLight::Search;
-    if needs_all && !scene.scan.is_full() {
+    if needs_all && !sensor.timing().scan.is_full() {
         return Err(FitError::NeedsWholeScan {
-            steps: scene.scan.steps,
-            steps_per_period: scene.scan.steps_per_period,
+            steps: sensor.timing().scan.steps,
+            steps_per_period: sensor.timing().scan.steps_per_period,
         });
     }
-    let axis = Axis::new(scene, detector, problem);
-    let sigma_chips = problem.model.jitter_chips();
+    let axis = Axis::new(sensor, detector, problem);
+    let sigma_chips = problem.model.jitter_chips.unwrap_or(0.0);
     let own = Arc::clone(&codes[0].0);
     // A code of another length repeats at other times: none of its delays stands out.
     let matched = |code: &Arc<Code>| {
@@ -79,7 +80,7 @@ pub fn air(
         .collect();
     let mut sets = Vec::new();
     if other == OtherLight::Search {
-        for set in sets_of(scene, &own)? {
+        for set in sets_of(sensor, &own)? {
             let excluded: Vec<i64> = set.index_of(&own).into_iter().collect();
             let free = (0..).find(|index| !excluded.contains(index)).unwrap_or(0);
             let member = set.code(free).map_err(|_| FitError::NoGoldSet)?;
@@ -98,8 +99,9 @@ pub fn air(
 }
 
 /// The own code's set, and those of the scene's other sources.
-fn sets_of(scene: &Scene, own: &Arc<Code>) -> Result<Vec<CodeSet>, FitError> {
-    let codes = std::iter::once(own).chain(scene.sources.iter().map(|source| &source.code));
+fn sets_of(sensor: &Sensor, own: &Arc<Code>) -> Result<Vec<CodeSet>, FitError> {
+    let codes =
+        std::iter::once(own).chain(sensor.scene().sources.iter().map(|source| &source.code));
     let mut sets: Vec<CodeSet> = Vec::new();
     for code in codes.filter(|code| code.len() == own.len()) {
         if sets.iter().any(|set| set.index_of(code).is_some()) {

@@ -184,7 +184,7 @@ impl<'m> Descent<'_, 'm> {
         let lit = lit.map(|(path, code)| path.ln_rate.exp() * share_of_ones(code));
         let primary = parameters.constant + lit.sum::<f64>();
         let per_primary = detected / primary.max(f64::MIN_POSITIVE);
-        let dead = self.problem.model.dead_time_chips();
+        let dead = self.problem.model.dead_time_chips;
         // A pattern of chips lowers what follows it within itself by half.
         let pattern = per_primary / (1.0 + 0.5 * primary * dead.min(1.0));
         [pattern, per_primary * (1.0 - (detected * dead).min(0.95))]
@@ -216,7 +216,7 @@ impl<'m> Descent<'_, 'm> {
             columns.push(delay);
             columns.push(strength);
         }
-        let reference = &self.problem.model.reference();
+        let reference = &self.problem.model.reference;
         let surplus = 2.0 * share_of_ones(reference) - 1.0;
         let constant = MeanCount {
             signed: pattern * surplus * axis.chips,

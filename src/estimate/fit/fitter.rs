@@ -11,13 +11,13 @@ use crate::estimate::{CountingTier, NoEstimate};
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::MeanCount;
 use crate::scan::Step;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Fits the scans of one detector. Second moments that one scan needed are kept for
 /// the next; what a scan gives does not depend on which came before.
 #[derive(Debug)]
 pub struct Fitter<'s> {
-    scene: &'s Scene,
+    sensor: &'s Sensor,
     detector: usize,
     tier: CountingTier,
     other: OtherLight,
@@ -32,17 +32,17 @@ impl<'s> Fitter<'s> {
     /// # Panics
     /// If the scene has no such detector.
     pub fn new(
-        scene: &'s Scene,
+        sensor: &'s Sensor,
         detector: usize,
         tier: CountingTier,
         other: OtherLight,
     ) -> Fitter<'s> {
         Fitter {
-            scene,
+            sensor,
             detector,
             tier,
             other,
-            model: DetectorModel::new(scene, detector),
+            model: DetectorModel::new(sensor, detector),
             moments: KnownMoments::default(),
             air: OnceLock::new(),
         }
@@ -73,24 +73,28 @@ impl<'s> Fitter<'s> {
     /// # Errors
     /// As [`Fitter::fit`].
     pub fn fit_means(&self, counts: &[MeanCount]) -> Result<ModelEstimate, FitError> {
-        let (scene, detector) = (self.scene, self.detector);
-        if counts.len() as u64 != scene.scan.steps {
+        let (sensor, detector) = (self.sensor, self.detector);
+        if counts.len() as u64 != sensor.timing().scan.steps {
             return Err(FitError::WrongNumberOfCounts {
                 found: counts.len(),
-                steps: scene.scan.steps,
+                steps: sensor.timing().scan.steps,
             });
         }
-        let own = &scene.sources[scene.detectors[detector].reference].code;
-        let known = candidates::known(scene, detector, self.other);
+        let own = &sensor.scene().sources[sensor.scene().detectors[detector].reference].code;
+        let known = candidates::known(sensor, detector, self.other);
         let is_one_path = self.other != OtherLight::Search
             && known.iter().map(|(_, most)| most).sum::<usize>() == 1;
         if is_one_path {
-            let start = start::start(scene, detector, self.tier, counts)?;
+            let start = start::start(sensor, detector, self.tier, counts)?;
             let problem = Problem {
                 model: &self.model,
                 tier: self.tier,
                 codes: vec![Arc::clone(own)],
-                steps: window(&scene.scan, scene.samples_per_chip, start.peak),
+                steps: window(
+                    &sensor.timing().scan,
+                    sensor.clock().samples_per_chip,
+                    start.peak,
+                ),
             };
             let fitted = Fitted::new(&problem, &self.moments, start.parameters, counts)?;
             return Ok(fitted.estimate(&problem));
@@ -100,11 +104,11 @@ impl<'s> Fitter<'s> {
             model: &self.model,
             tier: self.tier,
             codes: Vec::new(),
-            steps: Step::all(scene.scan.steps).collect(),
+            steps: Step::all(sensor.timing().scan.steps).collect(),
         };
         let air = self
             .air
-            .get_or_init(|| candidates::air(scene, detector, self.other, &problem));
+            .get_or_init(|| candidates::air(sensor, detector, self.other, &problem));
         let air = air.as_ref().map_err(Clone::clone)?;
         let (search, start) = Search::new(air, &problem, &self.moments, counts)?;
         Ok(search.run(start, &self.moments)?.estimate(air, &problem))

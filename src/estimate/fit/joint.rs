@@ -147,7 +147,7 @@ impl<'a, 'm> Search<'a, 'm> {
         let model = problem.model;
         let detected = measured.iter().map(|count| count.total).sum::<f64>()
             / (measured.len() as f64 * air.axis.chips);
-        let dead = (detected * model.dead_time_chips()).min(0.95);
+        let dead = (detected * model.dead_time_chips).min(0.95);
         let constant = detected / (1.0 - dead);
         let background = Parameters {
             paths: Vec::new(),

@@ -161,7 +161,7 @@ impl KnownMoments {
         if problem.steps.len() <= STEPS_ONE_BY_ONE {
             return self.weights(problem, parameters, means);
         }
-        let reference = &problem.model.reference().chips;
+        let reference = &problem.model.reference.chips;
         let own = problem.codes.iter().zip(&parameters.paths);
         let own: Vec<f64> = own
             .filter(|(code, _)| &code.chips == reference)
@@ -201,7 +201,7 @@ impl KnownMoments {
         parameters: &Parameters,
         spacing: &Spacing,
     ) -> Result<Arc<[PerDetection]>, MeanResponseError> {
-        let (place, node) = nearest(parameters, spacing, problem.model.dead_time_chips());
+        let (place, node) = nearest(parameters, spacing, problem.model.dead_time_chips);
         let key = Key {
             steps: match problem.takes_all_steps() {
                 true => Vec::new(),

@@ -14,7 +14,7 @@ const IN_95_PERCENT: f64 = 1.645;
 impl Found {
     /// The estimate: own paths first, the strongest of them first of all.
     pub fn estimate(&self, air: &Air, problem: &Problem) -> ModelEstimate {
-        let chip_ps = problem.chip_period_ps();
+        let chip_ps = problem.clock().chip_period_ps;
         let own = &air.known[0];
         let fitted = &self.hypothesis;
         let is_own = |index: usize| fitted.codes[index].chips == own.code.chips;

@@ -9,7 +9,7 @@ use crate::code::{Code, correlate};
 use crate::estimate::calibration_offset_ps;
 use crate::math::{normal_cdf, normal_density};
 use crate::scan::Step;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Corners of a triangle are round within so many standard deviations of the jitter.
 const ROUND_SIGMAS: f64 = 6.0;
@@ -77,14 +77,14 @@ pub struct Axis {
 }
 
 impl Axis {
-    pub fn new(scene: &Scene, detector: usize, problem: &Problem) -> Axis {
-        let scan = &scene.scan;
-        let own = &scene.sources[scene.detectors[detector].reference].code;
+    pub fn new(sensor: &Sensor, detector: usize, problem: &Problem) -> Axis {
+        let scan = &sensor.timing().scan;
+        let own = sensor.reference(detector);
         let chips = scan.integration_chips as f64;
         Axis {
-            offset_chips: calibration_offset_ps(scene, detector, problem.tier)
-                / scene.chip_period_ps,
-            samples_per_chip: f64::from(scene.samples_per_chip),
+            offset_chips: calibration_offset_ps(sensor, detector, problem.tier)
+                / sensor.clock().chip_period_ps,
+            samples_per_chip: f64::from(sensor.clock().samples_per_chip),
             phase_steps: problem
                 .steps
                 .iter()
@@ -132,7 +132,7 @@ impl Axis {
 
     /// The place of a step of the scan.
     pub fn place_of_step(&self, problem: &Problem, step: Step) -> f64 {
-        let k = problem.model.scan().phase_step(step) as f64;
+        let k = problem.model.timing.scan.phase_step(step) as f64;
         (k - self.first()).rem_euclid(self.steps_per_period)
     }
 
