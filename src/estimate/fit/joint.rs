@@ -24,7 +24,7 @@ use crate::response::MeanCount;
 
 /// Share of scans in which noise may pass for light that is in the air for sure, be it
 /// the detector's own or a scene's, and for light of unknown codes.
-const FALSE_PLACE: f64 = 1e-2;
+const FALSE_PLACE: f64 = 3e-3;
 const FALSE_LIGHT: f64 = 1e-3;
 
 /// Independent places per chip and code, by trial: thresholds hold the shares above.

@@ -47,7 +47,7 @@ const OF_FEW_STEPS: Spacing = Spacing {
 };
 
 /// Scans of so few steps have the moments of each.
-const STEPS_ONE_BY_ONE: usize = 2_048;
+const STEPS_ONE_BY_ONE: usize = 512;
 
 /// Steps away from all peaks whose moments are taken.
 const STEPS_AWAY: usize = 12;

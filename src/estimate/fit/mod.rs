@@ -184,7 +184,7 @@ pub enum FitError {
     #[error(
         "no light of the detector's own code stands out: its likeliest place is {sigmas:.1} standard \
          deviations above what is expected without it, and {needed:.1} are asked for, which noise \
-         alone exceeds in 1 % of scans; integrate longer"
+         alone exceeds in 0.3 % of scans; integrate longer"
     )]
     OwnNotSeen {
         /// Significance of the likeliest place.
