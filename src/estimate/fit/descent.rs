@@ -22,7 +22,7 @@ const MOST_EXACT: usize = 12;
 /// deviation, or chi-square falls by less than that squared, about: corners of the
 /// correlation let no gradient vanish.
 const ROUGHLY_SIGMAS: f64 = 0.15;
-const SETTLED_SIGMAS: f64 = 0.02;
+const SETTLED_SIGMAS: f64 = 0.01;
 
 /// Shares of a step that are tried where the whole makes matters worse.
 const SHARES: [f64; 5] = [1.0, 0.4, 0.16, 0.06, 0.02];

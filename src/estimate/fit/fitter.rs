@@ -96,7 +96,11 @@ impl<'s> Fitter<'s> {
                     start.peak,
                 ),
             };
-            let fitted = Fitted::new(&problem, &self.moments, start.parameters, counts)?;
+            let near = Fitted::near_node(&problem, &self.moments, &start.parameters, counts)?;
+            let fitted = match near {
+                Some(fitted) => fitted,
+                None => Fitted::new(&problem, &self.moments, start.parameters, counts)?,
+            };
             return Ok(fitted.estimate(&problem));
         }
         check_not_flat(counts)?;

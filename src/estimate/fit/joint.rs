@@ -177,7 +177,10 @@ impl<'a, 'm> Search<'a, 'm> {
         let mut here = start;
         let mut ambiguous = None;
         while here.codes.len() < MOST_PATHS {
-            if let Some(split) = self.split(&here)? {
+            let place = self.strongest(&here, light);
+            // Where other light is still missing, that makes one path look like two.
+            let least_gain = place.as_ref().map_or(0.0, |place| place.sigmas.powi(2));
+            if let Some(split) = self.split(&here, least_gain)? {
                 let is_pair = split.is_pair;
                 ambiguous = Some(split.clone());
                 if is_pair {
@@ -185,7 +188,7 @@ impl<'a, 'm> Search<'a, 'm> {
                     continue;
                 }
             }
-            let Some(place) = self.strongest(&here, light) else {
+            let Some(place) = place else {
                 break;
             };
             here = self.with(&here, &place)?;
@@ -381,7 +384,8 @@ impl<'a, 'm> Search<'a, 'm> {
 
     /// The best way to take a path for two that are close together, with a say on
     /// whether the counts tell.
-    fn split(&self, here: &Hypothesis) -> Result<Option<Split>, FitError> {
+    /// Pairs must gain more than `least_gain`.
+    fn split(&self, here: &Hypothesis, least_gain: f64) -> Result<Option<Split>, FitError> {
         let residual = self.residual(here);
         let sigma = self.descent.weights.signed_sigma();
         let mut best: Option<Split> = None;
@@ -399,6 +403,7 @@ impl<'a, 'm> Search<'a, 'm> {
                     products: &products,
                     sigma,
                     unit: self.unit(here),
+                    least_gain,
                 })?;
                 let is_better = |split: &Split| {
                     best.as_ref()

@@ -10,7 +10,7 @@ use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::least_squares::Weights;
-use super::problem::{Parameters, PathParameters, Problem};
+use super::problem::{Column, Parameters, PathParameters, Problem};
 use super::template::Axis;
 use crate::response::{CountMoments, MeanCount, MeanResponseError};
 use crate::scan::Step;
@@ -24,11 +24,26 @@ struct Spacing {
     kept: usize,
 }
 
+impl Spacing {
+    /// Distance of rates per chip. Without dead time moments per detection, and
+    /// derivatives per light, do not depend on the rate.
+    fn rate(&self, dead_time_chips: f64) -> f64 {
+        self.saturation / dead_time_chips.max(0.1)
+    }
+}
+
 /// Half a spacing changes moments by less than a per cent: chi-square of some tens
 /// of counts has a spread of 15 %.
 const OF_WINDOWS: Spacing = Spacing {
     delay_chips: 1.0 / 32.0,
     saturation: 0.008,
+    kept: 10_000,
+};
+
+/// For derivatives: a peak's corners are round within some hundredths of a chip.
+const OF_SLOPES: Spacing = Spacing {
+    delay_chips: 1.0 / 64.0,
+    saturation: 0.016,
     kept: 10_000,
 };
 
@@ -70,6 +85,19 @@ struct PerDetection {
     total_variance: f64,
     /// Covariance of r and N, less the mean of r.
     excess_covariance: f64,
+}
+
+impl Key {
+    fn new(problem: &Problem, place: Vec<i64>) -> Key {
+        Key {
+            steps: match problem.takes_all_steps() {
+                true => Vec::new(),
+                false => problem.steps.clone(),
+            },
+            codes: problem.codes.iter().map(|c| c.chips.clone()).collect(),
+            place,
+        }
+    }
 }
 
 impl PerDetection {
@@ -127,10 +155,49 @@ fn sampled_steps(problem: &Problem, axis: &Axis, peaks: &[f64]) -> Vec<Step> {
     chosen
 }
 
-/// Second moments at nodes that were needed so far.
+/// What is expected of a node's light, and its derivatives.
+pub struct Linear {
+    pub parameters: Parameters,
+    pub means: Vec<MeanCount>,
+    columns: Vec<Column>,
+}
+
+impl Linear {
+    /// Whether the derivatives are good for some parameters: half as far again as to
+    /// the border to the next node.
+    pub fn holds_for(&self, parameters: &Parameters, dead_time_chips: f64) -> bool {
+        let rate = 0.75 * OF_SLOPES.rate(dead_time_chips);
+        let pairs = parameters.paths.iter().zip(&self.parameters.paths);
+        let mut near = pairs.map(|(here, node)| {
+            (here.delay_chips - node.delay_chips).abs() <= 0.75 * OF_SLOPES.delay_chips
+                && (here.ln_rate.exp() - node.ln_rate.exp()).abs() <= rate
+        });
+        near.all(|near| near) && (parameters.constant - self.parameters.constant).abs() <= rate
+    }
+
+    /// Derivatives for strengths near the node's: by delay and by the logarithm of the
+    /// strength they go with the strength.
+    pub fn columns_at(&self, parameters: &Parameters) -> Vec<Column> {
+        let ratios = parameters.paths.iter().zip(&self.parameters.paths);
+        let ratios = ratios.flat_map(|(here, node)| [(here.ln_rate - node.ln_rate).exp(); 2]);
+        let ratios = ratios.chain([1.0]);
+        let scaled = |(column, ratio): (&Column, f64)| {
+            let entries = column.iter().map(|entry| MeanCount {
+                signed: entry.signed * ratio,
+                total: entry.total * ratio,
+            });
+            entries.collect()
+        };
+        self.columns.iter().zip(ratios).map(scaled).collect()
+    }
+}
+
+/// Second moments at nodes that were needed so far, and expectations with their
+/// derivatives.
 #[derive(Default)]
 pub struct KnownMoments {
     nodes: Mutex<HashMap<Key, Arc<[PerDetection]>>>,
+    linear: Mutex<HashMap<Key, Arc<Linear>>>,
 }
 
 impl KnownMoments {
@@ -145,6 +212,32 @@ impl KnownMoments {
         let moments = means.iter().zip(known.iter());
         let moments: Vec<CountMoments> = moments.map(|(mean, known)| known.of(mean)).collect();
         Ok(Weights::of(&moments))
+    }
+
+    /// Expectation and derivatives at the node nearest to some parameters.
+    pub fn linear(
+        &self,
+        problem: &Problem,
+        parameters: &Parameters,
+    ) -> Result<Arc<Linear>, MeanResponseError> {
+        let dead_time = problem.model.dead_time_chips;
+        let (place, node) = nearest(parameters, &OF_SLOPES, dead_time);
+        let key = Key::new(problem, place);
+        let known = || self.linear.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(linear) = known().get(&key) {
+            return Ok(Arc::clone(linear));
+        }
+        let response = problem.response(&node)?;
+        let linear = Arc::new(Linear {
+            means: problem.means_of(&response),
+            columns: problem.central_jacobian(&node, &response)?,
+            parameters: node,
+        });
+        let mut known = known();
+        if known.len() < OF_SLOPES.kept {
+            known.insert(key, Arc::clone(&linear));
+        }
+        Ok(linear)
     }
 
     /// The weights of the counts of many steps at once: second moments of few of them
@@ -202,14 +295,7 @@ impl KnownMoments {
         spacing: &Spacing,
     ) -> Result<Arc<[PerDetection]>, MeanResponseError> {
         let (place, node) = nearest(parameters, spacing, problem.model.dead_time_chips);
-        let key = Key {
-            steps: match problem.takes_all_steps() {
-                true => Vec::new(),
-                false => problem.steps.clone(),
-            },
-            codes: problem.codes.iter().map(|c| c.chips.clone()).collect(),
-            place,
-        };
+        let key = Key::new(problem, place);
         // Whoever panicked meanwhile left the map whole.
         let nodes = || self.nodes.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = nodes().get(&key) {
@@ -247,8 +333,7 @@ fn nearest(
     dead_time_chips: f64,
 ) -> (Vec<i64>, Parameters) {
     let mut place = Vec::with_capacity(parameters.len());
-    // Without dead time moments per detection do not depend on the rate.
-    let rate_spacing = spacing.saturation / dead_time_chips.max(0.1);
+    let rate_spacing = spacing.rate(dead_time_chips);
     let mut numbered = |number: f64| {
         place.push(number as i64);
         number

@@ -39,6 +39,8 @@ pub struct Close<'a, 's, 'm> {
     pub sigma: f64,
     /// Signed counts for a unit of the template and of light.
     pub unit: f64,
+    /// What a pair must gain at least, to first order.
+    pub least_gain: f64,
 }
 
 /// The best pair in place of a path.
@@ -194,7 +196,7 @@ fn starts(close: &Close, places: &[Place]) -> Vec<[PathParameters; 2]> {
                 continue;
             }
             let gain = (heights[0] * a.product + heights[1] * b.product) / variance - alone;
-            if gain > WORTH_A_FIT {
+            if gain > close.least_gain.max(WORTH_A_FIT) {
                 pairs.push((gain, i, j, heights));
             }
         }
