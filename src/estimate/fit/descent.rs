@@ -33,6 +33,9 @@ pub struct Hypothesis {
     pub codes: Vec<Arc<Code>>,
     pub parameters: Parameters,
     pub expected: Vec<MeanCount>,
+    /// What is expected beyond that on average over where steps begin in the code
+    /// period; kept while light changes little, for it costs the most.
+    beyond_average: Arc<Vec<MeanCount>>,
     pub chi_square: f64,
     /// Steps taken so far.
     pub iterations: usize,
@@ -62,9 +65,20 @@ impl<'m> Descent<'_, 'm> {
         codes: Vec<Arc<Code>>,
         parameters: Parameters,
     ) -> Result<Hypothesis, FitError> {
-        let expected = self.problem_of(&codes).means(&parameters)?;
+        let problem = self.problem_of(&codes);
+        let response = problem.response(&parameters)?;
+        let expected = problem.means_of(&response);
+        let average = problem.means_on_average(&response);
+        let beyond = expected
+            .iter()
+            .zip(&average)
+            .map(|(exact, mean)| MeanCount {
+                signed: exact.signed - mean.signed,
+                total: exact.total - mean.total,
+            });
         Ok(Hypothesis {
             chi_square: self.weights.chi_square(self.measured, &expected),
+            beyond_average: Arc::new(beyond.collect()),
             codes,
             parameters,
             expected,
@@ -72,8 +86,57 @@ impl<'m> Descent<'_, 'm> {
         })
     }
 
+    /// The same for light that is little different from that of `near`.
+    pub fn near_hypothesis(
+        &self,
+        near: &Hypothesis,
+        codes: Vec<Arc<Code>>,
+        parameters: Parameters,
+    ) -> Result<Hypothesis, FitError> {
+        let problem = self.problem_of(&codes);
+        let mut expected = problem.means_on_average(&problem.response(&parameters)?);
+        for (mean, beyond) in expected.iter_mut().zip(near.beyond_average.iter()) {
+            mean.signed += beyond.signed;
+            mean.total += beyond.total;
+        }
+        Ok(Hypothesis {
+            chi_square: self.weights.chi_square(self.measured, &expected),
+            beyond_average: Arc::clone(&near.beyond_average),
+            codes,
+            parameters,
+            expected,
+            iterations: near.iterations,
+        })
+    }
+
+    /// A hypothesis of other weights, with these.
+    pub fn weighed(&self, here: Hypothesis) -> Hypothesis {
+        Hypothesis {
+            chi_square: self.weights.chi_square(self.measured, &here.expected),
+            ..here
+        }
+    }
+
+    /// The same light, with all that is expected of it worked out.
+    fn refreshed(&self, here: Hypothesis) -> Result<Hypothesis, FitError> {
+        Ok(Hypothesis {
+            iterations: here.iterations,
+            ..self.hypothesis(here.codes, here.parameters)?
+        })
+    }
+
     /// Goes down with rough derivatives. `templates` are those of the codes.
     pub fn roughly(
+        &self,
+        start: Hypothesis,
+        templates: &[Arc<Template>],
+    ) -> Result<Hypothesis, FitError> {
+        let near = self.downwards(start, templates)?;
+        let here = self.refreshed(near)?;
+        self.downwards(here, templates)
+    }
+
+    fn downwards(
         &self,
         start: Hypothesis,
         templates: &[Arc<Template>],
@@ -115,7 +178,7 @@ impl<'m> Descent<'_, 'm> {
             };
             let moved = normal.largest_step_sigmas(&next.parameters.minus(&here.parameters));
             let fell = here.chi_square - next.chi_square;
-            here = next;
+            here = self.refreshed(next)?;
             let is_far = here.parameters.differ_from(&linearised);
             if moved < SETTLED_SIGMAS || fell < SETTLED_SIGMAS * SETTLED_SIGMAS {
                 return Ok((here, normal));
@@ -136,7 +199,7 @@ impl<'m> Descent<'_, 'm> {
         here: &Hypothesis,
     ) -> Result<(Vec<Column>, Parameters), FitError> {
         let response: MeanResponse = problem.response(&here.parameters)?;
-        let columns = problem.jacobian(&here.parameters, &response, &here.expected)?;
+        let columns = problem.jacobian_on_average(&here.parameters, &response)?;
         Ok((columns, here.parameters.clone()))
     }
 
@@ -162,7 +225,8 @@ impl<'m> Descent<'_, 'm> {
         SHARES.iter().find_map(|&share| {
             let parameters = here.parameters.moved(&full, share);
             // A step of few counts may lead to light that has no response.
-            let tried = self.hypothesis(here.codes.clone(), parameters).ok()?;
+            let codes = here.codes.clone();
+            let tried = self.near_hypothesis(here, codes, parameters).ok()?;
             (tried.chi_square < here.chi_square).then_some(Hypothesis {
                 iterations: here.iterations + 1,
                 ..tried

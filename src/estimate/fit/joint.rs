@@ -217,13 +217,7 @@ impl<'a, 'm> Search<'a, 'm> {
         let weights = known.scan_weights(&problem, &here.parameters, &here.expected, axis)?;
         let sigma = weights.signed_sigma();
         self.descent.weights = weights;
-        let here = Hypothesis {
-            chi_square: self
-                .descent
-                .weights
-                .chi_square(self.descent.measured, &here.expected),
-            ..here
-        };
+        let here = self.descent.weighed(here);
         let (hypothesis, normal) = self.descent.exactly(here)?;
         let [pattern, _] = self.descent.gains(
             &hypothesis.codes,
@@ -279,7 +273,7 @@ impl<'a, 'm> Search<'a, 'm> {
         };
         parameters.add_path(path, &problem);
         let templates = self.templates(&codes);
-        let start = self.descent.hypothesis(codes, parameters)?;
+        let start = self.descent.near_hypothesis(here, codes, parameters)?;
         self.descent.roughly(start, &templates)
     }
 
@@ -430,7 +424,7 @@ impl<'a, 'm> Search<'a, 'm> {
         parameters.paths[path] = pair[0];
         parameters.paths.push(pair[1]);
         let templates = self.templates(&codes);
-        let start = self.descent.hypothesis(codes, parameters)?;
+        let start = self.descent.near_hypothesis(here, codes, parameters)?;
         self.descent.roughly(start, &templates)
     }
 
