@@ -16,6 +16,7 @@ mod rtl;
 mod run;
 mod simulate;
 mod stress;
+mod warnings;
 
 use std::process::ExitCode;
 

@@ -4,6 +4,7 @@ use super::Ending;
 use super::arguments::SimulateArguments;
 use super::forecast::announce;
 use super::output::Output;
+use super::warnings::warn_of_far_paths;
 use crate::scene;
 use crate::sensor::Sensor;
 use crate::simulate::forecast;
@@ -16,6 +17,7 @@ pub(super) fn run(
 ) -> anyhow::Result<Ending> {
     let scene = scene::load(&arguments.scene.scene)?.with_estimator(arguments.estimator)?;
     let sensor = Sensor::new(&scene);
+    warn_of_far_paths(&sensor, output);
     if let Some(seconds) = forecast::seconds(&sensor, arguments.fidelity, arguments.repeat) {
         announce(output, "the simulation", seconds);
     }
