@@ -335,6 +335,9 @@ impl<'a, 'm> Search<'a, 'm> {
 
     /// The best place of each set of unknown codes.
     fn best_unknown(&self, here: &Hypothesis, residual: &[f64]) -> Vec<Place> {
+        if self.air.sets.is_empty() {
+            return Vec::new();
+        }
         let axis = &self.air.axis;
         let samples = axis.samples_per_chip as usize;
         let values = axis.centred(residual);
