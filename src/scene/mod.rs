@@ -187,7 +187,8 @@ impl Path {
 }
 
 /// Turns counts into distance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum EstimatorKind {
     /// Coarse argmax, then the phase of the fundamental
