@@ -27,7 +27,7 @@ pub fn write(emission: &Emission, folder: &Path) -> Result<(), HdlError> {
     write_into(emission, &OutputFolder::open(folder, |_| ())?)
 }
 
-/// [`write`] into a folder that is open.
+/// [`write()`] into a folder that is open.
 ///
 /// # Errors
 /// When a file cannot be written.

@@ -1,12 +1,16 @@
 //! What people read: plots, tables, the report page.
 
-pub mod chart;
+#[cfg(feature = "plots")]
+pub(crate) mod chart;
 mod columns;
+#[cfg(feature = "plots")]
 mod coordinate;
 pub mod estimates;
-pub mod page;
+#[cfg(feature = "plots")]
+pub(crate) mod page;
 pub mod plan;
-pub mod plot;
+#[cfg(feature = "plots")]
+pub(crate) mod plot;
 mod quantities;
 
 use std::fmt::Write as _;
