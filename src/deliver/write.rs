@@ -42,13 +42,13 @@ pub fn write_into(emission: &Emission, folder: &OutputFolder) -> Result<(), HdlE
         .chain(emission.flow.files())
         .map(|file| stage_text(&file.name, &file.text))
         .collect::<Result<Vec<Staged>, FileError>>()?;
+    let manifest = stage_text(MANIFEST, &manifest)?;
     let formal = folder.subfolder(Formal::FOLDER, |_| ())?;
     let proofs = emission
         .formal
         .files()
         .map(|file| formal.stage(&file.name, |out| out.write_all(file.text.as_bytes())))
         .collect::<Result<Vec<Staged>, FileError>>()?;
-    let manifest = stage_text(MANIFEST, &manifest)?;
     for file in staged.iter().chain(&proofs).chain([&manifest]) {
         file.sync()?;
     }
