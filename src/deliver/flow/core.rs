@@ -1,7 +1,10 @@
 //! File list and FuseSoC core description.
 
+use std::fmt::Write as _;
+
 use super::{Bench, Constraints};
 use crate::deliver::emission::EmittedFile;
+use crate::deliver::formal::Formal;
 use crate::sensor::Sensor;
 
 /// Name of the file list.
@@ -39,51 +42,71 @@ fn listed<'a>(top: &str, files: impl Iterator<Item = &'a EmittedFile>, made_by: 
     )
 }
 
+/// What a core lists beside the design.
+pub(super) struct Parts<'a> {
+    pub(super) header: &'a EmittedFile,
+    pub(super) bench: &'a Bench,
+    pub(super) constraints: &'a Constraints,
+    pub(super) formal: &'a Formal,
+}
+
+/// The proofs and the design, as they lie beside one another: sby's script names
+/// them from the folder of the design.
+fn proofs(files: &[EmittedFile], formal: &Formal) -> String {
+    let mut text = String::new();
+    for file in files {
+        let name = &file.name;
+        let _ = writeln!(
+            text,
+            "      - {name}: {{copyto: {name}, file_type: verilogSource-2005}}"
+        );
+    }
+    for file in formal.files() {
+        let name = format!("{}/{}", Formal::FOLDER, file.name);
+        let kind = match name.ends_with(".sby") {
+            true => "sbyConfigTemplate",
+            false => "user",
+        };
+        let _ = writeln!(
+            text,
+            "      - {name}: {{copyto: {name}, file_type: {kind}}}"
+        );
+    }
+    text
+}
+
 /// FuseSoC core with lint, simulation and synthesis targets.
 pub(super) fn core(
     sensor: &Sensor,
     files: &[EmittedFile],
-    header: &EmittedFile,
-    bench: &Bench,
-    constraints: &Constraints,
+    parts: &Parts,
     made_by: &str,
 ) -> EmittedFile {
+    let Parts {
+        header,
+        bench,
+        constraints,
+        formal,
+    } = parts;
+    let listed = |files: &[EmittedFile]| -> String {
+        files
+            .iter()
+            .map(|file| format!("      - {}\n", file.name))
+            .collect()
+    };
+    let Constraints { sdc, lpf, xdc } = constraints;
     let vlnv_name = vlnv_name(&sensor.scene().name);
-    let head = format!(
+    let text = format!(
         "\
 CAPI=2:
 # FuseSoC core of sensor_top. In this folder, or with it as a library:
 #   fusesoc --cores-root . run --target=TARGET goldtof:sensor:{vlnv_name}
-# where TARGET is lint (Verilator), sim (Icarus), sim_verilator, or synth (ECP5: Yosys,
-# nextpnr-ecp5, ecppack).
+# where TARGET is lint (Verilator), sim (Icarus), sim_verilator, formal (sby), or synth (ECP5:
+# Yosys, nextpnr-ecp5, ecppack).
 # Made by  {made_by}
 name: goldtof:sensor:{vlnv_name}:{version}
 description: DS-CDMA indirect time-of-flight sensor
 
-",
-        version = env!("CARGO_PKG_VERSION"),
-    );
-    let targets = TARGETS.replace("BENCH", bench.top);
-    EmittedFile {
-        name: CORE.to_owned(),
-        text: head + &filesets(files, header, bench, constraints) + &targets,
-    }
-}
-
-/// The files that the core's targets take.
-fn filesets(
-    files: &[EmittedFile],
-    header: &EmittedFile,
-    bench: &Bench,
-    Constraints { sdc, lpf, xdc }: &Constraints,
-) -> String {
-    let listed = |files: &[EmittedFile]| -> String {
-        let line = |file: &EmittedFile| format!("      - {}\n", file.name);
-        files.iter().map(line).collect()
-    };
-    let copied = |file: &EmittedFile| format!("      - {0}: {{copyto: {0}}}\n", file.name);
-    format!(
-        "\
 filesets:
   rtl:
     file_type: verilogSource-2005
@@ -98,6 +121,9 @@ filesets:
     file_type: user
     files:
 {vectors}
+  proofs:
+    files:
+{proofs}
   clock_sdc:
     files:
       - {sdc}: {{file_type: SDC}}
@@ -110,19 +136,6 @@ filesets:
     files:
       - {lpf}: {{file_type: LPF}}
 
-",
-        rtl = listed(files),
-        header = header.name,
-        bench_files = listed(&bench.files),
-        vectors = bench.vectors.iter().map(copied).collect::<String>(),
-        sdc = sdc.name,
-        xdc = xdc.name,
-        lpf = lpf.name,
-    )
-}
-
-/// What the core can be run for; BENCH stands for the top module of the bench.
-const TARGETS: &str = "\
 targets:
   default: &default
     filesets: [rtl, \"tool_vivado? (clock_xdc)\", \"tool_quartus? (clock_sdc)\"]
@@ -139,7 +152,7 @@ targets:
   sim: &sim
     description: Self-checking bench in Icarus Verilog
     filesets: [rtl, bench, vectors]
-    toplevel: BENCH
+    toplevel: {bench_top}
     flow: sim
     flow_options:
       tool: icarus
@@ -152,6 +165,12 @@ targets:
       tool: verilator
       mode: binary
 
+  formal:
+    <<: *default
+    description: Proofs, all of them
+    filesets: [proofs]
+    default_tool: symbiyosys
+
   synth:
     <<: *default
     description: Bitstream for an ECP5-25k of speed 6; add pins before it meets a board
@@ -160,7 +179,27 @@ targets:
     flow_options:
       yosys_synth_options: [-abc9]
       nextpnr_options: [--25k, --package, CABGA381, --speed, 6, --lpf-allow-unconstrained]
-";
+",
+        version = env!("CARGO_PKG_VERSION"),
+        rtl = listed(files),
+        header = header.name,
+        proofs = proofs(files, formal),
+        bench_files = listed(&bench.files),
+        vectors = bench
+            .vectors
+            .iter()
+            .map(|file| format!("      - {0}: {{copyto: {0}}}\n", file.name))
+            .collect::<String>(),
+        sdc = sdc.name,
+        xdc = xdc.name,
+        lpf = lpf.name,
+        bench_top = bench.top,
+    );
+    EmittedFile {
+        name: CORE.to_owned(),
+        text,
+    }
+}
 
 /// The scene's name with nothing that a core's name cannot have.
 fn vlnv_name(scene_name: &str) -> String {

@@ -58,6 +58,7 @@ pub use result_stream::{ResultStream, StreamPlan};
 pub use running_maximum::RunningMaximum;
 pub use scan_controller::{ScanController, ScanPlan};
 pub use sensor_top::SensorTop;
+pub(crate) use sequence_counter::SequenceCounter;
 pub use square::SquareGenerator;
 pub use state_match::StateMatch;
 pub use updown_correlator::UpdownCorrelator;

@@ -6,14 +6,14 @@ use super::lfsr::{state_at, tap_mask};
 
 /// An LFSR that counts to a number known beforehand.
 #[derive(Debug, Clone)]
-pub(super) struct SequenceCounter {
+pub(crate) struct SequenceCounter {
     lfsr: Lfsr,
 }
 
 impl SequenceCounter {
     /// A counter with a state of its own for each of `states` counts, which is
     /// at most 2^60.
-    pub(super) fn new(states: u64) -> SequenceCounter {
+    pub(crate) fn new(states: u64) -> SequenceCounter {
         let needed = 64 - states.max(3).leading_zeros();
         let taps = MAXIMAL_TAPS[needed as usize - 2];
         let mut exponents: Vec<u32> = taps.to_vec();
@@ -33,22 +33,22 @@ impl SequenceCounter {
         format!("{counter}: an LFSR of the polynomial {polynomial} (exponents)")
     }
 
-    pub(super) fn width(&self) -> u32 {
+    pub(crate) fn width(&self) -> u32 {
         self.lfsr.degree
     }
 
-    pub(super) fn taps(&self) -> u128 {
+    pub(crate) fn taps(&self) -> u128 {
         tap_mask(&self.lfsr)
     }
 
     /// The state that comes to the first by one count, and to which no count of
     /// the states asked for comes unless they are all there are.
-    pub(super) fn state_before_the_first(&self) -> u128 {
+    pub(crate) fn state_before_the_first(&self) -> u128 {
         self.state((1 << self.width()) - 2)
     }
 
     /// The state after `count` counts; the first is all ones.
-    pub(super) fn state(&self, count: u64) -> u128 {
+    pub(crate) fn state(&self, count: u64) -> u128 {
         state_at(&self.lfsr, count)
     }
 }
