@@ -16,7 +16,7 @@ const MOST_CYCLES: u64 = 1 << 50;
 /// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
 /// time-of-flight sensors.
 #[derive(Debug, Parser)]
-#[command(name = "goldtof", version, propagate_version = true)]
+#[command(name = "goldtof", version = crate::version::VERSION, propagate_version = true)]
 pub(super) struct Cli {
     /// Print one JSON document on stdout, and nothing else there
     #[arg(long, global = true)]

@@ -29,12 +29,20 @@ pub(super) const MAX_SCENE_CHIPS: u64 = 2 * MAX_CODE_CHIPS;
 /// # Errors
 /// If the file cannot be read, or everything that is wrong in it.
 pub fn load(path: &FilePath) -> Result<Scene, SceneErrors> {
+    load_with_text(path).map(|(scene, _)| scene)
+}
+
+/// [`load`], and the file's text.
+///
+/// # Errors
+/// As there.
+pub fn load_with_text(path: &FilePath) -> Result<(Scene, String), SceneErrors> {
     let file_name = printable_path(path);
     let text = read_text(path, MOST_SCENE_BYTES).map_err(|source| SceneErrors::Unreadable {
         file: file_name.clone(),
         source,
     })?;
-    parse(&file_name, &text)
+    Ok((parse(&file_name, &text)?, text))
 }
 
 /// Reads and checks the scene `text`; `file_name` is for error messages, and

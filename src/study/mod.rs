@@ -2,5 +2,6 @@
 //! figures and claims, stiff and extreme cases.
 
 pub mod fidelity;
+#[cfg(feature = "plots")]
 pub mod reproduce;
 pub mod stress;

@@ -6,6 +6,7 @@ mod estimate_model;
 mod estimate_model_is_unbiased;
 mod estimate_model_stays_finite;
 mod fidelity_compares_all_three;
+mod light_is_told_apart;
 mod missed_peaks_are_predicted;
 mod optics_detector_statistics;
 mod optics_fast_agrees_with_the_plain_loop;

@@ -1,15 +1,15 @@
-//! Reads the Verilog of `--rtl DIR`.
+//! Reads a folder of somebody's Verilog.
 
 use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::path::Path;
 
-use crate::cosim::TOP;
-use crate::cosim::build::SourceFile;
-use crate::cosim::error::CosimError;
-use crate::cosim::manifest::{Named, file_names};
-use crate::cosim::needed::needed_by;
+use super::TOP;
+use super::build::SourceFile;
+use super::error::CosimError;
+use super::manifest::{Named, file_names};
+use super::needed::needed_by;
 use crate::files::read_regular;
 use crate::printable::is_unprintable;
 use crate::rtl::blocks::ScanRegisters;
@@ -22,14 +22,14 @@ const MOST_MIB_IN_ALL: u64 = 256;
 const ENDINGS: [&str; 4] = [".v", ".sv", ".vh", ".svh"];
 
 /// The Verilog of a folder.
-pub(super) struct Rtl {
+pub struct FolderRtl {
     /// Its files.
     pub sources: Vec<SourceFile>,
     /// The scan's counters, as its manifest names them.
     registers: serde_json::Value,
 }
 
-impl Rtl {
+impl FolderRtl {
     /// Whether the manifest names these counters, as that of an emitted design does.
     pub fn names(&self, registers: &ScanRegisters) -> bool {
         serde_json::to_value(registers).is_ok_and(|wanted| wanted == self.registers)
@@ -42,7 +42,7 @@ impl Rtl {
 ///
 /// # Errors
 /// When the folder or a file cannot be read, or there is no Verilog in it.
-pub(super) fn read(folder: &Path) -> Result<Rtl, CosimError> {
+pub fn read(folder: &Path) -> Result<FolderRtl, CosimError> {
     let named = manifest(folder)?;
     let has_manifest = named.is_some();
     let Named {
@@ -85,7 +85,7 @@ pub(super) fn read(folder: &Path) -> Result<Rtl, CosimError> {
     } else {
         needed_by(TOP, sources)
     };
-    Ok(Rtl { sources, registers })
+    Ok(FolderRtl { sources, registers })
 }
 
 fn manifest(folder: &Path) -> Result<Option<Named>, CosimError> {
