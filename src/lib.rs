@@ -38,6 +38,7 @@ pub mod photons;
 pub mod plan;
 pub mod printable;
 pub mod programs;
+pub mod recorded;
 pub mod reference;
 pub mod report;
 pub mod response;

@@ -81,6 +81,8 @@ pub(super) enum Command {
     Cosim(CosimArguments),
     /// Photons to distance, many times: bias and standard deviation
     Simulate(SimulateArguments),
+    /// Recorded counts to distance, with residuals and what seems wrong
+    Estimate(EstimateArguments),
     /// Error against run time for every way of simulating
     Fidelity(FidelityArguments),
     /// The article's figures and claims, and the errors it leaves out
@@ -149,9 +151,29 @@ pub(super) struct SimulateArguments {
     /// How much of the sensor to simulate
     #[arg(long, value_name = "T", value_enum, default_value_t = Tier::Events)]
     pub fidelity: Tier,
+    /// Write what each phase step is expected to count, with its standard deviation,
+    /// as CSV
+    #[arg(long, value_name = "FILE")]
+    pub expected: Option<PathBuf>,
     /// How counts become distances [default: the scene's]
     #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct EstimateArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    /// Counts of one scan, as `run` writes them: columns phase_step, count, and if
+    /// there are any detector and total_count
+    pub counts: PathBuf,
+    /// How counts become distances [default: the scene's]
+    #[arg(long, value_name = "E", value_enum)]
+    pub estimator: Option<EstimatorKind>,
+    /// Folder for the residuals as CSV and as a plot, a file for each detector; made
+    /// when missing
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

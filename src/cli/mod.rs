@@ -7,6 +7,7 @@ mod arguments;
 pub mod codes;
 mod cosim;
 mod emit;
+mod estimate;
 mod fidelity;
 mod forecast;
 mod output;
@@ -59,6 +60,7 @@ pub fn main() -> ExitCode {
         Command::Codes(arguments) => codes::run(&arguments, &mut output),
         Command::Emit(arguments) => emit::run(&arguments, &mut output),
         Command::Cosim(arguments) => cosim::run(&arguments, cli.seed, &mut output),
+        Command::Estimate(arguments) => estimate::run(&arguments, &mut output),
         Command::Fidelity(arguments) => fidelity::run(&arguments, cli.seed, &mut output),
         Command::Simulate(arguments) => simulate::run(&arguments, cli.seed, &mut output),
         Command::Reproduce(arguments) => reproduce::run(&arguments, cli.seed, &mut output),

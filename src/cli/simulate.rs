@@ -4,6 +4,8 @@ use super::Ending;
 use super::arguments::SimulateArguments;
 use super::forecast::announce;
 use super::output::Output;
+use crate::files;
+use crate::recorded::expected_csv;
 use crate::scene;
 use crate::simulate::forecast;
 use crate::simulate::repeat::simulate;
@@ -16,6 +18,10 @@ pub(super) fn run(
     let scene = scene::load(&arguments.scene.scene)?.with_estimator(arguments.estimator)?;
     if let Some(seconds) = forecast::seconds(&scene, arguments.fidelity, arguments.repeat) {
         announce(output, "the simulation", seconds);
+    }
+    if let Some(path) = &arguments.expected {
+        let expected = expected_csv(&scene, arguments.fidelity.counting())?;
+        files::write(path, &expected)?;
     }
     let simulation = simulate(&scene, arguments.fidelity, seed, arguments.repeat)?;
     for warning in &simulation.warnings {
