@@ -19,6 +19,7 @@ use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::photons::StepCount;
 use crate::plan::{self, Plan};
 use crate::printable::printable_path;
+use crate::report::estimates::BothEstimates;
 use crate::report::page::Page;
 use crate::report::{DetectorCounts, counts_csv};
 use crate::scene::{self, Scene};
@@ -39,7 +40,10 @@ struct RunReport<'a> {
     plan: &'a Plan,
     emit: &'a Emission,
     cosim: &'a cosim::Report,
+    /// By the scene's estimator.
     estimates: &'a [EstimateReport],
+    /// By the other one, on the same counts.
+    other_estimates: &'a [EstimateReport],
 }
 
 pub(super) fn run(
@@ -78,8 +82,15 @@ pub(super) fn run(
     if cosimulation.report.verdict == Verdict::Mismatch {
         cosimulation.write_vcd(&folder.join(WAVEFORMS))?;
     }
-    output.note(cosim_text(&cosimulation.report).trim_end());
-    let estimates = estimates(&scene, &cosimulation);
+    let told = cosim_text(&cosimulation.report);
+    output.note(match cosimulation.report.verdict {
+        // The summary has the rest.
+        Verdict::Match => told.lines().next().unwrap_or_default(),
+        Verdict::Mismatch | Verdict::Inconclusive => told.trim_end(),
+    });
+    let estimates_of = |scene: &Scene| estimates(scene, &cosimulation);
+    let estimates = estimates_of(&scene);
+    let other_estimates = estimates_of(&scene.estimated_by(scene.estimator.other()));
     let counts: Vec<DetectorCounts> = cosimulation
         .counts
         .iter()
@@ -98,6 +109,7 @@ pub(super) fn run(
         cosim: &cosimulation.report,
         counts: &counts,
         estimates: &estimates,
+        other_estimates: &other_estimates,
     };
     folder.write(REPORT, &page.html()?)?;
 
@@ -108,6 +120,7 @@ pub(super) fn run(
         emit: &emission,
         cosim: &cosimulation.report,
         estimates: &estimates,
+        other_estimates: &other_estimates,
     };
     output.answer(&report, &summary(&scene, &report, out))?;
     Ok(ending(&cosimulation.report))
@@ -138,8 +151,9 @@ fn summary(scene: &Scene, report: &RunReport, out: &Path) -> String {
         scene.scan.integration_chips,
     );
     text += &exercised(report.cosim);
-    for (detector, estimate) in report.estimates.iter().enumerate() {
-        let _ = writeln!(text, "{estimate}");
+    let both = report.estimates.iter().zip(report.other_estimates);
+    for (detector, (own, other)) in both.enumerate() {
+        text += &BothEstimates { own, other }.text();
         if let Some(peak) = report.cosim.peaks.get(detector) {
             let _ = writeln!(
                 text,

@@ -1,7 +1,5 @@
 //! The estimate of one detector beside the truth and what theory expects.
 
-use std::fmt;
-
 use serde::Serialize;
 
 use super::bound::bound;
@@ -14,7 +12,12 @@ use crate::estimate::fit::{
     ALARM_SIGMAS, FittedPath, ModelEstimate, expected_fit, fit, shared_light,
 };
 use crate::photons::StepCount;
-use crate::scene::{EstimatorKind, Path, Scene, TotalsMissing};
+use crate::scene::{EstimatorKind, Path, Scene};
+
+/// Why counts cannot be fitted, and what would make it possible. Signed counts alone
+/// hardly tell how much light there is in all, and with it how far dead time moves them.
+const SIGNED_ALONE: &str = "the fit needs total counts, and this hardware sends the signed ones \
+     alone; total_counts = true, or estimator = \"model\", adds them";
 
 /// What a scan's counts say about the distance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -42,7 +45,8 @@ pub struct EstimateReport {
     /// The estimator's bias on the exact mean counts of this scene (for the
     /// phase: dead-time walk, interference, circular error).
     pub expected_bias_m: Option<f64>,
-    /// Its standard deviation from the counts' variances.
+    /// Its standard deviation from the counts' variances; of the model estimator the
+    /// bound, where there is one, since it has the same unknowns and steps.
     pub expected_std_m: Option<f64>,
     /// (error - expected bias) / expected standard deviation.
     pub deviation_in_std: Option<f64>,
@@ -175,7 +179,7 @@ impl EstimateReport {
     /// The fit's answer; gives the time of flight.
     fn take_fit(&mut self, scene: &Scene, detector: usize, counts: &[StepCount]) -> Option<f64> {
         if !scene.sends_total_counts() {
-            self.remark = Some(format!("no estimate: {TotalsMissing}"));
+            self.remark = Some(format!("no estimate: {SIGNED_ALONE}"));
             return None;
         }
         let tier = CountingTier::Sampled;
@@ -212,8 +216,18 @@ impl EstimateReport {
         self.true_distance_m = Some(distance_m(true_ps));
         self.true_at_s = truth.at_ps.map(|ps| ps * 1e-12);
         self.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
+        match bound(scene, detector, CountingTier::Sampled) {
+            Ok(bound) => self.bound_m = bound.of_path(path),
+            Err(reason) => self.bound_remark = Some(format!("no bound: {reason}")),
+        }
         match expectation(scene, detector, path) {
-            Ok((bias_m, std_m)) => {
+            Ok((bias_m, fitted_std_m)) => {
+                // The fit weighs with second moments of light near its own; the bound
+                // of the same unknowns and steps has this light's.
+                let of_fit = self
+                    .bound_m
+                    .filter(|_| self.estimator == EstimatorKind::Model);
+                let std_m = of_fit.unwrap_or(fitted_std_m);
                 self.expected_bias_m = Some(bias_m);
                 self.expected_std_m = Some(std_m);
                 let range_m = self.unambiguous_range_m;
@@ -222,10 +236,6 @@ impl EstimateReport {
                     .map(|error_m| fold(error_m - bias_m, range_m) / std_m);
             }
             Err(reason) => self.add_remark(&format!("no expectation: {reason}")),
-        }
-        match bound(scene, detector, CountingTier::Sampled) {
-            Ok(bound) => self.bound_m = bound.of_path(path),
-            Err(reason) => self.bound_remark = Some(format!("no bound: {reason}")),
         }
         let ratio = self.expected_std_m.zip(self.bound_m);
         self.std_over_bound = ratio.map(|(std_m, bound_m)| std_m / bound_m);
@@ -238,70 +248,6 @@ impl EstimateReport {
     pub fn add_remark(&mut self, remark: &str) {
         let before = self.remark.take().map(|before| before + "; ");
         self.remark = Some(before.unwrap_or_default() + remark);
-    }
-
-    /// Name and value of everything that is known, for a table.
-    pub fn rows(&self) -> Vec<(&'static str, String)> {
-        let metres = |value: f64| format!("{value:.4} m");
-        let millimetres = |value: f64| format!("{:.2} mm", value * 1e3);
-        let mut rows = vec![
-            ("detector", self.detector.clone()),
-            ("estimator", self.estimator.to_string()),
-        ];
-        let mut row = |name, value: Option<String>| {
-            if let Some(value) = value {
-                rows.push((name, value));
-            }
-        };
-        row("estimated distance", self.distance_m.map(metres));
-        row("true distance", self.true_distance_m.map(metres));
-        row(
-            "true distance is that of",
-            self.true_at_s
-                .map(|at_s| format!("{:.4} ms after the start of the scan", at_s * 1e3)),
-        );
-        row("error", self.error_m.map(millimetres));
-        row("expected bias", self.expected_bias_m.map(millimetres));
-        row(
-            "expected standard deviation",
-            self.expected_std_m.map(millimetres),
-        );
-        row(
-            "error less expected bias",
-            self.deviation_in_std
-                .map(|d| format!("{d:+.2} standard deviations")),
-        );
-        row(
-            "Cramer-Rao bound of the standard deviation",
-            self.bound_m.map(millimetres),
-        );
-        row(
-            "expected standard deviation over bound",
-            self.std_over_bound.map(|ratio| format!("{ratio:.3}")),
-        );
-        row("Cramer-Rao bound", self.bound_remark.clone());
-        if let Some(fit) = &self.fit {
-            let chi_square = format!(
-                "{:.1} for {} degrees of freedom{}",
-                fit.chi_square,
-                fit.degrees_of_freedom,
-                if fit.alarm { ": alarm" } else { "" }
-            );
-            row("chi-square of the fit", Some(chi_square));
-            for path in &fit.paths[1..] {
-                let name = path.source.as_deref().unwrap_or("a code of the set");
-                let value = format!("{:.4} m +- {:.2} mm", path.distance_m, path.std_m * 1e3);
-                row("other light", Some(format!("{name} at {value}")));
-            }
-        }
-        row("coarse phase step", self.coarse_step.map(|k| k.to_string()));
-        row(
-            "calibration offset",
-            Some(format!("{:.1} ps", self.calibration_offset_ps)),
-        );
-        row("unambiguous range", Some(metres(self.unambiguous_range_m)));
-        row("remark", self.remark.clone());
-        rows
     }
 }
 
@@ -356,37 +302,4 @@ fn expectation(scene: &Scene, detector: usize, path: usize) -> Result<(f64, f64)
         distance_m(error_ps(nearest)),
         distance_m(nearest.delay_std_ps),
     ))
-}
-
-impl fmt::Display for EstimateReport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:", self.detector)?;
-        if let Some(distance_m) = self.distance_m {
-            write!(f, " {distance_m:.4} m")?;
-        }
-        if let (Some(truth_m), Some(error_m)) = (self.true_distance_m, self.error_m) {
-            write!(f, ", true {truth_m:.4} m, error {:+.2} mm", error_m * 1e3)?;
-        }
-        if let (Some(bias_m), Some(std_m)) = (self.expected_bias_m, self.expected_std_m) {
-            write!(
-                f,
-                " (expected bias {:+.2} mm, standard deviation {:.2} mm)",
-                bias_m * 1e3,
-                std_m * 1e3
-            )?;
-        }
-        if let Some(bound_m) = self.bound_m {
-            write!(f, ", bound {:.2} mm", bound_m * 1e3)?;
-        }
-        if let Some(fit) = &self.fit
-            && fit.alarm
-        {
-            write!(f, ", chi-square alarm")?;
-        }
-        let separator = if self.distance_m.is_some() { ";" } else { "" };
-        match &self.remark {
-            Some(remark) => write!(f, "{separator} {remark}"),
-            None => Ok(()),
-        }
-    }
 }

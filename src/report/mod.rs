@@ -2,6 +2,7 @@
 
 pub mod chart;
 mod coordinate;
+pub mod estimates;
 pub mod page;
 pub mod plot;
 

@@ -3,6 +3,7 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::DetectorCounts;
+use super::estimates::BothEstimates;
 use super::plot::{CountPlot, PlotError};
 use crate::cosim;
 use crate::deliver::Emission;
@@ -24,8 +25,10 @@ pub struct Page<'a> {
     pub cosim: &'a cosim::Report,
     /// Counts of the scan's steps, one entry per detector.
     pub counts: &'a [DetectorCounts],
-    /// What the counts say.
+    /// What the counts say by the scene's estimator.
     pub estimates: &'a [EstimateReport],
+    /// And by the other one.
+    pub other_estimates: &'a [EstimateReport],
 }
 
 const STYLE: &str = "
@@ -95,12 +98,24 @@ impl Page<'_> {
 
     fn distance(&self) -> Markup {
         html! {
-            @for estimate in self.estimates {
+            @for (own, other) in self.estimates.iter().zip(self.other_estimates) {
+                @let both = BothEstimates { own, other };
                 table {
-                    @for (name, value) in estimate.rows() {
-                        tr { th { (name) } td { (value) } }
+                    tr {
+                        @for heading in ["estimator", "distance", "error", "expected error", "off by (std)"] {
+                            th { (heading) }
+                        }
+                    }
+                    @for row in both.rows() {
+                        tr {
+                            th { (row.name) }
+                            @for cell in [row.distance, row.error, row.expected, row.off] {
+                                td { (cell) }
+                            }
+                        }
                     }
                 }
+                @for note in both.notes() { p { (note) } }
             }
         }
     }

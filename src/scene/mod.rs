@@ -200,6 +200,16 @@ pub enum EstimatorKind {
     Model,
 }
 
+impl EstimatorKind {
+    /// The one that this is not.
+    pub fn other(self) -> EstimatorKind {
+        match self {
+            EstimatorKind::Fft => EstimatorKind::Model,
+            EstimatorKind::Model => EstimatorKind::Fft,
+        }
+    }
+}
+
 impl std::fmt::Display for EstimatorKind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {

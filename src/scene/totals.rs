@@ -33,4 +33,13 @@ impl Scene {
         }
         Ok(self)
     }
+
+    /// The scene with another estimator on the hardware that it has: what is sent
+    /// stays as it is.
+    pub fn estimated_by(&self, estimator: EstimatorKind) -> Scene {
+        let mut scene = self.clone();
+        scene.hardware.total_counts = Some(self.sends_total_counts());
+        scene.estimator = estimator;
+        scene
+    }
 }

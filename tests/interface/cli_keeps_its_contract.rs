@@ -47,7 +47,7 @@ fn run_does_the_whole_way_and_says_so_in_json() {
     let deviation = estimate["deviation_in_std"].as_f64().unwrap();
     assert!(deviation.abs() < 5.0, "{estimate}");
     let page = fs::read_to_string(out.join("report.html")).unwrap();
-    for part in ["match", "<svg", "estimated distance", "edge_detector"] {
+    for part in ["match", "<svg", "Cramer-Rao bound", "edge_detector"] {
         assert!(page.contains(part), "{part}");
     }
     let counts = fs::read_to_string(out.join("counts.csv")).unwrap();
@@ -69,6 +69,15 @@ fn a_run_with_the_model_estimator_fits_totals_that_the_verilog_sends() {
     assert_eq!(estimate["estimator"], "model");
     assert!(estimate["distance_m"].is_number(), "{estimate}");
     assert!(estimate["remark"].is_null(), "{estimate}");
+    // The phase of the same counts, with the walk that the fit does not have.
+    let phase = &report["other_estimates"][0];
+    assert_eq!(phase["estimator"], "fft");
+    assert!(
+        phase["expected_bias_m"].as_f64().unwrap() < -0.02,
+        "{phase}"
+    );
+    assert!(estimate["expected_bias_m"].as_f64().unwrap().abs() < 1e-4);
+    assert_eq!(phase["bound_m"], estimate["bound_m"]);
     let counts = fs::read_to_string(folder.path().join("counts.csv")).unwrap();
     let mut lines = counts.lines();
     let heading = "measurement,phase_step,distance_m,count,detector,total_count";
@@ -117,6 +126,42 @@ fn the_phase_estimator_has_no_totals_and_the_model_estimator_does_not_go_without
             "{command:?}"
         );
     }
+}
+
+#[test]
+fn a_run_prints_both_estimators_and_what_the_hardware_does_not_send() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let text = |more: &[&str]| {
+        let output = goldtof(&[&["run", QUICK, "--out", out], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let row = |text: &str, name: &str| {
+        let mut lines = text.lines().map(str::trim_start);
+        let row = lines.find(|line| line.starts_with(name));
+        row.unwrap_or_else(|| panic!("no {name}: {text}"))
+            .to_owned()
+    };
+    let signed = text(&[]);
+    let both = text(&["--estimator", "model"]);
+    // The same light gives the same signed counts, and so the same phase.
+    assert_eq!(
+        row(&signed, "phase (article) "),
+        row(&both, "phase (article) ")
+    );
+    let without = row(&signed, "model fit  ");
+    assert!(
+        without.contains(" none ") && without.contains(" +- "),
+        "{without}"
+    );
+    assert!(signed.contains("total_counts = true"), "{signed}");
+    let fitted = row(&both, "model fit  ");
+    assert!(
+        fitted.contains(" m ") && fitted.ends_with(" std"),
+        "{fitted}"
+    );
+    assert!(!both.contains("total_counts"), "{both}");
 }
 
 #[test]

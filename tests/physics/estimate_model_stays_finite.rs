@@ -5,6 +5,7 @@ use goldtof::estimate::CountingTier;
 use goldtof::estimate::fit::{Fitter, OtherLight};
 use goldtof::estimate::report::estimate_scan;
 use goldtof::photons::{DetectorModel, StepCount};
+use goldtof::report::estimates::BothEstimates;
 use goldtof::response::MeanResponse;
 use goldtof::scene::{EstimatorKind, Scene};
 
@@ -67,7 +68,9 @@ fn assert_finite(scene: &Scene, counts: &[StepCount], name: &str) -> bool {
         Err(reason) => reason.to_string(),
     };
     let report = estimate_scan(scene, 0, counts);
-    for text in [text, format!("{report:?}"), report.to_string()] {
+    let (own, other) = (&report, &report);
+    let told = BothEstimates { own, other }.text();
+    for text in [text, format!("{report:?}"), told] {
         let words = text.split(|c: char| !c.is_ascii_alphabetic());
         let wrong: Vec<&str> = words.filter(|word| ["NaN", "inf"].contains(word)).collect();
         assert!(wrong.is_empty(), "{name}: {text}");

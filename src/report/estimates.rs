@@ -1,0 +1,172 @@
+//! What the estimators say of a scan, side by side, for people.
+
+use std::fmt::Write as _;
+
+use crate::estimate::report::EstimateReport;
+use crate::scene::EstimatorKind;
+
+/// Both estimators on one detector's counts.
+#[derive(Debug, Clone, Copy)]
+pub struct BothEstimates<'a> {
+    /// The scene's own.
+    pub own: &'a EstimateReport,
+    /// The other one, on the same counts.
+    pub other: &'a EstimateReport,
+}
+
+/// Expected biases below this are not worth an explanation, in metres.
+const NOTABLE_BIAS_M: f64 = 0.5e-3;
+
+/// What an expected bias of the phase is made of.
+pub(super) const PHASE_BIAS: &str = "the phase's bias comes from dead time (range walk), other \
+     light and the shape of the peak; averaging does not remove it, the model fit does";
+
+/// One row of the table.
+pub(super) struct EstimateRow {
+    /// Which estimator.
+    pub name: &'static str,
+    /// The distance, or that there is none.
+    pub distance: String,
+    /// Its error.
+    pub error: String,
+    /// Bias and scatter that theory expects.
+    pub expected: String,
+    /// Error less expected bias, in expected standard deviations.
+    pub off: String,
+}
+
+/// What an estimator is called in a table.
+pub(super) fn estimator_name(kind: EstimatorKind) -> &'static str {
+    match kind {
+        EstimatorKind::Fft => "phase (article)",
+        EstimatorKind::Model => "model fit",
+    }
+}
+
+impl EstimateRow {
+    fn of(estimate: &EstimateReport) -> EstimateRow {
+        let or_dash = |value: Option<String>| value.unwrap_or_else(|| "-".to_owned());
+        EstimateRow {
+            name: estimator_name(estimate.estimator),
+            distance: match estimate.distance_m {
+                Some(distance_m) => format!("{distance_m:.4} m"),
+                None => "none".to_owned(),
+            },
+            error: or_dash(estimate.error_m.map(|m| millimetres(m, true))),
+            expected: or_dash(estimate.expected_bias_m.zip(estimate.expected_std_m).map(
+                |(bias_m, std_m)| {
+                    let [bias, std] = [millimetres(bias_m, true), millimetres(std_m, false)];
+                    format!("{} +- {std}", bias.trim_end_matches(" mm"))
+                },
+            )),
+            off: or_dash(estimate.deviation_in_std.map(|d| format!("{d:+.2}"))),
+        }
+    }
+}
+
+impl<'a> BothEstimates<'a> {
+    /// The phase estimator's first.
+    pub(super) fn in_order(&self) -> [&'a EstimateReport; 2] {
+        match self.own.estimator {
+            EstimatorKind::Fft => [self.own, self.other],
+            EstimatorKind::Model => [self.other, self.own],
+        }
+    }
+
+    /// Rows of the table, the phase estimator's first.
+    pub(super) fn rows(&self) -> [EstimateRow; 2] {
+        self.in_order().map(EstimateRow::of)
+    }
+
+    /// What the table does not say: the bound, why something is missing, alarms.
+    pub(super) fn notes(&self) -> Vec<String> {
+        let [phase, model] = self.in_order();
+        let mut notes = Vec::new();
+        match (phase.bound_m, &phase.bound_remark) {
+            (Some(bound_m), _) => notes.push(format!(
+                "Cramer-Rao bound: no unbiased estimate from such counts, signed and total, scatters \
+                 less than {}",
+                millimetres(bound_m, false)
+            )),
+            (None, Some(remark)) => notes.push(remark.clone()),
+            (None, None) => {}
+        }
+        if phase
+            .expected_bias_m
+            .is_some_and(|bias_m| bias_m.abs() > NOTABLE_BIAS_M)
+        {
+            notes.push(PHASE_BIAS.to_owned());
+        }
+        let is_shared = phase.remark == model.remark;
+        for estimate in [phase, model] {
+            match &estimate.remark {
+                Some(remark) if is_shared => notes.push(remark.clone()),
+                Some(remark) => {
+                    notes.push(format!("{}: {remark}", estimator_name(estimate.estimator)));
+                }
+                None => {}
+            }
+            if estimate.fit.as_ref().is_some_and(|fit| fit.alarm) {
+                notes.push(
+                    "model fit: chi-square alarm, the light or the detector is not as the scene \
+                     says"
+                        .to_owned(),
+                );
+            }
+        }
+        notes.dedup();
+        notes
+    }
+
+    /// A few lines for a terminal.
+    pub fn text(&self) -> String {
+        let truth = match self.own.true_distance_m {
+            Some(distance_m) => format!(", true distance {distance_m:.4} m"),
+            None => String::new(),
+        };
+        let mut text = format!("{} ranging {}{truth}\n", self.own.detector, self.own.source);
+        let heading = ["estimator", "distance", "error", "expected error", "off by"];
+        let rows = self.rows();
+        let cells = |row: &EstimateRow| {
+            [
+                row.name.to_owned(),
+                row.distance.clone(),
+                row.error.clone(),
+                row.expected.clone(),
+                match row.off.as_str() {
+                    "-" => row.off.clone(),
+                    off => format!("{off} std"),
+                },
+            ]
+        };
+        let table = [heading.map(str::to_owned), cells(&rows[0]), cells(&rows[1])];
+        let width = |column: usize| {
+            let widths = table.iter().map(|row| row[column].chars().count());
+            widths.max().unwrap_or(0)
+        };
+        for row in &table {
+            let _ = write!(text, " ");
+            for (column, cell) in row.iter().enumerate() {
+                let _ = match column {
+                    0 => write!(text, " {cell:<0$}", width(0)),
+                    _ => write!(text, "  {cell:>0$}", width(column)),
+                };
+            }
+            text.push('\n');
+        }
+        for note in self.notes() {
+            let _ = writeln!(text, "  {note}");
+        }
+        text
+    }
+}
+
+/// A length in millimetres, to hundredths.
+pub(super) fn millimetres(metres: f64, signed: bool) -> String {
+    // -0.00 is nothing.
+    let rounded = (metres * 1e5).round() / 100.0 + 0.0;
+    match signed {
+        true => format!("{rounded:+.2} mm"),
+        false => format!("{rounded:.2} mm"),
+    }
+}
