@@ -1,12 +1,13 @@
 //! What can be written on the command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
 use crate::cosim::StimulusKind;
-use crate::scene::EstimatorKind;
+use crate::printable::{printable, printable_path};
+use crate::scene::{self, EstimatorKind, Scene, SceneErrors, Setting};
 use crate::simulate::Tier;
 use crate::study::reproduce::FigureId;
 
@@ -95,6 +96,33 @@ pub(super) enum Command {
 pub(super) struct SceneArgument {
     /// Scene file (TOML), for example scenes/paper-single.toml
     pub scene: PathBuf,
+    /// Set a key otherwise than the file has it; may be repeated. Of several tables say
+    /// which: --set 'path[0].distance=5 m' --set 'source[laser].mean_power=1 pW'
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<Setting>,
+}
+
+impl SceneArgument {
+    /// The scene, with its settings.
+    ///
+    /// # Errors
+    /// If it cannot be read, and everything that is wrong with it.
+    pub fn load(&self) -> Result<Scene, SceneErrors> {
+        scene::load_with(&self.scene, &self.settings)
+    }
+
+    /// The file's name and the settings, as a command line has them. Where the file lies
+    /// is left out, so that what is made does not depend on it.
+    pub fn shown(&self) -> String {
+        let name = self.scene.file_name().unwrap_or_default();
+        let mut shown = printable_path(Path::new(name));
+        for setting in &self.settings {
+            let origin = printable(setting.origin());
+            let (option, set) = origin.split_once(' ').unwrap_or(("", &origin));
+            shown += &format!(" {option} '{}'", set.replace('\'', "'\\''"));
+        }
+        shown
+    }
 }
 
 #[derive(Debug, Args)]

@@ -10,24 +10,21 @@ use crate::cosim::{Cosimulation, Report, Request, StimulusKind, Verdict, cosimul
 use crate::deliver;
 use crate::files::check_target;
 use crate::printable::printable_path;
-use crate::scene::{self, Scene};
+use crate::scene::Scene;
 
 pub(super) fn run(
     arguments: &CosimArguments,
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let scene = scene::load(&arguments.scene.scene)?;
+    let scene = arguments.scene.load()?;
     if let Some(path) = &arguments.vcd {
         // Better now than after a long run.
         check_target(path)?;
     }
     let sources = match &arguments.rtl {
         Some(folder) => rtl::read(folder)?,
-        None => sources_of(&deliver::emit(
-            &scene,
-            &command_line(&arguments.scene.scene),
-        )?),
+        None => sources_of(&deliver::emit(&scene, &command_line(&arguments.scene))?),
     };
     let request = Request {
         sources,

@@ -6,7 +6,6 @@ use super::Ending;
 use super::arguments::EstimateArguments;
 use super::output::Output;
 use crate::recorded::{Assessment, assess, read_counts, residual_plot};
-use crate::scene;
 
 /// The JSON of `goldtof estimate`.
 #[derive(Serialize)]
@@ -16,7 +15,10 @@ struct Estimates<'a> {
 }
 
 pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow::Result<Ending> {
-    let scene = scene::load(&arguments.scene.scene)?.with_estimator(arguments.estimator)?;
+    let scene = arguments
+        .scene
+        .load()?
+        .with_estimator(arguments.estimator)?;
     let scans = read_counts(&arguments.counts, &scene)?;
     let assessments: Vec<Assessment> = scans.iter().map(|scan| assess(&scene, scan)).collect();
     if let Some(out) = &arguments.out {

@@ -6,10 +6,9 @@ use super::Ending;
 use super::arguments::SceneArgument;
 use super::output::Output;
 use crate::plan::{self, Part, Plan};
-use crate::scene;
 
 pub(super) fn run(arguments: &SceneArgument, output: &mut Output) -> anyhow::Result<Ending> {
-    let scene = scene::load(&arguments.scene)?;
+    let scene = arguments.load()?;
     let plan = plan::with_savings(plan::plan(&scene), &scene);
     output.answer(&plan, &to_text(&plan))?;
     Ok(Ending::Done)

@@ -22,7 +22,7 @@ use crate::printable::printable_path;
 use crate::report::estimates::BothEstimates;
 use crate::report::page::Page;
 use crate::report::{DetectorCounts, counts_csv};
-use crate::scene::{self, Scene};
+use crate::scene::Scene;
 
 /// Written last.
 const REPORT: &str = "report.html";
@@ -51,11 +51,13 @@ pub(super) fn run(
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let path = &arguments.scene.scene;
     let out = &arguments.out;
-    let scene = scene::load(path)?.with_estimator(arguments.estimator)?;
+    let scene = arguments
+        .scene
+        .load()?
+        .with_estimator(arguments.estimator)?;
     let plan = plan::plan(&scene);
-    let emission = deliver::emit(&scene, &command_line(path))?;
+    let emission = deliver::emit(&scene, &command_line(&arguments.scene))?;
     let folder = output.folder(out)?;
     // A folder with a report has all that belongs to it, and of one scene.
     for name in [REPORT, COUNTS, WAVEFORMS] {

@@ -6,7 +6,6 @@ use super::forecast::announce;
 use super::output::Output;
 use crate::files;
 use crate::recorded::expected_csv;
-use crate::scene;
 use crate::simulate::forecast;
 use crate::simulate::repeat::simulate;
 
@@ -15,7 +14,10 @@ pub(super) fn run(
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let scene = scene::load(&arguments.scene.scene)?.with_estimator(arguments.estimator)?;
+    let scene = arguments
+        .scene
+        .load()?
+        .with_estimator(arguments.estimator)?;
     if let Some(seconds) = forecast::seconds(&scene, arguments.fidelity, arguments.repeat) {
         announce(output, "the simulation", seconds);
     }

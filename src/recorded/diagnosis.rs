@@ -46,8 +46,8 @@ pub enum Cause {
 pub struct TestOutcome {
     /// What is tested.
     pub cause: Cause,
-    /// Chi-square of one degree of freedom: what the likelihood gains. For the chi-square of
-    /// the residuals that itself.
+    /// What twice the logarithm of the likelihood gains: by chance a chi-square of one
+    /// degree of freedom. Of the residuals their chi-square.
     pub statistic: f64,
     /// Chance of such a statistic if the scene is right.
     pub p_value: Option<f64>,
@@ -268,9 +268,10 @@ impl Search<'_> {
         let unknowns = [Unknown::Delay, Unknown::Light];
         let starts = [-0.5, 0.0, 0.5].map(|chips| at_ps + chips * scene.chip_period_ps);
         let fits = starts.into_iter().filter_map(|delay_ps| {
+            // What a wrong code made of the light is of no use here.
             let start = Change {
                 delay_ps,
-                ..self.fitted.change
+                ..Change::default()
             };
             fit(&scene, self.scan, &unknowns, start).ok()
         });

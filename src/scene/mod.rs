@@ -33,6 +33,7 @@ mod movement;
 mod read;
 mod reader;
 mod scan;
+mod setting;
 mod source;
 mod totals;
 mod units;
@@ -43,7 +44,8 @@ use std::sync::Arc;
 pub use error::{SceneError, SceneErrors};
 pub use keys::limits;
 pub use movement::{Fluctuation, Movement};
-pub use read::{load, parse};
+pub use read::{load, load_with, parse, parse_with, read as read_scene_text};
+pub use setting::Setting;
 pub use totals::TotalsMissing;
 
 use crate::code::Code;

@@ -5,6 +5,7 @@ mod code_correlations_obey_their_theorems;
 mod code_gps_ca_chips_are_the_published_ones;
 mod code_reports_name_the_published_properties;
 mod documents_name_what_exists;
+mod estimate_takes_recorded_counts;
 mod run_measures_the_articles_sensor;
 mod scene_malformed_scenes_are_refused;
 mod scene_plan_names_every_part;

@@ -18,6 +18,7 @@ mod optics_streams;
 mod optics_support;
 mod parallel_steps_share_their_light;
 mod parts_left_out_change_nothing;
+mod recorded_counts_are_diagnosed;
 mod reproduce_makes_figures_and_claims;
 mod simulate_agrees_with_theory;
 mod stress_quick_cases_hold;
