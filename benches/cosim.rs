@@ -18,6 +18,7 @@ use goldtof::cosim::verilated::Verilated;
 use goldtof::photons::DetectorModel;
 use goldtof::reference::photons::Photons;
 use goldtof::reference::predictor::Reference;
+use goldtof::sensor::Sensor;
 use goldtof::sensor::contract::Contract;
 use goldtof::sensor::layout::Layout;
 use goldtof::{deliver, scene};
@@ -27,11 +28,14 @@ const ROUNDS: usize = 7;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let scene = scene::load(Path::new("scenes/paper-single.toml"))?;
-    let sources = sources_of(&deliver::emit(&scene, "goldtof emit paper-single.toml")?);
+    let sources = sources_of(&deliver::emit(
+        &Sensor::new(&scene),
+        "goldtof emit paper-single.toml",
+    )?);
     let contract = Contract::of(&scene);
     let layout = Layout::of(&contract);
     let library = build(TOP, &sources, &contract, &cache_dir()?)?;
-    let detectors = [DetectorModel::new(&scene, 0)];
+    let detectors = [DetectorModel::new(&Sensor::new(&scene), 0)];
 
     let mut ratios = Vec::new();
     for round in 0..ROUNDS {

@@ -7,6 +7,7 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
+use goldtof::sensor::Sensor;
 use goldtof::{deliver, scene};
 
 const ROUNDS: usize = 21;
@@ -28,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let started = Instant::now();
             let scene = scene::load(Path::new(&path))?;
             load_ms.push(started.elapsed().as_secs_f64() * 1e3);
-            deliver::emit(&scene, "goldtof emit")?;
+            deliver::emit(&Sensor::new(&scene), "goldtof emit")?;
             all_ms.push(started.elapsed().as_secs_f64() * 1e3);
         }
         let median = |values: &mut Vec<f64>| {

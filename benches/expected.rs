@@ -19,6 +19,7 @@ use goldtof::response::{
 };
 use goldtof::scan::Step;
 use goldtof::scene;
+use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::simulate;
 use rustix::time::{ClockId, clock_gettime};
@@ -27,13 +28,13 @@ const ROUNDS: usize = 15;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let scene = scene::load(Path::new("scenes/paper-single.toml"))?;
-    let model = DetectorModel::new(&scene, 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), 0);
     println!("whole tiers, {} phase steps", scene.scan.steps);
     measure("expected: prediction and bound", || {
-        theory(&scene, 0, &[0], CountingTier::Events)
+        theory(&Sensor::new(&scene), 0, &[0], CountingTier::Events)
     });
     measure("expected: as the command does", || {
-        simulate(&scene, Tier::Expected, 1, 1)
+        simulate(&Sensor::new(&scene), Tier::Expected, 1, 1)
     });
     measure("counts: set-up and one scan", || {
         let response = MeanResponse::of_tier(&model, CountingTier::Events)?;

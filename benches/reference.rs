@@ -16,6 +16,7 @@ use goldtof::reference::blocks::{Block, BlockMaker};
 use goldtof::reference::photons::Photons;
 use goldtof::reference::predictor::Reference;
 use goldtof::scene;
+use goldtof::sensor::Sensor;
 use goldtof::sensor::contract::Contract;
 use goldtof::sensor::layout::Layout;
 
@@ -34,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let contract = Contract::of(&scene);
         let layout = Layout::of(&contract);
-        let detectors = [DetectorModel::new(&scene, 0)];
+        let detectors = [DetectorModel::new(&Sensor::new(&scene), 0)];
         let mut reference = Reference::new(contract.clone())?;
         let mut photons = Photons::new(&detectors, &contract, round as u64);
         let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, CLOCKS);

@@ -33,6 +33,7 @@ pub mod deliver;
 pub mod estimate;
 pub mod files;
 pub mod interrupt;
+pub mod light;
 pub mod math;
 pub mod photons;
 pub mod plan;
@@ -49,5 +50,4 @@ pub mod sensor;
 pub mod simulate;
 pub mod study;
 
-/// Speed of light in vacuum (exact, SI).
-pub const SPEED_OF_LIGHT_M_PER_S: f64 = 299_792_458.0;
+pub use light::SPEED_OF_LIGHT_M_PER_S;

@@ -1,6 +1,7 @@
 //! Biases and scatter with noise: many scans drawn by the counts tier.
 
 use goldtof::scene::{EstimatorKind, OtherLight, Scene};
+use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::{PathStatistics, simulate};
 
@@ -12,7 +13,7 @@ const SEED: u64 = 20_231;
 fn statistics(scene: &Scene, estimator: EstimatorKind, scans: u64) -> Outcome<PathStatistics> {
     let mut scene = scene.clone();
     scene.estimator = estimator;
-    let mut simulation = simulate(&scene, Tier::Counts, SEED, scans)?;
+    let mut simulation = simulate(&Sensor::new(&scene), Tier::Counts, SEED, scans)?;
     Ok(simulation.estimates.swap_remove(0))
 }
 

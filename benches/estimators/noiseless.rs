@@ -8,6 +8,7 @@ use goldtof::estimate::fit::{OtherLight, fit_means};
 use goldtof::photons::StepCount;
 use goldtof::response::MeanCount;
 use goldtof::scene::{Path as LightPath, Scene, Source};
+use goldtof::sensor::Sensor;
 
 use crate::optics_support::stepped::Stepped;
 use crate::{Outcome, TIER, cut_scan, error_mm, phase_error_mm, set_detection_rate};
@@ -68,7 +69,7 @@ pub fn walk(scene: &Scene) -> Outcome {
         cut_scan(&mut scene, 14);
         let stepped = Stepped::new(&scene, STEP_PS);
         let counts = stepped.counts();
-        let fitted = fit_means(&scene, 0, TIER, &counts, OtherLight::None)?;
+        let fitted = fit_means(&Sensor::new(&scene), 0, TIER, &counts, OtherLight::None)?;
         println!(
             "  {:13.3} | {:9.3} {:9.5}  ({} iterations, chi-square {:.1})",
             stepped.detection_rate_hz() / 1e6,
@@ -91,7 +92,7 @@ pub fn circular(scene: &Scene) -> Outcome {
         let mut scene = scene.clone();
         cut_scan(&mut scene, 14);
         let counts = Stepped::new(&scene, STEP_PS).counts();
-        let fitted = fit_means(&scene, 0, TIER, &counts, OtherLight::None)?;
+        let fitted = fit_means(&Sensor::new(&scene), 0, TIER, &counts, OtherLight::None)?;
         println!(
             "  {:16} ps | {:9.3} {:9.5}",
             50 * twentieth,
@@ -116,8 +117,8 @@ pub fn interference(scene: &Scene) -> Outcome {
         add_interferer(&mut scene, &code, chips);
         set_detection_rate(&mut scene, 10e6)?;
         let counts = Stepped::new(&scene, STEP_PS).counts();
-        let given = fit_means(&scene, 0, TIER, &counts, OtherLight::Given)?;
-        let found = fit_means(&scene, 0, TIER, &counts, OtherLight::Search)?;
+        let given = fit_means(&Sensor::new(&scene), 0, TIER, &counts, OtherLight::Given)?;
+        let found = fit_means(&Sensor::new(&scene), 0, TIER, &counts, OtherLight::Search)?;
         let right = found
             .paths
             .get(1)

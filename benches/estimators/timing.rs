@@ -6,6 +6,7 @@ use goldtof::estimate::fit::{Fitter, OtherLight, fit};
 use goldtof::photons::DetectorModel;
 use goldtof::response::{CountSampler, MeanResponse, SecondMoments};
 use goldtof::scene::Scene;
+use goldtof::sensor::Sensor;
 
 use crate::{Outcome, TIER, cut_scan, set_detection_rate};
 use goldtof::scan::Step;
@@ -32,7 +33,7 @@ pub fn timing(scene: &Scene) -> Outcome {
         set_detection_rate(&mut scene, rate)?;
         cut_scan(&mut scene, 14);
         scene.scan.integration_chips = 130_000;
-        let model = DetectorModel::new(&scene, 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), 0);
         let response = MeanResponse::of_tier(&model, TIER)?;
         let second = SecondMoments::new(&response)?;
         let sampler = CountSampler::of(&model, &second);
@@ -60,7 +61,7 @@ pub fn timing(scene: &Scene) -> Outcome {
         let whole = milliseconds(20, || {
             repetition += 1;
             fit(
-                &scene,
+                &Sensor::new(&scene),
                 0,
                 TIER,
                 &sampler.scan(3, repetition),
@@ -68,7 +69,8 @@ pub fn timing(scene: &Scene) -> Outcome {
             )?;
             Ok(())
         })?;
-        let fitter = Fitter::new(&scene, 0, TIER, OtherLight::None);
+        let sensor = Sensor::new(&scene);
+        let fitter = Fitter::new(&sensor, 0, TIER, OtherLight::None);
         let one_of_many = milliseconds(400, || {
             repetition += 1;
             fitter.fit(&sampler.scan(3, repetition))?;

@@ -3,6 +3,7 @@
 
 use goldtof::estimate::fit::{OtherLight, fit_means};
 use goldtof::scene::Scene;
+use goldtof::sensor::Sensor;
 
 use crate::optics_support::stepped::Stepped;
 use crate::{Outcome, TIER, cut_scan, error_mm, set_detection_rate};
@@ -93,7 +94,7 @@ pub fn wrong(scene: &Scene) -> Outcome {
             let counts = Stepped::new(&scene, 25.0).counts();
             let mut believed = scene.clone();
             (mistake.belief)(&mut believed);
-            let fitted = fit_means(&believed, 0, TIER, &counts, OtherLight::None)?;
+            let fitted = fit_means(&Sensor::new(&believed), 0, TIER, &counts, OtherLight::None)?;
             let raised = fitted.chi_square / (2.0 * fitted.degrees_of_freedom as f64).sqrt();
             print!("  {:8.3} ({raised:4.1})", error_mm(&scene, fitted.delay_ps));
         }

@@ -10,6 +10,7 @@ use goldtof::cli::codes::{CodesRequest, codes as codes_report, parse_polynomials
 use goldtof::code::CodeSpec;
 use goldtof::cosim::{manifest as rtl_manifest, ports as rtl_ports};
 use goldtof::scene::{Scene, SceneErrors, parse};
+use goldtof::sensor::Sensor;
 use goldtof::sensor::contract::Port;
 use goldtof::{cli, deliver, plan};
 
@@ -63,10 +64,11 @@ pub fn scene(data: &[u8]) {
     match parse("scenes/x.toml", text) {
         Err(error) => check_refusal(&error, text),
         Ok(scene) => {
-            let plan = plan::plan(&scene);
+            let sensor = Sensor::new(&scene);
+            let plan = plan::plan(&sensor);
             assert!(!cli::plan::to_text(&plan).is_empty());
             if is_quick_to_emit(&scene) {
-                match deliver::emit(&scene, "goldtof emit x.toml") {
+                match deliver::emit(&sensor, "goldtof emit x.toml") {
                     Ok(emission) => {
                         assert!(emission.files.iter().all(|file| !file.text.is_empty()))
                     }

@@ -10,21 +10,21 @@ use crate::cosim::{Cosimulation, Report, Request, StimulusKind, Verdict, cosimul
 use crate::deliver;
 use crate::files::check_target;
 use crate::printable::printable_path;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 pub(super) fn run(
     arguments: &CosimArguments,
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let scene = arguments.scene.load()?;
+    let sensor = Sensor::new(&arguments.scene.load()?);
     if let Some(path) = &arguments.vcd {
         // Better now than after a long run.
         check_target(path)?;
     }
     let sources = match &arguments.rtl {
         Some(folder) => rtl::read(folder)?,
-        None => sources_of(&deliver::emit(&scene, &command_line(&arguments.scene))?),
+        None => sources_of(&deliver::emit(&sensor, &command_line(&arguments.scene))?),
     };
     let request = Request {
         sources,
@@ -33,7 +33,7 @@ pub(super) fn run(
         clocks: arguments.cycles,
         seed,
     };
-    let mut cosimulation = with_progress(&scene, &request, output)?;
+    let mut cosimulation = with_progress(&sensor, &request, output)?;
     if let Some(path) = &arguments.vcd {
         cosimulation.write_vcd(path)?;
     }
@@ -43,13 +43,13 @@ pub(super) fn run(
 
 /// Co-simulates and shows how far it is.
 pub(super) fn with_progress(
-    scene: &Scene,
+    sensor: &Sensor,
     request: &Request,
     output: &Output,
 ) -> anyhow::Result<Cosimulation> {
     let bar = output.progress("co-simulating");
     let mut forecast: Option<Forecast> = None;
-    let cosimulation = cosimulate(scene, request, |done, of| {
+    let cosimulation = cosimulate(sensor, request, |done, of| {
         // From the first block on: what is built before is not in the rate.
         let forecast = forecast.get_or_insert_with(|| Forecast::new(output, "the co-simulation"));
         forecast.progress(done, of);

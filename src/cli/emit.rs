@@ -8,10 +8,11 @@ use super::output::Output;
 use crate::deliver;
 use crate::deliver::Emission;
 use crate::printable::printable_path;
+use crate::sensor::Sensor;
 
 pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Result<Ending> {
-    let scene = arguments.scene.load()?;
-    let emission = deliver::emit(&scene, &command_line(&arguments.scene))?;
+    let sensor = Sensor::new(&arguments.scene.load()?);
+    let emission = deliver::emit(&sensor, &command_line(&arguments.scene))?;
     deliver::write_into(&emission, &output.folder(&arguments.out)?)?;
     output.answer(&emission, &text(&emission, &arguments.out))?;
     Ok(Ending::Done)

@@ -6,6 +6,7 @@ use super::Ending;
 use super::arguments::EstimateArguments;
 use super::output::Output;
 use crate::recorded::{Assessment, assess, read_counts, residual_plot};
+use crate::sensor::Sensor;
 
 /// The JSON of `goldtof estimate`.
 #[derive(Serialize)]
@@ -19,8 +20,9 @@ pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow:
         .scene
         .load()?
         .with_estimator(arguments.estimator)?;
-    let scans = read_counts(&arguments.counts, &scene)?;
-    let assessments: Vec<Assessment> = scans.iter().map(|scan| assess(&scene, scan)).collect();
+    let sensor = Sensor::new(&scene);
+    let scans = read_counts(&arguments.counts, &sensor)?;
+    let assessments: Vec<Assessment> = scans.iter().map(|scan| assess(&sensor, scan)).collect();
     if let Some(out) = &arguments.out {
         let folder = output.folder(out)?;
         for (scan, assessment) in scans.iter().zip(&assessments) {

@@ -6,10 +6,11 @@ use super::Ending;
 use super::arguments::SceneArgument;
 use super::output::Output;
 use crate::plan::{self, Part, Plan};
+use crate::sensor::Sensor;
 
 pub(super) fn run(arguments: &SceneArgument, output: &mut Output) -> anyhow::Result<Ending> {
-    let scene = arguments.load()?;
-    let plan = plan::with_savings(plan::plan(&scene), &scene);
+    let sensor = Sensor::new(&arguments.load()?);
+    let plan = plan::with_savings(plan::plan(&sensor), &sensor);
     output.answer(&plan, &to_text(&plan))?;
     Ok(Ending::Done)
 }

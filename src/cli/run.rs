@@ -22,7 +22,7 @@ use crate::printable::printable_path;
 use crate::report::estimates::BothEstimates;
 use crate::report::page::Page;
 use crate::report::{DetectorCounts, counts_csv};
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Written last.
 const REPORT: &str = "report.html";
@@ -52,12 +52,10 @@ pub(super) fn run(
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
     let out = &arguments.out;
-    let scene = arguments
-        .scene
-        .load()?
-        .with_estimator(arguments.estimator)?;
-    let plan = plan::plan(&scene);
-    let emission = deliver::emit(&scene, &command_line(&arguments.scene))?;
+    let scene = arguments.scene.load()?;
+    let sensor = Sensor::new(&scene.with_estimator(arguments.estimator)?);
+    let plan = plan::plan(&sensor);
+    let emission = deliver::emit(&sensor, &command_line(&arguments.scene))?;
     let folder = output.folder(out)?;
     // A folder with a report has all that belongs to it, and of one scene.
     for name in [REPORT, COUNTS, WAVEFORMS] {
@@ -80,7 +78,7 @@ pub(super) fn run(
         clocks: None,
         seed,
     };
-    let mut cosimulation = with_progress(&scene, &request, output)?;
+    let mut cosimulation = with_progress(&sensor, &request, output)?;
     if cosimulation.report.verdict == Verdict::Mismatch {
         cosimulation.write_vcd(&folder.join(WAVEFORMS))?;
     }
@@ -90,21 +88,23 @@ pub(super) fn run(
         Verdict::Match => told.lines().next().unwrap_or_default(),
         Verdict::Mismatch | Verdict::Inconclusive => told.trim_end(),
     });
-    let estimates_of = |scene: &Scene| estimates(scene, &cosimulation);
-    let estimates = estimates_of(&scene);
-    let other_estimates = estimates_of(&scene.estimated_by(scene.estimator.other()));
+    let estimates_of = |sensor: &Sensor| estimates(sensor, &cosimulation);
+    let estimates = estimates_of(&sensor);
+    let scene = sensor.scene();
+    let other = Sensor::new(&scene.estimated_by(scene.estimator.other()));
+    let other_estimates = estimates_of(&other);
     let counts: Vec<DetectorCounts> = cosimulation
         .counts
         .iter()
         .zip(&estimates)
         .enumerate()
         .map(|(detector, (counts, estimate))| {
-            DetectorCounts::new(&scene, detector, estimate.calibration_offset_ps, counts)
+            DetectorCounts::new(&sensor, detector, estimate.calibration_offset_ps, counts)
         })
         .collect();
-    folder.write(COUNTS, &counts_csv(&scene, &counts))?;
+    folder.write(COUNTS, &counts_csv(&sensor, &counts))?;
     let page = Page {
-        scene: &scene,
+        sensor: &sensor,
         seed,
         plan: &plan,
         emission: &emission,
@@ -116,7 +116,7 @@ pub(super) fn run(
     folder.write(REPORT, &page.html()?)?;
 
     let report = RunReport {
-        scene: &scene.name,
+        scene: &sensor.scene().name,
         seed,
         plan: &plan,
         emit: &emission,
@@ -124,15 +124,15 @@ pub(super) fn run(
         estimates: &estimates,
         other_estimates: &other_estimates,
     };
-    output.answer(&report, &summary(&scene, &report, out))?;
+    output.answer(&report, &summary(&sensor, &report, out))?;
     Ok(ending(&cosimulation.report))
 }
 
 /// What the counts that the Verilog sent say of the distance, detector by detector.
-fn estimates(scene: &Scene, cosimulation: &Cosimulation) -> Vec<EstimateReport> {
+fn estimates(sensor: &Sensor, cosimulation: &Cosimulation) -> Vec<EstimateReport> {
     let of_detector = |(detector, sent): (usize, &Vec<SentCount>)| {
         let counts: Vec<StepCount> = sent.iter().map(SentCount::step_count).collect();
-        let mut estimate = estimate_scan(scene, detector, &counts);
+        let mut estimate = estimate_scan(sensor, detector, &counts);
         if cosimulation.report.verdict == Verdict::Mismatch {
             estimate.add_remark(OF_THE_VERILOG);
         }
@@ -143,14 +143,14 @@ fn estimates(scene: &Scene, cosimulation: &Cosimulation) -> Vec<EstimateReport> 
 }
 
 /// The end of the run in a few lines.
-fn summary(scene: &Scene, report: &RunReport, out: &Path) -> String {
+fn summary(sensor: &Sensor, report: &RunReport, out: &Path) -> String {
     let mut text = format!(
         "{}: co-simulation {}: {} clocks, {} phase steps of {} chips\n",
-        scene.name,
+        report.scene,
         report.cosim.verdict,
         report.cosim.cycles,
         report.cosim.phase_steps,
-        scene.scan.integration_chips,
+        sensor.timing().scan.integration_chips,
     );
     text += &exercised(report.cosim);
     let both = report.estimates.iter().zip(report.other_estimates);

@@ -6,6 +6,7 @@ use super::forecast::announce;
 use super::output::Output;
 use crate::files;
 use crate::recorded::expected_csv;
+use crate::sensor::Sensor;
 use crate::simulate::forecast;
 use crate::simulate::repeat::simulate;
 
@@ -14,18 +15,16 @@ pub(super) fn run(
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let scene = arguments
-        .scene
-        .load()?
-        .with_estimator(arguments.estimator)?;
-    if let Some(seconds) = forecast::seconds(&scene, arguments.fidelity, arguments.repeat) {
+    let scene = arguments.scene.load()?;
+    let sensor = Sensor::new(&scene.with_estimator(arguments.estimator)?);
+    if let Some(seconds) = forecast::seconds(&sensor, arguments.fidelity, arguments.repeat) {
         announce(output, "the simulation", seconds);
     }
     if let Some(path) = &arguments.expected {
-        let expected = expected_csv(&scene, arguments.fidelity.counting())?;
+        let expected = expected_csv(&sensor, arguments.fidelity.counting())?;
         files::write(path, &expected)?;
     }
-    let simulation = simulate(&scene, arguments.fidelity, seed, arguments.repeat)?;
+    let simulation = simulate(&sensor, arguments.fidelity, seed, arguments.repeat)?;
     for warning in &simulation.warnings {
         output.note(&format!("warning: {warning}"));
     }

@@ -156,8 +156,9 @@ impl Exercised {
 /// Clocks after which the first group's results can have been on the stream and
 /// taken.
 fn clocks_for_a_result(contract: &Contract) -> u64 {
-    let beats = u64::from(contract.parallel) * contract.reference_codes.len() as u64;
+    let beats = u64::from(contract.parallel()) * contract.reference_codes.len() as u64;
     contract
+        .timing
         .scan
         .integration_chips
         .saturating_add(u64::from(contract.result_latency_clocks) + RESET_CLOCKS + beats + 1)
@@ -168,9 +169,9 @@ fn clocks_for_a_result(contract: &Contract) -> u64 {
 /// not.
 fn signs_reached(contract: &Contract, detector: usize) -> [bool; 2] {
     let code = &contract.reference_codes[detector];
-    let lanes = u64::from(contract.lanes);
+    let lanes = u64::from(contract.lanes());
     let period = code.len() * lanes;
-    let dwell = contract.scan.integration_chips;
+    let dwell = contract.timing.scan.integration_chips;
     let ones: Vec<u64> = std::iter::once(0)
         .chain(code.chips.iter().scan(0, |sum, &chip| {
             *sum += u64::from(chip);
@@ -182,9 +183,9 @@ fn signs_reached(contract: &Contract, detector: usize) -> [bool; 2] {
         periods * ones[code.len() as usize] + ones[rest as usize]
     };
     let mut reached = [false; 2];
-    for number in 0..contract.scan.steps {
-        let from = number / u64::from(contract.parallel) * dwell % code.len() * lanes;
-        let first = from + period - contract.scan.phase_step(Step(number)) % period;
+    for number in 0..contract.timing.scan.steps {
+        let from = number / u64::from(contract.parallel()) * dwell % code.len() * lanes;
+        let first = from + period - contract.timing.scan.phase_step(Step(number)) % period;
         let (chip, end) = (
             first / lanes,
             (first + dwell.min(code.len()) * lanes).div_ceil(lanes),
@@ -229,14 +230,15 @@ mod tests {
     /// The definition (eq. 11): sample by sample, step by step.
     fn by_definition(contract: &Contract) -> [bool; 2] {
         let code = &contract.reference_codes[0];
-        let lanes = u64::from(contract.lanes);
+        let lanes = u64::from(contract.lanes());
         let period = code.len() * lanes;
         let mut reached = [false; 2];
-        for number in 0..contract.scan.steps {
-            let group = number / u64::from(contract.parallel);
-            let dwell = contract.scan.integration_chips;
+        for number in 0..contract.timing.scan.steps {
+            let group = number / u64::from(contract.parallel());
+            let dwell = contract.timing.scan.integration_chips;
             for sample in group * dwell * lanes..(group + 1) * dwell * lanes {
-                let delayed = sample + period - contract.scan.phase_step(Step(number)) % period;
+                let delayed =
+                    sample + period - contract.timing.scan.phase_step(Step(number)) % period;
                 let chip = code.chips[(delayed % period / lanes) as usize];
                 reached[usize::from(chip == 0)] = true;
             }

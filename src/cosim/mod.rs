@@ -31,8 +31,7 @@ use crate::reference::adversarial::Adversarial;
 use crate::reference::photons::Photons;
 use crate::reference::predictor::Reference;
 use crate::reference::stimulus::{Stimulus, clocks_for_scans};
-use crate::scene::Scene;
-use crate::sensor::contract::Contract;
+use crate::sensor::Sensor;
 use crate::sensor::layout::Layout;
 
 /// Name of the module that is compared.
@@ -231,14 +230,14 @@ fn path_text<S: serde::Serializer>(path: &Option<PathBuf>, json: S) -> Result<S:
 /// When a tool is missing or fails, the Verilog does not compile, its ports do not
 /// fit, or it ends the simulation. A mismatch is a result.
 pub fn cosimulate(
-    scene: &Scene,
+    sensor: &Sensor,
     request: &Request,
     on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimError> {
-    let contract = Contract::of(scene);
+    let contract = sensor.contract();
     let reference = Reference::new(contract.clone())?;
-    let built = build::build(TOP, &request.sources, &contract, &request.cache)?;
-    let run = run(scene, contract, reference, &built, request, on_progress);
+    let built = build::build(TOP, &request.sources, contract, &request.cache)?;
+    let run = run(sensor, reference, &built, request, on_progress);
     run.map_err(|error| match error {
         CosimError::Halted { when, reason } => CosimError::Halted {
             when,
@@ -249,35 +248,35 @@ pub fn cosimulate(
 }
 
 fn run(
-    scene: &Scene,
-    contract: Contract,
+    sensor: &Sensor,
     mut reference: Reference,
     built: &Built,
     request: &Request,
     mut on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimError> {
-    let layout = Layout::of(&contract);
+    let contract = sensor.contract();
+    let layout = Layout::of(contract);
     let mut model = Verilated::load(built, &layout)?;
     let clocks = request.clocks.unwrap_or_else(|| match request.stimulus {
-        StimulusKind::Photons => clocks_for_scans(&contract, 1),
-        StimulusKind::Adversarial => Adversarial::default_clocks(&contract),
+        StimulusKind::Photons => clocks_for_scans(contract, 1),
+        StimulusKind::Adversarial => Adversarial::default_clocks(contract),
     });
-    let detectors: Vec<DetectorModel> = (0..scene.detectors.len())
-        .map(|detector| DetectorModel::new(scene, detector))
+    let detectors: Vec<DetectorModel> = (0..sensor.scene().detectors.len())
+        .map(|detector| DetectorModel::new(sensor, detector))
         .collect();
     let mut photons;
     let mut adversarial;
     let stimulus: &mut dyn Stimulus = match request.stimulus {
         StimulusKind::Photons => {
-            photons = Photons::new(&detectors, &contract, request.seed);
+            photons = Photons::new(&detectors, contract, request.seed);
             &mut photons
         }
         StimulusKind::Adversarial => {
-            adversarial = Adversarial::new(&contract, request.seed);
+            adversarial = Adversarial::new(contract, request.seed);
             &mut adversarial
         }
     };
-    let mut counts: Vec<Vec<SentCount>> = vec![Vec::new(); scene.detectors.len()];
+    let mut counts: Vec<Vec<SentCount>> = vec![Vec::new(); sensor.scene().detectors.len()];
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut reference,
@@ -295,17 +294,17 @@ fn run(
         |done| on_progress(done, clocks),
     )?;
     finish(&mut model, &outcome)?;
-    let mut report = report(scene, request, &contract, &outcome, &layout);
-    if request.stimulus == StimulusKind::Photons && outcome.clocks >= clocks_for_scans(&contract, 1)
+    let mut report = report(sensor, request, &outcome, &layout);
+    if request.stimulus == StimulusKind::Photons && outcome.clocks >= clocks_for_scans(contract, 1)
     {
-        report.peaks = peaks(scene, &contract, &layout, &outcome.last_outputs);
+        report.peaks = peaks(sensor, &layout, &outcome.last_outputs);
     }
     Ok(Cosimulation {
         report,
         counts,
         outcome,
         layout,
-        chip_period_ps: scene.chip_period_ps,
+        chip_period_ps: sensor.clock().chip_period_ps,
     })
 }
 
@@ -319,12 +318,13 @@ fn finish(model: &mut Verilated, outcome: &Outcome) -> Result<(), CosimError> {
 }
 
 /// Reads the peak detector's ports, if there are any.
-fn peaks(scene: &Scene, contract: &Contract, layout: &Layout, outputs: &[u64]) -> Vec<PortPeak> {
-    let Some(peak) = &contract.peak else {
+fn peaks(sensor: &Sensor, layout: &Layout, outputs: &[u64]) -> Vec<PortPeak> {
+    let Some(peak) = &sensor.contract().peak else {
         return Vec::new();
     };
     let [steps, counts] = ["o_peak_step", "o_peak_count"].map(|name| layout.outputs.field(name));
-    scene
+    sensor
+        .scene()
         .detectors
         .iter()
         .zip(0u32..)
@@ -340,22 +340,14 @@ fn peaks(scene: &Scene, contract: &Contract, layout: &Layout, outputs: &[u64]) -
         .collect()
 }
 
-fn report(
-    scene: &Scene,
-    request: &Request,
-    contract: &Contract,
-    outcome: &Outcome,
-    layout: &Layout,
-) -> Report {
+fn report(sensor: &Sensor, request: &Request, outcome: &Outcome, layout: &Layout) -> Report {
     let fields = &layout.outputs.fields;
-    let names = scene
-        .detectors
-        .iter()
-        .map(|detector| detector.name.as_str());
+    let detectors = sensor.scene().detectors.iter();
+    let names = detectors.map(|detector| detector.name.as_str());
     let exercised = Exercised::new(&outcome.exercise, names);
     let missing = match &outcome.first {
         Some(_) => Vec::new(),
-        None => exercised.missing(contract, request.stimulus),
+        None => exercised.missing(sensor.contract(), request.stimulus),
     };
     Report {
         verdict: match &outcome.first {
@@ -366,13 +358,13 @@ fn report(
         cycles: outcome.clocks,
         compared_ports: fields.iter().map(|field| field.port.name.clone()).collect(),
         phase_steps: exercised.phase_steps,
-        not_exercised: exercised.not_reached(contract),
+        not_exercised: exercised.not_reached(sensor.contract()),
         exercised,
         missing,
         mismatches: outcome.mismatches,
         first_mismatch: outcome.first.as_ref().map(|first| FirstMismatch {
             cycle: first.clock,
-            time_ps: first.clock as f64 * scene.chip_period_ps,
+            time_ps: sensor.clock().ps(first.clock as f64),
             port: fields[first.field].port.name.clone(),
             expected: PortValue::new(&first.expected),
             got: PortValue::new(&first.got),

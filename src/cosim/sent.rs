@@ -2,6 +2,7 @@
 
 use crate::photons::StepCount;
 use crate::reference::blocks::Records;
+use crate::scan::{Group, Grouping};
 use crate::sensor::contract::Contract;
 use crate::sensor::layout::{Field, Layout, Record};
 
@@ -49,8 +50,7 @@ pub struct SentReader {
     ready: Bit,
     words: (usize, usize),
     detectors: u64,
-    steps: u64,
-    parallel: u64,
+    grouping: Grouping,
     /// Beats taken of the present scan.
     taken: u64,
     scan: u64,
@@ -106,8 +106,7 @@ impl SentReader {
             ready: Bit::of(inputs, "m_axis_tready"),
             words: (inputs.words, outputs.words),
             detectors: contract.reference_codes.len() as u64,
-            steps: contract.scan.steps,
-            parallel: u64::from(contract.parallel),
+            grouping: contract.grouping(),
             taken: 0,
             scan: 0,
             offered: None,
@@ -159,19 +158,19 @@ impl SentReader {
     /// The beat in its place; none if it is not where a scan ends, or is and does
     /// not say so.
     fn take(&mut self, (signed, total, last): (i64, Option<u64>, bool)) -> Option<SentCount> {
-        let per_group = self.detectors * self.parallel;
-        let group = self.taken / per_group;
-        let steps = self.parallel.min(self.steps - group * self.parallel);
+        let per_group = self.detectors * self.grouping.parallel;
+        let group = Group(self.taken / per_group);
+        let steps = self.grouping.steps_of(group).len() as u64;
         let in_group = self.taken % per_group;
         let sent = SentCount {
             scan: self.scan,
             detector: (in_group / steps) as usize,
-            step: group * self.parallel + in_group % steps,
+            step: self.grouping.step_of(group, in_group % steps).0,
             signed,
             total,
         };
         self.taken += 1;
-        let ends = self.taken == self.detectors * self.steps;
+        let ends = self.taken == self.detectors * self.grouping.steps;
         if ends {
             self.taken = 0;
             self.scan += 1;

@@ -9,7 +9,7 @@ use crate::plan::{Part, hardware_left_out};
 use crate::printable::printable_ascii;
 use crate::rtl::back::verilog_of;
 use crate::rtl::blocks::SensorTop;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 use crate::sensor::contract::{Contract, Port};
 use crate::sensor::peak::PeakPlan;
 
@@ -129,29 +129,29 @@ const MOST_DWELL_CHIPS: u64 = 1 << 60;
 
 /// Makes the Verilog that `scene` needs. `command` is what the user typed; it
 /// stands in every file, in characters that are no more than a comment there.
-pub fn emit(scene: &Scene, command: &str) -> Result<Emission, HdlError> {
-    let contract = Contract::of(scene);
-    check_limits(scene, &contract)?;
+pub fn emit(sensor: &Sensor, command: &str) -> Result<Emission, HdlError> {
+    let contract = sensor.contract();
+    check_limits(sensor, contract)?;
     let command = printable_ascii(command);
     let made_by = format!("{command} (goldtof {})", env!("CARGO_PKG_VERSION"));
-    let files: Vec<EmittedFile> = verilog_of(&SensorTop::new(&contract), &made_by)?
+    let files: Vec<EmittedFile> = verilog_of(&SensorTop::new(contract), &made_by)?
         .into_iter()
         .map(|module| EmittedFile {
             name: format!("{}.v", module.name),
             text: module.text,
         })
         .collect();
-    let flow = Flow::of(scene, &contract, &files, &made_by)?;
+    let flow = Flow::of(sensor, contract, &files, &made_by)?;
     Ok(Emission {
-        scene: scene.name.clone(),
+        scene: sensor.scene().name.clone(),
         command: command.into_owned(),
         top: "sensor_top",
         files,
         ports: contract.ports(),
-        clock_hz: 1e12 / scene.chip_period_ps,
-        left_out: left_out(scene),
+        clock_hz: sensor.clock().frequency_hz(),
+        left_out: left_out(sensor),
         result_latency_clocks: contract.result_latency_clocks,
-        parameters: parameters(&contract),
+        parameters: parameters(contract),
         flow,
     })
 }
@@ -160,14 +160,14 @@ fn parameters(contract: &Contract) -> Parameters {
     Parameters {
         sources: contract.source_codes.len(),
         detectors: contract.reference_codes.len(),
-        samples_per_chip: contract.lanes,
+        samples_per_chip: contract.lanes(),
         code_period_chips: contract.reference_codes[0].len(),
-        steps_per_period: contract.scan.steps_per_period,
-        first_step: contract.scan.first_step,
-        steps: contract.scan.steps,
-        integration_chips: contract.scan.integration_chips,
+        steps_per_period: contract.timing.scan.steps_per_period,
+        first_step: contract.timing.scan.first_step,
+        steps: contract.timing.scan.steps,
+        integration_chips: contract.timing.scan.integration_chips,
         realigns: contract.realigns(),
-        parallel: contract.parallel,
+        parallel: contract.parallel(),
         count_bits: contract.count_bits,
         exact_count_bits: contract.exact_count_bits,
         total: contract.total.map(|total| TotalParameters {
@@ -183,7 +183,7 @@ fn parameters(contract: &Contract) -> Parameters {
     }
 }
 
-fn check_limits(scene: &Scene, contract: &Contract) -> Result<(), HdlError> {
+fn check_limits(sensor: &Sensor, contract: &Contract) -> Result<(), HdlError> {
     let periods = contract.reference_codes.iter().map(|code| code.len());
     if periods
         .clone()
@@ -193,22 +193,22 @@ fn check_limits(scene: &Scene, contract: &Contract) -> Result<(), HdlError> {
             found: periods.collect(),
         });
     }
-    within("parallel", contract.parallel, "1 to 64", |parallel| {
+    within("parallel", contract.parallel(), "1 to 64", |parallel| {
         (1..=64).contains(&parallel)
     })?;
-    if contract.scan.integration_chips > MOST_DWELL_CHIPS {
+    if contract.timing.scan.integration_chips > MOST_DWELL_CHIPS {
         return Err(HdlError::Limit {
             what: "the integration time in chips".into(),
-            found: contract.scan.integration_chips,
+            found: contract.timing.scan.integration_chips,
             limit: "at most 2^60".into(),
         });
     }
-    let most_held = u64::from(contract.parallel.div_ceil(contract.lanes));
-    if contract.scan.integration_chips < most_held {
+    let most_held = u64::from(contract.parallel().div_ceil(contract.lanes()));
+    if contract.timing.scan.integration_chips < most_held {
         return Err(HdlError::ShortStep {
-            chips: contract.scan.integration_chips,
-            parallel: contract.parallel,
-            lanes: contract.lanes,
+            chips: contract.timing.scan.integration_chips,
+            parallel: contract.parallel(),
+            lanes: contract.lanes(),
             needed: most_held,
         });
     }
@@ -217,7 +217,7 @@ fn check_limits(scene: &Scene, contract: &Contract) -> Result<(), HdlError> {
     }
     within(
         "samples per chip",
-        contract.lanes,
+        contract.lanes(),
         "1, 2, 4, 8 or 16",
         |s| s.is_power_of_two() && s <= 16,
     )?;
@@ -233,7 +233,7 @@ fn check_limits(scene: &Scene, contract: &Contract) -> Result<(), HdlError> {
         "2 to 64 bits",
         |bits| bits >= 2,
     )?;
-    for source in &scene.sources {
+    for source in &sensor.scene().sources {
         check_code(&source.name, &source.code)?;
     }
     Ok(())
@@ -242,7 +242,7 @@ fn check_limits(scene: &Scene, contract: &Contract) -> Result<(), HdlError> {
 /// The peak detector compares a group's counts one after another.
 fn check_peak(contract: &Contract, peak: &PeakPlan) -> Result<(), HdlError> {
     let needed = peak.least_chips;
-    let chips = contract.scan.integration_chips;
+    let chips = contract.timing.scan.integration_chips;
     if chips >= needed {
         return Ok(());
     }
@@ -252,7 +252,7 @@ fn check_peak(contract: &Contract, peak: &PeakPlan) -> Result<(), HdlError> {
         limit: format!(
             "at least {needed} with a peak detector and parallel = {}, because the counts of a \
              group are compared one after another; integrate longer, or leave the peak to the host",
-            contract.parallel
+            contract.parallel()
         )
         .into(),
     })
@@ -340,8 +340,8 @@ fn within(
 }
 
 /// As the plan names them.
-fn left_out(scene: &Scene) -> Vec<LeftOut> {
-    let parts = hardware_left_out(scene).into_iter();
+fn left_out(sensor: &Sensor) -> Vec<LeftOut> {
+    let parts = hardware_left_out(sensor).into_iter();
     parts
         .map(|Part { part, reason, .. }| LeftOut { part, reason })
         .collect()

@@ -11,7 +11,7 @@ use crate::estimate::fit::{
 use crate::photons::DetectorModel;
 use crate::response::{Light, MeanResponse, SecondMoments};
 use crate::scan::Step;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Standard deviations a standard deviation apart that differ by more than this factor
 /// are no measure of an estimate's scatter.
@@ -38,7 +38,7 @@ pub struct PathBound {
 }
 
 impl Bound {
-    /// The bound of path `path` of the scene, if it carries modulated light.
+    /// The bound of path `path` of the sensor, if it carries modulated light.
     pub fn of_path(&self, path: usize) -> Option<f64> {
         let entry = self.paths.iter().find(|entry| entry.path == path)?;
         Some(entry.bound_m)
@@ -55,14 +55,14 @@ impl Bound {
 ///
 /// # Panics
 /// If the scene has no such detector.
-pub fn bound(scene: &Scene, detector: usize, tier: CountingTier) -> Result<Bound, FitError> {
-    check_independent(scene, detector)?;
-    TheoryEffort::of(scene, detector)?.check_bound()?;
-    let model = DetectorModel::new(scene, detector);
+pub fn bound(sensor: &Sensor, detector: usize, tier: CountingTier) -> Result<Bound, FitError> {
+    check_independent(sensor, detector)?;
+    TheoryEffort::of(sensor, detector)?.check_bound()?;
+    let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::of_tier(&model, tier)?;
     let second = SecondMoments::new(&response)?;
     bound_of(
-        scene,
+        sensor,
         detector,
         tier,
         &ExpectedCounts::new(&response, &second),
@@ -71,12 +71,12 @@ pub fn bound(scene: &Scene, detector: usize, tier: CountingTier) -> Result<Bound
 
 /// The bound of the scene's own counts.
 pub(super) fn bound_of(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     tier: CountingTier,
     counts: &ExpectedCounts,
 ) -> Result<Bound, FitError> {
-    check_independent(scene, detector)?;
+    check_independent(sensor, detector)?;
     let model = counts.model();
     let light = Light::of(model);
     if light.paths.is_empty() {
@@ -97,7 +97,7 @@ pub(super) fn bound_of(
         model,
         tier,
         codes: light.paths.iter().map(|p| Arc::clone(&p.code)).collect(),
-        steps: steps(scene, detector, counts),
+        steps: steps(sensor, detector, counts),
     };
     let jacobian = problem.central_jacobian(&parameters, counts.response)?;
     let information = problem.weights_of(counts.second).information(&jacobian);
@@ -115,7 +115,7 @@ pub(super) fn bound_of(
         paths: paths
             .map(|(path, deviations)| PathBound {
                 path,
-                bound_m: distance_m(deviations[0] * scene.chip_period_ps),
+                bound_m: distance_m(sensor.clock().ps(deviations[0])),
             })
             .collect(),
         steps,
@@ -145,7 +145,7 @@ fn check_even(
             let ratio = there.map_or(f64::INFINITY, |there| there / std_chips);
             if !(1.0 / MOST_UNEVEN..=MOST_UNEVEN).contains(&ratio) {
                 return Err(FitError::Uneven {
-                    std_mm: distance_m(std_chips * problem.chip_period_ps()) * 1e3,
+                    std_mm: distance_m(problem.clock().ps(std_chips)) * 1e3,
                 });
             }
         }
@@ -154,15 +154,15 @@ fn check_even(
 }
 
 /// The steps that the model estimator would use for the scene's light.
-fn steps(scene: &Scene, detector: usize, counts: &ExpectedCounts) -> Vec<Step> {
-    let own = scene.detectors[detector].reference;
+fn steps(sensor: &Sensor, detector: usize, counts: &ExpectedCounts) -> Vec<Step> {
+    let own = sensor.scene().detectors[detector].reference;
     let mut sources = counts
         .model()
         .modulated_paths()
-        .map(|path| scene.paths[path].source);
+        .map(|path| sensor.scene().paths[path].source);
     if sources.next() != Some(own) || sources.next().is_some() {
-        return Step::all(scene.scan.steps).collect();
+        return Step::all(sensor.timing().scan.steps).collect();
     }
     let peak = Step::at(first_maximum(&counts.signed()));
-    window(&scene.scan, scene.samples_per_chip, peak)
+    window(&sensor.timing().scan, sensor.clock().samples_per_chip, peak)
 }

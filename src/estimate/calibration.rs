@@ -1,7 +1,7 @@
 //! The constant part of a measured delay that is not light.
 
 use crate::response::CountingTier;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// What the correlation's peak stands later than the light's delay, in ps.
 ///
@@ -14,14 +14,14 @@ use crate::scene::Scene;
 /// and the reference at sample s is that of the instant s T_s, the *first* of
 /// the T_s that it holds for, which is another T_s / 2. Of pulses shorter than a
 /// sample only those are seen that begin w at most before it: w / 2 late on average.
-pub fn calibration_offset_ps(scene: &Scene, detector: usize, tier: CountingTier) -> f64 {
-    let spad = &scene.detectors[detector];
+pub fn calibration_offset_ps(sensor: &Sensor, detector: usize, tier: CountingTier) -> f64 {
+    let spad = &sensor.scene().detectors[detector];
     match tier {
         CountingTier::Events => {
             spad.delay_ps - 0.5 * (spad.counter.rising_delay_ps + spad.counter.falling_delay_ps)
         }
         CountingTier::Sampled => {
-            let sample_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
+            let sample_ps = sensor.clock().sample_period_ps();
             spad.delay_ps + 0.5 * (sample_ps + spad.pulse_width_ps.min(sample_ps))
         }
     }

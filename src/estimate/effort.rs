@@ -2,7 +2,7 @@
 
 use crate::photons::DetectorModel;
 use crate::response::{Effort, Light, MeanResponseError};
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Predictions of all detectors of a scene take no longer than this on one core,
 /// and bounds no longer again.
@@ -40,23 +40,31 @@ impl TheoryEffort {
     ///
     /// # Panics
     /// If the scene has no such detector.
-    pub fn of(scene: &Scene, detector: usize) -> Result<TheoryEffort, MeanResponseError> {
-        let still = scene.still_at(0.0);
+    pub fn of(sensor: &Sensor, detector: usize) -> Result<TheoryEffort, MeanResponseError> {
+        let still = sensor.still_at(0.0);
         let model = DetectorModel::new(&still, detector);
         let light = Light::of(&model);
-        let of_detector = || scene.paths.iter().filter(|p| p.detector == detector);
-        let own = scene.detectors[detector].reference;
+        let of_detector = || {
+            sensor
+                .scene()
+                .paths
+                .iter()
+                .filter(|p| p.detector == detector)
+        };
+        let own = sensor.scene().detectors[detector].reference;
         let mut modulated = model.modulated_paths();
-        let first = modulated.next().map(|path| scene.paths[path].source);
+        let first = modulated
+            .next()
+            .map(|path| sensor.scene().paths[path].source);
         Ok(TheoryEffort {
             effort: Effort::of(&model, &light)?,
-            steps: scene.scan.steps as f64,
-            samples_per_chip: f64::from(scene.samples_per_chip),
+            steps: sensor.timing().scan.steps as f64,
+            samples_per_chip: f64::from(sensor.clock().samples_per_chip),
             paths: light.paths.len() as f64,
             fluctuating: of_detector().filter(|p| p.delay_std_ps() > 0.0).count() as f64,
             moves: of_detector().any(|p| p.movement.is_some()),
             one_path: first == Some(own) && modulated.next().is_none(),
-            limit_s: LIMIT_S / scene.detectors.len() as f64,
+            limit_s: LIMIT_S / sensor.scene().detectors.len() as f64,
         })
     }
 

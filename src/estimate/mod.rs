@@ -14,23 +14,18 @@ mod theory;
 mod truth;
 pub mod unwrap;
 
+pub use crate::light::distance_m;
 pub use crate::response::CountingTier;
 pub use calibration::calibration_offset_ps;
 pub use effort::TheoryEffort;
 pub use missed::tolerance_ps;
 pub use modulation::check_modulated;
-pub use phase::{CoarseOnly, Estimate, Measurement, NoEstimate, estimate};
+pub use phase::{CoarseOnly, Estimate, NoEstimate, estimate};
 pub use prediction::{Prediction, PredictionError, predict};
 pub use theory::{Theory, theory};
 pub use truth::{TrueDelay, true_delay};
 
-use crate::SPEED_OF_LIGHT_M_PER_S;
-use crate::scene::Scene;
-
-/// Distance (half the optical path, eq. 1) of a time of flight.
-pub fn distance_m(delay_ps: f64) -> f64 {
-    0.5 * delay_ps * 1e-12 * SPEED_OF_LIGHT_M_PER_S
-}
+use crate::sensor::Sensor;
 
 /// `delay_ps` less `true_delay_ps`, the short way round the code period.
 pub fn delay_error_ps(delay_ps: f64, true_delay_ps: f64, code_period_ps: f64) -> f64 {
@@ -39,10 +34,9 @@ pub fn delay_error_ps(delay_ps: f64, true_delay_ps: f64, code_period_ps: f64) ->
 }
 
 /// What to say of a path that is longer than distances are unambiguous.
-pub fn folded(scene: &Scene, path: usize) -> Option<String> {
-    let code = &scene.sources[scene.paths[path].source].code;
-    let range_m = distance_m(scene.chip_period_ps * code.len() as f64);
-    let path_m = scene.paths[path].distance_m();
+pub fn folded(sensor: &Sensor, path: usize) -> Option<String> {
+    let range_m = distance_m(sensor.code_period_of_path_ps(path));
+    let path_m = sensor.scene().paths[path].distance_m();
     (path_m >= range_m).then(|| {
         format!(
             "the path's {path_m:.4} m are beyond the unambiguous range of {range_m:.4} m, and are \

@@ -2,7 +2,7 @@
 
 use super::NoEstimate;
 use crate::photons::DetectorModel;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Checks that light with the code of a detector's reference reaches it.
 ///
@@ -15,12 +15,12 @@ use crate::scene::Scene;
 ///
 /// # Panics
 /// If the scene has no such detector.
-pub fn check_modulated(scene: &Scene, detector: usize) -> Result<(), NoEstimate> {
-    let own = scene.detectors[detector].reference;
-    let model = DetectorModel::new(scene, detector);
+pub fn check_modulated(sensor: &Sensor, detector: usize) -> Result<(), NoEstimate> {
+    let own = sensor.scene().detectors[detector].reference;
+    let model = DetectorModel::new(sensor, detector);
     let is_modulated = model
         .modulated_paths()
-        .any(|path| scene.paths[path].source == own);
+        .any(|path| sensor.scene().paths[path].source == own);
     is_modulated.then_some(()).ok_or(NoEstimate::NotModulated)
 }
 
@@ -29,7 +29,7 @@ mod tests {
     use std::path::Path as FilePath;
 
     use super::*;
-    use crate::scene;
+    use crate::scene::{self, Scene};
 
     #[test]
     fn light_without_its_code_is_nothing_to_estimate_from() {
@@ -39,7 +39,7 @@ mod tests {
         let verdict = |change: &dyn Fn(&mut Scene)| {
             let mut scene = bright.clone();
             change(&mut scene);
-            check_modulated(&scene, 0)
+            check_modulated(&Sensor::new(&scene), 0)
         };
         let refused = Err(NoEstimate::NotModulated);
         assert_eq!(verdict(&|_| ()), Ok(()));

@@ -3,13 +3,14 @@
 
 use std::f64::consts::PI;
 
-use super::phase::{Measurement, estimate_at, fundamental, window_indices};
+use super::phase::{estimate_at, fundamental, window_indices};
 use super::prediction::{Prediction, PredictionError, predict_still};
 use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, true_delay};
 use crate::photons::DetectorModel;
 use crate::response::{MeanResponse, SecondMoments};
 use crate::scan::Step;
-use crate::scene::{Fluctuation, Scene};
+use crate::scene::Fluctuation;
+use crate::sensor::Sensor;
 
 /// Within a phase step delays may move by at most this share of it.
 const MOST_STEPS_MOVED: f64 = 0.25;
@@ -24,44 +25,42 @@ const NUDGE_STEPS: f64 = 0.02;
 /// stand still. A fluctuation adds the variance of the estimate's linear response
 /// to the mean displacements of the steps.
 pub(super) fn predict(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     path: usize,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
-    let truth = true_delay(scene, path, counting);
+    let truth = true_delay(sensor, path, counting);
     let at_ps = truth.at_ps.unwrap_or(0.0);
-    let still = predict_still(&scene.still_at(at_ps), detector, path, counting)?;
+    let still = predict_still(&sensor.still_at(at_ps), detector, path, counting)?;
 
-    let measurement = Measurement::new(scene, &[]);
-    let peak = peak_in_scan(scene, still.estimate.coarse_step);
-    let window: Vec<(i64, usize)> = window_indices(peak, &measurement)?.collect();
-    let mut expected = vec![0.0; scene.scan.steps as usize];
+    let timing = sensor.timing();
+    let peak = peak_in_scan(sensor, still.estimate.coarse_step);
+    let window: Vec<(i64, usize)> = window_indices(peak, timing)?.collect();
+    let mut expected = vec![0.0; sensor.timing().scan.steps as usize];
     let mut variances = Vec::with_capacity(window.len());
     for &(_, index) in &window {
-        let model = DetectorModel::new(&scene_in_step(scene, index), detector);
+        let model = DetectorModel::new(&sensor_in_step(sensor, index), detector);
         let response = MeanResponse::of_tier(&model, counting)?;
         let moments = SecondMoments::new(&response)?.of_step(Step::at(index));
         expected[index] = moments.signed_mean;
         variances.push(moments.signed_variance);
     }
-    let offset_ps = calibration_offset_ps(scene, detector, counting);
-    let estimate = estimate_at(&expected, peak, &measurement, offset_ps);
-    let period_ps = scene.sources[scene.detectors[detector].reference]
-        .code
-        .len() as f64
-        * scene.chip_period_ps;
+    let offset_ps = calibration_offset_ps(sensor, detector, counting);
+    let estimate = estimate_at(&expected, peak, timing, offset_ps);
+    let period_ps = sensor.timing().code_period_ps();
 
-    let fundamental = fundamental(&expected, peak, &measurement)?;
+    let fundamental = fundamental(&expected, peak, timing)?;
     // d(delay) / d(count) of each step.
     let weights: Vec<f64> = window
         .iter()
         .map(|&(offset, _)| {
-            let angle = PI * offset as f64 / f64::from(scene.samples_per_chip) + fundamental.arg();
-            angle.sin() / fundamental.norm() / PI * scene.chip_period_ps
+            let angle =
+                PI * offset as f64 / f64::from(sensor.clock().samples_per_chip) + fundamental.arg();
+            sensor.clock().ps(angle.sin() / fundamental.norm() / PI)
         })
         .collect();
-    let mut variance_ps2 = if scene.hardware.parallel == 1 {
+    let mut variance_ps2 = if sensor.timing().parallel == 1 {
         let of_steps = weights.iter().zip(&variances);
         of_steps
             .map(|(weight, variance)| weight * weight * variance)
@@ -70,19 +69,19 @@ pub(super) fn predict(
         // Steps that share their light know of each other.
         (still.std_m / distance_m(1.0)).powi(2)
     };
-    for (index, other) in scene.paths.iter().enumerate() {
+    for (index, other) in sensor.scene().paths.iter().enumerate() {
         let fluctuation = other.movement.and_then(|movement| movement.fluctuation);
         let Some(fluctuation) = fluctuation.filter(|_| other.detector == detector) else {
             continue;
         };
         let mut responses = Vec::with_capacity(window.len());
         for (&(_, step), weight) in window.iter().zip(&weights) {
-            let slope = slope_of_step(scene, detector, counting, step, index)?;
+            let slope = slope_of_step(sensor, detector, counting, step, index)?;
             responses.push((Step::at(step), weight * slope));
         }
         for &(a, response_a) in &responses {
             for &(b, response_b) in &responses {
-                let correlation = mean_correlation(scene, &fluctuation, a, b);
+                let correlation = mean_correlation(sensor, &fluctuation, a, b);
                 let variance = other.delay_std_ps().powi(2);
                 variance_ps2 += response_a * response_b * variance * correlation;
             }
@@ -93,7 +92,7 @@ pub(super) fn predict(
         std_m: distance_m(f64::sqrt(variance_ps2)),
         estimate,
         detection_rate_hz: still.detection_rate_hz,
-        phase_std_rad: PI * variance_ps2.sqrt() / scene.chip_period_ps,
+        phase_std_rad: PI * variance_ps2.sqrt() / sensor.clock().chip_period_ps,
         coarse_failure_bound: still.coarse_failure_bound,
         missed_fraction: still.missed_fraction,
         coarse_spread_m: still.coarse_spread_m,
@@ -101,10 +100,10 @@ pub(super) fn predict(
 }
 
 /// Refuses movements that are not slow beside the phase steps.
-pub(super) fn check_speed(scene: &Scene, detector: usize) -> Result<(), PredictionError> {
-    let limit_ps = MOST_STEPS_MOVED * scene.chip_period_ps / f64::from(scene.samples_per_chip);
-    for (path, of_path) in scene.paths.iter().enumerate() {
-        let walk_ps = (of_path.delay_rate() * scene.step_duration_ps()).abs();
+pub(super) fn check_speed(sensor: &Sensor, detector: usize) -> Result<(), PredictionError> {
+    let limit_ps = MOST_STEPS_MOVED * sensor.clock().sample_period_ps();
+    for (path, of_path) in sensor.scene().paths.iter().enumerate() {
+        let walk_ps = (of_path.delay_rate() * sensor.timing().integration_ps()).abs();
         let moved_ps = walk_ps + 2.0 * of_path.delay_std_ps();
         if of_path.detector == detector && moved_ps > limit_ps {
             return Err(PredictionError::MovesTooFast {
@@ -118,28 +117,28 @@ pub(super) fn check_speed(scene: &Scene, detector: usize) -> Result<(), Predicti
 }
 
 /// Number in the scan of a phase step that belongs to it.
-fn peak_in_scan(scene: &Scene, phase_step: u64) -> usize {
-    let scan = &scene.scan;
+fn peak_in_scan(sensor: &Sensor, phase_step: u64) -> usize {
+    let scan = &sensor.timing().scan;
     ((phase_step + scan.steps_per_period - scan.first_step) % scan.steps_per_period) as usize
 }
 
-/// The scene with every path standing still where it is in the middle of a step.
-fn scene_in_step(scene: &Scene, step: usize) -> Scene {
-    scene.still_at(scene.middle_of_step_ps(Step::at(step)))
+/// The sensor with every path standing still where it is in the middle of a step.
+fn sensor_in_step(sensor: &Sensor, step: usize) -> Sensor {
+    sensor.still_at(sensor.timing().middle_of_step_ps(Step::at(step)))
 }
 
 /// d(count) / d(delay of a path) of a step, per ps.
 fn slope_of_step(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     counting: CountingTier,
     step: usize,
     path: usize,
 ) -> Result<f64, PredictionError> {
-    let nudge_ps = NUDGE_STEPS * scene.chip_period_ps / f64::from(scene.samples_per_chip);
+    let nudge_ps = NUDGE_STEPS * sensor.clock().sample_period_ps();
     let nudged = |by_ps: f64| -> Result<f64, PredictionError> {
-        let mut still = scene_in_step(scene, step);
-        still.paths[path].delay_ps += by_ps;
+        let still = sensor_in_step(sensor, step);
+        let still = still.with(|scene| scene.paths[path].delay_ps += by_ps);
         let model = DetectorModel::new(&still, detector);
         let response = MeanResponse::of_tier(&model, counting)?;
         Ok(response.expected_count(Step::at(step)))
@@ -149,9 +148,10 @@ fn slope_of_step(
 
 /// Correlation of an Ornstein-Uhlenbeck process averaged over step `a` with the
 /// same averaged over step `b`.
-fn mean_correlation(scene: &Scene, fluctuation: &Fluctuation, a: Step, b: Step) -> f64 {
-    let duration_ps = scene.step_duration_ps();
-    let apart_ps = (scene.middle_of_step_ps(a) - scene.middle_of_step_ps(b)).abs();
+fn mean_correlation(sensor: &Sensor, fluctuation: &Fluctuation, a: Step, b: Step) -> f64 {
+    let duration_ps = sensor.timing().integration_ps();
+    let apart_ps =
+        (sensor.timing().middle_of_step_ps(a) - sensor.timing().middle_of_step_ps(b)).abs();
     // Durations in correlation times.
     let length = duration_ps / fluctuation.correlation_time_ps;
     let lost = -(-length).exp_m1();

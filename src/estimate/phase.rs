@@ -6,33 +6,7 @@ use rustfft::num_complex::Complex64;
 
 use super::distance_m;
 use super::unwrap::fold_distance;
-use crate::scan::Step;
-use crate::scene::{Scan, Scene};
-
-/// The counts of one scan.
-#[derive(Debug, Clone, Copy)]
-pub struct Measurement<'a> {
-    /// r of phase step number j of the scan, `scan.steps` of them.
-    pub counts: &'a [i64],
-    /// Which phase steps they are.
-    pub scan: Scan,
-    /// Samples per chip, S.
-    pub samples_per_chip: u32,
-    /// Chip period T_c.
-    pub chip_period_ps: f64,
-}
-
-impl<'a> Measurement<'a> {
-    /// The counts of a scene's scan.
-    pub fn new(scene: &Scene, counts: &'a [i64]) -> Measurement<'a> {
-        Measurement {
-            counts,
-            scan: scene.scan,
-            samples_per_chip: scene.samples_per_chip,
-            chip_period_ps: scene.chip_period_ps,
-        }
-    }
-}
+use crate::scan::{Step, Timing};
 
 /// A measured time of flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,10 +101,10 @@ pub enum NoEstimate {
 /// # Panics
 /// If there are not `scan.steps` counts.
 pub fn estimate(
-    measurement: &Measurement,
+    timing: &Timing,
+    counts: &[i64],
     calibration_offset_ps: f64,
 ) -> Result<Estimate, NoEstimate> {
-    let counts = measurement.counts;
     if let Some(&first) = counts.first()
         && counts.iter().all(|&count| count == first)
     {
@@ -152,35 +126,30 @@ pub fn estimate(
         .map(|&count| count.abs_diff(least) as f64)
         .collect();
     let peak = first_maximum(&values);
-    Ok(estimate_at(
-        &values,
-        peak,
-        measurement,
-        calibration_offset_ps,
-    ))
+    Ok(estimate_at(&values, peak, timing, calibration_offset_ps))
 }
 
 /// The same for values that need not be whole, such as expected counts, with the
-/// coarse stage's answer given: measurement number `peak`. Its sum of coarse and fine
+/// coarse stage's answer given: timing number `peak`. Its sum of coarse and fine
 /// is eq. 17.
 pub(super) fn estimate_at(
     values: &[f64],
     peak: usize,
-    measurement: &Measurement,
+    timing: &Timing,
     calibration_offset_ps: f64,
 ) -> Estimate {
-    let scan = &measurement.scan;
+    let scan = &timing.scan;
     assert_eq!(values.len() as u64, scan.steps, "one count per phase step");
     let coarse_step = scan.phase_step(Step::at(peak));
 
-    let chip_ps = measurement.chip_period_ps;
-    let step_ps = chip_ps / f64::from(measurement.samples_per_chip);
+    let chip_ps = timing.clock.chip_period_ps;
+    let step_ps = timing.clock.sample_period_ps();
     let coarse_ps = coarse_step as f64 * step_ps;
-    let (fine_ps, coarse_only) = match fundamental(values, peak, measurement) {
+    let (fine_ps, coarse_only) = match fundamental(values, peak, timing) {
         Ok(fundamental) => (-fundamental.arg() / PI * chip_ps, None),
         Err(reason) => (0.0, Some(reason)),
     };
-    let code_period_ps = scan.steps_per_period as f64 * step_ps;
+    let code_period_ps = timing.code_period_ps();
     let delay_ps = fold_distance(coarse_ps + fine_ps - calibration_offset_ps, code_period_ps);
     Estimate {
         delay_ps,
@@ -206,10 +175,10 @@ pub(super) fn first_maximum(values: &[f64]) -> usize {
 pub(super) fn fundamental(
     values: &[f64],
     peak: usize,
-    measurement: &Measurement,
+    timing: &Timing,
 ) -> Result<Complex64, CoarseOnly> {
-    let window = window_indices(peak, measurement)?;
-    let samples_per_chip = f64::from(measurement.samples_per_chip);
+    let window = window_indices(peak, timing)?;
+    let samples_per_chip = f64::from(timing.clock.samples_per_chip);
     let mut sum = Complex64::ZERO;
     let mut magnitude = 0.0;
     for (offset, index) in window {
@@ -227,15 +196,15 @@ pub(super) fn fundamental(
 /// Offsets -S..S-1 from the peak, with their indices in the scan.
 pub(super) fn window_indices(
     peak: usize,
-    measurement: &Measurement,
+    timing: &Timing,
 ) -> Result<impl Iterator<Item = (i64, usize)> + use<>, CoarseOnly> {
-    let half = i64::from(measurement.samples_per_chip);
-    let steps = measurement.scan.steps as i64;
+    let half = i64::from(timing.clock.samples_per_chip);
+    let steps = timing.scan.steps as i64;
     let peak = peak as i64;
     if half == 1 {
         return Err(CoarseOnly::OneSamplePerChip);
     }
-    if measurement.scan.is_full() {
+    if timing.scan.is_full() {
         if steps < 2 * half {
             return Err(CoarseOnly::PeriodTooShort {
                 needed: 2 * half as u64,
@@ -255,6 +224,7 @@ pub(super) fn window_indices(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scan::{Clock, Scan};
 
     const CHIP_PS: f64 = 8000.0;
 
@@ -282,13 +252,19 @@ mod tests {
     }
 
     fn run(counts: &[i64], scan: Scan, samples_per_chip: u32, offset_ps: f64) -> Estimate {
-        let measurement = Measurement {
-            counts,
+        let timing = timing(scan, samples_per_chip);
+        estimate(&timing, counts, offset_ps).expect("there is a peak")
+    }
+
+    fn timing(scan: Scan, samples_per_chip: u32) -> Timing {
+        Timing {
+            clock: Clock {
+                chip_period_ps: CHIP_PS,
+                samples_per_chip,
+            },
             scan,
-            samples_per_chip,
-            chip_period_ps: CHIP_PS,
-        };
-        estimate(&measurement, offset_ps).expect("there is a peak")
+            parallel: 1,
+        }
     }
 
     #[test]
@@ -363,25 +339,18 @@ mod tests {
 
     #[test]
     fn equal_counts_give_no_estimate_and_equal_peaks_the_first() {
-        fn measurement(counts: &[i64]) -> Measurement<'_> {
-            Measurement {
-                counts,
-                scan: scan(0, 14, 14),
-                samples_per_chip: 2,
-                chip_period_ps: CHIP_PS,
-            }
-        }
+        let timing = timing(scan(0, 14, 14), 2);
         for count in [0, -7] {
             let counts = [count; 14];
             assert_eq!(
-                estimate(&measurement(&counts), 0.0),
+                estimate(&timing, &counts, 0.0),
                 Err(NoEstimate::Flat { count })
             );
         }
         let mut counts = [0; 14];
         counts[3] = 5;
         counts[9] = 5;
-        let found = estimate(&measurement(&counts), 0.0).expect("there is a peak");
+        let found = estimate(&timing, &counts, 0.0).expect("there is a peak");
         assert_eq!(found.coarse_step, 3);
     }
 }

@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use super::phase::{
-    CoarseOnly, Estimate, Measurement, estimate_at, first_maximum, fundamental, window_indices,
-};
+use super::phase::{CoarseOnly, Estimate, estimate_at, first_maximum, fundamental, window_indices};
 use super::theory::ExpectedCounts;
 use super::{
     CountingTier, TheoryEffort, calibration_offset_ps, delay_error_ps, distance_m, missed, moving,
@@ -13,8 +11,9 @@ use super::{
 use crate::math::normal_cdf;
 use crate::photons::DetectorModel;
 use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
-use crate::scan::{Group, Step};
-use crate::scene::{Path, Scan, Scene};
+use crate::scan::{Group, Step, Timing};
+use crate::scene::Path;
+use crate::sensor::Sensor;
 
 /// The estimate that the expected counts give.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,7 +76,7 @@ pub enum PredictionError {
 ///
 /// The standard deviation comes from the phase's linearisation: with Z the
 /// fundamental, the phase's error is the sum over offsets i of the count's error
-/// times sin(pi i / S + phi) / |Z|. Steps of one group (`parallel` in the scene)
+/// times sin(pi i / S + phi) / |Z|. Steps of one group (`parallel` in the sensor)
 /// see the same detections, so their counts go together; groups are independent.
 /// Paths may move, slowly beside the phase steps; the bias is against their
 /// [`true_delay`](super::true_delay).
@@ -85,19 +84,19 @@ pub enum PredictionError {
 /// # Panics
 /// If the scene has no such detector or path.
 pub fn predict(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     path: usize,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
-    if moves(scene, detector) {
-        moving::check_speed(scene, detector)?;
+    if moves(sensor, detector) {
+        moving::check_speed(sensor, detector)?;
     }
-    TheoryEffort::of(scene, detector)?.check_predictions(1)?;
-    if moves(scene, detector) {
-        moving::predict(scene, detector, path, counting)
+    TheoryEffort::of(sensor, detector)?.check_predictions(1)?;
+    if moves(sensor, detector) {
+        moving::predict(sensor, detector, path, counting)
     } else {
-        predict_still(scene, detector, path, counting)
+        predict_still(sensor, detector, path, counting)
     }
 }
 
@@ -111,29 +110,29 @@ fn check_path_is_modulated(model: &DetectorModel, path: usize) -> Result<(), Pre
 }
 
 /// Whether any path to the detector moves.
-pub(super) fn moves(scene: &Scene, detector: usize) -> bool {
+pub(super) fn moves(sensor: &Sensor, detector: usize) -> bool {
     let moves = |p: &Path| p.detector == detector && p.movement.is_some();
-    scene.paths.iter().any(moves)
+    sensor.scene().paths.iter().any(moves)
 }
 
 /// The same for paths that stand still.
 pub(super) fn predict_still(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     path: usize,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
-    let model = DetectorModel::new(scene, detector);
+    let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::of_tier(&model, counting)?;
     let second = SecondMoments::new(&response)?;
     let counts = ExpectedCounts::new(&response, &second);
-    predict_from(&counts, scene, detector, path, counting)
+    predict_from(&counts, sensor, detector, path, counting)
 }
 
 /// The same from the scene's expected counts.
 pub(super) fn predict_from(
     counts: &ExpectedCounts,
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     path: usize,
     counting: CountingTier,
@@ -141,65 +140,65 @@ pub(super) fn predict_from(
     check_path_is_modulated(counts.model(), path)?;
     let expected = counts.signed();
     let smallest = expected.iter().copied().fold(f64::INFINITY, f64::min);
-    let offset_ps = calibration_offset_ps(scene, detector, counting);
-    let peak = peak_of_path(&expected, scene, path, offset_ps);
+    let offset_ps = calibration_offset_ps(sensor, detector, counting);
+    let peak = peak_of_path(&expected, sensor, path, offset_ps);
     // Equal up to rounding: the sums run over thousands of chips.
     if expected[peak] - smallest <= 1e-9 * expected[peak].abs() {
         return Err(PredictionError::Flat);
     }
 
-    let measurement = Measurement::new(scene, &[]);
-    let fundamental = fundamental(&expected, peak, &measurement)?;
+    let timing = sensor.timing();
+    let fundamental = fundamental(&expected, peak, timing)?;
     let mut window = Vec::new();
-    for (offset, index) in window_indices(peak, &measurement)? {
-        let angle = PI * offset as f64 / f64::from(scene.samples_per_chip) + fundamental.arg();
+    for (offset, index) in window_indices(peak, timing)? {
+        let angle =
+            PI * offset as f64 / f64::from(sensor.clock().samples_per_chip) + fundamental.arg();
         window.push((Step::at(index), angle.sin()));
     }
     let phase_std = variance_of_sum(counts, &window).sqrt() / fundamental.norm();
 
-    let estimate = estimate_at(&expected, peak, &measurement, offset_ps);
+    let estimate = estimate_at(&expected, peak, timing, offset_ps);
     let peak_variance = counts.second.of_steps(&[Step::at(peak)])[0].signed_variance;
-    let code_period_ps = scene.scan.steps_per_period as f64 * scene.chip_period_ps
-        / f64::from(scene.samples_per_chip);
-    let true_delay_ps = scene.paths[path].delay_ps;
-    let failures = coarse_failure_bound(&expected, peak, peak_variance, scene);
+    let code_period_ps = sensor.timing().code_period_ps();
+    let true_delay_ps = sensor.scene().paths[path].delay_ps;
+    let failures = coarse_failure_bound(&expected, peak, peak_variance, sensor);
     Ok(Prediction {
         bias_m: distance_m(delay_error_ps(
             estimate.delay_ps,
             true_delay_ps,
             code_period_ps,
         )),
-        std_m: distance_m(phase_std / PI * scene.chip_period_ps),
+        std_m: distance_m(sensor.clock().ps(phase_std / PI)),
         estimate,
         detection_rate_hz: counts.response.detection_rate_hz(),
         phase_std_rad: phase_std,
         coarse_failure_bound: failures,
-        missed_fraction: missed_from(counts, scene, detector, path, counting),
-        coarse_spread_m: coarse_spread_m(&expected, peak, peak_variance, &measurement),
+        missed_fraction: missed_from(counts, sensor, detector, path, counting),
+        coarse_spread_m: coarse_spread_m(&expected, peak, peak_variance, timing),
     })
 }
 
 /// [`Prediction::missed_fraction`], also where there is only a coarse estimate.
 pub(super) fn missed_from(
     counts: &ExpectedCounts,
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     path: usize,
     counting: CountingTier,
 ) -> Option<f64> {
     let expected = counts.signed();
-    let offset_ps = calibration_offset_ps(scene, detector, counting);
-    let peak = peak_of_path(&expected, scene, path, offset_ps);
+    let offset_ps = calibration_offset_ps(sensor, detector, counting);
+    let peak = peak_of_path(&expected, sensor, path, offset_ps);
     let variance = counts.second.of_steps(&[Step::at(peak)])[0].signed_variance;
-    let bound = coarse_failure_bound(&expected, peak, variance, scene);
-    missed::missed_fraction(counts, scene, detector, path, counting, (peak, bound))
+    let bound = coarse_failure_bound(&expected, peak, variance, sensor);
+    missed::missed_fraction(counts, sensor, detector, path, counting, (peak, bound))
 }
 
 /// Variance of the sum of weight x r over steps: those of one group go together,
 /// groups are independent.
 fn variance_of_sum(counts: &ExpectedCounts, weighted: &[(Step, f64)]) -> f64 {
     let model = counts.model();
-    if model.parallel() == 1 {
+    if model.timing.parallel == 1 {
         let steps: Vec<Step> = weighted.iter().map(|(step, _)| *step).collect();
         let moments = counts.second.of_steps(&steps);
         let terms = weighted.iter().zip(moments);
@@ -209,7 +208,9 @@ fn variance_of_sum(counts: &ExpectedCounts, weighted: &[(Step, f64)]) -> f64 {
     }
     let mut groups: BTreeMap<Group, Vec<(Step, f64)>> = BTreeMap::new();
     for &(step, weight) in weighted {
-        let group = groups.entry(model.group_of(step)).or_default();
+        let group = groups
+            .entry(model.timing.grouping().group_of(step))
+            .or_default();
         group.push((step, weight));
     }
     let variances = groups.values();
@@ -220,28 +221,26 @@ fn variance_of_sum(counts: &ExpectedCounts, weighted: &[(Step, f64)]) -> f64 {
 
 /// Sum over all steps more than a chip from the peak of the chance that they
 /// count more than it, for normal counts that all scatter as the peak's does.
-fn coarse_failure_bound(expected: &[f64], peak: usize, variance: f64, scene: &Scene) -> f64 {
+fn coarse_failure_bound(expected: &[f64], peak: usize, variance: f64, sensor: &Sensor) -> f64 {
     let failures = (0..expected.len())
-        .filter(|&step| steps_apart(&scene.scan, step, peak) > u64::from(scene.samples_per_chip))
+        .filter(|&step| !within_a_chip(sensor.timing(), step, peak))
         .map(|step| normal_cdf((expected[step] - expected[peak]) / (2.0 * variance).sqrt()));
     failures.sum::<f64>().min(1.0)
 }
 
 /// [`Prediction::coarse_spread_m`], for normal counts that all scatter as the
 /// peak's does.
-fn coarse_spread_m(expected: &[f64], peak: usize, variance: f64, measurement: &Measurement) -> f64 {
-    let scan = &measurement.scan;
-    let step_ps = measurement.chip_period_ps / f64::from(measurement.samples_per_chip);
-    let code_period_ps = scan.steps_per_period as f64 * step_ps;
-    let at_peak = estimate_at(expected, peak, measurement, 0.0);
+fn coarse_spread_m(expected: &[f64], peak: usize, variance: f64, timing: &Timing) -> f64 {
+    let code_period_ps = timing.code_period_ps();
+    let at_peak = estimate_at(expected, peak, timing, 0.0);
     // Sums of weights, of weighted distances from the peak's, and of their squares.
     let mut sums = [0.0; 3];
     for (step, count) in expected.iter().enumerate() {
-        if steps_apart(scan, step, peak) > u64::from(measurement.samples_per_chip) {
+        if !within_a_chip(timing, step, peak) {
             continue;
         }
         let weight = normal_cdf((count - expected[peak]) / (2.0 * variance).sqrt());
-        let there = estimate_at(expected, step, measurement, 0.0);
+        let there = estimate_at(expected, step, timing, 0.0);
         if there.is_fine() && weight > 1e-6 {
             let error_ps = delay_error_ps(there.delay_ps, at_peak.delay_ps, code_period_ps);
             let from_peak_m = distance_m(error_ps);
@@ -258,25 +257,24 @@ fn coarse_spread_m(expected: &[f64], peak: usize, variance: f64, measurement: &M
     (squares / weights - mean * mean).max(0.0).sqrt()
 }
 
-/// Phase steps between two measurements of a scan, the short way round.
-fn steps_apart(scan: &Scan, a: usize, b: usize) -> u64 {
-    let [a, b] = [a, b].map(|index| scan.phase_step(Step::at(index)));
-    let apart = a.abs_diff(b);
-    apart.min(scan.steps_per_period - apart)
+/// Whether two steps of a scan are at most a chip apart.
+fn within_a_chip(timing: &Timing, a: usize, b: usize) -> bool {
+    let apart = timing.scan.steps_apart(Step::at(a), Step::at(b));
+    apart <= u64::from(timing.clock.samples_per_chip)
 }
 
-/// Measurement with the largest expected count within a chip of where the path's
+/// Step with the largest expected count within a chip of where the path's
 /// light should peak: what the coarse stage answers when it answers with this
 /// path. Without any such step in the scan, the largest of all.
-fn peak_of_path(expected: &[f64], scene: &Scene, path: usize, offset_ps: f64) -> usize {
-    let scan = &scene.scan;
-    let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
-    let peak_step = ((scene.paths[path].delay_ps + offset_ps) / step_ps).round() as i128;
+fn peak_of_path(expected: &[f64], sensor: &Sensor, path: usize, offset_ps: f64) -> usize {
+    let scan = &sensor.timing().scan;
+    let step_ps = sensor.clock().sample_period_ps();
+    let peak_step = ((sensor.scene().paths[path].delay_ps + offset_ps) / step_ps).round() as i128;
     let period = i128::from(scan.steps_per_period);
-    let chip = i128::from(scene.samples_per_chip);
+    let chip = i128::from(sensor.clock().samples_per_chip);
     (peak_step - chip..=peak_step + chip)
         .map(|step| (step - i128::from(scan.first_step)).rem_euclid(period) as usize)
-        .filter(|&measurement| measurement < expected.len())
+        .filter(|&step| step < expected.len())
         .max_by(|&a, &b| expected[a].total_cmp(&expected[b]))
         .unwrap_or_else(|| first_maximum(expected))
 }

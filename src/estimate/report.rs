@@ -5,14 +5,15 @@ use serde::Serialize;
 use super::bound::bound;
 use super::unwrap::{check_normal, fold, fold_distance};
 use super::{
-    CountingTier, Measurement, calibration_offset_ps, check_modulated, delay_error_ps, distance_m,
-    estimate, folded, predict, true_delay,
+    CountingTier, calibration_offset_ps, check_modulated, delay_error_ps, distance_m, estimate,
+    folded, predict, true_delay,
 };
 use crate::estimate::fit::{
     ALARM_SIGMAS, FittedPath, ModelEstimate, expected_fit, fit, shared_light,
 };
 use crate::photons::StepCount;
-use crate::scene::{EstimatorKind, Path, Scene};
+use crate::scene::{EstimatorKind, Path};
+use crate::sensor::Sensor;
 
 /// Why counts cannot be fitted, and what would make it possible. Signed counts alone
 /// hardly tell how much light there is in all, and with it how far dead time moves them.
@@ -107,36 +108,36 @@ pub struct FittedPathReport {
 ///
 /// `counts` are those of the steps in order; fewer than the scan's steps give no
 /// estimate.
-pub fn estimate_scan(scene: &Scene, detector: usize, counts: &[StepCount]) -> EstimateReport {
-    let mut report = EstimateReport::without_estimate(scene, detector);
-    if (counts.len() as u64) < scene.scan.steps {
+pub fn estimate_scan(sensor: &Sensor, detector: usize, counts: &[StepCount]) -> EstimateReport {
+    let mut report = EstimateReport::without_estimate(sensor, detector);
+    if (counts.len() as u64) < sensor.timing().scan.steps {
         report.remark = Some(format!(
             "no estimate: {} of the scan's {} phase steps were measured",
             counts.len(),
-            scene.scan.steps
+            sensor.timing().scan.steps
         ));
         return report;
     }
-    let measured_ps = match (check_modulated(scene, detector), scene.estimator) {
+    let measured_ps = match (check_modulated(sensor, detector), sensor.scene().estimator) {
         (Err(reason), _) => {
             report.remark = Some(format!("no estimate: {reason}"));
             None
         }
-        (Ok(()), EstimatorKind::Fft) => report.take_phase(scene, counts),
-        (Ok(()), EstimatorKind::Model) => report.take_fit(scene, detector, counts),
+        (Ok(()), EstimatorKind::Fft) => report.take_phase(sensor, counts),
+        (Ok(()), EstimatorKind::Model) => report.take_fit(sensor, detector, counts),
     };
-    report.compare(scene, detector, measured_ps);
+    report.compare(sensor, detector, measured_ps);
     report
 }
 
 impl EstimateReport {
-    fn without_estimate(scene: &Scene, detector: usize) -> EstimateReport {
-        let spad = &scene.detectors[detector];
-        let source = &scene.sources[spad.reference];
+    fn without_estimate(sensor: &Sensor, detector: usize) -> EstimateReport {
+        let spad = &sensor.scene().detectors[detector];
+        let source = &sensor.scene().sources[spad.reference];
         EstimateReport {
             detector: spad.name.clone(),
             source: source.name.clone(),
-            estimator: scene.estimator,
+            estimator: sensor.scene().estimator,
             path: None,
             distance_m: None,
             true_distance_m: None,
@@ -150,17 +151,16 @@ impl EstimateReport {
             bound_remark: None,
             fit: None,
             coarse_step: None,
-            calibration_offset_ps: calibration_offset_ps(scene, detector, CountingTier::Sampled),
-            unambiguous_range_m: distance_m(scene.chip_period_ps * source.code.len() as f64),
+            calibration_offset_ps: calibration_offset_ps(sensor, detector, CountingTier::Sampled),
+            unambiguous_range_m: distance_m(sensor.timing().code_period_ps()),
             remark: None,
         }
     }
 
     /// The phase's answer; gives the time of flight.
-    fn take_phase(&mut self, scene: &Scene, counts: &[StepCount]) -> Option<f64> {
+    fn take_phase(&mut self, sensor: &Sensor, counts: &[StepCount]) -> Option<f64> {
         let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
-        let measurement = Measurement::new(scene, &signed);
-        match estimate(&measurement, self.calibration_offset_ps) {
+        match estimate(sensor.timing(), &signed, self.calibration_offset_ps) {
             Err(reason) => {
                 self.remark = Some(format!("no estimate: {reason}"));
                 None
@@ -177,38 +177,38 @@ impl EstimateReport {
     }
 
     /// The fit's answer; gives the time of flight.
-    fn take_fit(&mut self, scene: &Scene, detector: usize, counts: &[StepCount]) -> Option<f64> {
-        if !scene.sends_total_counts() {
+    fn take_fit(&mut self, sensor: &Sensor, detector: usize, counts: &[StepCount]) -> Option<f64> {
+        if !sensor.scene().sends_total_counts() {
             self.remark = Some(format!("no estimate: {SIGNED_ALONE}"));
             return None;
         }
         let tier = CountingTier::Sampled;
-        match fit(scene, detector, tier, counts, scene.other_light) {
+        match fit(sensor, detector, tier, counts, sensor.scene().other_light) {
             Err(reason) => {
                 self.remark = Some(format!("no estimate: {reason}"));
                 None
             }
             Ok(fitted) => {
                 self.distance_m = Some(fitted.distance_m);
-                self.remark = shared_light(scene);
-                self.fit = Some(FitReport::of(scene, &fitted));
+                self.remark = shared_light(sensor);
+                self.fit = Some(FitReport::of(sensor, &fitted));
                 Some(fitted.delay_ps)
             }
         }
     }
 
     /// Puts truth and expectation beside the time of flight, if there is one.
-    fn compare(&mut self, scene: &Scene, detector: usize, measured_ps: Option<f64>) {
-        let own = scene.detectors[detector].reference;
-        let code_period_ps = scene.chip_period_ps * scene.sources[own].code.len() as f64;
-        let truth = |p: usize| true_delay(scene, p, CountingTier::Sampled);
+    fn compare(&mut self, sensor: &Sensor, detector: usize, measured_ps: Option<f64>) {
+        let own = sensor.scene().detectors[detector].reference;
+        let code_period_ps = sensor.timing().code_period_ps();
+        let truth = |p: usize| true_delay(sensor, p, CountingTier::Sampled);
         let error_ps = |p: usize| {
             let true_ps = truth(p).delay_ps;
             delay_error_ps(measured_ps.unwrap_or(true_ps), true_ps, code_period_ps)
         };
         let is_own = |path: &Path| path.detector == detector && path.source == own;
-        self.path = (0..scene.paths.len())
-            .filter(|&p| is_own(&scene.paths[p]))
+        self.path = (0..sensor.scene().paths.len())
+            .filter(|&p| is_own(&sensor.scene().paths[p]))
             .min_by(|&a, &b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
         let Some(path) = self.path else { return };
         let truth = truth(path);
@@ -216,11 +216,11 @@ impl EstimateReport {
         self.true_distance_m = Some(distance_m(true_ps));
         self.true_at_s = truth.at_ps.map(|ps| ps * 1e-12);
         self.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
-        match bound(scene, detector, CountingTier::Sampled) {
+        match bound(sensor, detector, CountingTier::Sampled) {
             Ok(bound) => self.bound_m = bound.of_path(path),
             Err(reason) => self.bound_remark = Some(format!("no bound: {reason}")),
         }
-        match expectation(scene, detector, path) {
+        match expectation(sensor, detector, path) {
             Ok((bias_m, fitted_std_m)) => {
                 // The fit weighs with second moments of light near its own; the bound
                 // of the same unknowns and steps has this light's.
@@ -239,7 +239,7 @@ impl EstimateReport {
         }
         let ratio = self.expected_std_m.zip(self.bound_m);
         self.std_over_bound = ratio.map(|(std_m, bound_m)| std_m / bound_m);
-        if let Some(folded) = folded(scene, path) {
+        if let Some(folded) = folded(sensor, path) {
             self.add_remark(&folded);
         }
     }
@@ -252,9 +252,10 @@ impl EstimateReport {
 }
 
 impl FitReport {
-    fn of(scene: &Scene, fitted: &ModelEstimate) -> FitReport {
+    fn of(sensor: &Sensor, fitted: &ModelEstimate) -> FitReport {
         let of_path = |path: &FittedPath| FittedPathReport {
-            source: scene
+            source: sensor
+                .scene()
                 .sources
                 .iter()
                 .find(|source| source.code.chips == path.code.chips)
@@ -269,7 +270,7 @@ impl FitReport {
             chi_square: fitted.chi_square,
             degrees_of_freedom: fitted.degrees_of_freedom,
             alarm_sigmas: fitted.alarm_sigmas(),
-            alarm: scene.hardware.parallel == 1 && fitted.alarm_sigmas() > ALARM_SIGMAS,
+            alarm: sensor.timing().parallel == 1 && fitted.alarm_sigmas() > ALARM_SIGMAS,
             steps: fitted.steps,
         }
     }
@@ -277,20 +278,23 @@ impl FitReport {
 
 /// Bias and standard deviation, in metres, that the scene's estimator is expected
 /// to have against a path.
-fn expectation(scene: &Scene, detector: usize, path: usize) -> Result<(f64, f64), String> {
+fn expectation(sensor: &Sensor, detector: usize, path: usize) -> Result<(f64, f64), String> {
     let tier = CountingTier::Sampled;
-    if scene.estimator == EstimatorKind::Fft {
-        let expected = predict(scene, detector, path, tier).map_err(|e| e.to_string())?;
-        let code = &scene.sources[scene.paths[path].source].code;
-        let range_m = distance_m(scene.chip_period_ps * code.len() as f64);
+    if sensor.scene().estimator == EstimatorKind::Fft {
+        let expected = predict(sensor, detector, path, tier).map_err(|e| e.to_string())?;
+        let range_m = distance_m(sensor.code_period_of_path_ps(path));
         check_normal(expected.std_m, range_m).map_err(|spread| spread.to_string())?;
         return Ok((expected.bias_m, expected.std_m));
     }
-    let fitted = expected_fit(scene, detector, tier).map_err(|e| e.to_string())?;
-    let code = &scene.sources[scene.paths[path].source].code;
-    let code_period_ps = scene.chip_period_ps * code.len() as f64;
+    let fitted = expected_fit(sensor, detector, tier).map_err(|e| e.to_string())?;
+    let code = &sensor.scene().sources[sensor.scene().paths[path].source].code;
+    let code_period_ps = sensor.code_period_of_path_ps(path);
     let error_ps = |fitted: &FittedPath| {
-        delay_error_ps(fitted.delay_ps, scene.paths[path].delay_ps, code_period_ps)
+        delay_error_ps(
+            fitted.delay_ps,
+            sensor.scene().paths[path].delay_ps,
+            code_period_ps,
+        )
     };
     let nearest = fitted
         .paths

@@ -6,7 +6,7 @@ use super::{CountingTier, Prediction, PredictionError, TheoryEffort, bound::boun
 use crate::estimate::fit::FitError;
 use crate::photons::DetectorModel;
 use crate::response::{MeanCount, MeanResponse, MeanResponseError, SecondMoments};
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Predictions and bound of one detector.
 #[derive(Debug, Clone)]
@@ -25,13 +25,13 @@ pub struct Theory {
 ///
 /// # Panics
 /// If the scene has no such detector or paths.
-pub fn theory(scene: &Scene, detector: usize, paths: &[usize], counting: CountingTier) -> Theory {
-    if moves(scene, detector) {
+pub fn theory(sensor: &Sensor, detector: usize, paths: &[usize], counting: CountingTier) -> Theory {
+    if moves(sensor, detector) {
         // Each phase step has a response of its own.
-        if let Err(reason) = checked_effort(scene, detector, paths.len()) {
+        if let Err(reason) = checked_effort(sensor, detector, paths.len()) {
             return Theory::refused(reason, paths.len());
         }
-        let predict = |&path: &usize| predict(scene, detector, path, counting);
+        let predict = |&path: &usize| predict(sensor, detector, path, counting);
         let predictions: Vec<_> = paths.iter().map(predict).collect();
         return Theory {
             missed: predictions
@@ -39,20 +39,20 @@ pub fn theory(scene: &Scene, detector: usize, paths: &[usize], counting: Countin
                 .map(|p| p.ok()?.missed_fraction)
                 .collect(),
             predictions,
-            bound: bound(scene, detector, counting),
+            bound: bound(sensor, detector, counting),
         };
     }
-    let effort = match checked_effort(scene, detector, paths.len()) {
+    let effort = match checked_effort(sensor, detector, paths.len()) {
         Ok(effort) => effort,
         Err(reason) => return Theory::refused(reason, paths.len()),
     };
     let of_counts = |counts: &ExpectedCounts| {
-        let predict = |&path: &usize| predict_from(counts, scene, detector, path, counting);
+        let predict = |&path: &usize| predict_from(counts, sensor, detector, path, counting);
         let predictions: Vec<_> = paths.iter().map(predict).collect();
         let missed = |(predicted, &path): (&Result<Prediction, _>, &usize)| match predicted {
             Ok(predicted) => predicted.missed_fraction,
             Err(PredictionError::CoarseOnly(_)) => {
-                missed_from(counts, scene, detector, path, counting)
+                missed_from(counts, sensor, detector, path, counting)
             }
             // A peak that is not there is not found.
             Err(PredictionError::Flat) => Some(1.0),
@@ -62,12 +62,12 @@ pub fn theory(scene: &Scene, detector: usize, paths: &[usize], counting: Countin
             missed: predictions.iter().zip(paths).map(missed).collect(),
             predictions,
             bound: match effort.check_bound() {
-                Ok(()) => bound_of(scene, detector, counting, counts),
+                Ok(()) => bound_of(sensor, detector, counting, counts),
                 Err(reason) => Err(reason.into()),
             },
         }
     };
-    let model = DetectorModel::new(scene, detector);
+    let model = DetectorModel::new(sensor, detector);
     let solved = MeanResponse::of_tier(&model, counting).and_then(|response| {
         let second = SecondMoments::new(&response)?;
         Ok(of_counts(&ExpectedCounts::new(&response, &second)))
@@ -87,11 +87,11 @@ impl Theory {
 
 /// What theory takes, if predictions of so many paths do not take too long.
 fn checked_effort(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     paths: usize,
 ) -> Result<TheoryEffort, MeanResponseError> {
-    let effort = TheoryEffort::of(scene, detector)?;
+    let effort = TheoryEffort::of(sensor, detector)?;
     effort.check_predictions(paths)?;
     Ok(effort)
 }

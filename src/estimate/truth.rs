@@ -2,7 +2,7 @@
 
 use super::{CountingTier, calibration_offset_ps};
 use crate::scan::Step;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// The delay of a path that a scan should find.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,31 +25,31 @@ pub struct TrueDelay {
 ///
 /// # Panics
 /// If the scene has no such path.
-pub fn true_delay(scene: &Scene, path: usize, tier: CountingTier) -> TrueDelay {
-    let path = &scene.paths[path];
+pub fn true_delay(sensor: &Sensor, path: usize, tier: CountingTier) -> TrueDelay {
+    let path = &sensor.scene().paths[path];
     if path.movement.is_none() {
         return TrueDelay {
             delay_ps: path.delay_ps,
             at_ps: None,
         };
     }
-    let offset_ps = calibration_offset_ps(scene, path.detector, tier);
-    let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
-    let period_steps = scene.scan.steps_per_period as f64;
+    let offset_ps = calibration_offset_ps(sensor, path.detector, tier);
+    let step_ps = sensor.clock().sample_period_ps();
+    let period_steps = sensor.timing().scan.steps_per_period as f64;
     // How far in front of the light the reference is at a step, in steps.
     let ahead = |step: Step| -> f64 {
-        let light = path.delay_ps_at(scene.middle_of_step_ps(step)) + offset_ps;
-        let steps = light / step_ps - scene.scan.phase_step(step) as f64;
+        let light = path.delay_ps_at(sensor.timing().middle_of_step_ps(step)) + offset_ps;
+        let steps = light / step_ps - sensor.timing().scan.phase_step(step) as f64;
         steps - period_steps * (steps / period_steps).round()
     };
-    let nearest = Step::all(scene.scan.steps)
+    let nearest = Step::all(sensor.timing().scan.steps)
         .min_by(|&a, &b| ahead(a).abs().total_cmp(&ahead(b).abs()))
         .unwrap_or(Step(0));
-    let mut at_ps = scene.middle_of_step_ps(nearest);
-    let walk_steps = path.delay_rate() * scene.step_duration_ps() / step_ps;
+    let mut at_ps = sensor.timing().middle_of_step_ps(nearest);
+    let walk_steps = path.delay_rate() * sensor.timing().integration_ps() / step_ps;
     let steps_to_go = ahead(nearest) / (1.0 - walk_steps);
-    if scene.hardware.parallel == 1 && steps_to_go.abs() <= 1.0 {
-        at_ps += steps_to_go * scene.step_duration_ps();
+    if sensor.timing().parallel == 1 && steps_to_go.abs() <= 1.0 {
+        at_ps += steps_to_go * sensor.timing().integration_ps();
     }
     TrueDelay {
         delay_ps: path.delay_ps_at(at_ps),

@@ -42,7 +42,7 @@ impl StepCount {
 /// of one group count the same detections.
 pub fn count_step(model: &DetectorModel, seed: u64, repetition: u64, step: Step) -> StepCount {
     let reference = CounterReference::new(model, repetition, step);
-    let group = model.group_of(step);
+    let group = model.timing.grouping().group_of(step);
     let key = model.key(seed, repetition, group);
     let mut transition = key.stream_of_step(step, Part::Transition);
     let mut count = StepCount {
@@ -76,13 +76,13 @@ struct CounterReference<'m> {
 impl<'m> CounterReference<'m> {
     fn new(model: &'m DetectorModel, repetition: u64, step: Step) -> CounterReference<'m> {
         let timing = &model.counter;
-        let chips = |ps: f64| ps / model.chip_period_ps;
-        let samples_per_chip = u64::from(model.samples_per_chip);
-        let phase_step = model.scan.phase_step(step);
+        let chips = |ps: f64| model.timing.clock.chips(ps);
+        let samples_per_chip = u64::from(model.timing.clock.samples_per_chip);
+        let phase_step = model.timing.scan.phase_step(step);
         let whole_chips = (phase_step / samples_per_chip) as i64;
         let part_chips = (phase_step % samples_per_chip) as f64 / samples_per_chip as f64;
         let first_edge_ps = timing.rising_delay_ps.min(timing.falling_delay_ps);
-        let group = model.group_of(step);
+        let group = model.timing.grouping().group_of(step);
         CounterReference {
             chips: &model.reference.chips,
             offset: model.code_position(repetition, group, model.reference.len()) - whole_chips,

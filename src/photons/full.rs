@@ -51,7 +51,7 @@ impl DetectorModel {
         match part {
             OptionalPart::ConstantLight => {
                 if model.constant_per_chip == 0.0 {
-                    model.constant_per_chip = NEVER_HZ * self.chip_period_ps() * 1e-12;
+                    model.constant_per_chip = self.timing.clock.per_chip(NEVER_HZ);
                 }
             }
             OptionalPart::OtherLight => {
@@ -66,9 +66,9 @@ impl DetectorModel {
                 };
                 // The reference's own code leaves the common period as it is.
                 let code = Arc::clone(&model.reference);
-                let period_ps = self.chip_period_ps();
-                let delay_ps = 0.3 * period_ps;
-                let light = ExcessLight::new(path, dark, &code, delay_ps, period_ps, others);
+                let clock = self.timing.clock;
+                let delay_ps = clock.ps(0.3);
+                let light = ExcessLight::new(path, dark, &code, delay_ps, clock, others);
                 model.excess.extend(light);
             }
             OptionalPart::Afterpulsing => {

@@ -8,8 +8,9 @@ use super::movement::{Movement, Trajectory};
 use super::paths::NumberedPath;
 use super::random::StreamRng;
 use super::time::ChipTime;
-use crate::SPEED_OF_LIGHT_M_PER_S;
 use crate::code::Code;
+use crate::light::SPEED_OF_LIGHT_M_PER_S;
+use crate::scan::Clock;
 use crate::scene::{Detector, Path, Source};
 
 /// Planck constant (exact, SI).
@@ -113,14 +114,14 @@ impl ExcessLight {
         rates: LightRates,
         code: &Arc<Code>,
         delay_ps: f64,
-        chip_period_ps: f64,
+        clock: Clock,
         others: &[ExcessLight],
     ) -> Option<ExcessLight> {
-        let rate_per_chip = rates.excess_hz() * chip_period_ps * 1e-12;
+        let rate_per_chip = clock.per_chip(rates.excess_hz());
         if rate_per_chip <= 0.0 || code.weight() == 0 {
             return None;
         }
-        let delay = delay_ps / chip_period_ps;
+        let delay = clock.chips(delay_ps);
         Some(ExcessLight {
             on_chips: others
                 .iter()
@@ -289,8 +290,12 @@ mod tests {
             index: 0,
             number: 0,
         };
+        let clock = Clock {
+            chip_period_ps: 1.0,
+            samples_per_chip: 8,
+        };
         let light =
-            ExcessLight::new(path, rates, &code, delay_ps, 1.0, &[]).expect("there is light");
+            ExcessLight::new(path, rates, &code, delay_ps, clock, &[]).expect("there is light");
         let key = StreamKey {
             seed: 1,
             detector: 0,

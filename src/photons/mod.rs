@@ -1,13 +1,13 @@
 //! Light and detections: from a scene to the registered times of a SPAD.
 //!
-//! [`DetectorModel`] holds what one detector sees of a scene, in chips.
+//! [`DetectorModel`] holds what one detector sees of a sensor, in chips.
 //! [`DetectorModel::step`] simulates one phase step, photon by photon, as an
 //! iterator over [`Detection`]s; [`PulseStream`] turns the steps of a scan into
 //! the sampled pulses that the hardware gets, and [`count_step`] counts a step
 //! as the article's continuous-time counter does. [`crate::response`] says what
 //! the counts are on average, and their variance, without random numbers.
 //!
-//! Every step depends on nothing but the scene, the seed and its own number, so
+//! Every step depends on nothing but the sensor, the seed and its own number, so
 //! steps may be made in any order, on any thread, or many side by side.
 
 pub(crate) mod afterpulsing;
@@ -16,6 +16,7 @@ pub(crate) mod detector;
 pub mod fast;
 mod full;
 pub(crate) mod light;
+pub(crate) mod memory;
 pub(crate) mod movement;
 pub(crate) mod paths;
 pub(crate) mod random;

@@ -18,6 +18,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::random::{StreamKey, StreamRng, scatter};
 use super::time::ChipTime;
+use crate::scan::Clock;
 use crate::scene;
 
 /// Cells in a correlation time.
@@ -52,12 +53,12 @@ struct Bridge {
 
 impl Movement {
     /// `None` for a path that stands still.
-    pub fn new(path: &scene::Path, chip_period_ps: f64) -> Option<Movement> {
+    pub fn new(path: &scene::Path, clock: Clock) -> Option<Movement> {
         let movement = path.movement.filter(|movement| !movement.is_neutral())?;
         let fluctuation = movement.fluctuation.filter(|f| f.std_m > 0.0).map(|f| {
             Fluctuation::new(
-                path.delay_std_ps() / chip_period_ps,
-                f.correlation_time_ps / chip_period_ps,
+                clock.chips(path.delay_std_ps()),
+                clock.chips(f.correlation_time_ps),
             )
         });
         Some(Movement {
@@ -361,8 +362,12 @@ mod tests {
             index: 0,
             number: 0,
         };
+        let clock = Clock {
+            chip_period_ps: 8_000.0,
+            samples_per_chip: 8,
+        };
         let still =
-            ExcessLight::new(path, rates, &code, 21_350.0, 8_000.0, &[]).expect("there is light");
+            ExcessLight::new(path, rates, &code, 21_350.0, clock, &[]).expect("there is light");
         let at_no_speed = Movement {
             delay_rate: 0.0,
             fluctuation: None,

@@ -2,7 +2,8 @@
 //! nothing: neither which random numbers a part draws, nor how sums round.
 
 use super::random::scatter;
-use crate::scene::{Path, Scene};
+use crate::scene::Path;
+use crate::sensor::Sensor;
 
 /// A path that leads to a detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,16 +17,16 @@ pub struct NumberedPath {
 /// The paths to a detector: by the name of their source, those of one source
 /// from the shortest to the longest. A path's number follows from both names
 /// and its place among the paths between the two.
-pub fn paths_to(scene: &Scene, detector: usize) -> Vec<NumberedPath> {
-    let source_name = |path: &Path| &scene.sources[path.source].name[..];
-    let mut indices: Vec<usize> = (0..scene.paths.len())
-        .filter(|&index| scene.paths[index].detector == detector)
+pub fn paths_to(sensor: &Sensor, detector: usize) -> Vec<NumberedPath> {
+    let source_name = |path: &Path| &sensor.scene().sources[path.source].name[..];
+    let mut indices: Vec<usize> = (0..sensor.scene().paths.len())
+        .filter(|&index| sensor.scene().paths[index].detector == detector)
         .collect();
     // Those that carry nothing come last, so that they shift no number. Paths that
     // agree in all of this are alike but for their fluctuation, and keep the
     // order of the file.
     indices.sort_by(|&a, &b| {
-        let (a, b) = (&scene.paths[a], &scene.paths[b]);
+        let (a, b) = (&sensor.scene().paths[a], &sensor.scene().paths[b]);
         source_name(a)
             .cmp(source_name(b))
             .then((a.transmission <= 0.0).cmp(&(b.transmission <= 0.0)))
@@ -33,13 +34,13 @@ pub fn paths_to(scene: &Scene, detector: usize) -> Vec<NumberedPath> {
             .then(a.transmission.total_cmp(&b.transmission))
             .then(a.delay_rate().total_cmp(&b.delay_rate()))
     });
-    let of_detector = number_of(&scene.detectors[detector].name);
+    let of_detector = number_of(&sensor.scene().detectors[detector].name);
     let mut place = 0;
     let mut before: Option<&str> = None;
     indices
         .into_iter()
         .map(|index| {
-            let source = source_name(&scene.paths[index]);
+            let source = source_name(&sensor.scene().paths[index]);
             place = if before == Some(source) { place + 1 } else { 0 };
             before = Some(source);
             NumberedPath {
@@ -60,7 +61,7 @@ mod tests {
     use std::path::Path as FilePath;
 
     use super::*;
-    use crate::scene;
+    use crate::scene::{self, Scene};
 
     fn scene() -> Scene {
         let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("scenes/multipath.toml");
@@ -73,8 +74,8 @@ mod tests {
         let mut backwards = forwards.clone();
         backwards.paths.reverse();
         let last = forwards.paths.len() - 1;
-        let there = paths_to(&forwards, 0);
-        let back: Vec<NumberedPath> = paths_to(&backwards, 0)
+        let there = paths_to(&Sensor::new(&forwards), 0);
+        let back: Vec<NumberedPath> = paths_to(&Sensor::new(&backwards), 0)
             .into_iter()
             .map(|path| NumberedPath {
                 index: last - path.index,
@@ -97,7 +98,10 @@ mod tests {
         path.source = 1;
         with_another.paths.insert(0, path);
         let numbers = |scene: &Scene| -> Vec<u64> {
-            paths_to(scene, 0).iter().map(|path| path.number).collect()
+            paths_to(&Sensor::new(scene), 0)
+                .iter()
+                .map(|path| path.number)
+                .collect()
         };
         assert_eq!(numbers(&with_another)[1..], numbers(&alone));
     }

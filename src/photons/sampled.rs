@@ -93,23 +93,24 @@ impl<'m> PulseStream<'m> {
     }
 
     fn start_next_group(&mut self) {
-        let scan = &self.model.scan;
+        let scan = &self.model.timing.scan;
         self.group.0 += 1;
-        if self.group.0 == self.model.groups() {
-            if !self.model.runs_on() {
+        if self.group.0 == self.model.timing.groups() {
+            if !self.model.timing.is_gapless() {
                 self.ended = true;
                 return;
             }
             self.group = Group(0);
             self.repetition += 1;
         }
-        self.group_start += scan.integration_chips * u64::from(self.model.samples_per_chip);
+        self.group_start +=
+            scan.integration_chips * u64::from(self.model.timing.clock.samples_per_chip);
         self.detections = self.model.step(self.seed, self.repetition, self.group);
     }
 
     #[inline]
     fn sample(&self, detection: Detection) -> Pulse {
-        let samples_per_chip = self.model.samples_per_chip;
+        let samples_per_chip = self.model.timing.clock.samples_per_chip;
         let chip_start = self.group_start + detection.chip * u64::from(samples_per_chip);
         let sample_at_or_after =
             |chips: f64| chip_start + ceil_to_u64(chips * f64::from(samples_per_chip));

@@ -41,14 +41,17 @@ pub struct StepDetections<'m> {
 impl<'m> StepDetections<'m> {
     pub(crate) fn new(model: &'m DetectorModel, key: StreamKey) -> StepDetections<'m> {
         let start = ChipTime::at_chip(-model.warm_up_chips).after(model.first_ready_chips(&key));
+        let start_in_scan = model.timing.start_of_group(key.group);
+        let start_in_scan = i64::try_from(start_in_scan).unwrap_or(i64::MAX);
         let excess = model
             .excess
             .iter()
             .map(|light| {
                 let position = model.code_position(key.repetition, key.group, light.code.len());
-                let trajectory = light.movement.as_ref().map(|movement| {
-                    Trajectory::new(movement, &key, light.number, model.start_in_scan(key.group))
-                });
+                let trajectory = light
+                    .movement
+                    .as_ref()
+                    .map(|movement| Trajectory::new(movement, &key, light.number, start_in_scan));
                 let rng = key.stream(Part::Path(light.number));
                 ExcessArrivals::new(light, rng, trajectory, position, start)
             })
@@ -68,7 +71,9 @@ impl<'m> StepDetections<'m> {
             jitter: model.jitter_chips.map(|_| key.stream(Part::Jitter)),
             registered: ReorderBuffer::default(),
             horizon: start,
-            end: ChipTime::at_chip(i64::try_from(model.scan.integration_chips).unwrap_or(i64::MAX)),
+            end: ChipTime::at_chip(
+                i64::try_from(model.timing.scan.integration_chips).unwrap_or(i64::MAX),
+            ),
         }
     }
 

@@ -2,36 +2,38 @@
 
 use super::{Part, kept, labelled, left_out};
 use crate::code::{Code, Generator};
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 use crate::sensor::contract::Contract;
 
-pub(super) fn parts(scene: &Scene) -> Vec<Part> {
-    let contract = Contract::of(scene);
-    let mut parts: Vec<Part> = (0..scene.sources.len())
-        .flat_map(|source| generator_parts(scene, source))
+pub(super) fn parts(sensor: &Sensor) -> Vec<Part> {
+    let contract = sensor.contract();
+    let mut parts: Vec<Part> = (0..sensor.scene().sources.len())
+        .flat_map(|source| generator_parts(sensor, source))
         .collect();
     parts.extend([
-        phase_stepper(scene),
-        lane_choice(scene),
-        edge_detector(scene),
-        updown_correlator(scene, &contract),
-        parallel_correlators(scene),
-        count_segments(&contract),
-        saturation_clamp(&contract),
-        total_counts(scene, &contract),
-        scan_controller(scene),
-        scan_realignment(scene, &contract),
-        peak_detector(scene, &contract),
-        result_stream(&contract),
+        phase_stepper(sensor),
+        lane_choice(sensor),
+        edge_detector(sensor),
+        updown_correlator(sensor, contract),
+        parallel_correlators(sensor),
+        count_segments(contract),
+        saturation_clamp(contract),
+        total_counts(sensor, contract),
+        scan_controller(sensor),
+        scan_realignment(sensor, contract),
+        peak_detector(sensor, contract),
+        result_stream(contract),
     ]);
     parts
 }
 
-fn generator_parts(scene: &Scene, index: usize) -> Vec<Part> {
-    let source = &scene.sources[index];
+fn generator_parts(sensor: &Sensor, index: usize) -> Vec<Part> {
+    let source = &sensor.scene().sources[index];
     let code = &source.code;
-    let name = |part| labelled(part, &source.name, scene.sources.len() > 1);
-    let same = scene.sources[..index].iter().find(|s| s.code == *code);
+    let name = |part| labelled(part, &source.name, sensor.scene().sources.len() > 1);
+    let same = sensor.scene().sources[..index]
+        .iter()
+        .find(|s| s.code == *code);
     if let Some(same) = same {
         let reason = format!(
             "the same code as \"{}\": one generator drives both",
@@ -81,8 +83,8 @@ fn interleaver(code: &Code, part: String) -> Part {
     }
 }
 
-fn phase_stepper(scene: &Scene) -> Part {
-    match scene.samples_per_chip {
+fn phase_stepper(sensor: &Sensor) -> Part {
+    match sensor.clock().samples_per_chip {
         1 => kept(
             "phase_stepper",
             "holds the reference for one chip after each phase step",
@@ -94,8 +96,8 @@ fn phase_stepper(scene: &Scene) -> Part {
     }
 }
 
-fn lane_choice(scene: &Scene) -> Part {
-    match scene.samples_per_chip {
+fn lane_choice(sensor: &Sensor) -> Part {
+    match sensor.clock().samples_per_chip {
         1 => left_out(
             "lane_choice",
             "S = 1: every phase step is a whole chip, and all lanes are one",
@@ -107,32 +109,32 @@ fn lane_choice(scene: &Scene) -> Part {
     }
 }
 
-fn edge_detector(scene: &Scene) -> Part {
-    let detectors = scene.detectors.len();
+fn edge_detector(sensor: &Sensor) -> Part {
+    let detectors = sensor.scene().detectors.len();
     kept(
         "edge_detector",
         format!(
             "finds rising edges in {} samples per clock of {detectors} detector{}",
-            scene.samples_per_chip,
+            sensor.clock().samples_per_chip,
             if detectors == 1 { "" } else { "s" }
         ),
     )
 }
 
-fn updown_correlator(scene: &Scene, contract: &Contract) -> Part {
+fn updown_correlator(sensor: &Sensor, contract: &Contract) -> Part {
     kept(
         "updown_correlator",
         format!(
             "{} bits hold any count of {} chips with at most {} edges each",
             contract.exact_count_bits,
-            scene.scan.integration_chips,
-            (scene.samples_per_chip / 2).max(1)
+            sensor.timing().scan.integration_chips,
+            (sensor.clock().samples_per_chip / 2).max(1)
         ),
     )
 }
 
-fn parallel_correlators(scene: &Scene) -> Part {
-    match scene.hardware.parallel {
+fn parallel_correlators(sensor: &Sensor) -> Part {
+    match sensor.timing().parallel {
         1 => left_out(
             "parallel_correlators",
             "parallel = 1: phase steps are correlated one after another",
@@ -179,10 +181,10 @@ fn saturation_clamp(contract: &Contract) -> Part {
     }
 }
 
-fn total_counts(scene: &Scene, contract: &Contract) -> Part {
+fn total_counts(sensor: &Sensor, contract: &Contract) -> Part {
     const PART: &str = "total_counts";
-    let given = scene.hardware.total_counts.is_some();
-    let estimator = scene.estimator;
+    let given = sensor.scene().hardware.total_counts.is_some();
+    let estimator = sensor.scene().estimator;
     match contract.total {
         Some(total) => kept(
             PART,
@@ -205,26 +207,28 @@ fn total_counts(scene: &Scene, contract: &Contract) -> Part {
     }
 }
 
-fn scan_controller(scene: &Scene) -> Part {
+fn scan_controller(sensor: &Sensor) -> Part {
     kept(
         "scan_controller",
         format!(
             "walks {} phase steps of {} chips each",
-            scene.scan.steps, scene.scan.integration_chips
+            sensor.timing().scan.steps,
+            sensor.timing().scan.integration_chips
         ),
     )
 }
 
-fn scan_realignment(scene: &Scene, contract: &Contract) -> Part {
-    let (steps, period) = (scene.scan.steps, scene.scan.steps_per_period);
-    if scene.scan.is_full() && contract.realigns() {
+fn scan_realignment(sensor: &Sensor, contract: &Contract) -> Part {
+    let scan = &sensor.timing().scan;
+    let (steps, period) = (scan.steps, scan.steps_per_period);
+    if scan.is_full() && contract.realigns() {
         return kept(
             "scan_realignment",
             format!(
                 "{steps} phase steps are no whole number of groups of {}, so a scan does not end \
                  where it began: the next one waits for the code's first chip and loads the \
                  reference anew",
-                contract.parallel
+                contract.parallel()
             ),
         );
     }
@@ -244,21 +248,23 @@ fn scan_realignment(scene: &Scene, contract: &Contract) -> Part {
     }
 }
 
-fn peak_detector(scene: &Scene, contract: &Contract) -> Part {
+fn peak_detector(sensor: &Sensor, contract: &Contract) -> Part {
     match &contract.peak {
         Some(peak) => kept(
             "peak_detector",
             format!(
                 "peak_detector = true: the largest of a scan's {} counts and its phase step, in \
                  {} and {} bits for each detector, at ports of their own",
-                scene.scan.steps, peak.count_bits, peak.step_bits
+                sensor.timing().scan.steps,
+                peak.count_bits,
+                peak.step_bits
             ),
         ),
         None => left_out(
             "peak_detector",
             format!(
                 "the host receives all {} counts and finds their maximum",
-                scene.scan.steps
+                sensor.timing().scan.steps
             ),
         ),
     }

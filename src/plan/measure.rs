@@ -12,7 +12,7 @@ use super::{Plan, Saving};
 use crate::photons::fast::StepCounter;
 use crate::photons::{DetectorModel, OptionalPart, StepCount};
 use crate::response::Light;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Detections that are counted at a time, about.
 const DETECTIONS: f64 = 1e5;
@@ -31,10 +31,10 @@ const ITERATIONS_PER_CHIP: f64 = 1e-3;
 /// some hundredths of a second, and so a little different each time. After
 /// [`MOST_TIME`] no more is measured, nor where a detector takes so long to forget
 /// its start that a few phase steps are too many.
-pub fn with_savings(mut plan: Plan, scene: &Scene) -> Plan {
+pub fn with_savings(mut plan: Plan, sensor: &Sensor) -> Plan {
     let end = Instant::now() + MOST_TIME;
     let mut detectors: Vec<Option<Option<Bench>>> = Vec::new();
-    detectors.resize_with(scene.detectors.len(), || None);
+    detectors.resize_with(sensor.scene().detectors.len(), || None);
     let mut known: Vec<(usize, OptionalPart, Saving)> = Vec::new();
     for part in plan.simulation.iter_mut().filter(|part| !part.kept) {
         let (name, label) = match part.part.split_once(" (") {
@@ -46,13 +46,18 @@ pub fn with_savings(mut plan: Plan, scene: &Scene) -> Plan {
         };
         // A source's part concerns every detector, and is measured at the first.
         let labelled = |spad: &crate::scene::Detector| Some(spad.name.as_str()) == label;
-        let detector = scene.detectors.iter().position(labelled).unwrap_or(0);
+        let detector = sensor
+            .scene()
+            .detectors
+            .iter()
+            .position(labelled)
+            .unwrap_or(0);
         let saving = match known.iter().find(|k| (k.0, k.1) == (detector, optional)) {
             Some((_, _, saving)) => Some(saving.clone()),
             None if Instant::now() >= end => None,
             None => {
                 let bench = &mut detectors[detector];
-                let bench = bench.get_or_insert_with(|| Bench::new(scene, detector));
+                let bench = bench.get_or_insert_with(|| Bench::new(sensor, detector));
                 let bench = bench.as_ref();
                 bench.and_then(|bench| bench.saving_of(optional, end))
             }
@@ -85,16 +90,19 @@ struct Bench {
 
 impl Bench {
     /// `None` if its steps take too long.
-    fn new(scene: &Scene, detector: usize) -> Option<Bench> {
-        let light = Light::of(&DetectorModel::new(scene, detector));
+    fn new(sensor: &Sensor, detector: usize) -> Option<Bench> {
+        let model = DetectorModel::new(sensor, detector);
+        let light = Light::of(&model);
         let primary = light.brightest_per_chip();
-        let dead_time_chips = scene.detectors[detector].dead_time_ps / scene.chip_period_ps;
+        let dead_time_chips = model.dead_time_chips();
         let per_chip = primary / (1.0 + primary * dead_time_chips) + ITERATIONS_PER_CHIP;
-        let mut short = scene.clone();
-        short.scan.steps = STEPS.min(scene.scan.steps);
-        short.scan.integration_chips = (DETECTIONS / per_chip / STEPS as f64).ceil() as u64;
+        let steps = STEPS.min(sensor.timing().scan.steps);
+        let short = sensor.with(|scene| {
+            scene.scan.steps = steps;
+            scene.scan.integration_chips = (DETECTIONS / per_chip / STEPS as f64).ceil() as u64;
+        });
         let model = DetectorModel::new(&short, detector);
-        let warm_up = model.warm_up_chips() as f64 * per_chip * short.scan.steps as f64;
+        let warm_up = model.warm_up_chips() as f64 * per_chip * steps as f64;
         (warm_up <= MOST_WARM_UP_DETECTIONS).then_some(Bench {
             has_constant_light: light.constant_per_chip > 0.0,
             model,
@@ -122,7 +130,7 @@ impl Bench {
                 break;
             }
             for (counter, least_s) in counters.iter().zip(&mut least_s) {
-                let mut counts = vec![StepCount::ZERO; self.model.scan().steps as usize];
+                let mut counts = vec![StepCount::ZERO; self.model.timing.scan.steps as usize];
                 let started = Instant::now();
                 counter.count(1, 0..1, 0..counts.len() as u64, black_box(&mut counts));
                 *least_s = least_s.min(started.elapsed().as_secs_f64());

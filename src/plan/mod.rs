@@ -12,7 +12,7 @@ pub use measure::with_savings;
 
 use serde::Serialize;
 
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// A part of the hardware or of the simulation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -55,17 +55,17 @@ fn is_zero(number: &usize) -> bool {
 }
 
 /// Decides, part by part, what `scene` needs.
-pub fn plan(scene: &Scene) -> Plan {
+pub fn plan(sensor: &Sensor) -> Plan {
     Plan {
-        hardware: hardware::parts(scene),
-        simulation: simulation::parts(scene),
+        hardware: hardware::parts(sensor),
+        simulation: simulation::parts(sensor),
         not_measured: 0,
     }
 }
 
 /// The parts of the hardware that `scene` does without.
-pub fn hardware_left_out(scene: &Scene) -> Vec<Part> {
-    let mut parts = hardware::parts(scene);
+pub fn hardware_left_out(sensor: &Sensor) -> Vec<Part> {
+    let mut parts = hardware::parts(sensor);
     parts.retain(|part| !part.kept);
     parts
 }

@@ -4,41 +4,42 @@ use std::fmt::Write as _;
 
 use super::{Part, Saving, kept, labelled, left_out, movement};
 use crate::response::check_merging;
-use crate::scene::{Detector, EstimatorKind, Path, Scene};
+use crate::scene::{Detector, EstimatorKind, Path};
+use crate::sensor::Sensor;
 
-pub(super) fn parts(scene: &Scene) -> Vec<Part> {
+pub(super) fn parts(sensor: &Sensor) -> Vec<Part> {
     let mut parts = Vec::new();
-    for source in 0..scene.sources.len() {
-        parts.extend(source_parts(scene, source));
+    for source in 0..sensor.scene().sources.len() {
+        parts.extend(source_parts(sensor, source));
     }
-    parts.push(movement::part(scene));
-    for detector in 0..scene.detectors.len() {
-        parts.push(interference(scene, detector));
-        parts.push(multipath(scene, detector));
-        parts.extend(detector_parts(scene, detector));
+    parts.push(movement::part(sensor));
+    for detector in 0..sensor.scene().detectors.len() {
+        parts.push(interference(sensor, detector));
+        parts.push(multipath(sensor, detector));
+        parts.extend(detector_parts(sensor, detector));
     }
-    parts.push(counter_edges(scene));
-    parts.push(full_scan(scene));
-    parts.extend(estimator(scene));
+    parts.push(counter_edges(sensor));
+    parts.push(full_scan(sensor));
+    parts.extend(estimator(sensor));
     parts
 }
 
 /// Paths of `detector` that carry light.
-fn lit_paths(scene: &Scene, detector: usize) -> impl Iterator<Item = &Path> {
-    scene.paths.iter().filter(move |path| {
+fn lit_paths(sensor: &Sensor, detector: usize) -> impl Iterator<Item = &Path> {
+    sensor.scene().paths.iter().filter(move |path| {
         path.detector == detector
             && path.transmission > 0.0
-            && scene.sources[path.source].mean_power_w > 0.0
+            && sensor.scene().sources[path.source].mean_power_w > 0.0
     })
 }
 
 /// A source's light in its on-state and in its off-state.
-fn source_parts(scene: &Scene, index: usize) -> [Part; 2] {
-    let source = &scene.sources[index];
-    let name = |part| labelled(part, &source.name, scene.sources.len() > 1);
+fn source_parts(sensor: &Sensor, index: usize) -> [Part; 2] {
+    let source = &sensor.scene().sources[index];
+    let name = |part| labelled(part, &source.name, sensor.scene().sources.len() > 1);
     let (modulated, off_state) = (name("modulated_light"), name("off_state_light"));
-    let reaches_any = (0..scene.detectors.len())
-        .any(|detector| lit_paths(scene, detector).any(|path| path.source == index));
+    let reaches_any = (0..sensor.scene().detectors.len())
+        .any(|detector| lit_paths(sensor, detector).any(|path| path.source == index));
     if !reaches_any {
         let reason = format!("no light of \"{}\" reaches a detector", source.name);
         return [
@@ -78,12 +79,16 @@ fn source_parts(scene: &Scene, index: usize) -> [Part; 2] {
 }
 
 /// Light of codes other than the reference's.
-fn interference(scene: &Scene, index: usize) -> Part {
-    let detector = &scene.detectors[index];
-    let part = labelled("interference", &detector.name, scene.detectors.len() > 1);
-    let mut others: Vec<String> = lit_paths(scene, index)
+fn interference(sensor: &Sensor, index: usize) -> Part {
+    let detector = &sensor.scene().detectors[index];
+    let part = labelled(
+        "interference",
+        &detector.name,
+        sensor.scene().detectors.len() > 1,
+    );
+    let mut others: Vec<String> = lit_paths(sensor, index)
         .filter(|path| path.source != detector.reference)
-        .map(|path| format!("\"{}\"", scene.sources[path.source].name))
+        .map(|path| format!("\"{}\"", sensor.scene().sources[path.source].name))
         .collect();
     others.dedup();
     if others.is_empty() {
@@ -97,10 +102,14 @@ fn interference(scene: &Scene, index: usize) -> Part {
 }
 
 /// More than one path of the reference's own code.
-fn multipath(scene: &Scene, index: usize) -> Part {
-    let detector = &scene.detectors[index];
-    let part = labelled("multipath", &detector.name, scene.detectors.len() > 1);
-    let paths = lit_paths(scene, index)
+fn multipath(sensor: &Sensor, index: usize) -> Part {
+    let detector = &sensor.scene().detectors[index];
+    let part = labelled(
+        "multipath",
+        &detector.name,
+        sensor.scene().detectors.len() > 1,
+    );
+    let paths = lit_paths(sensor, index)
         .filter(|path| path.source == detector.reference)
         .count();
     match paths {
@@ -119,9 +128,9 @@ fn multipath(scene: &Scene, index: usize) -> Part {
     }
 }
 
-fn detector_parts(scene: &Scene, index: usize) -> Vec<Part> {
-    let detector = &scene.detectors[index];
-    let several = scene.detectors.len() > 1;
+fn detector_parts(sensor: &Sensor, index: usize) -> Vec<Part> {
+    let detector = &sensor.scene().detectors[index];
+    let several = sensor.scene().detectors.len() > 1;
     let name = |part| labelled(part, &detector.name, several);
     vec![
         photon_detection(detector, name("photon_detection")),
@@ -139,14 +148,14 @@ fn detector_parts(scene: &Scene, index: usize) -> Vec<Part> {
         afterpulsing(detector, name("afterpulsing")),
         delay(detector, name("delay")),
         jitter(detector, name("jitter")),
-        pulse_sampling(scene, index, name("pulse_sampling")),
+        pulse_sampling(sensor, index, name("pulse_sampling")),
     ]
 }
 
 /// Pulses that merge or fall between samples, and whether that can be expected.
-fn pulse_sampling(scene: &Scene, index: usize, part: String) -> Part {
-    let detector = &scene.detectors[index];
-    let sample_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
+fn pulse_sampling(sensor: &Sensor, index: usize, part: String) -> Part {
+    let detector = &sensor.scene().detectors[index];
+    let sample_ps = sensor.clock().sample_period_ps();
     let mut reason = format!(
         "pulses of {} ns are sampled every {} ns; those that merge count once",
         in_nano(detector.pulse_width_ps),
@@ -155,7 +164,7 @@ fn pulse_sampling(scene: &Scene, index: usize, part: String) -> Part {
     if detector.pulse_width_ps < sample_ps {
         reason += ", and those between two samples not at all";
     }
-    if let Err(obstacle) = check_merging(scene, index) {
+    if let Err(obstacle) = check_merging(sensor, index) {
         let _ = write!(reason, "; no expectation, no bound and no fit: {obstacle}");
     }
     kept(part, reason)
@@ -246,9 +255,9 @@ fn jitter(detector: &Detector, part: String) -> Part {
     )
 }
 
-fn counter_edges(scene: &Scene) -> Part {
+fn counter_edges(sensor: &Sensor) -> Part {
     const PART: &str = "counter_edge_delays";
-    let given = scene.detectors.iter().any(|detector| {
+    let given = sensor.scene().detectors.iter().any(|detector| {
         let counter = detector.counter;
         counter.rising_delay_ps > 0.0
             || counter.falling_delay_ps > 0.0
@@ -265,17 +274,18 @@ fn counter_edges(scene: &Scene) -> Part {
     }
 }
 
-fn full_scan(scene: &Scene) -> Part {
+fn full_scan(sensor: &Sensor) -> Part {
     const PART: &str = "full_scan";
-    let (steps, period) = (scene.scan.steps, scene.scan.steps_per_period);
-    if scene.scan.is_full() {
+    let scan = &sensor.timing().scan;
+    let (steps, period) = (scan.steps, scan.steps_per_period);
+    if scan.is_full() {
         return kept(PART, format!("the scan covers all {period} phase steps"));
     }
     let part = left_out(
         PART,
         format!(
             "the scan asks for {steps} of {period} phase steps, from step {} on",
-            scene.scan.first_step
+            scan.first_step
         ),
     );
     Part {
@@ -288,8 +298,8 @@ fn full_scan(scene: &Scene) -> Part {
 }
 
 /// The coarse and the fine stage, or the fit in their place.
-fn estimator(scene: &Scene) -> Vec<Part> {
-    let fine = match scene.samples_per_chip {
+fn estimator(sensor: &Sensor) -> Vec<Part> {
+    let fine = match sensor.clock().samples_per_chip {
         1 => left_out(
             "fine_estimate",
             "S = 1: two samples of the peak give no phase",
@@ -300,7 +310,7 @@ fn estimator(scene: &Scene) -> Vec<Part> {
         ),
     };
     let coarse = kept("coarse_estimate", "the maximum over the scan");
-    let fit = match scene.estimator {
+    let fit = match sensor.scene().estimator {
         EstimatorKind::Fft => left_out("model_fit", "estimator = \"fft\""),
         EstimatorKind::Model => kept("model_fit", "estimator = \"model\""),
     };

@@ -12,6 +12,7 @@ use crate::photons::StepCount;
 use crate::printable::{printable, printable_path};
 use crate::scan::Step;
 use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Largest file that is read: 2^30 phase steps have some 30 bytes each, but no scan
 /// that anyone records has more than some millions.
@@ -56,13 +57,13 @@ pub enum CountsError {
 ///
 /// # Errors
 /// If the file cannot be read, is not of the format, or is of another scene.
-pub fn read_counts(path: &Path, scene: &Scene) -> Result<Vec<RecordedScan>, CountsError> {
+pub fn read_counts(path: &Path, sensor: &Sensor) -> Result<Vec<RecordedScan>, CountsError> {
     let file = printable_path(path);
     let text = read_text(path, MOST_BYTES).map_err(|source| CountsError::Unreadable {
         file: file.clone(),
         source,
     })?;
-    parse(&text, scene).map_err(|(line, problem)| CountsError::Invalid {
+    parse(&text, sensor).map_err(|(line, problem)| CountsError::Invalid {
         file,
         line,
         problem: printable(&problem).into_owned(),
@@ -72,7 +73,8 @@ pub fn read_counts(path: &Path, scene: &Scene) -> Result<Vec<RecordedScan>, Coun
 /// A line's number, and what is wrong with it.
 type Wrong = (u64, String);
 
-fn parse(text: &str, scene: &Scene) -> Result<Vec<RecordedScan>, Wrong> {
+fn parse(text: &str, sensor: &Sensor) -> Result<Vec<RecordedScan>, Wrong> {
+    let scene = sensor.scene();
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
@@ -86,7 +88,7 @@ fn parse(text: &str, scene: &Scene) -> Result<Vec<RecordedScan>, Wrong> {
         .map_err(|error| unreadable(&error))?
     {
         let line = record.position().map_or(0, csv::Position::line);
-        let row = Row::of(&record, &columns, scene).map_err(|problem| (line, problem))?;
+        let row = Row::of(&record, &columns, sensor).map_err(|problem| (line, problem))?;
         table.take(line, row).map_err(|problem| (line, problem))?;
     }
     let last_line = text.lines().count().max(1) as u64;
@@ -163,7 +165,8 @@ struct Row {
 }
 
 impl Row {
-    fn of(record: &StringRecord, columns: &Columns, scene: &Scene) -> Result<Row, String> {
+    fn of(record: &StringRecord, columns: &Columns, sensor: &Sensor) -> Result<Row, String> {
+        let scene = sensor.scene();
         let detector = detector_of(columns.field(record, "detector"), scene)?;
         let phase_step = whole("phase_step", columns.field(record, "phase_step"))?;
         let step = step_of(phase_step, scene)?;
@@ -178,7 +181,7 @@ impl Row {
             }
         }
         if let Some(field) = columns.field(record, "distance_m") {
-            check_distance(field, scene, detector, step)?;
+            check_distance(field, sensor, detector, step)?;
         }
         let signed = whole("count", columns.field(record, "count"))?;
         let total = columns
@@ -231,12 +234,13 @@ fn step_of(phase_step: i128, scene: &Scene) -> Result<Step, String> {
         })
 }
 
-fn check_distance(field: &str, scene: &Scene, detector: usize, step: Step) -> Result<(), String> {
+fn check_distance(field: &str, sensor: &Sensor, detector: usize, step: Step) -> Result<(), String> {
+    let scene = sensor.scene();
     let given: f64 = field
         .parse()
         .map_err(|_| format!("distance_m is \"{field}\"; write metres, for example 3.2"))?;
     let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
-    let offset_ps = calibration_offset_ps(scene, detector, CountingTier::Sampled);
+    let offset_ps = calibration_offset_ps(sensor, detector, CountingTier::Sampled);
     let expected = distance_m(scene.scan.phase_step(step) as f64 * step_ps - offset_ps);
     // Neither is one that is no number.
     if (given - expected).abs() <= DISTANCE_TOLERANCE_M {

@@ -17,6 +17,7 @@ use super::hypothesis::{Change, Fitted, NoFit, Unknown, fit};
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
 use crate::math::normal_cdf;
 use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Chance of each test to be wrong about counts that are as the scene says.
 pub const LEVEL: f64 = 0.002;
@@ -86,7 +87,7 @@ pub(super) struct Found {
 /// Tests a scan against its scene. `delay_ps` is where its peak stands, as later than
 /// the scene's.
 pub(super) fn diagnose(
-    scene: &Scene,
+    sensor: &Sensor,
     scan: &RecordedScan,
     delay_ps: Option<f64>,
 ) -> Result<Found, NoFit> {
@@ -95,11 +96,12 @@ pub(super) fn diagnose(
         ..Change::default()
     };
     let mut search = Search {
-        scene,
+        sensor,
+        scene: sensor.scene(),
         scan,
         unknowns: vec![Unknown::Delay],
-        fitted: fit(scene, scan, &[Unknown::Delay], start)
-            .or_else(|_| fit(scene, scan, &[], start))?,
+        fitted: fit(sensor, scan, &[Unknown::Delay], start)
+            .or_else(|_| fit(sensor, scan, &[], start))?,
         tests: Vec::new(),
         alike: Vec::new(),
         not_tested: Vec::new(),
@@ -116,6 +118,7 @@ pub(super) fn diagnose(
 }
 
 struct Search<'s> {
+    sensor: &'s Sensor,
     scene: &'s Scene,
     scan: &'s RecordedScan,
     unknowns: Vec<Unknown>,
@@ -147,7 +150,7 @@ impl Search<'_> {
         for unknown in candidates {
             let mut unknowns = self.unknowns.clone();
             unknowns.push(unknown);
-            match fit(self.scene, self.scan, &unknowns, self.fitted.change) {
+            match fit(self.sensor, self.scan, &unknowns, self.fitted.change) {
                 Ok(fitted) => {
                     let gain = self.fitted.deviance - fitted.deviance;
                     self.tests.retain(|test| test.cause != cause_of(unknown));
@@ -258,8 +261,9 @@ impl Search<'_> {
                 path.source = last;
             }
         }
+        let sensor = Sensor::new(&scene);
         let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
-        let offset_ps = calibration_offset_ps(&scene, self.scan.detector, CountingTier::Sampled);
+        let offset_ps = calibration_offset_ps(&sensor, self.scan.detector, CountingTier::Sampled);
         let first = scene
             .paths
             .iter()
@@ -273,7 +277,7 @@ impl Search<'_> {
                 delay_ps,
                 ..Change::default()
             };
-            fit(&scene, self.scan, &unknowns, start).ok()
+            fit(&sensor, self.scan, &unknowns, start).ok()
         });
         fits.min_by(|a, b| a.deviance.total_cmp(&b.deviance))
     }

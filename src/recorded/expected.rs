@@ -7,7 +7,7 @@ use crate::photons::DetectorModel;
 use crate::report::quoted;
 use crate::response::{CountingTier, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::Step;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Mean and standard deviation of the signed and the total count of every phase step
 /// of every detector, as CSV: the columns of `counts.csv`, with `_mean` and `_std`, and
@@ -15,16 +15,17 @@ use crate::scene::Scene;
 ///
 /// # Errors
 /// When the mean response cannot be had.
-pub fn expected_csv(scene: &Scene, tier: CountingTier) -> Result<String, MeanResponseError> {
+pub fn expected_csv(sensor: &Sensor, tier: CountingTier) -> Result<String, MeanResponseError> {
     let mut text = "measurement,phase_step,distance_m,detector,count_mean,count_std,\
                     total_count_mean,total_count_std,covariance\n"
         .to_owned();
+    let scene = sensor.scene();
     let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
     for (detector, spad) in scene.detectors.iter().enumerate() {
-        let model = DetectorModel::new(scene, detector);
+        let model = DetectorModel::new(sensor, detector);
         let response = MeanResponse::of_tier(&model, tier)?;
         let moments = SecondMoments::new(&response)?.of_scan();
-        let offset_ps = calibration_offset_ps(scene, detector, tier);
+        let offset_ps = calibration_offset_ps(sensor, detector, tier);
         let name = quoted(&spad.name);
         for (j, moment) in moments.iter().enumerate() {
             let phase_step = scene.scan.phase_step(Step::at(j));

@@ -8,7 +8,7 @@ use super::weights::Whitening;
 use crate::photons::DetectorModel;
 use crate::response::SecondMoments;
 use crate::response::{CountMoments, CountingTier, MeanCount, MeanResponse, MeanResponseError};
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Something about a scene that may be otherwise than it says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,19 +85,19 @@ impl Unknown {
     }
 
     /// A step for its derivative, and the farthest that one step of a fit goes.
-    fn steps(self, scene: &Scene, detector: usize) -> [f64; 2] {
-        let chip_ps = scene.chip_period_ps;
+    fn steps(self, sensor: &Sensor, detector: usize) -> [f64; 2] {
+        let chip_ps = sensor.scene().chip_period_ps;
         match self {
             Unknown::Delay => [2e-3 * chip_ps, 0.5 * chip_ps],
             Unknown::Light => [5e-3, 1.0],
             Unknown::Constant => {
-                let model = DetectorModel::new(scene, detector);
+                let model = DetectorModel::new(sensor, detector);
                 let brightest = crate::response::Light::of(&model).brightest_per_chip();
                 let cps = brightest.max(1e-6) / (chip_ps * 1e-12);
                 [5e-3 * cps, cps]
             }
             Unknown::DeadTime => {
-                let dead_time_ps = scene.detectors[detector].dead_time_ps;
+                let dead_time_ps = sensor.scene().detectors[detector].dead_time_ps;
                 [5e-3 * dead_time_ps, 0.3 * dead_time_ps]
             }
         }
@@ -114,34 +114,34 @@ impl Change {
         }
     }
 
-    /// The scene with this change, but for the delay.
-    fn applied(&self, scene: &Scene, detector: usize) -> Scene {
-        let mut changed = scene.clone();
-        for source in &mut changed.sources {
-            source.mean_power_w *= self.ln_light.exp();
-        }
-        let spad = &mut changed.detectors[detector];
-        let photons_cps = spad.background_rate_cps * spad.photon_detection_probability;
-        let constant = photons_cps + spad.dark_count_rate_cps + self.constant_cps;
-        // All of it as dark counts: both are one constant rate.
-        spad.background_rate_cps = 0.0;
-        spad.dark_count_rate_cps = constant.max(0.0);
-        spad.dead_time_ps = (spad.dead_time_ps + self.dead_time_ps).max(0.0);
-        changed
+    /// The sensor with this change, but for the delay.
+    fn applied(&self, sensor: &Sensor, detector: usize) -> Sensor {
+        sensor.with(|scene| {
+            for source in &mut scene.sources {
+                source.mean_power_w *= self.ln_light.exp();
+            }
+            let spad = &mut scene.detectors[detector];
+            let photons_cps = spad.background_rate_cps * spad.photon_detection_probability;
+            let constant = photons_cps + spad.dark_count_rate_cps + self.constant_cps;
+            // All of it as dark counts: both are one constant rate.
+            spad.background_rate_cps = 0.0;
+            spad.dark_count_rate_cps = constant.max(0.0);
+            spad.dead_time_ps = (spad.dead_time_ps + self.dead_time_ps).max(0.0);
+        })
     }
 
-    fn means(&self, scene: &Scene, detector: usize) -> Result<Vec<MeanCount>, MeanResponseError> {
-        let model = DetectorModel::new(&self.applied(scene, detector), detector);
+    fn means(&self, sensor: &Sensor, detector: usize) -> Result<Vec<MeanCount>, MeanResponseError> {
+        let model = DetectorModel::new(&self.applied(sensor, detector), detector);
         let response = MeanResponse::of_tier(&model, CountingTier::Sampled)?;
         Ok(response.delayed(self.delay_ps)?.mean_counts())
     }
 
     fn moments(
         &self,
-        scene: &Scene,
+        sensor: &Sensor,
         detector: usize,
     ) -> Result<Vec<CountMoments>, MeanResponseError> {
-        let model = DetectorModel::new(&self.applied(scene, detector), detector);
+        let model = DetectorModel::new(&self.applied(sensor, detector), detector);
         let response = MeanResponse::of_tier(&model, CountingTier::Sampled)?;
         let delayed = response.delayed(self.delay_ps)?;
         Ok(SecondMoments::new(&delayed)?.of_scan())
@@ -150,31 +150,31 @@ impl Change {
 
 /// Fits the unknowns to a scan, from `start` on.
 pub(super) fn fit(
-    scene: &Scene,
+    sensor: &Sensor,
     scan: &RecordedScan,
     unknowns: &[Unknown],
     start: Change,
 ) -> Result<Fitted, NoFit> {
     let problem = Problem {
-        scene,
+        sensor,
         scan,
         unknowns,
     };
     let mut change = start;
-    let mut moments = change.moments(scene, scan.detector)?;
+    let mut moments = change.moments(sensor, scan.detector)?;
     let mut errors = Vec::new();
     if !unknowns.is_empty() {
         // Weights of where the fit began may be off: those of where it ended are not.
         for _ in 0..2 {
             (change, errors) = problem.settle(change, &moments)?;
-            moments = change.moments(scene, scan.detector)?;
+            moments = change.moments(sensor, scan.detector)?;
         }
     }
     Ok(problem.fitted(change, errors, moments))
 }
 
 struct Problem<'p> {
-    scene: &'p Scene,
+    sensor: &'p Sensor,
     scan: &'p RecordedScan,
     unknowns: &'p [Unknown],
 }
@@ -196,7 +196,7 @@ impl Problem<'_> {
         let mut change = start;
         let mut errors = Vec::new();
         for _ in 0..MOST_ITERATIONS {
-            let means = change.means(self.scene, self.scan.detector)?;
+            let means = change.means(self.sensor, self.scan.detector)?;
             let whitening = Whitening::of(&scaled(known, &means), self.scan.has_totals);
             let residuals = whitening.whitened(difference(self.measured(), &means));
             let columns = self.columns(&change, &whitening)?;
@@ -204,7 +204,7 @@ impl Problem<'_> {
             let mut settled = true;
             let mut share: f64 = 1.0;
             for ((unknown, step), sigma) in self.unknowns.iter().zip(&step).zip(&sigmas) {
-                let [_, farthest] = unknown.steps(self.scene, self.scan.detector);
+                let [_, farthest] = unknown.steps(self.sensor, self.scan.detector);
                 share = share.min(farthest / step.abs().max(f64::MIN_POSITIVE));
                 settled &= (step / sigma).abs() < SETTLED_SIGMAS;
             }
@@ -222,11 +222,11 @@ impl Problem<'_> {
     /// Whitened derivatives of the expected counts by every unknown.
     fn columns(&self, change: &Change, whitening: &Whitening) -> Result<Vec<Vec<f64>>, NoFit> {
         let of_unknown = |unknown: &Unknown| {
-            let [step, _] = unknown.steps(self.scene, self.scan.detector);
+            let [step, _] = unknown.steps(self.sensor, self.scan.detector);
             let at = |by: f64| {
                 change
                     .plus(&unknown.change(by))
-                    .means(self.scene, self.scan.detector)
+                    .means(self.sensor, self.scan.detector)
             };
             // A rate cannot be less than none.
             let down = if *unknown == Unknown::Constant {

@@ -9,9 +9,10 @@ use super::RecordedScan;
 use super::diagnosis::{Diagnosis, Found, diagnose};
 use super::hypothesis::{NoFit, Unknown};
 use crate::estimate::report::{EstimateReport, estimate_scan};
-use crate::estimate::{TheoryEffort, delay_error_ps, distance_m};
+use crate::estimate::{TheoryEffort, distance_m};
 use crate::scan::Step;
-use crate::scene::{EstimatorKind, Scene};
+use crate::scene::EstimatorKind;
+use crate::sensor::Sensor;
 
 /// What one detector's recorded scan says.
 #[derive(Debug, Clone, Serialize)]
@@ -62,19 +63,19 @@ pub struct StepResidual {
 ///
 /// The model estimator needs total counts: a scan without them is ranged by the phase,
 /// with a remark.
-pub fn assess(scene: &Scene, scan: &RecordedScan) -> Assessment {
-    let mut ranged_by = scene.clone();
+pub fn assess(sensor: &Sensor, scan: &RecordedScan) -> Assessment {
+    let scene = sensor.scene();
     let without_totals = !scan.has_totals && scene.estimator == EstimatorKind::Model;
-    if without_totals {
-        ranged_by.estimator = EstimatorKind::Fft;
-    }
-    let mut estimate = estimate_scan(&ranged_by, scan.detector, &scan.counts);
+    let mut estimate = match without_totals {
+        true => estimate_scan(&by_phase(sensor), scan.detector, &scan.counts),
+        false => estimate_scan(sensor, scan.detector, &scan.counts),
+    };
     if without_totals {
         estimate
             .add_remark("ranged by the phase: the model estimator needs the column total_count");
     }
-    let found = check_testable(scene, scan.detector)
-        .and_then(|()| diagnose(scene, scan, later_ps(scene, scan)).map_err(|e| e.to_string()));
+    let found = check_testable(sensor, scan.detector)
+        .and_then(|()| diagnose(sensor, scan, later_ps(sensor, scan)).map_err(|e| e.to_string()));
     let mut assessment = Assessment {
         detector: scene.detectors[scan.detector].name.clone(),
         estimate,
@@ -88,39 +89,42 @@ pub fn assess(scene: &Scene, scan: &RecordedScan) -> Assessment {
         steps: Vec::new(),
     };
     match found {
-        Ok(found) => assessment.take(scene, scan, found),
+        Ok(found) => assessment.take(sensor, scan, found),
         Err(reason) => assessment.remark = Some(format!("no residuals: {reason}")),
     }
     assessment
 }
 
 /// Why counts cannot be held against their scene.
-fn check_testable(scene: &Scene, detector: usize) -> Result<(), String> {
-    if scene.hardware.parallel > 1 {
+fn check_testable(sensor: &Sensor, detector: usize) -> Result<(), String> {
+    let parallel = sensor.scene().hardware.parallel;
+    if parallel > 1 {
         return Err(format!(
-            "with parallel = {} the steps of a group see the same light, and their residuals go \
-             together",
-            scene.hardware.parallel
+            "with parallel = {parallel} the steps of a group see the same light, and their residuals \
+             go together"
         ));
     }
-    TheoryEffort::of(scene, detector)
+    TheoryEffort::of(sensor, detector)
         .and_then(|effort| effort.check_fit())
         .map_err(|reason| NoFit::from(reason).to_string())
 }
 
 /// How much later than the scene's nearest own path the peak stands, by the phase.
-fn later_ps(scene: &Scene, scan: &RecordedScan) -> Option<f64> {
-    let mut by_phase = scene.clone();
-    by_phase.estimator = EstimatorKind::Fft;
-    let report = estimate_scan(&by_phase, scan.detector, &scan.counts);
+fn later_ps(sensor: &Sensor, scan: &RecordedScan) -> Option<f64> {
+    let report = estimate_scan(&by_phase(sensor), scan.detector, &scan.counts);
     let bias_m = report.expected_bias_m.unwrap_or(0.0);
     let ps_per_m = 1.0 / distance_m(1.0);
     Some((report.error_m? - bias_m) * ps_per_m)
 }
 
+/// The sensor, ranged by the phase.
+fn by_phase(sensor: &Sensor) -> Sensor {
+    sensor.with(|scene| scene.estimator = EstimatorKind::Fft)
+}
+
 impl Assessment {
-    fn take(&mut self, scene: &Scene, scan: &RecordedScan, found: Found) {
-        let fitted = found.fitted;
+    fn take(&mut self, sensor: &Sensor, scan: &RecordedScan, found: Found) {
+        let (scene, fitted) = (sensor.scene(), found.fitted);
         let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
         let offset_ps = self.estimate.calibration_offset_ps;
         let per_step = fitted.whitened.len() / scan.counts.len().max(1);
@@ -146,7 +150,6 @@ impl Assessment {
             let delay_ps = scene.paths[path].delay_ps + fitted.change.delay_ps;
             self.fitted_distance_m = Some(distance_m(delay_ps.rem_euclid(period_ps)));
             self.fitted_std_m = Some(distance_m(*std_ps));
-            debug_assert!(delay_error_ps(delay_ps, delay_ps, period_ps).abs() < 1.0);
         }
         self.chi_square = Some(fitted.chi_square);
         self.degrees_of_freedom = Some(fitted.degrees);

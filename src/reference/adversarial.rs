@@ -122,16 +122,18 @@ impl Adversarial {
             6 => Pattern::LastLane,
             7 | 8 => Pattern::OneSided {
                 up: self.rng.random(),
-                lane: self.rng.random_range(0..u64::from(self.contract.parallel)),
+                lane: self
+                    .rng
+                    .random_range(0..u64::from(self.contract.parallel())),
             },
             _ => Pattern::Random {
-                longest: 1 + self.length(3 * u64::from(self.contract.lanes)),
+                longest: 1 + self.length(3 * u64::from(self.contract.lanes())),
             },
         }
     }
 
     fn decide_stalls(&mut self, clocks: Range<u64>) {
-        let dwell = self.contract.scan.integration_chips;
+        let dwell = self.contract.timing.scan.integration_chips;
         let mut at = clocks.start;
         match self.rng.random_range(0..4) {
             // A consumer that always takes, and one that never does.
@@ -151,7 +153,7 @@ impl Adversarial {
     }
 
     fn decide_pulses(&mut self, detector: usize, pattern: Pattern, clocks: Range<u64>) {
-        let lanes = u64::from(self.contract.lanes);
+        let lanes = u64::from(self.contract.lanes());
         let samples = clocks.start * lanes..clocks.end * lanes;
         let out = &mut self.pulses[detector];
         let mut pulse = |first: u64, end: u64| out.push_back(Pulse { first, end });
@@ -195,15 +197,15 @@ impl Adversarial {
     /// The reference's sign at a sample for one of the steps at once, if a scan
     /// is running then.
     fn sign_is_up(&self, detector: usize, lane: u64, sample: u64) -> Option<bool> {
-        let lanes = u64::from(self.contract.lanes);
+        let lanes = u64::from(self.contract.lanes());
         let cycle = (sample / lanes).checked_sub(self.released + 1)?;
         let in_scan = cycle % scan_start(&self.contract, 1);
-        let group = Group(in_scan / self.contract.scan.integration_chips);
+        let group = Group(in_scan / self.contract.timing.scan.integration_chips);
         if group.0 >= self.contract.groups() {
             return None;
         }
         let step = self.contract.grouping().step_of(group, lane);
-        let phase_step = self.contract.scan.phase_step(step);
+        let phase_step = self.contract.timing.scan.phase_step(step);
         let code = &self.contract.reference_codes[detector];
         let period = code.len() * lanes;
         let in_period = (cycle % code.len()) * lanes + sample % lanes;
@@ -218,7 +220,7 @@ impl Stimulus for Adversarial {
         while self.decided < clocks.end {
             self.decide_episode();
         }
-        let lanes = u64::from(self.contract.lanes);
+        let lanes = u64::from(self.contract.lanes());
         for (decided, pulses) in self.pulses.iter_mut().zip(&mut drive.pulses) {
             while let Some(pulse) = decided.pop_front_if(|p| p.first < clocks.end * lanes) {
                 pulses.push(pulse);

@@ -60,7 +60,7 @@ impl<'a> BlockMaker<'a> {
         layout: &'a Layout,
         clocks: u64,
     ) -> BlockMaker<'a> {
-        let lanes = reference.contract().lanes;
+        let lanes = reference.contract().lanes();
         let detectors = reference.contract().reference_codes.len();
         BlockMaker {
             levels: vec![Level::new(lanes); detectors],

@@ -40,7 +40,7 @@ impl Stimulus for Photons<'_> {
         if clocks.start < RESET_CLOCKS {
             drive.surroundings.resets.push(0..RESET_CLOCKS);
         }
-        let lanes = u64::from(self.contract.lanes);
+        let lanes = u64::from(self.contract.lanes());
         let until = clocks.end * lanes;
         let origin = first_sample(self.contract, RESET_CLOCKS);
         loop {

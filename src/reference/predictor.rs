@@ -121,7 +121,7 @@ impl Reference {
             peak: PeakPorts::new(&contract, &layout),
             released: 0,
             scan: ScanState::START,
-            counts: vec![0; contract.reference_codes.len() * contract.parallel as usize],
+            counts: vec![0; contract.reference_codes.len() * contract.parallel() as usize],
             totals: vec![0; contract.reference_codes.len()],
             finished: Vec::new(),
             contract,
@@ -213,11 +213,12 @@ impl Reference {
     /// groups whose last word is among them. The word of cycle n is presented
     /// one clock after the chip of cycle n shows on `o_laser`.
     fn count(&mut self, clocks: Range<u64>, hits: &[Vec<u64>]) {
-        let lanes = u64::from(self.contract.lanes);
+        let lanes = u64::from(self.contract.lanes());
         let first_word = self.released + 1;
         let mut counted = clocks.start.max(first_word);
         loop {
-            let group_end = first_word + self.scan.from + self.contract.scan.integration_chips;
+            let group_end =
+                first_word + self.scan.from + self.contract.timing.scan.integration_chips;
             let until = group_end.min(clocks.end);
             let from = counted.max(first_word + self.scan.from);
             if from < until {
@@ -237,12 +238,12 @@ impl Reference {
 
     /// Counts one detector's hits up or down (eq. 11) in the present group.
     fn count_detector(&mut self, detector: usize, hits: &[u64]) {
-        let lanes_log2 = self.contract.lanes.trailing_zeros();
+        let lanes_log2 = self.contract.lanes().trailing_zeros();
         let signs = &self.signs[detector][..];
         let steps_per_period = (signs.len() as u64) << lanes_log2;
-        let parallel = u64::from(self.contract.parallel);
+        let parallel = u64::from(self.contract.parallel());
         let first = self.contract.grouping().step_of(self.scan.group, 0);
-        let phase_step = self.contract.scan.phase_step(first);
+        let phase_step = self.contract.timing.scan.phase_step(first);
         let first_sample = (self.released + 1) << lanes_log2;
         self.totals[detector] += hits.len() as u64;
         let counts = &mut self.counts[detector * parallel as usize..][..parallel as usize];
@@ -261,8 +262,8 @@ impl Reference {
 
     /// Sends the present group's counts on their way and goes on to the next.
     fn finish_group(&mut self) {
-        let scan = &self.contract.scan;
-        let parallel = u64::from(self.contract.parallel);
+        let scan = &self.contract.timing.scan;
+        let parallel = u64::from(self.contract.parallel());
         let end = self.scan.from + scan.integration_chips;
         let grouping = self.contract.grouping();
         let last = grouping.is_last(self.scan.group);
@@ -326,10 +327,7 @@ impl Reference {
 
     /// First cycle of the scan that follows one which ended before cycle `end`.
     fn next_scan(&self, end: u64) -> u64 {
-        if self.contract.realigns() {
-            end.next_multiple_of(self.contract.reference_codes[0].len())
-        } else {
-            end
-        }
+        let next = self.contract.timing.next_scan_after(u128::from(end));
+        u64::try_from(next).unwrap_or(u64::MAX)
     }
 }

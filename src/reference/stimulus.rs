@@ -46,19 +46,13 @@ pub trait Stimulus {
 /// First sample of cycle 0 when reset ends at clock `released`: the word of a
 /// cycle is presented one clock after its chip shows on `o_laser`.
 pub fn first_sample(contract: &Contract, released: u64) -> u64 {
-    (released + 1) * u64::from(contract.lanes)
+    (released + 1) * u64::from(contract.lanes())
 }
 
 /// First cycle of the `scan`-th scan after reset.
 pub fn scan_start(contract: &Contract, scan: u64) -> u64 {
-    let cycles = contract.scan_clocks();
-    let spacing = if contract.realigns() {
-        let period = contract.reference_codes[0].len();
-        cycles.checked_next_multiple_of(period).unwrap_or(u64::MAX)
-    } else {
-        cycles
-    };
-    scan.saturating_mul(spacing)
+    let pitch = contract.timing.scan_pitch_chips();
+    u64::try_from(u128::from(scan).saturating_mul(pitch)).unwrap_or(u64::MAX)
 }
 
 /// Clocks from the start of the run until the last result of the first `scans`
@@ -67,7 +61,7 @@ pub fn clocks_for_scans(contract: &Contract, scans: u64) -> u64 {
     let last_word = scan_start(contract, scans - 1)
         .saturating_add(contract.scan_clocks())
         .saturating_add(RESET_CLOCKS);
-    let beats = u64::from(contract.parallel) * contract.reference_codes.len() as u64;
+    let beats = u64::from(contract.parallel()) * contract.reference_codes.len() as u64;
     let stream = u64::from(contract.result_latency_clocks) + beats;
     let peak = contract.peak.map_or(0, |peak| peak.latency_clocks);
     last_word.saturating_add(stream.max(u64::from(peak)) + 1)

@@ -11,7 +11,7 @@ use std::fmt::Write as _;
 use crate::cosim::sent::SentCount;
 use crate::estimate::distance_m;
 use crate::scan::Step;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// One detector's counts of a scan.
 #[derive(Debug, Clone)]
@@ -31,15 +31,13 @@ impl DetectorCounts {
     /// Counts that were sent of the scan's steps, or of the first of them, and where
     /// they belong.
     pub fn new(
-        scene: &Scene,
+        sensor: &Sensor,
         detector: usize,
         calibration_offset_ps: f64,
         sent: &[SentCount],
     ) -> DetectorCounts {
-        let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
-        let of_step = |step: Step| {
-            distance_m(scene.scan.phase_step(step) as f64 * step_ps - calibration_offset_ps)
-        };
+        let of_step =
+            |step| distance_m(sensor.timing().reference_delay_ps(step) - calibration_offset_ps);
         DetectorCounts {
             detector,
             distances_m: Step::all(sent.len() as u64).map(of_step).collect(),
@@ -52,17 +50,17 @@ impl DetectorCounts {
 /// The counts of a scan as CSV: number of the measurement, phase step, its
 /// calibrated distance, signed count, name of the detector, and the total count if
 /// the scene's hardware sends it.
-pub fn counts_csv(scene: &Scene, detectors: &[DetectorCounts]) -> String {
-    let heading = match scene.sends_total_counts() {
+pub fn counts_csv(sensor: &Sensor, detectors: &[DetectorCounts]) -> String {
+    let heading = match sensor.scene().sends_total_counts() {
         true => ",total_count",
         false => "",
     };
     let mut text = format!("measurement,phase_step,distance_m,count,detector{heading}\n");
     for of_detector in detectors {
-        let name = quoted(&scene.detectors[of_detector.detector].name);
+        let name = quoted(&sensor.scene().detectors[of_detector.detector].name);
         let steps = of_detector.distances_m.iter().zip(&of_detector.counts);
         for (j, (distance_m, count)) in steps.enumerate() {
-            let step = scene.scan.phase_step(Step::at(j));
+            let step = sensor.timing().scan.phase_step(Step::at(j));
             let _ = write!(text, "{j},{step},{distance_m:.6},{count},{name}");
             let total = of_detector.totals.as_ref().map(|totals| totals[j]);
             let _ = match total {

@@ -9,12 +9,12 @@ use crate::cosim;
 use crate::deliver::Emission;
 use crate::estimate::report::EstimateReport;
 use crate::plan::{Part, Plan};
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// What the page shows.
 pub struct Page<'a> {
     /// The scene.
-    pub scene: &'a Scene,
+    pub sensor: &'a Sensor,
     /// Seed of the photons.
     pub seed: u64,
     /// What was kept and left out.
@@ -51,7 +51,7 @@ impl Page<'_> {
     /// # Errors
     /// When a plot cannot be drawn.
     pub fn html(&self) -> Result<String, PlotError> {
-        let title = format!("goldtof: {}", self.scene.name);
+        let title = format!("goldtof: {}", self.sensor.scene().name);
         let page = html! {
             (DOCTYPE)
             html lang="en" {
@@ -74,7 +74,7 @@ impl Page<'_> {
                     h2 { "Correlation" }
                     @for counts in self.counts {
                         @if self.counts.len() > 1 {
-                            h3 { (self.scene.detectors[counts.detector].name) }
+                            h3 { (self.sensor.scene().detectors[counts.detector].name) }
                         }
                         (self.correlation(counts)?)
                     }
@@ -123,7 +123,7 @@ impl Page<'_> {
     fn correlation(&self, counts: &DetectorCounts) -> Result<Markup, PlotError> {
         let points = points(counts);
         let estimate = self.estimates[counts.detector].distance_m;
-        let paths = self.scene.paths.iter();
+        let paths = self.sensor.scene().paths.iter();
         let true_distances = paths
             .filter(|path| path.detector == counts.detector)
             .map(|path| (path.distance_m(), "true distance".to_owned()));
@@ -163,7 +163,7 @@ impl Page<'_> {
         else {
             return points;
         };
-        let half = 4 * self.scene.samples_per_chip as usize;
+        let half = 4 * self.sensor.clock().samples_per_chip as usize;
         &points[peak.saturating_sub(half)..(peak + half + 1).min(points.len())]
     }
 

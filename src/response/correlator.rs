@@ -85,7 +85,7 @@ impl Correlator {
     /// The tables of a detector's counts.
     pub fn new(model: &DetectorModel, source: &Source) -> Correlator {
         let timing = &source.timing;
-        let samples_per_chip = u64::from(model.samples_per_chip);
+        let samples_per_chip = u64::from(model.timing.clock.samples_per_chip);
         let period_chips = source.grid.period_chips;
         let offset = |phase: u64| phase as f64 / samples_per_chip as f64;
         let columns = |edge: f64, transition: f64| -> Vec<Vec<f64>> {

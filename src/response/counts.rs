@@ -87,10 +87,10 @@ impl<'m> CountSampler<'m> {
     /// A sampler for scans with these moments, whatever the number of phase steps
     /// at once.
     pub fn of(model: &'m DetectorModel, moments: &SecondMoments) -> CountSampler<'m> {
-        if model.parallel() == 1 {
+        if model.timing.parallel == 1 {
             return CountSampler::new(model, &moments.of_scan());
         }
-        let groups = (0..model.groups())
+        let groups = (0..model.timing.groups())
             .into_par_iter()
             .map(|group| GroupLaw::of(&moments.of_group(Group(group))))
             .collect();
@@ -116,7 +116,7 @@ impl<'m> CountSampler<'m> {
                 .iter()
                 .zip(0..)
                 .filter(|(law, _)| !law.is_normal)
-                .map(|(_, group)| self.model.steps_of_group(Group(group)).len())
+                .map(|(_, group)| self.model.timing.grouping().steps_of(Group(group)).len())
                 .sum(),
         }
     }

@@ -12,6 +12,7 @@ use super::light::Light;
 use super::sampling::Sampling;
 use super::tier::CountingTier;
 use crate::photons::DetectorModel;
+use crate::photons::memory::Memory;
 
 /// One cell of the state equation, forwards, beside its states.
 const FORWARDS_S: f64 = 25e-9;
@@ -77,12 +78,12 @@ impl Effort {
     pub fn of(model: &DetectorModel, light: &Light) -> Result<Effort, MeanResponseError> {
         let forwards = Size::of(model, light, Kinks::Later)?;
         let both = Size::of(model, light, Kinks::LaterAndEarlier)?;
-        let steps = model.scan.steps as f64;
+        let steps = model.timing.scan.steps as f64;
         let period = forwards.period;
-        let rest = (model.scan.integration_chips % forwards.period as u64) as f64;
+        let rest = (model.timing.scan.integration_chips % forwards.period as u64) as f64;
         let partial_s = rest.min(period - rest) * PRODUCT_S;
         let count_s = period * PRODUCT_S + partial_s;
-        let samples = f64::from(model.samples_per_chip);
+        let samples = f64::from(model.timing.clock.samples_per_chip);
         let counts_s = if steps < STEPS_FOR_FFT {
             steps * count_s
         } else {
@@ -167,17 +168,14 @@ fn correlator_s(model: &DetectorModel, size: &Size) -> f64 {
     } else {
         2.0
     };
-    (edges * f64::from(model.samples_per_chip) + 1.0) * column_s
+    (edges * f64::from(model.timing.clock.samples_per_chip) + 1.0) * column_s
 }
 
 /// Second moments of all steps: combs of slots, or one step after another.
 fn scan_s(model: &DetectorModel, light: &Light, size: &Size, step_s: f64) -> f64 {
-    let saturation = light.brightest_per_chip() * model.dead_time_chips;
-    let release = model.afterpulsing.map_or(0.0, |a| a.time_constant_chips);
-    let memory = (3.0 + 3.0 * saturation) * model.dead_time_chips + 3.0 * release;
-    let memory = memory.ceil() + 2.0;
-    let phases = f64::from(model.samples_per_chip.min(8));
-    let steps = model.scan.steps as f64;
+    let memory = Memory::of(model, light.brightest_per_chip()).of_pairs_chips() as f64;
+    let phases = f64::from(model.timing.clock.samples_per_chip.min(8));
+    let steps = model.timing.scan.steps as f64;
     if steps <= memory * phases || size.period < 2.0 * memory {
         return steps * step_s;
     }

@@ -57,16 +57,16 @@ impl<'m> MeanResponse<'m> {
         let (moved_chips, limit_chips) = model.movement_in_scan();
         if moved_chips > limit_chips {
             return Err(MeanResponseError::Moving {
-                moved_ps: moved_chips * model.chip_period_ps,
-                limit_ps: limit_chips * model.chip_period_ps,
+                moved_ps: model.timing.clock.ps(moved_chips),
+                limit_ps: model.timing.clock.ps(limit_chips),
             });
         }
         let timing = EdgeTiming::of(model, tier);
         let lag = (timing.rising - timing.falling).abs();
         if lag + 2.0 * timing.transition >= 1.0 {
             return Err(MeanResponseError::EdgesTooFarApart {
-                apart_ps: (lag + 2.0 * timing.transition) * model.chip_period_ps,
-                chip_period_ps: model.chip_period_ps,
+                apart_ps: model.timing.clock.ps(lag + 2.0 * timing.transition),
+                chip_period_ps: model.timing.clock.chip_period_ps,
             });
         }
         let sampling = Sampling::of(model, &light, tier)?;
@@ -114,7 +114,7 @@ impl<'m> MeanResponse<'m> {
     /// # Errors
     /// As for the response itself.
     pub fn delayed(&self, delay_ps: f64) -> Result<MeanResponse<'m>, MeanResponseError> {
-        let delay_chips = self.delay_chips + delay_ps / self.model.chip_period_ps;
+        let delay_chips = self.delay_chips + self.model.timing.clock.chips(delay_ps);
         if self.sampling.is_some_and(|sampling| sampling.merges()) {
             return MeanResponse::solved(
                 self.model,
@@ -162,7 +162,7 @@ impl<'m> MeanResponse<'m> {
 
     /// Mean rate of detections that are counted.
     pub fn detection_rate_hz(&self) -> f64 {
-        let seconds = self.grid.period_chips as f64 * self.model.chip_period_ps * 1e-12;
+        let seconds = self.model.timing.clock.ps(self.grid.period_chips as f64) * 1e-12;
         self.correlator.hits_per_period() / seconds
     }
 
@@ -171,14 +171,14 @@ impl<'m> MeanResponse<'m> {
     /// times theta + 2 w - L, straight between chips; the background of eq. 18 adds its
     /// own times 2 w - L.
     pub fn mean_count(&self, step: Step) -> MeanCount {
-        let phase_step = self.model.scan.phase_step(step);
+        let phase_step = self.model.timing.scan.phase_step(step);
         let whole = self.correlator.signed_per_period(phase_step);
         self.with_partial_period(step, whole)
     }
 
     /// Expected counts of every step of the first scan.
     pub fn mean_counts(&self) -> Vec<MeanCount> {
-        let steps = self.model.scan.steps;
+        let steps = self.model.timing.scan.steps;
         if steps < STEPS_FOR_FFT {
             return Step::all(steps).map(|step| self.mean_count(step)).collect();
         }
@@ -186,7 +186,7 @@ impl<'m> MeanResponse<'m> {
         (0..steps as usize)
             .into_par_iter()
             .map(|step| {
-                let phase_step = self.model.scan.phase_step(Step::at(step)) as usize;
+                let phase_step = self.model.timing.scan.phase_step(Step::at(step)) as usize;
                 self.with_partial_period(Step::at(step), whole[phase_step])
             })
             .collect()
@@ -200,7 +200,7 @@ impl<'m> MeanResponse<'m> {
     /// The counts of a step whose phase step counts `whole` in a code period.
     fn with_partial_period(&self, step: Step, whole: f64) -> MeanCount {
         let (periods, first, rest) = self.chips_of(step);
-        let phase_step = self.model.scan.phase_step(step);
+        let phase_step = self.model.timing.scan.phase_step(step);
         let correlator = &self.correlator;
         let mut count = MeanCount {
             signed: periods * whole,
@@ -216,9 +216,9 @@ impl<'m> MeanResponse<'m> {
     /// Whole periods in a step, its first chip, and the chips left over.
     pub(super) fn chips_of(&self, step: Step) -> (f64, usize, usize) {
         let period = self.grid.period_chips as u64;
-        let chips = self.model.scan.integration_chips;
-        let group = self.model.group_of(step);
-        let first = self.model.first_chip(0, group) % u128::from(period);
+        let chips = self.model.timing.scan.integration_chips;
+        let group = self.model.timing.grouping().group_of(step);
+        let first = self.model.timing.first_chip(0, group) % u128::from(period);
         (
             (chips / period) as f64,
             first as usize,

@@ -4,6 +4,7 @@ use super::MeanResponseError;
 use super::light::Light;
 use super::sampling::Sampling;
 use crate::photons::DetectorModel;
+use crate::photons::memory::Memory;
 
 /// The finest step of integration, as a share of a chip.
 const FINEST_CELL_CHIPS: f64 = 1.0 / 128.0;
@@ -255,7 +256,7 @@ fn locate(edges: &[f64], time: f64) -> (i64, usize) {
 }
 
 fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
-    let ps = |chips: f64| chips * model.chip_period_ps;
+    let ps = |chips: f64| model.timing.clock.ps(chips);
     if let Some(afterpulsing) = model.afterpulsing
         && afterpulsing.time_constant_chips < 2.0 * FINEST_CELL_CHIPS
     {
@@ -313,24 +314,18 @@ fn check_brightness(
     if brightest_per_chip <= limit_per_chip {
         return Ok(());
     }
-    let cps = |per_chip: f64| per_chip / (model.chip_period_ps * 1e-12);
     Err(MeanResponseError::TooBright {
-        rate_cps: cps(brightest_per_chip),
-        limit_cps: cps(limit_per_chip),
+        rate_cps: model.timing.clock.hz(brightest_per_chip),
+        limit_cps: model.timing.clock.hz(limit_per_chip),
     })
 }
 
-/// How long a detector remembers that it started ready: a saturated one fires
-/// like a clock, and forgets after the square of (rate x dead time) dead times;
-/// cut at 10^5 dead times.
+/// How long a detector remembers that it started ready.
 fn memory_chips(
     model: &DetectorModel,
     brightest_per_chip: f64,
 ) -> Result<usize, MeanResponseError> {
-    let saturation = brightest_per_chip * model.dead_time_chips;
-    let dead_times = (48.0 + 3.0 * saturation * saturation).min(1e5);
-    let release = model.afterpulsing.map_or(0.0, |a| a.time_constant_chips);
-    let chips = (dead_times * model.dead_time_chips).max(30.0 * release);
+    let chips = Memory::of(model, brightest_per_chip).solved_start_chips();
     if chips > LONGEST_MEMORY_CHIPS as f64 {
         return Err(MeanResponseError::MemoryTooLong {
             chips,

@@ -76,7 +76,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     /// Moments of a step of the first scan.
     pub fn of_step(&self, step: Step) -> CountMoments {
         let mean = self.response.mean_count(step);
-        let signs = self.signs(self.response.model.scan.phase_step(step));
+        let signs = self.signs(self.response.model.timing.scan.phase_step(step));
         let excess = self.pairs.excess(&signs);
         let grid = &self.pairs.grid;
         let cells = || {
@@ -125,7 +125,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         // eighth of a chip, so edges of two steps seldom lie in one.
         let mut spread = sign.clone();
         for &(step, weight) in steps {
-            let signs = self.signs(self.response.model.scan.phase_step(step));
+            let signs = self.signs(self.response.model.timing.scan.phase_step(step));
             let sums = sign.iter_mut().zip(&mut spread);
             for ((sum, spread), (s, seen)) in
                 sums.zip(signs.iter().zip(self.pairs.seen_of_period()))
@@ -148,11 +148,11 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     /// Moments of the counts of a whole group.
     pub fn of_group(&self, group: Group) -> GroupMoments {
         let model = self.response.model;
-        let steps: Vec<Step> = model.steps_of_group(group).collect();
+        let steps: Vec<Step> = model.timing.grouping().steps_of(group).collect();
         let first = steps[0];
         let signs: Vec<Vec<f64>> = steps
             .iter()
-            .map(|&step| self.signs(model.scan.phase_step(step)))
+            .map(|&step| self.signs(model.timing.scan.phase_step(step)))
             .collect();
         let excess: Vec<Vec<f64>> = signs.iter().map(|s| self.pairs.excess(s)).collect();
         let grid = &self.pairs.grid;
@@ -199,7 +199,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         let chips = &response.model.reference.chips;
         let chip_at = |chip: i64| chips[chip.rem_euclid(chips.len() as i64) as usize];
         // Code chip 0 begins here, in the grid's frame.
-        let phase = phase_step as f64 / f64::from(response.model.samples_per_chip);
+        let phase = phase_step as f64 / f64::from(response.model.timing.clock.samples_per_chip);
         let timing = &response.timing;
         let [rising, falling] =
             [timing.rising, timing.falling].map(|edge| phase + edge - self.frame_chips());

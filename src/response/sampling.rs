@@ -20,7 +20,7 @@ use super::MeanResponseError;
 use super::light::Light;
 use super::tier::CountingTier;
 use crate::photons::DetectorModel;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// A smaller share of detections that merge than this is left out where it cannot be
 /// worked out: it moves an estimate by a tenth of a millimetre at most.
@@ -65,9 +65,9 @@ impl Sampling {
         if tier == CountingTier::Events {
             return Ok(None);
         }
-        let sample_chips = 1.0 / f64::from(model.samples_per_chip);
+        let sample_chips = model.timing.clock.sample_period_chips();
         let sampling = Sampling {
-            samples_per_chip: f64::from(model.samples_per_chip),
+            samples_per_chip: f64::from(model.timing.clock.samples_per_chip),
             seen_chips: model.pulse_width_chips.min(sample_chips),
             merging: None,
         };
@@ -82,9 +82,9 @@ impl Sampling {
             })),
             Some(_) if share <= NEGLIGIBLE_SHARE => Ok(Some(sampling)),
             Some(obstacle) => Err(MeanResponseError::PulsesMerge {
-                pulse_width_ps: model.pulse_width_chips * model.chip_period_ps,
-                dead_time_ps: model.dead_time_chips * model.chip_period_ps,
-                sample_ps: sample_chips * model.chip_period_ps,
+                pulse_width_ps: model.timing.clock.ps(model.pulse_width_chips),
+                dead_time_ps: model.timing.clock.ps(model.dead_time_chips),
+                sample_ps: model.timing.clock.ps(sample_chips),
                 share,
                 obstacle,
             }),
@@ -153,17 +153,16 @@ impl Sampling {
 ///
 /// # Errors
 /// Why not.
-pub fn check_merging(scene: &Scene, detector: usize) -> Result<(), MeanResponseError> {
-    let spad = &scene.detectors[detector];
-    let jitter_ps = spad.jitter_ps.iter().map(|s| s * s).sum::<f64>().sqrt();
+pub fn check_merging(sensor: &Sensor, detector: usize) -> Result<(), MeanResponseError> {
+    let spad = &sensor.scene().detectors[detector];
     let reach_ps = spad.pulse_width_ps
-        + scene.chip_period_ps / f64::from(scene.samples_per_chip)
-        + JITTER_REACH_SIGMAS * std::f64::consts::SQRT_2 * jitter_ps
+        + sensor.clock().sample_period_ps()
+        + JITTER_REACH_SIGMAS * std::f64::consts::SQRT_2 * spad.jitter_std_ps()
         - spad.dead_time_ps;
     if reach_ps <= 0.0 {
         return Ok(());
     }
-    let model = DetectorModel::new(scene, detector);
+    let model = DetectorModel::new(sensor, detector);
     Sampling::of(&model, &Light::of(&model), CountingTier::Sampled).map(|_| ())
 }
 
@@ -171,7 +170,7 @@ pub fn check_merging(scene: &Scene, detector: usize) -> Result<(), MeanResponseE
 /// that follow it before the first sample that is surely low.
 pub fn merged_share(model: &DetectorModel, light: &Light) -> f64 {
     let jitter = model.jitter_chips.unwrap_or(0.0) * std::f64::consts::SQRT_2;
-    let sample_chips = 1.0 / f64::from(model.samples_per_chip);
+    let sample_chips = model.timing.clock.sample_period_chips();
     let reach = model.pulse_width_chips + sample_chips + JITTER_REACH_SIGMAS * jitter
         - model.dead_time_chips;
     if reach <= 0.0 {
@@ -187,7 +186,7 @@ pub fn merged_share(model: &DetectorModel, light: &Light) -> f64 {
 
 /// Why merged pulses of a detector are not worked out.
 fn obstacle(model: &DetectorModel) -> Option<&'static str> {
-    let sample_chips = 1.0 / f64::from(model.samples_per_chip);
+    let sample_chips = model.timing.clock.sample_period_chips();
     let jitter_samples = model.jitter_chips.unwrap_or(0.0) / sample_chips;
     let waits = (model.pulse_width_chips - model.dead_time_chips) / sample_chips;
     let is_short = |chips: f64| chips < sample_chips;

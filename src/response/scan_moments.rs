@@ -24,6 +24,7 @@ use rustfft::Fft;
 use rustfft::num_complex::Complex64;
 
 use super::moments::{CountMoments, SecondMoments};
+use crate::photons::memory::Memory;
 use crate::scan::Step;
 
 /// Phases per chip that are worked out.
@@ -31,11 +32,13 @@ const PHASES_PER_CHIP: usize = 8;
 
 /// Moments of every step of the first scan.
 pub fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
-    let scan = &second.response.model.scan;
-    let memory = memory_chips(second);
+    let scan = &second.response.model.timing.scan;
+    let brightest = second.response.light.brightest_per_chip();
+    let memory = Memory::of(second.response.model, brightest).of_pairs_chips();
     let period = second.pairs.grid.period_chips;
-    let stride = (second.response.model.samples_per_chip as usize / PHASES_PER_CHIP).max(1);
-    let phases = second.response.model.samples_per_chip as usize / stride;
+    let stride =
+        (second.response.model.timing.clock.samples_per_chip as usize / PHASES_PER_CHIP).max(1);
+    let phases = second.response.model.timing.clock.samples_per_chip as usize / stride;
     let one_by_one = scan.steps as usize <= memory * phases;
     if one_by_one || period < 2 * memory {
         return (0..scan.steps)
@@ -74,19 +77,9 @@ struct PerDetection {
     excess_covariance: f64,
 }
 
-/// How many chips pairs of detections know of each other: some dead times, more
-/// for a detector near saturation, and some afterpulsing time constants.
-fn memory_chips(second: &SecondMoments) -> usize {
-    let model = second.response.model;
-    let saturation = second.response.light.brightest_per_chip() * model.dead_time_chips;
-    let release = model.afterpulsing.map_or(0.0, |a| a.time_constant_chips);
-    let chips = (3.0 + 3.0 * saturation) * model.dead_time_chips + 3.0 * release;
-    chips.ceil() as usize + 2
-}
-
 /// Second moments of every `stride`-th phase step of the code period.
 fn all_phase_steps(second: &SecondMoments, memory: usize, stride: usize) -> Vec<PerDetection> {
-    let samples_per_chip = second.response.model.samples_per_chip as usize;
+    let samples_per_chip = second.response.model.timing.clock.samples_per_chip as usize;
     let phases = samples_per_chip / stride;
     let period = second.pairs.grid.period_chips;
     let combs = combs(period, memory);

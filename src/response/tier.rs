@@ -35,7 +35,7 @@ impl EdgeTiming {
     pub fn of(model: &DetectorModel, tier: CountingTier) -> EdgeTiming {
         match tier {
             CountingTier::Events => {
-                let chips = |ps: f64| ps / model.chip_period_ps;
+                let chips = |ps: f64| model.timing.clock.chips(ps);
                 EdgeTiming {
                     window: 0.0,
                     rising: chips(model.counter.rising_delay_ps),
@@ -44,7 +44,7 @@ impl EdgeTiming {
                 }
             }
             CountingTier::Sampled => {
-                let early = -1.0 / f64::from(model.samples_per_chip);
+                let early = -model.timing.clock.sample_period_chips();
                 EdgeTiming {
                     window: early,
                     rising: early,

@@ -1,8 +1,8 @@
 //! Tables `[[detector]]`.
 
-use super::read::Clock;
 use super::reader::Section;
-use super::{CounterTiming, Detector};
+use super::{CounterTiming, Detector, std_of_sum};
+use crate::scan::Clock;
 
 /// Largest jitter: detections of twenty of them are put in order.
 const LARGEST_JITTER_CHIPS: f64 = (1_u32 << 16) as f64;
@@ -46,7 +46,7 @@ pub(super) fn read(
         afterpulsing_time_constant_ps,
         pulse_width_ps: match pulse_width_ps {
             Some(width) => width,
-            None => (0.5 * dead_time_ps).max(clock?.phase_step_ps()),
+            None => (0.5 * dead_time_ps).max(clock?.sample_period_ps()),
         },
         delay_ps,
         jitter_ps,
@@ -94,7 +94,7 @@ fn read_jitter(detector: &Section, clock: Option<Clock>) -> Vec<f64> {
         .into_iter()
         .filter(|&deviation| deviation > 0.0)
         .collect();
-    let together_ps = jitter_ps.iter().map(|s| s * s).sum::<f64>().sqrt();
+    let together_ps = std_of_sum(&jitter_ps);
     check_chips(detector, KEY, together_ps, LARGEST_JITTER_CHIPS, clock);
     jitter_ps
 }
@@ -107,7 +107,7 @@ fn check_chips(
     most: f64,
     clock: Option<Clock>,
 ) {
-    let most_ps = clock.map(|clock| most * clock.chip_period_ps);
+    let most_ps = clock.map(|clock| clock.ps(most));
     if let Some(most_ps) = most_ps.filter(|&most_ps| time_ps > most_ps)
         && let Some(value) = section.get(key)
     {

@@ -30,6 +30,7 @@ mod detector;
 mod error;
 mod keys;
 mod movement;
+mod names;
 mod read;
 mod reader;
 mod scan;
@@ -49,7 +50,9 @@ pub use setting::Setting;
 pub use totals::TotalsMissing;
 
 use crate::code::Code;
-use crate::scan::{Grouping, Step};
+use crate::light::distance_m;
+pub use crate::scan::Scan;
+use crate::scan::{Clock, Timing};
 
 /// A checked scene. Every cross-reference is resolved to an index, every
 /// quantity is in the unit its name carries, every default is filled in.
@@ -78,11 +81,20 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// How the scan's steps share their light.
-    pub fn grouping(&self) -> Grouping {
-        Grouping {
-            steps: self.scan.steps,
-            parallel: u64::from(self.hardware.parallel),
+    /// Chip period and samples per chip.
+    pub fn clock(&self) -> Clock {
+        Clock {
+            chip_period_ps: self.chip_period_ps,
+            samples_per_chip: self.samples_per_chip,
+        }
+    }
+
+    /// What follows from clock and scan.
+    pub fn timing(&self) -> Timing {
+        Timing {
+            clock: self.clock(),
+            scan: self.scan,
+            parallel: self.hardware.parallel,
         }
     }
 }
@@ -131,6 +143,18 @@ pub struct Detector {
     pub counter: CounterTiming,
 }
 
+impl Detector {
+    /// Standard deviation of all jitters together.
+    pub fn jitter_std_ps(&self) -> f64 {
+        std_of_sum(&self.jitter_ps)
+    }
+}
+
+/// Standard deviation of a sum of independent numbers, from theirs.
+fn std_of_sum(deviations: &[f64]) -> f64 {
+    deviations.iter().map(|s| s * s).sum::<f64>().sqrt()
+}
+
 /// Edge timing of the article's continuous-time counter (Table I).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CounterTiming {
@@ -160,35 +184,7 @@ pub struct Path {
 impl Path {
     /// Distance (half the optical path) in metres, at the start of a scan.
     pub fn distance_m(&self) -> f64 {
-        0.5 * self.delay_ps * 1e-12 * crate::SPEED_OF_LIGHT_M_PER_S
-    }
-}
-
-/// The phase steps of one scan.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scan {
-    /// First phase step k, 0..K.
-    pub first_step: u64,
-    /// Number of phase steps, 1..=K; they wrap round K.
-    pub steps: u64,
-    /// Phase steps per code period, K = S L'.
-    pub steps_per_period: u64,
-    /// Integration time per phase step, D, in whole chips (at least 1).
-    pub integration_chips: u64,
-    /// The integration time that was asked for.
-    pub requested_integration_ps: f64,
-}
-
-impl Scan {
-    /// Phase step k that the reference is delayed by in a step of the scan, 0..K.
-    pub fn phase_step(&self, step: Step) -> u64 {
-        (self.first_step + step.0) % self.steps_per_period
-    }
-
-    /// Whether the scan covers the whole code period, so that scans follow one
-    /// another without a gap.
-    pub fn is_full(&self) -> bool {
-        self.steps == self.steps_per_period
+        distance_m(self.delay_ps)
     }
 }
 

@@ -1,11 +1,9 @@
 //! Paths whose length changes in time (eq. 7).
 
-use super::read::Clock;
 use super::reader::Section;
-use super::source::round_trip_ps;
 use super::{Path, Scene};
-use crate::SPEED_OF_LIGHT_M_PER_S;
-use crate::scan::Step;
+use crate::light::{SPEED_OF_LIGHT_M_PER_S, round_trip_ps};
+use crate::scan::Clock;
 
 /// How the distance of a path changes: a constant speed, a random fluctuation,
 /// or both. Every scan starts at the path's own distance.
@@ -75,23 +73,6 @@ impl Scene {
         }
         still
     }
-
-    /// Time from the start of a scan to the middle of a step, or
-    /// of the group of `parallel` steps that it belongs to.
-    pub fn middle_of_step_ps(&self, step: Step) -> f64 {
-        let group = self.grouping().group_of(step);
-        (group.0 as f64 + 0.5) * self.step_duration_ps()
-    }
-
-    /// Integration time of a phase step, in whole chips.
-    pub fn step_duration_ps(&self) -> f64 {
-        self.scan.integration_chips as f64 * self.chip_period_ps
-    }
-
-    /// Duration of a scan.
-    pub(super) fn scan_duration_ps(&self) -> f64 {
-        self.grouping().groups() as f64 * self.step_duration_ps()
-    }
 }
 
 /// The movement of a path; `None` for one that stands still.
@@ -122,14 +103,14 @@ fn read_fluctuation(path: &Section, clock: Option<Clock>) -> Option<Fluctuation>
     let std_m = section.quantity(STD);
     let time_ps = section.quantity(TIME);
     if let (Some(time_ps), Some(clock)) = (time_ps, clock) {
-        let chips = time_ps / clock.chip_period_ps;
+        let chips = clock.chips(time_ps);
         if chips < LEAST_CORRELATION_CHIPS {
-            let least_ns = LEAST_CORRELATION_CHIPS * clock.chip_period_ps / 1e3;
+            let least_ns = clock.ps(LEAST_CORRELATION_CHIPS) / 1e3;
             let what = format!("shorter than {LEAST_CORRELATION_CHIPS} chips");
             let advice = format!("at least \"{} ns\"", least_ns.ceil());
             refuse(&section, TIME, &what, &advice);
         } else if chips > MOST_CORRELATION_CHIPS {
-            let most_h = MOST_CORRELATION_CHIPS * clock.chip_period_ps / 3600e12;
+            let most_h = clock.ps(MOST_CORRELATION_CHIPS) / 3600e12;
             let advice = format!("at most \"{:.0} h\"", most_h.floor());
             refuse(&section, TIME, "longer than 2^50 chips", &advice);
         }
@@ -154,7 +135,7 @@ fn read_fluctuation(path: &Section, clock: Option<Clock>) -> Option<Fluctuation>
 
 /// Reports paths that come to the sensor, or behind it, within a scan.
 pub(super) fn check_distances(sections: &[Section], scene: &Scene) {
-    let scan_s = scene.scan_duration_ps() * 1e-12;
+    let scan_s = scene.timing().scan_duration_ps() * 1e-12;
     let ms = |seconds: f64| seconds * 1e3;
     for (section, path) in sections.iter().zip(&scene.paths) {
         let Some(movement) = path.movement else {

@@ -6,9 +6,9 @@ use std::path::Path as FilePath;
 use toml::de::DeTable;
 
 use super::error::Diagnostics;
+use super::names::Names;
 use super::reader::Section;
 use super::setting::Setting;
-use super::wording::{alternatives, nearest, quoted};
 use super::{
     Detector, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, SceneErrors, Source, Target,
     TotalsMissing,
@@ -16,7 +16,8 @@ use super::{
 use super::{detector, movement, scan, source};
 use crate::code::MAX_CODE_CHIPS;
 use crate::files::read_text;
-use crate::printable::{is_unprintable, printable, printable_path};
+use crate::printable::printable_path;
+use crate::scan::Clock;
 
 /// Largest scene file that is read.
 pub(super) const MOST_SCENE_BYTES: u64 = 2 << 20;
@@ -149,81 +150,6 @@ fn with_advice(message: &str) -> String {
         _ => return message.to_owned(),
     };
     format!("{message}: {advice}")
-}
-
-/// Chip period, and the phase steps that it is divided into.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Clock {
-    pub(super) chip_period_ps: f64,
-    pub(super) samples_per_chip: u32,
-}
-
-impl Clock {
-    /// Phase step T_s.
-    pub(super) fn phase_step_ps(&self) -> f64 {
-        self.chip_period_ps / f64::from(self.samples_per_chip)
-    }
-}
-
-/// Names to which other tables refer, in the order of the file.
-pub(super) struct Names {
-    /// What they name, for messages.
-    kind: &'static str,
-    names: Vec<String>,
-}
-
-impl Names {
-    /// Reads the `name` of each table, and reports missing and repeated ones.
-    fn read(kind: &'static str, sections: &[Section]) -> Names {
-        let mut names: Vec<String> = Vec::new();
-        for section in sections {
-            let example = format!("my-{kind}");
-            section.require_such("name", &format!("\"{example}\""));
-            let given = section.string("name", &example);
-            let name = given.unwrap_or_default();
-            if name.contains(is_unprintable) {
-                let message = format!(
-                    "\"{}\" has characters that cannot be seen; a {kind}'s name is one line of \
-                     printable text, for example \"{example}\"",
-                    printable(name)
-                );
-                section.report("name", &message);
-            }
-            if given.is_some() && name.is_empty() {
-                let message = format!(
-                    "a {kind} needs a name that is not empty; write for example \"{example}\""
-                );
-                section.report("name", &message);
-            } else if !name.is_empty() && names.iter().any(|other| other == name) {
-                let message =
-                    format!("\"{name}\" already names another {kind}; choose another name");
-                section.report("name", &message);
-            }
-            names.push(name.to_owned());
-        }
-        Names { kind, names }
-    }
-
-    /// Index of the table that `key` of `section` refers to.
-    pub(super) fn resolve(&self, section: &Section, key: &'static str) -> Option<usize> {
-        let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        let example = names.first().unwrap_or(&self.kind);
-        section.require_such(key, &format!("\"{example}\""));
-        let wanted = section.string(key, example)?;
-        let index = names.iter().position(|name| *name == wanted);
-        // A name that could not be read may be the one that is wanted.
-        if index.is_none() && !names.contains(&"") {
-            let advice = match nearest(wanted, &names) {
-                Some(nearest) => format!("did you mean \"{nearest}\"?"),
-                None => format!("there is {}", alternatives(&quoted(&names))),
-            };
-            section.report(
-                key,
-                &format!("no {} is named \"{wanted}\"; {advice}", self.kind),
-            );
-        }
-        index
-    }
 }
 
 fn read_scene(root: &Section, name: String) -> Option<Scene> {

@@ -4,10 +4,10 @@ use toml::de::DeValue;
 
 use super::Scan;
 use super::keys::{PATH, STEPS};
-use super::read::Clock;
 use super::reader::{Section, Value};
-use super::source::round_trip_ps;
 use super::units::Quantity;
+use crate::light::round_trip_ps;
+use crate::scan::Clock;
 
 /// Most samples of one scan: 2^60 samples of 1 ns are 36 years, and the number of
 /// a sample in any of 8 scans stays within 64 bits.
@@ -52,7 +52,7 @@ pub(super) fn read(
 }
 
 fn whole_chips(section: &Section, requested_ps: f64, clock: Clock) -> Option<u64> {
-    let chips = (requested_ps / clock.chip_period_ps).round();
+    let chips = clock.chips(requested_ps).round();
     if chips < 1.0 {
         let message = format!(
             "the integration time rounds to 0 chips of {} ns; integrate for at least one chip",
@@ -66,7 +66,7 @@ fn whole_chips(section: &Section, requested_ps: f64, clock: Clock) -> Option<u64
             "integration",
             &format!(
                 "this is more than 2^53 chips; integrate for at most \"{:.0} s\"",
-                (MAX_STEP_CHIPS * clock.chip_period_ps * 1e-12).floor()
+                (clock.ps(MAX_STEP_CHIPS) * 1e-12).floor()
             ),
         );
         return None;
@@ -129,7 +129,7 @@ fn read_window(
             let (halfwidth, period) = (halfwidth? as u64, steps_per_period?);
             let count = 2 * halfwidth + 1;
             check_count(section, "halfwidth", count, period)?;
-            let centre = (delay_ps? / clock?.phase_step_ps()).round();
+            let centre = (delay_ps? / clock?.sample_period_ps()).round();
             // Steps repeat with the period, and so do distances.
             let centre = centre.rem_euclid(period as f64) as u64;
             Some(((centre + period - halfwidth) % period, count))

@@ -6,10 +6,12 @@ use toml::de::DeValue;
 
 use super::keys::SOURCE;
 use super::movement;
-use super::read::{Clock, Names};
+use super::names::Names;
 use super::reader::Section;
 use super::{Path, Source};
 use crate::code::{Code, CodeSpec, Family};
+use crate::light::round_trip_ps;
+use crate::scan::Clock;
 
 const CODE_EXAMPLE: &str = "{ family = \"gold\", degree = 11 }";
 
@@ -62,11 +64,6 @@ pub(super) fn read_path(
         transmission: transmission.unwrap_or(1.0),
         movement,
     })
-}
-
-/// Time that light takes to a target at `distance_m` and back.
-pub(super) fn round_trip_ps(distance_m: f64) -> f64 {
-    2.0 * distance_m / crate::SPEED_OF_LIGHT_M_PER_S * 1e12
 }
 
 /// On-rate over off-rate: a number, or "inf", which is the default.

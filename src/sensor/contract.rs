@@ -7,25 +7,21 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::peak::PeakPlan;
+use super::peak::{self, PeakPlan};
 use crate::code::Code;
-use crate::scan::{Group, Grouping};
-use crate::scene::{Scan, Scene, Target};
+use crate::scan::{Grouping, Timing};
+use crate::scene::{Scene, Target};
 
 /// The hardware that a scene needs, as seen from outside.
 #[derive(Debug, Clone)]
 pub struct Contract {
-    /// Samples per clock and detector, S.
-    pub lanes: u32,
+    /// Clock, scan, and how many phase steps are correlated at once.
+    pub timing: Timing,
     /// Code of each source; bit m of `o_laser` carries source m's chips.
     pub source_codes: Vec<Arc<Code>>,
     /// Code of each detector's reference; lanes d S .. (d + 1) S of
     /// `i_samples` belong to detector d.
     pub reference_codes: Vec<Arc<Code>>,
-    /// Phase steps and integration time.
-    pub scan: Scan,
-    /// Phase steps correlated at once.
-    pub parallel: u32,
     /// Bits of a signed count that no stimulus can overflow:
     /// |count| <= D max(1, S / 2), because a rising edge needs a low sample.
     pub exact_count_bits: u32,
@@ -191,15 +187,13 @@ impl Contract {
             .sends_total_counts()
             .then(|| TotalCount::of(count_bits, exact_count_bits, scene.scan.integration_chips));
         let mut contract = Contract {
-            lanes,
+            timing: scene.timing(),
             source_codes: scene.sources.iter().map(|s| s.code.clone()).collect(),
             reference_codes: scene
                 .detectors
                 .iter()
                 .map(|d| scene.sources[d.reference].code.clone())
                 .collect(),
-            scan: scene.scan,
-            parallel: scene.hardware.parallel,
             exact_count_bits,
             count_bits,
             total,
@@ -212,7 +206,13 @@ impl Contract {
         contract.result_latency_clocks =
             Self::clocks_to_dump(lanes) + contract.clocks_of_counting();
         if scene.hardware.peak_detector {
-            contract.peak = Some(PeakPlan::of(&contract));
+            let counts = peak::Counts {
+                bits: contract.count_bits,
+                saturate: contract.saturates(),
+                clocks_of_counting: contract.clocks_of_counting(),
+                latency_clocks: contract.result_latency_clocks,
+            };
+            contract.peak = Some(PeakPlan::of(&contract.timing, &counts));
         }
         contract
     }
@@ -234,31 +234,37 @@ impl Contract {
 
     /// Banks of correlators.
     pub fn banks(&self) -> u32 {
-        self.parallel.div_ceil(self.bank_steps)
+        self.parallel().div_ceil(self.bank_steps)
+    }
+
+    /// Samples per clock and detector, S.
+    pub fn lanes(&self) -> u32 {
+        self.timing.clock.samples_per_chip
+    }
+
+    /// Phase steps correlated at once.
+    pub fn parallel(&self) -> u32 {
+        self.timing.parallel
     }
 
     /// Groups of phase steps in a scan: `parallel` steps share their light.
     pub fn groups(&self) -> u64 {
-        self.grouping().groups()
+        self.timing.groups()
     }
 
     /// How the scan's steps share their light.
     pub fn grouping(&self) -> Grouping {
-        Grouping {
-            steps: self.scan.steps,
-            parallel: u64::from(self.parallel),
-        }
+        self.timing.grouping()
     }
 
     /// Phase steps of a scan's last group.
     pub fn last_group_steps(&self) -> u64 {
-        let last = Group(self.groups() - 1);
-        self.grouping().steps_of(last).len() as u64
+        self.grouping().steps_of_last()
     }
 
     /// Clocks of a scan; `u64::MAX` if there are more.
     pub fn scan_clocks(&self) -> u64 {
-        self.groups().saturating_mul(self.scan.integration_chips)
+        u64::try_from(self.timing.scan_chips()).unwrap_or(u64::MAX)
     }
 
     /// Bits of `m_axis_tdata` that hold the signed count, sign-extended.
@@ -272,10 +278,9 @@ impl Contract {
         self.count_bits < self.exact_count_bits
     }
 
-    /// Whether a scan is followed by a pause until the next epoch. Only scans
-    /// over the whole period, in whole groups, end where they began.
+    /// Whether a scan is followed by a pause until the next epoch.
     pub fn realigns(&self) -> bool {
-        !self.scan.is_full() || !self.grouping().is_even()
+        !self.timing.is_gapless()
     }
 
     /// Ports of `sensor_top`, in the order of the Verilog.
@@ -294,7 +299,7 @@ impl Contract {
             port(
                 "i_samples",
                 Input,
-                self.lanes * self.reference_codes.len() as u32,
+                self.lanes() * self.reference_codes.len() as u32,
             ),
             port("m_axis_tdata", Output, self.tdata_bits),
             port("m_axis_tvalid", Output, 1),

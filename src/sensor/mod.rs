@@ -1,8 +1,80 @@
-//! What the hardware of a scene promises at its ports: widths, latency, order of
-//! results, and how the ports lie in a record.
+//! A scene's sensor, worked out once: when it does what ([`Timing`]), what its
+//! hardware promises at its ports ([`contract`]), and how the ports lie in a record
+//! ([`layout`]).
 //!
-//! Emitter and reference model build on this and on nothing else in common.
+//! Every part that emits, predicts, simulates or estimates is handed a [`Sensor`].
+//! Of all that, emitter and reference model share the contract and nothing else.
 
 pub mod contract;
 pub mod layout;
 pub mod peak;
+
+use self::contract::Contract;
+use crate::code::Code;
+use crate::scan::{Clock, Timing};
+use crate::scene::Scene;
+
+/// A scene, and what follows from it for every other part.
+#[derive(Debug, Clone)]
+pub struct Sensor {
+    scene: Scene,
+    timing: Timing,
+    contract: Contract,
+}
+
+impl Sensor {
+    /// The sensor of a scene that has been checked.
+    pub fn new(scene: &Scene) -> Sensor {
+        Sensor {
+            timing: scene.timing(),
+            contract: Contract::of(scene),
+            scene: scene.clone(),
+        }
+    }
+
+    /// The sensor of this scene with a change.
+    pub fn with(&self, change: impl FnOnce(&mut Scene)) -> Sensor {
+        let mut scene = self.scene.clone();
+        change(&mut scene);
+        Sensor::new(&scene)
+    }
+
+    /// What was written down of it.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// When it does what.
+    pub fn timing(&self) -> &Timing {
+        &self.timing
+    }
+
+    /// Chip and sample period.
+    pub fn clock(&self) -> Clock {
+        self.timing.clock
+    }
+
+    /// What its hardware promises at its ports.
+    pub fn contract(&self) -> &Contract {
+        &self.contract
+    }
+
+    /// The code that a detector's sign follows.
+    pub fn reference(&self, detector: usize) -> &Code {
+        let source = self.scene.detectors[detector].reference;
+        &self.scene.sources[source].code
+    }
+
+    /// Period of the code that modulates the light of a path.
+    pub fn code_period_of_path_ps(&self, path: usize) -> f64 {
+        let source = self.scene.paths[path].source;
+        self.clock()
+            .ps(self.scene.sources[source].code.len() as f64)
+    }
+
+    /// The sensor with every path standing still where it is, without its
+    /// fluctuation, at a time after the start of a scan.
+    pub fn still_at(&self, time_ps: f64) -> Sensor {
+        Sensor::new(&self.scene.still_at(time_ps))
+    }
+}

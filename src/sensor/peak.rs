@@ -1,6 +1,6 @@
 //! The hardware's peak detector, as seen from outside.
 
-use super::contract::Contract;
+use crate::scan::Timing;
 
 /// Longest piece of a count that is compared within a clock.
 const LONGEST_PIECE: u32 = 9;
@@ -40,10 +40,22 @@ pub struct PeakPlan {
     pub latency_clocks: u32,
 }
 
+/// The counts that a peak detector compares.
+pub(super) struct Counts {
+    /// Bits of a count.
+    pub bits: u32,
+    /// Whether they may have been clamped.
+    pub saturate: bool,
+    /// Clocks from the first bits of a group's counts to the last.
+    pub clocks_of_counting: u32,
+    /// Clocks from the last sample word to the first count on the stream.
+    pub latency_clocks: u32,
+}
+
 impl PeakPlan {
-    /// The peak detector of a contract that is complete but for it.
-    pub(super) fn of(contract: &Contract) -> PeakPlan {
-        let scan = &contract.scan;
+    /// The peak detector over such counts.
+    pub(super) fn of(timing: &Timing, counts: &Counts) -> PeakPlan {
+        let (scan, parallel) = (&timing.scan, timing.parallel);
         let wraps = scan.first_step + scan.steps > scan.steps_per_period;
         let largest = if wraps {
             scan.steps_per_period - 1
@@ -52,12 +64,12 @@ impl PeakPlan {
         };
         let mut plan = PeakPlan {
             step_bits: (u64::BITS - largest.leading_zeros()).max(1),
-            count_bits: contract.count_bits,
-            pieces: contract.count_bits.div_ceil(LONGEST_PIECE),
-            parallel: contract.parallel,
-            last_steps: contract.last_group_steps() as u32,
-            choosing_clocks: match contract.parallel {
-                1 => u32::from(contract.saturates()),
+            count_bits: counts.bits,
+            pieces: counts.bits.div_ceil(LONGEST_PIECE),
+            parallel,
+            last_steps: timing.grouping().steps_of_last() as u32,
+            choosing_clocks: match parallel {
+                1 => u32::from(counts.saturate),
                 // Whose turn it is, the choice of eight, the choice of those.
                 parallel => 2 + u32::from(parallel > CHOICE),
             },
@@ -66,10 +78,10 @@ impl PeakPlan {
             least_chips: 0,
             latency_clocks: 0,
         };
-        plan.least_chips = u64::from(contract.parallel * plan.clocks_per_count())
-            + u64::from(contract.clocks_of_counting());
+        plan.least_chips =
+            u64::from(parallel * plan.clocks_per_count()) + u64::from(counts.clocks_of_counting);
         // Counts are there a clock before the stream shows the first of them.
-        plan.latency_clocks = contract.result_latency_clocks - 1 + plan.clocks_to_peak();
+        plan.latency_clocks = counts.latency_clocks - 1 + plan.clocks_to_peak();
         plan
     }
 

@@ -4,9 +4,11 @@ use super::Tier;
 use crate::estimate::fit::shared_light;
 use crate::estimate::{Prediction, PredictionError};
 use crate::photons::DetectorModel;
+use crate::photons::memory::Memory;
 use crate::response::{Light, MeanResponse, SecondMoments, merged_share};
 use crate::scan::{Group, Step};
-use crate::scene::{EstimatorKind, Scene};
+use crate::scene::EstimatorKind;
+use crate::sensor::Sensor;
 
 /// Coarse estimates more often wrong than this show in the statistics.
 const COARSE_FAILURES: f64 = 1e-3;
@@ -54,22 +56,22 @@ pub fn of(tier: Tier) -> &'static str {
     }
 }
 
-/// A path of the scene, and what is expected of it.
+/// A path of the sensor, and what is expected of it.
 pub type Predicted = (usize, Result<Prediction, PredictionError>);
 
 /// What of a detector in a scene is outside a tier's domain, and what that does
 /// to the answer. `predicted` is what the tier that draws nothing says of the
 /// detector's paths.
 pub fn warnings(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     tier: Tier,
     predicted: &[Predicted],
 ) -> Vec<String> {
-    let model = DetectorModel::new(scene, detector);
+    let model = DetectorModel::new(sensor, detector);
     let light = Light::of(&model);
     let view = View {
-        scene,
+        sensor,
         detector,
         model: &model,
         brightest_per_chip: light.brightest_per_chip(),
@@ -92,10 +94,10 @@ pub fn warnings(
         Tier::Counts => warnings.extend(view.small_counts()),
         Tier::Events | Tier::Sampled | Tier::Rtl => {}
     }
-    if scene.estimator == EstimatorKind::Model {
-        warnings.extend(shared_light(scene));
+    if sensor.scene().estimator == EstimatorKind::Model {
+        warnings.extend(shared_light(sensor));
     }
-    let name = &scene.detectors[detector].name;
+    let name = &sensor.scene().detectors[detector].name;
     for warning in &mut warnings {
         *warning = format!("{name}: {warning}");
     }
@@ -104,22 +106,22 @@ pub fn warnings(
 
 /// One detector of a scene.
 struct View<'a> {
-    scene: &'a Scene,
+    sensor: &'a Sensor,
     detector: usize,
     model: &'a DetectorModel,
     brightest_per_chip: f64,
 }
 
 impl View<'_> {
-    fn dead_time_chips(&self) -> f64 {
-        self.scene.detectors[self.detector].dead_time_ps / self.scene.chip_period_ps
+    fn memory(&self) -> Memory {
+        Memory::of(self.model, self.brightest_per_chip)
     }
 
     /// Two detections are one rising edge if the level does not fall between two
     /// samples: if they are less than pulse width and sample period apart.
     fn merged_pulses(&self) -> Option<String> {
-        let spad = &self.scene.detectors[self.detector];
-        let sample_ps = self.scene.chip_period_ps / f64::from(self.scene.samples_per_chip);
+        let spad = &self.sensor.scene().detectors[self.detector];
+        let sample_ps = self.sensor.clock().sample_period_ps();
         let ready_ps = spad.pulse_width_ps + sample_ps - spad.dead_time_ps;
         if ready_ps <= 0.0 {
             return None;
@@ -139,8 +141,8 @@ impl View<'_> {
 
     /// A pulse that is shorter than a sample period may lie between samples.
     fn missed_pulses(&self) -> Option<String> {
-        let spad = &self.scene.detectors[self.detector];
-        let sample_ps = self.scene.chip_period_ps / f64::from(self.scene.samples_per_chip);
+        let spad = &self.sensor.scene().detectors[self.detector];
+        let sample_ps = self.sensor.clock().sample_period_ps();
         let missed = 1.0 - spad.pulse_width_ps / sample_ps;
         (missed > 0.0).then(|| {
             format!(
@@ -154,13 +156,11 @@ impl View<'_> {
     }
 
     fn clamped_counts(&self) -> Option<String> {
-        let width = self.scene.hardware.counter_width?;
-        let chips = self.scene.scan.integration_chips as f64;
+        let width = self.sensor.scene().hardware.counter_width?;
+        let chips = self.sensor.timing().scan.integration_chips as f64;
         // No more than one detection in a dead time.
-        let most = chips
-            / self
-                .dead_time_chips()
-                .max(1.0 / self.brightest_per_chip.max(1e-300));
+        let shortest = 1.0 / self.brightest_per_chip.max(1e-300);
+        let most = chips / self.model.dead_time_chips().max(shortest);
         let limit = 2_f64.powi(width as i32 - 1) - 1.0;
         (most > limit).then(|| {
             format!(
@@ -171,7 +171,7 @@ impl View<'_> {
     }
 
     fn saturation(&self) -> Option<String> {
-        let saturation = self.brightest_per_chip * self.dead_time_chips();
+        let saturation = self.memory().saturation();
         (saturation > MOST_SATURATION).then(|| {
             format!(
                 "light of {saturation:.0} primary detections per dead time: the detector fires \
@@ -182,11 +182,8 @@ impl View<'_> {
     }
 
     fn short_steps(&self) -> Option<String> {
-        let saturation = self.brightest_per_chip * self.dead_time_chips();
-        let spad = &self.scene.detectors[self.detector];
-        let memory = (1.0 + saturation * saturation) * self.dead_time_chips()
-            + spad.afterpulsing_time_constant_ps / self.scene.chip_period_ps;
-        let chips = self.scene.scan.integration_chips as f64;
+        let memory = self.memory().scale_chips();
+        let chips = self.sensor.timing().scan.integration_chips as f64;
         (chips < STEP_IN_MEMORIES * memory).then(|| {
             format!(
                 "a phase step of {chips} chips is not long beside the detector's memory of \
@@ -198,8 +195,8 @@ impl View<'_> {
 
     /// The moments are those of the first scan.
     fn later_scans(&self) -> Option<String> {
-        let pitch = self.model.first_chip(1, Group(0));
-        let scene = self.scene;
+        let pitch = self.model.timing.first_chip(1, Group(0));
+        let scene = self.sensor.scene();
         let apart: Vec<&str> = scene
             .paths
             .iter()
@@ -217,8 +214,8 @@ impl View<'_> {
     }
 
     fn scatter(&self, predicted: &[Predicted]) -> Vec<String> {
-        let own = self.scene.detectors[self.detector].reference;
-        let is_own = |path: usize| self.scene.paths[path].source == own;
+        let own = self.sensor.scene().detectors[self.detector].reference;
+        let is_own = |path: usize| self.sensor.scene().paths[path].source == own;
         let expected = predicted.iter().filter(|(path, _)| is_own(*path));
         expected
             .filter_map(|(path, predicted)| Some((path, predicted.ok()?)))

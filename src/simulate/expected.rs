@@ -6,7 +6,7 @@ use crate::estimate::unwrap::{check_normal, fold_distance};
 use crate::estimate::{PredictionError, Theory, distance_m};
 use crate::photons::DetectorModel;
 use crate::response::MeanResponse;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 use crate::simulate::repeat::PathStatistics;
 
 /// Makes of the statistics of no scans at all, which have the expectations beside
@@ -16,19 +16,18 @@ use crate::simulate::repeat::PathStatistics;
 /// # Errors
 /// When the expectations cannot be had.
 pub(super) fn answer(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     theory: &Theory,
     statistics: &mut [PathStatistics],
 ) -> Result<(), ScansError> {
-    let own = &scene.sources[scene.detectors[detector].reference];
     let expected = theory.predictions.iter().zip(&theory.missed);
     for (path, (prediction, &missed)) in statistics.iter_mut().zip(expected) {
         path.take_missed(missed);
         path.bias_m = path.expected_bias_m;
         path.std_m = path.expected_std_m;
         path.std_over_bound = path.std_m.zip(path.bound_m).map(|(std, bound)| std / bound);
-        let range_m = distance_m(scene.chip_period_ps * own.code.len() as f64);
+        let range_m = distance_m(sensor.timing().code_period_ps());
         path.mean_m = path
             .bias_m
             .map(|bias_m| fold_distance(path.true_m + bias_m, range_m));
@@ -41,7 +40,7 @@ pub(super) fn answer(
                 path.detected_rate_cps = expected.detection_rate_hz;
             }
             Err(reason @ (PredictionError::Flat | PredictionError::CoarseOnly(_))) => {
-                path.detected_rate_cps = detection_rate_cps(scene, detector)?;
+                path.detected_rate_cps = detection_rate_cps(sensor, detector)?;
                 path.remark = Some(reason.to_string());
             }
             Err(reason) => return Err((*reason).into()),
@@ -60,8 +59,8 @@ impl PathStatistics {
     }
 }
 
-fn detection_rate_cps(scene: &Scene, detector: usize) -> Result<f64, ScansError> {
-    let model = DetectorModel::new(scene, detector);
+fn detection_rate_cps(sensor: &Sensor, detector: usize) -> Result<f64, ScansError> {
+    let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::of_tier(&model, Tier::Expected.counting())?;
     Ok(response.detection_rate_hz())
 }

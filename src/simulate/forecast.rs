@@ -8,8 +8,8 @@ use crate::estimate::TheoryEffort;
 use crate::photons::DetectorModel;
 use crate::reference::stimulus::clocks_for_scans;
 use crate::response::Light;
-use crate::scene::{EstimatorKind, Scene};
-use crate::sensor::contract::Contract;
+use crate::scene::EstimatorKind;
+use crate::sensor::Sensor;
 
 /// Detections of the short simulation, about, and phase steps that it has at most.
 const DETECTIONS: f64 = 2e5;
@@ -25,18 +25,18 @@ const DETECTION_S: f64 = 10e-9;
 
 /// Seconds that `repetitions` scans of every detector take, and what follows from
 /// them; `None` where that is soon done, or not known.
-pub fn seconds(scene: &Scene, tier: Tier, repetitions: u64) -> Option<f64> {
+pub fn seconds(sensor: &Sensor, tier: Tier, repetitions: u64) -> Option<f64> {
     let mut seconds = 0.0;
-    for detector in 0..scene.detectors.len() {
-        let effort = TheoryEffort::of(scene, detector).ok();
+    for detector in 0..sensor.scene().detectors.len() {
+        let effort = TheoryEffort::of(sensor, detector).ok();
         seconds += match tier {
             Tier::Expected => 0.0,
             Tier::Counts => effort.map_or(0.0, |effort| effort.draws_s()),
             Tier::Events | Tier::Sampled | Tier::Rtl => {
-                repetitions as f64 * scan_s(scene, detector, tier).unwrap_or(0.0)
+                repetitions as f64 * scan_s(sensor, detector, tier).unwrap_or(0.0)
             }
         };
-        if scene.estimator == EstimatorKind::Model && tier.draws() {
+        if sensor.scene().estimator == EstimatorKind::Model && tier.draws() {
             seconds += repetitions as f64 * effort.map_or(0.0, |effort| effort.fit_s());
         }
     }
@@ -44,21 +44,24 @@ pub fn seconds(scene: &Scene, tier: Tier, repetitions: u64) -> Option<f64> {
 }
 
 /// What one scan takes, by how long a short one of the same light does.
-fn scan_s(scene: &Scene, detector: usize, tier: Tier) -> Option<f64> {
-    let model = DetectorModel::new(scene, detector);
+fn scan_s(sensor: &Sensor, detector: usize, tier: Tier) -> Option<f64> {
+    let model = DetectorModel::new(sensor, detector);
     let primary = Light::of(&model).brightest_per_chip();
     let per_chip = primary / (1.0 + primary * model.dead_time_chips());
     let warm_up = model.warm_up_chips() as f64;
-    let groups = model.groups() as f64;
+    let groups = model.timing.groups() as f64;
     let chips_of = |groups: f64, dwell: f64| groups * (warm_up + dwell);
-    let dwell = scene.scan.integration_chips as f64;
+    let dwell = sensor.timing().scan.integration_chips as f64;
 
-    let mut short = scene.clone();
-    short.scan.steps = (STEPS * model.parallel()).min(scene.scan.steps);
-    let short_groups = short.grouping().groups() as f64;
+    let timing = sensor.timing();
+    let short_steps = (STEPS * u64::from(timing.parallel)).min(timing.scan.steps);
+    let short_groups = short_steps.div_ceil(u64::from(timing.parallel)) as f64;
     let most = (DETECTIONS / per_chip.max(1e-9)).min(CHIPS) / short_groups;
     let short_dwell = most.clamp(1.0, dwell).floor();
-    short.scan.integration_chips = short_dwell as u64;
+    let short = sensor.with(|scene| {
+        scene.scan.steps = short_steps;
+        scene.scan.integration_chips = short_dwell as u64;
+    });
     if warm_up * per_chip * short_groups > MOST_WARM_UP {
         return Some(chips_of(groups, dwell) * per_chip * DETECTION_S);
     }
@@ -69,8 +72,8 @@ fn scan_s(scene: &Scene, detector: usize, tier: Tier) -> Option<f64> {
             chips_of(groups, dwell) / chips_of(short_groups, short_dwell),
         ),
         _ => {
-            let clocks = |scene: &Scene| clocks_for_scans(&Contract::of(scene), 1) as f64;
-            (Tier::Sampled, clocks(scene) / clocks(&short))
+            let clocks = |sensor: &Sensor| clocks_for_scans(sensor.contract(), 1) as f64;
+            (Tier::Sampled, clocks(sensor) / clocks(&short))
         }
     };
     if work < LEAST_RATIO {

@@ -1,4 +1,4 @@
-//! Ways of simulating a scene, from exact to cheap, and what they say.
+//! Ways of simulating a sensor, from exact to cheap, and what they say.
 
 pub mod domain;
 mod expected;

@@ -22,7 +22,7 @@ use crate::reference::photons::Photons;
 use crate::reference::predictor::{Reference, ReferenceError};
 use crate::reference::stimulus::clocks_for_scans;
 use crate::response::{CountSampler, MeanResponse, MeanResponseError, SecondMoments};
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 use crate::sensor::contract::Contract;
 use crate::sensor::layout::Layout;
 
@@ -68,14 +68,14 @@ pub struct Prepared {
 /// # Errors
 /// When the tier cannot do the scene.
 pub fn scans(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     tier: Tier,
     seed: u64,
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),
 ) -> Result<Vec<String>, ScansError> {
-    Prepared::new(scene, tier)?.scans(scene, detector, seed, repetitions, on_scan)
+    Prepared::new(sensor, tier)?.scans(sensor, detector, seed, repetitions, on_scan)
 }
 
 impl Prepared {
@@ -83,10 +83,10 @@ impl Prepared {
     ///
     /// # Errors
     /// When the Verilog cannot be emitted or built.
-    pub fn new(scene: &Scene, tier: Tier) -> Result<Prepared, ScansError> {
+    pub fn new(sensor: &Sensor, tier: Tier) -> Result<Prepared, ScansError> {
         let library = if tier == Tier::Rtl {
-            let sources = sources_of(&deliver::emit(scene, "goldtof simulate")?);
-            Some(build(TOP, &sources, &Contract::of(scene), &cache_dir()?)?)
+            let sources = sources_of(&deliver::emit(sensor, "goldtof simulate")?);
+            Some(build(TOP, &sources, sensor.contract(), &cache_dir()?)?)
         } else {
             None
         };
@@ -107,7 +107,7 @@ impl Prepared {
     /// When the tier cannot do the scene.
     pub fn scans(
         &self,
-        scene: &Scene,
+        sensor: &Sensor,
         detector: usize,
         seed: u64,
         repetitions: u64,
@@ -115,11 +115,11 @@ impl Prepared {
     ) -> Result<Vec<String>, ScansError> {
         match (self.tier, &self.library) {
             (Tier::Expected, _) => {}
-            (Tier::Counts, _) => counts(scene, detector, seed, repetitions, on_scan)?,
-            (Tier::Events, _) => events(scene, detector, seed, repetitions, on_scan),
-            (_, None) => sampled(scene, detector, seed, repetitions, on_scan)?,
+            (Tier::Counts, _) => counts(sensor, detector, seed, repetitions, on_scan)?,
+            (Tier::Events, _) => events(sensor, detector, seed, repetitions, on_scan),
+            (_, None) => sampled(sensor, detector, seed, repetitions, on_scan)?,
             (_, Some(library)) => {
-                return rtl(scene, detector, library, seed, repetitions, on_scan);
+                return rtl(sensor, detector, library, seed, repetitions, on_scan);
             }
         }
         Ok(Vec::new())
@@ -127,13 +127,13 @@ impl Prepared {
 }
 
 fn counts(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     seed: u64,
     repetitions: u64,
     mut on_scan: impl FnMut(&[StepCount]),
 ) -> Result<(), ScansError> {
-    let model = DetectorModel::new(scene, detector);
+    let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::of_tier(&model, Tier::Counts.counting())?;
     let sampler = CountSampler::of(&model, &SecondMoments::new(&response)?);
     for repetition in 0..repetitions {
@@ -143,16 +143,16 @@ fn counts(
 }
 
 fn events(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     seed: u64,
     repetitions: u64,
     mut on_scan: impl FnMut(&[StepCount]),
 ) {
-    let model = DetectorModel::new(scene, detector);
+    let model = DetectorModel::new(sensor, detector);
     let counter = StepCounter::new(&model);
     let threads = available_parallelism().unwrap_or(NonZero::<usize>::MIN);
-    let steps = scene.scan.steps;
+    let steps = sensor.timing().scan.steps;
     let at_once = (STEPS_AT_ONCE / steps).max(1);
     let mut counted = Vec::new();
     let mut first = 0;
@@ -169,19 +169,19 @@ fn events(
 }
 
 fn sampled(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     seed: u64,
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),
 ) -> Result<(), ScansError> {
-    let contract = Contract::of(scene);
-    let layout = Layout::of(&contract);
-    let detectors = models(scene);
+    let contract = sensor.contract();
+    let layout = Layout::of(contract);
+    let detectors = models(sensor);
     let mut reference = Reference::new(contract.clone())?;
-    let mut photons = Photons::new(&detectors, &contract, seed);
-    let mut collector = Collector::new(&contract, repetitions, on_scan);
-    let clocks = clocks_for_scans(&contract, repetitions);
+    let mut photons = Photons::new(&detectors, contract, seed);
+    let mut collector = Collector::new(contract, repetitions, on_scan);
+    let clocks = clocks_for_scans(contract, repetitions);
     let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, clocks);
     let mut block = Block::default();
     while maker.make(&mut block) {
@@ -196,37 +196,37 @@ fn sampled(
     Ok(())
 }
 
-fn models(scene: &Scene) -> Vec<DetectorModel> {
-    (0..scene.detectors.len())
-        .map(|detector| DetectorModel::new(scene, detector))
+fn models(sensor: &Sensor) -> Vec<DetectorModel> {
+    (0..sensor.scene().detectors.len())
+        .map(|detector| DetectorModel::new(sensor, detector))
         .collect()
 }
 
 fn rtl(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     library: &Built,
     seed: u64,
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),
 ) -> Result<Vec<String>, ScansError> {
-    let contract = Contract::of(scene);
-    let layout = Layout::of(&contract);
+    let contract = sensor.contract();
+    let layout = Layout::of(contract);
     let mut reference = Reference::new(contract.clone())?;
     let mut model = Verilated::load(library, &layout)?;
-    let detectors = models(scene);
-    let mut collector = Collector::new(&contract, repetitions, on_scan);
+    let detectors = models(sensor);
+    let mut collector = Collector::new(contract, repetitions, on_scan);
     // Hits of the steps that the Verilog has yet to send. They stand in where it
     // sends no totals: the rate of detections needs them, the estimator does not.
     let hits = RefCell::new(VecDeque::new());
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut reference,
-        stimulus: &mut Photons::new(&detectors, &contract, seed),
+        stimulus: &mut Photons::new(&detectors, contract, seed),
         layout: &layout,
     }
     .run_and_read(
-        clocks_for_scans(&contract, repetitions),
+        clocks_for_scans(contract, repetitions),
         |result| {
             if result.detector == detector {
                 hits.borrow_mut().push_back(result.total);
@@ -247,12 +247,9 @@ fn rtl(
     if outcome.first.is_some() {
         return Err(ScansError::Mismatch);
     }
-    let names = scene
-        .detectors
-        .iter()
-        .map(|detector| detector.name.as_str());
-    let missing =
-        Exercised::new(&outcome.exercise, names).missing(&contract, StimulusKind::Photons);
+    let detectors = sensor.scene().detectors.iter();
+    let names = detectors.map(|detector| detector.name.as_str());
+    let missing = Exercised::new(&outcome.exercise, names).missing(contract, StimulusKind::Photons);
     let remark =
         |missing| format!("the Verilog is not shown to count as the model does: {missing}");
     Ok(missing.into_iter().map(remark).collect())
@@ -269,7 +266,7 @@ struct Collector<F> {
 impl<F: FnMut(&[StepCount])> Collector<F> {
     fn new(contract: &Contract, repetitions: u64, on_scan: F) -> Collector<F> {
         Collector {
-            steps: contract.scan.steps,
+            steps: contract.timing.scan.steps,
             repetitions,
             scan: Vec::new(),
             on_scan,

@@ -13,6 +13,7 @@ use goldtof::reference::adversarial::Adversarial;
 use goldtof::reference::blocks::{Block, BlockMaker};
 use goldtof::reference::predictor::Reference;
 use goldtof::scene::{self, Scene};
+use goldtof::sensor::Sensor;
 use goldtof::sensor::contract::Contract;
 use goldtof::sensor::layout::Layout;
 use goldtof::simulate::Tier;
@@ -53,7 +54,7 @@ fn small_scene(estimator: &str, hardware: &str) -> Scene {
 
 /// Co-simulates a scene with its own Verilog, in which `edits` are made.
 fn cosimulated(scene: &Scene, edits: &[(&str, &str, &str)]) -> Cosimulation {
-    let emission = emit(scene, "goldtof emit test.toml").expect("it can be emitted");
+    let emission = emit(&Sensor::new(scene), "goldtof emit test.toml").expect("it can be emitted");
     let mut sources: Vec<SourceFile> = sources_of(&emission);
     for (name, from, to) in edits {
         let source = sources.iter_mut().find(|source| source.name == *name);
@@ -69,14 +70,15 @@ fn cosimulated(scene: &Scene, edits: &[(&str, &str, &str)]) -> Cosimulation {
         clocks: None,
         seed: SEED,
     };
-    cosimulate(scene, &request, |_, _| ()).expect("the tools are there")
+    cosimulate(&Sensor::new(scene), &request, |_, _| ()).expect("the tools are there")
 }
 
 /// The reference model's counts of the first scans.
 fn reference_counts(scene: &Scene, tier: Tier, repetitions: u64) -> Vec<StepCount> {
     let mut counts = Vec::new();
     let gather = |scan: &[StepCount]| counts.extend_from_slice(scan);
-    scans(scene, 0, tier, SEED, repetitions, gather).expect("the tier can do the scene");
+    scans(&Sensor::new(scene), 0, tier, SEED, repetitions, gather)
+        .expect("the tier can do the scene");
     counts
 }
 

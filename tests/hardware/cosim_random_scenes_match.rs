@@ -5,6 +5,7 @@
 use crate::hdl_support::draw::{self, Extent};
 use goldtof::cosim::build::sources_of;
 use goldtof::cosim::{Request, StimulusKind, Verdict, cosimulate};
+use goldtof::sensor::Sensor;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -24,7 +25,7 @@ fn match_under_hostile_inputs(scenes: u64, seed: u64) {
             clocks: Some(MOST_CLOCKS),
             seed: number,
         };
-        let report = cosimulate(&scene, &request, |_, _| ())
+        let report = cosimulate(&Sensor::new(&scene), &request, |_, _| ())
             .expect("the tools are there")
             .report;
         let parameters = &emission.parameters;

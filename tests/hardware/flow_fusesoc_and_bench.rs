@@ -6,6 +6,7 @@ use std::process::{Command, Output};
 
 use crate::hdl_support::{Family, code, run, scene};
 use goldtof::deliver::{emit, write};
+use goldtof::sensor::Sensor;
 
 /// A window scan of two sources that saturates: every port and every part.
 fn emitted(folder: &Path) {
@@ -15,7 +16,8 @@ fn emitted(folder: &Path) {
     ];
     let mut scene = scene(&codes, 0, 8, 5, Some(6), 40, Some(4));
     scene.name = "with a window".into();
-    let emission = emit(&scene, "goldtof emit window.toml").expect("the scene is fine");
+    let emission =
+        emit(&Sensor::new(&scene), "goldtof emit window.toml").expect("the scene is fine");
     write(&emission, folder).expect("the files can be written");
 }
 

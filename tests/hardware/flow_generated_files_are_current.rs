@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use goldtof::deliver::{emit, write};
+use goldtof::sensor::Sensor;
 
 /// Every file of a folder and its folders, by its path in it.
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
@@ -35,7 +36,8 @@ fn emitting_the_standard_scenes_again_changes_nothing() {
             .and_then(|name| name.to_str())
             .expect("plain");
         let scene = goldtof::scene::load(&path).expect("a standard scene is sound");
-        let emission = emit(&scene, &format!("goldtof emit {name}")).expect("it can be built");
+        let emission =
+            emit(&Sensor::new(&scene), &format!("goldtof emit {name}")).expect("it can be built");
         let folder = fresh.path().join(path.file_stem().expect("named"));
         write(&emission, &folder).expect("the files can be written");
     }

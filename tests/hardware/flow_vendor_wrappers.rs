@@ -6,6 +6,7 @@ use std::path::Path;
 
 use crate::hdl_support::{Family, code, run, scene};
 use goldtof::deliver::{emit, write};
+use goldtof::sensor::Sensor;
 
 /// Wrapper sources of a family.
 fn wrappers(family: &str) -> Vec<String> {
@@ -26,7 +27,8 @@ fn wrappers(family: &str) -> Vec<String> {
 fn core(folder: &Path, lanes: u32) -> Vec<String> {
     let codes = [code(Family::Gold(5), 0, 3)];
     let scene = scene(&codes, 0, lanes, 0, None, 13_100, None);
-    let emission = emit(&scene, "goldtof emit board.toml").expect("the scene is fine");
+    let emission =
+        emit(&Sensor::new(&scene), "goldtof emit board.toml").expect("the scene is fine");
     write(&emission, folder).expect("the files can be written");
     emission.files.into_iter().map(|file| file.name).collect()
 }

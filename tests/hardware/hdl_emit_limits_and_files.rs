@@ -7,13 +7,14 @@ use crate::hdl_support::{Family, code, scene};
 use goldtof::code::Generator;
 use goldtof::deliver::{emit, write};
 use goldtof::scene::Scene;
+use goldtof::sensor::Sensor;
 
 fn plain() -> Scene {
     scene(&[code(Family::Gold(5), 0, 3)], 0, 8, 0, None, 40, None)
 }
 
 fn refusal(scene: &Scene) -> String {
-    emit(scene, "goldtof emit test.toml")
+    emit(&Sensor::new(scene), "goldtof emit test.toml")
         .expect_err("the scene is beyond a limit")
         .to_string()
 }
@@ -35,7 +36,7 @@ fn references_of_different_lengths_are_refused() {
 fn steps_at_once_need_time_for_the_reference_to_go_back() {
     let mut scene = scene(&[code(Family::Gold(5), 0, 3)], 0, 8, 0, None, 2, None);
     scene.hardware.parallel = 16;
-    assert!(emit(&scene, "goldtof emit test.toml").is_ok());
+    assert!(emit(&Sensor::new(&scene), "goldtof emit test.toml").is_ok());
     scene.hardware.parallel = 17;
     assert_eq!(
         refusal(&scene),
@@ -109,11 +110,11 @@ fn a_code_that_contradicts_its_generator_is_refused() {
 fn a_second_emission_removes_the_files_that_only_the_first_had() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let interleaved = scene(&[code(Family::Gold(5), 1, 3)], 0, 8, 0, None, 40, None);
-    let first = emit(&interleaved, "first").expect("the scene is fine");
+    let first = emit(&Sensor::new(&interleaved), "first").expect("the scene is fine");
     write(&first, folder.path()).expect("the files can be written");
     fs::write(folder.path().join("mine.v"), "// the user's own\n").expect("written");
     assert!(folder.path().join("interleaver.v").exists());
-    let second = emit(&plain(), "second").expect("the scene is fine");
+    let second = emit(&Sensor::new(&plain()), "second").expect("the scene is fine");
     write(&second, folder.path()).expect("the files can be written");
 
     let mut found: Vec<String> = fs::read_dir(folder.path())
@@ -142,7 +143,8 @@ fn a_manifest_that_names_files_elsewhere_removes_nothing_there() {
     fs::create_dir(&folder).expect("created");
     let manifest = r#"{"files": ["../keep.v"]}"#;
     fs::write(folder.join("manifest.json"), manifest).expect("written");
-    let emission = emit(&plain(), "goldtof emit test.toml").expect("the scene is fine");
+    let emission =
+        emit(&Sensor::new(&plain()), "goldtof emit test.toml").expect("the scene is fine");
     write(&emission, &folder).expect("the files can be written");
     assert!(outer.path().join("keep.v").exists());
 }
@@ -152,7 +154,8 @@ fn a_folder_that_cannot_be_made_is_named() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("file");
     fs::write(&file, "").expect("written");
-    let emission = emit(&plain(), "goldtof emit test.toml").expect("the scene is fine");
+    let emission =
+        emit(&Sensor::new(&plain()), "goldtof emit test.toml").expect("the scene is fine");
     let error = write(&emission, &file.join("build")).expect_err("a file is no folder");
     assert!(error.to_string().contains("file/build"), "{error}");
 }
@@ -162,7 +165,8 @@ fn a_folder_that_cannot_be_made_is_named() {
 fn at_the_limit(scene: &mut Scene, parallel: u32) -> goldtof::deliver::Parameters {
     scene.hardware.parallel = parallel;
     scene.hardware.peak_detector = true;
-    let emission = emit(scene, "goldtof emit test.toml").expect("the scene is within the limits");
+    let emission = emit(&Sensor::new(scene), "goldtof emit test.toml")
+        .expect("the scene is within the limits");
     emission.parameters
 }
 

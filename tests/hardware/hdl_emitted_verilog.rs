@@ -3,13 +3,15 @@
 use crate::hdl_support::{Family, code, icarus, naive_sensor, random_scene, scene, stimulus};
 use goldtof::deliver::emit;
 use goldtof::scene::Scene;
+use goldtof::sensor::Sensor;
 use goldtof::sensor::contract::Contract;
 
 fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {
     let contract = Contract::of(scene);
-    let emission = emit(scene, "goldtof emit test.toml --out build").expect("the scene is fine");
+    let emission =
+        emit(&Sensor::new(scene), "goldtof emit test.toml --out build").expect("the scene is fine");
     let inputs = stimulus::inputs(
-        contract.lanes * contract.reference_codes.len() as u32,
+        contract.lanes() * contract.reference_codes.len() as u32,
         cycles,
         seed,
     );

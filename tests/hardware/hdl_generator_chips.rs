@@ -1,6 +1,7 @@
 //! The emitted generators give the code table, chip by chip.
 
 use goldtof::deliver::{emit, write};
+use goldtof::sensor::Sensor;
 use std::fs;
 use std::sync::Arc;
 
@@ -65,7 +66,8 @@ fn emitted_chips_equal_the_table_over_two_periods_for_every_degree_and_depth() {
         codes.push(code(Family::Gold, Some(7), Some(index), 1));
     }
     let scene = scene(&codes, 0, 1, 0, Some(3), 5, None);
-    let emission = emit(&scene, "goldtof emit test.toml --out build").expect("the scene is fine");
+    let emission = emit(&Sensor::new(&scene), "goldtof emit test.toml --out build")
+        .expect("the scene is fine");
     let folder = tempfile::tempdir().expect("a temporary folder");
     write(&emission, folder.path()).expect("the files can be written");
     fs::write(folder.path().join("bench.cpp"), BENCH).expect("so can the bench");

@@ -3,6 +3,7 @@
 use crate::hdl_support::draw::{self, Extent};
 use goldtof::deliver::Emission;
 use goldtof::plan::{Plan, plan};
+use goldtof::sensor::Sensor;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -63,7 +64,7 @@ fn in_eighty_random_scenes() {
     let mut seen = [[0_u32; 2]; 7];
     for number in 0..80 {
         let (scene, emission) = draw::emitted(&mut rng, Extent::SHORT, |_| ());
-        let plan = plan(&scene);
+        let plan = plan(&Sensor::new(&scene));
         for (at, (part, is_there)) in traces(&emission).into_iter().enumerate() {
             assert_eq!(keeps(&plan, part), is_there, "scene {number}: {part}");
             seen[at][usize::from(is_there)] += 1;

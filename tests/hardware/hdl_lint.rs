@@ -3,6 +3,7 @@
 use crate::hdl_support::{Family, code, random_scene, run, scene, stimulus};
 use goldtof::deliver::{Emission, emit, write};
 use goldtof::scene::Scene;
+use goldtof::sensor::Sensor;
 
 /// Every family, depth, number of samples, kind of scan and width at least
 /// once, most of them together with several of the others.
@@ -72,7 +73,10 @@ fn forty_scenes_are_clean_under_verilator_icarus_and_yosys() {
     let scenes = scenes();
     assert_eq!(scenes.len(), 40);
     for scene in &scenes {
-        lint(&emit(scene, "goldtof emit test.toml --out build").expect("the scene is fine"));
+        lint(
+            &emit(&Sensor::new(scene), "goldtof emit test.toml --out build")
+                .expect("the scene is fine"),
+        );
     }
 }
 
@@ -85,8 +89,8 @@ fn sixty_random_scenes_are_clean_too() {
             // Counters of up to 60 bits.
             scene.scan.integration_chips <<= noise.below(50);
         }
-        let emission =
-            emit(&scene, "goldtof emit test.toml --out build").expect("the scene is fine");
+        let emission = emit(&Sensor::new(&scene), "goldtof emit test.toml --out build")
+            .expect("the scene is fine");
         lint(&emission);
     }
 }
@@ -94,8 +98,10 @@ fn sixty_random_scenes_are_clean_too() {
 #[test]
 fn emitting_twice_gives_the_same_bytes() {
     for scene in scenes() {
-        let first = emit(&scene, "goldtof emit a.toml --out b").expect("the scene is fine");
-        let second = emit(&scene, "goldtof emit a.toml --out b").expect("the scene is fine");
+        let first =
+            emit(&Sensor::new(&scene), "goldtof emit a.toml --out b").expect("the scene is fine");
+        let second =
+            emit(&Sensor::new(&scene), "goldtof emit a.toml --out b").expect("the scene is fine");
         assert_eq!(first, second);
     }
 }

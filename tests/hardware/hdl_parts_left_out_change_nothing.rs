@@ -10,6 +10,7 @@ use goldtof::code::{Code, Generator};
 use goldtof::deliver::emit;
 use goldtof::scan::Step;
 use goldtof::scene::{Scene, Target};
+use goldtof::sensor::Sensor;
 use goldtof::sensor::contract::Contract;
 
 /// A sensor with one detector whose steps follow one another.
@@ -31,7 +32,7 @@ fn plain_scene(noise: &mut Noise, case: u32) -> Scene {
 
 /// Outputs of a scene's Verilog, clock by clock.
 fn outputs(scene: &Scene, inputs: &[Inputs]) -> Vec<Outputs> {
-    let emission = emit(scene, "goldtof emit test.toml").expect("the scene is fine");
+    let emission = emit(&Sensor::new(scene), "goldtof emit test.toml").expect("the scene is fine");
     let folder = tempfile::tempdir().expect("a temporary folder");
     icarus::simulate(&emission, &Contract::of(scene), inputs, folder.path())
 }

@@ -56,7 +56,7 @@ fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {
 
 fn keeps(contract: &Contract, cycles: usize, seed: u64) {
     let inputs = stimulus::inputs(
-        contract.lanes * contract.reference_codes.len() as u32,
+        contract.lanes() * contract.reference_codes.len() as u32,
         cycles,
         seed,
     );

@@ -2,13 +2,14 @@
 
 use crate::hdl_support::{Family, code, scene};
 use goldtof::deliver::{Emission, emit, write};
+use goldtof::sensor::Sensor;
 
 const COMMAND: &str = "goldtof emit scenes/test.toml --out build";
 
 fn window_scan(family: Family, interleave: u32, counter_width: Option<u32>) -> Emission {
     let codes = [code(family, interleave, 3)];
     let scene = scene(&codes, 0, 4, 5, Some(6), 40, counter_width);
-    emit(&scene, COMMAND).expect("the scene is fine")
+    emit(&Sensor::new(&scene), COMMAND).expect("the scene is fine")
 }
 
 fn text<'a>(emission: &'a Emission, name: &str) -> &'a str {
@@ -20,7 +21,7 @@ fn text<'a>(emission: &'a Emission, name: &str) -> &'a str {
 fn a_full_scan_reads_as_expected() {
     let codes = [code(Family::Gold(11), 0, 3)];
     let scene = scene(&codes, 0, 8, 0, None, 13_100, None);
-    let emission = emit(&scene, COMMAND).expect("the scene is fine");
+    let emission = emit(&Sensor::new(&scene), COMMAND).expect("the scene is fine");
     for name in [
         "gold_generator",
         "phase_stepper",
@@ -77,7 +78,7 @@ fn sources_with_one_code_share_a_generator_and_other_polynomials_get_a_module() 
         code(Family::Gold(5), 0, 4),
     ];
     let scene = scene(&codes, 1, 2, 0, None, 40, None);
-    let emission = emit(&scene, COMMAND).expect("the scene is fine");
+    let emission = emit(&Sensor::new(&scene), COMMAND).expect("the scene is fine");
     insta::assert_snapshot!("four_sources_sensor_top", text(&emission, "sensor_top.v"));
 }
 

@@ -39,10 +39,10 @@ type Results = (Vec<(i64, u64)>, bool);
 /// The hardware, clock by clock.
 fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
     let clocks = inputs.reset.len();
-    let lanes = contract.lanes as usize;
-    let scan = contract.scan;
+    let lanes = contract.lanes() as usize;
+    let scan = contract.timing.scan;
     let dwell = scan.integration_chips as usize;
-    let parallel = contract.parallel as usize;
+    let parallel = contract.parallel() as usize;
     let steps = scan.steps as usize;
     let period = contract.reference_codes[0].chips.len();
     let steps_per_period = period * lanes;
@@ -183,11 +183,11 @@ fn largest(counts: &mut Vec<(u64, i64)>) -> (u64, i64) {
 
 fn event_driven(contract: &Contract, seed: u64, clocks: u64, block: u64) -> (Inputs, Vec<Ports>) {
     let layout = Layout::of(contract);
-    let lanes = contract.lanes as usize;
+    let lanes = contract.lanes() as usize;
     let mut adversary = Adversarial::new(contract, seed);
     let mut reference = Reference::new(contract.clone()).unwrap();
     let detectors = contract.reference_codes.len();
-    let mut levels = vec![Level::new(contract.lanes); detectors];
+    let mut levels = vec![Level::new(contract.lanes()); detectors];
     let mut inputs = Inputs {
         level: vec![vec![false; clocks as usize * lanes]; detectors],
         reset: vec![false; clocks as usize],

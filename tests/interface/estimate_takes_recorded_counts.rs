@@ -146,10 +146,11 @@ fn expected_counts_are_written_and_counts_scatter_round_them() {
         .collect();
     assert_eq!(expected.len(), 248);
     let scene = goldtof::scene::load(Path::new(QUICK)).unwrap();
+    let sensor = goldtof::sensor::Sensor::new(&scene);
     let tier = goldtof::simulate::Tier::Sampled;
     let mut sums = vec![[0.0; 4]; 248];
     let scans = 400;
-    goldtof::simulate::scans::scans(&scene, 0, tier, 2, scans, |counts| {
+    goldtof::simulate::scans::scans(&sensor, 0, tier, 2, scans, |counts| {
         for ((sum, count), expected) in sums.iter_mut().zip(counts).zip(&expected) {
             let signed = (count.signed as f64 - expected[0]) / expected[1];
             let total = (count.total as f64 - expected[2]) / expected[3];

@@ -5,6 +5,7 @@ use std::path::Path;
 use goldtof::cli::plan::to_text;
 use goldtof::plan::{Part, plan};
 use goldtof::scene::{EstimatorKind, Fluctuation, Movement, Scene, load};
+use goldtof::sensor::Sensor;
 
 fn standard(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -15,7 +16,7 @@ fn standard(name: &str) -> Scene {
 
 /// The part `name` of the hardware or of the simulation.
 fn part(scene: &Scene, name: &str) -> Part {
-    let plan = plan(scene);
+    let plan = plan(&Sensor::new(scene));
     let mut parts = plan.hardware.into_iter().chain(plan.simulation);
     parts
         .find(|part| part.part == name)
@@ -25,7 +26,7 @@ fn part(scene: &Scene, name: &str) -> Part {
 #[test]
 fn the_plan_of_paper_single() {
     insta::assert_snapshot!(
-        to_text(&plan(&standard("paper-single"))),
+        to_text(&plan(&Sensor::new(&standard("paper-single")))),
         @r#"
     Hardware
       kept      code_generator        an LFSR of degree 11 makes the first m-sequence
@@ -68,7 +69,7 @@ fn the_plan_of_paper_single() {
 
 #[test]
 fn the_plan_in_json_has_part_kept_and_reason() {
-    let json = serde_json::to_value(plan(&standard("paper-square"))).unwrap();
+    let json = serde_json::to_value(plan(&Sensor::new(&standard("paper-square")))).unwrap();
     let second_lfsr = &json["hardware"][1];
     assert_eq!(second_lfsr["part"], "second_lfsr");
     assert_eq!(second_lfsr["kept"], false);

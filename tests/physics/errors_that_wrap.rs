@@ -4,6 +4,7 @@ use crate::optics_support::{code, table_i_scene};
 use goldtof::estimate::distance_m;
 use goldtof::estimate::report::estimate_scan;
 use goldtof::scene::{Path, Scene};
+use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::{PathStatistics, simulate};
 use goldtof::simulate::scans::scans;
@@ -29,7 +30,8 @@ fn misled(delay_ps: f64) -> Scene {
 }
 
 fn statistics(scene: &Scene, tier: Tier, scans: u64) -> PathStatistics {
-    let simulated = simulate(scene, tier, 3, scans).expect("the scene can be simulated");
+    let simulated =
+        simulate(&Sensor::new(scene), tier, 3, scans).expect("the scene can be simulated");
     simulated.estimates.into_iter().next().expect("its path")
 }
 
@@ -73,8 +75,8 @@ fn the_errors_do_wrap() {
     let scene = misled(5_000.0);
     let mut signs = [0, 0];
     // As `run` does it, from sampled counts.
-    scans(&scene, 0, Tier::Sampled, 3, 100, |counts| {
-        let report = estimate_scan(&scene, 0, counts);
+    scans(&Sensor::new(&scene), 0, Tier::Sampled, 3, 100, |counts| {
+        let report = estimate_scan(&Sensor::new(&scene), 0, counts);
         signs[usize::from(report.error_m.unwrap() > 0.0)] += 1;
         // One scan against its expectation, the shorter way round.
         assert!(report.deviation_in_std.unwrap().abs() < 6.0, "{report:?}");
@@ -107,8 +109,8 @@ fn estimates_all_round_the_period_have_no_mean() {
         assert!((missed - 0.5).abs() < 0.1, "{tier}: {missed}");
     }
     // No scan's error says more than it can, either.
-    scans(&scene, 0, Tier::Events, 3, 1, |counts| {
-        let report = estimate_scan(&scene, 0, counts);
+    scans(&Sensor::new(&scene), 0, Tier::Events, 3, 1, |counts| {
+        let report = estimate_scan(&Sensor::new(&scene), 0, counts);
         assert_eq!(
             (report.expected_bias_m, report.deviation_in_std),
             (None, None)

@@ -9,24 +9,24 @@ use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::estimate::bound::bound;
 use goldtof::estimate::fit::{FitError, ModelEstimate, OtherLight, fit};
 use goldtof::estimate::{
-    CountingTier, Measurement, NoEstimate, calibration_offset_ps, delay_error_ps, distance_m,
-    estimate,
+    CountingTier, NoEstimate, calibration_offset_ps, delay_error_ps, distance_m, estimate,
 };
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::scan::Step;
 use goldtof::scene::{Path, Scene, Source};
+use goldtof::sensor::Sensor;
 
 const TIER: CountingTier = CountingTier::Events;
 
 fn scan_around(scene: &mut Scene, halfwidth: u64) {
-    let peak_ps = scene.paths[0].delay_ps + calibration_offset_ps(scene, 0, TIER);
+    let peak_ps = scene.paths[0].delay_ps + calibration_offset_ps(&Sensor::new(scene), 0, TIER);
     let all = scene.scan.steps_per_period;
     scene.scan.first_step = ((peak_ps / 1000.0).round() as u64 + all - halfwidth) % all;
     scene.scan.steps = 2 * halfwidth;
 }
 
 fn photons(scene: &Scene, repetition: u64) -> Vec<StepCount> {
-    let model = DetectorModel::new(scene, 0);
+    let model = DetectorModel::new(&Sensor::new(scene), 0);
     (0..scene.scan.steps)
         .map(|step| count_step(&model, 97, repetition, Step(step)))
         .collect()
@@ -39,13 +39,13 @@ fn error_m(scene: &Scene, delay_ps: f64) -> f64 {
 
 fn phase_error_m(scene: &Scene, counts: &[StepCount]) -> f64 {
     let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
-    let offset_ps = calibration_offset_ps(scene, 0, TIER);
-    let found = estimate(&Measurement::new(scene, &signed), offset_ps).expect("a peak");
+    let offset_ps = calibration_offset_ps(&Sensor::new(scene), 0, TIER);
+    let found = estimate(&scene.timing(), &signed, offset_ps).expect("a peak");
     error_m(scene, found.delay_ps)
 }
 
 fn fitted(scene: &Scene, counts: &[StepCount], other: OtherLight) -> ModelEstimate {
-    fit(scene, 0, TIER, counts, other).expect("it fits")
+    fit(&Sensor::new(scene), 0, TIER, counts, other).expect("it fits")
 }
 
 #[test]
@@ -84,7 +84,7 @@ fn errors_are_unbiased_scatter_as_the_bound_says_and_match_their_own_deviation()
             stated.push(found.std_m);
             error_m(&scene, found.delay_ps)
         }));
-        let bound = bound(&scene, 0, TIER).expect("a bound");
+        let bound = bound(&Sensor::new(&scene), 0, TIER).expect("a bound");
         let bound_m = bound.of_path(0).expect("the path is lit");
         assert_within_standard_errors(errors.z(0.0), 4.0, "bias");
         let z = errors.variance_z(bound_m.powi(2));
@@ -272,7 +272,7 @@ fn the_bound_of_poisson_counts_is_that_of_the_textbook() {
     let determinant =
         a[0] * minor - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
     let expected_m = distance_m((minor / determinant).sqrt() * 8000.0);
-    let found = bound(&scene, 0, TIER).expect("a bound");
+    let found = bound(&Sensor::new(&scene), 0, TIER).expect("a bound");
     assert_eq!(found.steps, 24);
     let bound_m = found.of_path(0).expect("the path is lit");
     assert!(
@@ -289,7 +289,7 @@ fn what_cannot_be_fitted_says_why() {
         total: 0,
     };
     let refused = |scene: &Scene, counts: &[StepCount], other| {
-        fit(scene, 0, TIER, counts, other).expect_err("no fit")
+        fit(&Sensor::new(scene), 0, TIER, counts, other).expect_err("no fit")
     };
     let empty = vec![none; 1016];
     assert_eq!(

@@ -8,12 +8,13 @@ use crate::optics_support::{gold_11, table_i_scene};
 use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::estimate::fit::{Fitter, ModelEstimate, OtherLight, fit_means};
 use goldtof::estimate::{
-    CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate,
+    CountingTier, calibration_offset_ps, delay_error_ps, distance_m, estimate,
 };
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::response::MeanCount;
 use goldtof::scan::Step;
 use goldtof::scene::{EstimatorKind, Path, Scene, Source};
+use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::simulate;
 
@@ -21,7 +22,7 @@ const TIER: CountingTier = CountingTier::Events;
 const STEP_PS: f64 = 25.0;
 
 fn scan_around(scene: &mut Scene, halfwidth: u64) {
-    let peak_ps = scene.paths[0].delay_ps + calibration_offset_ps(scene, 0, TIER);
+    let peak_ps = scene.paths[0].delay_ps + calibration_offset_ps(&Sensor::new(scene), 0, TIER);
     let all = scene.scan.steps_per_period;
     scene.scan.first_step = ((peak_ps / 1000.0).round() as u64 + all - halfwidth) % all;
     scene.scan.steps = 2 * halfwidth;
@@ -34,13 +35,13 @@ fn error_mm(scene: &Scene, delay_ps: f64) -> f64 {
 
 fn phase_error_mm(scene: &Scene, counts: &[MeanCount]) -> f64 {
     let signed: Vec<i64> = counts.iter().map(|c| c.signed.round() as i64).collect();
-    let offset_ps = calibration_offset_ps(scene, 0, TIER);
-    let found = estimate(&Measurement::new(scene, &signed), offset_ps).expect("a peak");
+    let offset_ps = calibration_offset_ps(&Sensor::new(scene), 0, TIER);
+    let found = estimate(&scene.timing(), &signed, offset_ps).expect("a peak");
     error_mm(scene, found.delay_ps)
 }
 
 fn fitted(scene: &Scene, counts: &[MeanCount], other: OtherLight) -> ModelEstimate {
-    fit_means(scene, 0, TIER, counts, other).expect("it fits")
+    fit_means(&Sensor::new(scene), 0, TIER, counts, other).expect("it fits")
 }
 
 #[test]
@@ -120,7 +121,7 @@ fn an_interferer_at_any_delay_moves_nothing_whether_its_code_is_given_or_found()
 }
 
 fn photons(scene: &Scene, repetition: u64) -> Vec<StepCount> {
-    let model = DetectorModel::new(scene, 0);
+    let model = DetectorModel::new(&Sensor::new(scene), 0);
     (0..scene.scan.steps)
         .map(|step| count_step(&model, 11, repetition, Step(step)))
         .collect()
@@ -131,14 +132,15 @@ fn photons(scene: &Scene, repetition: u64) -> Vec<StepCount> {
 #[test]
 fn the_shape_of_the_peak_is_found_where_its_largest_count_is_not() {
     let scene = table_i_scene(gold_7(0), 1.6e6, 127 * 6);
-    let fitter = Fitter::new(&scene, 0, TIER, OtherLight::None);
+    let sensor = Sensor::new(&scene);
+    let fitter = Fitter::new(&sensor, 0, TIER, OtherLight::None);
     let is_off = |delay_ps: f64| error_mm(&scene, delay_ps).abs() > 1e3 * distance_m(8_000.0);
-    let offset_ps = calibration_offset_ps(&scene, 0, TIER);
+    let offset_ps = calibration_offset_ps(&sensor, 0, TIER);
     let (mut by_phase, mut by_model) = (0, 0);
     for repetition in 0..100 {
         let counts = photons(&scene, repetition);
         let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
-        let phase = estimate(&Measurement::new(&scene, &signed), offset_ps);
+        let phase = estimate(&scene.timing(), &signed, offset_ps);
         by_phase += u32::from(phase.map_or(true, |found| is_off(found.delay_ps)));
         let model = fitter.fit(&counts);
         by_model += u32::from(model.map_or(true, |found| is_off(found.delay_ps)));
@@ -152,13 +154,14 @@ fn what_a_scan_gives_does_not_depend_on_the_scans_before_it() {
     let mut scene = table_i_scene(gold_7(0), 12e6, 127 * 200);
     scan_around(&mut scene, 14);
     let scans: Vec<Vec<StepCount>> = (0..6).map(|number| photons(&scene, number)).collect();
-    let fitter = Fitter::new(&scene, 0, TIER, OtherLight::None);
+    let sensor = Sensor::new(&scene);
+    let fitter = Fitter::new(&sensor, 0, TIER, OtherLight::None);
     let in_order: Vec<f64> = scans
         .iter()
         .map(|counts| fitter.fit(counts).expect("it fits").delay_ps)
         .collect();
     for (counts, delay_ps) in scans.iter().zip(in_order).rev() {
-        let alone = Fitter::new(&scene, 0, TIER, OtherLight::None);
+        let alone = Fitter::new(&sensor, 0, TIER, OtherLight::None);
         assert_eq!(alone.fit(counts).expect("it fits").delay_ps, delay_ps);
     }
 }
@@ -170,7 +173,8 @@ fn fits_of_steps_that_share_their_light_say_so() {
     scan_around(&mut scene, 16);
     for (parallel, warned) in [(1, false), (4, true)] {
         scene.hardware.parallel = parallel;
-        let simulation = simulate(&scene, Tier::Events, 5, 2).expect("it is simulated");
+        let simulation =
+            simulate(&Sensor::new(&scene), Tier::Events, 5, 2).expect("it is simulated");
         let says = |text: &String| text.contains("parallel = 4");
         assert_eq!(simulation.warnings.iter().any(says), warned, "{parallel}");
         // The alarm is of no use there.

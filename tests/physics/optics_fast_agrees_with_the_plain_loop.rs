@@ -9,6 +9,7 @@ use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::scan::Step;
 use goldtof::scene::{Path, Scan, Scene};
+use goldtof::sensor::Sensor;
 
 /// Counts of both, by step and scan.
 struct Comparison {
@@ -19,7 +20,7 @@ struct Comparison {
 impl Comparison {
     /// Simulates the steps of a scene's scan in `scans` scans.
     fn of(scene: &Scene, scans: u64) -> Comparison {
-        let model = DetectorModel::new(scene, 0);
+        let model = DetectorModel::new(&Sensor::new(scene), 0);
         let steps = scene.scan.steps;
         let counter = StepCounter::new(&model);
         assert_eq!(counter.outside_domain(), None, "the lanes must be used");
@@ -231,7 +232,7 @@ fn repeating_a_code_twice_changes_nothing() {
             steps_per_period: 8 * 62,
             ..scene.scan
         };
-        let model = DetectorModel::new(&scene, 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), 0);
         let mut counts = vec![StepCount::ZERO; 100];
         StepCounter::new(&model).count(1, 0..1, 0..100, &mut counts);
         counts

@@ -6,15 +6,14 @@ use crate::optics_support::{
     Moments, assert_within_standard_errors, full_scan, gold_5, table_i_scene,
 };
 use goldtof::estimate::fit::{Fitter, OtherLight, expected_fit};
-use goldtof::estimate::{
-    Measurement, bound::bound, calibration_offset_ps, distance_m, estimate, predict,
-};
+use goldtof::estimate::{bound::bound, calibration_offset_ps, distance_m, estimate, predict};
 use goldtof::photons::{DetectorModel, Pulse, PulseStream, StepCount};
 use goldtof::response::{
     CountMoments, CountingTier, MeanResponse, MeanResponseError, SecondMoments,
 };
 use goldtof::scan::Step;
 use goldtof::scene::{EstimatorKind, Scene};
+use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::simulate;
 
@@ -58,7 +57,7 @@ fn painted_counts(
 
 /// Holds what the mean response of the sampled hardware says against photons.
 fn compare(name: &str, scene: &Scene, scans: u64) {
-    let model = DetectorModel::new(scene, 0);
+    let model = DetectorModel::new(&Sensor::new(scene), 0);
     let response = MeanResponse::new(&model).expect("it can be solved");
     let second = SecondMoments::new(&response).expect("it can be solved");
     let expected: Vec<CountMoments> = Step::all(scene.scan.steps)
@@ -402,7 +401,7 @@ fn what_is_not_worked_out_is_refused_by_name() {
         ),
     ] {
         let mut scene = case.scene();
-        let model = DetectorModel::new(&scene, 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), 0);
         let refused = MeanResponse::new(&model).expect_err(words);
         assert!(
             matches!(refused, MeanResponseError::PulsesMerge { .. }),
@@ -410,14 +409,17 @@ fn what_is_not_worked_out_is_refused_by_name() {
         );
         assert!(refused.to_string().contains(words), "{refused}");
         assert!(MeanResponse::of_tier(&model, CountingTier::Events).is_ok());
-        assert!(bound(&scene, 0, CountingTier::Sampled).is_err());
+        assert!(bound(&Sensor::new(&scene), 0, CountingTier::Sampled).is_err());
         for tier in [Tier::Expected, Tier::Counts] {
-            assert!(simulate(&scene, tier, 1, 2).is_err(), "{tier}");
+            assert!(
+                simulate(&Sensor::new(&scene), tier, 1, 2).is_err(),
+                "{tier}"
+            );
         }
         for estimator in [EstimatorKind::Fft, EstimatorKind::Model] {
             scene.estimator = estimator;
             scene.scan.integration_chips = 310;
-            let of_path = &simulate(&scene, Tier::Sampled, 1, 2)
+            let of_path = &simulate(&Sensor::new(&scene), Tier::Sampled, 1, 2)
                 .expect("photons")
                 .estimates[0];
             assert_eq!(of_path.expected_bias_m, None);
@@ -434,16 +436,17 @@ fn what_is_not_worked_out_is_refused_by_name() {
 
 /// Errors of many scans, phase and fit, beside what is expected of them.
 fn assert_errors_are_as_expected(name: &str, scene: &Scene, scans: u64) {
-    let model = DetectorModel::new(scene, 0);
+    let sensor = Sensor::new(scene);
+    let model = DetectorModel::new(&sensor, 0);
     let tier = CountingTier::Sampled;
-    let fitter = Fitter::new(scene, 0, tier, OtherLight::Given);
-    let offset_ps = calibration_offset_ps(scene, 0, tier);
+    let fitter = Fitter::new(&sensor, 0, tier, OtherLight::Given);
+    let offset_ps = calibration_offset_ps(&sensor, 0, tier);
     let true_m = distance_m(scene.paths[0].delay_ps);
     let (mut phases, mut fits) = (Vec::new(), Vec::new());
     for seed in 0..scans {
         let counts = painted_counts(scene, &model, 1_000 + seed, &mut [0.0]);
         let signed: Vec<i64> = counts.iter().map(|count| count[0] as i64).collect();
-        let phase = estimate(&Measurement::new(scene, &signed), offset_ps).expect("a peak");
+        let phase = estimate(&scene.timing(), &signed, offset_ps).expect("a peak");
         phases.push(phase.distance_m - true_m);
         let counts: Vec<StepCount> = counts
             .iter()
@@ -454,9 +457,9 @@ fn assert_errors_are_as_expected(name: &str, scene: &Scene, scans: u64) {
             .collect();
         fits.push(fitter.fit(&counts).expect("it fits").distance_m - true_m);
     }
-    let predicted = predict(scene, 0, 0, tier).expect("it can be predicted");
-    let fitted = expected_fit(scene, 0, tier).expect("it fits");
-    let bound_m = bound(scene, 0, tier).expect("a bound").paths[0].bound_m;
+    let predicted = predict(&Sensor::new(scene), 0, 0, tier).expect("it can be predicted");
+    let fitted = expected_fit(&Sensor::new(scene), 0, tier).expect("it fits");
+    let bound_m = bound(&Sensor::new(scene), 0, tier).expect("a bound").paths[0].bound_m;
     let fit_bias_m = fitted.distance_m - true_m;
     for (what, errors, bias_m, std_m) in [
         ("phase", phases, predicted.bias_m, predicted.std_m),
@@ -524,9 +527,11 @@ fn there_is_no_bound_between_two_samples() {
     let spad_ps = scene.detectors[0].delay_ps;
     // Pulses are seen from 0.6 to 1 ns after a sample.
     scene.paths[0].delay_ps = 21_300.0 - spad_ps;
-    let refused = bound(&scene, 0, CountingTier::Sampled).map(|bound| bound.paths[0].bound_m);
+    let refused =
+        bound(&Sensor::new(&scene), 0, CountingTier::Sampled).map(|bound| bound.paths[0].bound_m);
     assert!(refused.is_err(), "{refused:?}");
-    assert!(expected_fit(&scene, 0, CountingTier::Sampled).is_err());
+    assert!(expected_fit(&Sensor::new(&scene), 0, CountingTier::Sampled).is_err());
     scene.paths[0].delay_ps = 21_800.0 - spad_ps;
-    bound(&scene, 0, CountingTier::Sampled).expect("within what is seen there is one");
+    bound(&Sensor::new(&scene), 0, CountingTier::Sampled)
+        .expect("within what is seen there is one");
 }

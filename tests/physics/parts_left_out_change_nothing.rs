@@ -6,6 +6,7 @@ use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, OptionalPart, Pulse, PulseStream, StepCount, count_step};
 use goldtof::scan::Step;
 use goldtof::scene::{Path, Scene};
+use goldtof::sensor::Sensor;
 use proptest::prelude::*;
 
 /// What a random scene has of everything that may be left out.
@@ -99,7 +100,7 @@ fn scene_of(choice: &Choice) -> Scene {
 }
 
 fn pulses(model: &DetectorModel, seed: u64) -> Vec<Pulse> {
-    let samples = model.groups() * model.scan().integration_chips * 8;
+    let samples = model.timing().groups() * model.timing().scan.integration_chips * 8;
     let mut pulses = Vec::new();
     PulseStream::new(model, seed, 1).advance(samples, &mut pulses);
     pulses
@@ -107,13 +108,13 @@ fn pulses(model: &DetectorModel, seed: u64) -> Vec<Pulse> {
 
 fn plain_counts(model: &DetectorModel, seed: u64) -> Vec<StepCount> {
     let count = |step| count_step(model, seed, 1, Step(step));
-    (0..model.scan().steps).map(count).collect()
+    (0..model.timing().scan.steps).map(count).collect()
 }
 
 /// Counts of the vector lanes; none if they cannot do the model.
 fn lane_counts(model: &DetectorModel, seed: u64) -> Option<Vec<StepCount>> {
     let counter = StepCounter::new(model);
-    let steps = model.scan().steps;
+    let steps = model.timing().scan.steps;
     let mut counts = vec![StepCount::ZERO; steps as usize];
     counter.count(seed, 1..2, 0..steps, &mut counts);
     counter.outside_domain().is_none().then_some(counts)
@@ -124,7 +125,7 @@ proptest! {
 
     #[test]
     fn specialised_and_full_path_agree_bit_for_bit(choice in choices(), seed: u64) {
-        let specialised = DetectorModel::new(&scene_of(&choice), 0);
+        let specialised = DetectorModel::new(&Sensor::new(&scene_of(&choice)), 0);
         let expected = (pulses(&specialised, seed), plain_counts(&specialised, seed));
         let full = specialised.full();
         prop_assert_eq!(&(pulses(&full, seed), plain_counts(&full, seed)), &expected);
@@ -155,7 +156,7 @@ fn a_part_that_is_put_back_is_at_work() {
     spad.dark_count_rate_cps = 0.0;
     spad.afterpulsing_probability = 0.0;
     spad.jitter_ps.clear();
-    let specialised = DetectorModel::new(&scene, 0);
+    let specialised = DetectorModel::new(&Sensor::new(&scene), 0);
     for part in OptionalPart::ALL {
         let with = specialised.with_neutral(part);
         assert_ne!(format!("{with:?}"), format!("{specialised:?}"), "{part:?}");

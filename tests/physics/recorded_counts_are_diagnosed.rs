@@ -6,14 +6,15 @@ use std::path::Path;
 
 use goldtof::math::binomial_interval;
 use goldtof::recorded::{Cause, RecordedScan, assess};
-use goldtof::scene::{self, Scene, Setting};
+use goldtof::scene::{self, Setting};
+use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::scans::scans;
 
 /// The scene, with settings.
-fn quick(settings: &[&str]) -> Scene {
+fn quick(settings: &[&str]) -> Sensor {
     let settings: Vec<Setting> = settings.iter().map(|s| s.parse().unwrap()).collect();
-    scene::load_with(Path::new("scenes/quick.toml"), &settings).unwrap()
+    Sensor::new(&scene::load_with(Path::new("scenes/quick.toml"), &settings).unwrap())
 }
 
 /// How many scans stand behind a rate: of the figures in the documents a thousand.
@@ -24,7 +25,7 @@ fn scans_or(default: u64) -> u64 {
 
 /// The causes that are named for each of some scans of the sensor `built`, by somebody
 /// who has the scene `written`.
-fn causes(built: &Scene, written: &Scene, has_totals: bool, repetitions: u64) -> Vec<Vec<Cause>> {
+fn causes(built: &Sensor, written: &Sensor, has_totals: bool, repetitions: u64) -> Vec<Vec<Cause>> {
     let mut found = Vec::new();
     scans(built, 0, Tier::Sampled, 11, repetitions, |counts| {
         let scan = RecordedScan {
@@ -117,7 +118,7 @@ fn what_is_wrong_with_a_sensor_is_named() {
 #[test]
 fn counts_that_are_no_counts_are_told() {
     let scene = quick(&[]);
-    let mut sum = vec![0_i64; scene.scan.steps as usize];
+    let mut sum = vec![0_i64; scene.scene().scan.steps as usize];
     scans(&scene, 0, Tier::Sampled, 3, 16, |counts| {
         for (sum, count) in sum.iter_mut().zip(counts) {
             *sum += count.signed;

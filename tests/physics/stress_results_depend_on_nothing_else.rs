@@ -10,6 +10,7 @@ use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, PulseStream, StepCount};
 use goldtof::response::MeanResponse;
 use goldtof::scene::{Scene, parse};
+use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::simulate;
 use serde_json::Value;
@@ -117,7 +118,7 @@ fn detector(scene: &Scene, name: &str) -> usize {
 }
 
 fn events(scene: &Scene, name: &str) -> Vec<StepCount> {
-    let model = DetectorModel::new(scene, detector(scene, name));
+    let model = DetectorModel::new(&Sensor::new(scene), detector(scene, name));
     let mut counts = vec![StepCount::ZERO; 248];
     StepCounter::new(&model).count(5, 0..1, 0..248, &mut counts);
     counts
@@ -130,7 +131,7 @@ fn the_order_of_tables_changes_no_count_and_no_pulse() {
         for name in ["left", "right"] {
             assert_eq!(events(&reference, name), events(&other, name), "{name}");
             let pulses = |scene: &Scene| {
-                let model = DetectorModel::new(scene, detector(scene, name));
+                let model = DetectorModel::new(&Sensor::new(scene), detector(scene, name));
                 let mut pulses = Vec::new();
                 PulseStream::new(&model, 5, 0).advance(200_000, &mut pulses);
                 assert!(pulses.len() > 100);
@@ -147,7 +148,7 @@ fn the_order_of_tables_changes_no_expected_count() {
     for other in orders() {
         for name in ["left", "right"] {
             let means = |scene: &Scene| {
-                let model = DetectorModel::new(scene, detector(scene, name));
+                let model = DetectorModel::new(&Sensor::new(scene), detector(scene, name));
                 MeanResponse::new(&model).unwrap().mean_counts()
             };
             assert_eq!(means(&reference), means(&other), "{name}");
@@ -159,7 +160,7 @@ fn the_order_of_tables_changes_no_expected_count() {
 fn the_order_of_tables_changes_no_estimate() {
     // By detector and true distance: (estimates, mean, scatter).
     let estimates = |scene: &Scene, tier: Tier| {
-        let mut found: Vec<_> = simulate(scene, tier, 5, 3)
+        let mut found: Vec<_> = simulate(&Sensor::new(scene), tier, 5, 3)
             .unwrap()
             .estimates
             .into_iter()
@@ -209,7 +210,7 @@ fn a_further_source_detector_or_dark_path_changes_no_other_number() {
 #[test]
 fn threads_do_not_change_a_count() {
     let scene = in_order();
-    let model = DetectorModel::new(&scene, 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), 0);
     let counts = |threads: usize| {
         let mut counts = vec![StepCount::ZERO; 3 * 248];
         let threads = NonZero::new(threads).unwrap();
@@ -270,9 +271,12 @@ fn simulate_twice(scene: &Scene, tiers: &[Tier]) -> Vec<(Option<f64>, Option<f64
     tiers
         .iter()
         .map(|&tier| {
-            let expected = predict(scene, 0, 0, CountingTier::Sampled).unwrap();
+            let expected = predict(&Sensor::new(scene), 0, 0, CountingTier::Sampled).unwrap();
             assert!(expected.std_m > 0.0);
-            let path = simulate(scene, tier, 9, 4).unwrap().estimates.remove(0);
+            let path = simulate(&Sensor::new(scene), tier, 9, 4)
+                .unwrap()
+                .estimates
+                .remove(0);
             (path.bias_m, path.std_m)
         })
         .collect()
@@ -302,7 +306,7 @@ fn fluctuations(model: &DetectorModel, seed: u64, scans: u64, steps: u64) -> Vec
 #[test]
 fn neighbouring_streams_are_not_correlated() {
     let scene = table_i_scene(gold_5(), 20e6, 1_000);
-    let model = DetectorModel::new(&scene, 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), 0);
     let (scans, steps) = (200, 248);
     let of_seed = |seed| fluctuations(&model, seed, scans, steps);
     let one = of_seed(1);
@@ -327,7 +331,7 @@ fn detectors_under_the_same_light_are_not_correlated() {
     path.detector = 1;
     scene.paths.push(path);
     let of_detector = |detector| {
-        let model = DetectorModel::new(&scene, detector);
+        let model = DetectorModel::new(&Sensor::new(&scene), detector);
         fluctuations(&model, 1, 80, 248)
     };
     let z = correlation_z(&of_detector(0), &of_detector(1));

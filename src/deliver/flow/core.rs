@@ -2,7 +2,7 @@
 
 use super::{Bench, Constraints};
 use crate::deliver::emission::EmittedFile;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Name of the file list.
 pub(super) const FILE_LIST: &str = "sensor_top.f";
@@ -41,7 +41,7 @@ fn listed<'a>(top: &str, files: impl Iterator<Item = &'a EmittedFile>, made_by: 
 
 /// FuseSoC core with lint, simulation and synthesis targets.
 pub(super) fn core(
-    scene: &Scene,
+    sensor: &Sensor,
     files: &[EmittedFile],
     header: &EmittedFile,
     bench: &Bench,
@@ -55,7 +55,7 @@ pub(super) fn core(
             .collect()
     };
     let Constraints { sdc, lpf, xdc } = constraints;
-    let vlnv_name = vlnv_name(&scene.name);
+    let vlnv_name = vlnv_name(&sensor.scene().name);
     let text = format!(
         "\
 CAPI=2:

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::emission::EmittedFile;
 use super::error::HdlError;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 use crate::sensor::contract::Contract;
 
 /// Files round the design, by role. In JSON a file is its name.
@@ -73,16 +73,16 @@ impl Flow {
     /// # Errors
     /// When the reference model cannot predict the ports of this contract.
     pub(super) fn of(
-        scene: &Scene,
+        sensor: &Sensor,
         contract: &Contract,
         files: &[EmittedFile],
         made_by: &str,
     ) -> Result<Flow, HdlError> {
         let bench = bench::bench(contract, files, made_by)?;
-        let constraints = constraints::constraints(scene.chip_period_ps, made_by);
+        let constraints = constraints::constraints(sensor.clock().chip_period_ps, made_by);
         let header = header::header(contract, made_by);
         let file_list = core::file_list(files, made_by);
-        let core = core::core(scene, files, &header, &bench, &constraints, made_by);
+        let core = core::core(sensor, files, &header, &bench, &constraints, made_by);
         Ok(Flow {
             bench,
             constraints,

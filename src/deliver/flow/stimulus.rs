@@ -156,7 +156,7 @@ pub fn record(contract: &Contract) -> Result<Recording, ReferenceError> {
         recording.hits_down = detectors.iter().map(|d| d.hits_down).sum();
         for result in finished {
             recording.phase_steps += 1;
-            recording.scans += u64::from(result.step + 1 == contract.scan.steps);
+            recording.scans += u64::from(result.step + 1 == contract.timing.scan.steps);
         }
     })?;
     Ok(recording)
@@ -185,7 +185,11 @@ impl Run {
         }
         let margin = 2 * u64::from(contract.result_latency_clocks) + 100;
         let steps = |number: u64| {
-            let clocks = contract.scan.integration_chips.saturating_mul(number);
+            let clocks = contract
+                .timing
+                .scan
+                .integration_chips
+                .saturating_mul(number);
             clocks.saturating_add(margin)
         };
         let calm = steps(CALM_STEPS).clamp(CALM_CLOCKS, MOST_CALM_CLOCKS);
@@ -235,12 +239,8 @@ impl Run {
 /// the second of which is lost: two steps, and what a scan may wait for its
 /// code's first chip.
 fn losing_stall(contract: &Contract, calm: u64) -> Range<u64> {
-    let step = contract.scan.integration_chips;
-    let wait = if contract.realigns() {
-        contract.reference_codes[0].len()
-    } else {
-        0
-    };
+    let step = contract.timing.scan.integration_chips;
+    let wait = contract.timing.longest_gap_chips();
     calm.saturating_sub(step.saturating_add(wait).saturating_mul(2))..calm
 }
 

@@ -2,7 +2,7 @@
 //! largest count alone.
 
 use crate::code::Code;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Number of the step at which the counts, plus or minus a constant, look most
 /// like the peak of `code`: of least squares of height and constant, the place
@@ -11,10 +11,10 @@ use crate::scene::Scene;
 /// Every step of the peak has light of its own, so that at low light this finds
 /// it where the largest single count misses: a triangle of 2 S steps has the
 /// signal-to-noise ratio of sqrt(2 S / 3) times the largest of them.
-pub fn best_match(scene: &Scene, code: &Code, signed: &[f64]) -> usize {
-    let samples_per_chip = scene.samples_per_chip as usize;
+pub fn best_match(sensor: &Sensor, code: &Code, signed: &[f64]) -> usize {
+    let samples_per_chip = sensor.clock().samples_per_chip as usize;
     let steps = signed.len() as i64;
-    let is_full = scene.scan.is_full();
+    let is_full = sensor.timing().scan.is_full();
     let template = template(code, samples_per_chip);
     // A short period has room for one turn.
     let half = match is_full {

@@ -10,13 +10,13 @@ use crate::estimate::CountingTier;
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::MeanCount;
 use crate::scan::Step;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Fits the scans of one detector. Second moments that one scan needed are kept for
 /// the next; what a scan gives does not depend on which came before.
 #[derive(Debug)]
 pub struct Fitter<'s> {
-    scene: &'s Scene,
+    sensor: &'s Sensor,
     detector: usize,
     tier: CountingTier,
     other: OtherLight,
@@ -30,17 +30,17 @@ impl<'s> Fitter<'s> {
     /// # Panics
     /// If the scene has no such detector.
     pub fn new(
-        scene: &'s Scene,
+        sensor: &'s Sensor,
         detector: usize,
         tier: CountingTier,
         other: OtherLight,
     ) -> Fitter<'s> {
         Fitter {
-            scene,
+            sensor,
             detector,
             tier,
             other,
-            model: DetectorModel::new(scene, detector),
+            model: DetectorModel::new(sensor, detector),
             moments: KnownMoments::default(),
         }
     }
@@ -70,40 +70,44 @@ impl<'s> Fitter<'s> {
     /// # Errors
     /// As [`Fitter::fit`].
     pub fn fit_means(&self, counts: &[MeanCount]) -> Result<ModelEstimate, FitError> {
-        let (scene, detector) = (self.scene, self.detector);
-        if counts.len() as u64 != scene.scan.steps {
+        let (sensor, detector) = (self.sensor, self.detector);
+        if counts.len() as u64 != sensor.timing().scan.steps {
             return Err(FitError::WrongNumberOfCounts {
                 found: counts.len(),
-                steps: scene.scan.steps,
+                steps: sensor.timing().scan.steps,
             });
         }
-        let start = start::start(scene, detector, self.tier, counts)?;
+        let start = start::start(sensor, detector, self.tier, counts)?;
         let first = Problem {
             model: &self.model,
             tier: self.tier,
             codes: vec![Arc::clone(
-                &scene.sources[scene.detectors[detector].reference].code,
+                &sensor.scene().sources[sensor.scene().detectors[detector].reference].code,
             )],
-            steps: window(&scene.scan, scene.samples_per_chip, start.peak),
+            steps: window(
+                &sensor.timing().scan,
+                sensor.clock().samples_per_chip,
+                start.peak,
+            ),
         };
-        let wanted = search::wanted(scene, detector, self.other)?;
+        let wanted = search::wanted(sensor, detector, self.other)?;
         let mut fitted = Fitted::new(&first, &self.moments, start.parameters, counts)?;
         if wanted.is_empty() {
             return Ok(fitted.estimate(&first));
         }
-        if !scene.scan.is_full() {
+        if !sensor.timing().scan.is_full() {
             return Err(FitError::NeedsWholeScan {
-                steps: scene.scan.steps,
-                steps_per_period: scene.scan.steps_per_period,
+                steps: sensor.timing().scan.steps,
+                steps_per_period: sensor.timing().scan.steps_per_period,
             });
         }
         let mut problem = Problem {
-            steps: Step::all(scene.scan.steps).collect(),
+            steps: Step::all(sensor.timing().scan.steps).collect(),
             ..first
         };
         for candidates in wanted {
             let Some(found) = search::strongest(
-                scene,
+                sensor,
                 detector,
                 &problem,
                 &fitted.parameters,

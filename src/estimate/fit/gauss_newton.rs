@@ -112,7 +112,7 @@ impl Fitted {
     }
 
     pub fn estimate(&self, problem: &Problem) -> ModelEstimate {
-        let chip_ps = problem.chip_period_ps();
+        let chip_ps = problem.clock().chip_period_ps;
         let std = self.normal.standard_deviations();
         let paths: Vec<FittedPath> = self
             .parameters

@@ -34,7 +34,7 @@ use crate::code::Code;
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::{MeanCount, MeanResponse, MeanResponseError};
 pub use crate::scene::OtherLight;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Chi-square this many standard deviations above its expectation is an alarm;
 /// by chance less than one fit in 10,000 has it.
@@ -176,13 +176,13 @@ pub enum FitError {
 /// # Panics
 /// If the scene has no such detector.
 pub fn fit(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     tier: CountingTier,
     counts: &[StepCount],
     other: OtherLight,
 ) -> Result<ModelEstimate, FitError> {
-    Fitter::new(scene, detector, tier, other).fit(counts)
+    Fitter::new(sensor, detector, tier, other).fit(counts)
 }
 
 /// The same for counts that need not be whole, one per step of the scan.
@@ -193,13 +193,13 @@ pub fn fit(
 /// # Panics
 /// If the scene has no such detector.
 pub fn fit_means(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     tier: CountingTier,
     counts: &[MeanCount],
     other: OtherLight,
 ) -> Result<ModelEstimate, FitError> {
-    Fitter::new(scene, detector, tier, other).fit_means(counts)
+    Fitter::new(sensor, detector, tier, other).fit_means(counts)
 }
 
 /// What the fit says of a scene's expected counts, told of other light what the
@@ -211,25 +211,25 @@ pub fn fit_means(
 /// # Panics
 /// If the scene has no such detector.
 pub fn expected_fit(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     tier: CountingTier,
 ) -> Result<ModelEstimate, FitError> {
-    check_independent(scene, detector)?;
-    TheoryEffort::of(scene, detector)?.check_fit()?;
-    let model = DetectorModel::new(scene, detector);
+    check_independent(sensor, detector)?;
+    TheoryEffort::of(sensor, detector)?.check_fit()?;
+    let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::of_tier(&model, tier)?;
     if response.misses_pulses() {
         // A fit settles everywhere, but there its average is not that of the average.
-        bound(scene, detector, tier)?;
+        bound(sensor, detector, tier)?;
     }
     let means = response.mean_counts();
-    fit_means(scene, detector, tier, &means, scene.other_light)
+    fit_means(sensor, detector, tier, &means, sensor.scene().other_light)
 }
 
 /// What to say of fits to steps that share their light.
-pub fn shared_light(scene: &Scene) -> Option<String> {
-    let parallel = scene.hardware.parallel;
+pub fn shared_light(sensor: &Sensor) -> Option<String> {
+    let parallel = sensor.timing().parallel;
     (parallel > 1).then(|| {
         format!(
             "with parallel = {parallel} the phase steps of a group see the same light, and the fit \
@@ -241,17 +241,17 @@ pub fn shared_light(scene: &Scene) -> Option<String> {
 
 /// Whether standard deviations of a fit mean anything: steps must be independent,
 /// and their light the same.
-pub(super) fn check_independent(scene: &Scene, detector: usize) -> Result<(), FitError> {
-    if scene.hardware.parallel > 1 {
+pub(super) fn check_independent(sensor: &Sensor, detector: usize) -> Result<(), FitError> {
+    if sensor.timing().parallel > 1 {
         return Err(FitError::SharedLight {
-            parallel: scene.hardware.parallel,
+            parallel: sensor.timing().parallel,
         });
     }
     let moves = |p: &usize| {
-        let path = &scene.paths[*p];
+        let path = &sensor.scene().paths[*p];
         path.detector == detector && path.movement.is_some()
     };
-    match (0..scene.paths.len()).find(moves) {
+    match (0..sensor.scene().paths.len()).find(moves) {
         Some(path) => Err(FitError::Moves { path }),
         None => Ok(()),
     }

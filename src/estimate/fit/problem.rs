@@ -9,7 +9,7 @@ use crate::response::{
     CountMoments, CountingTier, Light, LightPath, MeanCount, MeanResponse, MeanResponseError,
     SecondMoments,
 };
-use crate::scan::Step;
+use crate::scan::{Clock, Step};
 use crate::scene::Scan;
 
 /// Steps for derivatives: delay in chips, logarithm of a strength, and constant
@@ -154,13 +154,13 @@ impl Parameters {
 }
 
 impl<'m> Problem<'m> {
-    pub fn chip_period_ps(&self) -> f64 {
-        self.model.chip_period_ps()
+    pub fn clock(&self) -> Clock {
+        self.model.timing.clock
     }
 
     /// Samples per chip, S.
     pub fn samples_per_chip(&self) -> f64 {
-        f64::from(self.model.samples_per_chip())
+        f64::from(self.model.timing.clock.samples_per_chip)
     }
 
     /// The light that the unknowns stand for.
@@ -198,7 +198,7 @@ impl<'m> Problem<'m> {
 
     /// Whether no step of the scan is left out.
     pub fn takes_all_steps(&self) -> bool {
-        self.steps.len() as u64 == self.model.scan().steps
+        self.steps.len() as u64 == self.model.timing.scan.steps
     }
 
     /// Derivatives by every unknown; `response` and `means` are those at
@@ -243,7 +243,7 @@ impl<'m> Problem<'m> {
         if parameters.paths.len() == 1 && parameters.is_delay(index) {
             // All light earlier or later at once: the same solution, read off there.
             let at = |by: f64| -> Result<Vec<MeanCount>, MeanResponseError> {
-                Ok(self.means_of(&response.delayed(by * self.chip_period_ps())?))
+                Ok(self.means_of(&response.delayed(self.clock().ps(by))?))
             };
             let (below, above) = (at(-DELAY_STEP_CHIPS)?, at(DELAY_STEP_CHIPS)?);
             return Ok(slope(&below, &above, 2.0 * DELAY_STEP_CHIPS));

@@ -15,7 +15,7 @@ use crate::code::{Code, Generator, GoldSet};
 use crate::estimate::calibration_offset_ps;
 use crate::estimate::phase::first_maximum;
 use crate::response::MeanCount;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// How far above the largest value that noise is expected to have among all
 /// places searched a peak must stand to count, in standard deviations.
@@ -29,21 +29,22 @@ pub struct Found {
 
 /// The codes to look for, one list of candidates for each path wanted.
 pub fn wanted(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     other: OtherLight,
 ) -> Result<Vec<Vec<Arc<Code>>>, FitError> {
-    let own = scene.detectors[detector].reference;
+    let own = sensor.scene().detectors[detector].reference;
     match other {
         OtherLight::None => Ok(Vec::new()),
         OtherLight::Given => {
-            let mut lit: Vec<usize> = scene
+            let mut lit: Vec<usize> = sensor
+                .scene()
                 .paths
                 .iter()
                 .filter(|path| path.detector == detector && path.transmission > 0.0)
                 .map(|path| path.source)
                 .filter(|&source| {
-                    let source = &scene.sources[source];
+                    let source = &sensor.scene().sources[source];
                     source.mean_power_w > 0.0 && source.extinction_ratio > 1.0
                 })
                 .collect();
@@ -53,10 +54,10 @@ pub fn wanted(
             }
             Ok(lit
                 .into_iter()
-                .map(|source| vec![Arc::clone(&scene.sources[source].code)])
+                .map(|source| vec![Arc::clone(&sensor.scene().sources[source].code)])
                 .collect())
         }
-        OtherLight::Search => Ok(vec![other_members(&scene.sources[own].code)?]),
+        OtherLight::Search => Ok(vec![other_members(&sensor.scene().sources[own].code)?]),
     }
 }
 
@@ -83,22 +84,22 @@ fn other_members(code: &Code) -> Result<Vec<Arc<Code>>, FitError> {
 /// The candidate, and its delay and strength, that stands out most in the
 /// residual of a fit; `None` if there are several and none stands out.
 pub fn strongest(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     problem: &Problem,
     fitted: &Parameters,
     counts: &[MeanCount],
     candidates: &[Arc<Code>],
 ) -> Result<Option<Found>, FitError> {
-    let samples_per_chip = scene.samples_per_chip as usize;
-    let own = &scene.sources[scene.detectors[detector].reference].code;
+    let samples_per_chip = sensor.clock().samples_per_chip as usize;
+    let own = &sensor.scene().sources[sensor.scene().detectors[detector].reference].code;
     let known = Problem {
         codes: problem.codes[..fitted.paths.len()].to_vec(),
         ..problem.clone()
     };
     let expected = known.means(fitted)?;
-    let residual: Vec<f64> = by_phase_step(scene, counts)
-        .zip(by_phase_step(scene, &expected))
+    let residual: Vec<f64> = by_phase_step(sensor, counts)
+        .zip(by_phase_step(sensor, &expected))
         .map(|(count, mean)| count - mean)
         .collect();
     let mut transform = Transform::new(own);
@@ -126,18 +127,20 @@ pub fn strongest(
     };
 
     // Now phase by phase, beside the reference's own peak in the same units.
-    let measured: Vec<f64> = by_phase_step(scene, counts).collect();
+    let measured: Vec<f64> = by_phase_step(sensor, counts).collect();
     let (delay_steps, height) = transform.peak_of_phases(&residual, &best.code, samples_per_chip);
     let (_, own_height) = transform.peak_of_phases(&measured, own, samples_per_chip);
-    let step_ps = scene.chip_period_ps / samples_per_chip as f64;
-    let offset_ps = calibration_offset_ps(scene, detector, problem.tier);
+    let step_ps = sensor.clock().sample_period_ps();
+    let offset_ps = calibration_offset_ps(sensor, detector, problem.tier);
     let ratio = match own_height > 0.0 {
         true => (height / own_height).clamp(1e-3, 1e3),
         false => 1.0,
     };
     Ok(Some(Found {
         path: PathParameters {
-            delay_chips: (delay_steps as f64 * step_ps - offset_ps) / scene.chip_period_ps,
+            delay_chips: sensor
+                .clock()
+                .chips(delay_steps as f64 * step_ps - offset_ps),
             ln_rate: fitted.paths[0].ln_rate + ratio.ln(),
         },
         code: best.code,
@@ -145,8 +148,8 @@ pub fn strongest(
 }
 
 /// Signed counts of a full scan in the order of phase steps.
-fn by_phase_step<'a>(scene: &Scene, counts: &'a [MeanCount]) -> impl Iterator<Item = f64> + 'a {
-    let first = scene.scan.first_step as usize % counts.len();
+fn by_phase_step<'a>(sensor: &Sensor, counts: &'a [MeanCount]) -> impl Iterator<Item = f64> + 'a {
+    let first = sensor.timing().scan.first_step as usize % counts.len();
     let split = counts.len() - first;
     counts[split..]
         .iter()

@@ -2,11 +2,11 @@
 
 use super::coarse::best_match;
 use super::problem::{Parameters, PathParameters};
-use crate::estimate::phase::{Measurement, estimate_at};
+use crate::estimate::phase::estimate_at;
 use crate::estimate::{CountingTier, NoEstimate, calibration_offset_ps};
 use crate::response::MeanCount;
 use crate::scan::Step;
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// A start, and the number of the step where the peak is.
 pub struct Start {
@@ -28,32 +28,32 @@ const MOST_SHARE: f64 = 0.999;
 /// e / m = (r / N + 1 - 2 q) / (2 q (1 - q)). So few counts that this is no positive
 /// number, or more than there is, start from a little light, or nearly all.
 pub fn start(
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     tier: CountingTier,
     counts: &[MeanCount],
 ) -> Result<Start, NoEstimate> {
     let signed: Vec<f64> = counts.iter().map(|count| count.signed).collect();
-    let spad = &scene.detectors[detector];
-    let code = &scene.sources[spad.reference].code;
-    let peak = best_match(scene, code, &signed);
+    let spad = &sensor.scene().detectors[detector];
+    let code = &sensor.scene().sources[spad.reference].code;
+    let peak = best_match(sensor, code, &signed);
     let largest = counts[peak];
     if signed.iter().all(|&count| count == largest.signed) || largest.total <= 0.0 {
         return Err(NoEstimate::Flat {
             count: largest.signed as i64,
         });
     }
-    let offset_ps = calibration_offset_ps(scene, detector, tier);
-    let phase = estimate_at(&signed, peak, &Measurement::new(scene, &[]), offset_ps);
+    let offset_ps = calibration_offset_ps(sensor, detector, tier);
+    let phase = estimate_at(&signed, peak, sensor.timing(), offset_ps);
 
     let ones = code.weight() as f64 / code.len() as f64;
-    let sample_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
+    let sample_ps = sensor.clock().sample_period_ps();
     let seen = match tier {
         CountingTier::Events => 1.0,
         CountingTier::Sampled => (spad.pulse_width_ps / sample_ps).min(1.0),
     };
-    let detected = largest.total / scene.scan.integration_chips as f64 / seen;
-    let dead = (detected * spad.dead_time_ps / scene.chip_period_ps).min(0.95);
+    let detected = largest.total / sensor.timing().scan.integration_chips as f64 / seen;
+    let dead = sensor.clock().chips(detected * spad.dead_time_ps).min(0.95);
     let mean = detected * (1.0 - spad.afterpulsing_probability) / (1.0 - dead);
     let zeros = 1.0 - ones;
     if ones * zeros <= 0.0 {
@@ -64,7 +64,7 @@ pub fn start(
     Ok(Start {
         parameters: Parameters {
             paths: vec![PathParameters {
-                delay_chips: phase.delay_ps / scene.chip_period_ps,
+                delay_chips: sensor.clock().chips(phase.delay_ps),
                 ln_rate: rate.ln(),
             }],
             constant: mean - rate * ones,

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::Target;
 use super::law::CountLaw;
 use super::wedge::Planar;
-use crate::estimate::phase::{Measurement, estimate_at, window_indices};
+use crate::estimate::phase::{estimate_at, window_indices};
 use crate::estimate::theory::ExpectedCounts;
 
 /// Share of the accepted errors within which the estimate of the expected counts is
@@ -16,8 +16,8 @@ impl Target<'_> {
     /// Whether the estimate that `values` give round step `peak` is well within what
     /// is accepted.
     pub(super) fn finds_from(&self, values: &[f64], peak: usize) -> bool {
-        let measurement = Measurement::new(self.scene, &[]);
-        let estimate = estimate_at(values, peak, &measurement, 0.0);
+        let timing = self.sensor.timing();
+        let estimate = estimate_at(values, peak, timing, 0.0);
         self.accepts(estimate.delay_ps, INSIDE)
     }
 
@@ -34,8 +34,8 @@ impl Target<'_> {
     /// The other counts of the window are then below `x`. The estimate is e chips off
     /// where the phase is pi (d - e), with d the step's own distance.
     pub(super) fn found_from(&self, laws: &[CountLaw], peak: usize, x: f64) -> f64 {
-        let measurement = Measurement::new(self.scene, &[]);
-        let Ok(window) = window_indices(peak, &measurement) else {
+        let timing = self.sensor.timing();
+        let Ok(window) = window_indices(peak, timing) else {
             let at_ps = self.measured_ps + self.step_error_ps(peak);
             return f64::from(self.accepts(at_ps, 1.0));
         };
@@ -50,7 +50,7 @@ impl Target<'_> {
 
     /// The fundamental of counts with an offset from the coarse step, mean, variance.
     fn fundamental(&self, counts: impl Iterator<Item = (i64, f64, f64)>) -> Planar {
-        let samples_per_chip = f64::from(self.scene.samples_per_chip);
+        let samples_per_chip = f64::from(self.sensor.clock().samples_per_chip);
         let mut sum = Planar::default();
         for (offset, mean, variance) in counts {
             let (sin, cos) = (-PI * offset as f64 / samples_per_chip).sin_cos();
@@ -65,7 +65,7 @@ impl Target<'_> {
 
     /// Chance that a coarse step and a phase together are accepted.
     fn accepted_angle(&self, fundamental: &Planar, step_error_ps: f64) -> f64 {
-        let chip_ps = self.scene.chip_period_ps;
+        let chip_ps = self.sensor.clock().chip_period_ps;
         let turns = [-1.0, 0.0, 1.0].map(|turn| {
             let at_ps = step_error_ps + turn * self.code_period_ps;
             let from = (PI * (at_ps - self.accepted.high_ps) / chip_ps).max(-PI);
@@ -83,7 +83,7 @@ impl Target<'_> {
 /// counts most, the phase leads to the same place.
 pub(super) fn of_whole_period(counts: &ExpectedCounts, target: &Target) -> f64 {
     let moments = counts.second.of_scan();
-    let half = i64::from(target.scene.samples_per_chip);
+    let half = i64::from(target.sensor.clock().samples_per_chip);
     let offset = |index: usize| (index as i64 + half) % (2 * half) - half;
     let counted = counts.means.iter().zip(&moments).enumerate();
     let counted = counted.map(|(i, (mean, m))| (offset(i), mean.signed, m.signed_variance));

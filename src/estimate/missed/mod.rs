@@ -15,7 +15,8 @@ mod wedge;
 use super::theory::ExpectedCounts;
 use super::{CountingTier, calibration_offset_ps, true_delay};
 use crate::scan::Step;
-use crate::scene::{EstimatorKind, Scene};
+use crate::scene::EstimatorKind;
+use crate::sensor::Sensor;
 
 /// Shares of misses below this are not worked out any further than the sum of the
 /// chances of all wrong steps.
@@ -38,20 +39,20 @@ struct Accepted {
 
 impl Accepted {
     /// The tolerance, up to half-way to the next path of the same source.
-    fn of(scene: &Scene, path: usize, counting: CountingTier) -> Accepted {
-        let own = &scene.paths[path];
-        let code_period_ps = scene.chip_period_ps * scene.sources[own.source].code.len() as f64;
-        let tolerance_ps = tolerance_ps(scene.chip_period_ps, code_period_ps);
+    fn of(sensor: &Sensor, path: usize, counting: CountingTier) -> Accepted {
+        let own = &sensor.scene().paths[path];
+        let code_period_ps = sensor.code_period_of_path_ps(path);
+        let tolerance_ps = tolerance_ps(sensor.clock().chip_period_ps, code_period_ps);
         let mut accepted = Accepted {
             low_ps: -tolerance_ps,
             high_ps: tolerance_ps,
         };
-        let truth_ps = true_delay(scene, path, counting).delay_ps;
-        for (index, other) in scene.paths.iter().enumerate() {
+        let truth_ps = true_delay(sensor, path, counting).delay_ps;
+        for (index, other) in sensor.scene().paths.iter().enumerate() {
             if index == path || (other.source, other.detector) != (own.source, own.detector) {
                 continue;
             }
-            let other_ps = true_delay(scene, index, counting).delay_ps;
+            let other_ps = true_delay(sensor, index, counting).delay_ps;
             let later_ps = (other_ps - truth_ps).rem_euclid(code_period_ps);
             if later_ps == 0.0 && index < path {
                 // The first of equals takes every estimate.
@@ -67,7 +68,7 @@ impl Accepted {
 
 /// What the chance of a miss depends on, beside the counts.
 struct Target<'a> {
-    scene: &'a Scene,
+    sensor: &'a Sensor,
     detector: usize,
     /// Delay that the estimate is held against, with everything constant that is
     /// measured with it.
@@ -79,9 +80,10 @@ struct Target<'a> {
 impl Target<'_> {
     /// How much later than the path a phase step is, in ps, the shorter way round.
     fn step_error_ps(&self, measurement: usize) -> f64 {
-        let scene = self.scene;
-        let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
-        let at_ps = scene.scan.phase_step(Step::at(measurement)) as f64 * step_ps;
+        let at_ps = self
+            .sensor
+            .timing()
+            .reference_delay_ps(Step::at(measurement));
         super::delay_error_ps(at_ps, self.measured_ps, self.code_period_ps)
     }
 }
@@ -97,35 +99,35 @@ impl Target<'_> {
 /// means and covariances, always the same ones ([`sampled`]).
 pub(super) fn missed_fraction(
     counts: &ExpectedCounts,
-    scene: &Scene,
+    sensor: &Sensor,
     detector: usize,
     path: usize,
     counting: CountingTier,
     (peak, bound): (usize, f64),
 ) -> Option<f64> {
-    let own = scene.paths[path].source;
-    let code_period_ps = scene.chip_period_ps * scene.sources[own].code.len() as f64;
-    let truth_ps = true_delay(scene, path, counting).delay_ps;
+    let code_period_ps = sensor.code_period_of_path_ps(path);
+    let truth_ps = true_delay(sensor, path, counting).delay_ps;
     let target = Target {
-        scene,
+        sensor,
         detector,
-        measured_ps: truth_ps + calibration_offset_ps(scene, detector, counting),
+        measured_ps: truth_ps + calibration_offset_ps(sensor, detector, counting),
         code_period_ps,
-        accepted: Accepted::of(scene, path, counting),
+        accepted: Accepted::of(sensor, path, counting),
     };
-    let is_model = scene.estimator == EstimatorKind::Model;
+    let is_model = sensor.scene().estimator == EstimatorKind::Model;
     if is_model && counts.model().modulated_paths().count() > 1 {
         return None;
     }
     // Wherever the largest count is, the phase of a period of two chips is the same;
     // nothing of it is in the bound.
-    let has_phase = scene.samples_per_chip > 1;
-    let is_window = scene.scan.is_full() && scene.scan.steps == window_steps(scene);
+    let has_phase = sensor.clock().samples_per_chip > 1;
+    let is_window =
+        sensor.timing().scan.is_full() && sensor.timing().scan.steps == window_steps(sensor);
     let one_window = has_phase && is_window;
     if bound < NEGLIGIBLE && !one_window && target.finds_from(&counts.signed(), peak) {
         return Some(bound);
     }
-    let missed = if is_model || counts.model().parallel() > 1 {
+    let missed = if is_model || counts.model().timing.parallel > 1 {
         sampled::missed(counts, &target)
     } else if one_window {
         1.0 - find::of_whole_period(counts, &target)
@@ -136,6 +138,6 @@ pub(super) fn missed_fraction(
 }
 
 /// Phase steps of the fine stage's window.
-fn window_steps(scene: &Scene) -> u64 {
-    2 * u64::from(scene.samples_per_chip)
+fn window_steps(sensor: &Sensor) -> u64 {
+    2 * u64::from(sensor.clock().samples_per_chip)
 }

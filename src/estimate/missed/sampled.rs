@@ -16,7 +16,7 @@ use super::Target;
 use super::law::CountLaw;
 use super::scan::laws;
 use crate::estimate::fit::best_match;
-use crate::estimate::phase::{Measurement, estimate_at, first_maximum};
+use crate::estimate::phase::{estimate_at, first_maximum};
 use crate::estimate::theory::ExpectedCounts;
 use crate::math::correlating;
 use crate::response::GroupMoments;
@@ -64,13 +64,13 @@ pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> f64 {
 /// What a count costs beside drawing it: the model estimator's coarse stage holds a
 /// template against every step, some chips wide.
 fn work_per_count(target: &Target) -> u64 {
-    let scene = target.scene;
-    if scene.estimator != EstimatorKind::Model {
+    let sensor = target.sensor;
+    if sensor.scene().estimator != EstimatorKind::Model {
         return 1;
     }
-    let source = scene.detectors[target.detector].reference;
-    let chips = (1_u64 << scene.sources[source].code.interleave) + 1;
-    1 + chips * u64::from(scene.samples_per_chip) / 8
+    let source = sensor.scene().detectors[target.detector].reference;
+    let chips = (1_u64 << sensor.scene().sources[source].code.interleave) + 1;
+    1 + chips * u64::from(sensor.clock().samples_per_chip) / 8
 }
 
 impl Target<'_> {
@@ -81,13 +81,17 @@ impl Target<'_> {
         if values.iter().all(|&value| value <= 0.0) && 2 * zeros > values.len() {
             return false;
         }
-        if self.scene.estimator == EstimatorKind::Model {
-            let source = self.scene.detectors[self.detector].reference;
-            let step = best_match(self.scene, &self.scene.sources[source].code, values);
+        if self.sensor.scene().estimator == EstimatorKind::Model {
+            let source = self.sensor.scene().detectors[self.detector].reference;
+            let step = best_match(
+                self.sensor,
+                &self.sensor.scene().sources[source].code,
+                values,
+            );
             return self.accepts(self.measured_ps + self.step_error_ps(step), 1.0);
         }
-        let measurement = Measurement::new(self.scene, &[]);
-        let estimate = estimate_at(values, first_maximum(values), &measurement, 0.0);
+        let timing = self.sensor.timing();
+        let estimate = estimate_at(values, first_maximum(values), timing, 0.0);
         self.accepts(estimate.delay_ps, 1.0)
     }
 }
@@ -121,26 +125,26 @@ impl Drawn {
 fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
     let model = counts.model();
     let laws = laws(counts, target);
-    if model.parallel() == 1 {
+    if model.timing.parallel == 1 {
         let alone = |law: &CountLaw| Group {
             laws: vec![Drawn::of(law)],
             factor: vec![vec![1.0]],
         };
         return laws.iter().map(alone).collect();
     }
-    let reach_ps = NEAR_CHIPS * target.scene.chip_period_ps;
+    let reach_ps = target.sensor.clock().ps(NEAR_CHIPS);
     let is_near = |group: scan::Group| {
-        let mut steps = model.steps_of_group(group);
+        let mut steps = model.timing.grouping().steps_of(group);
         steps.any(|step| target.step_error_ps(step.index()).abs() < reach_ps)
     };
     // The last group may be smaller: no model for others.
-    let far = (0..model.groups() - 1)
+    let far = (0..model.timing.groups() - 1)
         .map(scan::Group)
         .find(|&group| !is_near(group));
     let far = far.map(|group| counts.second.of_group(group));
     let group = |group| {
         let group = scan::Group(group);
-        let steps: Vec<Step> = model.steps_of_group(group).collect();
+        let steps: Vec<Step> = model.timing.grouping().steps_of(group).collect();
         let exact;
         let moments = match &far {
             Some(far) if !is_near(group) => far,
@@ -162,7 +166,10 @@ fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
             factor: correlating(&(0..steps.len()).map(of_step).collect::<Vec<_>>()),
         }
     };
-    (0..model.groups()).into_par_iter().map(group).collect()
+    (0..model.timing.groups())
+        .into_par_iter()
+        .map(group)
+        .collect()
 }
 
 fn correlation(group: &GroupMoments, a: usize, b: usize) -> f64 {

@@ -21,10 +21,10 @@ pub fn laws(counts: &ExpectedCounts, target: &Target) -> Vec<CountLaw> {
         between(
             counts,
             steps,
-            target.scene.samples_per_chip.div_ceil(2) as usize,
+            target.sensor.clock().samples_per_chip.div_ceil(2) as usize,
         )
     };
-    let spad = &target.scene.detectors[target.detector];
+    let spad = &target.sensor.scene().detectors[target.detector];
     let afterpulses = -(-spad.afterpulsing_probability).ln_1p();
     let of_step = |(mean, variance): (&crate::response::MeanCount, f64)| CountLaw {
         mean: mean.signed,

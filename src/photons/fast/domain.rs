@@ -63,7 +63,7 @@ pub enum OutsideDomain {
     )]
     StepsTooClose {
         /// Steps of a group.
-        parallel: u64,
+        parallel: u32,
     },
 }
 
@@ -128,7 +128,7 @@ impl Tables {
         }
         check_quickness(model, grid)?;
 
-        let chips = |ps: f64| ps / model.chip_period_ps;
+        let chips = |ps: f64| model.timing.clock.chips(ps);
         let jitter_chips = model.jitter_chips.unwrap_or(0.0);
         let timing = EdgeTiming {
             rising_delay_chips: chips(model.counter.rising_delay_ps),
@@ -142,9 +142,10 @@ impl Tables {
         sign.is_random |= model.jitter_chips.is_some();
         let zone = 2.0 * (NORMAL_REACH * timing.jitter_chips + timing.transition_chips)
             + (timing.rising_delay_chips - timing.falling_delay_chips).abs();
-        if model.parallel() > 1 && zone * f64::from(model.samples_per_chip) >= 1.0 {
+        if model.timing.parallel > 1 && zone * f64::from(model.timing.clock.samples_per_chip) >= 1.0
+        {
             return Err(OutsideDomain::StepsTooClose {
-                parallel: model.parallel(),
+                parallel: model.timing.parallel,
             });
         }
         let paths = model.excess.iter().map(|light| PathTable {

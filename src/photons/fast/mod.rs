@@ -186,12 +186,13 @@ mod tests {
     use crate::photons::light::ExcessLight;
     use crate::photons::paths::NumberedPath;
     use crate::scene;
+    use crate::sensor::Sensor;
 
     fn table_i() -> DetectorModel {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper-single.toml");
         let mut scene = scene::load(&file).expect("the scene is sound");
         scene.sources[0].mean_power_w *= 3.0;
-        DetectorModel::new(&scene, 0)
+        DetectorModel::new(&Sensor::new(&scene), 0)
     }
 
     fn counts(counter: &StepCounter) -> Vec<StepCount> {
@@ -248,7 +249,7 @@ mod tests {
             index: 1,
             number: 1,
         };
-        let dark = ExcessLight::new(other, rates, &code, 333.0, neutral.chip_period_ps, &[]);
+        let dark = ExcessLight::new(other, rates, &code, 333.0, neutral.timing.clock, &[]);
         neutral.excess.extend(dark);
         assert_eq!(neutral.excess.len(), 2);
         assert_same(&without, &neutral);

@@ -199,7 +199,7 @@ impl<'t, 'o> StepRunner<'t, 'o> {
     /// how far behind the old border the lane is; returns it for the new one.
     fn aim_at_end(&mut self, lane: usize, behind: i64) -> i64 {
         let grid = self.tables.grid;
-        let chips = self.model.scan.integration_chips;
+        let chips = self.model.timing.scan.integration_chips;
         let rest = grid.ticks_of_chips((chips % u64::from(grid.period_chips)) as u32);
         // The clock's zero moves by the rest; what is looked up must not.
         let moved = |offset: u32| grid.phase(i64::from(offset) + i64::from(rest));
@@ -238,7 +238,11 @@ impl<'t, 'o> StepRunner<'t, 'o> {
             count: StepCount::ZERO,
         };
         let (repetition, step) = self.jobs.repetition_and_step(number);
-        self.restart_streams(lane, repetition, self.model.group_of(step));
+        self.restart_streams(
+            lane,
+            repetition,
+            self.model.timing.grouping().group_of(step),
+        );
         self.aim_at_start(lane, repetition, step);
     }
 
@@ -288,14 +292,14 @@ impl<'t, 'o> StepRunner<'t, 'o> {
         // All in avalanche time: a detection is registered `delay` later.
         let delay = grid.round(model.delay_chips);
         let border = -delay - i64::from(self.tables.reach_ticks);
-        let group = model.group_of(step);
+        let group = model.timing.grouping().group_of(step);
         let code = model.code_position(repetition, group, u64::from(grid.period_chips));
         let code = i64::from(grid.ticks_of_chips(code as u32)) + border;
         for (path, table) in self.lanes.paths.iter_mut().zip(&self.tables.paths) {
             path.offsets[lane] = grid.phase(code - table.delay_ticks);
         }
-        let phase_step = model.scan.phase_step(step);
-        let samples_per_chip = u64::from(model.samples_per_chip);
+        let phase_step = model.timing.scan.phase_step(step);
+        let samples_per_chip = u64::from(model.timing.clock.samples_per_chip);
         let phase_step = (phase_step / samples_per_chip * u64::from(grid.chip_ticks())) as i64
             + grid.round((phase_step % samples_per_chip) as f64 / samples_per_chip as f64);
         self.lanes.sign.offsets[lane] =

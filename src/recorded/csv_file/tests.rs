@@ -1,8 +1,8 @@
 use super::*;
 use crate::scene;
 
-fn quick() -> Scene {
-    scene::load(Path::new("scenes/quick.toml")).unwrap()
+fn quick() -> Sensor {
+    Sensor::new(&scene::load(Path::new("scenes/quick.toml")).unwrap())
 }
 
 /// A right file: 248 phase steps, whose counts are their numbers.

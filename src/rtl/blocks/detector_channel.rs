@@ -51,16 +51,15 @@ pub struct DetectorChannel {
 impl DetectorChannel {
     /// The channel of a detector that follows `code`.
     pub fn new(contract: &Contract, code: &Code) -> DetectorChannel {
+        let (lanes, parallel) = (contract.lanes(), contract.parallel());
         let Contract {
-            lanes,
-            parallel,
             count_segments,
             bank_steps,
             ..
         } = *contract;
         let realigns = contract.realigns();
-        let looks_ahead = contract.scan.integration_chips > 1;
-        let first_delay = (contract.scan.first_step % u64::from(lanes)) as u32;
+        let looks_ahead = contract.timing.scan.integration_chips > 1;
+        let first_delay = (contract.timing.scan.first_step % u64::from(lanes)) as u32;
         let geometry = PhaseGeometry::new(lanes, parallel, first_delay);
         let (start, next_chip) = reference_start(contract, code, geometry.kept_chips());
         let banks = if parallel > 1 { contract.banks() } else { 0 };
@@ -171,8 +170,8 @@ fn describe(contract: &Contract) -> About {
 /// a scan's start puts it: chips and delayed lanes, and the chip that the
 /// generator gives next.
 fn reference_start(contract: &Contract, code: &Code, kept_chips: u32) -> (ReferenceStart, u64) {
-    let lanes = u64::from(contract.lanes);
-    let whole_chips = contract.scan.first_step / lanes;
+    let lanes = u64::from(contract.lanes());
+    let whole_chips = contract.timing.scan.first_step / lanes;
     let chip_at = |cycle: i128| {
         let period = i128::from(code.len());
         (cycle - i128::from(whole_chips)).rem_euclid(period) as u64

@@ -60,9 +60,9 @@ pub struct SensorTop {
 impl SensorTop {
     /// The hardware that keeps `contract`.
     pub fn new(contract: &Contract) -> SensorTop {
-        let lanes = contract.lanes;
+        let lanes = contract.lanes();
         let realigns = contract.realigns();
-        let parallel = contract.parallel;
+        let parallel = contract.parallel();
         let detectors = contract.reference_codes.len();
         let (codes, source_codes) =
             distinct_codes(&contract.reference_codes[0], &contract.source_codes);
@@ -125,7 +125,7 @@ impl SensorTop {
                 })
                 .collect(),
             controller: ScanController::new(ScanPlan {
-                dwell_chips: contract.scan.integration_chips,
+                dwell_chips: contract.timing.scan.integration_chips,
                 steps: contract.groups(),
                 realigns,
                 clocks_to_dump: Contract::clocks_to_dump(lanes),
@@ -146,7 +146,7 @@ impl SensorTop {
                 detectors: detectors as u32,
                 steps: parallel,
                 last_steps: contract.last_group_steps() as u32,
-                back_to_back: contract.scan.integration_chips == 1,
+                back_to_back: contract.timing.scan.integration_chips == 1,
             }),
             peak: contract
                 .peak
@@ -214,7 +214,7 @@ fn describe(contract: &Contract) -> About {
 }
 
 fn describe_counts(contract: &Contract) -> About {
-    let scan = &contract.scan;
+    let scan = &contract.timing.scan;
     let outputs = contract
         .ports()
         .iter()
@@ -227,7 +227,7 @@ fn describe_counts(contract: &Contract) -> About {
     .note(format!(
         "One clock cycle is one chip of {} samples. The sample word of a chip is expected on \
          i_samples one cycle after o_laser shows the chip. In reset all {outputs} outputs are 0.",
-        contract.lanes
+        contract.lanes()
     ))
     .note(
         "Registers have no values at power-up: before the first scan i_rst has to be high at one \

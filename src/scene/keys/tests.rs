@@ -253,7 +253,7 @@ fn doubles_and_64_bits_hold_what_the_bounds_allow() {
     let delay_ps = most(&PATH, "delay");
     // 2 fs between neighbouring doubles.
     assert!(delay_ps.next_up() - delay_ps < 2e-3);
-    let distance_ps = crate::scene::source::round_trip_ps(most(&PATH, "distance"));
+    let distance_ps = crate::light::round_trip_ps(most(&PATH, "distance"));
     assert!(distance_ps <= delay_ps && distance_ps > 0.99 * delay_ps);
     let chips = |ps: f64| ps / shortest_chip_ps;
     assert!(chips(delay_ps).next_up() - chips(delay_ps) < 2e-3);

@@ -5,15 +5,16 @@ use std::fmt::Display;
 
 use crate::estimate::fit::{ALARM_SIGMAS, Fitter, ModelEstimate};
 use crate::estimate::{
-    CountingTier, Measurement, NoEstimate, TrueDelay, calibration_offset_ps, check_modulated,
-    delay_error_ps, distance_m, estimate, tolerance_ps, true_delay,
+    CountingTier, NoEstimate, TrueDelay, calibration_offset_ps, check_modulated, delay_error_ps,
+    distance_m, estimate, tolerance_ps, true_delay,
 };
 use crate::photons::{DetectorModel, StepCount};
-use crate::scene::{EstimatorKind, OtherLight, Scene};
+use crate::scene::{EstimatorKind, OtherLight};
+use crate::sensor::Sensor;
 
 /// One detector's way from counts to distances.
 pub struct Ranging<'a> {
-    pub scene: &'a Scene,
+    pub sensor: &'a Sensor,
     pub detector: usize,
     pub counting: CountingTier,
     /// Paths that the estimator can speak of.
@@ -49,34 +50,37 @@ impl Answer {
 }
 
 impl<'a> Ranging<'a> {
-    pub fn new(scene: &'a Scene, detector: usize, counting: CountingTier) -> Ranging<'a> {
-        let own = scene.detectors[detector].reference;
-        let mut paths: Vec<usize> = (0..scene.paths.len())
-            .filter(|&p| scene.paths[p].detector == detector && scene.paths[p].source == own)
+    pub fn new(sensor: &'a Sensor, detector: usize, counting: CountingTier) -> Ranging<'a> {
+        let own = sensor.scene().detectors[detector].reference;
+        let mut paths: Vec<usize> = (0..sensor.scene().paths.len())
+            .filter(|&p| {
+                sensor.scene().paths[p].detector == detector
+                    && sensor.scene().paths[p].source == own
+            })
             .collect();
-        let takes_in_others =
-            scene.estimator == EstimatorKind::Model && scene.other_light != OtherLight::None;
+        let takes_in_others = sensor.scene().estimator == EstimatorKind::Model
+            && sensor.scene().other_light != OtherLight::None;
         if takes_in_others {
             paths.extend(
-                DetectorModel::new(scene, detector)
+                DetectorModel::new(sensor, detector)
                     .modulated_paths()
-                    .filter(|&p| scene.paths[p].source != own),
+                    .filter(|&p| sensor.scene().paths[p].source != own),
             );
             paths.sort_unstable();
         }
         Ranging {
             truths: paths
                 .iter()
-                .map(|&path| true_delay(scene, path, counting))
+                .map(|&path| true_delay(sensor, path, counting))
                 .collect(),
-            scene,
+            sensor,
             detector,
             counting,
             paths,
-            code_period_ps: scene.chip_period_ps * scene.sources[own].code.len() as f64,
-            offset_ps: calibration_offset_ps(scene, detector, counting),
-            fitter: Fitter::new(scene, detector, counting, scene.other_light),
-            hopeless: check_modulated(scene, detector).err(),
+            code_period_ps: sensor.timing().code_period_ps(),
+            offset_ps: calibration_offset_ps(sensor, detector, counting),
+            fitter: Fitter::new(sensor, detector, counting, sensor.scene().other_light),
+            hopeless: check_modulated(sensor, detector).err(),
         }
     }
 
@@ -84,30 +88,27 @@ impl<'a> Ranging<'a> {
         if let Some(reason) = self.hopeless {
             return Answer::none(reason);
         }
-        match self.scene.estimator {
+        match self.sensor.scene().estimator {
             EstimatorKind::Fft => self.by_phase(counts),
-            EstimatorKind::Model => {
-                let scene = self.scene;
-                match self.fitter.fit(counts) {
-                    Ok(fitted) => Answer {
-                        found: self
-                            .matched(&fitted)
-                            .into_iter()
-                            .map(|(_, place, error_m)| (place, error_m))
-                            .collect(),
-                        alarm: (scene.hardware.parallel == 1)
-                            .then(|| fitted.alarm_sigmas() > ALARM_SIGMAS),
-                        remark: None,
-                    },
-                    Err(reason) => Answer::none(reason),
-                }
-            }
+            EstimatorKind::Model => match self.fitter.fit(counts) {
+                Ok(fitted) => Answer {
+                    found: self
+                        .matched(&fitted)
+                        .into_iter()
+                        .map(|(_, place, error_m)| (place, error_m))
+                        .collect(),
+                    alarm: (self.sensor.timing().parallel == 1)
+                        .then(|| fitted.alarm_sigmas() > ALARM_SIGMAS),
+                    remark: None,
+                },
+                Err(reason) => Answer::none(reason),
+            },
         }
     }
 
     fn by_phase(&self, counts: &[StepCount]) -> Answer {
         let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
-        match estimate(&Measurement::new(self.scene, &signed), self.offset_ps) {
+        match estimate(self.sensor.timing(), &signed, self.offset_ps) {
             Err(reason) => Answer::none(reason),
             Ok(estimate) => Answer {
                 found: self
@@ -126,8 +127,8 @@ impl<'a> Ranging<'a> {
         let mut found: Vec<(usize, usize, f64)> = Vec::new();
         for (number, path) in fitted.paths.iter().enumerate() {
             let is_free = |place: usize| {
-                let source = self.scene.paths[self.paths[place]].source;
-                self.scene.sources[source].code.chips == path.code.chips
+                let source = self.sensor.scene().paths[self.paths[place]].source;
+                self.sensor.scene().sources[source].code.chips == path.code.chips
                     && found.iter().all(|(_, taken, _)| *taken != place)
             };
             let nearest = self.nearest(path.delay_ps, is_free);
@@ -145,7 +146,8 @@ impl<'a> Ranging<'a> {
         let (place, error_ps) = places
             .map(|place| (place, error_ps(place)))
             .min_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()))?;
-        (error_ps.abs() <= self.scene.chip_period_ps).then(|| (place, distance_m(error_ps)))
+        (error_ps.abs() <= self.sensor.clock().chip_period_ps)
+            .then(|| (place, distance_m(error_ps)))
     }
 }
 
@@ -192,11 +194,11 @@ impl<'r> Answers<'r> {
     pub fn take(&mut self, counts: &[StepCount]) {
         let ranging = self.ranging;
         let answers: Vec<Answer> = counts
-            .par_chunks_exact(ranging.scene.scan.steps as usize)
+            .par_chunks_exact(ranging.sensor.timing().scan.steps as usize)
             .map(|counts| ranging.answer(counts))
             .collect();
         let tolerance_m = distance_m(tolerance_ps(
-            ranging.scene.chip_period_ps,
+            ranging.sensor.clock().chip_period_ps,
             ranging.code_period_ps,
         ));
         for answer in answers {

@@ -13,7 +13,8 @@ use super::scans::{Prepared, ScansError};
 use super::{Tier, domain, expected};
 use crate::estimate::{TheoryEffort, theory};
 use crate::photons::StepCount;
-use crate::scene::{EstimatorKind, Scene};
+use crate::scene::EstimatorKind;
+use crate::sensor::Sensor;
 
 use answers::{Answers, Ranging};
 use statistics::statistics;
@@ -119,14 +120,14 @@ pub struct PathStatistics {
 /// # Errors
 /// When the tier cannot do the scene.
 pub fn simulate(
-    scene: &Scene,
+    sensor: &Sensor,
     tier: Tier,
     seed: u64,
     repetitions: u64,
 ) -> Result<Simulation, ScansError> {
     let started = Instant::now();
-    let prepared = Prepared::new(scene, tier)?;
-    let simulation = simulate_prepared(scene, &prepared, seed, repetitions)?;
+    let prepared = Prepared::new(sensor, tier)?;
+    let simulation = simulate_prepared(sensor, &prepared, seed, repetitions)?;
     Ok(Simulation {
         run_time_s: started.elapsed().as_secs_f64(),
         ..simulation
@@ -139,7 +140,7 @@ pub fn simulate(
 /// # Errors
 /// When the tier cannot do the scene.
 pub fn simulate_prepared(
-    scene: &Scene,
+    sensor: &Sensor,
     prepared: &Prepared,
     seed: u64,
     repetitions: u64,
@@ -148,16 +149,16 @@ pub fn simulate_prepared(
     let tier = prepared.tier();
     let mut estimates = Vec::new();
     let mut warnings = Vec::new();
-    for detector in 0..scene.detectors.len() {
+    for detector in 0..sensor.scene().detectors.len() {
         if !tier.draws() {
             // Before anything that takes as long as there are steps or paths.
-            TheoryEffort::of(scene, detector)?.check_predictions(1)?;
+            TheoryEffort::of(sensor, detector)?.check_predictions(1)?;
         }
-        let ranging = Ranging::new(scene, detector, tier.counting());
+        let ranging = Ranging::new(sensor, detector, tier.counting());
         let mut answers = Answers::new(&ranging);
         let mut detections = 0;
         let mut waiting: Vec<StepCount> = Vec::new();
-        let remarks = prepared.scans(scene, detector, seed, repetitions, |counts| {
+        let remarks = prepared.scans(sensor, detector, seed, repetitions, |counts| {
             detections += counts.iter().map(|count| count.total).sum::<u64>();
             waiting.extend_from_slice(counts);
             if waiting.len() + counts.len() > COUNTS_AT_ONCE {
@@ -170,26 +171,26 @@ pub fn simulate_prepared(
             warnings.extend(remarks);
         }
         answers.take(&waiting);
-        let integration_s = scene.scan.integration_chips as f64 * scene.chip_period_ps * 1e-12;
-        let measured_s = repetitions as f64 * scene.scan.steps as f64 * integration_s;
+        let integration_s = sensor.timing().integration_ps() * 1e-12;
+        let measured_s = repetitions as f64 * sensor.timing().scan.steps as f64 * integration_s;
         let rate_cps = detections as f64 / measured_s;
-        let theory = theory(scene, detector, &ranging.paths, tier.counting());
+        let theory = theory(sensor, detector, &ranging.paths, tier.counting());
         let mut of_detector = statistics(&ranging, &answers, &theory, rate_cps);
         if !tier.draws() {
-            expected::answer(scene, detector, &theory, &mut of_detector)?;
+            expected::answer(sensor, detector, &theory, &mut of_detector)?;
         }
         estimates.extend(of_detector);
         let predicted = ranging.paths.iter().copied().zip(theory.predictions);
         let predicted: Vec<_> = predicted.collect();
-        warnings.extend(domain::warnings(scene, detector, tier, &predicted));
+        warnings.extend(domain::warnings(sensor, detector, tier, &predicted));
     }
     Ok(Simulation {
-        scene: scene.name.clone(),
+        scene: sensor.scene().name.clone(),
         seed,
         fidelity: tier,
         domain: domain::of(tier),
         warnings,
-        estimator: scene.estimator,
+        estimator: sensor.scene().estimator,
         repetitions: if tier.draws() { repetitions } else { 0 },
         estimates,
         run_time_s: started.elapsed().as_secs_f64(),

@@ -21,7 +21,7 @@ pub fn statistics(
     theory: &Theory,
     detected_rate_cps: f64,
 ) -> Vec<PathStatistics> {
-    let scene = ranging.scene;
+    let scene = ranging.sensor.scene();
     let bound = &theory.bound;
     let expected = expectations(ranging, theory);
     let of_path = |place: usize| {
@@ -80,7 +80,7 @@ pub fn statistics(
                     .as_ref()
                     .err()
                     .map(|reason| format!("no expectation: {reason}")),
-                folded(scene, path),
+                folded(ranging.sensor, path),
             ]),
         }
     };
@@ -90,7 +90,7 @@ pub fn statistics(
 /// What each path's estimate is expected to be.
 fn expectations(ranging: &Ranging, theory: &Theory) -> Vec<Expected> {
     let range_m = distance_m(ranging.code_period_ps);
-    match ranging.scene.estimator {
+    match ranging.sensor.scene().estimator {
         EstimatorKind::Fft => theory
             .predictions
             .iter()
@@ -110,7 +110,7 @@ fn expectations(ranging: &Ranging, theory: &Theory) -> Vec<Expected> {
 
 /// The fit's answer to the expected counts.
 fn fitted_to_means(ranging: &Ranging) -> Result<Vec<Expected>, FitError> {
-    let fitted = expected_fit(ranging.scene, ranging.detector, ranging.counting)?;
+    let fitted = expected_fit(ranging.sensor, ranging.detector, ranging.counting)?;
     let unseen = || Err("the expected counts do not show the path".to_owned());
     let mut expected: Vec<Expected> = ranging.paths.iter().map(|_| unseen()).collect();
     for (order, place, bias_m) in ranging.matched(&fitted) {

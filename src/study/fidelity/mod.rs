@@ -20,6 +20,7 @@ use serde::Serialize;
 use crate::estimate::{NoEstimate, check_modulated, predict};
 use crate::plan::{self, Part};
 use crate::scene::Scene;
+use crate::sensor::Sensor;
 use crate::simulate::scans::{Prepared, ScansError};
 use crate::simulate::{Tier, domain};
 
@@ -250,8 +251,9 @@ pub fn compare(
     let path = (0..scene.paths.len())
         .find(|&p| scene.paths[p].detector == 0 && scene.paths[p].source == own)
         .ok_or(FidelityError::NoPath)?;
-    check_modulated(scene, 0)?;
-    let (windowed, unscanned) = window::round_peak(scene, path, target_error);
+    let sensor = Sensor::new(scene);
+    check_modulated(&sensor, 0)?;
+    let (windowed, unscanned) = window::round_peak(&sensor, path, target_error);
     let share = (budget.div_f64(5.0), target_error);
     let of_reference = (budget.mul_f64(choice::REFERENCE_SHARE), target_error);
 
@@ -302,7 +304,7 @@ pub fn compare(
         });
     }
     choice::mark_pareto(&mut tiers);
-    let plan = plan::with_savings(plan::plan(scene), scene);
+    let plan = plan::with_savings(plan::plan(&sensor), &sensor);
     let mut left_out: Vec<Part> = plan.simulation.into_iter().filter(|p| !p.kept).collect();
     left_out.extend(unscanned);
     Ok(FidelityReport {

@@ -4,7 +4,7 @@ use crate::math::NORMAL_95;
 use std::time::{Duration, Instant};
 
 use super::{FidelityError, Reference, TierPoint, Verdict};
-use crate::scene::Scene;
+use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::repeat::{PathStatistics, simulate_prepared};
 use crate::simulate::scans::Prepared;
@@ -33,7 +33,7 @@ pub struct Run {
 /// Runs a tier with more and more scans, until they resolve the target error or the
 /// next run would not fit into `budget`; at least the first.
 pub fn grow(
-    scene: &Scene,
+    sensor: &Sensor,
     prepared: &Prepared,
     path: usize,
     seed: u64,
@@ -44,7 +44,7 @@ pub fn grow(
     let started = Instant::now();
     let mut repetitions = REPETITIONS[0];
     loop {
-        let simulation = simulate_prepared(scene, prepared, seed, repetitions)?;
+        let simulation = simulate_prepared(sensor, prepared, seed, repetitions)?;
         let mut statistics = simulation.estimates.into_iter();
         let run = Run {
             tier,

@@ -3,6 +3,7 @@
 use super::SensorPoint;
 use crate::estimate::{CountingTier, predict};
 use crate::scene::{EstimatorKind, Scene};
+use crate::sensor::Sensor;
 
 /// Powers and integration times, relative to the scene's.
 const POWERS: [f64; 4] = [0.1, 0.3, 1.0, 3.0];
@@ -24,13 +25,13 @@ pub fn trade(scene: &Scene, path: usize) -> Vec<SensorPoint> {
                 .round()
                 .max(1.0);
             other.scan.integration_chips = chips as u64;
-            let Ok(expected) = predict(&other, 0, path, CountingTier::Sampled) else {
+            let Ok(expected) = predict(&Sensor::new(&other), 0, path, CountingTier::Sampled) else {
                 continue;
             };
             points.push(SensorPoint {
                 relative_power,
                 detected_rate_cps: expected.detection_rate_hz,
-                integration_s: chips * scene.chip_period_ps * 1e-12,
+                integration_s: scene.clock().ps(chips) * 1e-12,
                 std_m: expected.std_m,
                 bias_m: expected.bias_m,
                 coarse_failure_bound: expected.coarse_failure_bound,

@@ -2,39 +2,38 @@
 
 use crate::estimate::{CountingTier, calibration_offset_ps, predict};
 use crate::plan::{Part, Saving};
-use crate::scene::{Scan, Scene};
+use crate::sensor::Sensor;
 
 /// Expected misses of the whole scan that a window may leave out, in target errors.
 const LEFT_OUT: f64 = 0.01;
 
-/// The scene with only the phase steps that the fine stage needs, two chips on
+/// The sensor with only the phase steps that the fine stage needs, two chips on
 /// either side of the path's peak (whole groups of them), and what that saved.
 ///
 /// Steps elsewhere decide how many scans miss the peak. They are left out only where
 /// that is expected to be next to nothing beside the target error, by the sum of the
 /// chances of all of them.
-pub fn round_peak(scene: &Scene, path: usize, target_error: f64) -> (Scene, Option<Part>) {
-    let mut windowed = scene.clone();
-    let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
-    let offset_ps = calibration_offset_ps(scene, 0, CountingTier::Sampled);
+pub fn round_peak(sensor: &Sensor, path: usize, target_error: f64) -> (Sensor, Option<Part>) {
+    let scene = sensor.scene();
+    let step_ps = sensor.clock().sample_period_ps();
+    let offset_ps = calibration_offset_ps(sensor, 0, CountingTier::Sampled);
     let period = scene.scan.steps_per_period;
     let peak = ((scene.paths[path].delay_ps + offset_ps) / step_ps).round() as u64 % period;
     let half = 2 * u64::from(scene.samples_per_chip);
     let steps = (2 * half + 1).next_multiple_of(u64::from(scene.hardware.parallel));
     if !scene.scan.is_full() || steps >= period {
-        return (windowed, None);
+        return (sensor.clone(), None);
     }
-    let missed = match predict(scene, 0, path, CountingTier::Sampled) {
+    let missed = match predict(sensor, 0, path, CountingTier::Sampled) {
         Ok(expected) if expected.coarse_failure_bound <= LEFT_OUT * target_error => {
             expected.coarse_failure_bound
         }
-        _ => return (windowed, None),
+        _ => return (sensor.clone(), None),
     };
-    windowed.scan = Scan {
-        first_step: (peak + period - half) % period,
-        steps,
-        ..scene.scan
-    };
+    let windowed = sensor.with(|scene| {
+        scene.scan.first_step = (peak + period - half) % period;
+        scene.scan.steps = steps;
+    });
     let part = Part {
         part: "phase_steps_away_from_the_peak".to_owned(),
         kept: false,

@@ -7,6 +7,7 @@ use super::statistics::Measured;
 use crate::estimate::{CountingTier, predict};
 use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
 use crate::scene::{EstimatorKind, Scene};
+use crate::sensor::Sensor;
 use crate::simulate::Tier;
 
 /// How the model estimator's bias is simulated.
@@ -39,7 +40,12 @@ impl Bias {
     ) -> Result<Bias, RunError> {
         let exact = fine
             .iter()
-            .map(|&x| Ok((x, predict(&scene(x), 0, 0, CountingTier::Events)?.bias_m)))
+            .map(|&x| {
+                Ok((
+                    x,
+                    predict(&Sensor::new(&scene(x)), 0, 0, CountingTier::Events)?.bias_m,
+                ))
+            })
             .collect::<Result<_, RunError>>()?;
         let phase = coarse
             .iter()

@@ -9,14 +9,13 @@ use super::figure::{Figure, Table, cells};
 use super::run::{Run, RunError};
 use super::sensor::{CHIP_PERIOD_PS, Light, POWER_PW, sensor, window};
 use crate::code::{Code, CodeSpec, Family};
-use crate::estimate::{
-    CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate,
-};
+use crate::estimate::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, estimate};
 use crate::photons::DetectorModel;
 use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
 use crate::response::MeanResponse;
 use crate::scan::Step;
 use crate::scene::{EstimatorKind, Scene};
+use crate::sensor::Sensor;
 
 /// Degree of the code.
 const DEGREE: u32 = 11;
@@ -139,16 +138,17 @@ fn phase_error_m(
     delay: f64,
 ) -> Result<Option<f64>, RunError> {
     let scene = ideal_scene(code, samples_per_chip, delay, PERIODS_WITHOUT_NOISE);
-    let model = DetectorModel::new(&scene, 0);
+    let sensor = Sensor::new(&scene);
+    let model = DetectorModel::new(&sensor, 0);
     // Of an ideal counter: samples would let pulses merge.
     let tier = CountingTier::Events;
     let response = MeanResponse::of_tier(&model, tier)?;
     let counts: Vec<i64> = Step::all(scene.scan.steps)
         .map(|step| response.expected_count(step).round() as i64)
         .collect();
-    let offset_ps = calibration_offset_ps(&scene, 0, tier);
-    let period_ps = CHIP_PERIOD_PS * code.len() as f64;
-    let estimate = estimate(&Measurement::new(&scene, &counts), offset_ps).ok();
+    let offset_ps = calibration_offset_ps(&sensor, 0, tier);
+    let period_ps = sensor.timing().code_period_ps();
+    let estimate = estimate(sensor.timing(), &counts, offset_ps).ok();
     let delay_ps = scene.paths[0].delay_ps;
     Ok(estimate.map(|e| distance_m(delay_error_ps(e.delay_ps, delay_ps, period_ps))))
 }
@@ -229,7 +229,8 @@ mod tests {
                     })
                     .collect();
                 let tier = CountingTier::Events;
-                let found = fit_means(&scene, 0, tier, &counts, OtherLight::None).expect("it fits");
+                let found = fit_means(&Sensor::new(&scene), 0, tier, &counts, OtherLight::None)
+                    .expect("it fits");
                 let error_ps = found.delay_ps - scene.paths[0].delay_ps;
                 let error_mm = 1e3 * distance_m(error_ps);
                 assert!(error_mm.abs() < 1e-3, "S = {samples}, {delay}: {error_mm}");

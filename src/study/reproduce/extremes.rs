@@ -10,6 +10,7 @@ use super::run::RunError;
 use super::sensor::{CHIP_PERIOD_PS, Light, SAMPLES_PER_CHIP, TARGET_PS, sensor, window};
 use crate::code::{Code, correlate};
 use crate::estimate::{CountingTier, predict};
+use crate::sensor::Sensor;
 
 /// Exact biases are taken at so many of the most promising delays to either side.
 const CANDIDATES: usize = 8;
@@ -67,7 +68,7 @@ impl Candidates {
             let scene = window(sensor(&lights, integration_s), TARGET_PS, 3);
             Ok(Extreme {
                 relative_delay_chips,
-                bias_m: predict(&scene, 0, 0, CountingTier::Events)?.bias_m,
+                bias_m: predict(&Sensor::new(&scene), 0, 0, CountingTier::Events)?.bias_m,
             })
         };
         let all = self.earliest.iter().chain(&self.latest);

@@ -5,10 +5,9 @@ use std::collections::BTreeMap;
 
 use super::run::RunError;
 use super::statistics::{Measured, rate, sample_mean_of, sample_std};
-use crate::estimate::{
-    CountingTier, Measurement, calibration_offset_ps, delay_error_ps, distance_m, estimate,
-};
+use crate::estimate::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, estimate};
 use crate::scene::Scene;
+use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::scans::scans;
 
@@ -40,22 +39,23 @@ impl Errors {
 /// Simulates scans, single detection by single detection, and takes the phase
 /// estimator's errors against the first path.
 pub fn phase_errors(scene: &Scene, seed: u64, repetitions: u64) -> Result<Errors, RunError> {
-    let offset_ps = calibration_offset_ps(scene, 0, CountingTier::Events);
-    let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
-    let period_ps = step_ps * scene.scan.steps_per_period as f64;
+    let sensor = Sensor::new(scene);
+    let timing = sensor.timing();
+    let offset_ps = calibration_offset_ps(&sensor, 0, CountingTier::Events);
+    let period_ps = timing.code_period_ps();
     let mut errors_m = Vec::new();
     let mut coarse_steps: BTreeMap<u64, u64> = BTreeMap::new();
     let mut detections = 0;
     let mut signed = Vec::new();
-    scans(scene, 0, Tier::Events, seed, repetitions, |counts| {
+    scans(&sensor, 0, Tier::Events, seed, repetitions, |counts| {
         signed.clear();
         signed.extend(counts.iter().map(|count| count.signed));
         detections += counts.iter().map(|count| count.total).sum::<u64>();
-        let Ok(found) = estimate(&Measurement::new(scene, &signed), offset_ps) else {
+        let Ok(found) = estimate(timing, &signed, offset_ps) else {
             return;
         };
         let error_ps = delay_error_ps(found.delay_ps, scene.paths[0].delay_ps, period_ps);
-        if error_ps.abs() <= scene.chip_period_ps {
+        if error_ps.abs() <= timing.clock.chip_period_ps {
             errors_m.push(distance_m(error_ps));
             *coarse_steps.entry(found.coarse_step).or_default() += 1;
         }
@@ -65,7 +65,7 @@ pub fn phase_errors(scene: &Scene, seed: u64, repetitions: u64) -> Result<Errors
     }
     let found = errors_m.len() as u64;
     let most_frequent = coarse_steps.values().copied().max().unwrap_or(found);
-    let step_s = scene.scan.integration_chips as f64 * scene.chip_period_ps * 1e-12;
+    let step_s = timing.integration_ps() * 1e-12;
     Ok(Errors {
         std_m: sample_std(&errors_m),
         bias_m: sample_mean_of(&errors_m),

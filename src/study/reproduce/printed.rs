@@ -16,7 +16,7 @@ use crate::scene::Scene;
 /// what is returned is the coarse grid. `None` for a peak at the scan's rim.
 pub fn printed_distance_m(scene: &Scene, counts: &[i64]) -> Option<f64> {
     let samples = scene.samples_per_chip as usize;
-    let step_ps = scene.chip_period_ps / samples as f64;
+    let step_ps = scene.clock().sample_period_ps();
     // The first of equals, as `estimate` has it.
     let peak = (0..counts.len()).rev().max_by_key(|&i| counts[i])?;
     let window = peak.checked_sub(samples)?..peak + samples + 1;

@@ -12,6 +12,7 @@ use crate::estimate::{CountingTier, PredictionError, delay_error_ps, distance_m}
 use crate::photons::DetectorModel;
 use crate::response::{CountSampler, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::{EstimatorKind, Scene};
+use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::repeat::simulate;
 use crate::simulate::scans::{ScansError, scans};
@@ -76,7 +77,7 @@ impl Run {
             EstimatorKind::Fft => SEARCH_SCANS,
             EstimatorKind::Model => FITTED_SEARCH_SCANS,
         });
-        let path = &simulate(scene, Tier::Events, seed, scans)?.estimates[0];
+        let path = &simulate(&Sensor::new(scene), Tier::Events, seed, scans)?.estimates[0];
         Ok(rate(scans - path.missed_scans, scans))
     }
 
@@ -109,7 +110,7 @@ impl Run {
         tier: Tier,
         scans: u64,
     ) -> Result<Measured, RunError> {
-        let path = &simulate(scene, tier, self.next_seed(), scans)?.estimates[0];
+        let path = &simulate(&Sensor::new(scene), tier, self.next_seed(), scans)?.estimates[0];
         let (Some(bias_m), Some(error_m)) = (path.bias_m, path.std_error_m) else {
             return Err(RunError::NoStatistics { scans });
         };
@@ -124,12 +125,12 @@ impl Run {
         scans: u64,
     ) -> Result<Measured, RunError> {
         let tier = CountingTier::Events;
-        let model = DetectorModel::new(scene, 0);
+        let sensor = Sensor::new(scene);
+        let model = DetectorModel::new(&sensor, 0);
         let response = MeanResponse::of_tier(&model, tier)?;
         let sampler = CountSampler::of(&model, &SecondMoments::new(&response)?);
-        let fitter = Fitter::new(scene, 0, tier, scene.other_light);
-        let code = &scene.sources[scene.detectors[0].reference].code;
-        let period_ps = scene.chip_period_ps * code.len() as f64;
+        let fitter = Fitter::new(&sensor, 0, tier, scene.other_light);
+        let period_ps = sensor.timing().code_period_ps();
         let seed = self.next_seed();
         let errors_m: Vec<f64> = (0..scans)
             .filter_map(|scan| fitter.fit(&sampler.scan(seed, scan)).ok())
@@ -152,8 +153,7 @@ impl Run {
         if distances.len() < 2 {
             return Err(RunError::NoStatistics { scans });
         }
-        let code = &scene.sources[scene.detectors[0].reference].code;
-        let range_m = distance_m(scene.chip_period_ps * code.len() as f64);
+        let range_m = distance_m(scene.timing().code_period_ps());
         // Those on either side of the range's border belong together.
         let unwrapped =
             unwrap(&distances, range_m).map_err(|_| RunError::NoStatistics { scans })?;
@@ -197,7 +197,7 @@ impl Run {
     ) -> Result<(), RunError> {
         let seed = self.next_seed();
         let mut signed = Vec::new();
-        scans(scene, 0, Tier::Events, seed, n, |counts| {
+        scans(&Sensor::new(scene), 0, Tier::Events, seed, n, |counts| {
             signed.clear();
             signed.extend(counts.iter().map(|count| count.signed));
             on_scan(&signed);

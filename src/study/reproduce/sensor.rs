@@ -7,6 +7,7 @@ use crate::estimate::{CountingTier, calibration_offset_ps};
 use crate::scene::{
     CounterTiming, Detector, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, Source, Target,
 };
+use crate::sensor::Sensor;
 
 /// Chip period of the article.
 pub const CHIP_PERIOD_PS: f64 = 8000.0;
@@ -161,8 +162,8 @@ pub fn window(mut scene: Scene, delay_ps: f64, half_chips: u64) -> Scene {
     let steps = 2 * half_chips * samples + 1;
     let period = scene.scan.steps_per_period;
     if steps < period {
-        let offset_ps = calibration_offset_ps(&scene, 0, CountingTier::Events);
-        let step_ps = scene.chip_period_ps / samples as f64;
+        let offset_ps = calibration_offset_ps(&Sensor::new(&scene), 0, CountingTier::Events);
+        let step_ps = scene.clock().sample_period_ps();
         let peak = ((delay_ps + offset_ps) / step_ps).round() as i64;
         let first = peak - (half_chips * samples) as i64;
         scene.scan.first_step = first.rem_euclid(period as i64) as u64;
@@ -174,7 +175,7 @@ pub fn window(mut scene: Scene, delay_ps: f64, half_chips: u64) -> Scene {
 /// Calibrated time of flight, in chips, that each step of the scan stands for,
 /// growing from step to step.
 pub fn delays_chips(scene: &Scene) -> Vec<f64> {
-    let offset_ps = calibration_offset_ps(scene, 0, CountingTier::Events);
+    let offset_ps = calibration_offset_ps(&Sensor::new(scene), 0, CountingTier::Events);
     let samples = f64::from(scene.samples_per_chip);
     let period = scene.scan.steps_per_period as f64;
     let first = scene.scan.first_step as f64;
@@ -185,7 +186,7 @@ pub fn delays_chips(scene: &Scene) -> Vec<f64> {
         period
     };
     (0..scene.scan.steps)
-        .map(|j| (first - turn + j as f64) / samples - offset_ps / scene.chip_period_ps)
+        .map(|j| (first - turn + j as f64) / samples - scene.clock().chips(offset_ps))
         .collect()
 }
 
@@ -216,7 +217,7 @@ mod tests {
             let code = balanced_gold(number, 0).expect("a Gold code");
             let mut scene = sensor(&[Light::new(&code, POWER_PW)], 1e-3);
             scene.scan.integration_chips = 60 * code.len();
-            let model = DetectorModel::new(&scene, 0);
+            let model = DetectorModel::new(&Sensor::new(&scene), 0);
             let response = MeanResponse::new(&model).expect("a mean response");
             let counts = response.mean_counts();
             let signed: f64 = counts.iter().map(|count| count.signed).sum();

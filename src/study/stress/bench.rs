@@ -15,6 +15,7 @@ use crate::reference::exercise::Exercise;
 use crate::reference::predictor::{Reference, StepResult};
 use crate::reference::stimulus::{Drive, RESET_CLOCKS, Stimulus};
 use crate::scene::Scene;
+use crate::sensor::Sensor;
 use crate::sensor::contract::Contract;
 use crate::sensor::layout::Layout;
 
@@ -93,7 +94,7 @@ impl Bench {
     pub fn new(scene: &Scene) -> anyhow::Result<Bench> {
         let contract = Contract::of(scene);
         let layout = Layout::of(&contract);
-        let sources = sources_of(&deliver::emit(scene, "goldtof stress")?);
+        let sources = sources_of(&deliver::emit(&Sensor::new(scene), "goldtof stress")?);
         let library = build(TOP, &sources, &contract, &cache_dir()?)?;
         Ok(Bench {
             model: Verilated::load(&library, &layout)?,
@@ -109,7 +110,7 @@ impl Bench {
 
     /// Plays a script for some clocks.
     pub fn play(&mut self, script: &Script, clocks: u64) -> anyhow::Result<Run> {
-        let lanes = u64::from(self.contract.lanes);
+        let lanes = u64::from(self.contract.lanes());
         let run = self.run(&mut Player { script, lanes }, clocks)?;
         let hits = run
             .exercise

@@ -5,12 +5,13 @@ use super::statistics::{Sample, counts, step_s, worst};
 use super::{Case, Group, Measured};
 use crate::code::{CodeSpec, Family, correlate};
 use crate::estimate::report::estimate_scan;
-use crate::estimate::{CoarseOnly, Measurement, NoEstimate, estimate};
+use crate::estimate::{CoarseOnly, NoEstimate, estimate};
 use crate::photons::DetectorModel;
 use crate::photons::fast::StepCounter;
 use crate::response::MeanResponse;
 use crate::scan::Step;
 use crate::scene::{self, Scene};
+use crate::sensor::Sensor;
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -191,7 +192,7 @@ fn simulated_m_sequence(
 
 /// The signed counts of 100 scans of one phase step.
 fn signed_counts(scene: &Scene, seed: u64) -> Sample {
-    let model = DetectorModel::new(scene, 0);
+    let model = DetectorModel::new(&Sensor::new(scene), 0);
     let mut found = vec![Default::default(); 100];
     StepCounter::new(&model).count(seed, 0..100, 0..1, &mut found);
     Sample::of(found.iter().map(|count| count.signed as f64))
@@ -285,9 +286,9 @@ fn triangle(scene: &Scene, delay_steps: f64) -> Vec<i64> {
 /// Error of the estimate from an exact triangle, in phase steps.
 fn triangle_error(scene: &Scene, delay_steps: f64) -> anyhow::Result<f64> {
     let counts = triangle(scene, delay_steps);
-    let found = estimate(&Measurement::new(scene, &counts), 0.0)?;
+    let found = estimate(&scene.timing(), &counts, 0.0)?;
     anyhow::ensure!(found.is_fine(), "{:?}", found.coarse_only);
-    let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
+    let step_ps = scene.clock().sample_period_ps();
     let period = scene.scan.steps_per_period as f64;
     let turns = (found.delay_ps / step_ps - delay_steps) / period;
     Ok((turns - turns.round()) * period)
@@ -320,10 +321,7 @@ fn one_sample_per_chip() -> anyhow::Result<Measured> {
     let mut wrong = 0;
     for n in 0..310 {
         let delay_steps = f64::from(n) / 10.0;
-        let found = estimate(
-            &Measurement::new(&scene, &triangle(&scene, delay_steps)),
-            0.0,
-        )?;
+        let found = estimate(&scene.timing(), &triangle(&scene, delay_steps), 0.0)?;
         let turns = (found.delay_ps / 8e3 - delay_steps) / 31.0;
         let error = (turns - turns.round()).abs() * 31.0;
         let is_right = found.coarse_only == Some(CoarseOnly::OneSamplePerChip);
@@ -337,7 +335,7 @@ fn one_step() -> anyhow::Result<Measured> {
     window(&mut scene, 17, 1);
     let estimates = (-1_000..=1_000)
         .filter(|&count| {
-            estimate(&Measurement::new(&scene, &[count]), 0.0) != Err(NoEstimate::Flat { count })
+            estimate(&scene.timing(), &[count], 0.0) != Err(NoEstimate::Flat { count })
         })
         .count();
     Measured::none(estimates, "estimates")
@@ -347,7 +345,8 @@ fn wrapping_scan() -> anyhow::Result<Measured> {
     let full = table_i(GOLD_5, 20e6, 31 * 100)?;
     let mut wrapped = full.clone();
     window(&mut wrapped, 240, 30);
-    let [full_model, wrapped_model] = [&full, &wrapped].map(|scene| DetectorModel::new(scene, 0));
+    let [full_model, wrapped_model] =
+        [&full, &wrapped].map(|scene| DetectorModel::new(&Sensor::new(scene), 0));
     let full_means = MeanResponse::new(&full_model)?.mean_counts();
     let means = MeanResponse::new(&wrapped_model)?.mean_counts();
     let differences = means.iter().enumerate().map(|(j, mean)| {
@@ -412,7 +411,7 @@ fn folded_delays(seed: u64) -> anyhow::Result<Measured> {
 
 fn folding_is_said(seed: u64) -> anyhow::Result<Measured> {
     let scene = folded(3)?;
-    let report = estimate_scan(&scene, 0, &counts(&scene, 248, seed));
+    let report = estimate_scan(&Sensor::new(&scene), 0, &counts(&scene, 248, seed));
     let says_so = report
         .remark
         .is_some_and(|remark| remark.contains("unambiguous range"));

@@ -142,11 +142,11 @@ fn small_sensor() -> anyhow::Result<Scene> {
 /// `number` hits that the definition counts with the sign `up`.
 fn one_sided(bench: &Bench, step: u64, up: bool, number: usize) -> Vec<Pulse> {
     let contract = &bench.contract;
-    let lanes = u64::from(contract.lanes);
+    let lanes = u64::from(contract.lanes());
     let code = &contract.reference_codes[0];
     let first_clock = bench.first_clock();
-    let delay = contract.scan.phase_step(Step(step));
-    let dwell = contract.scan.integration_chips;
+    let delay = contract.timing.scan.phase_step(Step(step));
+    let dwell = contract.timing.scan.integration_chips;
     let mut pulses: Vec<Pulse> = Vec::new();
     for sample in step * dwell * lanes..(step + 1) * dwell * lanes {
         let period = code.len() * lanes;
@@ -189,7 +189,7 @@ fn totals(hits: u64, expected: u64, flagged: bool) -> anyhow::Result<Measured> {
     let mut scene = small_sensor()?;
     scene.hardware.total_counts = Some(true);
     let mut bench = Bench::new(&scene)?;
-    let first = bench.first_clock() * u64::from(bench.contract.lanes);
+    let first = bench.first_clock() * u64::from(bench.contract.lanes());
     let pulses = (0..hits).map(|hit| Pulse {
         first: first + 2 * hit,
         end: first + 2 * hit + 1,
@@ -198,7 +198,7 @@ fn totals(hits: u64, expected: u64, flagged: bool) -> anyhow::Result<Measured> {
     // Hit i is in chip (2 i - k) / 4 of the reference, k the phase step.
     let (code, step) = (
         &bench.contract.reference_codes[0],
-        bench.contract.scan.phase_step(Step(0)),
+        bench.contract.timing.scan.phase_step(Step(0)),
     );
     let sign = |hit: u64| {
         let delayed = (2 * hit + 4 * code.len() - step) / 4;
@@ -280,7 +280,7 @@ fn consumer_never_takes() -> anyhow::Result<Measured> {
     let clocks = 400;
     script.stalls.push(0..clocks);
     let run = bench.play(&script, clocks)?;
-    let dwell = bench.contract.scan.integration_chips;
+    let dwell = bench.contract.timing.scan.integration_chips;
     // The first result shows when its latency is over, the second overruns.
     let latency = u64::from(bench.contract.result_latency_clocks);
     let shows = bench.first_clock() - 1 + dwell + latency;

@@ -3,11 +3,12 @@
 use super::scenes::{GOLD_5, GOLD_11, constant_light, ideal, table_i, window};
 use super::statistics::{Sample, counts, step_s, worst};
 use super::{Case, Group, Measured};
-use crate::estimate::{CountingTier, Estimate, Measurement, NoEstimate, estimate};
+use crate::estimate::{CountingTier, Estimate, NoEstimate, estimate};
 use crate::photons::DetectorModel;
 use crate::photons::fast::StepCounter;
 use crate::response::MeanResponse;
 use crate::scene::Scene;
+use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::repeat::simulate;
 
@@ -102,7 +103,7 @@ fn no_light(seed: u64) -> anyhow::Result<Measured> {
     let scene = ideal(GOLD_5, 8, 0.0, 310)?;
     let mut estimates = 0;
     for tier in [Tier::Events, Tier::Sampled] {
-        let simulation = simulate(&scene, tier, seed, 20)?;
+        let simulation = simulate(&Sensor::new(&scene), tier, seed, 20)?;
         for path in simulation.estimates {
             estimates += path.estimates;
             for value in [path.mean_m, path.bias_m, path.std_m, path.expected_bias_m] {
@@ -117,7 +118,7 @@ fn no_light(seed: u64) -> anyhow::Result<Measured> {
 fn one_photon(scene: &Scene, step: usize, sign: i64) -> Result<Estimate, NoEstimate> {
     let mut counts = vec![0; scene.scan.steps as usize];
     counts[step] = sign;
-    estimate(&Measurement::new(scene, &counts), 0.0)
+    estimate(&scene.timing(), &counts, 0.0)
 }
 
 fn one_photon_up() -> anyhow::Result<Measured> {
@@ -178,7 +179,7 @@ fn photons_against_state_equation(seed: u64) -> anyhow::Result<Measured> {
     let mut deviations = Vec::new();
     for incident_cps in [1e6, 1e8, 1e9, 1e10] {
         let scene = table_i(GOLD_5, 0.31 * incident_cps, 3_100)?;
-        let model = DetectorModel::new(&scene, 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), 0);
         let means = MeanResponse::of_tier(&model, CountingTier::Events)?.mean_counts();
         let counter = StepCounter::new(&model);
         let (repetitions, steps) = (400, 40);
@@ -198,7 +199,7 @@ fn photons_against_state_equation(seed: u64) -> anyhow::Result<Measured> {
 fn estimate_in_saturation(seed: u64) -> anyhow::Result<Measured> {
     let mut scene = table_i(GOLD_11, 0.31e9, 131_000)?;
     window(&mut scene, 0, 48);
-    let simulation = simulate(&scene, Tier::Events, seed, 60)?;
+    let simulation = simulate(&Sensor::new(&scene), Tier::Events, seed, 60)?;
     let path = &simulation.estimates[0];
     let (Some(bias_m), Some(error_m), Some(expected_m)) =
         (path.bias_m, path.std_error_m, path.expected_bias_m)
@@ -217,7 +218,7 @@ fn too_much_light() -> anyhow::Result<Measured> {
             let mut scene = constant_light(rate_cps, 31)?;
             scene.chip_period_ps = chip_period_ps;
             scene.detectors[0].dead_time_ps = dead_time_ps;
-            let model = DetectorModel::new(&scene, 0);
+            let model = DetectorModel::new(&Sensor::new(&scene), 0);
             let response = MeanResponse::of_tier(&model, CountingTier::Events);
             let is_right = match response.map(|_| ()).map_err(|reason| reason.to_string()) {
                 Ok(()) => share < 1.0,
@@ -231,7 +232,7 @@ fn too_much_light() -> anyhow::Result<Measured> {
     }
     let mut scene = constant_light(200e3, 31)?;
     scene.detectors[0].dead_time_ps = 1e9;
-    let model = DetectorModel::new(&scene, 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), 0);
     let response = MeanResponse::of_tier(&model, CountingTier::Events);
     // 10^5 dead times of 125,000 chips.
     let says_so = response.is_err_and(|reason| reason.to_string().contains("1.250e10 chips"));
@@ -242,7 +243,7 @@ fn too_little_light() -> anyhow::Result<Measured> {
     let mut wrong = 0;
     for wait_chips in [10_500.0, 10_600.0, 1e12, f64::INFINITY] {
         let scene = constant_light(1.0 / (8e-9 * wait_chips), 31)?;
-        let model = DetectorModel::new(&scene, 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), 0);
         let reason = StepCounter::new(&model).outside_domain();
         let reason = reason.map(|reason| reason.to_string());
         let is_right = match (&reason, wait_chips.is_finite()) {

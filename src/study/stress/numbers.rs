@@ -11,11 +11,12 @@ use super::scenes::{GOLD_5, GOLD_11, constant_light, ideal, table_i, window};
 use super::statistics::{Sample, counts, step_s, worst};
 use super::{Case, Group, Measured};
 use crate::code::{CodeSpec, Family};
-use crate::estimate::{CountingTier, Measurement, estimate};
+use crate::estimate::{CountingTier, estimate};
 use crate::photons::DetectorModel;
 use crate::response::{CountSampler, MeanResponse, SecondMoments};
 use crate::scan::Step;
 use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -156,7 +157,7 @@ fn estimate_errors(offset: i64) -> anyhow::Result<f64> {
                 offset + triangle * height / 4_096 + (step * shape) % 3
             })
             .collect();
-        let found = estimate(&Measurement::new(&scene, &counts), 0.0)?;
+        let found = estimate(&scene.timing(), &counts, 0.0)?;
         let coarse = found.coarse_step as i64;
         let (mut re, mut im) = (0_i128, 0_i128);
         for i in -8..8 {
@@ -191,7 +192,7 @@ fn near_cancelling() -> anyhow::Result<Measured> {
 fn drawn_totals(seed: u64) -> anyhow::Result<Measured> {
     let scene = constant_light(1e8, 1_250_000_000_000)?;
     let mean = 1e8 * step_s(&scene);
-    let model = DetectorModel::new(&scene, 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), 0);
     let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
     let moments = SecondMoments::new(&response)?.of_step(Step(0));
     let sampler = CountSampler::new(&model, &[moments]);
@@ -203,7 +204,7 @@ fn drawn_totals(seed: u64) -> anyhow::Result<Measured> {
 fn expected_counts(chips: u64) -> anyhow::Result<Vec<f64>> {
     let mut scene = table_i(GOLD_11, 10e6, chips)?;
     window(&mut scene, 0, 40);
-    let model = DetectorModel::new(&scene, 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), 0);
     let means = MeanResponse::of_tier(&model, CountingTier::Events)?.mean_counts();
     Ok(means.iter().flat_map(|m| [m.signed, m.total]).collect())
 }
@@ -265,7 +266,7 @@ fn rates_apart() -> anyhow::Result<Measured> {
     let total = |light_cps: f64, dark_cps: f64| -> anyhow::Result<f64> {
         let mut scene = ideal(GOLD_5, 8, light_cps, 31 * 1_000)?;
         scene.detectors[0].dark_count_rate_cps = dark_cps;
-        let model = DetectorModel::new(&scene, 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), 0);
         let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
         Ok(response.mean_count(Step(0)).total / step_s(&scene))
     };

@@ -1,5 +1,6 @@
 //! Scenes that the cases start from.
 
+use crate::light::round_trip_ps;
 use crate::photons::photon_rate_hz;
 use crate::scene::{self, Scene, SceneErrors};
 
@@ -51,7 +52,7 @@ pub(super) fn table_i(
 ) -> Result<Scene, SceneErrors> {
     let mut scene = ideal(code, 8, rate_cps / 0.31, integration_chips)?;
     scene.sources[0].extinction_ratio = 10.0;
-    scene.paths[0].delay_ps = 2.0 * 3.2 / crate::SPEED_OF_LIGHT_M_PER_S * 1e12;
+    scene.paths[0].delay_ps = round_trip_ps(3.2);
     let spad = &mut scene.detectors[0];
     spad.photon_detection_probability = 0.31;
     spad.dark_count_rate_cps = 71e3;

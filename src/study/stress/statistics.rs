@@ -3,10 +3,11 @@
 use crate::photons::fast::StepCounter;
 use crate::photons::{DetectorModel, StepCount};
 use crate::scene::Scene;
+use crate::sensor::Sensor;
 
 /// Counts of the first `steps` steps of the first scan, each photon simulated.
 pub(super) fn counts(scene: &Scene, steps: u64, seed: u64) -> Vec<StepCount> {
-    let model = DetectorModel::new(scene, 0);
+    let model = DetectorModel::new(&Sensor::new(scene), 0);
     let mut counts = vec![StepCount::ZERO; steps as usize];
     StepCounter::new(&model).count(seed, 0..1, 0..steps, &mut counts);
     counts
@@ -14,7 +15,7 @@ pub(super) fn counts(scene: &Scene, steps: u64, seed: u64) -> Vec<StepCount> {
 
 /// Integration time per phase step.
 pub(super) fn step_s(scene: &Scene) -> f64 {
-    scene.scan.integration_chips as f64 * scene.chip_period_ps * 1e-12
+    scene.timing().integration_ps() * 1e-12
 }
 
 /// Mean and variance of a sample.

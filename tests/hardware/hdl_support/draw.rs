@@ -2,6 +2,7 @@
 
 use goldtof::deliver::{Emission, HdlError, emit};
 use goldtof::scene::{Scene, Target};
+use goldtof::sensor::Sensor;
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -39,7 +40,7 @@ pub fn emitted(
 ) -> (Scene, Emission) {
     loop {
         let scene = draw(rng, extent);
-        match emit(&scene, "goldtof emit random.toml") {
+        match emit(&Sensor::new(&scene), "goldtof emit random.toml") {
             Ok(emission) => return (scene, emission),
             Err(limit @ (HdlError::Limit { .. } | HdlError::ShortStep { .. })) => {
                 on_refusal(limit.to_string());

@@ -56,7 +56,7 @@ pub fn simulate(
 }
 
 fn bench(contract: &Contract, cycles: usize) -> String {
-    let samples = contract.lanes as usize * contract.reference_codes.len();
+    let samples = contract.lanes() as usize * contract.reference_codes.len();
     let sources = contract.source_codes.len();
     let data = contract.tdata_bits;
     let (mut connection, saturated) = if contract.saturates() {

@@ -16,6 +16,7 @@ use goldtof::deliver::{HdlError, emit};
 use goldtof::scene::{
     CounterTiming, Detector, EstimatorKind, Hardware, OtherLight, Scan, Scene, Source, Target,
 };
+use goldtof::sensor::Sensor;
 
 /// Chips of an LFSR, straight from the recurrence
 /// c[t] = XOR over e > 0 of c[t - e].
@@ -257,6 +258,6 @@ pub fn random_scene(noise: &mut stimulus::Noise, case: u32) -> Scene {
 /// Adds a peak detector if it is `wanted` and phase steps are long enough for its comparisons.
 pub fn with_peak_if_possible(scene: &mut Scene, wanted: bool) {
     scene.hardware.peak_detector = wanted;
-    let emitted = emit(scene, "goldtof emit test.toml");
+    let emitted = emit(&Sensor::new(scene), "goldtof emit test.toml");
     scene.hardware.peak_detector &= !matches!(emitted, Err(HdlError::Limit { .. }));
 }

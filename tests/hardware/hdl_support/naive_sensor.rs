@@ -148,8 +148,8 @@ fn peaks(contract: &Contract, results: &[Results]) -> Vec<Peaks> {
         for (detector, counts) in scan.iter_mut().enumerate() {
             let largest = *counts.iter().max().expect("a scan has steps");
             let first = counts.iter().position(|&count| count == largest);
-            let step = contract.scan.first_step + first.expect("it is there") as u64;
-            let step = step % contract.scan.steps_per_period;
+            let step = contract.timing.scan.first_step + first.expect("it is there") as u64;
+            let step = step % contract.timing.scan.steps_per_period;
             let count = largest as u128 & (u128::MAX >> (128 - plan.count_bits));
             peak.step |= u128::from(step) << (detector as u32 * plan.step_bits);
             peak.count |= count << (detector as u32 * plan.count_bits);
@@ -162,8 +162,11 @@ fn peaks(contract: &Contract, results: &[Results]) -> Vec<Peaks> {
 
 fn results(contract: &Contract, inputs: &[Inputs]) -> Vec<Results> {
     let period = contract.reference_codes[0].len();
-    let (dwell, steps) = (contract.scan.integration_chips, contract.scan.steps);
-    let parallel = u64::from(contract.parallel);
+    let (dwell, steps) = (
+        contract.timing.scan.integration_chips,
+        contract.timing.scan.steps,
+    );
+    let parallel = u64::from(contract.parallel());
     let mut found = Vec::new();
     let mut start = 0;
     loop {
@@ -179,7 +182,7 @@ fn results(contract: &Contract, inputs: &[Inputs]) -> Vec<Results> {
             let (mut counts, mut saturates) = (Vec::new(), false);
             for detector in 0..contract.reference_codes.len() {
                 for j in group * parallel..((group + 1) * parallel).min(steps) {
-                    let step = contract.scan.phase_step(Step(j));
+                    let step = contract.timing.scan.phase_step(Step(j));
                     let words = (first..first + dwell)
                         .map(|n| signed_hits(contract, inputs, detector, n, step));
                     let exact = words.fold((0, 0), |(up, down), word| (up + word.0, down + word.1));
@@ -199,7 +202,7 @@ fn results(contract: &Contract, inputs: &[Inputs]) -> Vec<Results> {
             });
         }
         start += groups * dwell;
-        if !contract.scan.is_full() || steps % parallel != 0 {
+        if !contract.timing.scan.is_full() || steps % parallel != 0 {
             start = start.div_ceil(period) * period;
         }
     }
@@ -215,7 +218,7 @@ fn signed_hits(
     k: u64,
 ) -> (i64, i64) {
     let code = &contract.reference_codes[detector];
-    let lanes = i128::from(contract.lanes);
+    let lanes = i128::from(contract.lanes());
     let level = |lane: i128| {
         // Sample `lane` of cycle n; lane -1 is the last of the word before.
         let edge = (n + 1) as usize - usize::from(lane < 0);

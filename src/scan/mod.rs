@@ -1,13 +1,17 @@
-//! How a scan is divided: its steps, and the groups of them that share their
-//! light.
+//! How a scan is divided: its steps, the groups of them that share their light,
+//! and [`Timing`], which says when each of them is.
 //!
 //! The numbers of steps and of groups are types of their own. With one phase step
 //! at a time they are equal, and a wrong one would show only with several.
 
+mod timing;
+
 use std::ops::Range;
 
+pub use timing::{Clock, Scan, Timing};
+
 /// Number of a step in its scan, from 0. It is not the phase step k of the
-/// reference, which [`Scan::phase_step`](crate::scene::Scan::phase_step) gives.
+/// reference, which [`Scan::phase_step`] gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Step(pub u64);
 
@@ -63,6 +67,11 @@ impl Grouping {
         let first = group.0 * self.parallel;
         let steps: Range<usize> = first as usize..(first + self.parallel).min(self.steps) as usize;
         steps.map(Step::at)
+    }
+
+    /// Steps of the last group.
+    pub fn steps_of_last(&self) -> u64 {
+        self.steps_of(Group(self.groups() - 1)).len() as u64
     }
 
     /// Whether the last group has as many steps as the others.
