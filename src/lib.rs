@@ -51,3 +51,7 @@ pub mod simulate;
 pub mod study;
 
 pub use light::SPEED_OF_LIGHT_M_PER_S;
+
+/// Version of the package, and of a release build in a git checkout the commit:
+/// `0.1.0 (2e9f6d6b1a)`, with `-modified` if files differed from it.
+pub const VERSION: &str = env!("GOLDTOF_VERSION");

@@ -5,11 +5,13 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
+use super::new::Like;
 use crate::cosim::StimulusKind;
 use crate::printable::{printable, printable_path};
 use crate::scene::{self, EstimatorKind, Scene, SceneErrors, Setting};
 use crate::simulate::Tier;
 use crate::study::reproduce::FigureId;
+use crate::study::sweep::Axis;
 
 /// Most clocks of a co-simulation: years of them, whose samples 64 bits number.
 const MOST_CYCLES: u64 = 1 << 50;
@@ -17,7 +19,7 @@ const MOST_CYCLES: u64 = 1 << 50;
 /// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
 /// time-of-flight sensors.
 #[derive(Debug, Parser)]
-#[command(name = "goldtof", version, propagate_version = true)]
+#[command(name = "goldtof", version = crate::VERSION, propagate_version = true)]
 pub(super) struct Cli {
     /// Print one JSON document on stdout, and nothing else there
     #[arg(long, global = true)]
@@ -82,6 +84,10 @@ pub(super) enum Command {
     Cosim(CosimArguments),
     /// Photons to distance, many times: bias and standard deviation
     Simulate(SimulateArguments),
+    /// A scene over and over, with some of its keys otherwise: a table and a plot
+    Sweep(SweepArguments),
+    /// A scene to start from, with comments
+    New(NewArguments),
     /// Recorded counts to distance, with residuals and what seems wrong
     Estimate(EstimateArguments),
     /// Error against run time for every way of simulating
@@ -90,6 +96,10 @@ pub(super) enum Command {
     Reproduce(ReproduceArguments),
     /// Stiff and extreme cases, each with what is measured and its bound
     Stress(StressArguments),
+    /// Completions for a shell, on stdout
+    Completions(CompletionsArguments),
+    /// Manual pages, one for each command
+    Man(ManArguments),
 }
 
 #[derive(Debug, Args)]
@@ -186,6 +196,61 @@ pub(super) struct SimulateArguments {
     /// How counts become distances [default: the scene's]
     #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof sweep scenes/quick.toml \
+    --over 'source[0].mean_power=1 pW..64 pW x7' --over 'path.distance=1 m, 2 m' --out out/sweep\n\n\
+    A sweep that was cut off goes on where it stopped when it is started again.")]
+pub(super) struct SweepArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    /// A key and its values: a list, 'path.distance=1 m, 2 m, 5 m'; values spaced evenly
+    /// by ratio, 'source[0].mean_power=1 pW..64 pW x7'; or by difference,
+    /// 'path.distance=1 m..10 m +10'. Repeated, every combination is taken
+    #[arg(long, value_name = "KEY=VALUES", required = true)]
+    pub over: Vec<Axis>,
+    /// Scans of each point, 1 to 1000000
+    #[arg(long, value_name = "R", default_value_t = 100,
+          value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub repeat: u64,
+    /// How much of the sensor to simulate
+    #[arg(long, value_name = "T", value_enum, default_value_t = Tier::Events)]
+    pub fidelity: Tier,
+    /// How counts become distances [default: the scene's]
+    #[arg(long, value_name = "E", value_enum)]
+    pub estimator: Option<EstimatorKind>,
+    /// Folder for sweep.csv, sweep.svg and the finished points; made when missing
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof new my-sensor --like multipath")]
+pub(super) struct NewArguments {
+    /// Name of the scene: NAME.toml is written into the present folder, or wherever
+    /// NAME leads
+    pub name: PathBuf,
+    /// The standard scene to begin with in place of a short one
+    #[arg(long, value_name = "SCENE", value_enum)]
+    pub like: Option<Like>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof completions bash > \
+    ~/.local/share/bash-completion/completions/goldtof")]
+pub(super) struct CompletionsArguments {
+    /// The shell
+    #[arg(value_enum)]
+    pub shell: clap_complete::Shell,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof man --out ~/.local/share/man/man1")]
+pub(super) struct ManArguments {
+    /// Folder for goldtof.1 and a page for each command; made when missing
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
 }
 
 #[derive(Debug, Args)]

@@ -10,6 +10,8 @@ mod emit;
 mod estimate;
 mod fidelity;
 mod forecast;
+mod manual;
+mod new;
 mod output;
 pub mod plan;
 mod reproduce;
@@ -17,6 +19,7 @@ mod rtl;
 mod run;
 mod simulate;
 mod stress;
+mod sweep;
 
 use std::process::ExitCode;
 
@@ -64,6 +67,10 @@ pub fn main() -> ExitCode {
         Command::Fidelity(arguments) => fidelity::run(&arguments, cli.seed, &mut output),
         Command::Simulate(arguments) => simulate::run(&arguments, cli.seed, &mut output),
         Command::Reproduce(arguments) => reproduce::run(&arguments, cli.seed, &mut output),
+        Command::Sweep(arguments) => sweep::run(&arguments, cli.seed, &mut output),
+        Command::New(arguments) => new::run(&arguments, &output),
+        Command::Completions(arguments) => manual::completions(&arguments),
+        Command::Man(arguments) => manual::pages(&arguments, &output),
         Command::Stress(arguments) => stress::run(&arguments, cli.seed, &mut output),
     };
     match ending {

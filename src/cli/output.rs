@@ -64,18 +64,29 @@ impl Output {
         ));
     }
 
-    /// A progress bar over `total` clocks, drawn only for people who can see it.
+    /// A progress bar over clocks, drawn only for people who can see it.
     pub fn progress(&self, what: &'static str) -> ProgressBar {
+        self.bar(what, None, "clocks")
+    }
+
+    /// A progress bar over the points of a sweep.
+    pub fn points(&self, total: usize) -> ProgressBar {
+        self.bar("sweep", Some(total as u64), "points")
+    }
+
+    fn bar(&self, what: &'static str, total: Option<u64>, unit: &str) -> ProgressBar {
         let bar = ProgressBar::with_draw_target(
-            None,
+            total,
             if self.quiet {
                 ProgressDrawTarget::hidden()
             } else {
                 ProgressDrawTarget::stderr()
             },
         );
-        let style = "{msg} [{bar:40}] {percent}% {human_pos} of {human_len} clocks, {eta} left";
-        if let Ok(style) = ProgressStyle::with_template(style) {
+        let style = format!(
+            "{{msg}} [{{bar:40}}] {{percent}}% {{human_pos}} of {{human_len}} {unit}, {{eta}} left"
+        );
+        if let Ok(style) = ProgressStyle::with_template(&style) {
             bar.set_style(style.progress_chars("=> "));
         }
         bar.set_message(what);

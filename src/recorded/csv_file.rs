@@ -331,8 +331,8 @@ impl<'s> Table<'s> {
                 let first = Step::all(scan.steps).find(|step| !found.contains_key(step));
                 return Err(format!(
                     "the file ends with {missing} of the scan's {} phase steps of detector \"{}\" \
-                     missing, the first is {}; write every step, or narrow `scan.steps` to those \
-                     taken",
+                     missing, the first is {}; write every step, narrow `scan.steps` to those taken, \
+                     or name the scene that the counts are of",
                     scan.steps,
                     self.scene.detectors[detector].name,
                     first.map_or(0, |step| scan.phase_step(step))

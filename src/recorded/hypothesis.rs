@@ -59,6 +59,8 @@ pub(super) enum NoFit {
 
 /// Gauss-Newton steps at most; a fit to the right scene takes some four.
 const MOST_ITERATIONS: usize = 25;
+/// Light is looked for within this many powers of e of the scene's.
+const MOST_LN_LIGHT: f64 = 7.0;
 /// A fit has settled when no unknown moves by more standard deviations.
 const SETTLED_SIGMAS: f64 = 1e-3;
 
@@ -118,7 +120,7 @@ impl Change {
     fn applied(&self, sensor: &Sensor, detector: usize) -> Sensor {
         sensor.with(|scene| {
             for source in &mut scene.sources {
-                source.mean_power_w *= self.ln_light.exp();
+                source.mean_power_w *= self.ln_light.clamp(-MOST_LN_LIGHT, MOST_LN_LIGHT).exp();
             }
             let spad = &mut scene.detectors[detector];
             let photons_cps = spad.background_rate_cps * spad.photon_detection_probability;
@@ -126,7 +128,10 @@ impl Change {
             // All of it as dark counts: both are one constant rate.
             spad.background_rate_cps = 0.0;
             spad.dark_count_rate_cps = constant.max(0.0);
-            spad.dead_time_ps = (spad.dead_time_ps + self.dead_time_ps).max(0.0);
+            // Not so short that pulses merge where they did not.
+            let least_ps = spad.pulse_width_ps.min(spad.dead_time_ps);
+            let most_ps = 4.0 * spad.dead_time_ps;
+            spad.dead_time_ps = (spad.dead_time_ps + self.dead_time_ps).clamp(least_ps, most_ps);
         })
     }
 

@@ -6,6 +6,8 @@
 //! | key | default |
 //! |---|---|
 //! | `clock.samples_per_chip` | 8 |
+//! | `source.wavelength` | 783 nm |
+//! | `source.mean_power` | 0 W: a source without light |
 //! | `source.extinction_ratio` | `"inf"`: no light in the off-state |
 //! | `source.code.index`, `source.code.interleave` | 0 |
 //! | `source.code.polynomials`, `source.code.seeds` | a preferred pair (for an m-sequence its first polynomial), all-ones |
@@ -43,7 +45,7 @@ mod wording;
 use std::sync::Arc;
 
 pub use error::{SceneError, SceneErrors};
-pub use keys::limits;
+pub use keys::{reference, schema};
 pub use movement::{Fluctuation, Movement};
 pub use read::{load, load_with, parse, parse_with, read as read_scene_text};
 pub use setting::Setting;

@@ -80,15 +80,6 @@ impl Setting {
         format!("v = {}", self.value)
     }
 
-    /// The keys without numbers and names, joined by dots: those of `scene::keys`.
-    pub(super) fn path(&self) -> String {
-        let keys = self.places.iter().filter_map(|place| match place {
-            Place::Key(key) => Some(key.as_str()),
-            _ => None,
-        });
-        keys.collect::<Vec<_>>().join(".")
-    }
-
     /// Puts its value into a document.
     ///
     /// # Errors

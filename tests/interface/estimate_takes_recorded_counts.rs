@@ -91,7 +91,7 @@ fn wrong_files_are_refused_with_line_and_remedy() {
     );
     let (status, told) = of(&right, "scenes/paper-single.toml");
     assert_eq!(status, Some(2));
-    assert!(told.contains("another scene"), "{told}");
+    assert!(told.contains("the scene that the counts are of"), "{told}");
     let (status, told) = of(&right.replace(",count,", ",counts,"), QUICK);
     assert_eq!(status, Some(2));
     assert!(

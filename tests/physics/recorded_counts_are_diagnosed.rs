@@ -67,50 +67,33 @@ fn a_sensor_that_is_as_its_scene_says_is_seldom_accused() {
 
 #[test]
 fn what_is_wrong_with_a_sensor_is_named() {
-    use Cause::{Code, ConstantLight, DeadTime, LightLevel, Offset, TooEven};
-    assert_ne!(Code, TooEven);
-    for (what, setting, has_totals, cause) in [
-        (
-            "3 % more light",
-            "source.mean_power=20.6 pW",
-            true,
-            LightLevel,
-        ),
-        (
-            "10 % more light",
-            "source.mean_power=22 pW",
-            false,
-            LightLevel,
-        ),
-        (
-            "1 Mcps of background",
-            "detector.background_rate=3 Mcps",
-            true,
-            ConstantLight,
-        ),
-        (
-            "dead time 14.5 ns",
-            "detector.dead_time=14.5 ns",
-            true,
-            DeadTime,
-        ),
-        ("0.5 ns of cable", "detector.delay=2.25 ns", true, Offset),
-        ("0.5 ns of cable", "detector.delay=2.25 ns", false, Offset),
-        ("another code", "source.code.index=3", true, Code),
-        ("another code", "source.code.index=3", false, Code),
+    use Cause::{Code, ConstantLight, DeadTime, LightLevel, Offset};
+    // Whether no other cause is named with it: small faults of light level and dead time
+    // look alike.
+    for (what, setting, has_totals, cause, is_alone) in [
+        ("3 % more light", "source.mean_power=20.6 pW", true, LightLevel, false),
+        ("30 % more light", "source.mean_power=26 pW", true, LightLevel, true),
+        ("10 % more light", "source.mean_power=22 pW", false, LightLevel, false),
+        ("1 Mcps more background", "detector.background_rate=3 Mcps", true, ConstantLight, true),
+        ("dead time 14.5 ns", "detector.dead_time=14.5 ns", true, DeadTime, false),
+        ("dead time 20 ns", "detector.dead_time=20 ns", true, DeadTime, true),
+        ("0.5 ns of cable", "detector.delay=2.25 ns", true, Offset, true),
+        ("0.5 ns of cable", "detector.delay=2.25 ns", false, Offset, true),
+        ("another code", "source.code.index=3", true, Code, true),
+        ("another code", "source.code.index=3", false, Code, true),
     ] {
-        let built = quick(&[setting]);
-        let found = causes(&built, &quick(&[]), has_totals, scans_or(25));
+        // Only what is said to differ differs: the pulse's width goes with the dead time.
+        let fixed = "detector.pulse_width=7 ns";
+        let built = quick(&[fixed, setting]);
+        let found = causes(&built, &quick(&[fixed]), has_totals, scans_or(20));
         let totals = if has_totals { "with" } else { "without" };
         let what = format!("{what}, {totals} totals");
         let named = share(&what, &found, |causes| causes.contains(&cause));
-        let alone = share(&format!("{what}, alone"), &found, |causes| {
-            causes == [cause]
-        });
-        assert!(
-            named[1] > 0.95 && alone[1] > 0.5,
-            "{what}: {named:?} {alone:?}"
-        );
+        let alone = share(&format!("{what}, alone"), &found, |causes| causes == [cause]);
+        let first = found.iter().map(|causes| format!("{causes:?}"));
+        println!("{:?}", first.collect::<std::collections::BTreeSet<_>>());
+        assert!(named[1] > 0.95, "{what}: {named:?}");
+        assert!(!is_alone || alone[1] > 0.9, "{what}: {alone:?}");
     }
 }
 
