@@ -4,27 +4,23 @@
 // multiplexers out of the carry chain, and wrapping does no harm to a difference.
 //
 // Latency  1 clock to the total, 1 more to o_count
-// Rate     one addend per clock
 // Made by  goldtof emit dual-view.toml (goldtof 0.1.0)
 
 `default_nettype none
 
 module accumulator (
-    // Clock and reset
-    input  wire        i_clk,    // one addend per cycle
-    input  wire        i_rst,    // synchronous, active high
+    input  wire        i_clk,
+    input  wire        i_rst,
 
-    // Inputs
     input  wire [3:0]  i_addend, // what to add, signed
     input  wire        i_dump,   // the total holds the last addend of a phase step
 
-    // Outputs
     output reg  [16:0] o_count   // growth within the last phase step
 );
 
     reg  [16:0] total_r;    // sum of all addends, modulo its width
     reg  [16:0] base_r;     // total at the last dump
-    wire [16:0] difference; // growth since the last dump
+    wire [16:0] difference;
 
     assign difference = total_r - base_r;
 

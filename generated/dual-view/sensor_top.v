@@ -15,7 +15,6 @@
 `default_nettype none
 
 module sensor_top (
-    // Clock and reset
     input  wire        i_clk,         // one cycle per chip
     input  wire        i_rst,         // synchronous, active high; pulse it after power-up
 
@@ -36,18 +35,18 @@ module sensor_top (
     output wire        o_overrun      // a result was lost since reset
 );
 
-    wire [1:0]  chips;                   // next chip of each source
-    wire        transmit_0_chip;         // present chip
-    wire        transmit_0_epoch;        // the present chip is the one that reset gives
-    wire        transmit_1_chip;         // present chip
-    wire        transmit_1_epoch_unused; // the present chip is the one that reset gives
-    wire        controller_run;          // the present clock belongs to a scan
-    wire        controller_step_ends;    // the next clock is the last of a phase step
-    wire        controller_step_end;     // last clock of a phase step
-    wire        controller_dump;         // the total has just taken in a step's last hits, segment by segment
-    wire        controller_counted;      // the step's count is there
-    wire        controller_last;         // it is the scan's last
-    wire [16:0] channel_count;           // count of a phase step, signed
+    wire [1:0]  chips;
+    wire        transmit_0_chip;
+    wire        transmit_0_epoch;
+    wire        transmit_1_chip;
+    wire        transmit_1_epoch_unused;
+    wire        controller_run;
+    wire        controller_pre_last_chip;
+    wire        controller_last_chip;
+    wire        controller_dump;
+    wire        controller_counted;
+    wire        controller_scan_counted;
+    wire [16:0] channel_count;
 
     assign chips = {transmit_1_chip, transmit_0_chip};
 
@@ -72,25 +71,25 @@ module sensor_top (
     );
 
     scan_controller controller (
-        .i_clk       (i_clk),
-        .i_rst       (i_rst),
-        .o_run       (controller_run),
-        .o_step_ends (controller_step_ends),
-        .o_step_end  (controller_step_end),
-        .o_dump      (controller_dump),
-        .o_counted   (controller_counted),
-        .o_last      (controller_last)
+        .i_clk           (i_clk),
+        .i_rst           (i_rst),
+        .o_run           (controller_run),
+        .o_pre_last_chip (controller_pre_last_chip),
+        .o_last_chip     (controller_last_chip),
+        .o_dump          (controller_dump),
+        .o_counted       (controller_counted),
+        .o_scan_counted  (controller_scan_counted)
     );
 
     detector_channel channel (
-        .i_clk       (i_clk),
-        .i_rst       (i_rst),
-        .i_samples   (i_samples),
-        .i_run       (controller_run),
-        .i_step_ends (controller_step_ends),
-        .i_step_end  (controller_step_end),
-        .i_dump      (controller_dump),
-        .o_count     (channel_count)
+        .i_clk           (i_clk),
+        .i_rst           (i_rst),
+        .i_samples       (i_samples),
+        .i_run           (controller_run),
+        .i_pre_last_chip (controller_pre_last_chip),
+        .i_last_chip     (controller_last_chip),
+        .i_dump          (controller_dump),
+        .o_count         (channel_count)
     );
 
     result_stream results (
@@ -98,7 +97,7 @@ module sensor_top (
         .i_rst     (i_rst),
         .i_count   (channel_count),
         .i_counted (controller_counted),
-        .i_last    (controller_last),
+        .i_last    (controller_scan_counted),
         .i_ready   (m_axis_tready),
         .o_data    (m_axis_tdata),
         .o_valid   (m_axis_tvalid),

@@ -4,23 +4,19 @@
 // word is the number of hits less twice the number of those that count down.
 //
 // Latency  5 clocks from i_hits to o_count
-// Rate     one word per clock
 // Made by  goldtof emit dual-view.toml (goldtof 0.1.0)
 
 `default_nettype none
 
 module updown_correlator (
-    // Clock and reset
-    input  wire        i_clk,       // one word per cycle
-    input  wire        i_rst,       // synchronous, active high
+    input  wire        i_clk,
+    input  wire        i_rst,
 
-    // Inputs
     input  wire [3:0]  i_hits,      // pairs of samples with a hit
     input  wire [3:0]  i_early,     // the hit is the earlier sample of its pair
     input  wire [7:0]  i_reference, // 1 counts a hit up, 0 down; bit 0 earliest
-    input  wire        i_dump,      // the total has just taken in a step's last hits, segment by segment
+    input  wire        i_dump,      // the total has just taken in a step's last hits
 
-    // Outputs
     output wire [16:0] o_count      // count of the last step, signed
 );
 
@@ -29,19 +25,15 @@ module updown_correlator (
     wire [3:0] addend;          // signed count of one word
     wire [3:0] early_reference; // reference of each pair's earlier sample
     wire [3:0] late_reference;  // reference of each pair's later sample
-    wire [3:0] hit_of_quad;     // four pairs with a hit
-    wire [3:0] down_of_quad;    // four pairs whose hit counts down
 
     assign early_reference = {i_reference[6], i_reference[4], i_reference[2], i_reference[0]};
     assign late_reference = {i_reference[7], i_reference[5], i_reference[3], i_reference[1]};
-    assign hit_of_quad = hit_r[3:0];
-    assign down_of_quad = down_r[3:0];
 
     quad_counter quad (
         .i_clk  (i_clk),
         .i_rst  (i_rst),
-        .i_hit  (hit_of_quad),
-        .i_down (down_of_quad),
+        .i_hit  (hit_r),
+        .i_down (down_r),
         .o_sum  (addend)
     );
 

@@ -8,31 +8,25 @@
 `default_nettype none
 
 module detector_channel (
-    // Clock and reset
-    input  wire        i_clk,       // one chip per cycle
-    input  wire        i_rst,       // synchronous, active high
+    input  wire        i_clk,
+    input  wire        i_rst,
 
-    // Inputs
-    input  wire [7:0]  i_samples,   // level of the SPAD, bit 0 earliest
-    input  wire        i_run,       // the present clock belongs to a scan
-    input  wire        i_step_ends, // the next clock is the last of a phase step
-    input  wire        i_step_end,  // last clock of a phase step
-    input  wire        i_start,     // a scan begins with the next clock
-    input  wire        i_dump,      // the totals have just taken in a step's last hits, segment by segment
+    input  wire [7:0]  i_samples,       // level of the SPAD, bit 0 earliest
+    input  wire        i_run,           // the present chip belongs to a scan
+    input  wire        i_pre_last_chip, // the present chip is the last but one of a phase step
+    input  wire        i_last_chip,     // last chip of a phase step
+    input  wire        i_start,         // a scan begins with the next clock
+    input  wire        i_dump,          // the total has just taken in a step's last hits
 
-    // Outputs
-    output wire [16:0] o_count      // count of a phase step, signed
+    output wire [16:0] o_count          // count of a phase step, signed
 );
 
-    wire [16:0] exact;                  // count of a phase step, exact
-    wire        reference_chip;         // present chip
-    wire        reference_epoch_unused; // the present chip is the one that reset gives
-    wire        stepper_advance;        // the reference generator goes on to its next chip
-    wire [7:0]  stepper_window;         // reference of each sample, bit 0 earliest
-    wire [3:0]  edges_hits;             // pairs of samples with a high one after a low one
-    wire [3:0]  edges_early;            // the hit is the earlier sample of its pair
-
-    assign o_count = exact;
+    wire       reference_chip;
+    wire       reference_epoch_unused;
+    wire       stepper_advance;
+    wire [7:0] stepper_window;
+    wire [3:0] edges_hits;
+    wire [3:0] edges_early;
 
     gold_generator #(
         .U_LOAD(11'h4ff),
@@ -48,14 +42,14 @@ module detector_channel (
     );
 
     phase_stepper stepper (
-        .i_clk       (i_clk),
-        .i_rst       (i_rst),
-        .i_chip      (reference_chip),
-        .i_step_ends (i_step_ends),
-        .i_step_end  (i_step_end),
-        .i_start     (i_start),
-        .o_advance   (stepper_advance),
-        .o_window    (stepper_window)
+        .i_clk           (i_clk),
+        .i_rst           (i_rst),
+        .i_chip          (reference_chip),
+        .i_pre_last_chip (i_pre_last_chip),
+        .i_last_chip     (i_last_chip),
+        .i_start         (i_start),
+        .o_advance       (stepper_advance),
+        .o_window        (stepper_window)
     );
 
     edge_detector edges (
@@ -74,7 +68,7 @@ module detector_channel (
         .i_early     (edges_early),
         .i_reference (stepper_window),
         .i_dump      (i_dump),
-        .o_count     (exact)
+        .o_count     (o_count)
     );
 
 endmodule

@@ -1,5 +1,6 @@
 // Verilog of sensor_top, the top module last; paths are relative to this folder
 // Made by  goldtof emit moving.toml (goldtof 0.1.0)
+lfsr_check.v
 gold_generator.v
 state_match.v
 scan_controller.v

@@ -7,32 +7,30 @@
 // is no hit of it.
 //
 // Latency  1 clock
-// Rate     one word per clock
 // Made by  goldtof emit paper-interleaved.toml (goldtof 0.1.0)
 
 `default_nettype none
 
 module edge_detector (
-    // Clock and reset
-    input  wire       i_clk,     // one sample word per cycle
-    input  wire       i_rst,     // synchronous, active high
+    input  wire       i_clk,
+    input  wire       i_rst,
 
-    // Inputs
     input  wire [7:0] i_samples, // level of the SPAD, bit 0 earliest
     input  wire       i_run,     // the word belongs to a scan
 
-    // Outputs
     output reg  [3:0] o_hits,    // pairs of samples with a high one after a low one
     output reg  [3:0] o_early    // the hit is the earlier sample of its pair
 );
 
-    reg        last_sample_r; // last sample of the word before
-    wire [7:0] rising;        // samples that are high after a low one
-    wire [3:0] pairs;         // pairs with such a sample
-    wire [3:0] earlier;       // the earlier sample of each pair
+    reg        last_sample_r; // of the word before
+    wire [7:0] rising;
+    wire [3:0] pairs;
+    wire [3:0] earlier;
 
     assign rising = i_samples & ~{i_samples[6:0], last_sample_r} & {8{i_run}};
-    assign pairs = {rising[6] | rising[7], rising[4] | rising[5], rising[2] | rising[3], rising[0] | rising[1]};
+    assign pairs =
+        {rising[6] | rising[7], rising[4] | rising[5], rising[2] | rising[3],
+        rising[0] | rising[1]};
     assign earlier = {i_samples[6], i_samples[4], i_samples[2], i_samples[0]};
 
     always @(posedge i_clk) begin

@@ -5,31 +5,26 @@
 //
 // Depth    1: each chip of the generator 2 times
 // Latency  0 clocks from register to o_chip
-// Rate     one chip per clock with i_advance high
 // Made by  goldtof emit paper-interleaved.toml (goldtof 0.1.0)
 
 `default_nettype none
 
 module interleaver (
-    // Clock and reset
-    input  wire  i_clk,     // one chip per cycle at most
-    input  wire  i_rst,     // synchronous, active high
+    input  wire i_clk,
+    input  wire i_rst,
 
-    // Inputs
-    input  wire  i_advance, // go on to the next chip
+    input  wire i_advance, // go on to the next chip
 
-    // Outputs
-    output wire  o_chip,    // present chip
-    output wire  o_epoch    // the present chip is the one that reset gives
+    output wire o_chip,    // present chip
+    output wire o_epoch    // the present chip is the one that reset gives
 );
 
-    // Sub-chip that reset gives
-    localparam SUBCHIP_LOAD = 1'b0;
+    localparam SUBCHIP_LOAD = 1'b0; // that reset gives
 
     reg  subchip_r;           // repetition of the generator's chip
     wire generator_i_advance; // go on to the next chip
-    wire generator_chip;      // present chip
-    wire generator_epoch;     // the present chip is the one that reset gives
+    wire generator_chip;
+    wire generator_epoch;
 
     assign generator_i_advance = i_advance & subchip_r;
     assign o_chip = generator_chip ^ subchip_r;
@@ -46,10 +41,8 @@ module interleaver (
     always @(posedge i_clk) begin
         if (i_rst) begin
             subchip_r <= SUBCHIP_LOAD;
-        end else begin
-            if (i_advance) begin
-                subchip_r <= subchip_r + 1'b1;
-            end
+        end else if (i_advance) begin
+            subchip_r <= subchip_r + 1'b1;
         end
     end
 

@@ -1,124 +1,119 @@
 // scan_controller: counts chips per phase step and steps per scan
 //
-// Both counters are LFSRs, which pass through as many states as a binary counter and need no
-// carry chain. The states in which they end were computed beforehand, and are recognised a
-// clock early, so that every flag comes from a register.
+// Both counters are LFSRs: the next state costs one gate where a binary counter costs a carry
+// chain. A count's end is a state computed beforehand; it is recognised early, so that every
+// flag comes from a register.
 //
 // Scans follow one another without a gap, because a scan over the whole code period ends where
 // it began.
 //
-// Dwell    13100 chips per phase step
+// Step     13100 chips
 // Scan     32752 phase steps
-// Latency  5 clocks from a step's last one to o_dump
+// Latency  5 clocks from a step's last chip to o_dump
 // Made by  goldtof emit paper-interleaved.toml (goldtof 0.1.0)
 
 `default_nettype none
 
 module scan_controller (
-    // Clock and reset
-    input  wire  i_clk,       // one chip per cycle
-    input  wire  i_rst,       // synchronous, active high
+    input  wire i_clk,
+    input  wire i_rst,
 
-    // Outputs
-    output reg   o_run,       // the present clock belongs to a scan
-    output reg   o_step_ends, // the next clock is the last of a phase step
-    output wire  o_step_end,  // last clock of a phase step
-    output wire  o_dump,      // the total has just taken in a step's last hits, segment by segment
-    output wire  o_counted,   // the step's count is there
-    output wire  o_last       // it is the scan's last
+    output reg  o_run,           // the present chip belongs to a scan
+    output reg  o_pre_last_chip, // it is the last but one of a phase step
+    output reg  o_last_chip,     // it is the last of a phase step
+    output wire o_dump,          // the total has just taken in a step's last hits
+    output wire o_counted,       // the step's count is there
+    output wire o_scan_counted   // the count of the scan's last step is there
 );
 
-    // Chip counter a chip before a step's first
-    localparam [13:0] DWELL_RESET = 14'h3ffe;
+    // Chip counter: an LFSR of the polynomial 14,5,3,1,0 (exponents)
+    localparam [13:0] CHIP_COUNT_TAPS  = 14'h2a01;
+    localparam [13:0] CHIP_COUNT_RESET = 14'h3ffe; // one shift before a step's first chip
+    localparam [13:0] CHIP_COUNT_FIRST = 14'h3fff; // at a step's first chip
+    localparam [13:0] CHIP_COUNT_END   = 14'h19c4; // 13096 shifts on, 3 chips before a step's last
 
-    // Chip counter at a step's first chip
-    localparam [13:0] DWELL_LOAD = 14'h3fff;
+    // Step counter: an LFSR of the polynomial 15,14,0 (exponents)
+    localparam [14:0] STEP_COUNT_TAPS  = 15'd3;
+    localparam [14:0] STEP_COUNT_FIRST = 15'h7fff; // at a scan's first step
+    localparam [14:0] STEP_COUNT_END   = 15'h2aa9; // 32750 shifts on, one step before a scan's last
 
-    // Taps of the chip counter
-    localparam [13:0] DWELL_TAPS = 14'h2a01;
+    reg  [13:0] chip_count_r;
+    reg  [14:0] step_count_r;
+    reg         last_step_r;        // the present step is the scan's last
+    reg         scan_last_chip_r;   // the present chip is the scan's last
+    reg  [5:0]  step_done_r;        // bit n: a step's last chip was n + 1 clocks ago
+    reg  [5:0]  scan_done_r;        // bit n: a scan's last chip was n + 1 clocks ago
+    wire        chip_count_matched;
+    wire        step_count_matched;
 
-    // Chip counter three chips before a step's last
-    localparam [13:0] DWELL_ENDING = 14'h19c4;
+    assign o_counted = step_done_r[5];
+    assign o_scan_counted = scan_done_r[5];
+    assign o_dump = step_done_r[4];
 
-    // Step counter at a scan's first step
-    localparam [14:0] STEPS_LOAD = 15'h7fff;
-
-    // Taps of the step counter
-    localparam [14:0] STEPS_TAPS = 15'd3;
-
-    // Step counter one step before a scan's last
-    localparam [14:0] STEPS_ENDING = 15'h2aa9;
-
-    reg  [13:0] dwell_r;             // chips of the present step
-    reg         step_end_r;          // last clock of a phase step
-    reg  [14:0] steps_r;             // steps of the present scan
-    reg         last_step_r;         // the present step is the scan's last
-    reg         scan_end_r;          // last clock of a scan
-    reg  [5:0]  step_ended_r;        // the end of a step on its way through the correlator
-    reg  [5:0]  scan_ended_r;        // the end of a scan on its way through the correlator
-    wire        ends_step;           // last clock of a phase step
-    wire        ends_scan;           // last clock of a scan
-    wire        dumps;               // dump of each segment
-    wire        dwell_match_matched; // they were equal one clock ago
-    wire        steps_match_matched; // they were equal one clock ago
-
-    assign ends_step = step_end_r;
-    assign ends_scan = scan_end_r;
-    assign o_step_end = ends_step;
-    assign o_counted = step_ended_r[5];
-    assign o_last = scan_ended_r[5];
-    assign o_dump = dumps;
-    assign dumps = step_ended_r[4];
-
-    state_match dwell_match (
+    state_match chip_count_match (
         .i_clk     (i_clk),
         .i_rst     (i_rst),
-        .i_state   (dwell_r),
-        .i_wanted  (DWELL_ENDING),
-        .o_matched (dwell_match_matched)
+        .i_state   (chip_count_r),
+        .i_wanted  (CHIP_COUNT_END),
+        .o_matched (chip_count_matched)
     );
 
-    state_match_2 steps_match (
+    state_match_2 step_count_match (
         .i_clk     (i_clk),
         .i_rst     (i_rst),
-        .i_state   (steps_r),
-        .i_wanted  (STEPS_ENDING),
-        .o_matched (steps_match_matched)
+        .i_state   (step_count_r),
+        .i_wanted  (STEP_COUNT_END),
+        .o_matched (step_count_matched)
     );
 
     always @(posedge i_clk) begin
         if (i_rst) begin
             o_run <= 1'b0;
-            dwell_r <= DWELL_RESET;
-            o_step_ends <= 1'b0;
-            step_end_r <= 1'b0;
-            steps_r <= STEPS_LOAD;
+            chip_count_r <= CHIP_COUNT_RESET;
+            o_pre_last_chip <= 1'b0;
+            o_last_chip <= 1'b0;
+            step_count_r <= STEP_COUNT_FIRST;
             last_step_r <= 1'b0;
-            scan_end_r <= 1'b0;
-            step_ended_r <= 6'd0;
-            scan_ended_r <= 6'd0;
+            scan_last_chip_r <= 1'b0;
+            step_done_r <= 6'd0;
+            scan_done_r <= 6'd0;
         end else begin
-            step_end_r <= o_step_ends;
-            scan_end_r <= o_step_ends & last_step_r;
+            o_last_chip <= o_pre_last_chip;
+            scan_last_chip_r <= o_pre_last_chip & last_step_r;
             o_run <= 1'b1;
-            o_step_ends <= o_run & dwell_match_matched;
-            if (ends_step) begin
-                dwell_r <= DWELL_LOAD;
+            o_pre_last_chip <= o_run & chip_count_matched;
+            if (o_last_chip) begin
+                chip_count_r <= CHIP_COUNT_FIRST;
             end else begin
-                dwell_r <= {^(dwell_r & DWELL_TAPS), dwell_r[13:1]};
+                chip_count_r <= {^(chip_count_r & CHIP_COUNT_TAPS), chip_count_r[13:1]};
             end
-            if (ends_step) begin
-                last_step_r <= steps_match_matched;
+            if (o_last_chip) begin
+                last_step_r <= step_count_matched;
             end
-            if (ends_scan) begin
-                steps_r <= STEPS_LOAD;
-            end else if (ends_step) begin
-                steps_r <= {^(steps_r & STEPS_TAPS), steps_r[14:1]};
+            if (scan_last_chip_r) begin
+                step_count_r <= STEP_COUNT_FIRST;
+            end else if (o_last_chip) begin
+                step_count_r <= {^(step_count_r & STEP_COUNT_TAPS), step_count_r[14:1]};
             end
-            step_ended_r <= {step_ended_r[4:0], ends_step};
-            scan_ended_r <= {scan_ended_r[4:0], ends_scan};
+            step_done_r <= {step_done_r[4:0], o_last_chip};
+            scan_done_r <= {scan_done_r[4:0], scan_last_chip_r};
         end
     end
+
+`ifndef SYNTHESIS
+    lfsr_check #(
+        .WIDTH(14), .TAPS(CHIP_COUNT_TAPS), .SHIFTS(64'd1),
+        .FIRST(CHIP_COUNT_RESET), .LAST(CHIP_COUNT_FIRST)
+    ) chip_count_first_check ();
+    lfsr_check #(
+        .WIDTH(14), .TAPS(CHIP_COUNT_TAPS), .SHIFTS(64'd13096),
+        .FIRST(CHIP_COUNT_FIRST), .LAST(CHIP_COUNT_END)
+    ) chip_count_end_check ();
+    lfsr_check #(
+        .WIDTH(15), .TAPS(STEP_COUNT_TAPS), .SHIFTS(64'd32750),
+        .FIRST(STEP_COUNT_FIRST), .LAST(STEP_COUNT_END)
+    ) step_count_end_check ();
+`endif
 
 endmodule
 

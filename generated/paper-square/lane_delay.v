@@ -5,55 +5,46 @@
 // delays by one chip more.
 //
 // Latency  1 clock from i_chips to o_window
-// Rate     one chip per clock
 // Made by  goldtof emit paper-square.toml (goldtof 0.1.0)
 
 `default_nettype none
 
 module lane_delay (
-    // Clock and reset
-    input  wire       i_clk,       // one chip per cycle
-    input  wire       i_rst,       // synchronous, active high
+    input  wire       i_clk,
+    input  wire       i_rst,
 
-    // Inputs
-    input  wire [1:0] i_chips,     // reference chips, the present one in bit 0
-    input  wire       i_step_ends, // the next clock is the last of a phase step
-    input  wire       i_step_end,  // last clock of a phase step
+    input  wire [1:0] i_chips,         // reference chips, the present one in bit 0
+    input  wire       i_pre_last_chip, // the present chip is the last but one of a phase step
+    input  wire       i_last_chip,     // last chip of a phase step
 
-    // Outputs
-    output wire       o_wrap,      // last clock of a step after which the delay grows by a chip more
-    output reg  [7:0] o_window     // reference of each sample, bit 0 earliest
+    output reg        o_wrap,          // last chip of a step; the next delays by a chip more
+    output reg  [7:0] o_window         // reference of each sample, bit 0 earliest
 );
 
-    // Delayed lanes after reset and at a scan's start
-    localparam [6:0] DELAYED_LOAD = 7'd0;
+    localparam [6:0] DELAYED_LOAD = 7'd0; // after reset and at a scan's start
 
     reg  [6:0] delayed_r;      // lanes that take the previous chip
-    reg        wraps_r;        // this clock ends a step, and the next delays by a chip more
-    wire       wrap;           // the next step delays by a whole chip more
-    wire [6:0] longer;         // delayed lanes of the next step
-    wire [7:0] present;        // chip of a sample
-    wire [7:0] previous;       // chip of a sample that is delayed
-    wire [7:0] takes_previous; // samples that are delayed
+    wire [6:0] longer;         // those of the next step
+    wire [7:0] present;        // chip of each sample
+    wire [7:0] previous;       // chip of each sample that is delayed
+    wire [7:0] takes_previous;
 
-    assign wrap = wraps_r;
-    assign o_wrap = wrap;
     assign longer = {delayed_r[5:0], 1'b1};
     assign present = {8{i_chips[0]}};
     assign previous = {i_chips[0], {7{i_chips[1]}}};
-    assign takes_previous = {1'b0, delayed_r[6:0]};
+    assign takes_previous = {1'b0, delayed_r};
 
     always @(posedge i_clk) begin
         if (i_rst) begin
             delayed_r <= DELAYED_LOAD;
-            wraps_r <= 1'b0;
+            o_wrap <= 1'b0;
             o_window <= 8'd0;
         end else begin
             o_window <= (takes_previous & previous) | (~takes_previous & present);
-            wraps_r <= i_step_ends & delayed_r[6];
-            if (wrap) begin
+            o_wrap <= i_pre_last_chip & delayed_r[6];
+            if (o_wrap) begin
                 delayed_r <= 7'd0;
-            end else if (i_step_end) begin
+            end else if (i_last_chip) begin
                 delayed_r <= longer;
             end
         end

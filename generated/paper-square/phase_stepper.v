@@ -4,28 +4,24 @@
 // a chip for each lane.
 //
 // Latency  2 clocks from i_chip to o_window
-// Rate     one chip per clock
 // Made by  goldtof emit paper-square.toml (goldtof 0.1.0)
 
 `default_nettype none
 
 module phase_stepper (
-    // Clock and reset
-    input  wire       i_clk,       // one chip per cycle
-    input  wire       i_rst,       // synchronous, active high
+    input  wire       i_clk,
+    input  wire       i_rst,
 
-    // Inputs
-    input  wire       i_chip,      // next chip of the reference
-    input  wire       i_step_ends, // the next clock is the last of a phase step
-    input  wire       i_step_end,  // last clock of a phase step
+    input  wire       i_chip,          // next chip of the reference
+    input  wire       i_pre_last_chip, // the present chip is the last but one of a phase step
+    input  wire       i_last_chip,     // last chip of a phase step
 
-    // Outputs
-    output wire       o_advance,   // the reference generator goes on to its next chip
-    output wire [7:0] o_window     // reference of each sample, bit 0 earliest
+    output wire       o_advance,       // the reference generator goes on to its next chip
+    output wire [7:0] o_window         // reference of each sample, bit 0 earliest
 );
 
-    wire [1:0] chips_chips; // reference chips, the present one in bit 0
-    wire       lanes_wrap;  // last clock of a step after which the delay grows by a chip more
+    wire [1:0] chips_chips;
+    wire       lanes_wrap;
 
     chip_history chips (
         .i_clk     (i_clk),
@@ -37,13 +33,13 @@ module phase_stepper (
     );
 
     lane_delay lanes (
-        .i_clk       (i_clk),
-        .i_rst       (i_rst),
-        .i_chips     (chips_chips),
-        .i_step_ends (i_step_ends),
-        .i_step_end  (i_step_end),
-        .o_wrap      (lanes_wrap),
-        .o_window    (o_window)
+        .i_clk           (i_clk),
+        .i_rst           (i_rst),
+        .i_chips         (chips_chips),
+        .i_pre_last_chip (i_pre_last_chip),
+        .i_last_chip     (i_last_chip),
+        .o_wrap          (lanes_wrap),
+        .o_window        (o_window)
     );
 
 endmodule

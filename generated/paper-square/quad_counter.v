@@ -4,28 +4,24 @@
 // adders whose sums and carries meet in one gate each.
 //
 // Latency  2 clocks
-// Rate     four pairs per clock
 // Made by  goldtof emit paper-square.toml (goldtof 0.1.0)
 
 `default_nettype none
 
 module quad_counter (
-    // Clock and reset
-    input  wire       i_clk,  // four pairs per cycle
-    input  wire       i_rst,  // synchronous, active high
+    input  wire       i_clk,
+    input  wire       i_rst,
 
-    // Inputs
     input  wire [3:0] i_hit,  // pairs with a hit
     input  wire [3:0] i_down, // those whose hit counts down
 
-    // Outputs
     output reg  [3:0] o_sum   // hits that count up less hits that count down, signed
 );
 
-    reg  [2:0] hits_r;    // number of hits
-    reg  [2:0] downs_r;   // number of hits that count down
-    wire       two_hits;  // two or three hits
-    wire       two_downs; // two or three hits that count down
+    reg  [2:0] hits_r;
+    reg  [2:0] downs_r;
+    wire       two_hits;  // or three
+    wire       two_downs; // or three
 
     assign two_hits =
         (i_hit[0] & i_hit[1]) ^ (i_hit[2] & i_hit[3])

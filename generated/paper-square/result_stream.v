@@ -4,23 +4,19 @@
 // stays high until reset.
 //
 // Latency  1 clock from i_counted to o_valid
-// Rate     one result per clock
 // Made by  goldtof emit paper-square.toml (goldtof 0.1.0)
 
 `default_nettype none
 
 module result_stream (
-    // Clock and reset
-    input  wire        i_clk,     // at most one group of counts per cycle
-    input  wire        i_rst,     // synchronous, active high
+    input  wire        i_clk,
+    input  wire        i_rst,
 
-    // Inputs
     input  wire [16:0] i_count,   // count of the step, signed
     input  wire        i_counted, // new counts are there
     input  wire        i_last,    // they are the scan's last
     input  wire        i_ready,   // the receiver takes the result
 
-    // Outputs
     output wire [23:0] o_data,    // count of the step, signed
     output reg         o_valid,   // a result waits
     output reg         o_last,    // the result is the scan's last
@@ -28,8 +24,8 @@ module result_stream (
 );
 
     reg  [16:0] count_r; // the result
-    wire        blocked; // results still wait
-    wire        load;    // new counts are taken over
+    wire        blocked;
+    wire        load;
 
     assign blocked = o_valid & ~i_ready;
     assign load = i_counted & ~blocked;

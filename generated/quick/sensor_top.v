@@ -15,7 +15,6 @@
 `default_nettype none
 
 module sensor_top (
-    // Clock and reset
     input  wire        i_clk,         // one cycle per chip
     input  wire        i_rst,         // synchronous, active high; pulse it after power-up
 
@@ -36,18 +35,15 @@ module sensor_top (
     output wire        o_overrun      // a result was lost since reset
 );
 
-    wire        chips;                // next chip of each source
-    wire        transmit_chip;        // present chip
-    wire        transmit_epoch;       // the present chip is the one that reset gives
-    wire        controller_run;       // the present clock belongs to a scan
-    wire        controller_step_ends; // the next clock is the last of a phase step
-    wire        controller_step_end;  // last clock of a phase step
-    wire        controller_dump;      // the total has just taken in a step's last hits, segment by segment
-    wire        controller_counted;   // the step's count is there
-    wire        controller_last;      // it is the scan's last
-    wire [14:0] channel_count;        // count of a phase step, signed
-
-    assign chips = transmit_chip;
+    wire        transmit_chip;
+    wire        transmit_epoch;
+    wire        controller_run;
+    wire        controller_pre_last_chip;
+    wire        controller_last_chip;
+    wire        controller_dump;
+    wire        controller_counted;
+    wire        controller_scan_counted;
+    wire [14:0] channel_count;
 
     gold_generator transmit (
         .i_clk     (i_clk),
@@ -58,25 +54,25 @@ module sensor_top (
     );
 
     scan_controller controller (
-        .i_clk       (i_clk),
-        .i_rst       (i_rst),
-        .o_run       (controller_run),
-        .o_step_ends (controller_step_ends),
-        .o_step_end  (controller_step_end),
-        .o_dump      (controller_dump),
-        .o_counted   (controller_counted),
-        .o_last      (controller_last)
+        .i_clk           (i_clk),
+        .i_rst           (i_rst),
+        .o_run           (controller_run),
+        .o_pre_last_chip (controller_pre_last_chip),
+        .o_last_chip     (controller_last_chip),
+        .o_dump          (controller_dump),
+        .o_counted       (controller_counted),
+        .o_scan_counted  (controller_scan_counted)
     );
 
     detector_channel channel (
-        .i_clk       (i_clk),
-        .i_rst       (i_rst),
-        .i_samples   (i_samples),
-        .i_run       (controller_run),
-        .i_step_ends (controller_step_ends),
-        .i_step_end  (controller_step_end),
-        .i_dump      (controller_dump),
-        .o_count     (channel_count)
+        .i_clk           (i_clk),
+        .i_rst           (i_rst),
+        .i_samples       (i_samples),
+        .i_run           (controller_run),
+        .i_pre_last_chip (controller_pre_last_chip),
+        .i_last_chip     (controller_last_chip),
+        .i_dump          (controller_dump),
+        .o_count         (channel_count)
     );
 
     result_stream results (
@@ -84,7 +80,7 @@ module sensor_top (
         .i_rst     (i_rst),
         .i_count   (channel_count),
         .i_counted (controller_counted),
-        .i_last    (controller_last),
+        .i_last    (controller_scan_counted),
         .i_ready   (m_axis_tready),
         .o_data    (m_axis_tdata),
         .o_valid   (m_axis_tvalid),
@@ -97,7 +93,7 @@ module sensor_top (
             o_laser <= 1'b0;
             o_epoch <= 1'b0;
         end else begin
-            o_laser <= chips;
+            o_laser <= transmit_chip;
             o_epoch <= transmit_epoch;
         end
     end

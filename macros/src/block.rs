@@ -167,7 +167,8 @@ impl Words {
                 let value = needed(self.value.take(), ty, "value(number)")?;
                 let width = needed(self.width.take(), ty, "width(bits)")?;
                 let about = self.about();
-                quote!(Constant::new(#value, (#width) as u32, #about))
+                let constant = quote!(Constant::new(#value, (#width) as u32, #about));
+                self.under_heading(constant)
             }
             "Wiring" => self.wiring(ty)?,
             _ => needed(self.is.take(), ty, "is(expression)")?.into_token_stream(),
@@ -185,10 +186,14 @@ impl Words {
             let width = needed(self.width.take(), segment, "width(bits)")?;
             quote!(#kind::word((#width) as u32, #about))
         };
-        Ok(match self.under.take() {
-            Some(heading) => quote!(#net.under(#heading)),
-            None => net,
-        })
+        Ok(self.under_heading(net))
+    }
+
+    fn under_heading(&mut self, part: TokenStream) -> TokenStream {
+        match self.under.take() {
+            Some(heading) => quote!(#part.under(#heading)),
+            None => part,
+        }
     }
 
     fn register(&mut self, segment: &PathSegment) -> Result<TokenStream> {

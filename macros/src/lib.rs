@@ -52,7 +52,7 @@
 //! `#[width(bits)]`, of any integer type, and `#[reset(value)]`, or `#[reset(value, constant)]` for a reset to a constant
 //! of the block; `#[value(number)]` of a constant; `#[sources(places, inputs)]` of a wiring that is
 //! not straight; `#[when(condition)]` of an `Optional`; `#[each(n in numbers)]` of a `Vec`;
-//! `#[under("heading")]` in the list of ports; `#[about(text)]` for a comment that depends on the
+//! `#[under("heading")]` among the ports or constants; `#[about(text)]` for a comment that depends on the
 //! plan; `#[is(expression)]` for any other part.
 
 use proc_macro::TokenStream;

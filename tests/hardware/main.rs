@@ -11,6 +11,7 @@ mod flow_lint_matrix;
 mod flow_vendor_wrappers;
 mod hdl_blocks_agree;
 mod hdl_emit_limits_and_files;
+mod hdl_emitted_text;
 mod hdl_emitted_verilog;
 mod hdl_generator_chips;
 mod hdl_left_out_is_what_the_plan_says;

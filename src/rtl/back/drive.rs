@@ -11,23 +11,14 @@ use super::signals::{Names, Reset, Role};
 /// A kernel, taken apart.
 #[derive(Debug)]
 pub struct Drives {
-    /// Value and comments of every combinational signal.
-    pub combinational: HashMap<SignalId, Combinational>,
+    /// Value of every combinational signal.
+    pub combinational: HashMap<SignalId, Expr>,
     /// Combinational signals in the order of their first assignment.
     pub order: Vec<SignalId>,
     /// Statements that assign registers only.
     pub clocked: Vec<Statement>,
     /// For every signal, whether anything reads it.
     pub is_read: Vec<bool>,
-}
-
-/// A signal's value.
-#[derive(Debug, Clone)]
-pub struct Combinational {
-    /// The value.
-    pub value: Expr,
-    /// Comments that stand before its first assignment.
-    pub comments: Vec<String>,
 }
 
 /// Takes `kernel` apart.
@@ -41,8 +32,7 @@ pub fn drives_of(kernel: &[Statement], names: &Names) -> Result<Drives, Fault> {
     for &id in &order {
         let name = &names.signals[id].name;
         let value = value_of(kernel, id, name, None)?.ok_or_else(|| undriven(name))?;
-        let comments = comments_of(kernel, id);
-        combinational.insert(id, Combinational { value, comments });
+        combinational.insert(id, value);
     }
     check_driven(kernel, names, &combinational)?;
     let clocked = clocked_part(kernel, names);
@@ -211,25 +201,10 @@ fn assigns(block: &[Statement], wanted: SignalId) -> bool {
     })
 }
 
-fn comments_of(block: &[Statement], wanted: SignalId) -> Vec<String> {
-    for statement in block {
-        match statement {
-            Statement::Assign {
-                target, comments, ..
-            } if *target == wanted => return comments.clone(),
-            Statement::If {
-                yes, no, comments, ..
-            } if assigns(yes, wanted) || assigns(no, wanted) => return comments.clone(),
-            _ => {}
-        }
-    }
-    Vec::new()
-}
-
 fn check_driven(
     kernel: &[Statement],
     names: &Names,
-    combinational: &HashMap<SignalId, Combinational>,
+    combinational: &HashMap<SignalId, Expr>,
 ) -> Result<(), Fault> {
     for (id, signal) in names.signals.iter().enumerate() {
         let is_driven = match signal.role {
@@ -248,7 +223,7 @@ fn check_driven(
     for register in &names.registers {
         let is_clocked = combinational
             .get(&register.clock)
-            .is_some_and(|c| is_input_named(&c.value, names, "i_clk"));
+            .is_some_and(|value| is_input_named(value, names, "i_clk"));
         let has_reset = names
             .signals
             .iter()
@@ -288,12 +263,7 @@ fn clocked_part(block: &[Statement], names: &Names) -> Vec<Statement> {
                     kept.push(statement.clone());
                 }
             }
-            Statement::If {
-                test,
-                yes,
-                no,
-                comments,
-            } => {
+            Statement::If { test, yes, no } => {
                 let yes = clocked_part_inside(yes, names);
                 let no = clocked_part_inside(no, names);
                 if !yes.is_empty() || !no.is_empty() {
@@ -301,7 +271,6 @@ fn clocked_part(block: &[Statement], names: &Names) -> Vec<Statement> {
                         test: test.clone(),
                         yes,
                         no,
-                        comments: comments.clone(),
                     });
                 }
             }
@@ -318,19 +287,13 @@ fn clocked_part_inside(block: &[Statement], names: &Names) -> Vec<Statement> {
             Statement::Assign { target, .. } => {
                 matches!(names.signals[*target].role, Role::RegisterD(_)).then(|| statement.clone())
             }
-            Statement::If {
-                test,
-                yes,
-                no,
-                comments,
-            } => {
+            Statement::If { test, yes, no } => {
                 let yes = clocked_part_inside(yes, names);
                 let no = clocked_part_inside(no, names);
                 (!yes.is_empty() || !no.is_empty()).then(|| Statement::If {
                     test: test.clone(),
                     yes,
                     no,
-                    comments: comments.clone(),
                 })
             }
         })
@@ -340,13 +303,13 @@ fn clocked_part_inside(block: &[Statement], names: &Names) -> Vec<Statement> {
 /// Marks what is read, and refuses signals and constants that nothing reads.
 /// Outputs of instances may stay unread.
 fn check_reads(
-    combinational: &HashMap<SignalId, Combinational>,
+    combinational: &HashMap<SignalId, Expr>,
     clocked: &[Statement],
     names: &Names,
 ) -> Result<Vec<bool>, Fault> {
     let mut is_read = vec![false; names.signals.len()];
-    for driven in combinational.values() {
-        driven.value.for_each_signal(&mut |id| is_read[id] = true);
+    for value in combinational.values() {
+        value.for_each_signal(&mut |id| is_read[id] = true);
     }
     mark_reads(clocked, &mut is_read);
     for register in &names.registers {

@@ -276,6 +276,35 @@ impl Expr {
         Ok(concat(parts))
     }
 
+    /// With `value_of` in the place of every signal that has one.
+    pub fn replaced(&self, value_of: &impl Fn(SignalId) -> Option<Expr>) -> Result<Expr, Fault> {
+        let boxed = |e: &Expr| e.replaced(value_of).map(Box::new);
+        Ok(match self {
+            Expr::Signal { id, .. } => value_of(*id).unwrap_or_else(|| self.clone()),
+            Expr::Slice { id, high, low } => match value_of(*id) {
+                Some(value) => value.slice(*high, *low)?,
+                None => self.clone(),
+            },
+            Expr::Literal { .. } => self.clone(),
+            Expr::Concat(parts) => {
+                let parts: Result<_, _> = parts.iter().map(|p| p.replaced(value_of)).collect();
+                concat(parts?)
+            }
+            Expr::Repeat { count, bit } => repeat(bit.replaced(value_of)?, *count),
+            Expr::Lookup { table, index } => Expr::Lookup {
+                table: *table,
+                index: boxed(index)?,
+            },
+            Expr::Unary(op, operand) => Expr::Unary(*op, boxed(operand)?),
+            Expr::Binary(op, left, right) => Expr::Binary(*op, boxed(left)?, boxed(right)?),
+            Expr::Mux { test, yes, no } => Expr::Mux {
+                test: boxed(test)?,
+                yes: boxed(yes)?,
+                no: boxed(no)?,
+            },
+        })
+    }
+
     /// Calls `visit` for every signal read.
     pub fn for_each_signal(&self, visit: &mut impl FnMut(SignalId)) {
         match self {

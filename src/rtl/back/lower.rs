@@ -21,8 +21,6 @@ pub enum Statement {
         target: SignalId,
         /// With what; as wide as the target.
         value: Expr,
-        /// Comments that stand before it.
-        comments: Vec<String>,
     },
     /// One of two blocks.
     If {
@@ -32,8 +30,6 @@ pub enum Statement {
         yes: Vec<Statement>,
         /// Statements for 0.
         no: Vec<Statement>,
-        /// Comments that stand before it.
-        comments: Vec<String>,
     },
 }
 
@@ -42,7 +38,6 @@ pub fn lower(kernel: &VerilogBlock, names: &Names) -> Result<Vec<Statement>, Fau
     let mut lowering = Lowering {
         names,
         loops: Vec::new(),
-        comments: Vec::new(),
     };
     let mut statements = Vec::new();
     lowering.block(kernel, &mut statements)?;
@@ -52,7 +47,6 @@ pub fn lower(kernel: &VerilogBlock, names: &Names) -> Result<Vec<Statement>, Fau
 struct Lowering<'a> {
     names: &'a Names,
     loops: Vec<(String, i128)>,
-    comments: Vec<String>,
 }
 
 fn unsupported<T>(construct: &str) -> Result<T, Fault> {
@@ -83,7 +77,7 @@ impl Lowering<'_> {
                         done?;
                     }
                 }
-                VerilogStatement::Comment(text) => self.comments.push(comment_text(text)),
+                VerilogStatement::Comment(_) => return unsupported("a comment"),
                 VerilogStatement::Macro(block) => self.block(block, out)?,
                 VerilogStatement::SliceAssignment { base, .. } => {
                     return Err(match base {
@@ -114,15 +108,10 @@ impl Lowering<'_> {
         let signal = &self.names.signals[target];
         let value = self.expression(value, Some(signal.width))?;
         equal_widths(&format!("`{}`", signal.name), signal.width, value.width())?;
-        Ok(Statement::Assign {
-            target,
-            value,
-            comments: std::mem::take(&mut self.comments),
-        })
+        Ok(Statement::Assign { target, value })
     }
 
     fn conditional(&mut self, conditional: &VerilogConditional) -> Result<Statement, Fault> {
-        let comments = std::mem::take(&mut self.comments);
         let test = self.expression(&conditional.test, Some(1))?;
         equal_widths("the test of an `if`", 1, test.width())?;
         let mut yes = Vec::new();
@@ -135,12 +124,7 @@ impl Lowering<'_> {
             }
             VerilogBlockOrConditional::None => {}
         }
-        Ok(Statement::If {
-            test,
-            yes,
-            no,
-            comments,
-        })
+        Ok(Statement::If { test, yes, no })
     }
 
     /// `want` is the width of the context, which bare literals and
@@ -383,12 +367,4 @@ fn equal_widths(place: &str, left: u32, right: u32) -> Result<(), Fault> {
         left,
         right,
     })
-}
-
-/// What stands between the quotes of a `comment!`.
-fn comment_text(text: &str) -> String {
-    match (text.find('"'), text.rfind('"')) {
-        (Some(first), Some(last)) if first < last => text[first + 1..last].to_owned(),
-        _ => text.to_owned(),
-    }
 }

@@ -3,10 +3,11 @@
 //! The passes: [`scope`] probes a block into plain data, [`signals`] names
 //! everything a module has, [`lower`] unrolls loops and sizes every
 //! expression, [`drive`] checks drivers and parts combinational from clocked
-//! logic, [`module`] merges registers and instances with the ports they
+//! logic, [`alias`] drops second names, [`module`] merges registers and instances with the ports they
 //! drive, [`share`] finds modules that several instances use, and [`print`]
 //! and [`text`] write them. What has no single meaning is refused ([`fault`]).
 
+mod alias;
 mod concat;
 mod drive;
 mod expr;

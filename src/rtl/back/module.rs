@@ -1,7 +1,7 @@
 //! One Verilog module, ready to print.
 
-use super::concat::concat_bits;
-use super::drive::drives_of;
+use super::alias::resolve;
+use super::drive::{Drives, drives_of};
 use super::expr::{Expr, SignalId};
 use super::fault::{Fault, Refusal};
 use super::lower::{Statement, lower};
@@ -42,8 +42,6 @@ pub struct Assign {
     pub target: SignalId,
     /// Its value.
     pub value: Expr,
-    /// Comments that stand before it.
-    pub comments: Vec<String>,
 }
 
 /// An instance of another module.
@@ -87,113 +85,129 @@ fn translate(scope: &Scope, named: &mut String) -> Result<Module, Fault> {
         construct: "a block without an `About`".to_owned(),
     })?;
     named.clone_from(&description.module);
-    let statements = lower(kernel, &names)?;
-    let drives = drives_of(&statements, &names)?;
-    let mut signals = names.signals.clone();
-    let roles = |wanted: &[Role]| -> Vec<SignalId> {
+    let mut drives = drives_of(&lower(kernel, &names)?, &names)?;
+    let wirings = resolve(&mut drives, &names)?;
+    let mut wires = Wires {
+        signals: names.signals.clone(),
+        merged: vec![false; names.signals.len()],
+        declared: Vec::new(),
+        assigns: Vec::new(),
+    };
+    for &id in &drives.order {
+        wires.drive(id, &drives.combinational[&id], &names);
+    }
+    for table in &names.tables {
+        let index = Box::new(drives.combinational[&table.address].clone());
+        let contents = table.contents;
+        let entry = Expr::Lookup {
+            table: contents,
+            index,
+        };
+        wires.assign(table.data, entry);
+    }
+    for (output, value) in wirings {
+        wires.assign(output, value);
+    }
+    let instances = wires.connect(&drives, &names);
+    let with_role = |wanted: &[Role]| -> Vec<SignalId> {
         (0..names.signals.len())
             .filter(|&id| wanted.contains(&names.signals[id].role))
             .collect()
     };
-
-    let mut assigns = Vec::new();
-    let mut wires = Vec::new();
-    let mut merged = vec![false; signals.len()];
-    for &id in &drives.order {
-        let driven = &drives.combinational[&id];
-        let role = names.signals[id].role;
-        match role {
-            Role::RegisterClock(_) | Role::TableAddress(_) | Role::WiringIn(_) => continue,
-            Role::InstanceInput(_) if is_simple(&driven.value) => continue,
-            _ => {}
-        }
-        if let Some(source) = merge_candidate(role, &driven.value, &names)
-            && !merged[source]
-        {
-            // One wire under one name: the register or the instance drives
-            // the port itself.
-            merged[source] = true;
-            signals[source].name = signals[id].name.clone();
-            if role == Role::Local {
-                wires.push(id);
-            }
-            continue;
-        }
-        if !matches!(role, Role::Output) {
-            wires.push(id);
-        }
-        assigns.push(Assign {
-            target: id,
-            value: driven.value.clone(),
-            comments: driven.comments.clone(),
-        });
-    }
-    for (index, table) in names.tables.iter().enumerate() {
-        wires.push(table.data);
-        assigns.push(Assign {
-            target: table.data,
-            value: Expr::Lookup {
-                table: names.tables[index].contents,
-                index: Box::new(drives.combinational[&table.address].value.clone()),
-            },
-            comments: Vec::new(),
-        });
-    }
-    for wiring in &names.wirings {
-        let value_of = |source: &usize| drives.combinational[&wiring.inputs[*source]].value.clone();
-        wires.push(wiring.output);
-        assigns.push(Assign {
-            target: wiring.output,
-            value: concat_bits(wiring.sources.iter().rev().map(value_of).collect()),
-            comments: Vec::new(),
-        });
-    }
-
-    let mut instances = Vec::new();
-    for instance in &names.instances {
-        let mut connections = Vec::new();
-        for (port, id) in &instance.ports {
-            let own = Expr::Signal {
-                id: *id,
-                width: names.signals[*id].width,
-            };
-            let connected = match names.signals[*id].role {
-                Role::InstanceInput(_) => {
-                    let value = &drives.combinational[id].value;
-                    if is_simple(value) { value.clone() } else { own }
-                }
-                _ => {
-                    if !drives.is_read[*id] {
-                        // Verilator knows by this name that it is meant.
-                        signals[*id].name.push_str("_unused");
-                    }
-                    if !merged[*id] {
-                        wires.push(*id);
-                    }
-                    own
-                }
-            };
-            connections.push((port.clone(), connected));
-        }
-        instances.push(Instance {
-            name: instance.name.clone(),
-            child: instance.child,
-            connections,
-        });
-    }
-
     Ok(Module {
         description,
-        ports: roles(&[Role::Input, Role::Output]),
-        constants: roles(&[Role::Constant]),
+        ports: with_role(&[Role::Input, Role::Output]),
+        constants: with_role(&[Role::Constant]),
         tables: names.tables.clone(),
-        wires,
+        wires: wires.declared,
         registers: names.registers.iter().map(|r| (r.q, r.reset)).collect(),
-        assigns,
+        assigns: wires.assigns,
         clocked: drives.clocked,
         instances,
-        signals,
+        signals: wires.signals,
     })
+}
+
+/// The wires of a module, as they come to light.
+struct Wires {
+    signals: Vec<Signal>,
+    /// Signals that have the name of what they drive.
+    merged: Vec<bool>,
+    declared: Vec<SignalId>,
+    assigns: Vec<Assign>,
+}
+
+impl Wires {
+    /// A combinational signal and its value.
+    fn drive(&mut self, id: SignalId, value: &Expr, names: &Names) {
+        let role = names.signals[id].role;
+        match role {
+            Role::RegisterClock(_) | Role::TableAddress(_) | Role::WiringIn(_) => return,
+            Role::InstanceInput(_) if is_simple(value) => return,
+            _ => {}
+        }
+        if let Some(source) = merge_candidate(role, value, names)
+            && !self.merged[source]
+        {
+            // One wire under one name: the register, the instance or the wiring
+            // drives the port itself.
+            self.merged[source] = true;
+            self.signals[source].name = self.signals[id].name.clone();
+            if role == Role::Local {
+                self.declared.push(id);
+            }
+            return;
+        }
+        if role != Role::Output {
+            self.declared.push(id);
+        }
+        self.assigns.push(Assign {
+            target: id,
+            value: value.clone(),
+        });
+    }
+
+    fn assign(&mut self, target: SignalId, value: Expr) {
+        if !self.merged[target] {
+            self.declared.push(target);
+        }
+        self.assigns.push(Assign { target, value });
+    }
+
+    /// The instances, and the wires from their outputs.
+    fn connect(&mut self, drives: &Drives, names: &Names) -> Vec<Instance> {
+        let instances = names.instances.iter();
+        instances
+            .map(|instance| Instance {
+                name: instance.name.clone(),
+                child: instance.child,
+                connections: instance
+                    .ports
+                    .iter()
+                    .map(|(port, id)| (port.clone(), self.connection(*id, drives, names)))
+                    .collect(),
+            })
+            .collect()
+    }
+
+    fn connection(&mut self, id: SignalId, drives: &Drives, names: &Names) -> Expr {
+        let own = Expr::Signal {
+            id,
+            width: names.signals[id].width,
+        };
+        if let Role::InstanceInput(_) = names.signals[id].role {
+            let value = &drives.combinational[&id];
+            return if is_simple(value) { value.clone() } else { own };
+        }
+        if !drives.is_read[id] {
+            // Verilator knows by this name that it is meant.
+            self.signals[id].name.push_str("_unused");
+        }
+        if !self.merged[id] {
+            self.declared.push(id);
+        }
+        own
+    }
 }
 
 /// What may stand in a port map without a name of its own.
@@ -205,14 +219,14 @@ fn is_simple(value: &Expr) -> bool {
     }
 }
 
-/// The register or instance output that may take the driven signal's name.
+/// The register, instance output or wiring that may take the driven signal's name.
 fn merge_candidate(role: Role, value: &Expr, names: &Names) -> Option<SignalId> {
     let Expr::Signal { id, .. } = value else {
         return None;
     };
     match (role, names.signals[*id].role) {
         (Role::Output, Role::RegisterQ(_)) => Some(*id),
-        (Role::Output | Role::Local, Role::InstanceOutput(_)) => Some(*id),
+        (Role::Output | Role::Local, Role::InstanceOutput(_) | Role::WiringOut(_)) => Some(*id),
         _ => None,
     }
 }

@@ -6,8 +6,9 @@ use super::module::{Assign, Module};
 use super::share::{ModuleType, Parameter};
 use super::signals::{Role, Signal};
 use super::text::{
-    LINE_WIDTH, clocked_block, expression, literal, push_assignment, push_comments, wrapped,
+    LINE_WIDTH, clocked_block, commented, expression, literal, push_broken, wrapped,
 };
+use crate::rtl::front::StateCheck;
 
 /// The whole file of one module.
 pub fn module_text(types: &[ModuleType], index: usize, made_by: &str) -> String {
@@ -16,13 +17,15 @@ pub fn module_text(types: &[ModuleType], index: usize, made_by: &str) -> String 
     out.push_str("`default_nettype none\n\n");
     out.push_str(&format!("module {}", this.name));
     out.push_str(&parameter_list(&this.parameters));
-    out.push_str(&port_list(&this.module));
+    let is_top = index + 1 == types.len();
+    out.push_str(&port_list(&this.module, is_top));
     let mut body = constants(this);
     body.push_str(&module_body_with(&this.module, &|instance| {
         instance_head(types, this, instance)
     }));
     out.push('\n');
     out.push_str(body.trim_start_matches('\n'));
+    out.push_str(&checks(this));
     out.push_str("\nendmodule\n\n`default_nettype wire\n");
     out
 }
@@ -30,7 +33,7 @@ pub fn module_text(types: &[ModuleType], index: usize, made_by: &str) -> String 
 /// What a module does, without the values of its constants: modules of equal
 /// bodies are one.
 pub fn module_body(module: &Module) -> String {
-    let ports = port_list(module);
+    let ports = port_list(module, false);
     let tables: Vec<_> = module.tables.iter().map(|t| &t.bits).collect();
     let body = module_body_with(module, &|instance| {
         format!("{} ", module.instances[instance].name)
@@ -85,69 +88,88 @@ fn parameter_list(parameters: &[Parameter]) -> String {
     if varying.is_empty() {
         return " (\n".to_owned();
     }
-    let mut out = " #(\n".to_owned();
-    for (index, parameter) in varying.iter().enumerate() {
-        let _ = writeln!(out, "    // {}", parameter.about);
-        let _ = writeln!(
-            out,
-            "    parameter {}{} = {}{}",
-            spaced(&range(parameter.width)),
-            parameter.name,
-            literal(parameter.values[0], parameter.width),
-            if index + 1 < varying.len() { "," } else { "" },
-        );
-    }
-    out.push_str(") (\n");
-    out
+    let code = |parameter: &Parameter| {
+        let range = spaced(&range(parameter.width));
+        let value = literal(parameter.values[0], parameter.width);
+        format!("parameter {range}{} = {value}", parameter.name)
+    };
+    let lines = varying.iter().map(|p| (code(p), p.said()));
+    format!(" #(\n{}) (\n", listed(lines.collect()))
 }
 
-fn port_list(module: &Module) -> String {
-    let mut out = String::new();
-    let signals = |id: &usize| &module.signals[*id];
-    let range_width = module
-        .ports
-        .iter()
-        .map(|id| range(signals(id).width).len())
-        .max()
-        .unwrap_or(0);
-    let name_width = module
-        .ports
-        .iter()
-        .map(|id| signals(id).name.len() + 1)
-        .max()
-        .unwrap_or(0);
-    let mut heading = "";
-    for (index, id) in module.ports.iter().enumerate() {
-        let port = signals(id);
-        if port_heading(port) != heading {
-            if !heading.is_empty() {
-                out.push('\n');
-            }
-            heading = port_heading(port);
-            let _ = writeln!(out, "    // {heading}");
-        }
-        let direction = if port.role == Role::Input {
+/// Lines of a list, each with its comment.
+fn listed(mut lines: Vec<(String, String)>) -> String {
+    let last = lines.len() - 1;
+    for (code, _) in &mut lines[..last] {
+        code.push(',');
+    }
+    aligned(&lines)
+}
+
+/// Lines of code, their comments below one another.
+fn aligned(lines: &[(String, String)]) -> String {
+    let padding = lines.iter().map(|(code, _)| code.len()).max().unwrap_or(0);
+    let line = |(code, about): &(String, String)| commented(4, code, padding, about);
+    lines.iter().map(line).collect()
+}
+
+/// The ports. Clock and reset are explained in the top module only.
+fn port_list(module: &Module, is_top: bool) -> String {
+    let ports: Vec<&Signal> = module.ports.iter().map(|id| &module.signals[*id]).collect();
+    let range_width = ports.iter().map(|port| range(port.width).len()).max();
+    let range_width = range_width.unwrap_or(0);
+    let mut lines = Vec::new();
+    for port in &ports {
+        let kind = if port.role == Role::Input {
             "input  wire"
         } else if is_output_register(module, &port.name) {
             "output reg "
         } else {
             "output wire"
         };
-        let comma = if index + 1 < module.ports.len() {
-            ","
-        } else {
-            ""
-        };
-        let name = format!("{}{comma}", port.name);
+        let space = if range_width > 0 { " " } else { "" };
         let range = range(port.width);
-        let _ = writeln!(
-            out,
-            "    {direction} {range:range_width$} {name:name_width$} // {}",
-            port.about
-        );
+        let code = format!("{kind}{space}{range:range_width$} {}", port.name);
+        let is_said = is_top || !is_clock_or_reset(port);
+        let about = if is_said { port.about.as_str() } else { "" };
+        lines.push((code, about.to_owned()));
+    }
+    let listed = listed(lines);
+    let mut out = String::new();
+    let mut before: Option<&Signal> = None;
+    let mut printed = listed.lines();
+    for port in ports {
+        if before.is_some_and(|before| group_of(before) != group_of(port)) {
+            out.push('\n');
+        }
+        if let Some(heading) = &port.heading
+            && before.and_then(|before| before.heading.as_ref()) != Some(heading)
+        {
+            let _ = writeln!(out, "    // {heading}");
+        }
+        before = Some(port);
+        // A line of code ends what is printed of a port.
+        for line in printed.by_ref() {
+            let _ = writeln!(out, "{line}");
+            if !line.trim_start().starts_with("//") {
+                break;
+            }
+        }
     }
     out.push_str(");\n");
     out
+}
+
+fn is_clock_or_reset(port: &Signal) -> bool {
+    matches!(port.name.as_str(), "i_clk" | "i_rst")
+}
+
+/// What stands together in a list of ports.
+fn group_of(port: &Signal) -> (Option<&str>, bool, bool) {
+    match &port.heading {
+        Some(heading) => (Some(heading), false, false),
+        None => (None, is_clock_or_reset(port), port.role == Role::Input),
+    }
 }
 
 fn is_output_register(module: &Module, name: &str) -> bool {
@@ -157,30 +179,23 @@ fn is_output_register(module: &Module, name: &str) -> bool {
         .any(|(q, _)| module.signals[*q].name == name)
 }
 
-/// The heading that a port names, or one by its direction.
-fn port_heading(port: &Signal) -> &str {
-    match (&port.heading, port.role) {
-        (Some(heading), _) => heading,
-        (None, _) if matches!(port.name.as_str(), "i_clk" | "i_rst") => "Clock and reset",
-        (None, Role::Input) => "Inputs",
-        (None, _) => "Outputs",
-    }
-}
-
 fn constants(this: &ModuleType) -> String {
+    let own = this.parameters.iter();
+    let own: Vec<_> = own.filter(|p| !p.is_handed_on && !p.varies()).collect();
     let mut out = String::new();
-    for parameter in &this.parameters {
-        if parameter.is_handed_on || parameter.varies() {
-            continue;
+    for group in own.chunk_by(|a, b| a.heading == b.heading) {
+        out.push('\n');
+        if let Some(heading) = &group[0].heading {
+            out.push_str(&commented(4, &format!("// {heading}"), 0, ""));
         }
-        let _ = writeln!(
-            out,
-            "\n    // {}\n    localparam {}{} = {};",
-            parameter.about,
-            spaced(&range(parameter.width)),
-            parameter.name,
-            literal(parameter.values[0], parameter.width),
-        );
+        let names = group.iter().map(|p| p.name.len()).max().unwrap_or(0);
+        let line = |p: &&Parameter| {
+            let range = spaced(&range(p.width));
+            let value = literal(p.values[0], p.width);
+            let code = format!("localparam {range}{:names$} = {value};", p.name);
+            (code, p.about.clone())
+        };
+        out.push_str(&aligned(&group.iter().map(line).collect::<Vec<_>>()));
     }
     for table in &this.module.tables {
         let contents = &this.module.signals[table.contents];
@@ -193,6 +208,35 @@ fn constants(this: &ModuleType) -> String {
             table_literal(&table.bits, contents.width as usize),
         );
     }
+    out
+}
+
+/// The checks of constants, which synthesis does not see.
+fn checks(this: &ModuleType) -> String {
+    let checks = &this.module.description.checks;
+    if checks.is_empty() {
+        return String::new();
+    }
+    let mut out = "\n`ifndef SYNTHESIS\n".to_owned();
+    for check in checks {
+        let StateCheck {
+            taps,
+            first,
+            shifts,
+            last,
+        } = check;
+        let taps = taps.to_uppercase();
+        let own = this.parameters.iter().find(|p| p.name == taps);
+        let width = own.map_or(0, |p| p.width);
+        let _ = writeln!(
+            out,
+            "    lfsr_check #(\n        .WIDTH({width}), .TAPS({taps}), .SHIFTS(64'd{shifts}),\n        \
+             .FIRST({}), .LAST({})\n    ) {last}_check ();",
+            first.to_uppercase(),
+            last.to_uppercase(),
+        );
+    }
+    out.push_str("`endif\n");
     out
 }
 
@@ -238,11 +282,8 @@ fn module_body_with(module: &Module, instance_head: &dyn Fn(usize) -> String) ->
             } else {
                 ""
             };
-            let _ = writeln!(
-                out,
-                "        .{port:port_width$} ({}){comma}",
-                expression(value, module)
-            );
+            let value = format!("({}){comma}", expression(value, module));
+            push_broken(&mut out, 8, &format!(".{port:port_width$}"), &value);
         }
         out.push_str("    );\n");
     }
@@ -291,49 +332,37 @@ fn declarations(module: &Module) -> String {
         .chain(wires)
         .filter(|(_, signal)| !is_port_name(&signal.name))
         .collect();
-    let mut out = String::new();
     if declared.is_empty() {
-        return out;
+        return String::new();
     }
-    let range_width = declared
-        .iter()
-        .map(|(_, s)| range(s.width).len())
-        .max()
-        .unwrap_or(0);
-    let name_width = declared
-        .iter()
-        .map(|(_, s)| s.name.len() + 1)
-        .max()
-        .unwrap_or(0);
-    out.push('\n');
-    for (kind, signal) in declared {
+    let range_width = declared.iter().map(|(_, s)| range(s.width).len()).max();
+    let range_width = range_width.unwrap_or(0);
+    let space = if range_width > 0 { " " } else { "" };
+    let line = |(kind, signal): (&str, &Signal)| {
         let range = range(signal.width);
-        let name = format!("{};", signal.name);
-        let space = if range_width > 0 { " " } else { "" };
-        let line = format!(
-            "    {kind} {range:range_width$}{space}{name:name_width$} // {}",
-            signal.about
-        );
-        let line = line.trim_end_matches("// ").trim_end();
-        let _ = writeln!(out, "{line}");
-    }
-    out
+        let code = format!("{kind} {range:range_width$}{space}{};", signal.name);
+        // The port of the instance says it.
+        let is_said = !matches!(signal.role, Role::InstanceOutput(_));
+        let about = if is_said { signal.about.as_str() } else { "" };
+        (code, about.to_owned())
+    };
+    let lines: Vec<_> = declared.into_iter().map(line).collect();
+    format!("\n{}", aligned(&lines))
 }
 
 fn assignments(module: &Module) -> String {
     let mut out = String::new();
-    for Assign {
-        target,
-        value,
-        comments,
-    } in &module.assigns
-    {
-        if out.is_empty() || !comments.is_empty() {
+    for Assign { target, value } in &module.assigns {
+        if out.is_empty() {
             out.push('\n');
         }
-        push_comments(&mut out, comments, 4);
-        let target = &module.signals[*target].name;
-        push_assignment(&mut out, 4, &format!("assign {target} ="), value, module);
+        let head = format!("assign {} =", module.signals[*target].name);
+        push_broken(
+            &mut out,
+            4,
+            &head,
+            &format!("{};", expression(value, module)),
+        );
     }
     out
 }

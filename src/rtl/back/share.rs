@@ -29,6 +29,8 @@ pub struct Parameter {
     pub width: u32,
     /// Description.
     pub about: String,
+    /// Heading over it.
+    pub heading: Option<String>,
     /// Value in each instance of the module, in the order of the design.
     pub values: Vec<u128>,
     /// Whether it belongs to a module below.
@@ -36,6 +38,13 @@ pub struct Parameter {
 }
 
 impl Parameter {
+    /// What stands beside it in the module's list of parameters.
+    pub fn said(&self) -> String {
+        let parts = [self.heading.as_deref().unwrap_or(""), &self.about];
+        let parts = parts.into_iter().filter(|part| !part.is_empty());
+        parts.collect::<Vec<_>>().join("; ")
+    }
+
     /// Whether instances differ in it.
     pub fn varies(&self) -> bool {
         self.values.iter().any(|v| *v != self.values[0])
@@ -62,12 +71,27 @@ pub fn modules_of(top: &Scope, made_by: &str) -> Result<Vec<ModuleText>, Refusal
     let mut types = Vec::new();
     register(top, &mut types)?;
     make_names_unique(&mut types);
-    Ok((0..types.len())
-        .map(|index| ModuleText {
-            name: types[index].name.clone(),
-            text: module_text(&types, index, made_by),
-        })
-        .collect())
+    let checks = types
+        .iter()
+        .any(|t| !t.module.description.checks.is_empty());
+    let lfsr_check = checks.then(|| lfsr_check(made_by));
+    let own = (0..types.len()).map(|index| ModuleText {
+        name: types[index].name.clone(),
+        text: module_text(&types, index, made_by),
+    });
+    Ok(lfsr_check.into_iter().chain(own).collect())
+}
+
+/// The module that the checks of LFSRs' states are instances of.
+fn lfsr_check(made_by: &str) -> ModuleText {
+    ModuleText {
+        name: "lfsr_check".to_owned(),
+        text: include_str!("lfsr_check.v").replacen(
+            "//\n\n",
+            &format!("//\n// Made by  {made_by}\n\n"),
+            1,
+        ),
+    }
 }
 
 /// Adds `scope` as an instance of a module, old or new; returns the module
@@ -101,7 +125,7 @@ fn register(
         module.description,
         parameters
             .iter()
-            .map(|p| (&p.name, p.width, &p.about))
+            .map(|p| (&p.name, p.width, &p.about, &p.heading))
             .collect::<Vec<_>>(),
         module_body(&module),
     );
@@ -130,6 +154,7 @@ fn parameter(atom: &AtomInfo, name: &str) -> Parameter {
         name: name.to_owned(),
         width: atom.width,
         about: atom.about.clone(),
+        heading: atom.heading.clone(),
         values: vec![atom.value],
         is_handed_on: false,
     }

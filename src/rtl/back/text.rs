@@ -7,8 +7,11 @@ use super::lower::Statement;
 use super::module::Module;
 use super::signals::Reset;
 
-/// Characters in a line, where the code allows.
+/// Characters in a line of code, where the code allows.
 pub const LINE_WIDTH: usize = 96;
+
+/// Characters in a line with a comment beside its code.
+const LINE_WIDTH_BESIDE: usize = 100;
 
 /// Words in lines of at most `width` characters.
 pub fn wrapped(text: &str, width: usize) -> Vec<String> {
@@ -27,47 +30,82 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// Comments on lines of their own.
-pub fn push_comments(out: &mut String, comments: &[String], indent: usize) {
-    for comment in comments {
-        for line in wrapped(comment, LINE_WIDTH - 3 - indent) {
-            let _ = writeln!(out, "{:indent$}// {line}", "");
-        }
+/// Code, and what is said of it: beside it, or above it where the line is too short.
+pub fn commented(indent: usize, code: &str, padding: usize, about: &str) -> String {
+    if about.is_empty() {
+        return format!("{:indent$}{code}\n", "");
     }
+    let beside = format!("{:indent$}{code:padding$} // {about}\n", "");
+    if beside.len() <= LINE_WIDTH_BESIDE + 1 {
+        return beside;
+    }
+    let mut out = String::new();
+    for line in wrapped(about, LINE_WIDTH - 3 - indent) {
+        let _ = writeln!(out, "{:indent$}// {line}", "");
+    }
+    let _ = writeln!(out, "{:indent$}{code}", "");
+    out
 }
 
-/// An assignment, its operands on lines of their own where one line is too
-/// short.
-pub fn push_assignment(out: &mut String, indent: usize, head: &str, value: &Expr, module: &Module) {
-    let one_line = format!("{:indent$}{head} {};", "", expression(value, module));
+/// `head rest` on one line, or `rest` on lines below it: broken after commas and
+/// before operators, in as few brackets as will do, and rather after commas.
+pub fn push_broken(out: &mut String, indent: usize, head: &str, rest: &str) {
+    let one_line = format!("{:indent$}{head} {rest}", "");
     if one_line.len() <= LINE_WIDTH {
         let _ = writeln!(out, "{one_line}");
         return;
     }
-    let more = indent + 4;
-    let _ = match value {
-        Expr::Binary(op, left, right) => writeln!(
-            out,
-            "{:indent$}{head}\n{:more$}{}\n{:more$}{} {};",
-            "",
-            "",
-            operand(left, Some(*op), module),
-            "",
-            symbol(*op),
-            operand(right, Some(*op), module)
-        ),
-        Expr::Mux { test, yes, no } => writeln!(
-            out,
-            "{:indent$}{head}\n{:more$}{} ? {}\n{:more$}: {};",
-            "",
-            "",
-            operand(test, None, module),
-            operand(yes, None, module),
-            "",
-            operand(no, None, module)
-        ),
-        _ => writeln!(out, "{one_line}"),
-    };
+    let _ = writeln!(out, "{:indent$}{head}", "");
+    let indent = indent + 4;
+    let width = LINE_WIDTH - indent;
+    let worst = gaps(rest).map(|(_, rank)| rank).max().unwrap_or(0);
+    let lines = (0..worst)
+        .map(|rank| filled(rest, rank, width))
+        .find(|lines| lines.iter().all(|line| line.len() <= width))
+        .unwrap_or_else(|| filled(rest, worst, width));
+    for line in lines {
+        let _ = writeln!(out, "{:indent$}{line}", "");
+    }
+}
+
+/// `text` in lines of at most `width`, broken at gaps of at most `rank`.
+fn filled(text: &str, rank: usize, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    let mut start = 0;
+    let ends = gaps(text).filter(|gap| gap.1 <= rank).map(|gap| gap.0);
+    for end in ends.chain([text.len()]) {
+        let piece = text[start..end].trim();
+        start = end;
+        let line = lines.last_mut().expect("there is always a line");
+        if line.is_empty() {
+            line.push_str(piece);
+        } else if line.len() + 1 + piece.len() <= width {
+            line.push(' ');
+            line.push_str(piece);
+        } else {
+            lines.push(piece.to_owned());
+        }
+    }
+    lines
+}
+
+/// Spaces at which a line may break, and how bad that is: twice the brackets that are open
+/// there, and one before an operator.
+fn gaps(text: &str) -> impl Iterator<Item = (usize, usize)> {
+    let mut depth = 0;
+    text.char_indices().filter_map(move |(at, character)| {
+        match character {
+            '(' | '{' => depth += 1,
+            ')' | '}' => depth -= 1,
+            _ => {}
+        }
+        let next = text[at..].chars().nth(1);
+        let is_operator = next.is_some_and(|c| "&|^+-=!<>?:".contains(c));
+        let before_operator = is_operator && text[at + 2..].contains(' ');
+        let after_comma = text[..at].ends_with(',');
+        let breaks = character == ' ' && (after_comma || before_operator);
+        breaks.then_some((at, 2 * depth + usize::from(!after_comma)))
+    })
 }
 
 /// The `always` of all registers; empty if there are none.
@@ -88,60 +126,59 @@ pub fn clocked_block(module: &Module) -> String {
         out.push_str("        end\n    end\n");
         return out;
     }
-    out.push_str("        end else begin\n");
-    push_statements(&mut out, &module.clocked, 12, module);
-    out.push_str("        end\n    end\n");
+    match module.clocked.as_slice() {
+        [Statement::If { test, yes, no }] => {
+            push_if(&mut out, "end else if", (test, yes, no), 8, module);
+        }
+        block => {
+            out.push_str("        end else begin\n");
+            push_statements(&mut out, block, 12, module);
+            out.push_str("        end\n");
+        }
+    }
+    out.push_str("    end\n");
     out
 }
 
 fn push_statements(out: &mut String, block: &[Statement], indent: usize, module: &Module) {
     for statement in block {
         match statement {
-            Statement::Assign {
-                target,
-                value,
-                comments,
-            } => {
-                push_comments(out, comments, indent);
+            Statement::Assign { target, value } => {
                 let head = format!("{} <=", module.register_of(*target).name);
-                push_assignment(out, indent, &head, value, module);
+                let value = format!("{};", expression(value, module));
+                push_broken(out, indent, &head, &value);
             }
-            Statement::If { comments, .. } => {
-                push_comments(out, comments, indent);
-                let _ = write!(out, "{:indent$}", "");
-                push_if(out, statement, indent, module);
-            }
+            Statement::If { test, yes, no } => push_if(out, "if", (test, yes, no), indent, module),
         }
     }
 }
 
-fn push_if(out: &mut String, statement: &Statement, indent: usize, module: &Module) {
-    let Statement::If { test, yes, no, .. } = statement else {
-        return;
-    };
+/// An `if` under `head`, which is `if` or `end else if`.
+fn push_if(
+    out: &mut String,
+    head: &str,
+    (test, yes, no): (&Expr, &[Statement], &[Statement]),
+    indent: usize,
+    module: &Module,
+) {
     if yes.is_empty() {
         let inverted = Expr::Unary(UnaryOp::Not, Box::new(test.clone()));
-        let _ = writeln!(out, "if ({}) begin", expression(&inverted, module));
-        push_statements(out, no, indent + 4, module);
-        let _ = writeln!(out, "{:indent$}end", "");
-        return;
+        return push_if(out, head, (&inverted, no, &[]), indent, module);
     }
-    let _ = writeln!(out, "if ({}) begin", expression(test, module));
+    let test = format!("({}) begin", expression(test, module));
+    push_broken(out, indent, head, &test);
     push_statements(out, yes, indent + 4, module);
-    match no.as_slice() {
-        [] => {
-            let _ = writeln!(out, "{:indent$}end", "");
-        }
-        [nested @ Statement::If { comments, .. }] if comments.is_empty() => {
-            let _ = write!(out, "{:indent$}end else ", "");
-            push_if(out, nested, indent, module);
+    match no {
+        [] => {}
+        [Statement::If { test, yes, no }] => {
+            return push_if(out, "end else if", (test, yes, no), indent, module);
         }
         block => {
             let _ = writeln!(out, "{:indent$}end else begin", "");
             push_statements(out, block, indent + 4, module);
-            let _ = writeln!(out, "{:indent$}end", "");
         }
     }
+    let _ = writeln!(out, "{:indent$}end", "");
 }
 
 /// A sized literal.
@@ -176,6 +213,9 @@ pub fn expression(expr: &Expr, module: &Module) -> String {
     let name = |id: &usize| &module.signals[*id].name;
     match expr {
         Expr::Signal { id, .. } => name(id).clone(),
+        Expr::Slice { id, high, low: 0 } if high + 1 == module.signals[*id].width => {
+            name(id).clone()
+        }
         Expr::Slice { id, high, low } if high == low => format!("{}[{low}]", name(id)),
         Expr::Slice { id, high, low } => format!("{}[{high}:{low}]", name(id)),
         Expr::Literal { value, width } => literal(*value, *width),

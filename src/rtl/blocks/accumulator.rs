@@ -58,8 +58,7 @@ impl Accumulator {
                  which keeps multiplexers out of the carry chain, and wrapping does no harm to a \
                  difference.",
         )
-        .fact("Latency", "1 clock to the total, 1 more to o_count")
-        .fact("Rate", "one addend per clock");
+        .fact("Latency", "1 clock to the total, 1 more to o_count");
         if place.has_lower || place.has_higher {
             about = about.note(
                 "It is a segment of a wider total: carry and borrow reach the next segment one \
@@ -83,7 +82,7 @@ impl Accumulator {
                 place.has_higher,
                 Local::word(bits + 2, "the new total and, signed, what leaves it"),
             ),
-            difference: Local::word(difference_bits, "growth since the last dump"),
+            difference: Local::word(difference_bits, ""),
             total: Register::word(bits, 0, "sum of all addends, modulo its width"),
             base: Register::word(bits, 0, "total at the last dump"),
             growth: Optional::new(

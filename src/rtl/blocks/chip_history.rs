@@ -16,10 +16,10 @@ pub struct ChipHistory {
     pub i_rst: Input<bool>,
     /// next chip of the reference
     pub i_chip: Input<bool>,
-    /// last clock of a phase step
+    /// last chip of a phase step
     #[when(plan.geometry.chips() > 0)]
-    pub i_step_end: Optional<Input<bool>>,
-    /// last clock of a step after which the delay grows by a chip more
+    pub i_last_chip: Optional<Input<bool>>,
+    /// last chip of a step; the next delays by a chip more
     #[when(plan.geometry.grows_by_samples())]
     pub i_wrap: Optional<Input<bool>>,
     /// a scan begins with the next clock
@@ -32,7 +32,7 @@ pub struct ChipHistory {
     pub o_chips: Output<Word>,
     #[is(describe(plan.geometry))]
     about: About,
-    /// Reference chips after reset and at a scan's start
+    /// after reset and at a scan's start
     #[width(plan.kept())]
     #[value(plan.start.chips)]
     chips_load: Constant,
@@ -48,10 +48,8 @@ pub struct ChipHistory {
     #[when(plan.replays())]
     #[width(plan.replayed().max(1))]
     replays: Optional<Register<Word>>,
-    /// the reference generator waits
     #[when(plan.replays())]
     hold: Optional<Local<bool>>,
-    /// chip that comes next
     #[when(plan.replays())]
     chip: Optional<Local<bool>>,
     plan: Plan<HistoryPlan>,
@@ -108,16 +106,14 @@ fn describe(geometry: PhaseGeometry) -> About {
              them; those come again from a register while the generator waits.",
         );
     }
-    about
-        .fact("Latency", "1 clock from i_chip to o_chips")
-        .fact("Rate", "one chip per clock")
+    about.fact("Latency", "1 clock from i_chip to o_chips")
 }
 
 #[kernel]
 impl Logic for ChipHistory {
     fn update(&mut self) {
         dff_setup!(self, i_clk, chips);
-        if self.i_step_end.is_present() {
+        if self.i_last_chip.is_present() {
             self.advance();
             self.grow();
         } else {
@@ -143,7 +139,7 @@ impl Logic for ChipHistory {
         if self.plan.replays() {
             dff_setup!(self, i_clk, saved, replays);
             let top = self.plan.replayed().saturating_sub(1);
-            self.hold.next = self.i_step_end.val() | self.replays.q.val().get_bit(top);
+            self.hold.next = self.i_last_chip.val() | self.replays.q.val().get_bit(top);
             if self.replays.q.val().get_bit(top) {
                 self.chip.next = self.saved.q.val().get_bit(top);
             } else {
@@ -153,14 +149,14 @@ impl Logic for ChipHistory {
             self.saved.d.next = self.saved.q.val() << 1;
             self.replays.d.next = self.replays.q.val() << 1;
         } else {
-            self.o_advance.next = !self.i_step_end.val();
+            self.o_advance.next = !self.i_last_chip.val();
         }
     }
 
     /// The delay grows by whole chips, and by one more when the lanes wrap.
     fn grow(&mut self) {
         let back = self.plan.step_chips();
-        if self.i_step_end.val() {
+        if self.i_last_chip.val() {
             self.chips.d.next = self.chips.q.val() >> back.saturating_sub(1);
             if self.plan.replays() {
                 self.save();

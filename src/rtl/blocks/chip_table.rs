@@ -14,11 +14,10 @@ pub struct ChipTableGenerator {
     pub io: CodePorts,
     #[is(describe(plan))]
     about: About,
-    /// Index of the chip that reset gives
+    /// that reset gives
     #[width(plan.index_bits())]
     #[value(plan.load)]
     index_load: Constant,
-    /// Index of the last chip
     #[width(plan.index_bits())]
     #[value(plan.last())]
     last_index: Constant,
@@ -61,7 +60,6 @@ fn describe(plan: &TablePlan) -> About {
     About::new("chip_table_generator", "code given chip by chip")
         .fact("Period", format!("{} chips", plan.chips.len()))
         .fact("Latency", "0 clocks from register to o_chip")
-        .fact("Rate", "one chip per clock with i_advance high")
 }
 
 #[kernel]

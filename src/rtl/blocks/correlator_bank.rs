@@ -1,6 +1,7 @@
 //! Correlators of some phase steps that share their light.
 
 use super::UpdownCorrelator;
+use super::scan_controller::dump_about;
 use crate::rtl::front::prelude::*;
 use crate::sensor::contract::CountSegments;
 
@@ -63,12 +64,9 @@ impl CorrelatorBank {
             ),
             i_window: Input::word(
                 window_bits,
-                "reference of each sample; the last step's samples are the lowest",
+                "reference of each sample; the last step's lowest",
             ),
-            i_dump: Input::word(
-                segments.count,
-                "the totals have just taken in a group's last hits, segment by segment",
-            ),
+            i_dump: Input::word(segments.count, dump_about(segments.count)),
             o_count: (0..steps)
                 .map(|step| Output::word(segments.bits(), format!("count of step {step}, signed")))
                 .collect(),
@@ -87,27 +85,15 @@ impl CorrelatorBank {
             ),
             about: describe(steps, has_next),
             reference: (0..steps)
-                .map(|_| Wiring::new(lanes as usize, all_lanes(), "reference of a step's samples"))
+                .map(|_| Wiring::new(lanes as usize, all_lanes(), ""))
                 .collect(),
             correlator: (0..steps)
                 .map(|_| UpdownCorrelator::new(lanes, segments))
                 .collect(),
-            hits: Optional::new(
-                has_next,
-                Register::word(pairs, 0, "i_hits for the next bank"),
-            ),
-            early: Optional::new(
-                has_next && has_pairs,
-                Register::word(pairs, 0, "i_early for the next bank"),
-            ),
-            window: Optional::new(
-                has_next,
-                Register::word(next_bits, 0, "i_window for the next bank"),
-            ),
-            dump: Optional::new(
-                has_next,
-                Register::word(segments.count, 0, "i_dump for the next bank"),
-            ),
+            hits: Optional::new(has_next, Register::word(pairs, 0, "")),
+            early: Optional::new(has_next && has_pairs, Register::word(pairs, 0, "")),
+            window: Optional::new(has_next, Register::word(next_bits, 0, "")),
+            dump: Optional::new(has_next, Register::word(segments.count, 0, "")),
             _lanes: lanes as usize,
             _steps: steps as usize,
             _last_tap: rest as usize - 1,

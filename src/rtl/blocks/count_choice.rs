@@ -32,7 +32,6 @@ pub struct CountChoice {
     })]
     #[width(plan.bits)]
     up_to: Vec<Local<Word>>,
-    /// the count whose turn it was, or 0
     #[width(plan.bits)]
     chosen: Register<Word>,
     plan: Plan<ChoicePlan>,
@@ -55,9 +54,7 @@ impl CountChoice {
 }
 
 fn describe() -> About {
-    About::new("count_choice", "one of several counts")
-        .fact("Latency", "1 clock")
-        .fact("Rate", "one choice per clock")
+    About::new("count_choice", "one of several counts").fact("Latency", "1 clock")
 }
 
 #[kernel]

@@ -18,11 +18,9 @@ pub struct CountClamp {
     pub o_clamped: Output<bool>,
     #[is(describe())]
     about: About,
-    /// Largest count
     #[width(plan.count_bits)]
     #[value((1 << (plan.count_bits - 1)) - 1)]
     largest: Constant,
-    /// Smallest count
     #[width(plan.count_bits)]
     #[value(1 << (plan.count_bits - 1))]
     smallest: Constant,

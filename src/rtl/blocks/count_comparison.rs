@@ -31,11 +31,9 @@ pub struct CountComparison {
     /// the other one with the count's sign
     #[width(plan.count_bits)]
     unsigned_other: Local<Word>,
-    /// piece of the count
     #[each(size in plan.sizes.iter().copied())]
     #[width(size)]
     count_bits: Vec<Wiring>,
-    /// piece of the other one
     #[each(size in plan.sizes.iter().copied())]
     #[width(size)]
     other_bits: Vec<Wiring>,

@@ -26,14 +26,13 @@ pub struct CountPiece {
     pub o_greater: Output<bool>,
     #[is(describe(plan))]
     about: About,
-    /// Sign of the difference
+    /// sign of the difference
     #[width(plan.difference_bits())]
     #[value(1 << (plan.difference_bits() - 1))]
     negative: Constant,
     /// the other one less the count, negative if the count is greater
     #[width(plan.difference_bits())]
     difference: Local<Word>,
-    /// the count was greater by the bits so far
     greater: Register<bool>,
     plan: Plan<PiecePlan>,
 }

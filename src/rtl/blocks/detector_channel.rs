@@ -1,6 +1,7 @@
 //! What belongs to one detector.
 
 use super::phase_geometry::{PhaseGeometry, ReferenceStart};
+use super::scan_controller::dump_about;
 use super::{
     CodeSource, CorrelatorBank, CountClamp, EdgeDetector, HitCounter, PhaseStepper,
     UpdownCorrelator,
@@ -20,10 +21,10 @@ pub struct DetectorChannel {
     pub i_samples: Input<Word>,
     /// The present clock belongs to a scan.
     pub i_run: Input<bool>,
-    /// The next clock is the last of a group of steps.
-    pub i_step_ends: Optional<Input<bool>>,
-    /// Last clock of a group of steps.
-    pub i_step_end: Input<bool>,
+    /// The present chip is the last but one of a group of steps.
+    pub i_pre_last_chip: Optional<Input<bool>>,
+    /// Last chip of a group of steps.
+    pub i_last_chip: Input<bool>,
     /// First clock of a scan comes next.
     pub i_start: Optional<Input<bool>>,
     /// A group's last hits are in; one bit for each segment of the count.
@@ -80,17 +81,14 @@ impl DetectorChannel {
             i_clk: Input::bit("one chip per cycle"),
             i_rst: Input::bit("synchronous, active high"),
             i_samples: Input::word(lanes, "level of the SPAD, bit 0 earliest"),
-            i_run: Input::bit("the present clock belongs to a scan"),
-            i_step_ends: Optional::new(
+            i_run: Input::bit("the present chip belongs to a scan"),
+            i_pre_last_chip: Optional::new(
                 looks_ahead && geometry.grows_by_samples(),
-                Input::bit("the next clock is the last of a phase step"),
+                Input::bit("the present chip is the last but one of a phase step"),
             ),
-            i_step_end: Input::bit("last clock of a phase step"),
+            i_last_chip: Input::bit("last chip of a phase step"),
             i_start: Optional::new(realigns, Input::bit("a scan begins with the next clock")),
-            i_dump: Input::word(
-                count_segments.count,
-                "the totals have just taken in a step's last hits, segment by segment",
-            ),
+            i_dump: Input::word(count_segments.count, dump_about(count_segments.count)),
             o_count: of_steps(contract.count_bits, "signed"),
             o_total: Optional::new(
                 contract.total.is_some(),
@@ -197,9 +195,9 @@ impl Logic for DetectorChannel {
         self.stepper.i_clk.next = self.i_clk.val();
         self.stepper.i_rst.next = self.i_rst.val();
         self.stepper.i_chip.next = self.reference.o_chip.val();
-        self.stepper.i_step_end.next = self.i_step_end.val();
-        for _ahead in 0..self.i_step_ends.count() {
-            self.stepper.i_step_ends[0].next = self.i_step_ends[0].val();
+        self.stepper.i_last_chip.next = self.i_last_chip.val();
+        for _ahead in 0..self.i_pre_last_chip.count() {
+            self.stepper.i_pre_last_chip[0].next = self.i_pre_last_chip[0].val();
         }
         for _realigns in 0..self.i_start.count() {
             self.reference.i_load[0].next = self.i_start[0].val();

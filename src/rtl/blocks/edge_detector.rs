@@ -26,22 +26,17 @@ pub struct EdgeDetector {
     pub o_early: Optional<Output<Word>>,
     #[is(describe())]
     about: About,
-    /// samples that are high after a low one
     #[width(plan.lanes)]
     rising: Local<Word>,
-    /// pairs with such a sample
     #[width(plan.pairs())]
     pairs: Wiring,
-    /// the earlier sample of each pair
     #[when(plan.has_pairs())]
     #[width(plan.pairs())]
     earlier: Optional<Wiring>,
-    /// last sample of the word before
+    /// of the word before
     last_sample: Register<bool>,
-    /// pairs of samples with a high one after a low one
     #[width(plan.pairs())]
     hits: Register<Word>,
-    /// the hit is the earlier sample of its pair
     #[when(plan.has_pairs())]
     #[width(plan.pairs())]
     early: Optional<Register<Word>>,
@@ -87,7 +82,6 @@ fn describe() -> About {
          a scan is no hit of it.",
     )
     .fact("Latency", "1 clock")
-    .fact("Rate", "one word per clock")
 }
 
 #[kernel]

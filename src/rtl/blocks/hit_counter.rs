@@ -1,6 +1,7 @@
 //! Counts hits, whatever their sign.
 
 use super::accumulator::Place;
+use super::scan_controller::dump_about;
 use super::{Accumulator, QuadCounter};
 use crate::rtl::front::prelude::*;
 use crate::sensor::contract::{CountSegments, TotalCount};
@@ -59,10 +60,7 @@ impl HitCounter {
             i_clk: Input::bit("one word per cycle"),
             i_rst: Input::bit("synchronous, active high"),
             i_hits: Input::word(pairs, "pairs of samples with a hit"),
-            i_dump: Input::word(
-                segments.count,
-                "the total has just taken in a step's last hits, segment by segment",
-            ),
+            i_dump: Input::word(segments.count, dump_about(segments.count)),
             o_total: Output::word(bits, "hits of the last step, unsigned"),
             o_clamped: Optional::new(
                 plan.saturates(),
@@ -71,7 +69,7 @@ impl HitCounter {
             about: describe(levels, plan, segments),
             hit: Register::word(pairs, 0, "pairs with a hit"),
             hit_of_quad: (0..quads)
-                .map(|_| Wiring::new(4, vec![0, 1, 2, 3], "four pairs with a hit"))
+                .map(|_| Wiring::new(4, vec![0, 1, 2, 3], ""))
                 .collect(),
             quad: (0..quads).map(|_| QuadCounter::new()).collect(),
             sum: match (pairs, quads) {
@@ -138,8 +136,7 @@ fn describe(levels: u32, plan: TotalCount, segments: CountSegments) -> About {
                 "{} clocks from i_hits to o_total",
                 levels + 2 + segments.clocks()
             ),
-        )
-        .fact("Rate", "one word per clock");
+        );
     if plan.saturates() {
         about.note("A total of more bits than o_total has shows as all ones.")
     } else {

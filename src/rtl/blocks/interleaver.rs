@@ -14,7 +14,7 @@ pub struct Interleaver {
     pub io: CodePorts,
     #[is(describe(plan.depth))]
     about: About,
-    /// Sub-chip that reset gives
+    /// that reset gives
     #[width(plan.depth)]
     #[value(plan.load)]
     subchip_load: Constant,
@@ -60,7 +60,6 @@ fn describe(depth: u32) -> About {
         format!("{depth}: each chip of the generator {} times", 1 << depth),
     )
     .fact("Latency", "0 clocks from register to o_chip")
-    .fact("Rate", "one chip per clock with i_advance high")
 }
 
 #[kernel]

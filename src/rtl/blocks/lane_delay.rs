@@ -16,16 +16,16 @@ pub struct LaneDelay {
     /// reference chips, the present one in bit 0
     #[width(plan.chips())]
     pub i_chips: Input<Word>,
-    /// the next clock is the last of a phase step
+    /// the present chip is the last but one of a phase step
     #[when(plan.looks_ahead && plan.grows())]
-    pub i_step_ends: Optional<Input<bool>>,
-    /// last clock of a phase step
+    pub i_pre_last_chip: Optional<Input<bool>>,
+    /// last chip of a phase step
     #[when(plan.grows())]
-    pub i_step_end: Optional<Input<bool>>,
+    pub i_last_chip: Optional<Input<bool>>,
     /// a scan begins with the next clock
     #[when(plan.realigns && plan.grows())]
     pub i_start: Optional<Input<bool>>,
-    /// last clock of a step after which the delay grows by a chip more
+    /// last chip of a step; the next delays by a chip more
     #[when(plan.grows())]
     pub o_wrap: Optional<Output<bool>>,
     /// Reference of each sample; step p of a group of P takes it from bit
@@ -35,7 +35,7 @@ pub struct LaneDelay {
     pub o_window: Output<Word>,
     #[is(describe(plan.geometry))]
     about: About,
-    /// Delayed lanes after reset and at a scan's start
+    /// after reset and at a scan's start
     #[when(plan.grows())]
     #[width(plan.mask_width())]
     #[value(plan.first_mask())]
@@ -45,21 +45,20 @@ pub struct LaneDelay {
     #[width(plan.mask_width())]
     #[reset(plan.first_mask(), delayed_load)]
     delayed: Optional<Register<Word>>,
-    /// this clock ends a step, and the next delays by a chip more
+    /// this chip is a step's last, and the next delays by a chip more
     #[when(plan.looks_ahead && plan.grows())]
     wraps: Optional<Register<bool>>,
-    /// delayed lanes of the next step
+    /// those of the next step
     #[when(plan.grows())]
     #[sources(plan.longer(), plan.mask_width() + 1)]
     longer: Optional<Wiring>,
-    /// chip of a sample
+    /// chip of each sample
     #[sources(plan.present(), plan.chips())]
     present: Wiring,
-    /// chip of a sample that is delayed
+    /// chip of each sample that is delayed
     #[when(plan.grows())]
     #[sources(plan.previous(), plan.chips())]
     previous: Optional<Wiring>,
-    /// samples that are delayed
     #[when(plan.grows())]
     #[sources(plan.places(), plan.lanes())]
     takes_previous: Optional<Wiring>,
@@ -139,7 +138,7 @@ impl DelayPlan {
 }
 
 impl LaneDelay {
-    /// `looks_ahead` if `i_step_ends` is there; `realigns` adds the start of
+    /// `looks_ahead` if `i_pre_last_chip` is there; `realigns` adds the start of
     /// later scans.
     pub fn new(geometry: PhaseGeometry, looks_ahead: bool, realigns: bool) -> LaneDelay {
         LaneDelay::build(&DelayPlan {
@@ -154,7 +153,7 @@ impl LaneDelay {
 pub(super) fn window_about(parallel: u32) -> &'static str {
     match parallel {
         1 => "reference of each sample, bit 0 earliest",
-        _ => "reference of each sample, bit 0 earliest; the last step's samples are the lowest",
+        _ => "reference of each sample, bit 0 earliest; the last step's lowest",
     }
 }
 
@@ -170,9 +169,7 @@ fn describe(geometry: PhaseGeometry) -> About {
              full, the next step delays by one chip more.",
         );
     }
-    about
-        .fact("Latency", "1 clock from i_chips to o_window")
-        .fact("Rate", "one chip per clock")
+    about.fact("Latency", "1 clock from i_chips to o_window")
 }
 
 #[kernel]
@@ -214,15 +211,15 @@ impl Logic for LaneDelay {
         let full = self.plan.lanes() - 1 - self.plan.step_samples();
         if self.wraps.is_present() {
             dff_setup!(self, i_clk, wraps);
-            self.wraps.d.next = self.i_step_ends.val() & self.delayed.q.val().get_bit(full);
+            self.wraps.d.next = self.i_pre_last_chip.val() & self.delayed.q.val().get_bit(full);
             self.wrap.next = self.wraps.q.val();
         } else {
-            self.wrap.next = self.i_step_end.val() & self.delayed.q.val().get_bit(full);
+            self.wrap.next = self.i_last_chip.val() & self.delayed.q.val().get_bit(full);
         }
         if self.wrap.val() {
             self.delayed.d.next =
                 self.delayed.q.val() >> (self.plan.lanes() - self.plan.step_samples());
-        } else if self.i_step_end.val() {
+        } else if self.i_last_chip.val() {
             self.delayed.d.next = self.longer.o.val();
         }
         if self.i_start.is_present() {

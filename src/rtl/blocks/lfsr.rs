@@ -16,36 +16,39 @@ pub struct LfsrGenerator {
     pub io: CodePorts,
     #[is(describe(plan))]
     about: About,
-    #[about(taps_about("u"))]
+    #[under(plan.heading("u", &plan.u))]
+    #[about("")]
     #[width(plan.width())]
     #[value(tap_mask(&plan.u))]
     u_taps: Constant,
-    #[about(load_about("u", plan.width()))]
+    #[under(plan.heading("u", &plan.u))]
+    #[about(load_about(plan.width()))]
     #[width(plan.width())]
     #[value(state_at(&plan.u, plan.start))]
     u_load: Constant,
-    /// LFSR u one chip before that
+    #[under(plan.heading("u", &plan.u))]
+    #[about(format!("{} shifts on, one chip before the first comes again", plan.u.period() - 1))]
     #[width(plan.width())]
     #[value(state_at(&plan.u, plan.start + plan.u.period() - 1))]
     u_last: Constant,
     #[when(plan.v.is_some())]
-    #[about(taps_about("v"))]
+    #[under(plan.heading("v", plan.v()))]
+    #[about("")]
     #[width(plan.width())]
     #[value(tap_mask(plan.v()))]
     v_taps: Optional<Constant>,
     #[when(plan.v.is_some())]
-    #[about(load_about("v", plan.width()))]
+    #[under(plan.heading("v", plan.v()))]
+    #[about(load_about(plan.width()))]
     #[width(plan.width())]
     #[value(state_at(plan.v(), plan.start))]
     v_load: Optional<Constant>,
-    /// LFSR u
     #[width(plan.width())]
     #[reset(state_at(&plan.u, plan.start), u_load)]
     u: Register<Word>,
     /// the present chip is the one that reset gives
     #[reset(true)]
     epoch: Register<bool>,
-    /// LFSR v
     #[when(plan.v.is_some())]
     #[width(plan.width())]
     #[reset(state_at(plan.v(), plan.start), v_load)]
@@ -68,6 +71,12 @@ impl LfsrPlan {
 
     fn top(&self) -> usize {
         self.width() as usize - 1
+    }
+
+    /// What stands over the constants of an LFSR in the Verilog.
+    fn heading(&self, name: &str, lfsr: &Lfsr) -> String {
+        let polynomial = polynomial_text(&lfsr.exponents);
+        format!("{name}: an LFSR of the polynomial {polynomial} (exponents)")
     }
 
     /// The second LFSR; the first stands in for it where there is none.
@@ -99,36 +108,38 @@ impl LfsrGenerator {
 }
 
 fn describe(plan: &LfsrPlan) -> About {
-    let u = exponents(&plan.u);
     let about = match &plan.v {
         None => About::new(
             "m_sequence_generator",
             "m-sequence, one linear-feedback shift register",
-        )
-        .fact("Polynomial", u),
-        Some(v) => About::new(
+        ),
+        Some(_) => About::new(
             "gold_generator",
             "Gold code, the XOR of two linear-feedback shift registers",
-        )
-        .fact("Polynomials", format!("u {u}; v {}", exponents(v))),
+        ),
     };
     about
-        .note(
+        .note(format!(
             "Bit 0 of a register is its present chip, bit i the chip i clocks later; the \
-             feedback enters at the top. The epoch needs u only, because both registers have \
-             the same period, and is recognised one chip early, so that it comes from a register.",
-        )
+                 feedback enters at the top. The epoch {}is recognised one chip early, so that it \
+                 comes from a register.",
+            match plan.v {
+                None => "",
+                Some(_) => "needs u only, because both registers have the same period, and ",
+            }
+        ))
         .fact("Period", format!("{} chips", plan.u.period()))
         .fact("Latency", "0 clocks from register to o_chip")
-        .fact("Rate", "one chip per clock with i_advance high")
+        .check(StateCheck {
+            taps: "u_taps".to_owned(),
+            first: "u_load".to_owned(),
+            shifts: plan.u.period() - 1,
+            last: "u_last".to_owned(),
+        })
 }
 
-fn taps_about(name: &str) -> String {
-    format!("Taps of {name}: bit n - e for every exponent e > 0 of degree n")
-}
-
-fn load_about(name: &str, width: u32) -> String {
-    format!("First {width} chips of {name}, the earliest in bit 0")
+fn load_about(width: u32) -> String {
+    format!("the first {width} chips, the earliest in bit 0")
 }
 
 #[kernel]
@@ -170,10 +181,6 @@ impl Logic for LfsrGenerator {
             }
         }
     }
-}
-
-fn exponents(lfsr: &Lfsr) -> String {
-    format!("{} (exponents)", polynomial_text(&lfsr.exponents))
 }
 
 /// Bits of the state whose XOR is the chip that comes in: c[t + n] is the XOR

@@ -85,19 +85,16 @@ impl PeakDetector {
             o_count: Output::word(detectors * count_bits, "its count, signed"),
             o_valid: Output::bit("they have just changed"),
             about: describe(plan),
-            first_step: Constant::new(first_step, step_bits, "First phase step of a scan"),
+            first_step: Constant::new(first_step, step_bits, "of a scan"),
             one_before_top: Optional::new(
                 plan.wraps_after.is_some(),
                 Constant::new(
                     u128::from(plan.wraps_after.unwrap_or(1)).saturating_sub(1),
                     step_bits,
-                    "Phase step before the code period's last",
+                    "the step before the code period's last",
                 ),
             ),
-            first_turn: Optional::new(
-                several,
-                Constant::new(1, parallel, "Turn of a group's first count"),
-            ),
+            first_turn: Optional::new(several, Constant::new(1, parallel, "")),
             compares: Register::word(
                 compared,
                 0,
@@ -134,8 +131,8 @@ impl PeakDetector {
             done: Register::bit(false, "the scan's last count has been compared"),
             valid: Register::bit(false, "o_step and o_count have just changed"),
             maximum: (0..detectors).map(|_| RunningMaximum::new(plan)).collect(),
-            steps: packed(step_bits, "phase step of each detector's peak"),
-            counts: packed(count_bits, "count of each detector's peak"),
+            steps: packed(step_bits, ""),
+            counts: packed(count_bits, ""),
             _detectors: detectors as usize,
             _parallel: parallel as usize,
             _starts_at_top: usize::from(starts_at_top),

@@ -18,11 +18,11 @@ pub struct PhaseStepper {
     pub i_rst: Input<bool>,
     /// next chip of the reference
     pub i_chip: Input<bool>,
-    /// the next clock is the last of a phase step
+    /// the present chip is the last but one of a phase step
     #[when(plan.looks_ahead && plan.geometry.grows_by_samples())]
-    pub i_step_ends: Optional<Input<bool>>,
-    /// last clock of a phase step
-    pub i_step_end: Input<bool>,
+    pub i_pre_last_chip: Optional<Input<bool>>,
+    /// last chip of a phase step
+    pub i_last_chip: Input<bool>,
     /// a scan begins with the next clock
     #[when(plan.realigns)]
     pub i_start: Optional<Input<bool>>,
@@ -49,7 +49,7 @@ struct StepperPlan {
 }
 
 impl PhaseStepper {
-    /// `looks_ahead` if `i_step_ends` is there; `realigns` adds the start of
+    /// `looks_ahead` if `i_pre_last_chip` is there; `realigns` adds the start of
     /// later scans.
     pub fn new(
         geometry: PhaseGeometry,
@@ -70,8 +70,7 @@ fn describe(geometry: PhaseGeometry) -> About {
     let title = match geometry.parallel {
         1 => "the reference, delayed by one more sample with every phase step".to_owned(),
         parallel => format!(
-            "the reference for {parallel} phase steps at once, delayed by {parallel} more samples \
-             with every group"
+            "the reference for {parallel} phase steps at once, each group {parallel} samples later"
         ),
     };
     let mut about = About::new("phase_stepper", &title);
@@ -81,9 +80,7 @@ fn describe(geometry: PhaseGeometry) -> About {
              choice of a chip for each lane.",
         );
     }
-    about
-        .fact("Latency", "2 clocks from i_chip to o_window")
-        .fact("Rate", "one chip per clock")
+    about.fact("Latency", "2 clocks from i_chip to o_window")
 }
 
 #[kernel]
@@ -92,18 +89,18 @@ impl Logic for PhaseStepper {
         self.chips.i_clk.next = self.i_clk.val();
         self.chips.i_rst.next = self.i_rst.val();
         self.chips.i_chip.next = self.i_chip.val();
-        if self.chips.i_step_end.is_present() {
-            self.chips.i_step_end.next = self.i_step_end.val();
+        if self.chips.i_last_chip.is_present() {
+            self.chips.i_last_chip.next = self.i_last_chip.val();
         }
         self.lanes.i_clk.next = self.i_clk.val();
         self.lanes.i_rst.next = self.i_rst.val();
         self.lanes.i_chips.next = self.chips.o_chips.val();
-        if self.lanes.i_step_end.is_present() {
-            self.lanes.i_step_end.next = self.i_step_end.val();
+        if self.lanes.i_last_chip.is_present() {
+            self.lanes.i_last_chip.next = self.i_last_chip.val();
             self.chips.i_wrap.next = self.lanes.o_wrap.val();
         }
-        if self.i_step_ends.is_present() {
-            self.lanes.i_step_ends.next = self.i_step_ends.val();
+        if self.i_pre_last_chip.is_present() {
+            self.lanes.i_pre_last_chip.next = self.i_pre_last_chip.val();
         }
         if self.i_start.is_present() {
             self.chips.i_start.next = self.i_start.val();

@@ -23,17 +23,14 @@ pub struct QuadCounter {
     pub o_sum: Output<Word>,
     #[is(describe())]
     about: About,
-    /// two or three hits
+    /// or three
     two_hits: Local<bool>,
-    /// two or three hits that count down
+    /// or three
     two_downs: Local<bool>,
-    /// number of hits
     #[width(3)]
     hits: Register<Word>,
-    /// number of hits that count down
     #[width(3)]
     downs: Register<Word>,
-    /// hits that count up less hits that count down
     #[width(4)]
     sum: Register<Word>,
 }
@@ -58,7 +55,6 @@ fn describe() -> About {
              by two half adders whose sums and carries meet in one gate each.",
         )
         .fact("Latency", "2 clocks")
-        .fact("Rate", "four pairs per clock")
 }
 
 #[kernel]

@@ -18,7 +18,7 @@ pub struct ResultStream {
     /// Which of them were clamped.
     pub i_clamped: Vec<Input<bool>>,
     /// New counts are there in the next clock; if there are several.
-    pub i_counts: Optional<Input<bool>>,
+    pub i_pre_counted: Optional<Input<bool>>,
     /// New counts are there.
     pub i_counted: Input<bool>,
     /// They are the scan's last.
@@ -125,11 +125,6 @@ impl ResultStream {
                 format!("count of detector {detector}, step {step} of the group, signed")
             }
         };
-        let place_about = |place: usize| match place {
-            0 => "the result".to_owned(),
-            1 => "the result that comes next".to_owned(),
-            _ => format!("the result that comes {place} later"),
-        };
         // The last result but one of a group, and of a scan's last group unless
         // that has only one.
         let whole_end = counts.saturating_sub(2);
@@ -147,9 +142,9 @@ impl ResultStream {
                 .map(|detector| Input::word(total_bits, total_about(detector, detectors)))
                 .collect(),
             i_clamped: (0..if saturates { counts } else { 0 })
-                .map(|count| Input::bit(format!("clamped: {}", count_about(count))))
+                .map(|count| Input::bit(first_of(count, "count 0 was clamped, and so on")))
                 .collect(),
-            i_counts: Optional::new(
+            i_pre_counted: Optional::new(
                 counts > 1,
                 Input::bit("new counts are there in the next clock"),
             ),
@@ -163,7 +158,14 @@ impl ResultStream {
             o_saturated: Optional::new(saturates, Output::bit("a count was clamped since reset")),
             about: describe(plan),
             count: (0..counts)
-                .map(|count| Register::word(count_bits, 0, place_about(count)))
+                .map(|count| {
+                    let about = match count {
+                        0 => "the result",
+                        1 => "the results that come next",
+                        _ => "",
+                    };
+                    Register::word(count_bits, 0, about)
+                })
                 .collect(),
             total: Optional::new(
                 total.is_some(),
@@ -174,7 +176,10 @@ impl ResultStream {
                 .collect(),
             detector: (1..if further > 0 { counts } else { 1 })
                 .map(|place| {
-                    let about = format!("detector of {}, one-hot from 1", place_about(place));
+                    let about = first_of(
+                        place - 1,
+                        "detectors of those that come next, one-hot from 1",
+                    );
                     Register::word(further, 0, about)
                 })
                 .collect(),
@@ -187,8 +192,8 @@ impl ResultStream {
             ),
             next_ends: (0..if counts > 1 { counts } else { 0 })
                 .map(|count| {
-                    let after = place_about(count + 1);
-                    Register::bit(false, format!("{after} is the group's last"))
+                    let about = "the next one is its group's last; then those behind it";
+                    Register::bit(false, first_of(count, about))
                 })
                 .collect(),
             moves_up: Optional::new(
@@ -213,10 +218,7 @@ impl ResultStream {
                 saturates,
                 Register::bit(false, "a count was clamped since reset"),
             ),
-            clamped: Optional::new(
-                saturates,
-                Wiring::new(counts, (0..counts).collect(), "counts that were clamped"),
-            ),
+            clamped: Optional::new(saturates, Wiring::new(counts, (0..counts).collect(), "")),
             clamped_last: Optional::new(
                 saturates && is_short,
                 Wiring::new(
@@ -246,8 +248,8 @@ impl ResultStream {
                     "the count, signed, in whole bytes",
                 ),
             ),
-            blocked: Local::bit("results still wait"),
-            load: Local::bit("new counts are taken over"),
+            blocked: Local::bit(""),
+            load: Local::bit(""),
             _single: usize::from(counts == 1),
             _detectors: detectors as usize,
             _steps: steps as usize,
@@ -268,6 +270,11 @@ impl ResultStream {
             _further: further as usize,
         }
     }
+}
+
+/// Of a row of like signals only the first is explained.
+fn first_of(place: usize, about: &str) -> &str {
+    if place == 0 { about } else { "" }
 }
 
 fn total_about(detector: u32, detectors: u32) -> String {
@@ -319,9 +326,7 @@ fn describe(plan: StreamPlan) -> About {
     if plan.saturates {
         about = about.note("o_saturated stays high until reset.");
     }
-    about
-        .fact("Latency", "1 clock from i_counted to o_valid")
-        .fact("Rate", "one result per clock")
+    about.fact("Latency", "1 clock from i_counted to o_valid")
 }
 
 impl Logic for ResultStream {
@@ -363,10 +368,10 @@ impl Logic for ResultStream {
                 self.more[0].d.next = self.load.val() & !self.i_last.val();
             }
             for _apart in self._back_to_back..1 {
-                self.changes[0].d.next = self.i_counts[0].val();
+                self.changes[0].d.next = self.i_pre_counted[0].val();
             }
             for _back_to_back in 0..self._back_to_back {
-                self.changes[0].d.next = self.i_counts[0].val() & !self.load.val();
+                self.changes[0].d.next = self.i_pre_counted[0].val() & !self.load.val();
             }
             if self.more[0].q.val() {
                 self.more[0].d.next = !(self.i_ready.val() & self.next_ends[0].q.val());

@@ -70,7 +70,7 @@ impl RunningMaximum {
                 .collect(),
             i_turn: Optional::new(parallel > 1, Input::word(parallel, "whose turn it is")),
             i_compared: Input::bit("the present count has been compared"),
-            i_first: Input::bit("it is the scan's first"),
+            i_first: Input::bit("it is a scan's first"),
             i_step: Input::word(step_bits, "phase step of the count compared a clock ago"),
             i_done: Input::bit("the largest count so far is the scan's"),
             o_step: Output::word(step_bits, "phase step of the last scan's peak"),
@@ -78,13 +78,7 @@ impl RunningMaximum {
             about: describe(plan),
             turns: choices
                 .iter()
-                .map(|&counts| {
-                    Wiring::new(
-                        counts as usize,
-                        (0..counts as usize).collect(),
-                        "turns of some counts",
-                    )
-                })
+                .map(|&counts| Wiring::new(counts as usize, (0..counts as usize).collect(), ""))
                 .collect(),
             choice: choices
                 .iter()

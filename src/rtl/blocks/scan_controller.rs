@@ -19,109 +19,110 @@ pub struct ScanController {
     /// the next clock is the first of a code period
     #[when(plan.realigns)]
     pub i_epoch: Optional<Input<bool>>,
-    /// the present clock belongs to a scan
+    /// the present chip belongs to a scan
     pub o_run: Output<bool>,
-    /// the next clock is the last of a phase step
+    /// it is the last but one of a phase step
     #[when(plan.looks_ahead())]
-    pub o_step_ends: Optional<Output<bool>>,
-    /// last clock of a phase step
-    pub o_step_end: Output<bool>,
+    pub o_pre_last_chip: Optional<Output<bool>>,
+    /// it is the last of a phase step
+    pub o_last_chip: Output<bool>,
     /// a scan begins with the next clock
     #[when(plan.realigns)]
     pub o_start: Optional<Output<bool>>,
-    /// the total has just taken in a step's last hits, segment by segment
+    #[about(dump_about(plan.segments))]
     #[width(plan.segments)]
     pub o_dump: Output<Word>,
     /// the step's count is there in the next clock
     #[when(plan.counts_early)]
-    pub o_counts: Optional<Output<bool>>,
+    pub o_pre_counted: Optional<Output<bool>>,
     /// the step's count is there
     pub o_counted: Output<bool>,
-    /// it is the scan's last
-    pub o_last: Output<bool>,
+    /// the count of the scan's last step is there
+    pub o_scan_counted: Output<bool>,
     #[is(describe(*plan))]
     about: About,
-    /// Chip counter a chip before a step's first
+    #[when(plan.counts_chips())]
+    #[under(plan.chip_counter().heading("Chip counter"))]
+    #[about("")]
+    #[width(plan.chip_counter().width())]
+    #[value(plan.chip_counter().taps())]
+    chip_count_taps: Optional<Constant>,
+    /// one shift before a step's first chip
     #[when(plan.counts_chips() && !plan.realigns)]
-    #[width(plan.dwell().width())]
-    #[value(plan.dwell().state_before_the_first())]
-    dwell_reset: Optional<Constant>,
-    /// Chip counter at a step's first chip
+    #[under(plan.chip_counter().heading("Chip counter"))]
+    #[width(plan.chip_counter().width())]
+    #[value(plan.chip_counter().state_before_the_first())]
+    chip_count_reset: Optional<Constant>,
+    /// at a step's first chip
     #[when(plan.counts_chips())]
-    #[width(plan.dwell().width())]
-    #[value(plan.dwell().state(0))]
-    dwell_load: Optional<Constant>,
-    /// Taps of the chip counter
+    #[under(plan.chip_counter().heading("Chip counter"))]
+    #[width(plan.chip_counter().width())]
+    #[value(plan.chip_counter().state(0))]
+    chip_count_first: Optional<Constant>,
     #[when(plan.counts_chips())]
-    #[width(plan.dwell().width())]
-    #[value(plan.dwell().taps())]
-    dwell_taps: Optional<Constant>,
-    #[when(plan.counts_chips())]
-    #[about(if plan.dwell_in_pieces() {
-        "Chip counter three chips before a step's last"
-    } else {
-        "Chip counter two chips before a step's last"
-    })]
-    #[width(plan.dwell().width())]
-    #[value(plan.dwell().state(plan.dwell_count_at_end()))]
-    dwell_ending: Optional<Constant>,
-    /// Step counter at a scan's first step
+    #[under(plan.chip_counter().heading("Chip counter"))]
+    #[about(plan.chip_count_end_about())]
+    #[width(plan.chip_counter().width())]
+    #[value(plan.chip_counter().state(plan.chips_at_end()))]
+    chip_count_end: Optional<Constant>,
     #[when(plan.counts_steps())]
-    #[width(plan.step().width())]
-    #[value(plan.step().state(0))]
-    steps_load: Optional<Constant>,
-    /// Taps of the step counter
+    #[under(plan.step_counter().heading("Step counter"))]
+    #[about("")]
+    #[width(plan.step_counter().width())]
+    #[value(plan.step_counter().taps())]
+    step_count_taps: Optional<Constant>,
+    /// at a scan's first step
     #[when(plan.counts_steps())]
-    #[width(plan.step().width())]
-    #[value(plan.step().taps())]
-    steps_taps: Optional<Constant>,
-    /// Step counter one step before a scan's last
+    #[under(plan.step_counter().heading("Step counter"))]
+    #[width(plan.step_counter().width())]
+    #[value(plan.step_counter().state(0))]
+    step_count_first: Optional<Constant>,
     #[when(plan.counts_steps())]
-    #[width(plan.step().width())]
-    #[value(plan.step().state(plan.step_count_at_end()))]
-    steps_ending: Optional<Constant>,
-    /// the present clock belongs to a scan
+    #[under(plan.step_counter().heading("Step counter"))]
+    #[about(format!("{}, one step before a scan's last", shifts_on(plan.steps_at_end())))]
+    #[width(plan.step_counter().width())]
+    #[value(plan.step_counter().state(plan.steps_at_end()))]
+    step_count_end: Optional<Constant>,
     run: Register<bool>,
-    #[is(plan.chip_counter())]
-    dwell: Optional<Register<Word>>,
-    /// the next clock is the last of a phase step
+    #[is(plan.chip_count())]
+    chip_count: Optional<Register<Word>>,
     #[when(plan.looks_ahead())]
-    step_ends: Optional<Register<bool>>,
-    /// last clock of a phase step
+    pre_last_chip: Optional<Register<bool>>,
     #[when(plan.looks_ahead())]
-    step_end: Optional<Register<bool>>,
-    /// steps of the present scan
+    last_chip: Optional<Register<bool>>,
     #[when(plan.counts_steps())]
-    #[width(plan.step().width())]
-    #[reset(plan.step().state(0), steps_load)]
-    steps: Optional<Register<Word>>,
+    #[width(plan.step_counter().width())]
+    #[reset(plan.step_counter().state(0), step_count_first)]
+    step_count: Optional<Register<Word>>,
     /// the present step is the scan's last
     #[when(plan.counts_steps())]
     last_step: Optional<Register<bool>>,
-    /// last clock of a scan
+    /// the present chip is the scan's last
+    #[named("scan_last_chip")]
     #[when(plan.looks_ahead() && plan.counts_steps())]
-    scan_end: Optional<Register<bool>>,
-    /// the present clock is a scan's last, or belongs to none
+    last_chip_of_scan: Optional<Register<bool>>,
+    /// the present chip is a scan's last, or belongs to none
     #[when(plan.realigns && plan.looks_ahead())]
     #[reset(true)]
     may_start: Optional<Register<bool>>,
-    #[when(plan.dwell_in_pieces())]
-    #[is(StateMatch::new(plan.dwell().width()))]
-    dwell_match: Optional<StateMatch>,
-    #[when(plan.steps_in_pieces())]
-    #[is(StateMatch::new(plan.step().width()))]
-    steps_match: Optional<StateMatch>,
-    /// the end of a step on its way through the correlator
+    #[when(plan.chip_count_in_pieces())]
+    #[is(StateMatch::new(plan.chip_counter().width()))]
+    chip_count_match: Optional<StateMatch>,
+    #[when(plan.step_count_in_pieces())]
+    #[is(StateMatch::new(plan.step_counter().width()))]
+    step_count_match: Optional<StateMatch>,
+    /// bit n: a step's last chip was n + 1 clocks ago
     #[width(plan.to_counted())]
-    step_ended: Register<Word>,
-    /// the end of a scan on its way through the correlator
+    step_done: Register<Word>,
+    /// bit n: a scan's last chip was n + 1 clocks ago
     #[width(plan.to_counted())]
-    scan_ended: Register<Word>,
-    /// last clock of a phase step
-    ends_step: Local<bool>,
-    /// last clock of a scan
-    ends_scan: Local<bool>,
-    /// dump of each segment
+    scan_done: Register<Word>,
+    /// the present chip is the scan's last
+    scan_last_chip: Local<bool>,
+    #[when(plan.chip_count_in_pieces())]
+    chip_count_matched: Optional<Local<bool>>,
+    #[when(plan.step_count_in_pieces())]
+    step_count_matched: Optional<Local<bool>>,
     #[width(plan.segments)]
     dumps: Wiring,
     plan: Plan<ScanPlan>,
@@ -131,7 +132,7 @@ pub struct ScanController {
 #[derive(Debug, Clone, Copy)]
 pub struct ScanPlan {
     /// Chips per phase step.
-    pub dwell_chips: u64,
+    pub chips: u64,
     /// Steps, or groups of steps at once, per scan.
     pub steps: u64,
     /// A scan waits for the code's epoch.
@@ -142,14 +143,14 @@ pub struct ScanPlan {
     pub segments: u32,
     /// Clocks from the dump of the lowest segment to the whole count.
     pub clocks_to_count: u32,
-    /// Whether `o_counts` is there.
+    /// Whether `o_pre_counted` is there.
     pub counts_early: bool,
 }
 
 impl ScanPlan {
     /// Whether chips are counted; a step of one or two ends without.
     fn counts_chips(&self) -> bool {
-        self.dwell_chips > 2
+        self.chips > 2
     }
 
     fn counts_steps(&self) -> bool {
@@ -158,48 +159,48 @@ impl ScanPlan {
 
     /// Whether a step's end is known a clock early.
     fn looks_ahead(&self) -> bool {
-        self.dwell_chips > 1
+        self.chips > 1
     }
 
     /// Whether every other chip ends a step.
     fn toggles(&self) -> bool {
-        self.dwell_chips == 2
+        self.chips == 2
     }
 
-    fn dwell(&self) -> SequenceCounter {
-        SequenceCounter::new(self.dwell_chips.saturating_sub(2))
+    fn chip_counter(&self) -> SequenceCounter {
+        SequenceCounter::new(self.chips.saturating_sub(2))
     }
 
-    fn step(&self) -> SequenceCounter {
+    fn step_counter(&self) -> SequenceCounter {
         SequenceCounter::new(self.steps.saturating_sub(1))
     }
 
-    fn dwell_in_pieces(&self) -> bool {
-        self.dwell().width() > StateMatch::WIDEST_AT_ONCE
+    fn chip_count_in_pieces(&self) -> bool {
+        self.chip_counter().width() > StateMatch::WIDEST_AT_ONCE
     }
 
-    fn steps_in_pieces(&self) -> bool {
-        self.looks_ahead() && self.step().width() > StateMatch::WIDEST_AT_ONCE
+    fn step_count_in_pieces(&self) -> bool {
+        self.looks_ahead() && self.step_counter().width() > StateMatch::WIDEST_AT_ONCE
     }
 
     /// Chips counted when the step's end is recognised. A comparison in pieces
     /// takes a clock more.
-    fn dwell_count_at_end(&self) -> u64 {
-        let early = 3 + u64::from(self.dwell_in_pieces());
-        self.dwell_chips.saturating_sub(early)
+    fn chips_at_end(&self) -> u64 {
+        let early = 3 + u64::from(self.chip_count_in_pieces());
+        self.chips.saturating_sub(early)
     }
 
     /// Steps counted when the scan's end is recognised.
-    fn step_count_at_end(&self) -> u64 {
+    fn steps_at_end(&self) -> u64 {
         self.steps.saturating_sub(2)
     }
 
-    fn dwell_top(&self) -> usize {
-        self.dwell().width() as usize - 1
+    fn chip_count_top(&self) -> usize {
+        self.chip_counter().width() as usize - 1
     }
 
-    fn steps_top(&self) -> usize {
-        self.step().width() as usize - 1
+    fn step_count_top(&self) -> usize {
+        self.step_counter().width() as usize - 1
     }
 
     fn to_dump(self) -> usize {
@@ -210,18 +211,73 @@ impl ScanPlan {
         (self.clocks_to_dump + self.clocks_to_count) as usize
     }
 
-    fn chip_counter(&self) -> Optional<Register<Word>> {
-        let counter = self.dwell();
+    fn chip_count(&self) -> Optional<Register<Word>> {
+        let counter = self.chip_counter();
         let (first, constant) = if self.realigns {
-            (counter.state(0), "dwell_load")
+            (counter.state(0), "chip_count_first")
         } else {
             // The clock between reset and run counts too, so that no enable is
             // needed: one made of logic costs an FPGA a global buffer and its
             // delay.
-            (counter.state_before_the_first(), "dwell_reset")
+            (counter.state_before_the_first(), "chip_count_reset")
         };
-        let register = Register::word(counter.width(), first, "chips of the present step");
+        let register = Register::word(counter.width(), first, "");
         Optional::new(self.counts_chips(), register.reset_to(constant))
+    }
+
+    fn chip_count_end_about(&self) -> String {
+        let early = self.chips - 1 - self.chips_at_end();
+        let shifts = shifts_on(self.chips_at_end());
+        format!("{shifts}, {early} chips before a step's last")
+    }
+
+    /// The states that have to follow from one another.
+    fn checks(&self) -> Vec<StateCheck> {
+        let check = |taps: &str, first: &str, shifts, last: &str| StateCheck {
+            taps: taps.to_owned(),
+            first: first.to_owned(),
+            shifts,
+            last: last.to_owned(),
+        };
+        let chips = |first, shifts, last| check("chip_count_taps", first, shifts, last);
+        let mut checks = Vec::new();
+        if self.counts_chips() {
+            if !self.realigns {
+                checks.push(chips("chip_count_reset", 1, "chip_count_first"));
+            }
+            checks.push(chips(
+                "chip_count_first",
+                self.chips_at_end(),
+                "chip_count_end",
+            ));
+        }
+        if self.counts_steps() {
+            let shifts = self.steps_at_end();
+            checks.push(check(
+                "step_count_taps",
+                "step_count_first",
+                shifts,
+                "step_count_end",
+            ));
+        }
+        checks
+    }
+}
+
+/// How a state comes of a counter's first.
+fn shifts_on(shifts: u64) -> String {
+    match shifts {
+        0 => "the first".to_owned(),
+        1 => "1 shift on".to_owned(),
+        shifts => format!("{shifts} shifts on"),
+    }
+}
+
+/// What stands beside a port that dumps totals of some segments.
+pub(super) fn dump_about(segments: u32) -> &'static str {
+    match segments {
+        1 => "the total has just taken in a step's last hits",
+        _ => "bit s: segment s has just taken in a step's last hits",
     }
 }
 
@@ -237,39 +293,37 @@ fn describe(plan: ScanPlan) -> About {
         "scan_controller",
         "counts chips per phase step and steps per scan",
     );
-    if plan.dwell_chips > 2 || plan.steps > 1 {
+    if plan.counts_chips() || plan.counts_steps() {
         about = about.note(
-            "Both counters are LFSRs, which pass through as many states as a binary counter and \
-             need no carry chain. The states in which they end were computed beforehand, and \
-             are recognised a clock early, so that every flag comes from a register.",
+            "Both counters are LFSRs: the next state costs one gate where a binary counter costs \
+             a carry chain. A count's end is a state computed beforehand; it is recognised early, \
+             so that every flag comes from a register.",
         );
     }
     let order = if plan.realigns {
-        "A scan begins with a code period; until it does, run is low."
+        "A scan begins with a code period; until it does, o_run is low."
     } else {
         "Scans follow one another without a gap, because a scan over the whole code period ends \
          where it began."
     };
-    about
+    about = about
         .note(order)
-        .fact(
-            "Dwell",
-            format!("{} chips per phase step", plan.dwell_chips),
-        )
+        .fact("Step", format!("{} chips", plan.chips))
         .fact("Scan", format!("{} phase steps", plan.steps))
         .fact(
             "Latency",
             format!(
-                "{} clocks from a step's last one to o_dump",
+                "{} clocks from a step's last chip to o_dump",
                 plan.clocks_to_dump
             ),
-        )
+        );
+    plan.checks().into_iter().fold(about, About::check)
 }
 
 #[kernel]
 impl Logic for ScanController {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, run, step_ended, scan_ended);
+        dff_setup!(self, i_clk, run, step_done, scan_done);
         self.o_run.next = self.run.q.val();
         self.find_ends();
         if self.plan.realigns {
@@ -277,7 +331,7 @@ impl Logic for ScanController {
         } else {
             self.run.d.next = true;
             if self.plan.toggles() {
-                self.step_ends.d.next = !self.step_ends.q.val();
+                self.pre_last_chip.d.next = !self.pre_last_chip.q.val();
             }
         }
         if self.plan.counts_chips() {
@@ -289,29 +343,25 @@ impl Logic for ScanController {
         self.report();
     }
 
-    /// The last clock of a step, and of a scan.
+    /// The last chip of a step, and of a scan.
     fn find_ends(&mut self) {
         if self.plan.looks_ahead() {
-            dff_setup!(self, i_clk, step_ends, step_end);
-            self.step_end.d.next = self.step_ends.q.val();
-            self.ends_step.next = self.step_end.q.val();
-            self.o_step_ends.next = self.step_ends.q.val();
-            if self.plan.counts_steps() {
-                dff_setup!(self, i_clk, scan_end);
-                self.scan_end.d.next = self.step_ends.q.val() & self.last_step.q.val();
-                self.ends_scan.next = self.scan_end.q.val();
-            } else {
-                self.ends_scan.next = self.step_end.q.val();
-            }
+            dff_setup!(self, i_clk, pre_last_chip, last_chip);
+            self.last_chip.d.next = self.pre_last_chip.q.val();
+            self.o_pre_last_chip.next = self.pre_last_chip.q.val();
+            self.o_last_chip.next = self.last_chip.q.val();
         } else {
-            self.ends_step.next = self.run.q.val();
-            if self.plan.counts_steps() {
-                self.ends_scan.next = self.run.q.val() & self.last_step.q.val();
-            } else {
-                self.ends_scan.next = self.run.q.val();
-            }
+            self.o_last_chip.next = self.run.q.val();
         }
-        self.o_step_end.next = self.ends_step.val();
+        if self.last_chip_of_scan.is_present() {
+            dff_setup!(self, i_clk, last_chip_of_scan);
+            self.last_chip_of_scan.d.next = self.pre_last_chip.q.val() & self.last_step.q.val();
+            self.scan_last_chip.next = self.last_chip_of_scan.q.val();
+        } else if self.plan.counts_steps() {
+            self.scan_last_chip.next = self.run.q.val() & self.last_step.q.val();
+        } else {
+            self.scan_last_chip.next = self.o_last_chip.val();
+        }
     }
 
     /// A scan begins with an epoch.
@@ -319,94 +369,101 @@ impl Logic for ScanController {
         if self.may_start.is_present() {
             self.o_start.next = self.i_epoch.val() & self.may_start.q.val();
         } else {
-            self.o_start.next = self.i_epoch.val() & (!self.run.q.val() | self.ends_scan.val());
+            self.o_start.next =
+                self.i_epoch.val() & (!self.run.q.val() | self.scan_last_chip.val());
         }
         if self.o_start.val() {
             self.run.d.next = true;
-        } else if self.ends_scan.val() {
+        } else if self.scan_last_chip.val() {
             self.run.d.next = false;
         }
         if self.may_start.is_present() {
             dff_setup!(self, i_clk, may_start);
             if self.plan.counts_steps() {
-                self.may_start.d.next = (self.step_ends.q.val() & self.last_step.q.val())
-                    | !(self.o_start.val() | (self.run.q.val() & !self.ends_scan.val()));
+                self.may_start.d.next = (self.pre_last_chip.q.val() & self.last_step.q.val())
+                    | !(self.o_start.val() | (self.run.q.val() & !self.scan_last_chip.val()));
             } else {
-                self.may_start.d.next = self.step_ends.q.val()
-                    | !(self.o_start.val() | (self.run.q.val() & !self.ends_scan.val()));
+                self.may_start.d.next = self.pre_last_chip.q.val()
+                    | !(self.o_start.val() | (self.run.q.val() & !self.scan_last_chip.val()));
             }
         }
         if self.plan.toggles() {
-            self.step_ends.d.next =
-                self.o_start.val() | (self.ends_step.val() & !self.ends_scan.val());
+            self.pre_last_chip.d.next =
+                self.o_start.val() | (self.o_last_chip.val() & !self.scan_last_chip.val());
         }
     }
 
     fn count_chips(&mut self) {
-        dff_setup!(self, i_clk, dwell);
-        if self.plan.dwell_in_pieces() {
-            self.dwell_match.i_clk.next = self.i_clk.val();
-            self.dwell_match.i_rst.next = self.i_rst.val();
-            self.dwell_match.i_state.next = self.dwell.q.val();
-            self.dwell_match.i_wanted.next = self.dwell_ending.val();
-            self.step_ends.d.next = self.run.q.val() & self.dwell_match.o_matched.val();
+        dff_setup!(self, i_clk, chip_count);
+        if self.plan.chip_count_in_pieces() {
+            self.chip_count_match.i_clk.next = self.i_clk.val();
+            self.chip_count_match.i_rst.next = self.i_rst.val();
+            self.chip_count_match.i_state.next = self.chip_count.q.val();
+            self.chip_count_match.i_wanted.next = self.chip_count_end.val();
+            self.chip_count_matched.next = self.chip_count_match.o_matched.val();
+            self.pre_last_chip.d.next = self.run.q.val() & self.chip_count_matched.val();
         } else {
-            self.step_ends.d.next =
-                self.run.q.val() & (self.dwell.q.val() == self.dwell_ending.val());
+            self.pre_last_chip.d.next =
+                self.run.q.val() & (self.chip_count.q.val() == self.chip_count_end.val());
         }
-        let top = self.plan.dwell_top();
-        if self.ends_step.val() {
-            self.dwell.d.next = self.dwell_load.val();
+        let top = self.plan.chip_count_top();
+        if self.o_last_chip.val() {
+            self.chip_count.d.next = self.chip_count_first.val();
         } else if self.plan.realigns {
             if self.run.q.val() {
-                self.dwell.d.next = (self.dwell.q.val() >> 1)
-                    .replace_bit(top, (self.dwell.q.val() & self.dwell_taps.val()).xor());
+                self.chip_count.d.next = (self.chip_count.q.val() >> 1).replace_bit(
+                    top,
+                    (self.chip_count.q.val() & self.chip_count_taps.val()).xor(),
+                );
             }
         } else {
-            self.dwell.d.next = (self.dwell.q.val() >> 1)
-                .replace_bit(top, (self.dwell.q.val() & self.dwell_taps.val()).xor());
+            self.chip_count.d.next = (self.chip_count.q.val() >> 1).replace_bit(
+                top,
+                (self.chip_count.q.val() & self.chip_count_taps.val()).xor(),
+            );
         }
     }
 
     fn count_steps(&mut self) {
-        dff_setup!(self, i_clk, steps, last_step);
-        if self.plan.steps_in_pieces() {
-            self.steps_match.i_clk.next = self.i_clk.val();
-            self.steps_match.i_rst.next = self.i_rst.val();
-            self.steps_match.i_state.next = self.steps.q.val();
-            self.steps_match.i_wanted.next = self.steps_ending.val();
-            if self.ends_step.val() {
-                self.last_step.d.next = self.steps_match.o_matched.val();
+        dff_setup!(self, i_clk, step_count, last_step);
+        if self.plan.step_count_in_pieces() {
+            self.step_count_match.i_clk.next = self.i_clk.val();
+            self.step_count_match.i_rst.next = self.i_rst.val();
+            self.step_count_match.i_state.next = self.step_count.q.val();
+            self.step_count_match.i_wanted.next = self.step_count_end.val();
+            self.step_count_matched.next = self.step_count_match.o_matched.val();
+            if self.o_last_chip.val() {
+                self.last_step.d.next = self.step_count_matched.val();
             }
-        } else if self.ends_step.val() {
-            self.last_step.d.next = self.steps.q.val() == self.steps_ending.val();
+        } else if self.o_last_chip.val() {
+            self.last_step.d.next = self.step_count.q.val() == self.step_count_end.val();
         }
-        if self.ends_scan.val() {
-            self.steps.d.next = self.steps_load.val();
-        } else if self.ends_step.val() {
-            self.steps.d.next = (self.steps.q.val() >> 1).replace_bit(
-                self.plan.steps_top(),
-                (self.steps.q.val() & self.steps_taps.val()).xor(),
+        if self.scan_last_chip.val() {
+            self.step_count.d.next = self.step_count_first.val();
+        } else if self.o_last_chip.val() {
+            self.step_count.d.next = (self.step_count.q.val() >> 1).replace_bit(
+                self.plan.step_count_top(),
+                (self.step_count.q.val() & self.step_count_taps.val()).xor(),
             );
         }
     }
 
     /// Tells the rest when a step's hits, and its count, are there.
     fn report(&mut self) {
-        self.step_ended.d.next =
-            (self.step_ended.q.val() << 1).replace_bit(0, self.ends_step.val());
-        self.scan_ended.d.next =
-            (self.scan_ended.q.val() << 1).replace_bit(0, self.ends_scan.val());
+        self.step_done.d.next =
+            (self.step_done.q.val() << 1).replace_bit(0, self.o_last_chip.val());
+        self.scan_done.d.next =
+            (self.scan_done.q.val() << 1).replace_bit(0, self.scan_last_chip.val());
         let dump = self.plan.to_dump() - 1;
         let counted = self.plan.to_counted() - 1;
         for s in 0..(self.plan.segments as usize) {
-            self.dumps.i[s].next = self.step_ended.q.val().get_bit(dump + s);
+            self.dumps.i[s].next = self.step_done.q.val().get_bit(dump + s);
         }
         if self.plan.counts_early {
-            self.o_counts.next = self.step_ended.q.val().get_bit(counted - 1);
+            self.o_pre_counted.next = self.step_done.q.val().get_bit(counted - 1);
         }
-        self.o_counted.next = self.step_ended.q.val().get_bit(counted);
-        self.o_last.next = self.scan_ended.q.val().get_bit(counted);
+        self.o_counted.next = self.step_done.q.val().get_bit(counted);
+        self.o_scan_counted.next = self.scan_done.q.val().get_bit(counted);
         self.o_dump.next = self.dumps.o.val();
     }
 }

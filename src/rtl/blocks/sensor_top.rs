@@ -95,7 +95,7 @@ impl SensorTop {
             o_peak_step: with_peak(
                 Output::word(
                     width("o_peak_step"),
-                    peak_about(detectors, "phase step k of the last scan's largest count"),
+                    peak_about(detectors, "step k of the last scan's peak"),
                 )
                 .under(PEAK),
             ),
@@ -117,15 +117,15 @@ impl SensorTop {
                 .iter()
                 .map(|code| CodeSource::new(code, 0, realigns))
                 .collect(),
-            chips: Wiring::new(codes.len(), source_codes, "next chip of each source"),
+            chips: Wiring::new(codes.len(), source_codes, ""),
             samples: (0..if detectors > 1 { detectors } else { 0 })
                 .map(|_| {
                     let lanes = lanes as usize;
-                    Wiring::new(lanes, (0..lanes).collect(), "samples of a detector")
+                    Wiring::new(lanes, (0..lanes).collect(), "")
                 })
                 .collect(),
             controller: ScanController::new(ScanPlan {
-                dwell_chips: contract.timing.scan.integration_chips,
+                chips: contract.timing.scan.integration_chips,
                 steps: contract.groups(),
                 realigns,
                 clocks_to_dump: Contract::clocks_to_dump(lanes),
@@ -303,10 +303,10 @@ impl Logic for SensorTop {
             self.channel[d].i_clk.next = self.i_clk.val();
             self.channel[d].i_rst.next = self.i_rst.val();
             self.channel[d].i_run.next = self.controller.o_run.val();
-            for _ahead in 0..(self.channel[0].i_step_ends.count()) {
-                self.channel[d].i_step_ends[0].next = self.controller.o_step_ends[0].val();
+            for _ahead in 0..(self.channel[0].i_pre_last_chip.count()) {
+                self.channel[d].i_pre_last_chip[0].next = self.controller.o_pre_last_chip[0].val();
             }
-            self.channel[d].i_step_end.next = self.controller.o_step_end.val();
+            self.channel[d].i_last_chip.next = self.controller.o_last_chip.val();
             self.channel[d].i_dump.next = self.controller.o_dump.val();
         }
         for _one_detector in (self.samples.len())..1 {
@@ -352,11 +352,11 @@ impl Logic for SensorTop {
 
         self.results.i_clk.next = self.i_clk.val();
         self.results.i_rst.next = self.i_rst.val();
-        for _several in 0..(self.results.i_counts.count()) {
-            self.results.i_counts[0].next = self.controller.o_counts[0].val();
+        for _several in 0..(self.results.i_pre_counted.count()) {
+            self.results.i_pre_counted[0].next = self.controller.o_pre_counted[0].val();
         }
         self.results.i_counted.next = self.controller.o_counted.val();
-        self.results.i_last.next = self.controller.o_last.val();
+        self.results.i_last.next = self.controller.o_scan_counted.val();
         self.results.i_ready.next = self.m_axis_tready.val();
         self.m_axis_tdata.next = self.results.o_data.val();
         self.m_axis_tvalid.next = self.results.o_valid.val();
@@ -369,7 +369,7 @@ impl Logic for SensorTop {
             self.peak[0].i_clk.next = self.i_clk.val();
             self.peak[0].i_rst.next = self.i_rst.val();
             self.peak[0].i_counted.next = self.controller.o_counted.val();
-            self.peak[0].i_last.next = self.controller.o_last.val();
+            self.peak[0].i_last.next = self.controller.o_scan_counted.val();
             self.o_peak_step[0].next = self.peak[0].o_step.val();
             self.o_peak_count[0].next = self.peak[0].o_count.val();
             self.o_peak_valid[0].next = self.peak[0].o_valid.val();

@@ -1,6 +1,6 @@
 //! Counting in the order of an LFSR, whose next state needs one gate.
 
-use crate::code::Lfsr;
+use crate::code::{Lfsr, polynomial_text};
 
 use super::lfsr::{state_at, tap_mask};
 
@@ -25,6 +25,12 @@ impl SequenceCounter {
                 seed: vec![1; needed as usize],
             },
         }
+    }
+
+    /// What stands over the constants of `counter` in the Verilog.
+    pub(super) fn heading(&self, counter: &str) -> String {
+        let polynomial = polynomial_text(&self.lfsr.exponents);
+        format!("{counter}: an LFSR of the polynomial {polynomial} (exponents)")
     }
 
     pub(super) fn width(&self) -> u32 {

@@ -14,11 +14,10 @@ pub struct SquareGenerator {
     pub io: CodePorts,
     #[is(describe())]
     about: About,
-    /// Chip that reset gives
+    /// that reset gives
     #[width(1)]
     #[value(plan.load)]
     chip_load: Constant,
-    /// present chip
     #[width(1)]
     #[reset(plan.load, chip_load)]
     chip: Register<Word>,
@@ -43,7 +42,6 @@ fn describe() -> About {
     About::new("square_generator", "square wave, chips 1, 0")
         .fact("Period", "2 chips")
         .fact("Latency", "0 clocks from register to o_chip")
-        .fact("Rate", "one chip per clock with i_advance high")
 }
 
 #[kernel]

@@ -24,17 +24,14 @@ pub struct StateMatch {
     pub o_matched: Output<bool>,
     #[is(describe())]
     about: About,
-    /// bits that are equal
     #[width(plan.width)]
     equal: Local<Word>,
-    /// bits of a piece
     #[each(piece in 0..plan.pieces())]
     #[width(PIECE_BITS.min(plan.width - piece * PIECE_BITS))]
     piece: Vec<Wiring>,
-    /// pieces that are equal
     #[width(plan.pieces())]
     all_equal: Wiring,
-    /// pieces that were equal
+    /// one bit for each piece
     #[width(plan.pieces())]
     matched: Register<Word>,
     plan: Plan<MatchPlan>,
@@ -71,7 +68,6 @@ fn describe() -> About {
     About::new("state_match", "recognises a state of a counter")
         .note("The pieces of a wide comparison have a register each.")
         .fact("Latency", "1 clock")
-        .fact("Rate", "one state per clock")
 }
 
 #[kernel]

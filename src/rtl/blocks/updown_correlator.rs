@@ -1,6 +1,7 @@
 //! Counts hits up or down as the reference says.
 
 use super::accumulator::Place;
+use super::scan_controller::dump_about;
 use super::{Accumulator, QuadCounter};
 use crate::rtl::front::prelude::*;
 use crate::sensor::contract::CountSegments;
@@ -79,10 +80,7 @@ impl UpdownCorrelator {
                 Input::word(pairs, "the hit is the earlier sample of its pair"),
             ),
             i_reference: Input::word(lanes, "1 counts a hit up, 0 down; bit 0 earliest"),
-            i_dump: Input::word(
-                segments.count,
-                "the total has just taken in a step's last hits, segment by segment",
-            ),
+            i_dump: Input::word(segments.count, dump_about(segments.count)),
             o_count: Output::word(whole_bits, "count of the last step, signed"),
             about: About::new(
                 "updown_correlator",
@@ -99,14 +97,13 @@ impl UpdownCorrelator {
                     "{} clocks from i_hits to o_count",
                     levels + 2 + segments.clocks()
                 ),
-            )
-            .fact("Rate", "one word per clock"),
+            ),
             early_reference: of_pairs("reference of each pair's earlier sample"),
             late_reference: of_pairs("reference of each pair's later sample"),
             hit: Register::word(pairs, 0, "pairs with a hit"),
             down: Register::word(pairs, 0, "pairs whose hit counts down"),
-            hit_of_quad: of_quads("four pairs with a hit"),
-            down_of_quad: of_quads("four pairs whose hit counts down"),
+            hit_of_quad: of_quads(""),
+            down_of_quad: of_quads(""),
             quad: (0..quads).map(|_| QuadCounter::new()).collect(),
             sum: match (pairs, quads) {
                 (2, _) | (_, 2) => vec![sum(addend_bits)],

@@ -19,6 +19,7 @@ use super::word::Word;
 pub struct Constant {
     value: Word,
     about: String,
+    heading: Option<String>,
     id: usize,
 }
 
@@ -28,8 +29,15 @@ impl Constant {
         Constant {
             value: Word::new(value, width),
             about: about.into(),
+            heading: None,
             id: get_signal_id(),
         }
+    }
+
+    /// Puts it under `heading` among the module's constants.
+    pub fn under(mut self, heading: impl Into<String>) -> Constant {
+        self.heading = Some(heading.into());
+        self
     }
 
     /// The value.
@@ -55,10 +63,14 @@ impl Atom for Constant {
         AtomKind::Constant
     }
 
-    /// The descriptor's name carries the constant's description.
+    /// The descriptor's name carries the constant's description, after the
+    /// heading and a line break if there is one.
     fn descriptor(&self) -> TypeDescriptor {
         TypeDescriptor {
-            name: self.about.clone(),
+            name: match &self.heading {
+                Some(heading) => format!("{heading}\n{}", self.about),
+                None => self.about.clone(),
+            },
             kind: TypeKind::Bits(self.value.bits()),
         }
     }

@@ -49,6 +49,22 @@ pub struct Description {
     pub notes: Vec<String>,
     /// Labelled facts: polynomial, latency, rate.
     pub facts: Vec<(String, String)>,
+    /// What simulation checks before it begins.
+    pub checks: Vec<StateCheck>,
+}
+
+/// A state of an LFSR that has to follow from another; both, and the taps, are
+/// constants of the block.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StateCheck {
+    /// The bits of the state whose XOR comes in at the top.
+    pub taps: String,
+    /// The state before the shifts.
+    pub first: String,
+    /// How many shifts.
+    pub shifts: u64,
+    /// The state after them.
+    pub last: String,
 }
 
 impl Marker {
@@ -69,6 +85,7 @@ impl About {
             title: title.to_owned(),
             notes: Vec::new(),
             facts: Vec::new(),
+            checks: Vec::new(),
         })
     }
 
@@ -81,6 +98,12 @@ impl About {
     /// Adds a labelled fact.
     pub fn fact(mut self, label: &str, text: impl Into<String>) -> About {
         self.0.facts.push((label.to_owned(), text.into()));
+        self
+    }
+
+    /// Adds a check of a constant.
+    pub fn check(mut self, check: StateCheck) -> About {
+        self.0.checks.push(check);
         self
     }
 }

@@ -29,7 +29,7 @@ mod word;
 
 pub use constant::Constant;
 pub use inline::{BitTable, Wiring};
-pub use marker::{About, Description, Marker};
+pub use marker::{About, Description, Marker, StateCheck};
 pub use net::{Input, Local, Net, Output, Value};
 pub use optional::Optional;
 pub use plan::Plan;
@@ -45,8 +45,8 @@ pub mod prelude {
     pub use rust_hdl::core::{ast, block, logic, probe};
 
     pub use super::{
-        About, BitTable, Constant, Input, Local, Optional, Output, Plan, Register, Wiring, Word,
-        bit_cast, signed_cast,
+        About, BitTable, Constant, Input, Local, Optional, Output, Plan, Register, StateCheck,
+        Wiring, Word, bit_cast, signed_cast,
     };
     pub(crate) use crate::rtl::front::dff_setup;
 }

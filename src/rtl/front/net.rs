@@ -61,7 +61,7 @@ pub struct Net<D: Direction, V: Value> {
     connected: bool,
     width: u32,
     about: String,
-    group: Option<&'static str>,
+    heading: Option<String>,
     id: usize,
     direction: PhantomData<D>,
 }
@@ -83,15 +83,15 @@ impl<D: Direction, V: Value> Net<D, V> {
             connected: false,
             width,
             about: about.into(),
-            group: None,
+            heading: None,
             id: get_signal_id(),
             direction: PhantomData,
         }
     }
 
     /// Puts a port under `heading` in the module's port list.
-    pub fn under(mut self, heading: &'static str) -> Self {
-        self.group = Some(heading);
+    pub fn under(mut self, heading: impl Into<String>) -> Self {
+        self.heading = Some(heading.into());
         self
     }
 }
@@ -165,7 +165,7 @@ impl<D: Direction, V: Value> Atom for Net<D, V> {
     /// and a line break if there is one.
     fn descriptor(&self) -> TypeDescriptor {
         TypeDescriptor {
-            name: match self.group {
+            name: match &self.heading {
                 Some(heading) => format!("{heading}\n{}", self.about),
                 None => self.about.clone(),
             },

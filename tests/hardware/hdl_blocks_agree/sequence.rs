@@ -100,7 +100,7 @@ pub fn scan_controller(noise: &mut Noise) -> Case {
     const CHIPS: u64 = 5;
     const STEPS: u64 = 3;
     let plan = ScanPlan {
-        dwell_chips: CHIPS,
+        chips: CHIPS,
         steps: STEPS,
         realigns: true,
         clocks_to_dump: 4,
@@ -144,13 +144,13 @@ pub fn scan_controller(noise: &mut Noise) -> Case {
     }
     let outputs = [
         ("o_run", 1),
-        ("o_step_ends", 1),
-        ("o_step_end", 1),
+        ("o_pre_last_chip", 1),
+        ("o_last_chip", 1),
         ("o_start", 1),
         ("o_dump", 2),
-        ("o_counts", 1),
+        ("o_pre_counted", 1),
         ("o_counted", 1),
-        ("o_last", 1),
+        ("o_scan_counted", 1),
     ];
     Case::clocked(
         ScanController::new(plan),
@@ -162,13 +162,13 @@ pub fn scan_controller(noise: &mut Noise) -> Case {
         |block| {
             vec![
                 u128::from(block.o_run.val()),
-                u128::from(block.o_step_ends[0].val()),
-                u128::from(block.o_step_end.val()),
+                u128::from(block.o_pre_last_chip[0].val()),
+                u128::from(block.o_last_chip.val()),
                 u128::from(block.o_start[0].val()),
                 block.o_dump.val().value(),
-                u128::from(block.o_counts[0].val()),
+                u128::from(block.o_pre_counted[0].val()),
                 u128::from(block.o_counted.val()),
-                u128::from(block.o_last.val()),
+                u128::from(block.o_scan_counted.val()),
             ]
         },
     )
@@ -252,8 +252,8 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
     let inputs_of_block = [
         ("i_samples", 4),
         ("i_run", 1),
-        ("i_step_ends", 1),
-        ("i_step_end", 1),
+        ("i_pre_last_chip", 1),
+        ("i_last_chip", 1),
         ("i_start", 1),
         ("i_dump", 1),
     ];
@@ -267,8 +267,8 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
         |block, input| {
             block.i_samples.next = Word::new(input[0], 4);
             block.i_run.next = input[1] == 1;
-            block.i_step_ends[0].next = input[2] == 1;
-            block.i_step_end.next = input[3] == 1;
+            block.i_pre_last_chip[0].next = input[2] == 1;
+            block.i_last_chip.next = input[3] == 1;
             block.i_start[0].next = input[4] == 1;
             block.i_dump.next = Word::new(input[5], 1);
         },

@@ -103,7 +103,7 @@ pub fn result_stream(
         .map(|count| numbered("i_count", count, counts))
         .collect();
     let mut ports = match several {
-        true => vec![("i_counts", 1)],
+        true => vec![("i_pre_counted", 1)],
         false => Vec::new(),
     };
     ports.extend([("i_counted", 1), ("i_last", 1), ("i_ready", 1)]);
@@ -143,7 +143,7 @@ pub fn result_stream(
         move |block, input| {
             let input = match input {
                 [early, rest @ ..] if several => {
-                    block.i_counts[0].next = *early == 1;
+                    block.i_pre_counted[0].next = *early == 1;
                     rest
                 }
                 whole => whole,

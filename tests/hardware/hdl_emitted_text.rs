@@ -1,0 +1,161 @@
+//! What a reader of the emitted Verilog meets: lines that fit, comments in proportion, and end
+//! states of counters that simulation does not take on trust.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use crate::hdl_support::draw::{self, Extent};
+use crate::hdl_support::{Family, code, run, scene};
+use goldtof::deliver::{Emission, emit, write};
+use goldtof::scene::Scene;
+use goldtof::sensor::Sensor;
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+const MOST_COLUMNS: usize = 100;
+
+#[test]
+fn no_line_of_a_module_is_longer_than_a_hundred_columns() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+    let (mut commented, mut all) = (0, 0);
+    for _ in 0..300 {
+        let (_, emission) = draw::emitted(&mut rng, Extent::WHOLE, |_| ());
+        for file in &emission.files {
+            for line in file.text.lines().filter(|line| !line.is_empty()) {
+                assert!(line.len() <= MOST_COLUMNS, "{}: {line}", file.name);
+                assert_eq!(line.trim_end(), line, "{}", file.name);
+                all += 1;
+                commented += usize::from(line.contains("//"));
+            }
+        }
+    }
+    let share = commented as f64 / all as f64;
+    assert!((0.15..0.33).contains(&share), "{share:.3} of all lines");
+}
+
+/// What Icarus says of the design before any clock: the words of its checks.
+fn said_by_checks(folder: &Path, files: &[&str]) -> String {
+    let mut arguments = vec!["-g2005", "-s", "sensor_top", "-o", "checks.vvp"];
+    arguments.extend(files);
+    run(folder, "iverilog", &arguments);
+    run(folder, "vvp", &["-n", "checks.vvp"])
+}
+
+/// Constants of LFSRs in `text`: name, where the digits of their value are, bits, value.
+fn states(text: &str) -> Vec<(String, std::ops::Range<usize>, u32, u64)> {
+    let mut found = Vec::new();
+    for (at, _) in text.match_indices("    localparam [") {
+        let line = text[at..].lines().next().expect("it begins one");
+        let (declared, value) = line.split_once(" = ").expect("a value");
+        let name = declared.split_whitespace().nth(2).expect("a name");
+        let is_state = ["CHIP_COUNT", "STEP_COUNT", "U_"]
+            .iter()
+            .any(|n| name.starts_with(n));
+        let value = value.split(';').next().expect("an end");
+        let (width, digits) = value.split_once('\'').expect("a width");
+        if !is_state {
+            continue;
+        }
+        let radix = if digits.starts_with('h') { 16 } else { 10 };
+        let number = u64::from_str_radix(&digits[1..], radix).expect("a number");
+        let start = at + declared.len() + " = ".len();
+        let width = width.parse().expect("a width");
+        found.push((name.to_owned(), start..start + value.len(), width, number));
+    }
+    found
+}
+
+fn scenes() -> Vec<Scene> {
+    let gold = [code(Family::Gold(11), 0, 3)];
+    let sequence = [code(Family::MSequence(7), 1, 5)];
+    vec![
+        // Comparisons in pieces, scans without a gap.
+        scene(&gold, 0, 8, 0, None, 13_100, None),
+        // A start of its own for every scan; few chips and steps.
+        scene(&sequence, 0, 4, 5, Some(6), 40, None),
+        // The longest integration.
+        scene(&gold, 0, 1, 7, Some(70), 1 << 44, None),
+    ]
+}
+
+#[test]
+fn a_wrong_bit_in_a_constant_of_an_lfsr_is_caught_before_the_first_clock() {
+    let mut tried = BTreeMap::<String, u32>::new();
+    for scene in scenes() {
+        let emission =
+            emit(&Sensor::new(&scene), "goldtof emit test.toml").expect("the scene is fine");
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        write(&emission, folder.path()).expect("the files can be written");
+        let files: Vec<&str> = emission.files.iter().map(|f| f.name.as_str()).collect();
+        assert_eq!(said_by_checks(folder.path(), &files), "");
+        for file in &emission.files {
+            for (name, place, width, value) in states(&file.text) {
+                for bit in 0..width {
+                    let wrong = format!("{width}'h{:x}", value ^ 1 << bit);
+                    let mut text = file.text.clone();
+                    text.replace_range(place.clone(), &wrong);
+                    fs::write(folder.path().join(&file.name), text).expect("it can be written");
+                    let said = said_by_checks(folder.path(), &files);
+                    let stem = name.to_lowercase();
+                    let stem = stem.rsplit_once('_').expect("two words").0;
+                    assert!(
+                        said.contains(stem) && said.contains("shifts lead from"),
+                        "{name}, bit {bit} wrong, in {}: {said:?}",
+                        file.name
+                    );
+                    *tried.entry(name.clone()).or_default() += 1;
+                }
+            }
+            fs::write(folder.path().join(&file.name), &file.text).expect("it can be written");
+        }
+    }
+    let names = [
+        "CHIP_COUNT_END",
+        "CHIP_COUNT_FIRST",
+        "CHIP_COUNT_RESET",
+        "CHIP_COUNT_TAPS",
+        "STEP_COUNT_END",
+        "STEP_COUNT_FIRST",
+        "STEP_COUNT_TAPS",
+        "U_LAST",
+        "U_LOAD",
+        "U_TAPS",
+    ];
+    assert!(tried.keys().eq(names), "{tried:?}");
+    println!("every wrong bit caught: {tried:?}");
+}
+
+#[test]
+fn a_wrong_end_state_does_not_pass_the_emitted_bench() {
+    let scene = scene(&[code(Family::Gold(5), 0, 3)], 0, 4, 5, Some(6), 40, None);
+    let mut emission: Emission =
+        emit(&Sensor::new(&scene), "goldtof emit test.toml").expect("it is fine");
+    let controller = emission
+        .files
+        .iter_mut()
+        .find(|f| f.name == "scan_controller.v");
+    let controller = controller.expect("a scan has one");
+    let (_, place, width, value) = states(&controller.text)
+        .into_iter()
+        .find(|state| state.0 == "CHIP_COUNT_END")
+        .expect("steps of 40 chips are counted");
+    controller
+        .text
+        .replace_range(place, &format!("{width}'h{:x}", value ^ 1));
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    write(&emission, folder.path()).expect("the files can be written");
+    let arguments = [
+        "-g2005",
+        "-s",
+        "sensor_top_tb",
+        "-o",
+        "b.vvp",
+        "-f",
+        "sensor_top_tb.f",
+    ];
+    run(folder.path(), "iverilog", &arguments);
+    let said = run(folder.path(), "vvp", &["-n", "b.vvp"]);
+    assert!(said.contains("chip_count_end_check"), "{said}");
+    assert!(!said.contains("PASS"), "{said}");
+}
