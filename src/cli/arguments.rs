@@ -24,14 +24,14 @@ pub(super) struct Cli {
     /// Print one JSON document on stdout, and nothing else there
     #[arg(long, global = true)]
     pub json: bool,
-    /// Seed of all random numbers
+    /// Seed of all random numbers, 0 to 18446744073709551615
     #[arg(long, global = true, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     /// Print no progress and no summary
     #[arg(long, global = true)]
     pub quiet: bool,
     /// Longest time that an external tool, or a block of clocks of the Verilog, may
-    /// take: a number with its unit, "90 s", "10min" or "2h"
+    /// take: a number with its unit, "90 s", "10min" or "2h", 0.001 s to 24000 h
     #[arg(long, global = true, value_name = "TIME", default_value = "10min",
           value_parser = parse_time)]
     pub tool_timeout: Duration,
@@ -136,6 +136,7 @@ impl SceneArgument {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof run scenes/quick.toml --out out/quick")]
 pub(super) struct RunArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
@@ -148,6 +149,7 @@ pub(super) struct RunArguments {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof emit scenes/quick.toml --out rtl")]
 pub(super) struct EmitArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
@@ -157,6 +159,7 @@ pub(super) struct EmitArguments {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof cosim scenes/quick.toml --rtl rtl --stimulus adversarial")]
 pub(super) struct CosimArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
@@ -165,7 +168,7 @@ pub(super) struct CosimArguments {
     /// the top module needs are taken)
     #[arg(long, value_name = "DIR")]
     pub rtl: Option<PathBuf>,
-    /// Clocks to run, reset included [default: one whole scan of photons, or as
+    /// Clocks to run, reset included, 1 to 2^50 [default: one whole scan of photons, or as
     /// long as the adversary needs]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MOST_CYCLES))]
     pub cycles: Option<u64>,
@@ -179,10 +182,11 @@ pub(super) struct CosimArguments {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof simulate scenes/quick.toml --repeat 1000 --fidelity sampled")]
 pub(super) struct SimulateArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Scans to simulate
+    /// Scans to simulate, 1 to 1000000
     #[arg(long, value_name = "R", default_value_t = 100,
           value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub repeat: u64,
@@ -254,6 +258,7 @@ pub(super) struct ManArguments {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof estimate scenes/quick.toml out/quick/counts.csv --out out/residuals")]
 pub(super) struct EstimateArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
@@ -270,6 +275,7 @@ pub(super) struct EstimateArguments {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof fidelity scenes/quick.toml --target-error 5% --out out/fidelity")]
 pub(super) struct FidelityArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
@@ -282,13 +288,14 @@ pub(super) struct FidelityArguments {
     /// missing
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Seconds to spend, about
+    /// Seconds to spend, about, 1 to 86400
     #[arg(long, value_name = "S", default_value_t = 60,
           value_parser = clap::value_parser!(u64).range(1..=86_400))]
     pub budget_s: u64,
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof reproduce --figure 8 --out out/article")]
 pub(super) struct ReproduceArguments {
     /// The one figure to make, with the claims that it decides [default: all]
     #[arg(long, value_name = "N", value_enum)]
@@ -296,13 +303,14 @@ pub(super) struct ReproduceArguments {
     /// Folder for the figures (SVG) and their data (CSV); made when missing
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Scans of 1.04 ms per phase step behind each standard deviation and bias
+    /// Scans of 1.04 ms per phase step behind each standard deviation and bias, 2 to 1000000
     #[arg(long, value_name = "R", default_value_t = 500,
           value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     pub repeat: u64,
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof stress --quick")]
 pub(super) struct StressArguments {
     /// The one case to run [default: all]
     #[arg(long, value_name = "NAME", conflicts_with = "quick")]
@@ -316,6 +324,7 @@ pub(super) struct StressArguments {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof codes --degree 11 --index 3 --interleave 1")]
 pub(super) struct CodesArguments {
     /// Degree n of the polynomials; the code has 2^n - 1 chips before
     /// interleaving

@@ -60,7 +60,11 @@ pub(super) fn run(
     folder.write(CSV, &table.csv())?;
     folder.write(PLOT, &plot)?;
     #[cfg(feature = "parquet")]
-    super::parquet::write(&folder, &table)?;
+    {
+        let bytes = table.parquet()?;
+        let staged = folder.stage("sweep.parquet", |out| out.write_all(&bytes))?;
+        folder.publish(vec![staged])?;
+    }
     let text = format!(
         "{name}: {} points, {} rows in {}\n",
         sweep.len(),

@@ -354,7 +354,7 @@ mod tests {
         let broken = TWO.replace("\"104.8 us\"", "104.8");
         let error = set(&broken, &["clock.chip_period=4 ns"]).expect_err("no unit");
         assert!(
-            error.starts_with("two.toml:48:15: scan.integration"),
+            error.starts_with("two.toml:50:15: scan.integration"),
             "{error}"
         );
     }

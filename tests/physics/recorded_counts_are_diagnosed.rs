@@ -71,14 +71,62 @@ fn what_is_wrong_with_a_sensor_is_named() {
     // Whether no other cause is named with it: small faults of light level and dead time
     // look alike.
     for (what, setting, has_totals, cause, is_alone) in [
-        ("3 % more light", "source.mean_power=20.6 pW", true, LightLevel, false),
-        ("30 % more light", "source.mean_power=26 pW", true, LightLevel, true),
-        ("10 % more light", "source.mean_power=22 pW", false, LightLevel, false),
-        ("1 Mcps more background", "detector.background_rate=3 Mcps", true, ConstantLight, true),
-        ("dead time 14.5 ns", "detector.dead_time=14.5 ns", true, DeadTime, false),
-        ("dead time 20 ns", "detector.dead_time=20 ns", true, DeadTime, true),
-        ("0.5 ns of cable", "detector.delay=2.25 ns", true, Offset, true),
-        ("0.5 ns of cable", "detector.delay=2.25 ns", false, Offset, true),
+        (
+            "3 % more light",
+            "source.mean_power=20.6 pW",
+            true,
+            LightLevel,
+            false,
+        ),
+        (
+            "30 % more light",
+            "source.mean_power=26 pW",
+            true,
+            LightLevel,
+            true,
+        ),
+        (
+            "10 % more light",
+            "source.mean_power=22 pW",
+            false,
+            LightLevel,
+            false,
+        ),
+        (
+            "1 Mcps more background",
+            "detector.background_rate=3 Mcps",
+            true,
+            ConstantLight,
+            true,
+        ),
+        (
+            "dead time 14.5 ns",
+            "detector.dead_time=14.5 ns",
+            true,
+            DeadTime,
+            false,
+        ),
+        (
+            "dead time 20 ns",
+            "detector.dead_time=20 ns",
+            true,
+            DeadTime,
+            true,
+        ),
+        (
+            "0.5 ns of cable",
+            "detector.delay=2.25 ns",
+            true,
+            Offset,
+            true,
+        ),
+        (
+            "0.5 ns of cable",
+            "detector.delay=2.25 ns",
+            false,
+            Offset,
+            true,
+        ),
         ("another code", "source.code.index=3", true, Code, true),
         ("another code", "source.code.index=3", false, Code, true),
     ] {
@@ -89,7 +137,9 @@ fn what_is_wrong_with_a_sensor_is_named() {
         let totals = if has_totals { "with" } else { "without" };
         let what = format!("{what}, {totals} totals");
         let named = share(&what, &found, |causes| causes.contains(&cause));
-        let alone = share(&format!("{what}, alone"), &found, |causes| causes == [cause]);
+        let alone = share(&format!("{what}, alone"), &found, |causes| {
+            causes == [cause]
+        });
         let first = found.iter().map(|causes| format!("{causes:?}"));
         println!("{:?}", first.collect::<std::collections::BTreeSet<_>>());
         assert!(named[1] > 0.95, "{what}: {named:?}");

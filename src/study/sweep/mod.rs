@@ -7,6 +7,8 @@
 //! last one ([`Store`]).
 
 mod axis;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod plot;
 mod points;
 mod store;
