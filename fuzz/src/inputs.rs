@@ -12,7 +12,7 @@ use goldtof::cosim::{manifest as rtl_manifest, ports as rtl_ports};
 use goldtof::scene::{Scene, SceneErrors, parse};
 use goldtof::sensor::Sensor;
 use goldtof::sensor::contract::Port;
-use goldtof::{cli, deliver, plan};
+use goldtof::{deliver, plan, report};
 
 /// One kind of input.
 pub struct Target {
@@ -66,7 +66,7 @@ pub fn scene(data: &[u8]) {
         Ok(scene) => {
             let sensor = Sensor::new(&scene);
             let plan = plan::plan(&sensor);
-            assert!(!cli::plan::to_text(&plan).is_empty());
+            assert!(!report::plan::parts(&plan, Some(80)).is_empty());
             if is_quick_to_emit(&scene) {
                 match deliver::emit(&sensor, "goldtof emit x.toml") {
                     Ok(emission) => {

@@ -182,7 +182,9 @@ pub(super) struct CosimArguments {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example: goldtof simulate scenes/quick.toml --repeat 1000 --fidelity sampled")]
+#[command(
+    after_help = "Example: goldtof simulate scenes/quick.toml --repeat 1000 --fidelity sampled"
+)]
 pub(super) struct SimulateArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
@@ -258,7 +260,9 @@ pub(super) struct ManArguments {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example: goldtof estimate scenes/quick.toml out/quick/counts.csv --out out/residuals")]
+#[command(
+    after_help = "Example: goldtof estimate scenes/quick.toml out/quick/counts.csv --out out/residuals"
+)]
 pub(super) struct EstimateArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
@@ -275,7 +279,9 @@ pub(super) struct EstimateArguments {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example: goldtof fidelity scenes/quick.toml --target-error 5% --out out/fidelity")]
+#[command(
+    after_help = "Example: goldtof fidelity scenes/quick.toml --target-error 5% --out out/fidelity"
+)]
 pub(super) struct FidelityArguments {
     #[command(flatten)]
     pub scene: SceneArgument,

@@ -47,16 +47,16 @@ pub(super) fn with_progress(
     request: &Request,
     output: &Output,
 ) -> anyhow::Result<Cosimulation> {
-    let bar = output.progress("co-simulating");
+    let progress = output.progress();
+    progress.stage("building the model of the Verilog");
     let mut forecast: Option<Forecast> = None;
     let cosimulation = cosimulate(sensor, request, |done, of| {
         // From the first block on: what is built before is not in the rate.
         let forecast = forecast.get_or_insert_with(|| Forecast::new(output, "the co-simulation"));
         forecast.progress(done, of);
-        bar.set_length(of);
-        bar.set_position(done);
+        progress.clocks("co-simulating", done, of);
     });
-    bar.finish_and_clear();
+    progress.end();
     Ok(cosimulation?)
 }
 

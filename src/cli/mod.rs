@@ -20,6 +20,7 @@ mod run;
 mod simulate;
 mod stress;
 mod sweep;
+mod warnings;
 
 use std::process::ExitCode;
 

@@ -1,10 +1,13 @@
 //! Who prints what: JSON to stdout, people's words to stdout or stderr.
 
-use std::io::{self, Write as _};
+use std::cell::Cell;
+use std::io::{self, IsTerminal as _, Write as _};
 use std::path::Path;
+use std::time::Duration;
 
 use anyhow::Context as _;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use rustix::termios::tcgetwinsize;
 use serde::Serialize;
 
 use crate::files::{FileError, OutputFolder};
@@ -64,39 +67,102 @@ impl Output {
         ));
     }
 
-    /// A progress bar over clocks, drawn only for people who can see it.
-    pub fn progress(&self, what: &'static str) -> ProgressBar {
-        self.bar(what, None, "clocks")
-    }
-
-    /// A progress bar over the points of a sweep.
+    /// A progress bar over the points of a sweep, drawn only for people who can see it.
     pub fn points(&self, total: usize) -> ProgressBar {
-        self.bar("sweep", Some(total as u64), "points")
-    }
-
-    fn bar(&self, what: &'static str, total: Option<u64>, unit: &str) -> ProgressBar {
-        let bar = ProgressBar::with_draw_target(
-            total,
-            if self.quiet {
-                ProgressDrawTarget::hidden()
-            } else {
-                ProgressDrawTarget::stderr()
-            },
-        );
-        let style = format!(
-            "{{msg}} [{{bar:40}}] {{percent}}% {{human_pos}} of {{human_len}} {unit}, {{eta}} left"
-        );
-        if let Ok(style) = ProgressStyle::with_template(&style) {
+        let target = match self.quiet {
+            true => ProgressDrawTarget::hidden(),
+            false => ProgressDrawTarget::stderr(),
+        };
+        let bar = ProgressBar::with_draw_target(Some(total as u64), target);
+        let style = "sweep [{bar:40}] {percent}% {human_pos} of {human_len} points, {eta} left";
+        if let Ok(style) = ProgressStyle::with_template(style) {
             bar.set_style(style.progress_chars("=> "));
         }
-        bar.set_message(what);
         bar
+    }
+
+    /// Shows how far a command is, to people who can see it.
+    pub fn progress(&self) -> Progress {
+        Progress {
+            bar: ProgressBar::with_draw_target(
+                None,
+                if self.quiet {
+                    ProgressDrawTarget::hidden()
+                } else {
+                    ProgressDrawTarget::stderr()
+                },
+            ),
+            counts: Cell::new(false),
+        }
     }
 
     /// An error, with its causes.
     pub fn error(&self, error: &anyhow::Error) {
         to_stderr(&format!("error: {}", with_causes(error)));
     }
+}
+
+/// How far a command is: the name of a stage that cannot tell how long it takes, then
+/// clocks that are done.
+pub(super) struct Progress {
+    bar: ProgressBar,
+    counts: Cell<bool>,
+}
+
+impl Progress {
+    /// Between two pictures of a stage.
+    const TICK: Duration = Duration::from_millis(150);
+
+    /// Names what is being done.
+    pub fn stage(&self, what: &'static str) {
+        self.show("{spinner} {msg} ({elapsed})", what);
+        self.bar.enable_steady_tick(Progress::TICK);
+    }
+
+    /// `done` clocks `of` all are done. What was done before the first of them does
+    /// not count for how long the others will take.
+    pub fn clocks(&self, what: &'static str, done: u64, of: u64) {
+        if !self.counts.replace(true) {
+            self.bar.disable_steady_tick();
+            self.bar.set_length(of);
+            self.bar.reset();
+            self.show(
+                "{msg} [{wide_bar}] {percent}% {human_pos} of {human_len} clocks, {eta} left",
+                what,
+            );
+        }
+        self.bar.set_position(done);
+    }
+
+    /// Takes it off the screen.
+    pub fn end(&self) {
+        self.bar.finish_and_clear();
+    }
+
+    fn show(&self, template: &str, what: &'static str) {
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            self.bar.set_style(style.progress_chars("=> "));
+        }
+        self.bar.set_message(what);
+    }
+}
+
+/// Characters of a line of the terminal that stdout is; none if it is no terminal.
+/// `COLUMNS` wins where it is set.
+pub(super) fn terminal_width() -> Option<usize> {
+    let stdout = io::stdout();
+    if !stdout.is_terminal() {
+        return None;
+    }
+    let told = std::env::var("COLUMNS")
+        .ok()
+        .and_then(|text| text.parse().ok());
+    let size = || {
+        tcgetwinsize(&stdout)
+            .ok()
+            .map(|size| usize::from(size.ws_col))
+    };
+    told.or_else(size).filter(|&columns| columns > 0)
 }
 
 /// The error's words and those of its causes that it does not repeat itself.

@@ -9,7 +9,8 @@ use super::Ending;
 use super::arguments::RunArguments;
 use super::cosim::{ending, exercised, text as cosim_text, with_progress};
 use super::emit::{command_line, text as emit_text};
-use super::output::Output;
+use super::output::{Output, terminal_width};
+use super::warnings::warn_of_far_paths;
 use crate::cosim::build::{cache_dir, sources_of};
 use crate::cosim::sent::SentCount;
 use crate::cosim::{self, Cosimulation, Request, StimulusKind, Verdict};
@@ -54,6 +55,7 @@ pub(super) fn run(
     let out = &arguments.out;
     let scene = arguments.scene.load()?;
     let sensor = Sensor::new(&scene.with_estimator(arguments.estimator)?);
+    warn_of_far_paths(&sensor, output);
     let plan = plan::plan(&sensor);
     let emission = deliver::emit(&sensor, &command_line(&arguments.scene))?;
     let folder = output.folder(out)?;
@@ -155,7 +157,7 @@ fn summary(sensor: &Sensor, report: &RunReport, out: &Path) -> String {
     text += &exercised(report.cosim);
     let both = report.estimates.iter().zip(report.other_estimates);
     for (detector, (own, other)) in both.enumerate() {
-        text += &BothEstimates { own, other }.text();
+        text += &BothEstimates { own, other }.text(terminal_width());
         if let Some(peak) = report.cosim.peaks.get(detector) {
             let _ = writeln!(
                 text,

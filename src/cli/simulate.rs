@@ -4,6 +4,7 @@ use super::Ending;
 use super::arguments::SimulateArguments;
 use super::forecast::announce;
 use super::output::Output;
+use super::warnings::warn_of_far_paths;
 use crate::files;
 use crate::recorded::expected_csv;
 use crate::sensor::Sensor;
@@ -17,6 +18,7 @@ pub(super) fn run(
 ) -> anyhow::Result<Ending> {
     let scene = arguments.scene.load()?;
     let sensor = Sensor::new(&scene.with_estimator(arguments.estimator)?);
+    warn_of_far_paths(&sensor, output);
     if let Some(seconds) = forecast::seconds(&sensor, arguments.fidelity, arguments.repeat) {
         announce(output, "the simulation", seconds);
     }

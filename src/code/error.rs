@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::family::Family;
-use super::{MAX_CODE_CHIPS, MAX_DEGREE, MAX_INTERLEAVE, MIN_DEGREE};
+use super::{MAX_CODE_CHIPS, MAX_DEGREE, MAX_INTERLEAVE, MIN_DEGREE, MOST_HARDWARE_DEGREE};
 
 /// A code that cannot be made, and what would be right.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -35,8 +35,8 @@ pub enum CodeError {
     /// 4 divides the degree.
     #[error(
         "degree {degree} has no preferred pair, because 4 divides it; \
-         use degree {} or {}, or set allow_non_preferred = true",
-        degree - 1, degree + 1
+         use {}, or set allow_non_preferred = true",
+        degrees_beside(*degree)
     )]
     NoPreferredPair {
         /// The degree asked for.
@@ -177,4 +177,22 @@ impl CodeError {
             CodeError::InterleaveOutOfRange { .. } | CodeError::TooLong { .. } => "interleave",
         }
     }
+}
+
+/// Degrees near one that 4 divides; the hardware's longest codes first, where it makes
+/// none as long as these.
+fn degrees_beside(degree: u32) -> String {
+    let (below, above) = (degree - 1, degree + 1);
+    if above <= MOST_HARDWARE_DEGREE {
+        return format!("degree {below} or {above}");
+    }
+    let longer = if below > MOST_HARDWARE_DEGREE {
+        below
+    } else {
+        above
+    };
+    let longest = MOST_HARDWARE_DEGREE - 1;
+    format!(
+        "degree {longest}, or {longer} in simulation alone (hardware ends at {MOST_HARDWARE_DEGREE})"
+    )
 }

@@ -25,6 +25,8 @@ pub use spec::CodeSpec;
 pub const MIN_DEGREE: u32 = 3;
 /// Largest degree of a polynomial. Hardware sets its own, smaller limit.
 pub const MAX_DEGREE: u32 = 20;
+/// The largest degree that hardware is made for.
+pub const MOST_HARDWARE_DEGREE: u32 = 16;
 /// Largest interleaving depth nu.
 pub const MAX_INTERLEAVE: u32 = 8;
 /// Most chips per code period, L'. With at most 64 samples per chip this keeps

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::error::HdlError;
 use super::flow::Flow;
-use crate::code::{Generator, Lfsr};
+use crate::code::{Generator, Lfsr, MOST_HARDWARE_DEGREE};
 use crate::plan::{Part, hardware_left_out};
 use crate::printable::printable_ascii;
 use crate::rtl::back::verilog_of;
@@ -306,7 +306,7 @@ fn check_lfsr(source_name: &str, lfsr: &Lfsr) -> Result<u64, HdlError> {
         format!("the degree of source `{source_name}`"),
         lfsr.degree,
         "3 to 16",
-        |degree| (3..=16).contains(&degree),
+        |degree| (3..=MOST_HARDWARE_DEGREE).contains(&degree),
     )?;
     let problem = |problem: &str| {
         Err(HdlError::Code {

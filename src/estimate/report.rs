@@ -68,6 +68,8 @@ pub struct EstimateReport {
     pub unambiguous_range_m: f64,
     /// Why there is no estimate, or only a coarse one, or no expectation.
     pub remark: Option<String>,
+    /// Of a path beyond the unambiguous range: that its distance is folded into it.
+    pub folded: Option<String>,
 }
 
 /// What the model estimator says beside the distance.
@@ -130,6 +132,16 @@ pub fn estimate_scan(sensor: &Sensor, detector: usize, counts: &[StepCount]) -> 
     report
 }
 
+/// The same without counts: what is expected of the estimator against the first path.
+pub fn expected_errors(sensor: &Sensor, detector: usize) -> EstimateReport {
+    let mut report = EstimateReport::without_estimate(sensor, detector);
+    match check_modulated(sensor, detector) {
+        Err(reason) => report.remark = Some(format!("no estimate: {reason}")),
+        Ok(()) => report.compare(sensor, detector, None),
+    }
+    report
+}
+
 impl EstimateReport {
     fn without_estimate(sensor: &Sensor, detector: usize) -> EstimateReport {
         let spad = &sensor.scene().detectors[detector];
@@ -154,6 +166,7 @@ impl EstimateReport {
             calibration_offset_ps: calibration_offset_ps(sensor, detector, CountingTier::Sampled),
             unambiguous_range_m: distance_m(sensor.timing().code_period_ps()),
             remark: None,
+            folded: None,
         }
     }
 
@@ -239,9 +252,7 @@ impl EstimateReport {
         }
         let ratio = self.expected_std_m.zip(self.bound_m);
         self.std_over_bound = ratio.map(|(std_m, bound_m)| std_m / bound_m);
-        if let Some(folded) = folded(sensor, path) {
-            self.add_remark(&folded);
-        }
+        self.folded = folded(sensor, path);
     }
 
     /// Adds to what is remarked on already.

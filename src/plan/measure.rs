@@ -16,6 +16,8 @@ use crate::sensor::Sensor;
 
 /// Detections that are counted at a time, about.
 const DETECTIONS: f64 = 1e5;
+/// The time of fewer is that of everything else.
+const LEAST_DETECTIONS: u64 = 10_000;
 /// Phase steps that they are spread over: two for each lane of the engine.
 const STEPS: u64 = 64;
 /// Times that each is measured.
@@ -109,7 +111,7 @@ impl Bench {
         })
     }
 
-    /// `None` if the time is up before anything is measured.
+    /// `None` if the time is up before anything is measured, or nothing is detected.
     fn saving_of(&self, part: OptionalPart, end: Instant) -> Option<Saving> {
         if part == OptionalPart::ConstantLight && self.has_constant_light {
             return Some(Saving {
@@ -136,6 +138,9 @@ impl Bench {
                 *least_s = least_s.min(started.elapsed().as_secs_f64());
                 detections = counts.iter().map(|count| count.total).sum();
             }
+        }
+        if detections < LEAST_DETECTIONS {
+            return None;
         }
         let [without_s, with_s] = least_s;
         Some(Saving {

@@ -3,15 +3,19 @@
 //! Each scene runs through only the parts it needs. The plan names every part,
 //! so that what was left out is never a surprise.
 
+pub mod figures;
 mod hardware;
 mod measure;
 mod movement;
+pub mod overview;
+pub mod resources;
 mod simulation;
 
 pub use measure::with_savings;
 
 use serde::Serialize;
 
+use self::resources::Cells;
 use crate::sensor::Sensor;
 
 /// A part of the hardware or of the simulation.
@@ -26,6 +30,10 @@ pub struct Part {
     /// What leaving it out saves in time, where that was found out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub saving: Option<Saving>,
+    /// What leaving a part of the hardware out saves of an FPGA, by the fit of
+    /// [`resources`], where that was found out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub saved_cells: Option<Cells>,
 }
 
 /// What leaving a part out saves.
@@ -77,6 +85,7 @@ fn kept(part: impl Into<String>, reason: impl Into<String>) -> Part {
         kept: true,
         reason: reason.into(),
         saving: None,
+        saved_cells: None,
     }
 }
 

@@ -40,6 +40,20 @@ impl Coordinate {
         v.clamp(self.low, self.high)
     }
 
+    /// Ticks, at most about so many.
+    pub fn ticks(&self, most: usize) -> Vec<f64> {
+        match self.scale {
+            Scale::Linear => self.linear_ticks(most),
+            Scale::Log => self.log_ticks(most),
+        }
+    }
+
+    /// Where a value stands, from 0 at the lower end to 1 at the upper.
+    pub fn share(&self, v: f64) -> f64 {
+        let [low, high, at] = [self.low, self.high, v].map(|v| place(self.scale, v));
+        (at - low) / (high - low)
+    }
+
     /// Ticks of a step of 1, 2 or 5 times a power of ten, at most `most`.
     fn linear_ticks(&self, most: usize) -> Vec<f64> {
         let least = (self.high - self.low) / most.max(1) as f64;
@@ -89,17 +103,11 @@ impl Ranged for Coordinate {
     type ValueType = f64;
 
     fn map(&self, v: &f64, limit: (i32, i32)) -> i32 {
-        let [low, high, at] = [self.low, self.high, *v].map(|v| place(self.scale, v));
-        let share = (at - low) / (high - low);
-        limit.0 + (share * f64::from(limit.1 - limit.0)).round() as i32
+        limit.0 + (self.share(*v) * f64::from(limit.1 - limit.0)).round() as i32
     }
 
     fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
-        let most = hint.max_num_points().min(10);
-        match self.scale {
-            Scale::Linear => self.linear_ticks(most),
-            Scale::Log => self.log_ticks(most),
-        }
+        self.ticks(hint.max_num_points().min(10))
     }
 
     fn range(&self) -> Range<f64> {

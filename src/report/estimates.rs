@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::columns::columns;
 use crate::estimate::report::EstimateReport;
 use crate::scene::EstimatorKind;
 
@@ -97,6 +98,7 @@ impl<'a> BothEstimates<'a> {
         {
             notes.push(PHASE_BIAS.to_owned());
         }
+        notes.extend(phase.folded.clone());
         let is_shared = phase.remark == model.remark;
         for estimate in [phase, model] {
             match &estimate.remark {
@@ -118,8 +120,8 @@ impl<'a> BothEstimates<'a> {
         notes
     }
 
-    /// A few lines for a terminal.
-    pub fn text(&self) -> String {
+    /// A few lines for a terminal of so many characters.
+    pub fn text(&self, width: Option<usize>) -> String {
         let truth = match self.own.true_distance_m {
             Some(distance_m) => format!(", true distance {distance_m:.4} m"),
             None => String::new(),
@@ -140,7 +142,7 @@ impl<'a> BothEstimates<'a> {
             ]
         };
         let table = [heading.map(str::to_owned), cells(&rows[0]), cells(&rows[1])];
-        let width = |column: usize| {
+        let widest = |column: usize| {
             let widths = table.iter().map(|row| row[column].chars().count());
             widths.max().unwrap_or(0)
         };
@@ -148,16 +150,14 @@ impl<'a> BothEstimates<'a> {
             let _ = write!(text, " ");
             for (column, cell) in row.iter().enumerate() {
                 let _ = match column {
-                    0 => write!(text, " {cell:<0$}", width(0)),
-                    _ => write!(text, "  {cell:>0$}", width(column)),
+                    0 => write!(text, " {cell:<0$}", widest(0)),
+                    _ => write!(text, "  {cell:>0$}", widest(column)),
                 };
             }
             text.push('\n');
         }
-        for note in self.notes() {
-            let _ = writeln!(text, "  {note}");
-        }
-        text
+        let notes: Vec<Vec<String>> = self.notes().into_iter().map(|note| vec![note]).collect();
+        text + &columns(&notes, 2, width)
     }
 }
 

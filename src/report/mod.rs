@@ -1,10 +1,13 @@
 //! What people read: plots, tables, the report page.
 
 pub mod chart;
+mod columns;
 mod coordinate;
 pub mod estimates;
 pub mod page;
+pub mod plan;
 pub mod plot;
+mod quantities;
 
 use std::fmt::Write as _;
 

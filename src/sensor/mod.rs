@@ -12,7 +12,7 @@ pub mod peak;
 use self::contract::Contract;
 use crate::code::Code;
 use crate::scan::{Clock, Timing};
-use crate::scene::Scene;
+use crate::scene::{EstimatorKind, Scene};
 
 /// A scene, and what follows from it for every other part.
 #[derive(Debug, Clone)]
@@ -37,6 +37,11 @@ impl Sensor {
         let mut scene = self.scene.clone();
         change(&mut scene);
         Sensor::new(&scene)
+    }
+
+    /// The same hardware and light with another estimator.
+    pub fn estimated_by(&self, estimator: EstimatorKind) -> Sensor {
+        Sensor::new(&self.scene.estimated_by(estimator))
     }
 
     /// What was written down of it.

@@ -23,7 +23,7 @@ fn clock(sensor: &mut SensorTop, input: &Inputs) -> Outputs {
     settle(sensor);
     sensor.i_clk.next = true;
     settle(sensor);
-    let saturates = sensor.o_saturated.count() == 1;
+    let saturates = sensor.o_saturated.is_present();
     let outputs = Outputs {
         laser: sensor.o_laser.val().value() as u64,
         epoch: sensor.o_epoch.val(),
@@ -31,10 +31,10 @@ fn clock(sensor: &mut SensorTop, input: &Inputs) -> Outputs {
         valid: sensor.m_axis_tvalid.val(),
         last: sensor.m_axis_tlast.val(),
         overrun: sensor.o_overrun.val(),
-        saturated: saturates && sensor.o_saturated[0].val(),
-        peak_step: if_peak(sensor, sensor.o_peak_step[0].val().value()),
-        peak_count: if_peak(sensor, sensor.o_peak_count[0].val().value()),
-        peak_valid: if_peak(sensor, u128::from(sensor.o_peak_valid[0].val())) == 1,
+        saturated: saturates && sensor.o_saturated.val(),
+        peak_step: if_peak(sensor, sensor.o_peak_step.val().value()),
+        peak_count: if_peak(sensor, sensor.o_peak_count.val().value()),
+        peak_valid: if_peak(sensor, u128::from(sensor.o_peak_valid.val())) == 1,
     };
     sensor.i_clk.next = false;
     settle(sensor);
@@ -43,7 +43,7 @@ fn clock(sensor: &mut SensorTop, input: &Inputs) -> Outputs {
 
 /// A stand-in's value is not looked at.
 fn if_peak(sensor: &SensorTop, value: u128) -> u128 {
-    if sensor.o_peak_valid.count() == 1 {
+    if sensor.o_peak_valid.is_present() {
         value
     } else {
         0
@@ -171,7 +171,7 @@ fn a_code_source_gives_its_table_from_any_start_and_waits_without_advance() {
                 let (reset, load) = (cycle == 0, noise.below(50) == 0);
                 let advance = noise.below(4) != 0;
                 source.i_rst.next = reset;
-                source.i_load[0].next = load;
+                source.i_load.next = load;
                 source.i_advance.next = advance;
                 settle(&mut source);
                 source.i_clk.next = true;

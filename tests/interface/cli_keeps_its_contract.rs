@@ -165,6 +165,73 @@ fn a_run_prints_both_estimators_and_what_the_hardware_does_not_send() {
 }
 
 #[test]
+fn a_degree_that_is_suggested_leads_to_hardware() {
+    let folder = tempfile::tempdir().unwrap();
+    let emit = |degree: &str| {
+        let scene = folder.path().join(format!("{degree}.toml"));
+        let text = fs::read_to_string(QUICK).unwrap();
+        let text = text.replace("degree = 5", &format!("degree = {degree}"));
+        let text = text.replace("steps = \"all\"", "steps = { first = 0, count = 8 }");
+        fs::write(&scene, text).unwrap();
+        let out = folder.path().join("out");
+        goldtof(&[
+            "emit",
+            scene.to_str().unwrap(),
+            "--out",
+            out.to_str().unwrap(),
+        ])
+    };
+    for degree in ["4", "8", "12", "16", "20"] {
+        let output = emit(degree);
+        assert_eq!(output.status.code(), Some(2), "{degree}");
+        let told = stderr(&output);
+        let advice = told
+            .split("use degree ")
+            .nth(1)
+            .unwrap_or_else(|| panic!("{told}"));
+        let suggested = advice.split([' ', ',']).next().unwrap();
+        let output = emit(suggested);
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{suggested}: {}",
+            stderr(&output)
+        );
+        let alone = advice.contains("in simulation alone");
+        assert_eq!(alone, degree.parse::<u32>().unwrap() + 1 > 16, "{told}");
+    }
+}
+
+#[test]
+fn a_path_beyond_the_range_is_told_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("far.toml");
+    let text = fs::read_to_string(QUICK).unwrap();
+    fs::write(&scene, text.replace("3.2 m", "500 m")).unwrap();
+    let (scene, out) = (scene.to_str().unwrap(), folder.path().join("out"));
+    let out = out.to_str().unwrap();
+    for command in [
+        vec!["plan", scene],
+        vec!["run", scene, "--out", out],
+        vec!["simulate", scene, "--fidelity", "expected"],
+    ] {
+        let output = goldtof(&command);
+        let told = stderr(&output);
+        let first = told.lines().next().unwrap_or_default();
+        assert!(
+            first.contains("500.0000 m are beyond"),
+            "{command:?}: {told}"
+        );
+        // 511 chips of 8 ns are 612.8 m, 255 are 305.8 m and no Gold code's.
+        assert!(first.contains("degree 9 "), "{first}");
+        if command[0] == "run" {
+            let text = String::from_utf8(output.stdout).unwrap();
+            assert_eq!(text.matches("500.0000 m").count(), 1, "{text}");
+        }
+    }
+}
+
+#[test]
 fn a_run_shows_every_detector() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("two.toml");

@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
-use goldtof::cli::plan::to_text;
+use goldtof::plan::overview::{overview, with_cells};
+use goldtof::plan::resources::{Basis, resources};
 use goldtof::plan::{Part, plan};
+use goldtof::report::plan::{parts, text};
 use goldtof::scene::{EstimatorKind, Fluctuation, Movement, Scene, load};
 use goldtof::sensor::Sensor;
 
@@ -25,44 +27,50 @@ fn part(scene: &Scene, name: &str) -> Part {
 
 #[test]
 fn the_plan_of_paper_single() {
+    let sensor = Sensor::new(&standard("paper-single"));
     insta::assert_snapshot!(
-        to_text(&plan(&Sensor::new(&standard("paper-single")))),
+        parts(&with_cells(plan(&sensor), &sensor), None),
         @r#"
-    Hardware
-      kept      code_generator        an LFSR of degree 11 makes the first m-sequence
-      kept      second_lfsr           a Gold code is the XOR of two m-sequences
-      left out  interleaver           the code is not interleaved (nu = 0)
-      kept      phase_stepper         delays the reference by 8 phase steps per chip
-      kept      lane_choice           delays the reference by parts of a chip, one of 8 samples at a time
-      kept      edge_detector         finds rising edges in 8 samples per clock of 1 detector
-      kept      updown_correlator     17 bits hold any count of 13100 chips with at most 4 edges each
-      left out  parallel_correlators  parallel = 1: phase steps are correlated one after another
-      left out  count_segments        one carry chain holds 17 bits at full clock; saves pipeline stages
-      left out  saturation_clamp      no stimulus can overflow 17 bits; saves a pipeline stage and a port
-      left out  total_counts          the estimator "fft" uses the signed counts alone
-      kept      scan_controller       walks 16376 phase steps of 13100 chips each
-      left out  scan_realignment      a scan of all 16376 phase steps ends where it began
-      left out  peak_detector         the host receives all 16376 counts and finds their maximum
-      kept      result_stream         counts leave as an AXI4-Stream of 24 bits
-    Simulation
-      kept      modulated_light       mean power 4 pW, keyed by a code of 992 on-chips in 2047
-      kept      off_state_light       extinction_ratio = 10: constant light of 1/10 of the on-rate
-      left out  moving_paths          every path keeps its delay: phase steps run side by side in vector lanes
-      left out  interference          no light of any other source reaches the detector
-      left out  multipath             one path leads from the reference's source to the detector
-      kept      photon_detection      photon_detection_probability = 0.31: scales the rates, no photon is drawn in vain
-      kept      dark_counts           dark_count_rate = 71 kcps, as constant light
-      left out  background            background_rate = 0
-      kept      dead_time             blind for 14 ns after an avalanche
-      kept      afterpulsing          probability 0.137, decaying with 5 ns
-      kept      delay                 detections are registered 1.75 ns late; the calibration offset removes it
-      kept      jitter                2 Gaussian parts of 53.6 ps together
-      kept      pulse_sampling        pulses of 7 ns are sampled every 1 ns; those that merge count once
-      left out  counter_edge_delays   sampled hardware applies the sign to samples and has no such edges; only the tier in continuous time (events) uses them
-      kept      full_scan             the scan covers all 16376 phase steps
-      kept      coarse_estimate       the maximum over the scan
-      kept      fine_estimate         phase of the fundamental over 16 phase steps
-      left out  model_fit             estimator = "fft"
+    Hardware, kept
+      code_generator     an LFSR of degree 11 makes the first m-sequence
+      second_lfsr        a Gold code is the XOR of two m-sequences
+      phase_stepper      delays the reference by 8 phase steps per chip
+      lane_choice        delays the reference by parts of a chip, one of 8 samples at a time
+      edge_detector      finds rising edges in 8 samples per clock of 1 detector
+      updown_correlator  17 bits hold any count of 13100 chips with at most 4 edges each
+      scan_controller    walks 16376 phase steps of 13100 chips each
+      result_stream      counts leave as an AXI4-Stream of 24 bits
+
+    Hardware, left out
+      interleaver           about 3 LUTs, 3 flip-flops    the code is not interleaved (nu = 0)
+      parallel_correlators  about 74 LUTs, 82 flip-flops  parallel = 1: phase steps are correlated one after another
+      count_segments        about 8 LUTs, 21 flip-flops   one carry chain holds 17 bits at full clock; saves pipeline stages
+      saturation_clamp                                    no stimulus can overflow 17 bits; saves a pipeline stage and a port
+      total_counts          about 31 LUTs, 65 flip-flops  the estimator "fft" uses the signed counts alone
+      scan_realignment                                    a scan of all 16376 phase steps ends where it began
+      peak_detector         about 32 LUTs, 74 flip-flops  the host receives all 16376 counts and finds their maximum
+
+    Simulation, kept
+      modulated_light   mean power 4 pW, keyed by a code of 992 on-chips in 2047
+      off_state_light   extinction_ratio = 10: constant light of 1/10 of the on-rate
+      photon_detection  photon_detection_probability = 0.31: scales the rates, no photon is drawn in vain
+      dark_counts       dark_count_rate = 71 kcps, as constant light
+      dead_time         blind for 14 ns after an avalanche
+      afterpulsing      probability 0.137, decaying with 5 ns
+      delay             detections are registered 1.75 ns late; the calibration offset removes it
+      jitter            2 Gaussian parts of 53.6 ps together
+      pulse_sampling    pulses of 7 ns are sampled every 1 ns; those that merge count once
+      full_scan         the scan covers all 16376 phase steps
+      coarse_estimate   the maximum over the scan
+      fine_estimate     phase of the fundamental over 16 phase steps
+
+    Simulation, left out
+      moving_paths         every path keeps its delay: phase steps run side by side in vector lanes
+      interference         no light of any other source reaches the detector
+      multipath            one path leads from the reference's source to the detector
+      background           background_rate = 0
+      counter_edge_delays  sampled hardware applies the sign to samples and has no such edges; only the tier in continuous time (events) uses them
+      model_fit            estimator = "fft"
     "#
     );
 }
@@ -208,4 +216,94 @@ fn a_path_that_moves_is_followed_and_one_of_no_speed_is_not() {
     );
     scene.paths[0].movement = moving(0.0, 0.0);
     assert!(!part(&scene, "moving_paths").kept);
+}
+
+#[test]
+fn a_sensor_that_was_synthesized_has_its_measured_cells() {
+    let mut scene = standard("paper-single");
+    // First row of docs/resources.md.
+    let base = resources(&Sensor::new(&scene)).expect("it was measured");
+    assert_eq!((base.cells.luts, base.cells.flip_flops), (101, 212));
+    assert_eq!(base.basis, Basis::Measured);
+    // Its row "total_counts".
+    scene.hardware.total_counts = Some(true);
+    let totals = resources(&Sensor::new(&scene)).expect("it was measured");
+    assert_eq!((totals.cells.luts, totals.cells.flip_flops), (133, 278));
+    // No row has both; the fit says so, and is near what the two rows add up to.
+    scene.hardware.peak_detector = true;
+    let both = resources(&Sensor::new(&scene)).expect("it can be fitted");
+    assert!(matches!(both.basis, Basis::Fitted { .. }));
+    let sum = 278.0 + 299.0 - 212.0;
+    assert!(
+        (both.cells.flip_flops as f64 / sum - 1.0).abs() < 0.1,
+        "{both:?}"
+    );
+}
+
+#[test]
+fn what_people_read_of_a_plan_has_the_numbers_of_its_json() {
+    let overview = overview(&Sensor::new(&standard("quick")));
+    let json = serde_json::to_value(&overview).unwrap();
+    let text = text(&overview, None);
+    // 31 chips of 8 ns, 8 steps each, 2500 chips a step.
+    assert_eq!(json["figures"]["steps"], 248);
+    assert!((json["figures"]["frame_time_s"].as_f64().unwrap() - 248.0 * 20e-6).abs() < 1e-12);
+    for words in [
+        "4.96 ms: 248 phase steps of 20 \u{b5}s",
+        "125 MHz",
+        "37.17 m",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    for expected in json["expected"].as_array().unwrap() {
+        let bias_mm = expected["expected_bias_m"].as_f64().unwrap() * 1e3;
+        let std_mm = expected["expected_std_m"].as_f64().unwrap() * 1e3;
+        let words = format!("bias {bias_mm:+.2} mm, scatter {std_mm:.2} mm");
+        assert!(text.contains(&words), "{words}: {text}");
+    }
+    let luts = &json["resources"]["luts"];
+    assert!(
+        text.contains(&format!("about {luts} (LUT4")),
+        "{luts}: {text}"
+    );
+}
+
+#[test]
+fn a_saving_that_was_measured_over_nothing_is_not_told() {
+    let mut scene = standard("quick");
+    for source in &mut scene.sources {
+        source.mean_power_w = 0.0;
+    }
+    for detector in &mut scene.detectors {
+        detector.dark_count_rate_cps = 0.0;
+    }
+    let overview = overview(&Sensor::new(&scene));
+    assert!(overview.plan.not_measured > 0);
+    let measured = overview
+        .plan
+        .simulation
+        .iter()
+        .filter_map(|part| part.saving.as_ref());
+    for saving in measured {
+        assert!(!saving.basis.contains(" 0 detections"), "{saving:?}");
+    }
+    assert!(text(&overview, None).contains("was not measured"));
+}
+
+#[test]
+fn a_plan_fits_the_terminal() {
+    let overview = overview(&Sensor::new(&standard("quick")));
+    let words = |text: &str| {
+        text.split_whitespace()
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
+    };
+    let wide = text(&overview, None);
+    let narrow = text(&overview, Some(70));
+    assert!(
+        narrow.lines().all(|line| line.chars().count() <= 80),
+        "{narrow}"
+    );
+    assert!(narrow.lines().count() > wide.lines().count());
+    assert_eq!(words(&wide).len(), words(&narrow).len());
 }

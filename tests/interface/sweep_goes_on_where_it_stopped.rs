@@ -265,7 +265,7 @@ fn a_point_that_cannot_be_simulated_has_the_reason_in_its_row() {
         QUICK,
         "--json",
         "--fidelity",
-        "expected",
+        "counts",
         "--out",
         out,
         "--over",

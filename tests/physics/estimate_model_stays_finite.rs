@@ -76,7 +76,7 @@ fn assert_finite(scene: &Scene, counts: &[StepCount], name: &str) -> bool {
     };
     let report = estimate_scan(&Sensor::new(scene), 0, counts);
     let (own, other) = (&report, &report);
-    let told = BothEstimates { own, other }.text();
+    let told = BothEstimates { own, other }.text(None);
     for text in [text, format!("{report:?}"), told] {
         let words = text.split(|c: char| !c.is_ascii_alphabetic());
         let wrong: Vec<&str> = words.filter(|word| ["NaN", "inf"].contains(word)).collect();

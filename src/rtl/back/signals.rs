@@ -171,15 +171,7 @@ impl Names {
 
     /// The signal that a kernel calls `key`.
     pub fn find(&self, key: &str) -> Option<SignalId> {
-        fn without(names: &HashMap<String, SignalId>, key: &str, from: usize) -> Option<SignalId> {
-            if let Some(id) = names.get(key) {
-                return Some(*id);
-            }
-            let at = from + key[from..].find("$0")?;
-            without(names, &format!("{}{}", &key[..at], &key[at + 2..]), at)
-                .or_else(|| without(names, key, at + 2))
-        }
-        without(&self.by_key, key, 0)
+        self.by_key.get(key).copied()
     }
 
     fn add(&mut self, key: &str, name: String, width: u32, role: Role, about: &str) -> SignalId {

@@ -1,4 +1,13 @@
 //! What belongs to one detector.
+//!
+//! | port | |
+//! |---|---|
+//! | `i_samples` | sampled level of the detector |
+//! | `i_run`, `i_pre_last_chip`, `i_last_chip`, `i_start`, `i_dump` | from the scan controller |
+//! | `o_count`, `o_total`, `o_clamped` | counts of a group's steps |
+//!
+//! Latency that of its parts in turn: edges, correlator, clamp. A detector more costs all of this
+//! (see "N = 2 detectors" in docs/resources.md); the scan controller and the stream are shared.
 
 use super::phase_geometry::{PhaseGeometry, ReferenceStart};
 use super::scan_controller::dump_about;
@@ -8,136 +17,167 @@ use super::{
 };
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
-use crate::sensor::contract::Contract;
+use crate::sensor::contract::{Contract, CountSegments, TotalCount};
 
 /// One detector's hits, its reference, and the counts of its phase steps.
-#[derive(Debug, Clone, LogicBlock)]
+#[block(ChannelPlan)]
 pub struct DetectorChannel {
-    /// Clock.
+    /// one chip per cycle
     pub i_clk: Input<bool>,
-    /// Synchronous reset.
+    /// synchronous, active high
     pub i_rst: Input<bool>,
-    /// Sampled level of the detector.
+    /// level of the SPAD, bit 0 earliest
+    #[width(plan.lanes)]
     pub i_samples: Input<Word>,
-    /// The present clock belongs to a scan.
+    /// the present chip belongs to a scan
     pub i_run: Input<bool>,
-    /// The present chip is the last but one of a group of steps.
+    /// the present chip is the last but one of a phase step
+    #[when(plan.looks_ahead && plan.geometry.grows_by_samples())]
     pub i_pre_last_chip: Optional<Input<bool>>,
-    /// Last chip of a group of steps.
+    /// last chip of a phase step
     pub i_last_chip: Input<bool>,
-    /// First clock of a scan comes next.
+    /// a scan begins with the next clock
+    #[when(plan.realigns)]
     pub i_start: Optional<Input<bool>>,
     /// A group's last hits are in; one bit for each segment of the count.
+    #[about(dump_about(plan.segments.count))]
+    #[width(plan.segments.count)]
     pub i_dump: Input<Word>,
     /// Counts of the group's steps.
+    #[each(step in 0..plan.parallel)]
+    #[about(plan.step_about("signed", step))]
+    #[width(plan.count_bits)]
     pub o_count: Vec<Output<Word>>,
     /// Total count of each of them.
+    #[when(plan.total.is_some())]
+    #[about("hits of a phase step, up and down together")]
+    #[width(plan.total.map_or(1, |total| total.bits))]
     pub o_total: Optional<Output<Word>>,
     /// Which of them were clamped; the first also when the total was.
+    #[each(step in 0..plan.clamps())]
+    #[about(plan.step_about(plan.clamped_about(step), step))]
     pub o_clamped: Vec<Output<bool>>,
+    #[is(plan.about.clone())]
     about: About,
+    #[is(plan.reference.clone())]
     reference: CodeSource,
+    #[is(PhaseStepper::new(plan.geometry, plan.start, plan.looks_ahead, plan.realigns))]
     stepper: PhaseStepper,
+    #[is(EdgeDetector::new(plan.lanes))]
     edges: EdgeDetector,
-    correlator: Vec<UpdownCorrelator>,
+    #[when(plan.banks == 0)]
+    #[is(UpdownCorrelator::new(plan.lanes, plan.segments))]
+    correlator: Optional<UpdownCorrelator>,
+    #[each(bank in 0..plan.banks)]
+    #[is(plan.bank(bank as u32))]
     bank: Vec<CorrelatorBank>,
+    #[each(step in 0..plan.parallel)]
+    #[about(plan.step_about("exact", step))]
+    #[width(plan.exact_bits)]
     exact: Vec<Local<Word>>,
+    #[each(_step in 0..plan.clamps())]
+    #[is(CountClamp::new(plan.exact_bits, plan.count_bits))]
     clamp: Vec<CountClamp>,
+    #[each(total in plan.total.iter())]
+    #[is(HitCounter::new(plan.lanes, *total, plan.segments))]
     total: Vec<HitCounter>,
-    _bank_steps: usize,
-    _last_bank_steps: usize,
-    _total_clamps: usize,
+    plan: Plan<ChannelPlan>,
+}
+
+#[derive(Debug, Clone)]
+struct ChannelPlan {
+    lanes: u32,
+    parallel: usize,
+    count_bits: u32,
+    exact_bits: u32,
+    segments: CountSegments,
+    total: Option<TotalCount>,
+    /// Banks of correlators; none where a group is a single step.
+    banks: usize,
+    /// Steps in every bank but the last.
+    bank_steps: usize,
+    saturates: bool,
+    realigns: bool,
+    looks_ahead: bool,
+    geometry: PhaseGeometry,
+    start: ReferenceStart,
+    reference: CodeSource,
+    about: About,
+}
+
+impl ChannelPlan {
+    fn new(contract: &Contract, code: &Code) -> ChannelPlan {
+        let lanes = contract.lanes();
+        let scan = &contract.timing.scan;
+        let first_delay = (scan.first_step % u64::from(lanes)) as u32;
+        let geometry = PhaseGeometry::new(lanes, contract.parallel(), first_delay);
+        let (start, next_chip) = reference_start(contract, code, geometry.kept_chips());
+        ChannelPlan {
+            lanes,
+            parallel: contract.parallel() as usize,
+            count_bits: contract.count_bits,
+            exact_bits: contract.exact_count_bits,
+            segments: contract.count_segments,
+            total: contract.total,
+            banks: match contract.parallel() {
+                1 => 0,
+                _ => contract.banks() as usize,
+            },
+            bank_steps: contract.bank_steps as usize,
+            saturates: contract.saturates(),
+            realigns: contract.realigns(),
+            looks_ahead: scan.integration_chips > 1,
+            geometry,
+            start,
+            reference: CodeSource::new(code, next_chip, contract.realigns()),
+            about: describe(contract),
+        }
+    }
+
+    fn clamps(&self) -> usize {
+        if self.saturates { self.parallel } else { 0 }
+    }
+
+    fn total_saturates(&self) -> bool {
+        self.total.is_some_and(|total| total.saturates())
+    }
+
+    fn last_bank(&self) -> usize {
+        self.banks.saturating_sub(1)
+    }
+
+    fn last_bank_steps(&self) -> usize {
+        match self.banks {
+            0 => 0,
+            _ => self.parallel - self.last_bank() * self.bank_steps,
+        }
+    }
+
+    fn bank(&self, bank: u32) -> CorrelatorBank {
+        let rest = self.parallel as u32 - bank * self.bank_steps as u32;
+        let steps = rest.min(self.bank_steps as u32);
+        CorrelatorBank::new(self.lanes, self.segments, steps, rest)
+    }
+
+    fn step_about(&self, about: &str, step: usize) -> String {
+        match self.parallel {
+            1 => format!("count of a phase step, {about}"),
+            _ => format!("count of step {step} of the group, {about}"),
+        }
+    }
+
+    fn clamped_about(&self, step: usize) -> &'static str {
+        match step {
+            0 if self.total_saturates() => "clamped, or the total",
+            _ => "clamped",
+        }
+    }
 }
 
 impl DetectorChannel {
     /// The channel of a detector that follows `code`.
     pub fn new(contract: &Contract, code: &Code) -> DetectorChannel {
-        let (lanes, parallel) = (contract.lanes(), contract.parallel());
-        let Contract {
-            count_segments,
-            bank_steps,
-            ..
-        } = *contract;
-        let realigns = contract.realigns();
-        let looks_ahead = contract.timing.scan.integration_chips > 1;
-        let first_delay = (contract.timing.scan.first_step % u64::from(lanes)) as u32;
-        let geometry = PhaseGeometry::new(lanes, parallel, first_delay);
-        let (start, next_chip) = reference_start(contract, code, geometry.kept_chips());
-        let banks = if parallel > 1 { contract.banks() } else { 0 };
-        let first_steps = |bank: u32| bank * bank_steps;
-        let steps_of = |bank: u32| bank_steps.min(parallel - first_steps(bank));
-        let of_steps = |bits: u32, about: &str| -> Vec<Output<Word>> {
-            (0..parallel)
-                .map(|step| Output::word(bits, step_about(about, step, parallel)))
-                .collect()
-        };
-        let clamps = if contract.saturates() { parallel } else { 0 };
-        let total_clamps = contract.total.is_some_and(|total| total.saturates());
-        let clamped_about = |step: u32| match step {
-            0 if total_clamps => "clamped, or the total",
-            _ => "clamped",
-        };
-        DetectorChannel {
-            i_clk: Input::bit("one chip per cycle"),
-            i_rst: Input::bit("synchronous, active high"),
-            i_samples: Input::word(lanes, "level of the SPAD, bit 0 earliest"),
-            i_run: Input::bit("the present chip belongs to a scan"),
-            i_pre_last_chip: Optional::new(
-                looks_ahead && geometry.grows_by_samples(),
-                Input::bit("the present chip is the last but one of a phase step"),
-            ),
-            i_last_chip: Input::bit("last chip of a phase step"),
-            i_start: Optional::new(realigns, Input::bit("a scan begins with the next clock")),
-            i_dump: Input::word(count_segments.count, dump_about(count_segments.count)),
-            o_count: of_steps(contract.count_bits, "signed"),
-            o_total: Optional::new(
-                contract.total.is_some(),
-                Output::word(
-                    contract.total.map_or(1, |total| total.bits),
-                    "hits of a phase step, up and down together",
-                ),
-            ),
-            o_clamped: (0..clamps)
-                .map(|step| Output::bit(step_about(clamped_about(step), step, parallel)))
-                .collect(),
-            about: describe(contract),
-            reference: CodeSource::new(code, next_chip, realigns),
-            stepper: PhaseStepper::new(geometry, start, looks_ahead, realigns),
-            edges: EdgeDetector::new(lanes),
-            correlator: (0..u32::from(parallel == 1))
-                .map(|_| UpdownCorrelator::new(lanes, count_segments))
-                .collect(),
-            bank: (0..banks)
-                .map(|bank| {
-                    let rest = parallel - first_steps(bank);
-                    CorrelatorBank::new(lanes, count_segments, steps_of(bank), rest)
-                })
-                .collect(),
-            exact: (0..parallel)
-                .map(|step| {
-                    let about = step_about("exact", step, parallel);
-                    Local::word(contract.exact_count_bits, about)
-                })
-                .collect(),
-            clamp: (0..clamps)
-                .map(|_| CountClamp::new(contract.exact_count_bits, contract.count_bits))
-                .collect(),
-            total: contract
-                .total
-                .iter()
-                .map(|&plan| HitCounter::new(lanes, plan, count_segments))
-                .collect(),
-            _bank_steps: bank_steps as usize,
-            _last_bank_steps: banks.checked_sub(1).map_or(0, steps_of) as usize,
-            _total_clamps: usize::from(total_clamps),
-        }
-    }
-}
-
-fn step_about(about: &str, step: u32, parallel: u32) -> String {
-    match parallel {
-        1 => format!("count of a phase step, {about}"),
-        _ => format!("count of step {step} of the group, {about}"),
+        DetectorChannel::build(&ChannelPlan::new(contract, code))
     }
 }
 
@@ -185,94 +225,109 @@ fn reference_start(contract: &Contract, code: &Code, kept_chips: u32) -> (Refere
     (start, chip_at(present_cycle + 1))
 }
 
+#[kernel]
 impl Logic for DetectorChannel {
-    #[hdl_gen]
     fn update(&mut self) {
         self.reference.i_clk.next = self.i_clk.val();
         self.reference.i_rst.next = self.i_rst.val();
         self.reference.i_advance.next = self.stepper.o_advance.val();
-
         self.stepper.i_clk.next = self.i_clk.val();
         self.stepper.i_rst.next = self.i_rst.val();
         self.stepper.i_chip.next = self.reference.o_chip.val();
         self.stepper.i_last_chip.next = self.i_last_chip.val();
-        for _ahead in 0..self.i_pre_last_chip.count() {
-            self.stepper.i_pre_last_chip[0].next = self.i_pre_last_chip[0].val();
+        if self.i_pre_last_chip.is_present() {
+            self.stepper.i_pre_last_chip.next = self.i_pre_last_chip.val();
         }
-        for _realigns in 0..self.i_start.count() {
-            self.reference.i_load[0].next = self.i_start[0].val();
-            self.stepper.i_start[0].next = self.i_start[0].val();
+        if self.i_start.is_present() {
+            self.reference.i_load.next = self.i_start.val();
+            self.stepper.i_start.next = self.i_start.val();
         }
-
         self.edges.i_clk.next = self.i_clk.val();
         self.edges.i_rst.next = self.i_rst.val();
         self.edges.i_samples.next = self.i_samples.val();
         self.edges.i_run.next = self.i_run.val();
-
-        for c in 0..(self.correlator.len()) {
-            self.correlator[c].i_clk.next = self.i_clk.val();
-            self.correlator[c].i_rst.next = self.i_rst.val();
-            self.correlator[c].i_hits.next = self.edges.o_hits.val();
-            for _pairs in 0..(self.edges.o_early.count()) {
-                self.correlator[c].i_early[0].next = self.edges.o_early[0].val();
-            }
-            self.correlator[c].i_reference.next = self.stepper.o_window.val();
-            self.correlator[c].i_dump.next = self.i_dump.val();
-            self.exact[c].next = self.correlator[c].o_count.val();
+        if self.correlator.is_present() {
+            self.correlate();
+        } else {
+            self.feed_banks();
+            self.gather_counts();
         }
-        for b in 0..(self.bank.len()) {
-            self.bank[b].i_clk.next = self.i_clk.val();
-            self.bank[b].i_rst.next = self.i_rst.val();
-        }
-        for first in 0..(self.bank.len().min(1)) {
-            self.bank[first].i_hits.next = self.edges.o_hits.val();
-            for _pairs in 0..(self.edges.o_early.count()) {
-                self.bank[first].i_early[0].next = self.edges.o_early[0].val();
-            }
-            self.bank[first].i_window.next = self.stepper.o_window.val();
-            self.bank[first].i_dump.next = self.i_dump.val();
-        }
-        for b in 1..(self.bank.len()) {
-            self.bank[b].i_hits.next = self.bank[b - 1].o_hits[0].val();
-            for _pairs in 0..(self.edges.o_early.count()) {
-                self.bank[b].i_early[0].next = self.bank[b - 1].o_early[0].val();
-            }
-            self.bank[b].i_window.next = self.bank[b - 1].o_window[0].val();
-            self.bank[b].i_dump.next = self.bank[b - 1].o_dump[0].val();
-        }
-        for size in self._bank_steps..(self._bank_steps + 1) {
-            for b in 0..(self.bank.len().saturating_sub(1)) {
-                for q in 0..self._bank_steps {
-                    self.exact[size * b + q].next = self.bank[b].o_count[q].val();
-                }
-            }
-            for last in (self.bank.len().saturating_sub(1))..(self.bank.len()) {
-                for q in 0..self._last_bank_steps {
-                    self.exact[size * last + q].next = self.bank[last].o_count[q].val();
-                }
-            }
-        }
-
-        for first in 0..self._total_clamps {
-            self.clamp[first].i_count.next = self.exact[first].val();
-            self.o_count[first].next = self.clamp[first].o_count.val();
-            self.o_clamped[first].next =
-                self.clamp[first].o_clamped.val() | self.total[first].o_clamped[0].val();
-        }
-        for p in self._total_clamps..(self.clamp.len()) {
-            self.clamp[p].i_count.next = self.exact[p].val();
-            self.o_count[p].next = self.clamp[p].o_count.val();
-            self.o_clamped[p].next = self.clamp[p].o_clamped.val();
-        }
-        for p in (self.clamp.len())..(self.o_count.len()) {
-            self.o_count[p].next = self.exact[p].val();
-        }
-        for t in 0..(self.total.len()) {
+        self.clamp_counts();
+        for t in 0..self.total.len() {
             self.total[t].i_clk.next = self.i_clk.val();
             self.total[t].i_rst.next = self.i_rst.val();
             self.total[t].i_hits.next = self.edges.o_hits.val();
             self.total[t].i_dump.next = self.i_dump.val();
-            self.o_total[0].next = self.total[t].o_total.val();
+            self.o_total.next = self.total[t].o_total.val();
+        }
+    }
+
+    /// One step at a time.
+    fn correlate(&mut self) {
+        self.correlator.i_clk.next = self.i_clk.val();
+        self.correlator.i_rst.next = self.i_rst.val();
+        self.correlator.i_hits.next = self.edges.o_hits.val();
+        if self.edges.o_early.is_present() {
+            self.correlator.i_early.next = self.edges.o_early.val();
+        }
+        self.correlator.i_reference.next = self.stepper.o_window.val();
+        self.correlator.i_dump.next = self.i_dump.val();
+        self.exact[0].next = self.correlator.o_count.val();
+    }
+
+    /// Each bank works a clock behind the one before it, which hands on what it had.
+    fn feed_banks(&mut self) {
+        for b in 0..self.plan.banks {
+            self.bank[b].i_clk.next = self.i_clk.val();
+            self.bank[b].i_rst.next = self.i_rst.val();
+        }
+        self.bank[0].i_hits.next = self.edges.o_hits.val();
+        if self.edges.o_early.is_present() {
+            self.bank[0].i_early.next = self.edges.o_early.val();
+        }
+        self.bank[0].i_window.next = self.stepper.o_window.val();
+        self.bank[0].i_dump.next = self.i_dump.val();
+        for b in 1..self.plan.banks {
+            self.bank[b].i_hits.next = self.bank[b - 1].o_hits.val();
+            if self.edges.o_early.is_present() {
+                self.bank[b].i_early.next = self.bank[b - 1].o_early.val();
+            }
+            self.bank[b].i_window.next = self.bank[b - 1].o_window.val();
+            self.bank[b].i_dump.next = self.bank[b - 1].o_dump.val();
+        }
+    }
+
+    fn gather_counts(&mut self) {
+        let size = self.plan.bank_steps;
+        let last = self.plan.last_bank();
+        for b in 0..last {
+            for q in 0..size {
+                self.exact[size * b + q].next = self.bank[b].o_count[q].val();
+            }
+        }
+        for q in 0..self.plan.last_bank_steps() {
+            self.exact[size * last + q].next = self.bank[last].o_count[q].val();
+        }
+    }
+
+    /// The nearest counts that fit; the first is also marked when the total did not.
+    fn clamp_counts(&mut self) {
+        for p in 0..self.clamp.len() {
+            self.clamp[p].i_count.next = self.exact[p].val();
+            self.o_count[p].next = self.clamp[p].o_count.val();
+        }
+        if self.plan.total_saturates() {
+            self.o_clamped[0].next = self.clamp[0].o_clamped.val() | self.total[0].o_clamped.val();
+            for p in 1..self.clamp.len() {
+                self.o_clamped[p].next = self.clamp[p].o_clamped.val();
+            }
+        } else {
+            for p in 0..self.clamp.len() {
+                self.o_clamped[p].next = self.clamp[p].o_clamped.val();
+            }
+        }
+        for p in self.clamp.len()..self.o_count.len() {
+            self.o_count[p].next = self.exact[p].val();
         }
     }
 }

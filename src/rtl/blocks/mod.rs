@@ -33,7 +33,7 @@ mod square;
 mod state_match;
 mod updown_correlator;
 
-pub use accumulator::{Accumulator, Place};
+pub use accumulator::{Accumulator, AccumulatorPlan};
 pub use chip_history::ChipHistory;
 pub use chip_table::ChipTableGenerator;
 pub use code_source::{CodePorts, CodeSource};

@@ -1,80 +1,131 @@
 //! Counts as an AXI4-Stream.
+//!
+//! | port | |
+//! |---|---|
+//! | `i_count`, `i_total`, `i_clamped` | counts of a group, detector by detector |
+//! | `i_pre_counted`, `i_counted`, `i_last` | they are new in the next clock, now; the scan's last |
+//! | `o_data`, `o_valid`, `i_ready`, `o_last` | the stream, a count a beat |
+//! | `o_overrun`, `o_saturated` | a result was lost, or clamped, since reset |
+//!
+//! Latency 1 clock from `i_counted` to `o_valid`. One register for each count of a group, and the
+//! shift between them; a receiver that never stalls saves half of it ("m_axis_tready tied high" in
+//! docs/resources.md).
 
 use crate::rtl::front::prelude::*;
 use crate::sensor::contract::TotalCount;
 
 /// Offers the counts of a group of phase steps as a stream, one per beat:
 /// the first detector's steps, then the next detector's.
-#[derive(Debug, Clone, LogicBlock)]
+#[block(StreamPlan)]
 pub struct ResultStream {
-    /// Clock.
+    /// at most one group of counts per cycle
     pub i_clk: Input<bool>,
-    /// Synchronous reset.
+    /// synchronous, active high
     pub i_rst: Input<bool>,
     /// Counts, detector by detector.
+    #[each(count in 0..plan.counts())]
+    #[about(plan.count_about(count))]
+    #[width(plan.count_bits)]
     pub i_count: Vec<Input<Word>>,
     /// Total count of each detector, if they are sent.
+    #[each(detector in 0..plan.totals())]
+    #[about(total_about(detector, plan.detectors))]
+    #[width(plan.total_bits())]
     pub i_total: Vec<Input<Word>>,
     /// Which of them were clamped.
+    #[each(count in 0..plan.clamped())]
+    #[about(first_of(count, "count 0 was clamped, and so on"))]
     pub i_clamped: Vec<Input<bool>>,
-    /// New counts are there in the next clock; if there are several.
+    /// new counts are there in the next clock
+    #[when(plan.queues())]
     pub i_pre_counted: Optional<Input<bool>>,
-    /// New counts are there.
+    /// new counts are there
     pub i_counted: Input<bool>,
-    /// They are the scan's last.
+    /// they are the scan's last
     pub i_last: Input<bool>,
-    /// The receiver takes the result.
+    /// the receiver takes the result
     pub i_ready: Input<bool>,
     /// The count, sign-extended, and above it the total, zero-extended.
+    #[about(data_about(plan.total))]
+    #[width(plan.data_bits)]
     pub o_data: Output<Word>,
-    /// `o_data` and `o_last` hold a result.
+    /// a result waits
     pub o_valid: Output<bool>,
-    /// The result is the scan's last.
+    /// the result is the scan's last
     pub o_last: Output<bool>,
-    /// A result was lost since reset.
+    /// a result was lost since reset
     pub o_overrun: Output<bool>,
-    /// A count was clamped since reset.
+    /// a count was clamped since reset
+    #[when(plan.saturates)]
     pub o_saturated: Optional<Output<bool>>,
+    #[is(describe(plan))]
     about: About,
+    #[each(count in 0..plan.counts())]
+    #[about(match count {
+        0 => "the result",
+        1 => "the results that come next",
+        _ => "",
+    })]
+    #[width(plan.count_bits)]
     count: Vec<Register<Word>>,
+    /// the result's total count
+    #[when(plan.total.is_some())]
+    #[width(plan.total_bits())]
     total: Optional<Register<Word>>,
+    #[each(detector in 1..=plan.further())]
+    #[about(total_about(detector, plan.detectors))]
+    #[width(plan.total_bits())]
     waiting_total: Vec<Register<Word>>,
+    #[each(place in 0..plan.marked())]
+    #[about(first_of(place, "detectors of those that come next, one-hot from 1"))]
+    #[width(plan.further())]
     detector: Vec<Register<Word>>,
     valid: Register<bool>,
+    /// the waiting results are the scan's last
     last: Register<bool>,
     overrun: Register<bool>,
+    /// the result is its group's last
+    #[when(plan.queues())]
     ends: Optional<Register<bool>>,
+    #[each(count in 0..plan.queued())]
+    #[about(first_of(count, "the next one is its group's last; then those behind it"))]
     next_ends: Vec<Register<bool>>,
+    /// the results behind the first have yet to move up
+    #[when(plan.is_deep())]
     moves_up: Optional<Register<bool>>,
+    /// others of its group come after the result that waits
+    #[when(plan.queues())]
     more: Optional<Register<bool>>,
+    /// the results behind the first move up, or new ones come
+    #[when(plan.queues())]
     changes: Optional<Register<bool>>,
+    #[when(plan.saturates)]
     saturated: Optional<Register<bool>>,
+    #[when(plan.saturates)]
+    #[width(plan.counts())]
     clamped: Optional<Wiring>,
+    /// those among them that a scan's last group has
+    #[when(plan.saturates && plan.is_short())]
+    #[sources(plan.counts_of_last_group(), plan.counts())]
     clamped_last: Optional<Wiring>,
+    /// the result after the one that comes next is the group's last
+    #[when(plan.queues())]
     later_ends: Optional<Local<bool>>,
+    /// the result that comes next
+    #[when(plan.queues())]
+    #[width(plan.count_bits)]
     next: Optional<Local<Word>>,
+    /// its detector, one-hot from 1
+    #[when(plan.further() > 0)]
+    #[width(plan.further().max(1))]
     next_detector: Optional<Local<Word>>,
+    /// the count, signed, in whole bytes
+    #[when(plan.total.is_some())]
+    #[width(plan.signed_bits())]
     signed_count: Optional<Local<Word>>,
     blocked: Local<bool>,
     load: Local<bool>,
-    _single: usize,
-    _detectors: usize,
-    _steps: usize,
-    _last_steps: usize,
-    _compacts: usize,
-    _is_short: usize,
-    _short_at_once: usize,
-    _whole_end: usize,
-    _short_end: usize,
-    _behind_whole: usize,
-    _behind_short: usize,
-    _first_later: usize,
-    _first_short: usize,
-    _first_whole: usize,
-    _back_to_back: usize,
-    _data_bits: usize,
-    _signed_bits: usize,
-    _further: usize,
+    plan: Plan<StreamPlan>,
 }
 
 /// What a result stream carries.
@@ -89,186 +140,118 @@ pub struct StreamPlan {
     /// Bits of the stream's words.
     pub data_bits: u32,
     /// Detectors.
-    pub detectors: u32,
+    pub detectors: usize,
     /// Phase steps at once.
-    pub steps: u32,
+    pub steps: usize,
     /// Phase steps of a scan's last group.
-    pub last_steps: u32,
+    pub last_steps: usize,
     /// Groups may come in successive clocks.
     pub back_to_back: bool,
+}
+
+impl StreamPlan {
+    fn counts(&self) -> usize {
+        self.detectors * self.steps
+    }
+
+    /// Whether counts wait behind the first.
+    fn queues(&self) -> bool {
+        self.counts() > 1
+    }
+
+    /// Whether more than one waits behind the first.
+    fn is_deep(&self) -> bool {
+        self.counts() > 2
+    }
+
+    fn queued(&self) -> usize {
+        if self.queues() { self.counts() } else { 0 }
+    }
+
+    fn totals(&self) -> usize {
+        self.total.map_or(0, |_| self.detectors)
+    }
+
+    fn total_bits(&self) -> u32 {
+        self.total.map_or(1, |total| total.bits)
+    }
+
+    fn clamped(&self) -> usize {
+        if self.saturates { self.counts() } else { 0 }
+    }
+
+    /// Detectors whose totals wait for their results' turn.
+    fn further(&self) -> usize {
+        self.totals().saturating_sub(1)
+    }
+
+    /// Counts behind the first that are marked with their detector.
+    fn marked(&self) -> usize {
+        if self.further() > 0 {
+            self.counts() - 1
+        } else {
+            0
+        }
+    }
+
+    /// Whether a scan's last group has fewer steps.
+    fn is_short(&self) -> bool {
+        self.last_steps < self.steps
+    }
+
+    /// Whether a scan's last group is a single count.
+    fn is_short_at_once(&self) -> bool {
+        self.is_short() && self.detectors * self.last_steps == 1
+    }
+
+    /// Whether the counts of a scan's last group have gaps between them.
+    fn compacts(&self) -> bool {
+        self.is_short() && self.detectors > 1
+    }
+
+    fn counts_of_last_group(&self) -> Vec<usize> {
+        (0..self.counts())
+            .filter(|count| count % self.steps < self.last_steps)
+            .collect()
+    }
+
+    /// The last count but one of a group.
+    fn whole_end(&self) -> usize {
+        self.counts().saturating_sub(2)
+    }
+
+    /// The same of a scan's last group, unless that has only one.
+    fn short_end(&self) -> usize {
+        match self.detectors * self.last_steps {
+            1 => self.whole_end(),
+            sent => sent - 2,
+        }
+    }
+
+    fn data_bits(&self) -> usize {
+        self.data_bits as usize
+    }
+
+    /// Bits below the total.
+    fn signed_bits(&self) -> usize {
+        self.total.map_or(1, |total| total.first_bit as usize)
+    }
+
+    fn count_about(&self, count: usize) -> String {
+        let (detector, step) = (count / self.steps, count % self.steps);
+        match (self.detectors, self.steps) {
+            (1, 1) => "count of the step, signed".to_owned(),
+            (1, _) => format!("count of step {step} of the group, signed"),
+            (_, 1) => format!("count of detector {detector}, signed"),
+            _ => format!("count of detector {detector}, step {step} of the group, signed"),
+        }
+    }
 }
 
 impl ResultStream {
     /// A stream.
     pub fn new(plan: StreamPlan) -> ResultStream {
-        let StreamPlan {
-            count_bits,
-            saturates,
-            total,
-            data_bits,
-            detectors,
-            steps,
-            last_steps,
-            back_to_back,
-        } = plan;
-        let counts = (detectors * steps) as usize;
-        let total_bits = total.map_or(1, |total| total.bits);
-        // Detectors whose totals wait for their results' turn.
-        let further = total.map_or(0, |_| detectors - 1);
-        let is_short = last_steps < steps;
-        let of = |count: usize| (count as u32 / steps, count as u32 % steps);
-        let count_about = |count: usize| match (detectors, steps, of(count)) {
-            (1, 1, _) => "count of the step, signed".to_owned(),
-            (1, _, (_, step)) => format!("count of step {step} of the group, signed"),
-            (_, 1, (detector, _)) => format!("count of detector {detector}, signed"),
-            (_, _, (detector, step)) => {
-                format!("count of detector {detector}, step {step} of the group, signed")
-            }
-        };
-        // The last result but one of a group, and of a scan's last group unless
-        // that has only one.
-        let whole_end = counts.saturating_sub(2);
-        let short_end = match (detectors * last_steps) as usize {
-            1 => whole_end,
-            sent => sent - 2,
-        };
-        ResultStream {
-            i_clk: Input::bit("at most one group of counts per cycle"),
-            i_rst: Input::bit("synchronous, active high"),
-            i_count: (0..counts)
-                .map(|count| Input::word(count_bits, count_about(count)))
-                .collect(),
-            i_total: (0..total.map_or(0, |_| detectors))
-                .map(|detector| Input::word(total_bits, total_about(detector, detectors)))
-                .collect(),
-            i_clamped: (0..if saturates { counts } else { 0 })
-                .map(|count| Input::bit(first_of(count, "count 0 was clamped, and so on")))
-                .collect(),
-            i_pre_counted: Optional::new(
-                counts > 1,
-                Input::bit("new counts are there in the next clock"),
-            ),
-            i_counted: Input::bit("new counts are there"),
-            i_last: Input::bit("they are the scan's last"),
-            i_ready: Input::bit("the receiver takes the result"),
-            o_data: Output::word(data_bits, data_about(total)),
-            o_valid: Output::bit("a result waits"),
-            o_last: Output::bit("the result is the scan's last"),
-            o_overrun: Output::bit("a result was lost since reset"),
-            o_saturated: Optional::new(saturates, Output::bit("a count was clamped since reset")),
-            about: describe(plan),
-            count: (0..counts)
-                .map(|count| {
-                    let about = match count {
-                        0 => "the result",
-                        1 => "the results that come next",
-                        _ => "",
-                    };
-                    Register::word(count_bits, 0, about)
-                })
-                .collect(),
-            total: Optional::new(
-                total.is_some(),
-                Register::word(total_bits, 0, "the result's total count"),
-            ),
-            waiting_total: (1..=further)
-                .map(|detector| Register::word(total_bits, 0, total_about(detector, detectors)))
-                .collect(),
-            detector: (1..if further > 0 { counts } else { 1 })
-                .map(|place| {
-                    let about = first_of(
-                        place - 1,
-                        "detectors of those that come next, one-hot from 1",
-                    );
-                    Register::word(further, 0, about)
-                })
-                .collect(),
-            valid: Register::bit(false, "a result waits"),
-            last: Register::bit(false, "the waiting results are the scan's last"),
-            overrun: Register::bit(false, "a result was lost since reset"),
-            ends: Optional::new(
-                counts > 1,
-                Register::bit(false, "the result is its group's last"),
-            ),
-            next_ends: (0..if counts > 1 { counts } else { 0 })
-                .map(|count| {
-                    let about = "the next one is its group's last; then those behind it";
-                    Register::bit(false, first_of(count, about))
-                })
-                .collect(),
-            moves_up: Optional::new(
-                counts > 2,
-                Register::bit(false, "the results behind the first have yet to move up"),
-            ),
-            more: Optional::new(
-                counts > 1,
-                Register::bit(
-                    false,
-                    "others of its group come after the result that waits",
-                ),
-            ),
-            changes: Optional::new(
-                counts > 1,
-                Register::bit(
-                    false,
-                    "the results behind the first move up, or new ones come",
-                ),
-            ),
-            saturated: Optional::new(
-                saturates,
-                Register::bit(false, "a count was clamped since reset"),
-            ),
-            clamped: Optional::new(saturates, Wiring::new(counts, (0..counts).collect(), "")),
-            clamped_last: Optional::new(
-                saturates && is_short,
-                Wiring::new(
-                    counts,
-                    (0..counts)
-                        .filter(|&count| of(count).1 < last_steps)
-                        .collect(),
-                    "those among them that a scan's last group has",
-                ),
-            ),
-            later_ends: Optional::new(
-                counts > 1,
-                Local::bit("the result after the one that comes next is the group's last"),
-            ),
-            next: Optional::new(
-                counts > 1,
-                Local::word(count_bits, "the result that comes next"),
-            ),
-            next_detector: Optional::new(
-                further > 0,
-                Local::word(further.max(1), "its detector, one-hot from 1"),
-            ),
-            signed_count: Optional::new(
-                total.is_some(),
-                Local::word(
-                    total.map_or(1, |total| total.first_bit),
-                    "the count, signed, in whole bytes",
-                ),
-            ),
-            blocked: Local::bit(""),
-            load: Local::bit(""),
-            _single: usize::from(counts == 1),
-            _detectors: detectors as usize,
-            _steps: steps as usize,
-            _last_steps: last_steps as usize,
-            _compacts: usize::from(is_short && detectors > 1),
-            _is_short: usize::from(is_short),
-            _short_at_once: usize::from(is_short && detectors * last_steps == 1),
-            _whole_end: whole_end,
-            _short_end: short_end,
-            _behind_whole: (whole_end + 1).min(counts - 1),
-            _behind_short: (short_end + 1).min(whole_end),
-            _first_later: usize::from(whole_end > 0 && short_end > 0),
-            _first_short: usize::from(whole_end > 0 && short_end == 0),
-            _first_whole: usize::from(whole_end == 0),
-            _back_to_back: usize::from(back_to_back),
-            _data_bits: data_bits as usize,
-            _signed_bits: total.map_or(data_bits, |total| total.first_bit) as usize,
-            _further: further as usize,
-        }
+        ResultStream::build(&plan)
     }
 }
 
@@ -277,7 +260,7 @@ fn first_of(place: usize, about: &str) -> &str {
     if place == 0 { about } else { "" }
 }
 
-fn total_about(detector: u32, detectors: u32) -> String {
+fn total_about(detector: usize, detectors: usize) -> String {
     match detectors {
         1 => "total count of the group's steps".to_owned(),
         _ => format!("total count of detector {detector}'s steps"),
@@ -294,7 +277,7 @@ fn data_about(total: Option<TotalCount>) -> String {
     }
 }
 
-fn describe(plan: StreamPlan) -> About {
+fn describe(plan: &StreamPlan) -> About {
     let mut about = About::new("result_stream", "counts of the phase steps as AXI4-Stream").note(
         "The sensor cannot stall: results that come while others still wait are lost, and \
          o_overrun stays high until reset.",
@@ -329,229 +312,257 @@ fn describe(plan: StreamPlan) -> About {
     about.fact("Latency", "1 clock from i_counted to o_valid")
 }
 
+#[kernel]
 impl Logic for ResultStream {
-    #[hdl_gen]
     fn update(&mut self) {
         dff_setup!(self, i_clk, valid, last, overrun);
-        for c in 0..(self.count.len()) {
+        for c in 0..self.count.len() {
             dff_setup!(self, i_clk, count[c]);
-        }
-        for _total in 0..self.total.count() {
-            dff_setup!(self, i_clk, total[0]);
-        }
-        for d in 0..(self.waiting_total.len()) {
-            dff_setup!(self, i_clk, waiting_total[d]);
-        }
-        for c in 0..(self.detector.len()) {
-            dff_setup!(self, i_clk, detector[c]);
         }
         self.o_valid.next = self.valid.q.val();
         self.o_overrun.next = self.overrun.q.val();
-
-        for _single in 0..self._single {
+        if self.total.is_present() {
+            self.hold_totals();
+        }
+        if self.plan.queues() {
+            self.queue();
+        } else {
             self.o_last.next = self.last.q.val();
             self.blocked.next = self.valid.q.val() & !self.i_ready.val();
             self.load.next = self.i_counted.val() & !self.blocked.val();
         }
-        for _several in self._single..1 {
-            dff_setup!(self, i_clk, ends[0], more[0], changes[0]);
-            for c in 0..(self.next_ends.len()) {
-                dff_setup!(self, i_clk, next_ends[c]);
-            }
-            self.o_last.next = self.last.q.val() & self.ends[0].q.val();
-            self.blocked.next = self.more[0].q.val() | (self.valid.q.val() & !self.i_ready.val());
-            self.load.next = self.i_counted.val() & !self.blocked.val();
-            for _several_counts in self._short_at_once..1 {
-                self.more[0].d.next = self.load.val();
-            }
-            for _single_count in 0..self._short_at_once {
-                self.more[0].d.next = self.load.val() & !self.i_last.val();
-            }
-            for _apart in self._back_to_back..1 {
-                self.changes[0].d.next = self.i_pre_counted[0].val();
-            }
-            for _back_to_back in 0..self._back_to_back {
-                self.changes[0].d.next = self.i_pre_counted[0].val() & !self.load.val();
-            }
-            if self.more[0].q.val() {
-                self.more[0].d.next = !(self.i_ready.val() & self.next_ends[0].q.val());
-                self.changes[0].d.next = self.i_ready.val();
-            }
-
-            for _two in self.moves_up.count()..1 {
-                self.next[0].next = self.count[1].q.val();
-                self.later_ends[0].next = self.next_ends[1].q.val();
-                for _further in 0..self.next_detector.count() {
-                    self.next_detector[0].next = self.detector[0].q.val();
-                }
-            }
-            for second in 2..(self.moves_up.count() + 2) {
-                dff_setup!(self, i_clk, moves_up[0]);
-                self.moves_up[0].d.next = self.more[0].q.val() & self.i_ready.val();
-                if self.moves_up[0].q.val() {
-                    self.next[0].next = self.count[second].q.val();
-                    self.later_ends[0].next = self.next_ends[second].q.val();
-                    for _further in 0..self.next_detector.count() {
-                        self.next_detector[0].next = self.detector[second - 1].q.val();
-                    }
-                } else {
-                    self.next[0].next = self.count[1].q.val();
-                    self.later_ends[0].next = self.next_ends[1].q.val();
-                    for _further in 0..self.next_detector.count() {
-                        self.next_detector[0].next = self.detector[0].q.val();
-                    }
-                }
-            }
-            if self.i_ready.val() | !self.valid.q.val() {
-                if self.more[0].q.val() {
-                    self.count[0].d.next = self.next[0].val();
-                    self.ends[0].d.next = self.next_ends[0].q.val();
-                    self.next_ends[0].d.next = self.later_ends[0].val();
-                    for d in 0..self._further {
-                        if self.next_detector[0].val().get_bit(d) {
-                            self.total[0].d.next = self.waiting_total[d].q.val();
-                        }
-                    }
-                } else if self.i_counted.val() {
-                    self.count[0].d.next = self.i_count[0].val();
-                    for _total in 0..self.total.count() {
-                        self.total[0].d.next = self.i_total[0].val();
-                    }
-                    for _several_counts in self._short_at_once..1 {
-                        self.ends[0].d.next = false;
-                    }
-                    for _single_count in 0..self._short_at_once {
-                        self.ends[0].d.next = self.i_last.val();
-                    }
-                    for _later in 0..self._first_later {
-                        self.next_ends[0].d.next = false;
-                    }
-                    for _short in 0..self._first_short {
-                        self.next_ends[0].d.next = self.i_last.val();
-                    }
-                    for _whole in 0..self._first_whole {
-                        for _always in self._is_short..1 {
-                            self.next_ends[0].d.next = true;
-                        }
-                        for _unless_short in 0..self._is_short {
-                            self.next_ends[0].d.next = !self.i_last.val();
-                        }
-                    }
-                }
-            }
-            if self.changes[0].q.val() {
-                for c in 1..(self.count.len()) {
-                    self.count[c].d.next = self.i_count[c].val();
-                }
-                for d in 0..self._further {
-                    self.waiting_total[d].d.next = self.i_total[d + 1].val();
-                }
-                for steps in (self._steps)..(self._steps + self._further.min(1)) {
-                    for step in 1..self._steps {
-                        self.detector[step - 1].d.next = bit_cast(false, self._further);
-                    }
-                    for d in 1..(self._further + 1) {
-                        for step in 0..self._steps {
-                            self.detector[steps * d + step - 1].d.next =
-                                bit_cast(false, self._further).replace_bit(d - 1, true);
-                        }
-                    }
-                }
-                for c in 1..(self.next_ends.len()) {
-                    self.next_ends[c].d.next = false;
-                }
-                for whole in (self._whole_end.max(1))..self._behind_whole {
-                    for _always in self._is_short..1 {
-                        self.next_ends[whole].d.next = true;
-                    }
-                    for _unless_short in 0..self._is_short {
-                        self.next_ends[whole].d.next = !self.i_last.val();
-                    }
-                }
-                for short in (self._short_end.max(1))..self._behind_short {
-                    self.next_ends[short].d.next = self.i_last.val();
-                }
-                for _compacts in 0..self._compacts {
-                    if self.i_last.val() {
-                        for last_steps in self._last_steps..(self._last_steps + 1) {
-                            for steps in self._steps..(self._steps + 1) {
-                                for d in 1..self._detectors {
-                                    for step in 0..self._last_steps {
-                                        self.count[last_steps * d + step].d.next =
-                                            self.i_count[steps * d + step].val();
-                                        for _further in 0..self.next_detector.count() {
-                                            self.detector[last_steps * d + step - 1].d.next =
-                                                bit_cast(false, self._further)
-                                                    .replace_bit(d - 1, true);
-                                        }
-                                    }
-                                }
-                            }
-                        }
-                    }
-                }
-                for _deep in 0..self.moves_up.count() {
-                    if self.more[0].q.val() {
-                        for c in 1..(self.count.len() - 1) {
-                            self.count[c].d.next = self.count[c + 1].q.val();
-                            self.next_ends[c].d.next = self.next_ends[c + 1].q.val();
-                        }
-                        for d in 0..self._further {
-                            self.waiting_total[d].d.next = self.waiting_total[d].q.val();
-                        }
-                        for c in 1..(self.detector.len()) {
-                            self.detector[c - 1].d.next = self.detector[c].q.val();
-                        }
-                    }
-                }
-            }
-        }
         if self.load.val() {
-            for _single in 0..self._single {
+            if !self.plan.queues() {
                 self.count[0].d.next = self.i_count[0].val();
-                for _total in 0..self.total.count() {
-                    self.total[0].d.next = self.i_total[0].val();
+                if self.total.is_present() {
+                    self.total.d.next = self.i_total[0].val();
                 }
             }
             self.last.d.next = self.i_last.val();
         }
-        for _saturates in 0..self.o_saturated.count() {
-            dff_setup!(self, i_clk, saturated[0]);
-            for c in 0..(self.count.len()) {
-                self.clamped[0].i[c].next = self.i_clamped[c].val();
-            }
-            for _whole in self.clamped_last.count()..1 {
-                if self.i_counted.val() & self.clamped[0].o.val().any() {
-                    self.saturated[0].d.next = true;
-                }
-            }
-            for _short in 0..self.clamped_last.count() {
-                for c in 0..(self.count.len()) {
-                    self.clamped_last[0].i[c].next = self.i_clamped[c].val();
-                }
-                if self.i_counted.val()
-                    & ((!self.i_last.val() & self.clamped[0].o.val().any())
-                        | self.clamped_last[0].o.val().any())
-                {
-                    self.saturated[0].d.next = true;
-                }
-            }
-            self.o_saturated[0].next = self.saturated[0].q.val();
+        if self.o_saturated.is_present() {
+            self.flag_clamped();
         }
         self.valid.d.next = self.i_counted.val() | self.blocked.val();
         if self.i_counted.val() & self.blocked.val() {
             self.overrun.d.next = true;
         }
-        for _alone in self.total.count()..1 {
-            self.o_data.next = bit_cast(signed_cast(self.count[0].q.val()), self._data_bits);
+        self.offer();
+    }
+
+    fn hold_totals(&mut self) {
+        dff_setup!(self, i_clk, total);
+        for d in 0..self.waiting_total.len() {
+            dff_setup!(self, i_clk, waiting_total[d]);
         }
-        for _beside in 0..self.total.count() {
-            self.signed_count[0].next =
-                bit_cast(signed_cast(self.count[0].q.val()), self._signed_bits);
+        for c in 0..self.detector.len() {
+            dff_setup!(self, i_clk, detector[c]);
         }
-        for above in self._signed_bits..(self._signed_bits + self.total.count()) {
-            self.o_data.next = bit_cast(self.signed_count[0].val(), self._data_bits)
-                | (bit_cast(self.total[0].q.val(), self._data_bits) << above);
+    }
+
+    /// Several counts: the first is offered, the others wait behind it.
+    fn queue(&mut self) {
+        dff_setup!(self, i_clk, ends, more, changes);
+        for c in 0..self.next_ends.len() {
+            dff_setup!(self, i_clk, next_ends[c]);
+        }
+        self.o_last.next = self.last.q.val() & self.ends.q.val();
+        self.blocked.next = self.more.q.val() | (self.valid.q.val() & !self.i_ready.val());
+        self.load.next = self.i_counted.val() & !self.blocked.val();
+        if self.plan.is_short_at_once() {
+            self.more.d.next = self.load.val() & !self.i_last.val();
+        } else {
+            self.more.d.next = self.load.val();
+        }
+        if self.plan.back_to_back {
+            self.changes.d.next = self.i_pre_counted.val() & !self.load.val();
+        } else {
+            self.changes.d.next = self.i_pre_counted.val();
+        }
+        if self.more.q.val() {
+            self.more.d.next = !(self.i_ready.val() & self.next_ends[0].q.val());
+            self.changes.d.next = self.i_ready.val();
+        }
+        self.find_next();
+        if self.i_ready.val() | !self.valid.q.val() {
+            self.fill_first();
+        }
+        if self.changes.q.val() {
+            self.fill_behind();
+        }
+    }
+
+    /// What comes next: the second result, or the third if they have yet to move up.
+    fn find_next(&mut self) {
+        if self.moves_up.is_present() {
+            dff_setup!(self, i_clk, moves_up);
+            self.moves_up.d.next = self.more.q.val() & self.i_ready.val();
+            if self.moves_up.q.val() {
+                self.next.next = self.count[2].q.val();
+                self.later_ends.next = self.next_ends[2].q.val();
+                if self.next_detector.is_present() {
+                    self.next_detector.next = self.detector[1].q.val();
+                }
+            } else {
+                self.next.next = self.count[1].q.val();
+                self.later_ends.next = self.next_ends[1].q.val();
+                if self.next_detector.is_present() {
+                    self.next_detector.next = self.detector[0].q.val();
+                }
+            }
+        } else {
+            self.next.next = self.count[1].q.val();
+            self.later_ends.next = self.next_ends[1].q.val();
+            if self.next_detector.is_present() {
+                self.next_detector.next = self.detector[0].q.val();
+            }
+        }
+    }
+
+    /// The result that is offered, when it is taken or there is none.
+    fn fill_first(&mut self) {
+        if self.more.q.val() {
+            self.count[0].d.next = self.next.val();
+            self.ends.d.next = self.next_ends[0].q.val();
+            self.next_ends[0].d.next = self.later_ends.val();
+            for d in 0..self.plan.further() {
+                if self.next_detector.val().get_bit(d) {
+                    self.total.d.next = self.waiting_total[d].q.val();
+                }
+            }
+        } else if self.i_counted.val() {
+            self.count[0].d.next = self.i_count[0].val();
+            if self.total.is_present() {
+                self.total.d.next = self.i_total[0].val();
+            }
+            if self.plan.is_short_at_once() {
+                self.ends.d.next = self.i_last.val();
+            } else {
+                self.ends.d.next = false;
+            }
+            if self.plan.is_deep() && self.plan.short_end() > 0 {
+                self.next_ends[0].d.next = false;
+            } else if self.plan.is_deep() {
+                self.next_ends[0].d.next = self.i_last.val();
+            } else if self.plan.is_short() {
+                self.next_ends[0].d.next = !self.i_last.val();
+            } else {
+                self.next_ends[0].d.next = true;
+            }
+        }
+    }
+
+    /// The results behind it: a new group, or those that move up.
+    fn fill_behind(&mut self) {
+        for c in 1..self.count.len() {
+            self.count[c].d.next = self.i_count[c].val();
+        }
+        for d in 0..self.plan.further() {
+            self.waiting_total[d].d.next = self.i_total[d + 1].val();
+        }
+        if self.next_detector.is_present() {
+            self.mark();
+        }
+        for c in 1..self.next_ends.len() {
+            self.next_ends[c].d.next = false;
+        }
+        let whole = self.plan.whole_end();
+        let short = self.plan.short_end();
+        if self.plan.is_deep() && self.plan.is_short() {
+            self.next_ends[whole].d.next = !self.i_last.val();
+        } else if self.plan.is_deep() {
+            self.next_ends[whole].d.next = true;
+        }
+        if short > 0 && short < whole {
+            self.next_ends[short].d.next = self.i_last.val();
+        }
+        if self.plan.compacts() {
+            self.compact();
+        }
+        if self.plan.is_deep() {
+            self.move_up();
+        }
+    }
+
+    /// Marks the results behind the first with their detectors.
+    fn mark(&mut self) {
+        let steps = self.plan.steps;
+        let further = self.plan.further();
+        for step in 1..steps {
+            self.detector[step - 1].d.next = bit_cast(false, further);
+        }
+        for d in 1..(further + 1) {
+            for step in 0..steps {
+                self.detector[steps * d + step - 1].d.next =
+                    bit_cast(false, further).replace_bit(d - 1, true);
+            }
+        }
+    }
+
+    /// A scan's last group, whose surplus counts are left out.
+    fn compact(&mut self) {
+        let steps = self.plan.steps;
+        let last_steps = self.plan.last_steps;
+        let further = self.plan.further();
+        if self.i_last.val() {
+            for d in 1..self.plan.detectors {
+                for step in 0..last_steps {
+                    self.count[last_steps * d + step].d.next = self.i_count[steps * d + step].val();
+                    if self.next_detector.is_present() {
+                        self.detector[last_steps * d + step - 1].d.next =
+                            bit_cast(false, further).replace_bit(d - 1, true);
+                    }
+                }
+            }
+        }
+    }
+
+    fn move_up(&mut self) {
+        if self.more.q.val() {
+            for c in 1..(self.count.len() - 1) {
+                self.count[c].d.next = self.count[c + 1].q.val();
+                self.next_ends[c].d.next = self.next_ends[c + 1].q.val();
+            }
+            for d in 0..self.plan.further() {
+                self.waiting_total[d].d.next = self.waiting_total[d].q.val();
+            }
+            for c in 1..self.detector.len() {
+                self.detector[c - 1].d.next = self.detector[c].q.val();
+            }
+        }
+    }
+
+    fn flag_clamped(&mut self) {
+        dff_setup!(self, i_clk, saturated);
+        for c in 0..self.count.len() {
+            self.clamped.i[c].next = self.i_clamped[c].val();
+        }
+        if self.clamped_last.is_present() {
+            for c in 0..self.count.len() {
+                self.clamped_last.i[c].next = self.i_clamped[c].val();
+            }
+            if self.i_counted.val()
+                & ((!self.i_last.val() & self.clamped.o.val().any())
+                    | self.clamped_last.o.val().any())
+            {
+                self.saturated.d.next = true;
+            }
+        } else if self.i_counted.val() & self.clamped.o.val().any() {
+            self.saturated.d.next = true;
+        }
+        self.o_saturated.next = self.saturated.q.val();
+    }
+
+    /// The word of the stream.
+    fn offer(&mut self) {
+        let bits = self.plan.data_bits();
+        let below = self.plan.signed_bits();
+        if self.total.is_present() {
+            self.signed_count.next = bit_cast(signed_cast(self.count[0].q.val()), below);
+            self.o_data.next = bit_cast(self.signed_count.val(), bits)
+                | (bit_cast(self.total.q.val(), bits) << below);
+        } else {
+            self.o_data.next = bit_cast(signed_cast(self.count[0].q.val()), bits);
         }
     }
 }

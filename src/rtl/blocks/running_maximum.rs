@@ -1,4 +1,14 @@
 //! A detector's largest count in a scan, and its phase step.
+//!
+//! | port | |
+//! |---|---|
+//! | `i_count`, `i_turn` | counts of the group's steps, and whose turn it is |
+//! | `i_compared`, `i_first`, `i_step`, `i_done` | from the peak detector's schedule |
+//! | `o_step`, `o_count` | peak of the last scan |
+//!
+//! Latency from a count's turn to `i_compared` as the plan says, 2 clocks more until it is the
+//! largest. A detector has one; the schedule is shared by all (`peak_detector` in
+//! docs/resources.md has what both cost).
 
 use super::{CountChoice, CountComparison};
 use crate::rtl::front::prelude::*;
@@ -6,104 +16,117 @@ use crate::sensor::peak::PeakPlan;
 
 /// Running argmax of one detector's counts (eq. 15), kept from a scan's end to
 /// the next.
-#[derive(Debug, Clone, LogicBlock)]
+#[block(MaximumPlan)]
 pub struct RunningMaximum {
-    /// Clock.
+    /// at most one count per cycle
     pub i_clk: Input<bool>,
-    /// Synchronous reset.
+    /// synchronous, active high
     pub i_rst: Input<bool>,
     /// Counts of the group's steps.
+    #[each(step in 0..plan.peak.parallel)]
+    #[about(count_about(step, plan.peak.parallel))]
+    #[width(plan.peak.count_bits)]
     pub i_count: Vec<Input<Word>>,
-    /// Whose turn it is, if there are several.
+    /// whose turn it is
+    #[when(plan.has_turns())]
+    #[width(plan.peak.parallel)]
     pub i_turn: Optional<Input<Word>>,
-    /// The present count has been compared.
+    /// the present count has been compared
     pub i_compared: Input<bool>,
-    /// It is the scan's first.
+    /// it is a scan's first
     pub i_first: Input<bool>,
-    /// Phase step of the count that was compared a clock ago.
+    /// phase step of the count compared a clock ago
+    #[width(plan.peak.step_bits)]
     pub i_step: Input<Word>,
-    /// The largest count so far is the scan's.
+    /// the largest count so far is the scan's
     pub i_done: Input<bool>,
-    /// Phase step of the last scan's peak.
+    /// phase step of the last scan's peak
+    #[width(plan.peak.step_bits)]
     pub o_step: Output<Word>,
-    /// Its count.
+    /// its count, signed
+    #[width(plan.peak.count_bits)]
     pub o_count: Output<Word>,
+    #[is(describe(&plan.peak))]
     about: About,
+    #[each(counts in plan.choices.iter().copied())]
+    #[width(counts)]
     turns: Vec<Wiring>,
+    #[each(counts in plan.choices.iter().copied())]
+    #[is(CountChoice::new(plan.peak.count_bits, counts))]
     choice: Vec<CountChoice>,
+    #[each(choice in 0..plan.last_choice())]
+    #[about(format!("what choices 0 to {} chose", choice + 1))]
+    #[width(plan.peak.count_bits)]
     up_to: Vec<Local<Word>>,
+    /// count to be compared
+    #[when(plan.keeps())]
+    #[width(plan.peak.count_bits)]
     kept: Optional<Register<Word>>,
+    /// count to be compared
+    #[width(plan.peak.count_bits)]
     present: Local<Word>,
+    #[is(CountComparison::new(&plan.peak))]
     comparison: CountComparison,
+    /// the count is the largest so far
     replaces: Register<bool>,
+    /// largest count so far
+    #[width(plan.peak.count_bits)]
     largest: Register<Word>,
+    /// its phase step
+    #[width(plan.peak.step_bits)]
     best_step: Register<Word>,
+    #[width(plan.peak.step_bits)]
     step: Register<Word>,
+    #[width(plan.peak.count_bits)]
     count: Register<Word>,
-    _choice: usize,
-    _last_choice: usize,
-    _clamped: usize,
+    plan: Plan<MaximumPlan>,
+}
+
+#[derive(Debug, Clone)]
+struct MaximumPlan {
+    peak: PeakPlan,
+    /// Counts in each choice; none where a group has a single count.
+    choices: Vec<u32>,
+}
+
+impl MaximumPlan {
+    fn has_turns(&self) -> bool {
+        self.peak.parallel > 1
+    }
+
+    /// Whether a count that was clamped just before waits for a clock.
+    fn waits(&self) -> bool {
+        !self.has_turns() && self.peak.choosing_clocks > 0
+    }
+
+    fn keeps(&self) -> bool {
+        self.waits() || self.choices.len() > 1
+    }
+
+    fn last_choice(&self) -> usize {
+        self.choices.len().saturating_sub(1)
+    }
+
+    /// Counts of every choice but the last.
+    fn choice_counts(&self) -> usize {
+        self.choices.first().map_or(0, |&counts| counts as usize)
+    }
+
+    fn last_choice_counts(&self) -> usize {
+        self.choices.last().map_or(0, |&counts| counts as usize)
+    }
 }
 
 impl RunningMaximum {
     /// For the counts of one detector.
     pub fn new(plan: &PeakPlan) -> RunningMaximum {
-        let PeakPlan {
-            step_bits,
-            count_bits,
-            parallel,
-            ..
-        } = *plan;
-        let choices = if parallel > 1 {
-            plan.choices()
-        } else {
-            Vec::new()
-        };
-        let choice = choices.first().map_or(1, |&counts| counts as usize);
-        let is_clamped = parallel == 1 && plan.choosing_clocks > 0;
-        let keeps = is_clamped || choices.len() > 1;
-        RunningMaximum {
-            i_clk: Input::bit("at most one count per cycle"),
-            i_rst: Input::bit("synchronous, active high"),
-            i_count: (0..parallel)
-                .map(|step| Input::word(count_bits, count_about(step, parallel)))
-                .collect(),
-            i_turn: Optional::new(parallel > 1, Input::word(parallel, "whose turn it is")),
-            i_compared: Input::bit("the present count has been compared"),
-            i_first: Input::bit("it is a scan's first"),
-            i_step: Input::word(step_bits, "phase step of the count compared a clock ago"),
-            i_done: Input::bit("the largest count so far is the scan's"),
-            o_step: Output::word(step_bits, "phase step of the last scan's peak"),
-            o_count: Output::word(count_bits, "its count, signed"),
-            about: describe(plan),
-            turns: choices
-                .iter()
-                .map(|&counts| Wiring::new(counts as usize, (0..counts as usize).collect(), ""))
-                .collect(),
-            choice: choices
-                .iter()
-                .map(|&counts| CountChoice::new(count_bits, counts))
-                .collect(),
-            up_to: (0..choices.len().saturating_sub(1))
-                .map(|choice| {
-                    Local::word(
-                        count_bits,
-                        format!("what choices 0 to {} chose", choice + 1),
-                    )
-                })
-                .collect(),
-            kept: Optional::new(keeps, Register::word(count_bits, 0, "count to be compared")),
-            present: Local::word(count_bits, "count to be compared"),
-            comparison: CountComparison::new(plan),
-            replaces: Register::bit(false, "the count is the largest so far"),
-            largest: Register::word(count_bits, 0, "largest count so far"),
-            best_step: Register::word(step_bits, 0, "its phase step"),
-            step: Register::word(step_bits, 0, "phase step of the last scan's peak"),
-            count: Register::word(count_bits, 0, "count of the last scan's peak"),
-            _choice: choice,
-            _last_choice: choices.last().map_or(1, |&counts| counts as usize),
-            _clamped: usize::from(is_clamped),
-        }
+        RunningMaximum::build(&MaximumPlan {
+            peak: *plan,
+            choices: match plan.parallel {
+                1 => Vec::new(),
+                _ => plan.choices(),
+            },
+        })
     }
 }
 
@@ -132,54 +155,14 @@ fn describe(plan: &PeakPlan) -> About {
     )
 }
 
+#[kernel]
 impl Logic for RunningMaximum {
-    #[hdl_gen]
     fn update(&mut self) {
         dff_setup!(self, i_clk, replaces, largest, best_step, step, count);
-        for size in self._choice..(self._choice + 1) {
-            for c in 0..(self.choice.len().saturating_sub(1)) {
-                for t in 0..self._choice {
-                    self.turns[c].i[t].next = self.i_turn[0].val().get_bit(size * c + t);
-                    self.choice[c].i_count[t].next = self.i_count[size * c + t].val();
-                }
-            }
-            for last in (self.choice.len().saturating_sub(1))..(self.choice.len()) {
-                for t in 0..self._last_choice {
-                    self.turns[last].i[t].next = self.i_turn[0].val().get_bit(size * last + t);
-                    self.choice[last].i_count[t].next = self.i_count[size * last + t].val();
-                }
-            }
+        if self.plan.has_turns() {
+            self.choose();
         }
-        for c in 0..(self.choice.len()) {
-            self.choice[c].i_clk.next = self.i_clk.val();
-            self.choice[c].i_rst.next = self.i_rst.val();
-            self.choice[c].i_turn.next = self.turns[c].o.val();
-        }
-        for _several in 0..(self.up_to.len().min(1)) {
-            self.up_to[0].next = self.choice[0].o_count.val() | self.choice[1].o_count.val();
-        }
-        for c in 1..(self.up_to.len()) {
-            self.up_to[c].next = self.up_to[c - 1].val() | self.choice[c + 1].o_count.val();
-        }
-        for _kept in 0..self.kept.count() {
-            dff_setup!(self, i_clk, kept[0]);
-            for _clamped in 0..self._clamped {
-                self.kept[0].d.next = self.i_count[0].val();
-            }
-            for all in (self.up_to.len().saturating_sub(1))..(self.up_to.len()) {
-                self.kept[0].d.next = self.up_to[all].val();
-            }
-            self.present.next = self.kept[0].q.val();
-        }
-        for _at_once in self.kept.count()..1 {
-            for _single in self.i_turn.count()..1 {
-                self.present.next = self.i_count[0].val();
-            }
-            for _one_choice in 0..self.i_turn.count() {
-                self.present.next = self.choice[0].o_count.val();
-            }
-        }
-
+        self.take_present();
         self.comparison.i_clk.next = self.i_clk.val();
         self.comparison.i_rst.next = self.i_rst.val();
         self.comparison.i_count.next = self.present.val();
@@ -196,5 +179,50 @@ impl Logic for RunningMaximum {
         }
         self.o_step.next = self.step.q.val();
         self.o_count.next = self.count.q.val();
+    }
+
+    /// The count whose turn it is, out of some counts at a time.
+    fn choose(&mut self) {
+        let size = self.plan.choice_counts();
+        let last = self.plan.last_choice();
+        for c in 0..last {
+            for t in 0..size {
+                self.turns[c].i[t].next = self.i_turn.val().get_bit(size * c + t);
+                self.choice[c].i_count[t].next = self.i_count[size * c + t].val();
+            }
+        }
+        for t in 0..self.plan.last_choice_counts() {
+            self.turns[last].i[t].next = self.i_turn.val().get_bit(size * last + t);
+            self.choice[last].i_count[t].next = self.i_count[size * last + t].val();
+        }
+        for c in 0..self.choice.len() {
+            self.choice[c].i_clk.next = self.i_clk.val();
+            self.choice[c].i_rst.next = self.i_rst.val();
+            self.choice[c].i_turn.next = self.turns[c].o.val();
+        }
+        if last > 0 {
+            self.up_to[0].next = self.choice[0].o_count.val() | self.choice[1].o_count.val();
+        }
+        for c in 1..last {
+            self.up_to[c].next = self.up_to[c - 1].val() | self.choice[c + 1].o_count.val();
+        }
+    }
+
+    /// The count to be compared.
+    fn take_present(&mut self) {
+        if self.plan.keeps() {
+            dff_setup!(self, i_clk, kept);
+            if self.plan.waits() {
+                self.kept.d.next = self.i_count[0].val();
+            } else {
+                let all = self.plan.last_choice().saturating_sub(1);
+                self.kept.d.next = self.up_to[all].val();
+            }
+            self.present.next = self.kept.q.val();
+        } else if self.plan.has_turns() {
+            self.present.next = self.choice[0].o_count.val();
+        } else {
+            self.present.next = self.i_count[0].val();
+        }
     }
 }

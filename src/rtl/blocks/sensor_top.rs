@@ -1,4 +1,15 @@
 //! The whole sensor.
+//!
+//! | port | |
+//! |---|---|
+//! | `o_laser`, `o_epoch` | chips of the sources, and the first of the reference's code |
+//! | `i_samples` | sampled levels of the detectors |
+//! | `m_axis_*` | counts of the phase steps, an AXI4-Stream |
+//! | `o_overrun`, `o_saturated` | a result was lost, or clamped |
+//! | `o_peak_*` | peak of each scan |
+//!
+//! Latency `result_latency_clocks` from a step's last samples to `m_axis_tvalid`. Sources that
+//! follow one code share its generator; docs/resources.md has what each option costs.
 
 use std::sync::Arc;
 
@@ -10,159 +21,176 @@ use crate::rtl::front::prelude::*;
 use crate::sensor::contract::{Contract, Direction};
 
 /// Transmit generators, the scan, a channel for each detector, and the results.
-#[derive(Debug, Clone, LogicBlock)]
+#[block(TopPlan)]
 pub struct SensorTop {
-    /// Clock, one cycle per chip.
+    /// one cycle per chip
     pub i_clk: Input<bool>,
-    /// Synchronous reset.
+    /// synchronous, active high; pulse it after power-up
     pub i_rst: Input<bool>,
-    /// Chips of the sources.
+    /// chip of each source, bit m for source m
+    #[under("Lasers")]
+    #[width(plan.sources())]
     pub o_laser: Output<Word>,
-    /// First chip of the reference's code.
+    /// o_laser shows the first chip of the reference's code
+    #[under("Lasers")]
     pub o_epoch: Output<bool>,
-    /// Sampled level of the detector.
+    /// Sampled levels of the detectors.
+    #[under("Detector")]
+    #[about(samples_about(plan.detectors(), plan.contract.lanes()))]
+    #[width(plan.port("i_samples"))]
     pub i_samples: Input<Word>,
     /// Count of a phase step.
+    #[under(RESULTS)]
+    #[about(data_about(&plan.contract))]
+    #[width(plan.port("m_axis_tdata"))]
     pub m_axis_tdata: Output<Word>,
-    /// A result waits.
+    /// a result waits
+    #[under(RESULTS)]
     pub m_axis_tvalid: Output<bool>,
-    /// The receiver takes it.
+    /// the receiver takes it
+    #[under(RESULTS)]
     pub m_axis_tready: Input<bool>,
-    /// It is the scan's last.
+    /// it is the scan's last
+    #[under(RESULTS)]
     pub m_axis_tlast: Output<bool>,
-    /// A result was lost.
+    /// a result was lost since reset
+    #[under(FLAGS)]
     pub o_overrun: Output<bool>,
-    /// A count was clamped.
+    /// A count was clamped since reset.
+    #[under(FLAGS)]
+    #[when(plan.contract.saturates())]
+    #[about(saturated_about(&plan.contract))]
     pub o_saturated: Optional<Output<bool>>,
     /// Phase step of each detector's peak in the last scan.
+    #[under(PEAK)]
+    #[when(plan.contract.peak.is_some())]
+    #[about(peak_about(plan.detectors(), "step k of the last scan's peak"))]
+    #[width(plan.port("o_peak_step"))]
     pub o_peak_step: Optional<Output<Word>>,
     /// Its count.
+    #[under(PEAK)]
+    #[when(plan.contract.peak.is_some())]
+    #[about(peak_about(plan.detectors(), "the count, signed"))]
+    #[width(plan.port("o_peak_count"))]
     pub o_peak_count: Optional<Output<Word>>,
-    /// They have just changed.
+    /// high for one clock when they have changed
+    #[under(PEAK)]
+    #[when(plan.contract.peak.is_some())]
     pub o_peak_valid: Optional<Output<bool>>,
+    #[is(describe(&plan.contract))]
     about: About,
+    #[width(plan.sources())]
     laser: Register<Word>,
     epoch: Register<bool>,
+    #[each(code in plan.codes.iter())]
+    #[is(CodeSource::new(code, 0, plan.realigns()))]
     transmit: Vec<CodeSource>,
+    #[sources(plan.source_codes.clone(), plan.codes.len())]
     chips: Wiring,
+    #[each(_detector in 0..plan.shared_words())]
+    #[width(plan.lanes())]
     samples: Vec<Wiring>,
+    #[is(ScanController::new(plan.scan()))]
     controller: ScanController,
+    #[each(code in plan.contract.reference_codes.iter())]
+    #[is(DetectorChannel::new(&plan.contract, code))]
     channel: Vec<DetectorChannel>,
+    #[is(ResultStream::new(plan.stream()))]
     results: ResultStream,
+    #[each(peak in plan.contract.peak.iter())]
+    #[is(PeakDetector::new(peak, plan.detectors() as u32))]
     peak: Vec<PeakDetector>,
-    _generators: usize,
-    _realigns: usize,
-    _lanes: usize,
-    _detectors: usize,
-    _parallel: usize,
+    plan: Plan<TopPlan>,
+}
+
+#[derive(Debug, Clone)]
+struct TopPlan {
+    contract: Contract,
+    /// Each code once, the reference's first.
+    codes: Vec<Arc<Code>>,
+    /// For each source the index of its code.
+    source_codes: Vec<usize>,
+}
+
+impl TopPlan {
+    fn sources(&self) -> usize {
+        self.source_codes.len()
+    }
+
+    fn detectors(&self) -> usize {
+        self.contract.reference_codes.len()
+    }
+
+    /// Detectors whose samples have to be taken out of a common word.
+    fn shared_words(&self) -> usize {
+        match self.detectors() {
+            1 => 0,
+            detectors => detectors,
+        }
+    }
+
+    fn lanes(&self) -> usize {
+        self.contract.lanes() as usize
+    }
+
+    fn parallel(&self) -> usize {
+        self.contract.parallel() as usize
+    }
+
+    fn realigns(&self) -> bool {
+        self.contract.realigns()
+    }
+
+    /// Bits of a port that the contract has.
+    fn port(&self, name: &str) -> u32 {
+        let port = self.contract.ports().into_iter().find(|p| p.name == name);
+        port.map_or(1, |p| p.width)
+    }
+
+    fn scan(&self) -> ScanPlan {
+        let contract = &self.contract;
+        ScanPlan {
+            chips: contract.timing.scan.integration_chips,
+            steps: contract.groups(),
+            realigns: contract.realigns(),
+            clocks_to_dump: Contract::clocks_to_dump(contract.lanes()),
+            segments: contract.count_segments.count,
+            clocks_to_count: contract.clocks_of_counting(),
+            counts_early: self.detectors() * self.parallel() > 1,
+        }
+    }
+
+    fn stream(&self) -> StreamPlan {
+        let contract = &self.contract;
+        StreamPlan {
+            count_bits: contract.count_bits,
+            saturates: contract.saturates(),
+            total: contract.total,
+            data_bits: contract.tdata_bits,
+            detectors: self.detectors(),
+            steps: self.parallel(),
+            last_steps: contract.last_group_steps() as usize,
+            back_to_back: contract.timing.scan.integration_chips == 1,
+        }
+    }
 }
 
 impl SensorTop {
     /// The hardware that keeps `contract`.
     pub fn new(contract: &Contract) -> SensorTop {
-        let lanes = contract.lanes();
-        let realigns = contract.realigns();
-        let parallel = contract.parallel();
-        let detectors = contract.reference_codes.len();
         let (codes, source_codes) =
             distinct_codes(&contract.reference_codes[0], &contract.source_codes);
-        let width = |name: &str| {
-            let port = contract.ports().into_iter().find(|p| p.name == name);
-            port.map_or(1, |p| p.width)
-        };
-        let sources = source_codes.len() as u32;
-        let with_peak = |port| Optional::new(contract.peak.is_some(), port);
-        SensorTop {
-            i_clk: Input::bit("one cycle per chip"),
-            i_rst: Input::bit("synchronous, active high; pulse it after power-up"),
-            o_laser: Output::word(sources, "chip of each source, bit m for source m")
-                .under("Lasers"),
-            o_epoch: Output::bit("o_laser shows the first chip of the reference's code")
-                .under("Lasers"),
-            i_samples: Input::word(width("i_samples"), samples_about(detectors, lanes))
-                .under("Detector"),
-            m_axis_tdata: Output::word(width("m_axis_tdata"), data_about(contract))
-                .under("Results, AXI4-Stream"),
-            m_axis_tvalid: Output::bit("a result waits").under("Results, AXI4-Stream"),
-            m_axis_tready: Input::bit("the receiver takes it").under("Results, AXI4-Stream"),
-            m_axis_tlast: Output::bit("it is the scan's last").under("Results, AXI4-Stream"),
-            o_overrun: Output::bit("a result was lost since reset")
-                .under("Flags, high until reset"),
-            o_saturated: Optional::new(
-                contract.saturates(),
-                Output::bit(saturated_about(contract)).under("Flags, high until reset"),
-            ),
-            o_peak_step: with_peak(
-                Output::word(
-                    width("o_peak_step"),
-                    peak_about(detectors, "step k of the last scan's peak"),
-                )
-                .under(PEAK),
-            ),
-            o_peak_count: with_peak(
-                Output::word(
-                    width("o_peak_count"),
-                    peak_about(detectors, "the count, signed"),
-                )
-                .under(PEAK),
-            ),
-            o_peak_valid: Optional::new(
-                contract.peak.is_some(),
-                Output::bit("high for one clock when they have changed").under(PEAK),
-            ),
-            about: describe(contract),
-            laser: Register::word(sources, 0, "chip of each source"),
-            epoch: Register::bit(false, "o_laser shows the first chip of the code"),
-            transmit: codes
-                .iter()
-                .map(|code| CodeSource::new(code, 0, realigns))
-                .collect(),
-            chips: Wiring::new(codes.len(), source_codes, ""),
-            samples: (0..if detectors > 1 { detectors } else { 0 })
-                .map(|_| {
-                    let lanes = lanes as usize;
-                    Wiring::new(lanes, (0..lanes).collect(), "")
-                })
-                .collect(),
-            controller: ScanController::new(ScanPlan {
-                chips: contract.timing.scan.integration_chips,
-                steps: contract.groups(),
-                realigns,
-                clocks_to_dump: Contract::clocks_to_dump(lanes),
-                segments: contract.count_segments.count,
-                clocks_to_count: contract.clocks_of_counting(),
-                counts_early: detectors as u32 * parallel > 1,
-            }),
-            channel: contract
-                .reference_codes
-                .iter()
-                .map(|code| DetectorChannel::new(contract, code))
-                .collect(),
-            results: ResultStream::new(StreamPlan {
-                count_bits: contract.count_bits,
-                saturates: contract.saturates(),
-                total: contract.total,
-                data_bits: contract.tdata_bits,
-                detectors: detectors as u32,
-                steps: parallel,
-                last_steps: contract.last_group_steps() as u32,
-                back_to_back: contract.timing.scan.integration_chips == 1,
-            }),
-            peak: contract
-                .peak
-                .iter()
-                .map(|plan| PeakDetector::new(plan, detectors as u32))
-                .collect(),
-            _generators: codes.len(),
-            _realigns: usize::from(realigns),
-            _lanes: lanes as usize,
-            _detectors: detectors,
-            _parallel: parallel as usize,
-        }
+        SensorTop::build(&TopPlan {
+            contract: contract.clone(),
+            codes,
+            source_codes,
+        })
     }
 }
 
-/// Heading of the peak detector's ports.
+/// Headings in the list of ports.
+const RESULTS: &str = "Results, AXI4-Stream";
+const FLAGS: &str = "Flags, high until reset";
 const PEAK: &str = "Peak of a scan, steady until the next scan's";
 
 fn peak_about(detectors: usize, about: &str) -> String {
@@ -281,11 +309,26 @@ fn distinct_codes(reference: &Arc<Code>, sources: &[Arc<Code>]) -> (Vec<Arc<Code
     (codes, indices)
 }
 
+#[kernel]
 impl Logic for SensorTop {
-    #[hdl_gen]
     fn update(&mut self) {
         dff_setup!(self, i_clk, laser, epoch);
-        for g in 0..self._generators {
+        self.transmit_codes();
+        self.controller.i_clk.next = self.i_clk.val();
+        self.controller.i_rst.next = self.i_rst.val();
+        self.run_channels();
+        self.hand_counts();
+        if self.plan.realigns() {
+            self.realign();
+        }
+        self.stream_results();
+        if self.o_peak_valid.is_present() {
+            self.find_peaks();
+        }
+    }
+
+    fn transmit_codes(&mut self) {
+        for g in 0..self.transmit.len() {
             self.transmit[g].i_clk.next = self.i_clk.val();
             self.transmit[g].i_rst.next = self.i_rst.val();
             self.transmit[g].i_advance.next = true;
@@ -295,65 +338,66 @@ impl Logic for SensorTop {
         self.epoch.d.next = self.transmit[0].o_epoch.val();
         self.o_laser.next = self.laser.q.val();
         self.o_epoch.next = self.epoch.q.val();
+    }
 
-        self.controller.i_clk.next = self.i_clk.val();
-        self.controller.i_rst.next = self.i_rst.val();
-
-        for d in 0..self._detectors {
+    fn run_channels(&mut self) {
+        let lanes = self.plan.lanes();
+        for d in 0..self.channel.len() {
             self.channel[d].i_clk.next = self.i_clk.val();
             self.channel[d].i_rst.next = self.i_rst.val();
             self.channel[d].i_run.next = self.controller.o_run.val();
-            for _ahead in 0..(self.channel[0].i_pre_last_chip.count()) {
-                self.channel[d].i_pre_last_chip[0].next = self.controller.o_pre_last_chip[0].val();
+            if self.channel[0].i_pre_last_chip.is_present() {
+                self.channel[d].i_pre_last_chip.next = self.controller.o_pre_last_chip.val();
             }
             self.channel[d].i_last_chip.next = self.controller.o_last_chip.val();
             self.channel[d].i_dump.next = self.controller.o_dump.val();
         }
-        for _one_detector in (self.samples.len())..1 {
+        if self.plan.detectors() == 1 {
             self.channel[0].i_samples.next = self.i_samples.val();
         }
-        for lanes in self._lanes..(self._lanes + 1) {
-            for d in 0..(self.samples.len()) {
-                for l in 0..self._lanes {
-                    self.samples[d].i[l].next = self.i_samples.val().get_bit(lanes * d + l);
+        for d in 0..self.samples.len() {
+            for l in 0..lanes {
+                self.samples[d].i[l].next = self.i_samples.val().get_bit(lanes * d + l);
+            }
+            self.channel[d].i_samples.next = self.samples[d].o.val();
+        }
+    }
+
+    fn hand_counts(&mut self) {
+        let parallel = self.plan.parallel();
+        for d in 0..self.channel.len() {
+            for p in 0..parallel {
+                self.results.i_count[d * parallel + p].next = self.channel[d].o_count[p].val();
+                if self.o_saturated.is_present() {
+                    self.results.i_clamped[d * parallel + p].next =
+                        self.channel[d].o_clamped[p].val();
                 }
-                self.channel[d].i_samples.next = self.samples[d].o.val();
-            }
-        }
-        for parallel in self._parallel..(self._parallel + 1) {
-            for d in 0..self._detectors {
-                for p in 0..self._parallel {
-                    self.results.i_count[d * parallel + p].next = self.channel[d].o_count[p].val();
-                    for _saturates in 0..self.o_saturated.count() {
-                        self.results.i_clamped[d * parallel + p].next =
-                            self.channel[d].o_clamped[p].val();
-                    }
-                    for s in 0..(self.peak.len()) {
-                        self.peak[s].i_count[d * parallel + p].next =
-                            self.channel[d].o_count[p].val();
-                    }
+                if self.o_peak_valid.is_present() {
+                    self.peak[0].i_count[d * parallel + p].next = self.channel[d].o_count[p].val();
                 }
             }
         }
-
-        for d in 0..(self.results.i_total.len()) {
-            self.results.i_total[d].next = self.channel[d].o_total[0].val();
+        for d in 0..self.results.i_total.len() {
+            self.results.i_total[d].next = self.channel[d].o_total.val();
         }
+    }
 
-        for _realigns in 0..self._realigns {
-            for g in 0..self._generators {
-                self.transmit[g].i_load[0].next = false;
-            }
-            self.controller.i_epoch[0].next = self.transmit[0].o_epoch.val();
-            for d in 0..self._detectors {
-                self.channel[d].i_start[0].next = self.controller.o_start[0].val();
-            }
+    /// Scans wait for the code's epoch; the transmitted codes run on.
+    fn realign(&mut self) {
+        for g in 0..self.transmit.len() {
+            self.transmit[g].i_load.next = false;
         }
+        self.controller.i_epoch.next = self.transmit[0].o_epoch.val();
+        for d in 0..self.channel.len() {
+            self.channel[d].i_start.next = self.controller.o_start.val();
+        }
+    }
 
+    fn stream_results(&mut self) {
         self.results.i_clk.next = self.i_clk.val();
         self.results.i_rst.next = self.i_rst.val();
-        for _several in 0..(self.results.i_pre_counted.count()) {
-            self.results.i_pre_counted[0].next = self.controller.o_pre_counted[0].val();
+        if self.results.i_pre_counted.is_present() {
+            self.results.i_pre_counted.next = self.controller.o_pre_counted.val();
         }
         self.results.i_counted.next = self.controller.o_counted.val();
         self.results.i_last.next = self.controller.o_scan_counted.val();
@@ -362,17 +406,18 @@ impl Logic for SensorTop {
         self.m_axis_tvalid.next = self.results.o_valid.val();
         self.m_axis_tlast.next = self.results.o_last.val();
         self.o_overrun.next = self.results.o_overrun.val();
-        for _saturates in 0..self.o_saturated.count() {
-            self.o_saturated[0].next = self.results.o_saturated[0].val();
+        if self.o_saturated.is_present() {
+            self.o_saturated.next = self.results.o_saturated.val();
         }
-        for _peak in 0..(self.peak.len()) {
-            self.peak[0].i_clk.next = self.i_clk.val();
-            self.peak[0].i_rst.next = self.i_rst.val();
-            self.peak[0].i_counted.next = self.controller.o_counted.val();
-            self.peak[0].i_last.next = self.controller.o_scan_counted.val();
-            self.o_peak_step[0].next = self.peak[0].o_step.val();
-            self.o_peak_count[0].next = self.peak[0].o_count.val();
-            self.o_peak_valid[0].next = self.peak[0].o_valid.val();
-        }
+    }
+
+    fn find_peaks(&mut self) {
+        self.peak[0].i_clk.next = self.i_clk.val();
+        self.peak[0].i_rst.next = self.i_rst.val();
+        self.peak[0].i_counted.next = self.controller.o_counted.val();
+        self.peak[0].i_last.next = self.controller.o_scan_counted.val();
+        self.o_peak_step.next = self.peak[0].o_step.val();
+        self.o_peak_count.next = self.peak[0].o_count.val();
+        self.o_peak_valid.next = self.peak[0].o_valid.val();
     }
 }

@@ -1,168 +1,191 @@
 //! Counts hits up or down as the reference says.
+//!
+//! | port | |
+//! |---|---|
+//! | `i_hits`, `i_early` | hits of a word, by pairs of samples |
+//! | `i_reference` | reference of each sample |
+//! | `i_dump` | the step's last hits are in, a bit for each segment |
+//! | `o_count` | count of the last step, signed |
+//!
+//! Latency log2(pairs) + 2 clocks and those of the total, from `i_hits` to `o_count`. Counting
+//! pairs in place of samples halves the adders: at most one of two neighbours is a hit.
 
-use super::accumulator::Place;
+use super::accumulator::AccumulatorPlan;
 use super::scan_controller::dump_about;
 use super::{Accumulator, QuadCounter};
 use crate::rtl::front::prelude::*;
 use crate::sensor::contract::CountSegments;
 
 /// Counts of one phase step after another, with the sign of the reference.
-#[derive(Debug, Clone, LogicBlock)]
+#[block(CorrelatorPlan)]
 pub struct UpdownCorrelator {
-    /// Clock.
+    /// one word per cycle
     pub i_clk: Input<bool>,
-    /// Synchronous reset.
+    /// synchronous, active high
     pub i_rst: Input<bool>,
-    /// Pairs of samples with a hit.
+    /// pairs of samples with a hit
+    #[width(plan.pairs())]
     pub i_hits: Input<Word>,
-    /// Where it is the earlier sample of the pair.
+    /// the hit is the earlier sample of its pair
+    #[when(plan.has_pairs())]
+    #[width(plan.pairs())]
     pub i_early: Optional<Input<Word>>,
-    /// Reference of each sample.
+    /// 1 counts a hit up, 0 down; bit 0 earliest
+    #[width(plan.lanes)]
     pub i_reference: Input<Word>,
     /// A step's last hits are in; one bit for each segment of the count.
+    #[about(dump_about(plan.segments.count))]
+    #[width(plan.segments.count)]
     pub i_dump: Input<Word>,
-    /// Count of the last step.
+    /// count of the last step, signed
+    #[width(plan.segments.bits())]
     pub o_count: Output<Word>,
+    #[is(describe(plan))]
     about: About,
+    /// reference of each pair's earlier sample
+    #[when(plan.has_pairs())]
+    #[width(plan.pairs())]
     early_reference: Optional<Wiring>,
+    /// reference of each pair's later sample
+    #[when(plan.has_pairs())]
+    #[width(plan.pairs())]
     late_reference: Optional<Wiring>,
+    /// pairs with a hit
+    #[width(plan.pairs())]
     hit: Register<Word>,
+    /// pairs whose hit counts down
+    #[width(plan.pairs())]
     down: Register<Word>,
+    #[each(_quad in 0..plan.quads())]
+    #[width(4)]
     hit_of_quad: Vec<Wiring>,
+    #[each(_quad in 0..plan.quads())]
+    #[width(4)]
     down_of_quad: Vec<Wiring>,
+    #[each(_quad in 0..plan.quads())]
+    #[is(QuadCounter::new())]
     quad: Vec<QuadCounter>,
-    sum: Vec<Register<Word>>,
+    #[when(plan.adds())]
+    #[about(format!("signed count of samples 0 to {}", plan.lanes - 1))]
+    #[width(plan.addend_bits())]
+    sum: Optional<Register<Word>>,
+    /// signed count of one word
+    #[width(plan.addend_bits())]
     addend: Local<Word>,
+    #[each(segment in 0..plan.segments.count)]
+    #[is(Accumulator::new(segment_plan(plan.segments, segment, plan.addend_bits())))]
     total: Vec<Accumulator>,
+    /// count of the last step, signed
+    #[when(plan.segments.count > 1)]
+    #[width(plan.segments.bits())]
     count: Optional<Wiring>,
-    _lanes: usize,
-    _quads: usize,
-    _one_pair: usize,
-    _two_pairs: usize,
-    _one_quad: usize,
-    _two_quads: usize,
-    _segments: usize,
-    _segment_bits: usize,
-    _top_bits: usize,
+    plan: Plan<CorrelatorPlan>,
+}
+
+#[derive(Debug, Clone)]
+struct CorrelatorPlan {
+    lanes: usize,
+    segments: CountSegments,
+}
+
+impl CorrelatorPlan {
+    fn pairs(&self) -> usize {
+        self.lanes.div_ceil(2)
+    }
+
+    /// Whether there is a pair, and not a single sample.
+    fn has_pairs(&self) -> bool {
+        self.lanes > 1
+    }
+
+    fn quads(&self) -> usize {
+        self.pairs() / 4
+    }
+
+    /// Whether two sums of a word are added.
+    fn adds(&self) -> bool {
+        self.pairs() == 2 || self.quads() == 2
+    }
+
+    fn levels(&self) -> usize {
+        self.pairs().ilog2() as usize
+    }
+
+    fn addend_bits(&self) -> usize {
+        self.levels() + 2
+    }
+
+    fn top_segment(&self) -> usize {
+        self.segments.count as usize - 1
+    }
+}
+
+/// What a segment of a total is, `addend_bits` being those of a word's count.
+pub(super) fn segment_plan(
+    segments: CountSegments,
+    segment: u32,
+    addend_bits: usize,
+) -> AccumulatorPlan {
+    let has_higher = segment + 1 < segments.count;
+    let bits = if has_higher {
+        segments.lower_bits
+    } else {
+        segments.top_bits
+    };
+    AccumulatorPlan {
+        bits: bits as usize,
+        addend_bits: if segment == 0 { addend_bits } else { 2 },
+        has_lower: segment > 0,
+        has_higher,
+    }
 }
 
 impl UpdownCorrelator {
     /// For `lanes` samples per word.
     pub fn new(lanes: u32, segments: CountSegments) -> UpdownCorrelator {
-        let pairs = lanes.div_ceil(2);
-        let quads = if pairs >= 4 { pairs / 4 } else { 0 };
-        let levels = pairs.ilog2();
-        let addend_bits = levels + 2;
-        let whole_bits = segments.bits();
-        let lower_bits = segments.lower_bits;
-        let sum = |bits: u32| {
-            Register::word(
-                bits,
-                0,
-                format!("signed count of samples 0 to {}", lanes - 1),
-            )
-        };
-        let of_pairs = |about: &str| {
-            let pairs = pairs as usize;
-            Optional::new(lanes > 1, Wiring::new(pairs, (0..pairs).collect(), about))
-        };
-        let of_quads = |about: &str| -> Vec<Wiring> {
-            (0..quads)
-                .map(|_| Wiring::new(4, vec![0, 1, 2, 3], about))
-                .collect()
-        };
-        UpdownCorrelator {
-            i_clk: Input::bit("one word per cycle"),
-            i_rst: Input::bit("synchronous, active high"),
-            i_hits: Input::word(pairs, "pairs of samples with a hit"),
-            i_early: Optional::new(
-                lanes > 1,
-                Input::word(pairs, "the hit is the earlier sample of its pair"),
-            ),
-            i_reference: Input::word(lanes, "1 counts a hit up, 0 down; bit 0 earliest"),
-            i_dump: Input::word(segments.count, dump_about(segments.count)),
-            o_count: Output::word(whole_bits, "count of the last step, signed"),
-            about: About::new(
-                "updown_correlator",
-                "hits counted up or down as the reference says",
-            )
-            .note(
-                "A hit adds 1 where the reference is 1, and subtracts 1 where it is 0 (eq. 11): \
-                 the sum over a word is the number of hits less twice the number of those that \
-                 count down.",
-            )
-            .fact(
-                "Latency",
-                format!(
-                    "{} clocks from i_hits to o_count",
-                    levels + 2 + segments.clocks()
-                ),
-            ),
-            early_reference: of_pairs("reference of each pair's earlier sample"),
-            late_reference: of_pairs("reference of each pair's later sample"),
-            hit: Register::word(pairs, 0, "pairs with a hit"),
-            down: Register::word(pairs, 0, "pairs whose hit counts down"),
-            hit_of_quad: of_quads(""),
-            down_of_quad: of_quads(""),
-            quad: (0..quads).map(|_| QuadCounter::new()).collect(),
-            sum: match (pairs, quads) {
-                (2, _) | (_, 2) => vec![sum(addend_bits)],
-                _ => Vec::new(),
-            },
-            addend: Local::word(addend_bits, "signed count of one word"),
-            total: (0..segments.count)
-                .map(|segment| {
-                    let place = Place {
-                        has_lower: segment > 0,
-                        has_higher: segment + 1 < segments.count,
-                    };
-                    let bits = if place.has_higher {
-                        lower_bits
-                    } else {
-                        segments.top_bits
-                    };
-                    Accumulator::new(bits, if segment == 0 { addend_bits } else { 2 }, place)
-                })
-                .collect(),
-            count: Optional::new(
-                segments.count > 1,
-                Wiring::new(
-                    whole_bits as usize,
-                    (0..whole_bits as usize).collect(),
-                    "count of the last step, signed",
-                ),
-            ),
-            _lanes: lanes as usize,
-            _quads: quads as usize,
-            _one_pair: usize::from(pairs == 1),
-            _two_pairs: usize::from(pairs == 2),
-            _one_quad: usize::from(quads == 1),
-            _two_quads: usize::from(quads == 2),
-            _segments: segments.count as usize,
-            _segment_bits: lower_bits as usize,
-            _top_bits: segments.top_bits as usize,
-        }
+        UpdownCorrelator::build(&CorrelatorPlan {
+            lanes: lanes as usize,
+            segments,
+        })
     }
 }
 
+fn describe(plan: &CorrelatorPlan) -> About {
+    let clocks = plan.levels() + 2 + plan.segments.clocks() as usize;
+    About::new(
+        "updown_correlator",
+        "hits counted up or down as the reference says",
+    )
+    .note(
+        "A hit adds 1 where the reference is 1, and subtracts 1 where it is 0 (eq. 11): the sum \
+         over a word is the number of hits less twice the number of those that count down.",
+    )
+    .fact("Latency", format!("{clocks} clocks from i_hits to o_count"))
+}
+
+#[kernel]
 impl Logic for UpdownCorrelator {
-    #[hdl_gen]
     fn update(&mut self) {
         dff_setup!(self, i_clk, hit, down);
-        for _pairs in 0..self.i_early.count() {
-            for j in 0..(self._lanes / 2) {
-                self.early_reference[0].i[j].next = self.i_reference.val().get_bit(2 * j);
-                self.late_reference[0].i[j].next = self.i_reference.val().get_bit(2 * j + 1);
+        if self.i_early.is_present() {
+            for j in 0..(self.plan.lanes / 2) {
+                self.early_reference.i[j].next = self.i_reference.val().get_bit(2 * j);
+                self.late_reference.i[j].next = self.i_reference.val().get_bit(2 * j + 1);
             }
             self.down.d.next = self.i_hits.val()
-                & !((self.i_early[0].val() & self.early_reference[0].o.val())
-                    | (!self.i_early[0].val() & self.late_reference[0].o.val()));
-        }
-        for _single in self.i_early.count()..1 {
+                & !((self.i_early.val() & self.early_reference.o.val())
+                    | (!self.i_early.val() & self.late_reference.o.val()));
+        } else {
             self.down.d.next = self.i_hits.val() & !self.i_reference.val();
         }
         self.hit.d.next = self.i_hits.val();
-        for q in 0..self._quads {
+        self.count_word();
+        self.accumulate();
+    }
+
+    /// The signed count of a word: hits that count up less hits that count down.
+    fn count_word(&mut self) {
+        for q in 0..self.plan.quads() {
             self.quad[q].i_clk.next = self.i_clk.val();
             self.quad[q].i_rst.next = self.i_rst.val();
             for j in 0..4 {
@@ -172,19 +195,17 @@ impl Logic for UpdownCorrelator {
             self.quad[q].i_hit.next = self.hit_of_quad[q].o.val();
             self.quad[q].i_down.next = self.down_of_quad[q].o.val();
         }
-        for _one_quad in 0..self._one_quad {
+        if self.plan.quads() == 1 {
             self.addend.next = self.quad[0].o_sum.val();
-        }
-        for _two_quads in 0..self._two_quads {
-            dff_setup!(self, i_clk, sum[0]);
-            self.sum[0].d.next = (signed_cast(self.quad[0].o_sum.val())
+        } else if self.plan.quads() == 2 {
+            dff_setup!(self, i_clk, sum);
+            self.sum.d.next = (signed_cast(self.quad[0].o_sum.val())
                 + signed_cast(self.quad[1].o_sum.val()))
             .into();
-            self.addend.next = self.sum[0].q.val();
-        }
-        for _two_pairs in 0..self._two_pairs {
-            dff_setup!(self, i_clk, sum[0]);
-            self.sum[0].d.next = bit_cast(false, 3)
+            self.addend.next = self.sum.q.val();
+        } else if self.plan.pairs() == 2 {
+            dff_setup!(self, i_clk, sum);
+            self.sum.d.next = bit_cast(false, 3)
                 .replace_bit(0, self.hit.q.val().get_bit(0))
                 .replace_bit(1, self.down.q.val().get_bit(0))
                 .replace_bit(2, self.down.q.val().get_bit(0))
@@ -192,41 +213,40 @@ impl Logic for UpdownCorrelator {
                     .replace_bit(0, self.hit.q.val().get_bit(1))
                     .replace_bit(1, self.down.q.val().get_bit(1))
                     .replace_bit(2, self.down.q.val().get_bit(1));
-            self.addend.next = self.sum[0].q.val();
-        }
-        for _one_pair in 0..self._one_pair {
+            self.addend.next = self.sum.q.val();
+        } else {
             self.addend.next = bit_cast(false, 2)
                 .replace_bit(0, self.hit.q.val().get_bit(0))
                 .replace_bit(1, self.down.q.val().get_bit(0));
         }
+    }
+
+    /// The segments of the total, each a clock behind the one below it.
+    fn accumulate(&mut self) {
         self.total[0].i_addend.next = self.addend.val();
-        for s in 0..self._segments {
+        for s in 0..self.total.len() {
             self.total[s].i_clk.next = self.i_clk.val();
             self.total[s].i_rst.next = self.i_rst.val();
             self.total[s].i_dump.next = self.i_dump.val().get_bit(s);
         }
-        for s in 1..self._segments {
-            self.total[s].i_addend.next = self.total[s - 1].o_carry[0].val();
-            self.total[s].i_borrow[0].next = self.total[s - 1].o_borrow[0].val();
+        for s in 1..self.total.len() {
+            self.total[s].i_addend.next = self.total[s - 1].o_carry.val();
+            self.total[s].i_borrow.next = self.total[s - 1].o_borrow.val();
         }
-        for _whole in self.count.count()..1 {
-            self.o_count.next = self.total[0].o_count.val();
-        }
-        for _segmented in 0..self.count.count() {
-            for w in self._segment_bits..(self._segment_bits + 1) {
-                for s in 0..(self._segments - 1) {
-                    for b in 0..self._segment_bits {
-                        self.count[0].i[w * s + b].next = self.total[s].o_count.val().get_bit(b);
-                    }
-                }
-                for top in (self._segments - 1)..self._segments {
-                    for b in 0..self._top_bits {
-                        self.count[0].i[w * top + b].next =
-                            self.total[top].o_count.val().get_bit(b);
-                    }
+        if self.count.is_present() {
+            let bits = self.plan.segments.lower_bits as usize;
+            let top = self.plan.top_segment();
+            for s in 0..top {
+                for b in 0..bits {
+                    self.count.i[bits * s + b].next = self.total[s].o_count.val().get_bit(b);
                 }
             }
-            self.o_count.next = self.count[0].o.val();
+            for b in 0..(self.plan.segments.top_bits as usize) {
+                self.count.i[bits * top + b].next = self.total[top].o_count.val().get_bit(b);
+            }
+            self.o_count.next = self.count.o.val();
+        } else {
+            self.o_count.next = self.total[0].o_count.val();
         }
     }
 }

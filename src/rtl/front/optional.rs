@@ -1,6 +1,6 @@
 //! Parts of a block that only some scenes need.
 
-use std::ops::{Deref, DerefMut, Index, IndexMut};
+use std::ops::{Deref, DerefMut};
 
 use rust_hdl::core::block::Block;
 use rust_hdl::core::logic::Logic;
@@ -27,11 +27,6 @@ impl<B> Optional<B> {
     pub fn is_present(&self) -> bool {
         self.present
     }
-
-    /// 1 if present, else 0.
-    pub fn count(&self) -> usize {
-        usize::from(self.present)
-    }
 }
 
 impl<B> Deref for Optional<B> {
@@ -43,19 +38,6 @@ impl<B> Deref for Optional<B> {
 
 impl<B> DerefMut for Optional<B> {
     fn deref_mut(&mut self) -> &mut B {
-        &mut self.part
-    }
-}
-
-impl<B> Index<usize> for Optional<B> {
-    type Output = B;
-    fn index(&self, _index: usize) -> &B {
-        &self.part
-    }
-}
-
-impl<B> IndexMut<usize> for Optional<B> {
-    fn index_mut(&mut self, _index: usize) -> &mut B {
         &mut self.part
     }
 }

@@ -46,6 +46,7 @@ pub fn round_peak(sensor: &Sensor, path: usize, target_error: f64) -> (Sensor, O
             share: 1.0 - steps as f64 / period as f64,
             basis: "share of the phase steps: photons and clocks".to_owned(),
         }),
+        saved_cells: None,
     };
     (windowed, Some(part))
 }

@@ -413,7 +413,7 @@ fn folding_is_said(seed: u64) -> anyhow::Result<Measured> {
     let scene = folded(3)?;
     let report = estimate_scan(&Sensor::new(&scene), 0, &counts(&scene, 248, seed));
     let says_so = report
-        .remark
-        .is_some_and(|remark| remark.contains("unambiguous range"));
+        .folded
+        .is_some_and(|folded| folded.contains("unambiguous range"));
     Measured::none(usize::from(!says_so), "reports")
 }

@@ -24,7 +24,9 @@ impl Table {
             .iter()
             .map(|(name, kind)| field(name, *kind))
             .collect();
-        let schema = Type::group_type_builder("sweep").with_fields(fields?).build()?;
+        let schema = Type::group_type_builder("sweep")
+            .with_fields(fields?)
+            .build()?;
         let properties = Arc::new(WriterProperties::builder().build());
         let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), properties)?;
         let mut group = writer.next_row_group()?;
@@ -51,15 +53,21 @@ impl Table {
         match kind {
             Kind::Integer => {
                 let values: Vec<i64> = there.map(|field| field.parse().unwrap_or(0)).collect();
-                column.typed::<Int64Type>().write_batch(&values, Some(&levels), None)?;
+                column
+                    .typed::<Int64Type>()
+                    .write_batch(&values, Some(&levels), None)?;
             }
             Kind::Number => {
                 let values: Vec<f64> = there.map(|f| f.parse().unwrap_or(f64::NAN)).collect();
-                column.typed::<DoubleType>().write_batch(&values, Some(&levels), None)?;
+                column
+                    .typed::<DoubleType>()
+                    .write_batch(&values, Some(&levels), None)?;
             }
             Kind::Text => {
                 let values: Vec<ByteArray> = there.map(ByteArray::from).collect();
-                column.typed::<ByteArrayType>().write_batch(&values, Some(&levels), None)?;
+                column
+                    .typed::<ByteArrayType>()
+                    .write_batch(&values, Some(&levels), None)?;
             }
         }
         column.close()

@@ -70,7 +70,7 @@ pub fn count_piece(noise: &mut Noise) -> Case {
         |block, input| {
             block.i_count.next = Word::new(input[0], 3);
             block.i_other.next = Word::new(input[1], 3);
-            block.i_below[0].next = input[2] == 1;
+            block.i_below.next = input[2] == 1;
         },
         |block| vec![u128::from(block.o_greater.val())],
     )

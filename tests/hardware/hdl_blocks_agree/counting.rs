@@ -1,7 +1,8 @@
 //! From samples to counts.
 
 use goldtof::rtl::blocks::{
-    Accumulator, CountClamp, EdgeDetector, HitCounter, Place, QuadCounter, UpdownCorrelator,
+    Accumulator, AccumulatorPlan, CountClamp, EdgeDetector, HitCounter, QuadCounter,
+    UpdownCorrelator,
 };
 use goldtof::rtl::front::Word;
 use goldtof::sensor::contract::{CountSegments, TotalCount};
@@ -49,7 +50,7 @@ pub fn edge_detector(noise: &mut Noise) -> Case {
             block.i_samples.next = Word::new(input[0], 8);
             block.i_run.next = input[1] == 1;
         },
-        |block| vec![block.o_hits.val().value(), block.o_early[0].val().value()],
+        |block| vec![block.o_hits.val().value(), block.o_early.val().value()],
     )
 }
 
@@ -101,12 +102,14 @@ pub fn accumulator(noise: &mut Noise) -> Case {
         Some(vec![wrapped(count, 9)])
     });
     let expected = expected.collect();
-    let place = Place {
+    let plan = AccumulatorPlan {
+        bits: 9,
+        addend_bits: 4,
         has_lower: false,
         has_higher: false,
     };
     Case::clocked(
-        Accumulator::new(9, 4, place),
+        Accumulator::new(plan),
         Ports::new(&[("i_addend", 4), ("i_dump", 1)], &[("o_count", 9)]),
         inputs,
         expected,
@@ -185,7 +188,7 @@ pub fn updown_correlator(noise: &mut Noise) -> Case {
         clock_and_reset!(),
         |block, input| {
             block.i_hits.next = Word::new(input[0], 4);
-            block.i_early[0].next = Word::new(input[1], 4);
+            block.i_early.next = Word::new(input[1], 4);
             block.i_reference.next = Word::new(input[2], 8);
             block.i_dump.next = Word::new(input[3], 3);
         },
@@ -260,7 +263,7 @@ pub fn hit_counter(noise: &mut Noise, lanes: u32, segments: CountSegments, bits:
         move |block| {
             let mut outputs = vec![block.o_total.val().value()];
             if saturates {
-                outputs.push(u128::from(block.o_clamped[0].val()));
+                outputs.push(u128::from(block.o_clamped.val()));
             }
             outputs
         },

@@ -51,7 +51,7 @@ pub fn code_sources(noise: &mut Noise) -> Vec<Case> {
                 block.i_rst.next = reset;
             },
             |block, input| {
-                block.i_load[0].next = input[0] == 1;
+                block.i_load.next = input[0] == 1;
                 block.i_advance.next = input[1] == 1;
             },
             |block| {
@@ -158,15 +158,15 @@ pub fn scan_controller(noise: &mut Noise) -> Case {
         inputs,
         expected,
         clock_and_reset!(),
-        |block, input| block.i_epoch[0].next = input[0] == 1,
+        |block, input| block.i_epoch.next = input[0] == 1,
         |block| {
             vec![
                 u128::from(block.o_run.val()),
-                u128::from(block.o_pre_last_chip[0].val()),
+                u128::from(block.o_pre_last_chip.val()),
                 u128::from(block.o_last_chip.val()),
-                u128::from(block.o_start[0].val()),
+                u128::from(block.o_start.val()),
                 block.o_dump.val().value(),
-                u128::from(block.o_pre_counted[0].val()),
+                u128::from(block.o_pre_counted.val()),
                 u128::from(block.o_counted.val()),
                 u128::from(block.o_scan_counted.val()),
             ]
@@ -267,9 +267,9 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
         |block, input| {
             block.i_samples.next = Word::new(input[0], 4);
             block.i_run.next = input[1] == 1;
-            block.i_pre_last_chip[0].next = input[2] == 1;
+            block.i_pre_last_chip.next = input[2] == 1;
             block.i_last_chip.next = input[3] == 1;
-            block.i_start[0].next = input[4] == 1;
+            block.i_start.next = input[4] == 1;
             block.i_dump.next = Word::new(input[5], 1);
         },
         |block| {

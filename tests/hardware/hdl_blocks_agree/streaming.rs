@@ -121,9 +121,9 @@ pub fn result_stream(
             first_bit: 8,
         }),
         data_bits,
-        detectors,
-        steps,
-        last_steps,
+        detectors: detectors as usize,
+        steps: steps as usize,
+        last_steps: last_steps as usize,
         back_to_back: false,
     };
     Case::clocked(
@@ -143,7 +143,7 @@ pub fn result_stream(
         move |block, input| {
             let input = match input {
                 [early, rest @ ..] if several => {
-                    block.i_pre_counted[0].next = *early == 1;
+                    block.i_pre_counted.next = *early == 1;
                     rest
                 }
                 whole => whole,

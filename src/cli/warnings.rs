@@ -1,0 +1,40 @@
+//! What is to be said of a scene before any work begins.
+
+use super::output::Output;
+use crate::code::{Family, Generator, MOST_HARDWARE_DEGREE};
+use crate::estimate::folded;
+use crate::light::distance_m;
+use crate::sensor::Sensor;
+
+/// Says of every path beyond the unambiguous range that it is.
+pub(super) fn warn_of_far_paths(sensor: &Sensor, output: &Output) {
+    for path in 0..sensor.scene().paths.len() {
+        if let Some(folded) = folded(sensor, path) {
+            let advice = longer_code(sensor, path).map_or(String::new(), |degree| {
+                format!("; codes of degree {degree} reach that far")
+            });
+            output.note(&format!("warning: path {path}: {folded}{advice}"));
+        }
+    }
+}
+
+/// The least degree of the path's code whose range has room for it, and which the
+/// hardware can make.
+fn longer_code(sensor: &Sensor, path: usize) -> Option<u32> {
+    let path = &sensor.scene().paths[path];
+    let code = &sensor.scene().sources[path.source].code;
+    let family = match code.generator {
+        Generator::Gold { .. } => Family::Gold,
+        Generator::MSequence(_) => Family::MSequence,
+        Generator::Square | Generator::Chips(_) => return None,
+    };
+    let reaches = |degree: u32| {
+        let chips = ((1_u64 << degree) - 1) << code.interleave;
+        distance_m(sensor.clock().ps(chips as f64)) > path.distance_m()
+    };
+    // No preferred pair where 4 divides the degree.
+    let has_codes = |degree: &u32| family == Family::MSequence || !degree.is_multiple_of(4);
+    (3..=MOST_HARDWARE_DEGREE)
+        .filter(has_codes)
+        .find(|&degree| reaches(degree))
+}

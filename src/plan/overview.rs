@@ -1,0 +1,102 @@
+//! Everything that is known of a sensor before it is simulated.
+
+use serde::Serialize;
+
+use super::figures::Figures;
+use super::resources::{Cells, Resources, resources, saved_by};
+use super::{Part, Plan, measure};
+use crate::estimate::report::expected_errors;
+use crate::scene::EstimatorKind;
+use crate::sensor::Sensor;
+
+/// What `goldtof plan` gives.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Overview {
+    /// The scene's name.
+    pub scene: String,
+    /// Every part, kept or left out.
+    #[serde(flatten)]
+    pub plan: Plan,
+    /// The sensor in numbers.
+    pub figures: Figures,
+    /// What its hardware takes; none of a sensor like none that was measured.
+    pub resources: Option<Resources>,
+    /// What theory expects of each detector's estimates, by either estimator.
+    pub expected: Vec<ExpectedError>,
+}
+
+/// What theory expects of an estimator.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ExpectedError {
+    /// The detector's name.
+    pub detector: String,
+    /// The source that it ranges.
+    pub source: String,
+    /// The estimator.
+    pub estimator: EstimatorKind,
+    /// Whether the hardware sends what it needs.
+    pub has_its_counts: bool,
+    /// The path's distance, folded into the unambiguous range.
+    pub true_distance_m: Option<f64>,
+    /// Mean error.
+    pub expected_bias_m: Option<f64>,
+    /// Standard deviation.
+    pub expected_std_m: Option<f64>,
+    /// Least standard deviation of any unbiased estimate.
+    pub bound_m: Option<f64>,
+    /// Why something is missing.
+    pub remark: Option<String>,
+}
+
+/// Works it out, and measures what the parts that the simulation leaves out save.
+pub fn overview(sensor: &Sensor) -> Overview {
+    let plan = measure::with_savings(super::plan(sensor), sensor);
+    Overview {
+        scene: sensor.scene().name.clone(),
+        plan: with_cells(plan, sensor),
+        figures: Figures::of(sensor),
+        resources: resources(sensor),
+        expected: expected(sensor),
+    }
+}
+
+/// Adds what parts of the hardware that are left out would take.
+pub fn with_cells(mut plan: Plan, sensor: &Sensor) -> Plan {
+    for part in plan.hardware.iter_mut().filter(|part| !part.kept) {
+        let nothing = Cells {
+            luts: 0,
+            flip_flops: 0,
+        };
+        part.saved_cells = saved_by(sensor, part).filter(|cells| *cells != nothing);
+    }
+    plan
+}
+
+/// Both estimators, detector by detector.
+pub fn expected(sensor: &Sensor) -> Vec<ExpectedError> {
+    let estimators = [EstimatorKind::Fft, EstimatorKind::Model];
+    let of_detector = |detector| estimators.map(|estimator| of(sensor, detector, estimator));
+    (0..sensor.scene().detectors.len())
+        .flat_map(of_detector)
+        .collect()
+}
+
+fn of(sensor: &Sensor, detector: usize, estimator: EstimatorKind) -> ExpectedError {
+    let report = expected_errors(&sensor.estimated_by(estimator), detector);
+    ExpectedError {
+        detector: report.detector,
+        source: report.source,
+        estimator,
+        has_its_counts: estimator == EstimatorKind::Fft || sensor.scene().sends_total_counts(),
+        true_distance_m: report.true_distance_m,
+        expected_bias_m: report.expected_bias_m,
+        expected_std_m: report.expected_std_m,
+        bound_m: report.bound_m,
+        remark: report.remark.or(report.bound_remark).or(report.folded),
+    }
+}
+
+/// A part's name without the label of whose it is.
+pub(super) fn bare_name(part: &Part) -> &str {
+    part.part.split(" (").next().unwrap_or_default()
+}

@@ -1,0 +1,126 @@
+//! Cells as sums over what the hardware has: least squares over all builds.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::measured::Build;
+use super::{Basis, Cells, Size};
+
+/// What cells are proportional to.
+const TERMS: usize = 13;
+
+/// Cells of each term.
+pub(super) struct Fit {
+    luts: DVector<f64>,
+    flip_flops: DVector<f64>,
+}
+
+/// How much of each term a sensor has.
+fn terms(size: &Size) -> [f64; TERMS] {
+    let when = |condition: bool, number: u32| if condition { f64::from(number) } else { 0.0 };
+    let of_detectors = size.detectors * size.samples_per_chip;
+    let counts = size.detectors * size.parallel;
+    let saturates = size.count_bits < size.exact_bits;
+    [
+        1.0,
+        f64::from(size.detectors),
+        f64::from(size.lfsr_bits),
+        f64::from(size.interleaving),
+        f64::from(of_detectors),
+        f64::from(counts * size.exact_bits),
+        when(size.segmented, counts * size.exact_bits),
+        // Results that wait behind the first.
+        when(counts > 1, counts * size.count_bits),
+        when(size.realigns, 1),
+        when(saturates, counts * size.count_bits),
+        when(size.peak_detector, counts * size.count_bits),
+        when(size.peak_detector, size.detectors * size.count_bits),
+        when(size.total_counts, size.detectors * size.exact_bits),
+    ]
+}
+
+impl Fit {
+    /// Least squares of relative errors.
+    pub fn of(builds: &[Build]) -> Fit {
+        let rows: Vec<[f64; TERMS]> = builds.iter().map(|build| terms(&build.size)).collect();
+        let solve = |cells: &dyn Fn(&Build) -> u64| {
+            let found = |row: usize| cells(&builds[row]) as f64;
+            let matrix = DMatrix::from_fn(builds.len(), TERMS, |row, term| {
+                rows[row][term] / found(row)
+            });
+            let ones = DVector::from_element(builds.len(), 1.0);
+            let pseudo_inverse = matrix.svd(true, true).solve(&ones, 1e-9);
+            // Both factors were asked for.
+            pseudo_inverse.unwrap_or_else(|_| DVector::zeros(TERMS))
+        };
+        Fit {
+            luts: solve(&|build| build.cells.luts),
+            flip_flops: solve(&|build| build.cells.flip_flops),
+        }
+    }
+
+    /// What a sensor takes.
+    pub fn cells(&self, size: &Size) -> Cells {
+        let terms = DVector::from_column_slice(&terms(size));
+        let of = |cells_of_term: &DVector<f64>| cells_of_term.dot(&terms).max(0.0).round() as u64;
+        Cells {
+            luts: of(&self.luts),
+            flip_flops: of(&self.flip_flops),
+        }
+    }
+
+    /// How well it holds.
+    pub fn basis(&self, builds: &[Build]) -> Basis {
+        let errors = builds.iter().flat_map(|build| self.errors_at(build));
+        let others = (0..builds.len()).flat_map(|index| {
+            let (mut others, build) = (builds.to_vec(), &builds[index]);
+            others.remove(index);
+            let is_alone = |term: usize| others.iter().all(|b| terms(&b.size)[term] == 0.0);
+            let missing = (0..TERMS).any(|term| terms(&build.size)[term] != 0.0 && is_alone(term));
+            // Without its only build a term is not known at all.
+            match missing {
+                true => Vec::new(),
+                false => Fit::of(&others).errors_at(build).to_vec(),
+            }
+        });
+        let others: Vec<f64> = others.collect();
+        let squares: f64 = others.iter().map(|error| error * error).sum();
+        Basis::Fitted {
+            builds: builds.len(),
+            largest_error: errors.map(f64::abs).fold(0.0, f64::max),
+            error_of_others: (squares / others.len().max(1) as f64).sqrt(),
+        }
+    }
+
+    fn errors_at(&self, build: &Build) -> [f64; 2] {
+        let fitted = self.cells(&build.size);
+        let error = |fitted: u64, found: u64| fitted as f64 / found as f64 - 1.0;
+        [
+            error(fitted.luts, build.cells.luts),
+            error(fitted.flip_flops, build.cells.flip_flops),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::measured::builds;
+    use super::*;
+    use crate::scene::Target;
+
+    #[test]
+    fn the_fit_holds_at_every_build_and_for_those_that_it_has_not_seen() {
+        for target in [Target::Ecp525k6, Target::Ice40Hx8k, Target::Xc7] {
+            let builds = builds(target);
+            let Basis::Fitted {
+                largest_error,
+                error_of_others,
+                ..
+            } = Fit::of(&builds).basis(&builds)
+            else {
+                unreachable!()
+            };
+            assert!(largest_error < 0.12, "{target:?}: {largest_error}");
+            assert!(error_of_others < 0.08, "{target:?}: {error_of_others}");
+        }
+    }
+}

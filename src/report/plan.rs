@@ -1,0 +1,225 @@
+//! The plan for people: the sensor in numbers, what it takes, what is left out.
+
+use super::columns::columns;
+use super::estimates::{estimator_name, millimetres};
+use super::quantities::{frequency, length, number, time};
+use crate::plan::figures::Figures;
+use crate::plan::overview::{ExpectedError, Overview};
+use crate::plan::resources::{Basis, Resources};
+use crate::plan::{Part, Plan, Saving};
+
+/// Savings below this share of the time are within what measuring scatters by.
+const LEAST_SHARE: f64 = 0.03;
+
+/// A row of two or more cells.
+type Row = Vec<String>;
+
+/// Everything, in lines of no more than `width` characters where that is given.
+pub fn text(overview: &Overview, width: Option<usize>) -> String {
+    let mut text = format!("{}\n", overview.scene);
+    let table = |title: &str, rows: &[Row]| match rows {
+        [] => String::new(),
+        _ => format!("\n{title}\n{}", columns(rows, 2, width)),
+    };
+    text += &columns(&figures(&overview.figures), 2, width);
+    for of_detector in overview.expected.chunks(2) {
+        text += &table(&expected_title(&of_detector[0]), &expected(of_detector));
+    }
+    text += &table("FPGA", &resources(overview.resources.as_ref()));
+    text += &parts(&overview.plan, width);
+    text
+}
+
+/// The parts, kept and left out.
+pub fn parts(plan: &Plan, width: Option<usize>) -> String {
+    let mut text = String::new();
+    for (title, parts) in [
+        ("Hardware", &plan.hardware),
+        ("Simulation", &plan.simulation),
+    ] {
+        let kept: Vec<Row> = (parts.iter().filter(|part| part.kept))
+            .map(|part| vec![part.part.clone(), part.reason.clone()])
+            .collect();
+        let left_out: Vec<&Part> = parts.iter().filter(|part| !part.kept).collect();
+        let saves = left_out.iter().any(|part| saving(part).is_some());
+        let left_out: Vec<Row> = left_out
+            .iter()
+            .map(|part| {
+                let mut row = vec![part.part.clone()];
+                if saves {
+                    row.push(saving(part).unwrap_or_default());
+                }
+                row.push(part.reason.clone());
+                row
+            })
+            .collect();
+        for (what, rows) in [("kept", kept), ("left out", left_out)] {
+            if !rows.is_empty() {
+                text += &format!("\n{title}, {what}\n{}", columns(&rows, 2, width));
+            }
+        }
+    }
+    if plan.not_measured > 0 {
+        let note = format!(
+            "What {} of the parts left out of the simulation would cost was not measured: too few \
+             detections, or too much time.",
+            plan.not_measured
+        );
+        text += &format!("\n{}", columns(&[vec![note]], 0, width));
+    }
+    text
+}
+
+/// The sensor in numbers.
+pub(super) fn figures(figures: &Figures) -> Vec<Row> {
+    let row = |name: &str, value: String| vec![name.to_owned(), value];
+    vec![
+        row(
+            "clock",
+            format!(
+                "{}, a chip of {} per clock",
+                frequency(figures.clock_hz),
+                time(1.0 / figures.clock_hz)
+            ),
+        ),
+        row(
+            "frame time",
+            format!(
+                "{}: {} phase step{} of {}",
+                time(figures.frame_time_s),
+                number(figures.steps),
+                if figures.steps == 1 { "" } else { "s" },
+                time(figures.integration_s)
+            ),
+        ),
+        row(
+            "latency",
+            format!(
+                "{} clocks, {}, from a phase step's last sample to its count",
+                figures.result_latency_clocks,
+                time(figures.result_latency_s)
+            ),
+        ),
+        row(
+            "range",
+            format!(
+                "{} unambiguous (a code of {} chips), in phase steps of {}",
+                length(figures.unambiguous_range_m),
+                number(figures.code_period_chips),
+                length(figures.phase_step_m)
+            ),
+        ),
+        row(
+            "results",
+            format!(
+                "{} a frame, of {} bits",
+                number(figures.results),
+                figures.result_bits
+            ),
+        ),
+    ]
+}
+
+/// Whose errors, and where.
+pub(super) fn expected_title(expected: &ExpectedError) -> String {
+    let at = expected
+        .true_distance_m
+        .map(|m| format!(" at {}", length(m)));
+    format!(
+        "Expected error of {} ranging {}{}",
+        expected.detector,
+        expected.source,
+        at.unwrap_or_default()
+    )
+}
+
+/// Bias and scatter of each estimator, and the bound.
+pub(super) fn expected(of_detector: &[ExpectedError]) -> Vec<Row> {
+    let row = |name: &str, value: String| vec![name.to_owned(), value];
+    let mut rows: Vec<Row> = of_detector
+        .iter()
+        .map(|expected| row(estimator_name(expected.estimator), error_of(expected)))
+        .collect();
+    if let Some(bound_m) = of_detector.iter().find_map(|expected| expected.bound_m) {
+        rows.push(row(
+            "Cramer-Rao bound",
+            format!("{}, with total counts", millimetres(bound_m, false)),
+        ));
+    }
+    rows
+}
+
+fn error_of(expected: &ExpectedError) -> String {
+    let mut text = match (expected.expected_bias_m, expected.expected_std_m) {
+        (Some(bias_m), Some(std_m)) => format!(
+            "bias {}, scatter {}",
+            millimetres(bias_m, true),
+            millimetres(std_m, false)
+        ),
+        _ => "not known".to_owned(),
+    };
+    if !expected.has_its_counts {
+        text += "; needs total counts, which this hardware does not send (total_counts = true)";
+    }
+    if let Some(remark) = &expected.remark {
+        text += &format!("; {remark}");
+    }
+    text
+}
+
+/// What the hardware takes of an FPGA.
+pub(super) fn resources(resources: Option<&Resources>) -> Vec<Row> {
+    let row = |name: &str, value: String| vec![name.to_owned(), value];
+    let Some(resources) = resources else {
+        let why = "not known: no sensor with given chips was synthesized";
+        return vec![row("cells", why.to_owned())];
+    };
+    let about = match resources.basis {
+        Basis::Measured => "",
+        Basis::Fitted { .. } => "about ",
+    };
+    vec![
+        row("family", resources.family.to_owned()),
+        row(
+            "LUTs",
+            format!("{about}{} ({})", resources.cells.luts, resources.lut),
+        ),
+        row(
+            "flip-flops",
+            format!("{about}{}", resources.cells.flip_flops),
+        ),
+        row("block RAM", resources.block_rams.to_string()),
+        row("basis", basis(&resources.basis)),
+    ]
+}
+
+fn basis(basis: &Basis) -> String {
+    match basis {
+        Basis::Measured => "this sensor was synthesized (docs/resources.md)".to_owned(),
+        Basis::Fitted {
+            builds,
+            largest_error,
+            error_of_others,
+        } => format!(
+            "fitted to {builds} synthesized sensors (docs/resources.md): off by {:.0} % at most for \
+             these, {:.0} % rms for one that the fit has not seen",
+            largest_error * 100.0,
+            error_of_others * 100.0
+        ),
+    }
+}
+
+/// What leaving a part out saves, where it is known and can be told from nothing.
+pub(super) fn saving(part: &Part) -> Option<String> {
+    let cells = part
+        .saved_cells
+        .map(|cells| format!("about {} LUTs, {} flip-flops", cells.luts, cells.flip_flops));
+    let time = part
+        .saving
+        .as_ref()
+        .map(|Saving { share, .. }| match *share {
+            share if share < LEAST_SHARE => "no time".to_owned(),
+            share => format!("{:.0} % of the time", share * 100.0),
+        });
+    cells.or(time)
+}
