@@ -1,45 +1,29 @@
-//! Tells release builds which commit they are of: git's, or what packagers set
-//! `GOLDTOF_COMMIT` to.
-//!
-//! Builds for development do not ask git: they would be built anew after every commit.
-//! Outside of a git checkout, or without git, there is no commit to tell.
+//! Tells the program which commit it is made from.
 
 use std::process::Command;
 
-fn main() {
-    println!("cargo::rerun-if-env-changed=GOLDTOF_COMMIT");
-    println!("cargo::rerun-if-changed=build.rs");
-    let package = env!("CARGO_PKG_VERSION");
-    let version = match commit() {
-        Some(commit) => format!("{package} ({commit})"),
-        None => package.to_owned(),
-    };
-    println!("cargo::rustc-env=GOLDTOF_VERSION={version}");
-}
-
-/// The commit, if there is one to tell; with `-modified` if files differ from it.
-fn commit() -> Option<String> {
-    if let Ok(commit) = std::env::var("GOLDTOF_COMMIT") {
-        return Some(commit).filter(|commit| !commit.is_empty());
-    }
-    if std::env::var("PROFILE").as_deref() != Ok("release") {
-        return None;
-    }
-    // A package that lies in somebody else's repository is not of their commit.
-    git(&["ls-files", "--error-unmatch", "Cargo.toml"])?;
-    let log = git(&["rev-parse", "--git-path", "logs/HEAD"])?;
-    for watched in [log.as_str(), "src", "macros/src", "fft/src", "Cargo.toml"] {
-        println!("cargo::rerun-if-changed={watched}");
-    }
-    let commit = git(&["rev-parse", "--short=10", "HEAD"])?;
-    let changes = git(&["status", "--porcelain", "--untracked-files=no"])?;
-    let modified = if changes.is_empty() { "" } else { "-modified" };
-    Some(format!("{commit}{modified}"))
-}
-
-/// What git says; none if it fails.
+/// What git says, in one line; none without git or without its folder.
 fn git(arguments: &[&str]) -> Option<String> {
     let output = Command::new("git").args(arguments).output().ok()?;
     let text = String::from_utf8(output.stdout).ok()?;
     output.status.success().then(|| text.trim().to_owned())
+}
+
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+    // Builds to develop with need not be made anew for each commit.
+    let is_release = std::env::var("PROFILE").is_ok_and(|profile| profile == "release");
+    let commit = match is_release {
+        true => git(&["rev-parse", "--short=12", "HEAD"]),
+        false => None,
+    };
+    if commit.is_some() {
+        for name in ["HEAD", "logs/HEAD"] {
+            if let Some(path) = git(&["rev-parse", "--git-path", name]) {
+                println!("cargo::rerun-if-changed={path}");
+            }
+        }
+    }
+    let text = commit.map_or(String::new(), |commit| format!(" ({commit})"));
+    println!("cargo::rustc-env=GOLDTOF_COMMIT={text}");
 }

@@ -5,9 +5,18 @@
 //! [`code`] makes its codes, [`sensor`] fixes what the hardware promises at its
 //! ports, [`rtl`] describes that hardware and [`deliver`] emits it as Verilog,
 //! [`photons`] makes the light and the detections, [`mod@reference`] predicts every
-//! port at every clock, [`cosim`] runs the Verilog beside it, [`response`] says what
-//! counts are expected, and [`estimate`] turns counts into a distance. [`simulate`]
+//! port at every clock, [`mod@cosim`] runs the Verilog beside it, [`response`] says what
+//! counts are expected, and [`mod@estimate`] turns counts into a distance. [`mod@simulate`]
 //! does it many times, and [`study`] learns from that.
+//!
+//! The doors are [`run()`], [`emit()`], [`simulate()`], [`cosim()`] and [`estimate()`]:
+//! each takes a [`scene::Scene`] and its options. The feature `plots` (plotters) draws
+//! the report page and the studies' figures, and `cli` is the program; both are on by
+//! default, and a library user can do without (`default-features = false`).
+//!
+//! What is left out of this documentation though it is public (the hardware's blocks,
+//! the reference model) is there for the tests and benches of this package, and may
+//! change at any time.
 //!
 //! Conventions used everywhere: the first chip, sample or bit is the earliest;
 //! bit 0 of a sample word is the earliest sample; one clock cycle is one chip;
@@ -17,41 +26,58 @@
 //! ```
 //! use std::path::Path;
 //!
-//! use goldtof::{deliver, scene};
-//!
-//! let scene = scene::load(Path::new("scenes/paper-single.toml"))?;
-//! let emission = deliver::emit(&scene, "goldtof emit paper-single.toml")?;
-//! assert_eq!(emission.clock_hz, 125e6); // one clock is one chip of 8 ns
-//! assert!(emission.files.iter().any(|file| file.name == "gold_generator.v"));
+//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+//! let options = goldtof::SimulateOptions {
+//!     fidelity: goldtof::simulate::Tier::Expected,
+//!     repetitions: 1,
+//!     seed: 1,
+//! };
+//! let simulation = goldtof::simulate(&scene, &options)?;
+//! assert!((simulation.estimates[0].true_m - 3.2).abs() < 1e-9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+// Links to what is private lead its next maintainer on (`--document-private-items`).
+#![allow(rustdoc::private_intra_doc_links)]
+
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod code;
 pub mod cosim;
 pub mod deliver;
+mod door;
 pub mod estimate;
-pub mod files;
-pub mod interrupt;
-pub mod light;
-pub mod math;
+pub(crate) mod files;
+pub(crate) mod interrupt;
+pub(crate) mod light;
+pub(crate) mod math;
 pub mod photons;
 pub mod plan;
-pub mod printable;
-pub mod programs;
+pub(crate) mod printable;
+pub(crate) mod programs;
 pub mod recorded;
+#[doc(hidden)]
 pub mod reference;
+#[doc(hidden)]
 pub mod report;
 pub mod response;
+#[doc(hidden)]
 pub mod rtl;
+mod run;
 pub mod scan;
 pub mod scene;
 pub mod sensor;
 pub mod simulate;
 pub mod study;
+pub mod version;
 
+pub use door::{
+    CosimFailed, CosimOptions, EmitOptions, EstimateError, EstimateOptions, Rtl, SimulateOptions,
+    cosim, emit, estimate, simulate,
+};
+pub use files::{FileError, OutputFolder};
+pub use interrupt::watch as watch_signals;
 pub use light::SPEED_OF_LIGHT_M_PER_S;
-
-/// Version of the package, and of a release build in a git checkout the commit:
-/// `0.1.0 (2e9f6d6b1a)`, with `-modified` if files differed from it.
-pub const VERSION: &str = env!("GOLDTOF_VERSION");
+pub use programs::set_time_limit as set_tool_time_limit;
+pub use report::provenance::Provenance;
+pub use run::{Run, RunError, RunEvent, RunOptions, run};

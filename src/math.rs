@@ -3,7 +3,9 @@
 use std::f64::consts::SQRT_2;
 
 use nalgebra::{Cholesky, DMatrix};
-use statrs::distribution::{Beta, Continuous, ContinuousCDF, Normal};
+#[cfg(feature = "plots")]
+use statrs::distribution::{Beta, ContinuousCDF};
+use statrs::distribution::{Continuous, Normal};
 
 /// Two-sided 95 % quantile of the standard normal distribution.
 pub const NORMAL_95: f64 = 1.959_963_984_540_054;
@@ -21,6 +23,7 @@ pub fn normal_density(x: f64) -> f64 {
 
 /// The exact binomial interval of a share at 95 % (Clopper and Pearson 1934):
 /// quantiles of beta distributions.
+#[cfg(feature = "plots")]
 pub fn binomial_interval(successes: u64, trials: u64) -> [f64; 2] {
     let quantile = |a: u64, b: u64, p: f64| {
         Beta::new(a as f64, b as f64).map_or(f64::NAN, |beta| beta.inverse_cdf(p))

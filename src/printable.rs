@@ -34,6 +34,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
 }
 
 /// Text of several lines: line ends and tabs stay.
+#[cfg(feature = "cli")]
 pub fn printable_lines(text: &str) -> Cow<'_, str> {
     escaped(text, |c| is_unprintable(c) && c != '\n' && c != '\t')
 }
@@ -71,6 +72,7 @@ pub fn pictured(line: &str) -> String {
 
 /// A JSON document in which what cannot be seen is escaped. JSON itself demands
 /// it only below U+0020; a terminal obeys more.
+#[cfg(feature = "cli")]
 pub fn printable_json(document: &str) -> Cow<'_, str> {
     let is_shown = |c: char| !is_unprintable(c) || c == '\n';
     if document.chars().all(is_shown) {

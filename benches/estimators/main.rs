@@ -3,8 +3,10 @@
 //! with noise on drawn counts; what wrong parameters cost; what a fit costs.
 //!
 //!     cargo bench --bench estimators -- [noiseless-walk] [noiseless-circular] \
-//!         [noiseless-interference] [walk] [interference] [wrong] [timing]
+//!         [noiseless-interference] [walk] [interference] [wrong] [timing] \
+//!         [pairs] [near-far] [unknown]
 
+mod apart;
 mod noise;
 mod noiseless;
 #[path = "../../tests/physics/optics_support/mod.rs"]
@@ -33,7 +35,7 @@ fn main() -> Outcome {
         .filter(|a| !a.starts_with('-'))
         .collect();
     type Part = (&'static str, fn(&Scene) -> Outcome);
-    let known: [Part; 7] = [
+    let known: [Part; 10] = [
         ("noiseless-walk", noiseless::walk),
         ("noiseless-circular", noiseless::circular),
         ("noiseless-interference", noiseless::interference),
@@ -41,6 +43,9 @@ fn main() -> Outcome {
         ("interference", noise::interference),
         ("wrong", wrong::wrong),
         ("timing", timing::timing),
+        ("pairs", apart::pairs),
+        ("near-far", apart::near_far),
+        ("unknown", apart::unknown),
     ];
     let scene = scene::load(Path::new("scenes/paper-single.toml"))?;
     for (name, part) in known {

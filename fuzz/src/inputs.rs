@@ -6,8 +6,7 @@
 
 use std::path::{Component, Path};
 
-use goldtof::cli::codes::{CodesRequest, codes as codes_report, parse_polynomials, parse_seeds};
-use goldtof::code::CodeSpec;
+use goldtof::code::{CodeSpec, parse_polynomials, parse_seeds, report as codes_report};
 use goldtof::cosim::{manifest as rtl_manifest, ports as rtl_ports};
 use goldtof::scene::{Scene, SceneErrors, parse};
 use goldtof::sensor::Sensor;
@@ -189,7 +188,7 @@ pub fn codes(data: &[u8]) {
     spec.seeds = next().map(parse_seeds);
     spec.chips = next().map(str::to_owned);
     spec.allow_non_preferred = next().map(|_| true);
-    match codes_report(&CodesRequest { spec }) {
+    match codes_report(&spec) {
         Err(error) => assert!(!error.to_string().is_empty()),
         Ok(report) => {
             assert_eq!(report.chips.len() as u64, report.length);

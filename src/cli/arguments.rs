@@ -19,7 +19,7 @@ const MOST_CYCLES: u64 = 1 << 50;
 /// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
 /// time-of-flight sensors.
 #[derive(Debug, Parser)]
-#[command(name = "goldtof", version = crate::VERSION, propagate_version = true)]
+#[command(name = "goldtof", version = crate::version::VERSION, propagate_version = true)]
 pub(super) struct Cli {
     /// Print one JSON document on stdout, and nothing else there
     #[arg(long, global = true)]
@@ -119,6 +119,14 @@ impl SceneArgument {
     /// If it cannot be read, and everything that is wrong with it.
     pub fn load(&self) -> Result<Scene, SceneErrors> {
         scene::load_with(&self.scene, &self.settings)
+    }
+
+    /// [`SceneArgument::load`], and the file's text.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn load_with_text(&self) -> Result<(Scene, String), SceneErrors> {
+        scene::load_with_text(&self.scene, &self.settings)
     }
 
     /// The file's name and the settings, as a command line has them. Where the file lies

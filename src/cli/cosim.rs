@@ -1,39 +1,41 @@
 //! `goldtof cosim`.
 
+use super::Ending;
 use super::arguments::CosimArguments;
 use super::emit::command_line;
 use super::forecast::Forecast;
-use super::output::Output;
-use super::{Ending, rtl};
-use crate::cosim::build::{cache_dir, sources_of};
-use crate::cosim::{Cosimulation, Report, Request, StimulusKind, Verdict, cosimulate};
-use crate::deliver;
+use super::output::{Output, Progress};
+use crate::cosim::{Report, StimulusKind, Verdict};
+use crate::door::{CosimOptions, Rtl, cosim};
 use crate::files::check_target;
 use crate::printable::printable_path;
-use crate::sensor::Sensor;
 
 pub(super) fn run(
     arguments: &CosimArguments,
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let sensor = Sensor::new(&arguments.scene.load()?);
+    let scene = arguments.scene.load()?;
     if let Some(path) = &arguments.vcd {
         // Better now than after a long run.
         check_target(path)?;
     }
-    let sources = match &arguments.rtl {
-        Some(folder) => rtl::read(folder)?,
-        None => sources_of(&deliver::emit(&sensor, &command_line(&arguments.scene))?),
-    };
-    let request = Request {
-        sources,
-        cache: cache_dir()?,
+    let options = CosimOptions {
+        rtl: match &arguments.rtl {
+            Some(folder) => Rtl::Folder(folder.clone()),
+            None => Rtl::Emitted {
+                made_by: command_line(&arguments.scene),
+            },
+        },
         stimulus: arguments.stimulus,
         clocks: arguments.cycles,
         seed,
     };
-    let mut cosimulation = with_progress(&sensor, &request, output)?;
+    let mut progress = CosimProgress::new(output);
+    progress.build();
+    let found = cosim(&scene, &options, |done, of| progress.take(done, of));
+    progress.end();
+    let mut cosimulation = found?;
     if let Some(path) = &arguments.vcd {
         cosimulation.write_vcd(path)?;
     }
@@ -41,23 +43,40 @@ pub(super) fn run(
     Ok(ending(&cosimulation.report))
 }
 
-/// Co-simulates and shows how far it is.
-pub(super) fn with_progress(
-    sensor: &Sensor,
-    request: &Request,
-    output: &Output,
-) -> anyhow::Result<Cosimulation> {
-    let progress = output.progress();
-    progress.stage("building the model of the Verilog");
-    let mut forecast: Option<Forecast> = None;
-    let cosimulation = cosimulate(sensor, request, |done, of| {
+/// Shows how far a co-simulation is.
+pub(super) struct CosimProgress<'o> {
+    output: &'o Output,
+    progress: Progress,
+    forecast: Option<Forecast<'o>>,
+}
+
+impl<'o> CosimProgress<'o> {
+    pub fn new(output: &'o Output) -> CosimProgress<'o> {
+        CosimProgress {
+            output,
+            progress: output.progress(),
+            forecast: None,
+        }
+    }
+
+    /// The Verilog is being built.
+    pub fn build(&self) {
+        self.progress.stage("building the model of the Verilog");
+    }
+
+    /// `done` clocks `of` all are done.
+    pub fn take(&mut self, done: u64, of: u64) {
         // From the first block on: what is built before is not in the rate.
-        let forecast = forecast.get_or_insert_with(|| Forecast::new(output, "the co-simulation"));
+        let forecast = self
+            .forecast
+            .get_or_insert_with(|| Forecast::new(self.output, "the co-simulation"));
         forecast.progress(done, of);
-        progress.clocks("co-simulating", done, of);
-    });
-    progress.end();
-    Ok(cosimulation?)
+        self.progress.clocks("co-simulating", done, of);
+    }
+
+    pub fn end(&self) {
+        self.progress.end();
+    }
 }
 
 /// 1 unless the two sides agree in what makes a sensor.

@@ -14,8 +14,8 @@ mod manual;
 mod new;
 mod output;
 pub mod plan;
+mod provenance;
 mod reproduce;
-mod rtl;
 mod run;
 mod simulate;
 mod stress;
@@ -29,9 +29,13 @@ use clap::Parser as _;
 use self::arguments::{Cli, Command};
 use self::output::Output;
 use crate::cosim::error::CosimError;
+use crate::door::CosimFailed;
 use crate::interrupt;
 use crate::printable::printable_lines;
 use crate::programs;
+use crate::run::RunError;
+use crate::simulate::scans::ScansError;
+use crate::study::sweep::RunError as SweepFailed;
 
 /// How a command that did its work ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,9 +102,26 @@ fn print_usage(error: &clap::Error) {
 /// 3 for a missing or failing external tool, 1 for Verilog that ends its own
 /// simulation and so is not the sensor, 2 for everything else.
 fn status_of(error: &anyhow::Error) -> u8 {
-    match error.downcast_ref::<CosimError>() {
+    match cosim_error(error) {
         Some(error) if error.is_tool() => 3,
         Some(CosimError::Halted { .. }) => 1,
         _ => 2,
     }
+}
+
+/// What went wrong with Verilog or tools, whichever job they were for.
+fn cosim_error(error: &anyhow::Error) -> Option<&CosimError> {
+    if let Some(RunError::Cosim(error)) = error.downcast_ref() {
+        return Some(error);
+    }
+    if let Some(CosimFailed::Cosim(error)) = error.downcast_ref() {
+        return Some(error);
+    }
+    if let Some(SweepFailed::Scans(ScansError::Cosim(error))) = error.downcast_ref() {
+        return Some(error);
+    }
+    if let Some(ScansError::Cosim(error)) = error.downcast_ref() {
+        return Some(error);
+    }
+    error.downcast_ref()
 }

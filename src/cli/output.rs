@@ -55,12 +55,8 @@ impl Output {
         OutputFolder::open(path, |path| self.waits(path))
     }
 
-    /// Opens a folder of our own name in one that is open.
-    pub fn subfolder(&self, folder: &OutputFolder, name: &str) -> Result<OutputFolder, FileError> {
-        folder.subfolder(name, |path| self.waits(path))
-    }
-
-    fn waits(&self, path: &Path) {
+    /// Says that another run is waited for.
+    pub fn waits(&self, path: &Path) {
         self.note(&format!(
             "{}: another goldtof writes here; waiting for its end",
             printable_path(path)

@@ -5,10 +5,10 @@ use serde::Serialize;
 use super::Ending;
 use super::arguments::SweepArguments;
 use super::output::Output;
-use crate::VERSION;
 use crate::printable::printable_path;
 use crate::scene;
 use crate::study::sweep::{self, Definition, Store, Sweep};
+use crate::version::VERSION;
 
 const CSV: &str = "sweep.csv";
 const PLOT: &str = "sweep.svg";
@@ -40,7 +40,7 @@ pub(super) fn run(
     };
     sweep.check()?;
     let folder = output.folder(&arguments.out)?;
-    let points = output.subfolder(&folder, "points")?;
+    let points = folder.subfolder("points", |path| output.waits(path))?;
     let store = Store::open(&folder, points, &Definition::of(&sweep, VERSION))?;
     let done_before = store.done()?.len();
     if done_before > 0 {
@@ -59,12 +59,6 @@ pub(super) fn run(
     }
     folder.write(CSV, &table.csv())?;
     folder.write(PLOT, &plot)?;
-    #[cfg(feature = "parquet")]
-    {
-        let bytes = table.parquet()?;
-        let staged = folder.stage("sweep.parquet", |out| out.write_all(&bytes))?;
-        folder.publish(vec![staged])?;
-    }
     let text = format!(
         "{name}: {} points, {} rows in {}\n",
         sweep.len(),

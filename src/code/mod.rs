@@ -11,6 +11,7 @@ mod gf2;
 mod gold;
 mod interleave;
 mod lfsr;
+mod report;
 mod spec;
 
 pub use correlation::{correlate, correlate_naive, cross_correlation_counts, value_counts};
@@ -19,6 +20,10 @@ pub use family::{Family, UnknownFamily};
 pub use gold::{GoldSet, bound, default_pair, default_polynomial};
 pub use interleave::interleave;
 pub use lfsr::{Lfsr, polynomial_text};
+pub use report::{
+    Autocorrelation, CodesReport, GoldSetReport, MalformedPolynomials, parse_polynomials,
+    parse_seeds, report,
+};
 pub use spec::CodeSpec;
 
 /// Smallest degree of a polynomial.

@@ -1,19 +1,26 @@
 //! Co-simulation: Verilog in Verilator, beside the reference model, clock by clock.
 
+#[doc(hidden)]
 pub mod build;
-pub mod cache;
+pub(crate) mod cache;
 pub mod error;
 pub mod exercised;
-pub mod image;
+pub(crate) mod folder;
+pub(crate) mod image;
+#[doc(hidden)]
 pub mod lockstep;
+#[doc(hidden)]
 pub mod manifest;
-pub mod needed;
+pub(crate) mod needed;
+#[doc(hidden)]
 pub mod ports;
 mod rejected;
+#[doc(hidden)]
 pub mod sent;
-pub mod tools;
+pub(crate) mod tools;
+#[doc(hidden)]
 pub mod verilated;
-pub mod wave;
+pub(crate) mod wave;
 
 use std::path::{Path, PathBuf};
 
@@ -38,7 +45,8 @@ use crate::sensor::layout::Layout;
 pub const TOP: &str = "sensor_top";
 
 /// What drives a co-simulation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum StimulusKind {
     /// Simulated detections of the scene.

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::error::HdlError;
 use super::flow::Flow;
+use super::formal::Formal;
 use crate::code::{Generator, Lfsr, MOST_HARDWARE_DEGREE};
 use crate::plan::{Part, hardware_left_out};
 use crate::printable::printable_ascii;
@@ -38,6 +39,8 @@ pub struct Emission {
     /// What goes with the design: bench, constraints, file list, core.
     #[serde(flatten)]
     pub flow: Flow,
+    /// Proofs, in a folder of their own.
+    pub formal: Formal,
 }
 
 /// A file that `emit` writes. In JSON it is its name.
@@ -141,7 +144,8 @@ pub fn emit(sensor: &Sensor, command: &str) -> Result<Emission, HdlError> {
             text: module.text,
         })
         .collect();
-    let flow = Flow::of(sensor, contract, &files, &made_by)?;
+    let formal = Formal::of(contract, &files, &made_by);
+    let flow = Flow::of(sensor, contract, &files, &formal, &made_by)?;
     Ok(Emission {
         scene: sensor.scene().name.clone(),
         command: command.into_owned(),
@@ -153,6 +157,7 @@ pub fn emit(sensor: &Sensor, command: &str) -> Result<Emission, HdlError> {
         result_latency_clocks: contract.result_latency_clocks,
         parameters: parameters(contract),
         flow,
+        formal,
     })
 }
 

@@ -4,6 +4,7 @@
 mod emission;
 mod error;
 pub mod flow;
+pub mod formal;
 mod write;
 
 pub use emission::{Emission, EmittedFile, LeftOut, Parameters, PeakParameters, emit};

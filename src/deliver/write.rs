@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::emission::Emission;
 use super::error::HdlError;
+use super::formal::Formal;
 use crate::files::{FileError, OutputFolder, Staged, read_regular};
 
 const MANIFEST: &str = "manifest.json";
@@ -26,7 +27,7 @@ pub fn write(emission: &Emission, folder: &Path) -> Result<(), HdlError> {
     write_into(emission, &OutputFolder::open(folder, |_| ())?)
 }
 
-/// [`write`] into a folder that is open.
+/// [`write()`] into a folder that is open.
 ///
 /// # Errors
 /// When a file cannot be written.
@@ -42,7 +43,13 @@ pub fn write_into(emission: &Emission, folder: &OutputFolder) -> Result<(), HdlE
         .map(|file| stage_text(&file.name, &file.text))
         .collect::<Result<Vec<Staged>, FileError>>()?;
     let manifest = stage_text(MANIFEST, &manifest)?;
-    for file in staged.iter().chain([&manifest]) {
+    let formal = folder.subfolder(Formal::FOLDER, |_| ())?;
+    let proofs = emission
+        .formal
+        .files()
+        .map(|file| formal.stage(&file.name, |out| out.write_all(file.text.as_bytes())))
+        .collect::<Result<Vec<Staged>, FileError>>()?;
+    for file in staged.iter().chain(&proofs).chain([&manifest]) {
         file.sync()?;
     }
 
@@ -51,6 +58,7 @@ pub fn write_into(emission: &Emission, folder: &OutputFolder) -> Result<(), HdlE
     folder.remove(MANIFEST)?;
     folder.sync()?;
     folder.publish(staged)?;
+    formal.publish(proofs)?;
     for name in stale {
         folder.remove(&name)?;
     }

@@ -17,9 +17,9 @@ pub mod unwrap;
 pub use crate::light::distance_m;
 pub use crate::response::CountingTier;
 pub use calibration::calibration_offset_ps;
-pub use effort::TheoryEffort;
-pub use missed::tolerance_ps;
-pub use modulation::check_modulated;
+pub(crate) use effort::TheoryEffort;
+pub(crate) use missed::tolerance_ps;
+pub(crate) use modulation::check_modulated;
 pub use phase::{CoarseOnly, Estimate, NoEstimate, estimate};
 pub use prediction::{Prediction, PredictionError, predict};
 pub use theory::{Theory, theory};
@@ -34,7 +34,7 @@ pub fn delay_error_ps(delay_ps: f64, true_delay_ps: f64, code_period_ps: f64) ->
 }
 
 /// What to say of a path that is longer than distances are unambiguous.
-pub fn folded(sensor: &Sensor, path: usize) -> Option<String> {
+pub(crate) fn folded(sensor: &Sensor, path: usize) -> Option<String> {
     let range_m = distance_m(sensor.code_period_of_path_ps(path));
     let path_m = sensor.scene().paths[path].distance_m();
     (path_m >= range_m).then(|| {

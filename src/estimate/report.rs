@@ -103,6 +103,8 @@ pub struct FittedPathReport {
     pub std_m: f64,
     /// Primary rate that on-chips add.
     pub rate_cps: f64,
+    /// How many standard deviations that is above none.
+    pub significance: f64,
 }
 
 /// Estimates the distance that a detector's counts of one scan give, with the
@@ -204,6 +206,9 @@ impl EstimateReport {
             Ok(fitted) => {
                 self.distance_m = Some(fitted.distance_m);
                 self.remark = shared_light(sensor);
+                if let Some(untold) = &fitted.untold {
+                    self.add_remark(&untold.to_string());
+                }
                 self.fit = Some(FitReport::of(sensor, &fitted));
                 Some(fitted.delay_ps)
             }
@@ -274,6 +279,7 @@ impl FitReport {
             distance_m: distance_m(path.delay_ps),
             std_m: distance_m(path.delay_std_ps),
             rate_cps: path.rate_hz,
+            significance: path.significance(),
         };
         FitReport {
             paths: fitted.paths.iter().map(of_path).collect(),

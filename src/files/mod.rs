@@ -26,7 +26,9 @@ pub use folder::OutputFolder;
 pub use guarded::open_ours;
 pub use private::{check_private, private_folder};
 pub use read::{read_regular, read_text};
-pub use staged::{Staged, check_target, stage};
+#[cfg(feature = "cli")]
+pub use staged::check_target;
+pub use staged::{Staged, stage};
 
 /// A file or folder that could not be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -40,6 +42,15 @@ pub struct FileError {
     pub source: io::Error,
 }
 
+/// Writes a text into a file of its own.
+///
+/// # Errors
+/// When it cannot be written. What was there before is there then.
+#[cfg(feature = "cli")]
+pub fn write(path: &Path, text: &str) -> Result<(), FileError> {
+    stage(path, |out| out.write_all(text.as_bytes()))?.publish()
+}
+
 impl FileError {
     fn new(path: &Path, problem: &'static str) -> impl FnOnce(io::Error) -> FileError {
         move |source| FileError {
@@ -48,12 +59,4 @@ impl FileError {
             source,
         }
     }
-}
-
-/// Writes a file under its name only when it is whole.
-///
-/// # Errors
-/// When it cannot be written; what stood under its name stays.
-pub fn write(path: &Path, text: &str) -> Result<(), FileError> {
-    stage(path, |out| out.write_all(text.as_bytes()))?.publish()
 }

@@ -51,6 +51,7 @@ pub fn stage(
 ///
 /// # Errors
 /// When it cannot.
+#[cfg(feature = "cli")]
 pub fn check_target(path: &Path) -> Result<(), FileError> {
     match Target::of(path, Name::Given) {
         Ok(Target::Stream(_)) => Ok(()),
@@ -182,8 +183,11 @@ fn is_at(file: &File, path: &Path) -> io::Result<bool> {
 mod tests {
     use std::os::unix::fs::symlink;
 
-    use super::super::write;
     use super::*;
+
+    fn write(path: &Path, text: &str) -> Result<(), FileError> {
+        stage(path, |out| out.write_all(text.as_bytes()))?.publish()
+    }
 
     fn names(folder: &Path) -> Vec<String> {
         let mut names: Vec<String> = fs::read_dir(folder)

@@ -93,7 +93,7 @@ impl DetectorModel {
     }
 
     /// The scene's paths that carry modulated light to this detector, in order.
-    pub fn modulated_paths(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(crate) fn modulated_paths(&self) -> impl Iterator<Item = usize> + '_ {
         self.excess.iter().map(|light| light.path)
     }
 
@@ -131,12 +131,12 @@ impl DetectorModel {
     }
 
     /// Dead time, in chips.
-    pub fn dead_time_chips(&self) -> f64 {
+    pub(crate) fn dead_time_chips(&self) -> f64 {
         self.dead_time_chips
     }
 
     /// How long before a step its simulation starts.
-    pub fn warm_up_chips(&self) -> i64 {
+    pub(crate) fn warm_up_chips(&self) -> i64 {
         self.warm_up_chips
     }
 

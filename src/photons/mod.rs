@@ -28,6 +28,6 @@ pub(crate) mod time;
 pub use counter::{StepCount, count_step};
 pub use detector::DetectorModel;
 pub use full::OptionalPart;
-pub use light::{LightRates, photon_rate_hz};
+pub(crate) use light::photon_rate_hz;
 pub use sampled::{Pulse, PulseStream};
 pub use step::{Detection, StepDetections};

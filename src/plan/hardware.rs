@@ -1,6 +1,6 @@
 //! Parts of the hardware (the blocks of `sensor_top`).
 
-use super::{Part, kept, labelled, left_out};
+use super::part::{Part, kept, labelled, left_out};
 use crate::code::{Code, Generator};
 use crate::sensor::Sensor;
 use crate::sensor::contract::Contract;

@@ -8,7 +8,7 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use super::{Plan, Saving};
+use super::part::{Plan, Saving};
 use crate::photons::fast::StepCounter;
 use crate::photons::{DetectorModel, OptionalPart, StepCount};
 use crate::response::Light;

@@ -8,59 +8,14 @@ mod hardware;
 mod measure;
 mod movement;
 pub mod overview;
+mod part;
 pub mod resources;
 mod simulation;
 
 pub use measure::with_savings;
+pub use part::{Part, Plan, Saving};
 
-use serde::Serialize;
-
-use self::resources::Cells;
 use crate::sensor::Sensor;
-
-/// A part of the hardware or of the simulation.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Part {
-    /// Its name.
-    pub part: String,
-    /// Whether the scene needs it.
-    pub kept: bool,
-    /// Why, with the scene's numbers.
-    pub reason: String,
-    /// What leaving it out saves in time, where that was found out.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub saving: Option<Saving>,
-    /// What leaving a part of the hardware out saves of an FPGA, by the fit of
-    /// [`resources`], where that was found out.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub saved_cells: Option<Cells>,
-}
-
-/// What leaving a part out saves.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Saving {
-    /// Share of the simulation's time with the part.
-    pub share: f64,
-    /// How that was found out.
-    pub basis: String,
-}
-
-/// Every part of the hardware and of the simulation.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Plan {
-    /// Parts of the hardware, along the way of the data.
-    pub hardware: Vec<Part>,
-    /// Parts of the simulation, along the way of the light.
-    pub simulation: Vec<Part>,
-    /// Parts left out whose saving was to be measured, but would have taken too
-    /// long.
-    #[serde(skip_serializing_if = "is_zero")]
-    pub not_measured: usize,
-}
-
-fn is_zero(number: &usize) -> bool {
-    *number == 0
-}
 
 /// Decides, part by part, what `scene` needs.
 pub fn plan(sensor: &Sensor) -> Plan {
@@ -76,32 +31,4 @@ pub fn hardware_left_out(sensor: &Sensor) -> Vec<Part> {
     let mut parts = hardware::parts(sensor);
     parts.retain(|part| !part.kept);
     parts
-}
-
-/// A part that is kept, because of `reason`.
-fn kept(part: impl Into<String>, reason: impl Into<String>) -> Part {
-    Part {
-        part: part.into(),
-        kept: true,
-        reason: reason.into(),
-        saving: None,
-        saved_cells: None,
-    }
-}
-
-/// A part that is left out, because of `reason`.
-fn left_out(part: impl Into<String>, reason: impl Into<String>) -> Part {
-    Part {
-        kept: false,
-        ..kept(part, reason)
-    }
-}
-
-/// `part`, followed by `name` in brackets where the scene has several.
-fn labelled(part: &str, name: &str, several: bool) -> String {
-    if several {
-        format!("{part} ({name})")
-    } else {
-        part.to_owned()
-    }
 }

@@ -1,6 +1,6 @@
 //! Paths that move: kept or left out.
 
-use super::{Part, kept, left_out};
+use super::part::{Part, kept, left_out};
 use crate::scene::Path;
 use crate::sensor::Sensor;
 

@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::{Part, Saving, kept, labelled, left_out, movement};
+use super::movement;
+use super::part::{Part, Saving, kept, labelled, left_out};
 use crate::response::check_merging;
 use crate::scene::{Detector, EstimatorKind, Path};
 use crate::sensor::Sensor;

@@ -348,7 +348,7 @@ impl Search<'_> {
     /// Whether what is left over scatters as photons do.
     fn scatter(&mut self, causes: &mut Vec<Cause>) -> Option<String> {
         let p = self.fitted.p_value?;
-        let rejects = p < LEVEL / 2.0 || p > 1.0 - LEVEL / 2.0;
+        let rejects = p.min(1.0 - p) < LEVEL / 2.0;
         let (cause, text) = match p < 0.5 {
             true => (
                 Cause::Unexplained,

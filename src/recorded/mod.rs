@@ -9,6 +9,7 @@ mod csv_file;
 mod diagnosis;
 mod expected;
 mod hypothesis;
+#[cfg(feature = "plots")]
 mod plot;
 mod report;
 mod weights;
@@ -16,6 +17,7 @@ mod weights;
 pub use csv_file::{CountsError, read_counts};
 pub use diagnosis::{Cause, Diagnosis, LEVEL, TestOutcome};
 pub use expected::expected_csv;
+#[cfg(feature = "plots")]
 pub use plot::residual_plot;
 pub use report::{Assessment, StepResidual, assess};
 

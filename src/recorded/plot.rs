@@ -21,14 +21,11 @@ pub fn residual_plot(assessment: &Assessment) -> Result<String, ChartError> {
         label: label.to_owned(),
         scale: Scale::Linear,
     };
-    let of = |value: &dyn Fn(&super::StepResidual) -> (f64, Option<(f64, f64)>)| {
-        let points = shown.iter().map(|step| {
-            let (y, interval) = value(step);
-            Point {
-                x: step.distance_m,
-                y,
-                interval,
-            }
+    let of = |value: fn(&super::StepResidual) -> f64| {
+        let points = shown.iter().map(|step| Point {
+            x: step.distance_m,
+            y: value(step),
+            interval: None,
         });
         points.collect::<Vec<Point>>()
     };
@@ -42,8 +39,8 @@ pub fn residual_plot(assessment: &Assessment) -> Result<String, ChartError> {
         x: axis("distance of the phase step (m)"),
         y: axis("count"),
         series: vec![
-            series("expected", Mark::Line, 0, of(&|s| (s.expected, None))),
-            series("recorded", Mark::Dots, 1, of(&|s| (s.count as f64, None))),
+            series("expected", Mark::Line, 0, of(|s| s.expected)),
+            series("recorded", Mark::Dots, 1, of(|s| s.count as f64)),
         ],
         legend: Legend::UpperRight,
         headroom: 0.2,
@@ -51,12 +48,7 @@ pub fn residual_plot(assessment: &Assessment) -> Result<String, ChartError> {
     let residuals = Panel {
         x: axis("distance of the phase step (m)"),
         y: axis("residual (standard deviations)"),
-        series: vec![series(
-            "",
-            Mark::Dots,
-            1,
-            of(&|s| (s.residual_sigmas, None)),
-        )],
+        series: vec![series("", Mark::Dots, 1, of(|s| s.residual_sigmas))],
         legend: Legend::UpperRight,
         headroom: 0.0,
     };

@@ -4,6 +4,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::coordinate::Coordinate;
+pub use super::coordinate::Scale;
 
 /// Size of one panel in CSS pixels.
 const PANEL: (u32, u32) = (620, 440);
@@ -76,15 +77,6 @@ pub struct Axis {
     pub label: String,
     /// How values are spread.
     pub scale: Scale,
-}
-
-/// How values are spread over an axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scale {
-    /// Evenly.
-    Linear,
-    /// By their logarithm; what is not positive is not drawn.
-    Log,
 }
 
 /// Points of one kind.

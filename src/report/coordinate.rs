@@ -4,7 +4,14 @@ use std::ops::Range;
 
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 
-use super::chart::Scale;
+/// How values are spread over an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// By their logarithm; what is not positive is not drawn.
+    Log,
+}
 
 /// An axis with ticks at 1, 2 or 5 times a power of ten.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,6 +59,11 @@ impl Coordinate {
     pub fn share(&self, v: f64) -> f64 {
         let [low, high, at] = [self.low, self.high, v].map(|v| place(self.scale, v));
         (at - low) / (high - low)
+    }
+
+    /// A tick's text.
+    pub fn shown(&self, tick: f64) -> String {
+        self.format_ext(&tick)
     }
 
     /// Ticks of a step of 1, 2 or 5 times a power of ten, at most `most`.

@@ -1,13 +1,32 @@
 //! What people read: plots, tables, the report page.
 
-pub mod chart;
+#[cfg(feature = "plots")]
+mod block_diagram;
+#[cfg(feature = "plots")]
+pub(crate) mod chart;
 mod columns;
+#[cfg(feature = "plots")]
 mod coordinate;
+#[cfg(feature = "plots")]
+mod curves;
 pub mod estimates;
-pub mod page;
+#[cfg(feature = "plots")]
+mod figure;
+#[cfg(feature = "plots")]
+mod geometry;
+#[cfg(feature = "plots")]
+mod layers;
+#[cfg(feature = "plots")]
+mod line_plot;
+#[cfg(feature = "plots")]
+mod netlist;
+#[cfg(feature = "plots")]
+pub(crate) mod page;
 pub mod plan;
-pub mod plot;
+pub mod provenance;
 mod quantities;
+#[cfg(feature = "plots")]
+pub(crate) mod timing;
 
 use std::fmt::Write as _;
 

@@ -209,6 +209,14 @@ fn basis(basis: &Basis) -> String {
     }
 }
 
+/// A part's name in words.
+#[cfg(feature = "plots")]
+pub(super) fn spelled(part: &str) -> String {
+    // A label in brackets is somebody's name.
+    let (name, label) = part.split_at(part.find(" (").unwrap_or(part.len()));
+    name.replace('_', " ") + label
+}
+
 /// What leaving a part out saves, where it is known and can be told from nothing.
 pub(super) fn saving(part: &Part) -> Option<String> {
     let cells = part

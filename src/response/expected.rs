@@ -192,6 +192,26 @@ impl<'m> MeanResponse<'m> {
             .collect()
     }
 
+    /// [`MeanResponse::mean_counts`] of a scan that began each step anywhere in the
+    /// code period: what a step has beyond whole periods counts as the same share of
+    /// one. No more than a few counts off, for a small part of the time.
+    pub fn mean_counts_on_average(&self) -> Vec<MeanCount> {
+        let steps = self.model.timing.scan.steps;
+        if steps < STEPS_FOR_FFT {
+            return self.mean_counts();
+        }
+        let whole = self.correlator.signed_per_period_of_all();
+        let periods =
+            self.model.timing.scan.integration_chips as f64 / self.grid.period_chips as f64;
+        let total = periods * self.correlator.hits_per_period();
+        Step::all(steps)
+            .map(|step| MeanCount {
+                signed: periods * whole[self.model.timing.scan.phase_step(step) as usize],
+                total,
+            })
+            .collect()
+    }
+
     /// Expected signed count of a step of the first scan.
     pub fn expected_count(&self, step: Step) -> f64 {
         self.mean_count(step).signed

@@ -40,11 +40,11 @@ mod variance;
 
 pub use correlator::MeanCount;
 pub use counts::CountSampler;
-pub use effort::Effort;
+pub(crate) use effort::Effort;
 pub use expected::MeanResponse;
 pub use light::{Light, LightPath};
 pub use moments::{CountMoments, GroupMoments, SecondMoments};
-pub use sampling::{check_merging, merged_share};
+pub(crate) use sampling::{check_merging, merged_share};
 pub use tier::CountingTier;
 
 /// Most states of pending afterpulses.

@@ -47,7 +47,7 @@ use std::sync::Arc;
 pub use error::{SceneError, SceneErrors};
 pub use keys::{reference, schema};
 pub use movement::{Fluctuation, Movement};
-pub use read::{load, load_with, parse, parse_with, read as read_scene_text};
+pub use read::{load, load_with, load_with_text, parse, parse_with, read as read_scene_text};
 pub use setting::Setting;
 pub use totals::TotalsMissing;
 
@@ -191,7 +191,8 @@ impl Path {
 }
 
 /// Turns counts into distance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum EstimatorKind {
     /// Coarse argmax, then the phase of the fundamental
@@ -223,10 +224,11 @@ impl std::fmt::Display for EstimatorKind {
 /// looks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OtherLight {
-    /// As many paths, with the codes, as the scene has for this detector; where
-    /// and how strong they are is found in the scan.
+    /// Of each code at most as many paths as the scene has for this detector; which
+    /// there are, where, and how strong, is found in the scan.
     Given,
-    /// One interferer, with a code of the reference's Gold set that is not known.
+    /// Up to eight sensors with codes that are not known, of the reference's Gold set
+    /// and of those of the scene's other sources; and up to four own paths.
     Search,
     /// None: everything else counts as constant.
     None,

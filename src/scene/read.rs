@@ -39,8 +39,20 @@ pub fn load(path: &FilePath) -> Result<Scene, SceneErrors> {
 /// # Errors
 /// As there; what is wrong with a setting is told of it, and not of a line.
 pub fn load_with(path: &FilePath, settings: &[Setting]) -> Result<Scene, SceneErrors> {
+    load_with_text(path, settings).map(|(scene, _)| scene)
+}
+
+/// [`load_with`], and the file's text, which is without the settings.
+///
+/// # Errors
+/// As there.
+pub fn load_with_text(
+    path: &FilePath,
+    settings: &[Setting],
+) -> Result<(Scene, String), SceneErrors> {
     let text = read(path)?;
-    parse_with(&printable_path(path), &text, settings)
+    let scene = parse_with(&printable_path(path), &text, settings)?;
+    Ok((scene, text))
 }
 
 /// The text of the scene in the file `path`.

@@ -146,7 +146,7 @@ fn into_table<'t>(
     path: &str,
 ) -> Result<(), String> {
     let Some((Place::Key(name), rest)) = places.split_first() else {
-        return Err(format!("{EXAMPLE}"));
+        return Err(EXAMPLE.to_owned());
     };
     let path = match path {
         "" => name.clone(),

@@ -1,6 +1,6 @@
 //! Ways of simulating a sensor, from exact to cheap, and what they say.
 
-pub mod domain;
+pub(crate) mod domain;
 mod expected;
 pub mod forecast;
 pub mod repeat;
@@ -11,7 +11,8 @@ use serde::Serialize;
 use crate::estimate::CountingTier;
 
 /// How much of the sensor a simulation goes through, from least to most.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Tier {
     /// No random numbers: the exact mean response of the sampled hardware, and the

@@ -2,6 +2,7 @@
 //! figures and claims, stiff and extreme cases, sweeps over a scene's keys.
 
 pub mod fidelity;
+#[cfg(feature = "plots")]
 pub mod reproduce;
 pub mod stress;
 pub mod sweep;

@@ -322,7 +322,9 @@ fn faulty_copy(work: &Path, rtl: &Path, fault: &Fault, number: usize) -> Result<
     fs::create_dir(&folder).unwrap();
     for entry in fs::read_dir(rtl).unwrap() {
         let path = entry.unwrap().path();
-        fs::copy(&path, folder.join(path.file_name().unwrap())).unwrap();
+        if path.is_file() {
+            fs::copy(&path, folder.join(path.file_name().unwrap())).unwrap();
+        }
     }
     let text = fs::read_to_string(rtl.join(file)).unwrap();
     if text.matches(from).count() != 1 {

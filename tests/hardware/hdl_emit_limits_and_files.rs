@@ -130,7 +130,7 @@ fn a_second_emission_removes_the_files_that_only_the_first_had() {
     found.sort();
     let all = second.files.iter().chain(second.flow.files());
     let mut expected: Vec<String> = all.map(|f| f.name.clone()).collect();
-    expected.extend(["manifest.json".to_owned(), "mine.v".to_owned()]);
+    expected.extend(["formal", "manifest.json", "mine.v"].map(str::to_owned));
     expected.sort();
     assert_eq!(found, expected);
 }

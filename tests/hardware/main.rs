@@ -9,6 +9,7 @@ mod flow_fusesoc_and_bench;
 mod flow_generated_files_are_current;
 mod flow_lint_matrix;
 mod flow_vendor_wrappers;
+mod formal_proofs;
 mod hdl_blocks_agree;
 mod hdl_emit_limits_and_files;
 mod hdl_emitted_text;

@@ -1,11 +1,10 @@
 //! `goldtof codes` reports what is known of a code.
 
-use goldtof::cli::codes::{CodesRequest, codes, parse_polynomials, parse_seeds};
-use goldtof::code::{CodeSpec, Family};
+use goldtof::code::{CodeSpec, Family, parse_polynomials, parse_seeds, report as report_of};
 use serde_json::{Value, json};
 
 fn report(spec: CodeSpec) -> Value {
-    serde_json::to_value(codes(&CodesRequest { spec }).unwrap()).unwrap()
+    serde_json::to_value(report_of(&spec).unwrap()).unwrap()
 }
 
 #[test]
@@ -59,7 +58,7 @@ fn the_text_for_people_names_the_code_and_its_set() {
         interleave: 1,
         ..CodeSpec::new(Family::Gold)
     };
-    let text = codes(&CodesRequest { spec }).unwrap().to_text();
+    let text = report_of(&spec).unwrap().to_text();
     insta::assert_snapshot!(
         text,
         @r#"

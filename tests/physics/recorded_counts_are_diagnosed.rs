@@ -4,12 +4,12 @@
 
 use std::path::Path;
 
-use goldtof::math::binomial_interval;
 use goldtof::recorded::{Cause, RecordedScan, assess};
 use goldtof::scene::{self, Setting};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::scans::scans;
+use statrs::distribution::{Beta, ContinuousCDF as _};
 
 /// The scene, with settings.
 fn quick(settings: &[&str]) -> Sensor {
@@ -38,6 +38,22 @@ fn causes(built: &Sensor, written: &Sensor, has_totals: bool, repetitions: u64) 
     })
     .unwrap();
     found
+}
+
+/// The exact interval of a share at 95 % (Clopper and Pearson).
+fn binomial_interval(successes: u64, trials: u64) -> [f64; 2] {
+    let quantile = |a: u64, b: u64, p| Beta::new(a as f64, b as f64).unwrap().inverse_cdf(p);
+    let failures = trials - successes;
+    [
+        match successes {
+            0 => 0.0,
+            _ => quantile(successes, failures + 1, 0.025),
+        },
+        match failures {
+            0 => 1.0,
+            _ => quantile(successes + 1, failures, 0.975),
+        },
+    ]
 }
 
 /// Share of scans for which a cause is named, with its exact interval, printed for the

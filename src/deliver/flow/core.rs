@@ -1,7 +1,10 @@
 //! File list and FuseSoC core description.
 
+use std::fmt::Write as _;
+
 use super::{Bench, Constraints};
 use crate::deliver::emission::EmittedFile;
+use crate::deliver::formal::Formal;
 use crate::sensor::Sensor;
 
 /// Name of the file list.
@@ -39,15 +42,52 @@ fn listed<'a>(top: &str, files: impl Iterator<Item = &'a EmittedFile>, made_by: 
     )
 }
 
+/// What a core lists beside the design.
+pub(super) struct Parts<'a> {
+    pub(super) header: &'a EmittedFile,
+    pub(super) bench: &'a Bench,
+    pub(super) constraints: &'a Constraints,
+    pub(super) formal: &'a Formal,
+}
+
+/// The proofs and the design, as they lie beside one another: sby's script names
+/// them from the folder of the design.
+fn proofs(files: &[EmittedFile], formal: &Formal) -> String {
+    let mut text = String::new();
+    for file in files {
+        let name = &file.name;
+        let _ = writeln!(
+            text,
+            "      - {name}: {{copyto: {name}, file_type: verilogSource-2005}}"
+        );
+    }
+    for file in formal.files() {
+        let name = format!("{}/{}", Formal::FOLDER, file.name);
+        let kind = match name.ends_with(".sby") {
+            true => "sbyConfigTemplate",
+            false => "user",
+        };
+        let _ = writeln!(
+            text,
+            "      - {name}: {{copyto: {name}, file_type: {kind}}}"
+        );
+    }
+    text
+}
+
 /// FuseSoC core with lint, simulation and synthesis targets.
 pub(super) fn core(
     sensor: &Sensor,
     files: &[EmittedFile],
-    header: &EmittedFile,
-    bench: &Bench,
-    constraints: &Constraints,
+    parts: &Parts,
     made_by: &str,
 ) -> EmittedFile {
+    let Parts {
+        header,
+        bench,
+        constraints,
+        formal,
+    } = parts;
     let listed = |files: &[EmittedFile]| -> String {
         files
             .iter()
@@ -61,8 +101,8 @@ pub(super) fn core(
 CAPI=2:
 # FuseSoC core of sensor_top. In this folder, or with it as a library:
 #   fusesoc --cores-root . run --target=TARGET goldtof:sensor:{vlnv_name}
-# where TARGET is lint (Verilator), sim (Icarus), sim_verilator, or synth (ECP5: Yosys,
-# nextpnr-ecp5, ecppack).
+# where TARGET is lint (Verilator), sim (Icarus), sim_verilator, formal (sby), or synth (ECP5:
+# Yosys, nextpnr-ecp5, ecppack).
 # Made by  {made_by}
 name: goldtof:sensor:{vlnv_name}:{version}
 description: DS-CDMA indirect time-of-flight sensor
@@ -81,6 +121,9 @@ filesets:
     file_type: user
     files:
 {vectors}
+  proofs:
+    files:
+{proofs}
   clock_sdc:
     files:
       - {sdc}: {{file_type: SDC}}
@@ -122,6 +165,12 @@ targets:
       tool: verilator
       mode: binary
 
+  formal:
+    <<: *default
+    description: Proofs, all of them
+    filesets: [proofs]
+    default_tool: symbiyosys
+
   synth:
     <<: *default
     description: Bitstream for an ECP5-25k of speed 6; add pins before it meets a board
@@ -134,6 +183,7 @@ targets:
         version = env!("CARGO_PKG_VERSION"),
         rtl = listed(files),
         header = header.name,
+        proofs = proofs(files, formal),
         bench_files = listed(&bench.files),
         vectors = bench
             .vectors

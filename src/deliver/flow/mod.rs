@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use super::emission::EmittedFile;
 use super::error::HdlError;
+use super::formal::Formal;
 use crate::sensor::Sensor;
 use crate::sensor::contract::Contract;
 
@@ -76,13 +77,20 @@ impl Flow {
         sensor: &Sensor,
         contract: &Contract,
         files: &[EmittedFile],
+        formal: &Formal,
         made_by: &str,
     ) -> Result<Flow, HdlError> {
         let bench = bench::bench(contract, files, made_by)?;
         let constraints = constraints::constraints(sensor.clock().chip_period_ps, made_by);
         let header = header::header(contract, made_by);
         let file_list = core::file_list(files, made_by);
-        let core = core::core(sensor, files, &header, &bench, &constraints, made_by);
+        let parts = core::Parts {
+            header: &header,
+            bench: &bench,
+            constraints: &constraints,
+            formal,
+        };
+        let core = core::core(sensor, files, &parts, made_by);
         Ok(Flow {
             bench,
             constraints,

@@ -1,12 +1,13 @@
-//! From counts to a fit: start, one path, then whatever other light there is.
+//! From counts to a fit: of one path in a window, or of all light in a scan.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::gauss_newton::Fitted;
+use super::joint::{Air, Search};
 use super::known_moments::KnownMoments;
 use super::problem::{Problem, window};
-use super::{FitError, ModelEstimate, OtherLight, search, start};
-use crate::estimate::CountingTier;
+use super::{FitError, ModelEstimate, OtherLight, candidates, start};
+use crate::estimate::{CountingTier, NoEstimate};
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::MeanCount;
 use crate::scan::Step;
@@ -22,6 +23,7 @@ pub struct Fitter<'s> {
     other: OtherLight,
     model: DetectorModel,
     moments: KnownMoments,
+    air: OnceLock<Result<Air, FitError>>,
 }
 
 impl<'s> Fitter<'s> {
@@ -42,14 +44,15 @@ impl<'s> Fitter<'s> {
             other,
             model: DetectorModel::new(sensor, detector),
             moments: KnownMoments::default(),
+            air: OnceLock::new(),
         }
     }
 
     /// Fits the counts of one scan.
     ///
-    /// Starts from the phase at the place that looks most like the code's peak,
-    /// and the rate of detections; other light starts from where the residual of
-    /// the fit so far correlates with its code.
+    /// One path starts from the phase at the place that looks most like the code's
+    /// peak, and the rate of detections. More light starts from constant light alone:
+    /// see [`joint`](super::joint).
     ///
     /// # Errors
     /// When the counts have no peak, or do not suffice for the unknowns, or the
@@ -77,51 +80,53 @@ impl<'s> Fitter<'s> {
                 steps: sensor.timing().scan.steps,
             });
         }
-        let start = start::start(sensor, detector, self.tier, counts)?;
-        let first = Problem {
+        let own = &sensor.scene().sources[sensor.scene().detectors[detector].reference].code;
+        let known = candidates::known(sensor, detector, self.other);
+        let is_one_path = self.other != OtherLight::Search
+            && known.iter().map(|(_, most)| most).sum::<usize>() == 1;
+        if is_one_path {
+            let start = start::start(sensor, detector, self.tier, counts)?;
+            let problem = Problem {
+                model: &self.model,
+                tier: self.tier,
+                codes: vec![Arc::clone(own)],
+                steps: window(
+                    &sensor.timing().scan,
+                    sensor.clock().samples_per_chip,
+                    start.peak,
+                ),
+            };
+            let near = Fitted::near_node(&problem, &self.moments, &start.parameters, counts)?;
+            let fitted = match near {
+                Some(fitted) => fitted,
+                None => Fitted::new(&problem, &self.moments, start.parameters, counts)?,
+            };
+            return Ok(fitted.estimate(&problem));
+        }
+        check_not_flat(counts)?;
+        let problem = Problem {
             model: &self.model,
             tier: self.tier,
-            codes: vec![Arc::clone(
-                &sensor.scene().sources[sensor.scene().detectors[detector].reference].code,
-            )],
-            steps: window(
-                &sensor.timing().scan,
-                sensor.clock().samples_per_chip,
-                start.peak,
-            ),
-        };
-        let wanted = search::wanted(sensor, detector, self.other)?;
-        let mut fitted = Fitted::new(&first, &self.moments, start.parameters, counts)?;
-        if wanted.is_empty() {
-            return Ok(fitted.estimate(&first));
-        }
-        if !sensor.timing().scan.is_full() {
-            return Err(FitError::NeedsWholeScan {
-                steps: sensor.timing().scan.steps,
-                steps_per_period: sensor.timing().scan.steps_per_period,
-            });
-        }
-        let mut problem = Problem {
+            codes: Vec::new(),
             steps: Step::all(sensor.timing().scan.steps).collect(),
-            ..first
         };
-        for candidates in wanted {
-            let Some(found) = search::strongest(
-                sensor,
-                detector,
-                &problem,
-                &fitted.parameters,
-                counts,
-                &candidates,
-            )?
-            else {
-                break;
-            };
-            problem.codes.push(found.code);
-            let mut parameters = fitted.parameters.clone();
-            parameters.add_path(found.path, &problem);
-            fitted = Fitted::new(&problem, &self.moments, parameters, counts)?;
-        }
-        Ok(fitted.estimate(&problem))
+        let air = self
+            .air
+            .get_or_init(|| candidates::air(sensor, detector, self.other, &problem));
+        let air = air.as_ref().map_err(Clone::clone)?;
+        let (search, start) = Search::new(air, &problem, &self.moments, counts)?;
+        Ok(search.run(start, &self.moments)?.estimate(air, &problem))
+    }
+}
+
+/// Refuses counts that are all alike: they have no peak.
+fn check_not_flat(counts: &[MeanCount]) -> Result<(), NoEstimate> {
+    let first = counts.first().map_or(0.0, |count| count.signed);
+    let is_dark = counts.iter().all(|count| count.total <= 0.0);
+    match is_dark || counts.iter().all(|count| count.signed == first) {
+        true => Err(NoEstimate::Flat {
+            count: first as i64,
+        }),
+        false => Ok(()),
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::known_moments::KnownMoments;
+use super::known_moments::{KnownMoments, Linear};
 use super::least_squares::{Normal, Weights};
 use super::problem::{Parameters, Problem};
 use super::{FitError, FittedPath, ModelEstimate};
@@ -14,8 +14,54 @@ use crate::response::MeanCount;
 pub const MOST_ITERATIONS: usize = 50;
 
 /// A fit has converged when no unknown moves by more than this share of its
-/// standard deviation.
+/// standard deviation, or chi-square falls by no more than its square: corners of the
+/// correlation let no gradient vanish.
 const CONVERGED_SIGMAS: f64 = 0.02;
+
+/// Most exact expectations of a fit that starts from known derivatives, and most nodes
+/// on the way to the nearest.
+const MOST_NEAR: usize = 4;
+const MOST_NODES: usize = 4;
+
+/// From node to node, to that which is nearest to its own fit; `None` if there is none.
+fn approach(
+    problem: &Problem,
+    known: &KnownMoments,
+    start: &Parameters,
+    measured: &[MeanCount],
+) -> Result<Option<(Arc<Linear>, Parameters)>, FitError> {
+    let mut here = start.clone();
+    for _ in 0..MOST_NODES {
+        // A start from few counts may be light that has no response.
+        let Ok(linear) = known.linear(problem, &here) else {
+            return Ok(None);
+        };
+        let weights = known.weights(problem, &linear.parameters, &linear.means)?;
+        let columns = linear.columns_at(&linear.parameters);
+        let Some(normal) = weights.normal(&columns, measured, &linear.means) else {
+            return Ok(None);
+        };
+        let next = linear
+            .parameters
+            .moved(&bounded(&normal, &linear.parameters), 1.0);
+        if linear.holds_for(&next, problem.model.dead_time_chips) {
+            return Ok(Some((linear, next)));
+        }
+        here = next;
+    }
+    Ok(None)
+}
+
+/// The Gauss-Newton step that leaves no less than no constant light.
+fn bounded(normal: &Normal, parameters: &Parameters) -> Vec<f64> {
+    let full = normal.solution();
+    match full.last() {
+        Some(last) if parameters.constant + last < 0.0 => {
+            normal.solution_with_last(-parameters.constant)
+        }
+        _ => full,
+    }
+}
 
 /// A finished fit.
 pub struct Fitted {
@@ -26,6 +72,49 @@ pub struct Fitted {
 }
 
 impl Fitted {
+    /// From derivatives at a node near the start, which are kept from scan to scan: a
+    /// step that costs nothing, then exact expectations, one or two, until a step is
+    /// too small to matter. `None` where that does not lead to an end.
+    pub fn near_node(
+        problem: &Problem,
+        known: &KnownMoments,
+        start: &Parameters,
+        counts: &[MeanCount],
+    ) -> Result<Option<Fitted>, FitError> {
+        if 2 * problem.steps.len() <= start.len() {
+            return Ok(None);
+        }
+        let measured: Vec<MeanCount> = problem.steps.iter().map(|&s| counts[s.index()]).collect();
+        let Some((linear, mut parameters)) = approach(problem, known, start, &measured)? else {
+            return Ok(None);
+        };
+        for iteration in 1..=MOST_NEAR {
+            let Ok(expected) = problem.means(&parameters) else {
+                return Ok(None);
+            };
+            let weights = known.weights(problem, &parameters, &expected)?;
+            let columns = linear.columns_at(&parameters);
+            let Some(normal) = weights.normal(&columns, &measured, &expected) else {
+                return Ok(None);
+            };
+            let next = parameters.moved(&bounded(&normal, &parameters), 1.0);
+            let step = next.minus(&parameters);
+            if normal.largest_step_sigmas(&step) < CONVERGED_SIGMAS {
+                return Ok(Some(Fitted {
+                    chi_square: weights.chi_square(&measured, &expected),
+                    parameters: next,
+                    normal,
+                    iterations: iteration,
+                }));
+            }
+            parameters = next;
+            if !linear.holds_for(&parameters, problem.model.dead_time_chips) {
+                return Ok(None);
+            }
+        }
+        Ok(None)
+    }
+
     /// Gauss-Newton, with shorter steps where a full one makes matters worse:
     /// first with the weights of a Poisson process, then, within a standard
     /// deviation of the end, with those of this detector.
@@ -55,15 +144,8 @@ impl Fitted {
             let normal = weights
                 .normal(&jacobian, &measured, &expected)
                 .ok_or_else(undetermined)?;
-            let mut full = normal.solution();
-            if full
-                .last()
-                .is_some_and(|step| parameters.constant + step < 0.0)
-            {
-                // There is no less than no constant light.
-                full = normal.solution_with_last(-parameters.constant);
-            }
-            let before = parameters.clone();
+            let full = bounded(&normal, &parameters);
+            let (before, chi_square_before) = (parameters.clone(), chi_square);
             let mut share = 1.0;
             loop {
                 let tried = parameters.moved(&full, share);
@@ -95,7 +177,10 @@ impl Fitted {
                 reweighted = true;
                 weights = known.weights(problem, &parameters, &expected)?;
                 chi_square = weights.chi_square(&measured, &expected);
-            } else if moved < CONVERGED_SIGMAS {
+            } else if moved < CONVERGED_SIGMAS
+                || reweighted
+                    && chi_square_before - chi_square < CONVERGED_SIGMAS * CONVERGED_SIGMAS
+            {
                 return Ok(Fitted {
                     parameters,
                     normal,
@@ -136,6 +221,7 @@ impl Fitted {
             chi_square: self.chi_square,
             degrees_of_freedom: 2 * problem.steps.len() - self.parameters.len(),
             steps: problem.steps.len(),
+            untold: None,
             iterations: self.iterations,
             paths,
         }

@@ -10,7 +10,8 @@ use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::least_squares::Weights;
-use super::problem::{Parameters, PathParameters, Problem};
+use super::problem::{Column, Parameters, PathParameters, Problem};
+use super::template::Axis;
 use crate::response::{CountMoments, MeanCount, MeanResponseError};
 use crate::scan::Step;
 
@@ -23,11 +24,26 @@ struct Spacing {
     kept: usize,
 }
 
+impl Spacing {
+    /// Distance of rates per chip. Without dead time moments per detection, and
+    /// derivatives per light, do not depend on the rate.
+    fn rate(&self, dead_time_chips: f64) -> f64 {
+        self.saturation / dead_time_chips.max(0.1)
+    }
+}
+
 /// Half a spacing changes moments by less than a per cent: chi-square of some tens
 /// of counts has a spread of 15 %.
 const OF_WINDOWS: Spacing = Spacing {
     delay_chips: 1.0 / 32.0,
     saturation: 0.008,
+    kept: 10_000,
+};
+
+/// For derivatives: a peak's corners are round within some hundredths of a chip.
+const OF_SLOPES: Spacing = Spacing {
+    delay_chips: 1.0 / 64.0,
+    saturation: 0.016,
     kept: 10_000,
 };
 
@@ -37,6 +53,19 @@ const OF_SCANS: Spacing = Spacing {
     saturation: 0.002,
     kept: 100,
 };
+
+/// Of few steps that stand for all of a scan.
+const OF_FEW_STEPS: Spacing = Spacing {
+    delay_chips: 1.0 / 8.0,
+    saturation: 0.02,
+    kept: 10_000,
+};
+
+/// Scans of so few steps have the moments of each.
+const STEPS_ONE_BY_ONE: usize = 512;
+
+/// Steps away from all peaks whose moments are taken.
+const STEPS_AWAY: usize = 12;
 
 /// Which node.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -58,10 +87,117 @@ struct PerDetection {
     excess_covariance: f64,
 }
 
-/// Second moments at nodes that were needed so far.
+impl Key {
+    fn new(problem: &Problem, place: Vec<i64>) -> Key {
+        Key {
+            steps: match problem.takes_all_steps() {
+                true => Vec::new(),
+                false => problem.steps.clone(),
+            },
+            codes: problem.codes.iter().map(|c| c.chips.clone()).collect(),
+            place,
+        }
+    }
+}
+
+impl PerDetection {
+    /// Moments of a step that expects `mean`.
+    fn of(&self, mean: &MeanCount) -> CountMoments {
+        CountMoments {
+            signed_mean: mean.signed,
+            total_mean: mean.total,
+            signed_variance: self.signed_variance * mean.total,
+            total_variance: self.total_variance * mean.total,
+            covariance: mean.signed + self.excess_covariance * mean.total,
+        }
+    }
+
+    fn mean(all: &[PerDetection]) -> PerDetection {
+        let mean =
+            |of: &dyn Fn(&PerDetection) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
+        PerDetection {
+            signed_variance: mean(&|m| m.signed_variance),
+            total_variance: mean(&|m| m.total_variance),
+            excess_covariance: mean(&|m| m.excess_covariance),
+        }
+    }
+
+    /// These moments, and those of peaks as far as each reaches here.
+    fn towards<'a>(&self, peaks: impl Iterator<Item = (&'a PerDetection, f64)>) -> PerDetection {
+        let mut here = *self;
+        for (peak, shape) in peaks.filter(|(_, shape)| *shape > 0.0) {
+            here.signed_variance += shape * shape * (peak.signed_variance - self.signed_variance);
+            here.excess_covariance += shape * (peak.excess_covariance - self.excess_covariance);
+        }
+        here.signed_variance = here.signed_variance.max(0.5 * self.signed_variance);
+        here
+    }
+}
+
+/// Steps far from all peaks, spread over the scan, and those of the peaks.
+fn sampled_steps(problem: &Problem, axis: &Axis, peaks: &[f64]) -> Vec<Step> {
+    let steps = problem.steps.len();
+    let is_away = |&index: &usize| {
+        let place = axis.place_of_step(problem, problem.steps[index]);
+        peaks.iter().all(|peak| axis.shape(place - peak) <= 0.0)
+    };
+    let spread = (0..STEPS_AWAY).map(|part| (2 * part + 1) * steps / (2 * STEPS_AWAY));
+    let away = spread.filter_map(|from| (from..steps).find(is_away));
+    let mut chosen: Vec<Step> = away.map(|index| problem.steps[index]).collect();
+    let nearest = |peak: f64| {
+        let off = |step: &&Step| axis.steps_apart(axis.place_of_step(problem, **step) - peak);
+        problem
+            .steps
+            .iter()
+            .min_by(|a, b| off(a).total_cmp(&off(b)))
+    };
+    chosen.extend(peaks.iter().filter_map(|&peak| nearest(peak)));
+    chosen
+}
+
+/// What is expected of a node's light, and its derivatives.
+pub struct Linear {
+    pub parameters: Parameters,
+    pub means: Vec<MeanCount>,
+    columns: Vec<Column>,
+}
+
+impl Linear {
+    /// Whether the derivatives are good for some parameters: half as far again as to
+    /// the border to the next node.
+    pub fn holds_for(&self, parameters: &Parameters, dead_time_chips: f64) -> bool {
+        let rate = 0.75 * OF_SLOPES.rate(dead_time_chips);
+        let pairs = parameters.paths.iter().zip(&self.parameters.paths);
+        let mut near = pairs.map(|(here, node)| {
+            (here.delay_chips - node.delay_chips).abs() <= 0.75 * OF_SLOPES.delay_chips
+                && (here.ln_rate.exp() - node.ln_rate.exp()).abs() <= rate
+        });
+        near.all(|near| near) && (parameters.constant - self.parameters.constant).abs() <= rate
+    }
+
+    /// Derivatives for strengths near the node's: by delay and by the logarithm of the
+    /// strength they go with the strength.
+    pub fn columns_at(&self, parameters: &Parameters) -> Vec<Column> {
+        let ratios = parameters.paths.iter().zip(&self.parameters.paths);
+        let ratios = ratios.flat_map(|(here, node)| [(here.ln_rate - node.ln_rate).exp(); 2]);
+        let ratios = ratios.chain([1.0]);
+        let scaled = |(column, ratio): (&Column, f64)| {
+            let entries = column.iter().map(|entry| MeanCount {
+                signed: entry.signed * ratio,
+                total: entry.total * ratio,
+            });
+            entries.collect()
+        };
+        self.columns.iter().zip(ratios).map(scaled).collect()
+    }
+}
+
+/// Second moments at nodes that were needed so far, and expectations with their
+/// derivatives.
 #[derive(Default)]
 pub struct KnownMoments {
     nodes: Mutex<HashMap<Key, Arc<[PerDetection]>>>,
+    linear: Mutex<HashMap<Key, Arc<Linear>>>,
 }
 
 impl KnownMoments {
@@ -74,16 +210,70 @@ impl KnownMoments {
     ) -> Result<Weights, MeanResponseError> {
         let known = self.nearest(problem, parameters)?;
         let moments = means.iter().zip(known.iter());
-        let moments: Vec<CountMoments> = moments
-            .map(|(mean, known)| CountMoments {
-                signed_mean: mean.signed,
-                total_mean: mean.total,
-                signed_variance: known.signed_variance * mean.total,
-                total_variance: known.total_variance * mean.total,
-                covariance: mean.signed + known.excess_covariance * mean.total,
-            })
-            .collect();
+        let moments: Vec<CountMoments> = moments.map(|(mean, known)| known.of(mean)).collect();
         Ok(Weights::of(&moments))
+    }
+
+    /// Expectation and derivatives at the node nearest to some parameters.
+    pub fn linear(
+        &self,
+        problem: &Problem,
+        parameters: &Parameters,
+    ) -> Result<Arc<Linear>, MeanResponseError> {
+        let dead_time = problem.model.dead_time_chips;
+        let (place, node) = nearest(parameters, &OF_SLOPES, dead_time);
+        let key = Key::new(problem, place);
+        let known = || self.linear.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(linear) = known().get(&key) {
+            return Ok(Arc::clone(linear));
+        }
+        let response = problem.response(&node)?;
+        let linear = Arc::new(Linear {
+            means: problem.means_of(&response),
+            columns: problem.central_jacobian(&node, &response)?,
+            parameters: node,
+        });
+        let mut known = known();
+        if known.len() < OF_SLOPES.kept {
+            known.insert(key, Arc::clone(&linear));
+        }
+        Ok(linear)
+    }
+
+    /// The weights of the counts of many steps at once: second moments of few of them
+    /// stand for all. Away from the own code's peaks those per detection are alike,
+    /// for the reference's signs are as good as random there; towards a peak they
+    /// change with the product of two signs, the square of the peak's shape.
+    pub fn scan_weights(
+        &self,
+        problem: &Problem,
+        parameters: &Parameters,
+        means: &[MeanCount],
+        axis: &Axis,
+    ) -> Result<Weights, MeanResponseError> {
+        if problem.steps.len() <= STEPS_ONE_BY_ONE {
+            return self.weights(problem, parameters, means);
+        }
+        let reference = &problem.model.reference.chips;
+        let own = problem.codes.iter().zip(&parameters.paths);
+        let own: Vec<f64> = own
+            .filter(|(code, _)| &code.chips == reference)
+            .map(|(_, path)| axis.place_of(path.delay_chips))
+            .collect();
+        let samples = sampled_steps(problem, axis, &own);
+        let few = Problem {
+            steps: samples.clone(),
+            ..problem.clone()
+        };
+        let known = self.nearest_of(&few, parameters, &OF_FEW_STEPS)?;
+        let (away, peaks) = known.split_at(samples.len() - own.len());
+        let away = PerDetection::mean(away);
+        let moments = problem.steps.iter().zip(means).map(|(&step, mean)| {
+            let place = axis.place_of_step(problem, step);
+            let shapes = own.iter().map(|&peak| axis.shape(place - peak));
+            away.towards(peaks.iter().zip(shapes)).of(mean)
+        });
+        Ok(Weights::of(&moments.collect::<Vec<_>>()))
     }
 
     fn nearest(
@@ -95,15 +285,17 @@ impl KnownMoments {
             true => &OF_SCANS,
             false => &OF_WINDOWS,
         };
-        let (place, node) = nearest(parameters, spacing, problem.model.dead_time_chips());
-        let key = Key {
-            steps: match problem.takes_all_steps() {
-                true => Vec::new(),
-                false => problem.steps.clone(),
-            },
-            codes: problem.codes.iter().map(|c| c.chips.clone()).collect(),
-            place,
-        };
+        self.nearest_of(problem, parameters, spacing)
+    }
+
+    fn nearest_of(
+        &self,
+        problem: &Problem,
+        parameters: &Parameters,
+        spacing: &Spacing,
+    ) -> Result<Arc<[PerDetection]>, MeanResponseError> {
+        let (place, node) = nearest(parameters, spacing, problem.model.dead_time_chips);
+        let key = Key::new(problem, place);
         // Whoever panicked meanwhile left the map whole.
         let nodes = || self.nodes.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = nodes().get(&key) {
@@ -141,8 +333,7 @@ fn nearest(
     dead_time_chips: f64,
 ) -> (Vec<i64>, Parameters) {
     let mut place = Vec::with_capacity(parameters.len());
-    // Without dead time moments per detection do not depend on the rate.
-    let rate_spacing = spacing.saturation / dead_time_chips.max(0.1);
+    let rate_spacing = spacing.rate(dead_time_chips);
     let mut numbered = |number: f64| {
         place.push(number as i64);
         number

@@ -58,6 +58,12 @@ impl Weights {
         Weights::of(&moments)
     }
 
+    /// Standard deviation of a signed count, about: the root mean square of all.
+    pub fn signed_sigma(&self) -> f64 {
+        let variances = self.factors.iter().map(|factor| factor[0].powi(-2));
+        (variances.sum::<f64>() / self.factors.len() as f64).sqrt()
+    }
+
     /// Sum of squared whitened residuals.
     pub fn chi_square(&self, measured: &[MeanCount], expected: &[MeanCount]) -> f64 {
         self.residuals(measured, expected)

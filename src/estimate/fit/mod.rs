@@ -9,18 +9,25 @@
 //! extinction ratio and ambient light harmless at the price of under 2 % of
 //! precision.
 //!
-//! One path is fitted to a window of 3 S steps round the peak. More paths, or an
-//! interferer, need the whole scan: an interferer hardly shows in a window, but
-//! over a scan its cross-correlation is as distinct as the peak.
+//! One path is fitted to a window of 3 S steps round the peak. More light is looked
+//! for in all of the scan, one source after another ([`joint`]). Light of other codes
+//! needs a scan over the whole code period: it hardly shows in a window, but over a
+//! scan its cross-correlation is as distinct as the peak.
 
+mod candidates;
 mod coarse;
+mod descent;
 mod fitter;
 mod gauss_newton;
+mod hadamard;
+mod joint;
 mod known_moments;
 mod least_squares;
+mod outcome;
+mod pairs;
 mod problem;
-mod search;
 mod start;
+mod template;
 
 use std::sync::Arc;
 
@@ -61,6 +68,9 @@ pub struct ModelEstimate {
     pub degrees_of_freedom: usize,
     /// Phase steps that took part.
     pub steps: usize,
+    /// Own paths of the scene that the counts do not tell apart; none if all were
+    /// found.
+    pub untold: Option<Untold>,
     /// Gauss-Newton steps of the last fit.
     pub iterations: usize,
 }
@@ -78,6 +88,35 @@ pub struct FittedPath {
     pub rate_hz: f64,
     /// Standard deviation of that rate, as a share of it.
     pub rate_relative_std: f64,
+}
+
+/// Paths that a scene has and the counts do not show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Untold {
+    /// How many of the detector's own source were not told apart.
+    pub missing: usize,
+    /// Two equal paths nearer to each other than this are told apart in less than
+    /// 95 % of scans, with the light that was found. As a difference of distances.
+    pub resolution_m: f64,
+}
+
+impl FittedPath {
+    /// How many standard deviations its light is above none.
+    pub fn significance(&self) -> f64 {
+        1.0 / self.rate_relative_std.max(f64::MIN_POSITIVE)
+    }
+}
+
+impl std::fmt::Display for Untold {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "{} more of the own source's paths cannot be told apart from what was found: they are too \
+             weak, or within {:.3} m of one (where two equal ones are told apart in 95 % of scans); \
+             standard deviations take that in",
+            self.missing, self.resolution_m
+        )
+    }
 }
 
 impl ModelEstimate {
@@ -141,6 +180,18 @@ pub enum FitError {
     /// There is nothing to range.
     #[error("nothing modulated reaches the detector")]
     Dark,
+    /// The detector's own light does not stand out.
+    #[error(
+        "no light of the detector's own code stands out: its likeliest place is {sigmas:.1} standard \
+         deviations above what is expected without it, and {needed:.1} are asked for, which noise \
+         alone exceeds in 0.3 % of scans; integrate longer"
+    )]
+    OwnNotSeen {
+        /// Significance of the likeliest place.
+        sigmas: f64,
+        /// What it needs.
+        needed: f64,
+    },
     /// The counts do not determine the unknowns.
     #[error("the counts of {steps} phase steps do not determine {unknowns} unknowns")]
     Undetermined {

@@ -196,6 +196,39 @@ impl<'m> Problem<'m> {
         self.steps.iter().map(|&s| response.mean_count(s)).collect()
     }
 
+    /// The same with what is left of whole code periods on average.
+    pub fn means_on_average(&self, response: &MeanResponse) -> Vec<MeanCount> {
+        match self.takes_all_steps() {
+            true => response.mean_counts_on_average(),
+            false => self.means_of(response),
+        }
+    }
+
+    /// Derivatives by every unknown of what is expected [on
+    /// average](Self::means_on_average); `response` is that at `parameters`.
+    pub fn jacobian_on_average(
+        &self,
+        parameters: &Parameters,
+        response: &MeanResponse,
+    ) -> Result<Vec<Column>, MeanResponseError> {
+        let here = self.means_on_average(response);
+        let at = |parameters: &Parameters| -> Result<Vec<MeanCount>, MeanResponseError> {
+            Ok(self.means_on_average(&self.response(parameters)?))
+        };
+        (0..parameters.len())
+            .map(|index| {
+                let (above, up) = parameters.nudged(index, 1.0);
+                if !parameters.is_delay(index) {
+                    return Ok(slope(&here, &at(&above)?, up));
+                }
+                // From both sides, or a fit that stands on the tip of a peak would not
+                // see the other side of it.
+                let (below, down) = parameters.nudged(index, -1.0);
+                Ok(slope(&at(&below)?, &at(&above)?, up - down))
+            })
+            .collect()
+    }
+
     /// Whether no step of the scan is left out.
     pub fn takes_all_steps(&self) -> bool {
         self.steps.len() as u64 == self.model.timing.scan.steps

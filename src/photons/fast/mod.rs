@@ -1,6 +1,6 @@
 //! The fast photon engine: many phase steps side by side.
 //!
-//! It counts what [`count_step`](super::count_step) counts, from the same
+//! It counts what [`count_step`] counts, from the same
 //! distribution, an order of magnitude faster. Every vector lane simulates a
 //! phase step of its own; one iteration takes every lane from the end of a dead
 //! time to the next detection, and has no branch that depends on a lane.
@@ -49,7 +49,7 @@ use super::counter::{StepCount, count_step};
 use super::detector::DetectorModel;
 
 /// Counts phase steps `steps` of scan number `repetition`, as
-/// [`count_step`](super::count_step) does: `out[i]` is for step
+/// [`count_step`] does: `out[i]` is for step
 /// `steps.start + i`. One thread.
 ///
 /// # Panics
@@ -181,9 +181,9 @@ mod tests {
 
     use super::*;
     use crate::code::{Code, Generator};
-    use crate::photons::LightRates;
     use crate::photons::afterpulsing::Afterpulsing;
     use crate::photons::light::ExcessLight;
+    use crate::photons::light::LightRates;
     use crate::photons::paths::NumberedPath;
     use crate::scene;
     use crate::sensor::Sensor;

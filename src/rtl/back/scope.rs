@@ -21,6 +21,19 @@ pub struct Scope {
     pub children: Vec<Scope>,
 }
 
+impl Scope {
+    /// Bits of one of its ports; 0 if there is none of that name.
+    pub fn width_of(&self, pin: &str) -> u32 {
+        let atom = self.atoms.iter().find(|a| a.outer_key == pin);
+        atom.map_or(0, |atom| atom.width)
+    }
+
+    /// What the parent's kernel calls a port.
+    pub fn pin(&self, pin: &str) -> String {
+        format!("{}${pin}", self.name)
+    }
+}
+
 /// What a scope is.
 #[derive(Debug)]
 pub enum Content {

@@ -189,14 +189,6 @@ impl Names {
     }
 
     fn add_inline(&mut self, child: &Scope, name: String, marker: &Marker) -> Result<(), Fault> {
-        let width_of = |pin: &str| {
-            child
-                .atoms
-                .iter()
-                .find(|a| a.outer_key == pin)
-                .map_or(0, |a| a.width)
-        };
-        let key = |pin: &str| format!("{}${pin}", child.name);
         match marker {
             Marker::Register {
                 name: given,
@@ -204,72 +196,106 @@ impl Names {
                 reset_constant,
                 about,
             } => {
-                let index = self.registers.len();
                 let name = given.clone().unwrap_or(name);
-                let width = width_of("q");
-                let reset = match reset_constant {
-                    None => Reset::Literal(*reset_value),
-                    Some(constant) => {
-                        let id = self.find(constant).ok_or_else(|| Fault::UnknownName {
-                            name: constant.clone(),
-                        })?;
-                        check_reset_constant(&self.signals[id], &name, width, *reset_value)?;
-                        Reset::Constant(id)
-                    }
-                };
-                let clock_role = Role::RegisterClock(index);
-                let clock = self.add(&key("clock"), format!("{name}.clock"), 1, clock_role, "");
-                let d_role = Role::RegisterD(index);
-                self.add(&key("d"), format!("{name}.d"), width, d_role, "");
-                let q_role = Role::RegisterQ(index);
-                let q = self.add(&key("q"), format!("{name}_r"), width, q_role, about);
-                self.registers.push(RegisterPins { q, clock, reset });
+                let reset = (*reset_value, reset_constant.as_deref());
+                self.add_register(child, &name, reset, about)?;
             }
-            Marker::BitTable { bits, about } => {
-                let index = self.tables.len();
-                let contents_name = name.to_uppercase();
-                let size = 1 << width_of("address");
-                let contents = self.add(&key(""), contents_name, size, Role::Table, about);
-                let address = self.add(
-                    &key("address"),
-                    format!("{name}.address"),
-                    width_of("address"),
-                    Role::TableAddress(index),
-                    "",
-                );
-                let data_role = Role::TableData(index);
-                let data = self.add(&key("data"), format!("{name}_entry"), 1, data_role, about);
-                self.tables.push(TablePins {
-                    contents,
-                    bits: bits.clone(),
-                    address,
-                    data,
-                });
-            }
-            Marker::Wiring { sources, about } => {
-                let index = self.wirings.len();
-                let pins: Vec<&str> = child
-                    .atoms
-                    .iter()
-                    .filter(|a| a.kind == AtomKind::InputParameter)
-                    .map(|a| a.outer_key.as_str())
-                    .collect();
-                let mut inputs = Vec::new();
-                for pin in pins {
-                    let role = Role::WiringIn(index);
-                    inputs.push(self.add(&key(pin), format!("{name}.{pin}"), 1, role, ""));
-                }
-                let width = sources.len() as u32;
-                let output = self.add(&key("o"), name, width, Role::WiringOut(index), about);
-                self.wirings.push(WiringPins {
-                    inputs,
-                    output,
-                    sources: sources.clone(),
-                });
-            }
+            Marker::BitTable { bits, about } => self.add_table(child, &name, bits, about),
+            Marker::Wiring { sources, about } => self.add_wiring(child, name, sources, about),
             Marker::About(_) => {}
         }
         Ok(())
+    }
+
+    fn add_register(
+        &mut self,
+        child: &Scope,
+        name: &str,
+        (value, constant): (u128, Option<&str>),
+        about: &str,
+    ) -> Result<(), Fault> {
+        let index = self.registers.len();
+        let width = child.width_of("q");
+        let reset = match constant {
+            None => Reset::Literal(value),
+            Some(constant) => {
+                let id = self.find(constant).ok_or_else(|| Fault::UnknownName {
+                    name: constant.to_owned(),
+                })?;
+                check_reset_constant(&self.signals[id], name, width, value)?;
+                Reset::Constant(id)
+            }
+        };
+        let mut pin = |pin: &str, name: String, width, role, about: &str| {
+            self.add(&child.pin(pin), name, width, role, about)
+        };
+        let clock = pin(
+            "clock",
+            format!("{name}.clock"),
+            1,
+            Role::RegisterClock(index),
+            "",
+        );
+        pin("d", format!("{name}.d"), width, Role::RegisterD(index), "");
+        let q = pin(
+            "q",
+            format!("{name}_r"),
+            width,
+            Role::RegisterQ(index),
+            about,
+        );
+        self.registers.push(RegisterPins { q, clock, reset });
+        Ok(())
+    }
+
+    fn add_table(&mut self, child: &Scope, name: &str, bits: &[u8], about: &str) {
+        let index = self.tables.len();
+        let width = child.width_of("address");
+        let mut pin = |pin: &str, name: String, width, role, about: &str| {
+            self.add(&child.pin(pin), name, width, role, about)
+        };
+        let contents = pin("", name.to_uppercase(), 1 << width, Role::Table, about);
+        let address_name = format!("{name}.address");
+        let address = pin(
+            "address",
+            address_name,
+            width,
+            Role::TableAddress(index),
+            "",
+        );
+        let data = pin(
+            "data",
+            format!("{name}_entry"),
+            1,
+            Role::TableData(index),
+            about,
+        );
+        self.tables.push(TablePins {
+            contents,
+            bits: bits.to_vec(),
+            address,
+            data,
+        });
+    }
+
+    fn add_wiring(&mut self, child: &Scope, name: String, sources: &[usize], about: &str) {
+        let index = self.wirings.len();
+        let pins = child.atoms.iter();
+        let pins = pins.filter(|a| a.kind == AtomKind::InputParameter);
+        let inputs = pins
+            .map(|atom| {
+                let pin = &atom.outer_key;
+                let role = Role::WiringIn(index);
+                self.add(&child.pin(pin), format!("{name}.{pin}"), 1, role, "")
+            })
+            .collect();
+        let width = sources.len() as u32;
+        let output = self.add(&child.pin("o"), name, width, Role::WiringOut(index), about);
+        self.wirings.push(WiringPins {
+            inputs,
+            output,
+            sources: sources.to_vec(),
+        });
     }
 
     fn add_instance(&mut self, child: &Scope, name: String, index: usize) {

@@ -1,5 +1,9 @@
 //! Codes given chip by chip.
 //!
+//! | port | |
+//! |---|---|
+//! | [`CodePorts`] | as every source of chips |
+//!
 //! Latency 0 clocks from the register to `o_chip`. The table is read without a clock, so that
 //! it becomes lookup tables and no memory has to be initialised.
 

@@ -10,6 +10,8 @@
 //!
 //! Latency as the correlators'. A register for each bank keeps hits, reference and dump within
 //! reach of four correlators, so that the clock does not fall as steps are added.
+//!
+//! Cost (ECP5, docs/resources.md): 217 LUTs, 241 flip-flops for three steps more at once.
 
 use super::UpdownCorrelator;
 use super::scan_controller::dump_about;

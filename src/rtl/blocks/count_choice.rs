@@ -1,5 +1,11 @@
 //! One of several counts.
 //!
+//! | port | |
+//! |---|---|
+//! | `i_turn` | one bit: whose turn it is |
+//! | `i_count` | the counts |
+//! | `o_count` | the one whose turn it was |
+//!
 //! Latency 1 clock. One bit says whose turn it is, so that a count costs an AND and an OR, and no
 //! number of the turn has to be decoded.
 

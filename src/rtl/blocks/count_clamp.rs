@@ -1,7 +1,14 @@
 //! Clamps a count to fewer bits.
 //!
+//! | port | |
+//! |---|---|
+//! | `i_count` | the exact count |
+//! | `o_count`, `o_clamped` | the nearest that fits; it is another |
+//!
 //! Latency 0 clocks. The count fits if its low bits extend to it, one comparison in place of two
 //! with the largest and the smallest.
+//!
+//! Cost (ECP5, docs/resources.md): 15 LUTs for 8 bits out of 17, which save 8 flip-flops.
 
 use crate::rtl::front::prelude::*;
 

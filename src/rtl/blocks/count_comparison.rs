@@ -1,5 +1,10 @@
 //! Compares signed counts, some bits in a clock.
 //!
+//! | port | |
+//! |---|---|
+//! | `i_count`, `i_other` | two signed counts that stand still |
+//! | `o_greater` | the first is greater |
+//!
 //! Latency 1 clock per piece, the lowest bits first. Both counts stand still meanwhile, so that
 //! no piece waits in a register for those below it.
 

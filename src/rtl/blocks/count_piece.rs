@@ -1,5 +1,10 @@
 //! Compares some bits of two counts.
 //!
+//! | port | |
+//! |---|---|
+//! | `i_count`, `i_other`, `i_below` | bits of two counts, and what those below say |
+//! | `o_greater` | the first is greater by the bits so far |
+//!
 //! Latency 1 clock. The result of the bits below enters as one more bit of the difference, so
 //! that a piece needs a single carry chain and no test for equality.
 

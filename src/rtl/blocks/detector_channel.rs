@@ -6,8 +6,10 @@
 //! | `i_run`, `i_pre_last_chip`, `i_last_chip`, `i_start`, `i_dump` | from the scan controller |
 //! | `o_count`, `o_total`, `o_clamped` | counts of a group's steps |
 //!
-//! Latency that of its parts in turn: edges, correlator, clamp. A detector more costs all of this
-//! (see "N = 2 detectors" in docs/resources.md); the scan controller and the stream are shared.
+//! Latency that of its parts in turn: edges, correlator, clamp. A detector more costs all of this;
+//! the scan controller and the stream are shared.
+//!
+//! Cost (ECP5, docs/resources.md): 92 LUTs, 162 flip-flops with all that is in it.
 
 use super::phase_geometry::{PhaseGeometry, ReferenceStart};
 use super::scan_controller::dump_about;

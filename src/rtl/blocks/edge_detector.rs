@@ -1,7 +1,14 @@
 //! Hits: rising edges of the sampled SPAD level.
 //!
+//! | port | |
+//! |---|---|
+//! | `i_samples`, `i_run` | a word of samples; it belongs to a scan |
+//! | `o_hits`, `o_early` | pairs with a hit; it is the earlier sample |
+//!
 //! Latency 1 clock. Two neighbouring samples hold at most one rising edge, so that two bits say
 //! all about a pair: what counts the hits later sees half as many places as there are samples.
+//!
+//! Cost (ECP5, docs/resources.md): 4 LUTs, 9 flip-flops.
 
 use crate::rtl::front::prelude::*;
 

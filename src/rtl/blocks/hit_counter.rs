@@ -8,9 +8,10 @@
 //!
 //! Latency as the correlators', whose dump it takes. One for all steps of a group, which see the
 //! same light, in place of one for each.
+//!
+//! Cost (ECP5, docs/resources.md): 32 LUTs, 66 flip-flops.
 
 use super::scan_controller::dump_about;
-use super::updown_correlator::segment_plan;
 use super::{Accumulator, QuadCounter};
 use crate::rtl::front::prelude::*;
 use crate::sensor::contract::{CountSegments, TotalCount};
@@ -53,13 +54,8 @@ pub struct HitCounter {
     /// hits of one word
     #[width(plan.addend_bits())]
     addend: Local<Word>,
-    #[each(segment in 0..plan.segments.count)]
-    #[is(Accumulator::new(segment_plan(plan.segments, segment, plan.addend_bits())))]
-    total: Vec<Accumulator>,
-    /// hits of the last step, segments joined
-    #[when(plan.segments.count > 1)]
-    #[width(plan.exact_bits())]
-    whole: Optional<Wiring>,
+    #[is(Accumulator::new(plan.segments, plan.addend_bits()))]
+    total: Accumulator,
     /// hits of the last step, all of them
     #[width(plan.exact_bits())]
     exact: Local<Word>,
@@ -99,10 +95,6 @@ impl HitPlan {
     fn total_bits(&self) -> usize {
         self.total.bits as usize
     }
-
-    fn top_segment(&self) -> usize {
-        self.segments.count as usize - 1
-    }
 }
 
 impl HitCounter {
@@ -138,7 +130,11 @@ impl Logic for HitCounter {
         dff_setup!(self, i_clk, hit);
         self.hit.d.next = self.i_hits.val();
         self.count_word();
-        self.accumulate();
+        self.total.i_clk.next = self.i_clk.val();
+        self.total.i_rst.next = self.i_rst.val();
+        self.total.i_addend.next = self.addend.val();
+        self.total.i_dump.next = self.i_dump.val();
+        self.exact.next = self.total.o_count.val();
         if self.o_clamped.is_present() {
             let bits = self.plan.total_bits();
             self.o_clamped.next =
@@ -177,35 +173,6 @@ impl Logic for HitCounter {
             self.addend.next = self.sum.q.val();
         } else {
             self.addend.next = bit_cast(self.hit.q.val(), self.plan.addend_bits());
-        }
-    }
-
-    /// The segments of the total, each a clock behind the one below it.
-    fn accumulate(&mut self) {
-        self.total[0].i_addend.next = self.addend.val();
-        for s in 0..self.total.len() {
-            self.total[s].i_clk.next = self.i_clk.val();
-            self.total[s].i_rst.next = self.i_rst.val();
-            self.total[s].i_dump.next = self.i_dump.val().get_bit(s);
-        }
-        for s in 1..self.total.len() {
-            self.total[s].i_addend.next = self.total[s - 1].o_carry.val();
-            self.total[s].i_borrow.next = self.total[s - 1].o_borrow.val();
-        }
-        if self.whole.is_present() {
-            let bits = self.plan.segments.lower_bits as usize;
-            let top = self.plan.top_segment();
-            for s in 0..top {
-                for b in 0..bits {
-                    self.whole.i[bits * s + b].next = self.total[s].o_count.val().get_bit(b);
-                }
-            }
-            for b in 0..(self.plan.segments.top_bits as usize) {
-                self.whole.i[bits * top + b].next = self.total[top].o_count.val().get_bit(b);
-            }
-            self.exact.next = self.whole.o.val();
-        } else {
-            self.exact.next = self.total[0].o_count.val();
         }
     }
 }

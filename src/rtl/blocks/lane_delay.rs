@@ -1,7 +1,15 @@
 //! Samples of a reference's delay.
 //!
+//! | port | |
+//! |---|---|
+//! | `i_chips` | chips of the window |
+//! | `i_pre_last_chip`, `i_last_chip`, `i_start` | from the scan controller |
+//! | `o_window`, `o_wrap` | reference of each sample; the delay grows by a chip more |
+//!
 //! Latency 1 clock from `i_chips` to `o_window`. The mask of delayed lanes is a thermometer, so
 //! that no lane compares its number with the delay.
+//!
+//! Cost (ECP5, docs/resources.md): 9 LUTs, 16 flip-flops; none with S = 1.
 
 use super::phase_geometry::PhaseGeometry;
 use crate::rtl::front::prelude::*;

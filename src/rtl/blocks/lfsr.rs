@@ -1,8 +1,14 @@
 //! Gold codes and m-sequences: one or two linear-feedback shift registers.
 //!
+//! | port | |
+//! |---|---|
+//! | [`CodePorts`] | as every source of chips |
+//!
 //! Latency 0 clocks from the register to `o_chip`. Two registers and a handful of XOR gates take
 //! the place of a table of 2^n - 1 chips. The epoch is recognised a chip early, so that it comes
 //! from a register and no wide comparison stands before an output.
+//!
+//! Cost (ECP5, docs/resources.md): 13 LUTs, 23 flip-flops; an m-sequence 11 and 12.
 
 use super::CodePorts;
 use crate::code::{Lfsr, polynomial_text};

@@ -4,6 +4,9 @@
 //! (so that `o_laser` shows it after t): the sample word of chip n is on
 //! `i_samples` at posedge t + 1, and the reference chips that belong to it
 //! stand in the phase stepper after t.
+//!
+//! Costs are of the first row of docs/resources.md, or what a row differs from it; a carry cell
+//! counts as two LUTs.
 
 mod accumulator;
 mod chip_history;
@@ -33,7 +36,7 @@ mod square;
 mod state_match;
 mod updown_correlator;
 
-pub use accumulator::{Accumulator, AccumulatorPlan};
+pub use accumulator::Accumulator;
 pub use chip_history::ChipHistory;
 pub use chip_table::ChipTableGenerator;
 pub use code_source::{CodePorts, CodeSource};
@@ -55,6 +58,7 @@ pub use result_stream::{ResultStream, StreamPlan};
 pub use running_maximum::RunningMaximum;
 pub use scan_controller::{ScanController, ScanPlan};
 pub use sensor_top::SensorTop;
+pub(crate) use sequence_counter::SequenceCounter;
 pub use square::SquareGenerator;
 pub use state_match::StateMatch;
 pub use updown_correlator::UpdownCorrelator;

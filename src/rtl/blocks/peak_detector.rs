@@ -7,7 +7,9 @@
 //!
 //! Latency as the plan says, a few clocks after the scan's last counts. Counts are compared one
 //! after another and in pieces, so that one short carry chain serves a detector; a host that looks
-//! through the counts itself saves all of it (`peak_detector` in docs/resources.md).
+//! through the counts itself saves all of it.
+//!
+//! Cost (ECP5, docs/resources.md): 38 LUTs, 87 flip-flops with all that is in it.
 
 use super::RunningMaximum;
 use crate::rtl::front::prelude::*;

@@ -1,5 +1,11 @@
 //! The reference, delayed by a phase that grows with every group of steps.
 //!
+//! | port | |
+//! |---|---|
+//! | `i_chip`, `o_advance` | next chip of the reference; its generator goes on |
+//! | `i_pre_last_chip`, `i_last_chip`, `i_start` | from the scan controller |
+//! | `o_window` | reference of each sample |
+//!
 //! Latency 2 clocks from `i_chip` to `o_window`. Whole chips of delay cost nothing but a generator
 //! that waits; samples of delay cost one choice between two chips for each lane.
 

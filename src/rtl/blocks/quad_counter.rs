@@ -1,7 +1,14 @@
 //! Counts the hits in four pairs of samples.
 //!
+//! | port | |
+//! |---|---|
+//! | `i_hit`, `i_down` | pairs with a hit; it counts down |
+//! | `o_sum` | hits up less hits down |
+//!
 //! Latency 2 clocks. Every bit of a count of four ones is one gate of four inputs, so that hits
 //! and hits that count down are counted within a clock without a carry chain.
+//!
+//! Cost (ECP5, docs/resources.md): 10 LUTs, 10 flip-flops.
 
 use crate::rtl::front::prelude::*;
 

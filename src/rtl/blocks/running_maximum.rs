@@ -7,8 +7,7 @@
 //! | `o_step`, `o_count` | peak of the last scan |
 //!
 //! Latency from a count's turn to `i_compared` as the plan says, 2 clocks more until it is the
-//! largest. A detector has one; the schedule is shared by all (`peak_detector` in
-//! docs/resources.md has what both cost).
+//! largest. A detector has one; the schedule is shared by all.
 
 use super::{CountChoice, CountComparison};
 use crate::rtl::front::prelude::*;

@@ -6,14 +6,14 @@ use super::lfsr::{state_at, tap_mask};
 
 /// An LFSR that counts to a number known beforehand.
 #[derive(Debug, Clone)]
-pub(super) struct SequenceCounter {
+pub(crate) struct SequenceCounter {
     lfsr: Lfsr,
 }
 
 impl SequenceCounter {
     /// A counter with a state of its own for each of `states` counts, which is
     /// at most 2^60.
-    pub(super) fn new(states: u64) -> SequenceCounter {
+    pub(crate) fn new(states: u64) -> SequenceCounter {
         let needed = 64 - states.max(3).leading_zeros();
         let taps = MAXIMAL_TAPS[needed as usize - 2];
         let mut exponents: Vec<u32> = taps.to_vec();
@@ -33,89 +33,40 @@ impl SequenceCounter {
         format!("{counter}: an LFSR of the polynomial {polynomial} (exponents)")
     }
 
-    pub(super) fn width(&self) -> u32 {
+    pub(crate) fn width(&self) -> u32 {
         self.lfsr.degree
     }
 
-    pub(super) fn taps(&self) -> u128 {
+    pub(crate) fn taps(&self) -> u128 {
         tap_mask(&self.lfsr)
     }
 
     /// The state that comes to the first by one count, and to which no count of
     /// the states asked for comes unless they are all there are.
-    pub(super) fn state_before_the_first(&self) -> u128 {
+    pub(crate) fn state_before_the_first(&self) -> u128 {
         self.state((1 << self.width()) - 2)
     }
 
     /// The state after `count` counts; the first is all ones.
-    pub(super) fn state(&self, count: u64) -> u128 {
+    pub(crate) fn state(&self, count: u64) -> u128 {
         state_at(&self.lfsr, count)
     }
 }
 
 /// Exponents of a primitive polynomial for each degree from 2 to 61, without
 /// the constant term; few terms, as in the tables of LFSR taps.
+#[rustfmt::skip]
 const MAXIMAL_TAPS: [&[u32]; 60] = [
-    &[2, 1],
-    &[3, 2],
-    &[4, 3],
-    &[5, 3],
-    &[6, 5],
-    &[7, 6],
-    &[8, 6, 5, 4],
-    &[9, 5],
-    &[10, 7],
-    &[11, 9],
-    &[12, 6, 4, 1],
-    &[13, 4, 3, 1],
-    &[14, 5, 3, 1],
-    &[15, 14],
-    &[16, 15, 13, 4],
-    &[17, 14],
-    &[18, 11],
-    &[19, 6, 2, 1],
-    &[20, 17],
-    &[21, 19],
-    &[22, 21],
-    &[23, 18],
-    &[24, 23, 22, 17],
-    &[25, 22],
-    &[26, 6, 2, 1],
-    &[27, 5, 2, 1],
-    &[28, 25],
-    &[29, 27],
-    &[30, 6, 4, 1],
-    &[31, 28],
-    &[32, 22, 2, 1],
-    &[33, 20],
-    &[34, 27, 2, 1],
-    &[35, 33],
-    &[36, 25],
-    &[37, 5, 4, 3, 2, 1],
-    &[38, 6, 5, 1],
-    &[39, 35],
-    &[40, 38, 21, 19],
-    &[41, 38],
-    &[42, 41, 20, 19],
-    &[43, 42, 38, 37],
-    &[44, 43, 18, 17],
-    &[45, 44, 42, 41],
-    &[46, 45, 26, 25],
-    &[47, 42],
-    &[48, 47, 21, 20],
-    &[49, 40],
-    &[50, 49, 24, 23],
-    &[51, 50, 36, 35],
-    &[52, 49],
-    &[53, 52, 38, 37],
-    &[54, 53, 18, 17],
-    &[55, 31],
-    &[56, 55, 35, 34],
-    &[57, 50],
-    &[58, 39],
-    &[59, 58, 38, 37],
-    &[60, 59],
-    &[61, 60, 46, 45],
+    &[2, 1], &[3, 2], &[4, 3], &[5, 3], &[6, 5], &[7, 6], &[8, 6, 5, 4], &[9, 5], &[10, 7],
+    &[11, 9], &[12, 6, 4, 1], &[13, 4, 3, 1], &[14, 5, 3, 1], &[15, 14], &[16, 15, 13, 4],
+    &[17, 14], &[18, 11], &[19, 6, 2, 1], &[20, 17], &[21, 19], &[22, 21], &[23, 18],
+    &[24, 23, 22, 17], &[25, 22], &[26, 6, 2, 1], &[27, 5, 2, 1], &[28, 25], &[29, 27],
+    &[30, 6, 4, 1], &[31, 28], &[32, 22, 2, 1], &[33, 20], &[34, 27, 2, 1], &[35, 33],
+    &[36, 25], &[37, 5, 4, 3, 2, 1], &[38, 6, 5, 1], &[39, 35], &[40, 38, 21, 19], &[41, 38],
+    &[42, 41, 20, 19], &[43, 42, 38, 37], &[44, 43, 18, 17], &[45, 44, 42, 41],
+    &[46, 45, 26, 25], &[47, 42], &[48, 47, 21, 20], &[49, 40], &[50, 49, 24, 23],
+    &[51, 50, 36, 35], &[52, 49], &[53, 52, 38, 37], &[54, 53, 18, 17], &[55, 31],
+    &[56, 55, 35, 34], &[57, 50], &[58, 39], &[59, 58, 38, 37], &[60, 59], &[61, 60, 46, 45],
 ];
 
 #[cfg(test)]

@@ -1,7 +1,13 @@
 //! The square wave: chips 1, 0.
 //!
+//! | port | |
+//! |---|---|
+//! | [`CodePorts`] | as every source of chips |
+//!
 //! Latency 0 clocks from the register to `o_chip`. One register that toggles takes the place of
 //! a counter and a table.
+//!
+//! Cost (ECP5, docs/resources.md): 12 LUTs, 56 flip-flops less than Gold codes.
 
 use super::CodePorts;
 use crate::rtl::front::prelude::*;

@@ -1,6 +1,13 @@
 //! Recognises a counter's state in pieces.
 //!
+//! | port | |
+//! |---|---|
+//! | `i_state`, `i_wanted` | a counter's state, and the one waited for |
+//! | `o_matched` | they were equal |
+//!
 //! Latency 1 clock. A register behind each piece keeps a wide comparison at two levels of logic.
+//!
+//! Cost (ECP5, docs/resources.md): 20 LUTs, 2 flip-flops for 14 bits.
 
 use crate::rtl::front::prelude::*;
 

@@ -9,8 +9,9 @@
 //!
 //! Latency log2(pairs) + 2 clocks and those of the total, from `i_hits` to `o_count`. Counting
 //! pairs in place of samples halves the adders: at most one of two neighbours is a hit.
+//!
+//! Cost (ECP5, docs/resources.md): 4 LUTs, 8 flip-flops beside quads and total.
 
-use super::accumulator::AccumulatorPlan;
 use super::scan_controller::dump_about;
 use super::{Accumulator, QuadCounter};
 use crate::rtl::front::prelude::*;
@@ -72,13 +73,8 @@ pub struct UpdownCorrelator {
     /// signed count of one word
     #[width(plan.addend_bits())]
     addend: Local<Word>,
-    #[each(segment in 0..plan.segments.count)]
-    #[is(Accumulator::new(segment_plan(plan.segments, segment, plan.addend_bits())))]
-    total: Vec<Accumulator>,
-    /// count of the last step, signed
-    #[when(plan.segments.count > 1)]
-    #[width(plan.segments.bits())]
-    count: Optional<Wiring>,
+    #[is(Accumulator::new(plan.segments, plan.addend_bits()))]
+    total: Accumulator,
     plan: Plan<CorrelatorPlan>,
 }
 
@@ -113,30 +109,6 @@ impl CorrelatorPlan {
 
     fn addend_bits(&self) -> usize {
         self.levels() + 2
-    }
-
-    fn top_segment(&self) -> usize {
-        self.segments.count as usize - 1
-    }
-}
-
-/// What a segment of a total is, `addend_bits` being those of a word's count.
-pub(super) fn segment_plan(
-    segments: CountSegments,
-    segment: u32,
-    addend_bits: usize,
-) -> AccumulatorPlan {
-    let has_higher = segment + 1 < segments.count;
-    let bits = if has_higher {
-        segments.lower_bits
-    } else {
-        segments.top_bits
-    };
-    AccumulatorPlan {
-        bits: bits as usize,
-        addend_bits: if segment == 0 { addend_bits } else { 2 },
-        has_lower: segment > 0,
-        has_higher,
     }
 }
 
@@ -180,7 +152,11 @@ impl Logic for UpdownCorrelator {
         }
         self.hit.d.next = self.i_hits.val();
         self.count_word();
-        self.accumulate();
+        self.total.i_clk.next = self.i_clk.val();
+        self.total.i_rst.next = self.i_rst.val();
+        self.total.i_addend.next = self.addend.val();
+        self.total.i_dump.next = self.i_dump.val();
+        self.o_count.next = self.total.o_count.val();
     }
 
     /// The signed count of a word: hits that count up less hits that count down.
@@ -218,35 +194,6 @@ impl Logic for UpdownCorrelator {
             self.addend.next = bit_cast(false, 2)
                 .replace_bit(0, self.hit.q.val().get_bit(0))
                 .replace_bit(1, self.down.q.val().get_bit(0));
-        }
-    }
-
-    /// The segments of the total, each a clock behind the one below it.
-    fn accumulate(&mut self) {
-        self.total[0].i_addend.next = self.addend.val();
-        for s in 0..self.total.len() {
-            self.total[s].i_clk.next = self.i_clk.val();
-            self.total[s].i_rst.next = self.i_rst.val();
-            self.total[s].i_dump.next = self.i_dump.val().get_bit(s);
-        }
-        for s in 1..self.total.len() {
-            self.total[s].i_addend.next = self.total[s - 1].o_carry.val();
-            self.total[s].i_borrow.next = self.total[s - 1].o_borrow.val();
-        }
-        if self.count.is_present() {
-            let bits = self.plan.segments.lower_bits as usize;
-            let top = self.plan.top_segment();
-            for s in 0..top {
-                for b in 0..bits {
-                    self.count.i[bits * s + b].next = self.total[s].o_count.val().get_bit(b);
-                }
-            }
-            for b in 0..(self.plan.segments.top_bits as usize) {
-                self.count.i[bits * top + b].next = self.total[top].o_count.val().get_bit(b);
-            }
-            self.o_count.next = self.count.o.val();
-        } else {
-            self.o_count.next = self.total[0].o_count.val();
         }
     }
 }

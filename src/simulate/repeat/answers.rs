@@ -12,6 +12,9 @@ use crate::photons::{DetectorModel, StepCount};
 use crate::scene::{EstimatorKind, OtherLight};
 use crate::sensor::Sensor;
 
+/// Most paths of a fit that are matched to the scene's.
+const MOST_MATCHED: usize = 12;
+
 /// One detector's way from counts to distances.
 pub struct Ranging<'a> {
     pub sensor: &'a Sensor,
@@ -99,7 +102,7 @@ impl<'a> Ranging<'a> {
                         .collect(),
                     alarm: (self.sensor.timing().parallel == 1)
                         .then(|| fitted.alarm_sigmas() > ALARM_SIGMAS),
-                    remark: None,
+                    remark: fitted.untold.as_ref().map(ToString::to_string),
                 },
                 Err(reason) => Answer::none(reason),
             },
@@ -122,19 +125,24 @@ impl<'a> Ranging<'a> {
     }
 
     /// The paths that a fit has found: number in the fit, place, error of the
-    /// distance. The strongest comes first; no place is given twice.
+    /// distance. Of one code's paths as many as can be, and then so that the sum of
+    /// their squared errors is least; no place is given twice.
     pub fn matched(&self, fitted: &ModelEstimate) -> Vec<(usize, usize, f64)> {
-        let mut found: Vec<(usize, usize, f64)> = Vec::new();
-        for (number, path) in fitted.paths.iter().enumerate() {
-            let is_free = |place: usize| {
-                let source = self.sensor.scene().paths[self.paths[place]].source;
+        let near = |number: usize| -> Vec<(usize, f64)> {
+            let path = &fitted.paths[number];
+            let of_code = |place: &usize| {
+                let source = self.sensor.scene().paths[self.paths[*place]].source;
                 self.sensor.scene().sources[source].code.chips == path.code.chips
-                    && found.iter().all(|(_, taken, _)| *taken != place)
             };
-            let nearest = self.nearest(path.delay_ps, is_free);
-            found.extend(nearest.map(|(place, error_m)| (number, place, error_m)));
-        }
-        found
+            let places = (0..self.paths.len()).filter(of_code);
+            places
+                .filter_map(|place| self.nearest(path.delay_ps, |p| p == place))
+                .collect()
+        };
+        // More paths than a fit ever has would be matched in their order.
+        let numbers = fitted.paths.len().min(MOST_MATCHED);
+        let near: Vec<Vec<(usize, f64)>> = (0..numbers).map(near).collect();
+        best_matching(&near, &mut Vec::new())
     }
 
     /// The nearest path of some, if it is within a chip.
@@ -149,6 +157,32 @@ impl<'a> Ranging<'a> {
         (error_ps.abs() <= self.sensor.clock().chip_period_ps)
             .then(|| (place, distance_m(error_ps)))
     }
+}
+
+/// The matching of most numbers to places, of those the one with the least sum of
+/// squared errors. `near` has the places that each number may have, with the errors;
+/// `taken` those that are no longer free.
+fn best_matching(near: &[Vec<(usize, f64)>], taken: &mut Vec<usize>) -> Vec<(usize, usize, f64)> {
+    let Some((last, before)) = near.split_last() else {
+        return Vec::new();
+    };
+    let mut best = best_matching(before, taken);
+    for &(place, error_m) in last {
+        if taken.contains(&place) {
+            continue;
+        }
+        taken.push(place);
+        let mut with = best_matching(before, taken);
+        taken.pop();
+        with.push((before.len(), place, error_m));
+        let squares = |m: &[(usize, usize, f64)]| m.iter().map(|(.., e)| e * e).sum::<f64>();
+        let is_better =
+            with.len() > best.len() || with.len() == best.len() && squares(&with) < squares(&best);
+        if is_better {
+            best = with;
+        }
+    }
+    best
 }
 
 /// What many scans say.
@@ -216,5 +250,22 @@ impl<'r> Answers<'r> {
                 self.remarks += 1;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn close_paths_keep_their_order_and_none_is_left_out() {
+        // Paths at 0 and 1, found at 0.9 and 1.1: the nearest would leave one out.
+        let near = [vec![(0, 0.9), (1, -0.1)], vec![(0, 1.1), (1, 0.1)]];
+        let matched = best_matching(&near, &mut Vec::new());
+        assert_eq!(matched, [(0, 0, 0.9), (1, 1, 0.1)]);
+        // Found the other way round, and one that is nowhere near.
+        let near = [vec![(0, 1.1), (1, 0.1)], vec![], vec![(0, 0.9), (1, -0.1)]];
+        let matched = best_matching(&near, &mut Vec::new());
+        assert_eq!(matched, [(0, 1, 0.1), (2, 0, 0.9)]);
     }
 }

@@ -139,7 +139,7 @@ pub fn simulate(
 ///
 /// # Errors
 /// When the tier cannot do the scene.
-pub fn simulate_prepared(
+pub(crate) fn simulate_prepared(
     sensor: &Sensor,
     prepared: &Prepared,
     seed: u64,

@@ -4,12 +4,24 @@ use std::fmt::Write as _;
 
 use super::points::worst;
 use super::{FidelityReport, TierPoint};
-use crate::files::OutputFolder;
+use crate::files::{FileError, OutputFolder};
+use crate::report::chart::ChartError;
 use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
 use crate::simulate::Tier;
 
 /// Colour of the Pareto front: the last, black.
 const FRONT_COLOUR: usize = 6;
+
+/// Why a comparison could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum FilesError {
+    /// A figure could not be drawn.
+    #[error(transparent)]
+    Plot(#[from] ChartError),
+    /// A file could not be written.
+    #[error(transparent)]
+    File(#[from] FileError),
+}
 
 impl FidelityReport {
     /// Writes `fidelity.svg`, `sensor-trade.svg` and their data as CSV; gives
@@ -17,7 +29,7 @@ impl FidelityReport {
     ///
     /// # Errors
     /// When a file cannot be written, or a figure not be drawn.
-    pub fn write_files(&self, folder: &OutputFolder) -> anyhow::Result<Vec<&'static str>> {
+    pub fn write_files(&self, folder: &OutputFolder) -> Result<Vec<&'static str>, FilesError> {
         let files = [
             ("fidelity.svg", self.tiers_chart().svg()?),
             ("fidelity.csv", self.tiers_csv()),

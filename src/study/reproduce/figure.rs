@@ -10,31 +10,32 @@ use crate::report::chart::Chart;
 
 /// The figures that can be made: the article's, and those of the errors that
 /// it leaves out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum FigureId {
     /// Correlation of Gold and interleaved codes
-    #[value(name = "3")]
+    #[cfg_attr(feature = "cli", value(name = "3"))]
     Fig3,
     /// Standard deviation against power, Gold code and square wave
-    #[value(name = "5")]
+    #[cfg_attr(feature = "cli", value(name = "5"))]
     Fig5,
     /// Standard deviation against power, by interleaving depth
-    #[value(name = "6")]
+    #[cfg_attr(feature = "cli", value(name = "6"))]
     Fig6,
     /// Correlation by interleaving depth
-    #[value(name = "7")]
+    #[cfg_attr(feature = "cli", value(name = "7"))]
     Fig7,
     /// Standard deviation with a second source or a second path
-    #[value(name = "8")]
+    #[cfg_attr(feature = "cli", value(name = "8"))]
     Fig8,
     /// Correlation with an interferer
-    #[value(name = "9")]
+    #[cfg_attr(feature = "cli", value(name = "9"))]
     Fig9,
     /// Correlation over two paths
-    #[value(name = "10")]
+    #[cfg_attr(feature = "cli", value(name = "10"))]
     Fig10,
     /// How far apart two paths must be
-    #[value(name = "11")]
+    #[cfg_attr(feature = "cli", value(name = "11"))]
     Fig11,
     /// Error left out: dead-time walk against light level
     Walk,

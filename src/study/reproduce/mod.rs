@@ -34,9 +34,11 @@ use serde::Serialize;
 
 use self::figure::Figure;
 pub use self::figure::{Claim, FigureId};
-use self::run::{Run, RunError};
+use self::run::Run;
+pub use self::run::RunError;
 pub use self::verdict::Verdict;
-use crate::files::OutputFolder;
+use crate::files::{FileError, OutputFolder};
+use crate::report::chart::ChartError;
 
 /// What to make, and how well.
 #[derive(Debug, Clone)]
@@ -50,6 +52,20 @@ pub struct Options {
     pub repetitions: u64,
     /// Figures to make.
     pub figures: Vec<FigureId>,
+}
+
+/// Why figures could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum ReproduceError {
+    /// Scans could not be simulated, or what they are held against not be had.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// A figure could not be drawn.
+    #[error(transparent)]
+    Plot(#[from] ChartError),
+    /// A file could not be written.
+    #[error(transparent)]
+    File(#[from] FileError),
 }
 
 /// What was made.
@@ -88,12 +104,12 @@ pub struct FigureFiles {
 /// figure that is done.
 ///
 /// # Errors
-/// When a file cannot be written.
+/// When a figure cannot be made, or a file not be written.
 pub fn reproduce(
     options: &Options,
     out: &OutputFolder,
     progress: impl Fn(&str),
-) -> anyhow::Result<Reproduction> {
+) -> Result<Reproduction, ReproduceError> {
     let started = Instant::now();
     let mut claims = Vec::new();
     let mut figures = Vec::new();

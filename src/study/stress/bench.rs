@@ -1,5 +1,6 @@
 //! Verilog and reference model under inputs that a case has decided.
 
+use super::case::{CaseError, ensure};
 use std::ops::Range;
 
 use crate::cosim::build::{build, cache_dir, sources_of};
@@ -91,7 +92,7 @@ pub(super) struct Run {
 
 impl Bench {
     /// Emits and builds the Verilog of a scene.
-    pub fn new(scene: &Scene) -> anyhow::Result<Bench> {
+    pub fn new(scene: &Scene) -> Result<Bench, CaseError> {
         let contract = Contract::of(scene);
         let layout = Layout::of(&contract);
         let sources = sources_of(&deliver::emit(&Sensor::new(scene), "goldtof stress")?);
@@ -109,7 +110,7 @@ impl Bench {
     }
 
     /// Plays a script for some clocks.
-    pub fn play(&mut self, script: &Script, clocks: u64) -> anyhow::Result<Run> {
+    pub fn play(&mut self, script: &Script, clocks: u64) -> Result<Run, CaseError> {
         let lanes = u64::from(self.contract.lanes());
         let run = self.run(&mut Player { script, lanes }, clocks)?;
         let hits = run
@@ -117,7 +118,7 @@ impl Bench {
             .detectors
             .iter()
             .map(|d| d.hits_up + d.hits_down);
-        anyhow::ensure!(
+        ensure!(
             hits.min() > Some(0),
             "a detector's results that came to the stream hold no hit"
         );
@@ -125,18 +126,18 @@ impl Bench {
     }
 
     /// Sets the adversary on it.
-    pub fn attack(&mut self, seed: u64, clocks: u64) -> anyhow::Result<Run> {
+    pub fn attack(&mut self, seed: u64, clocks: u64) -> Result<Run, CaseError> {
         let mut adversary = Adversarial::new(&self.contract, seed);
         let run = self.run(&mut adversary, clocks)?;
         let names = self.contract.reference_codes.iter().map(|_| "spad");
         let exercised = Exercised::new(&run.exercise, names);
         // Agreement on nothing is not what a case is for.
         let missing = exercised.missing(&self.contract, StimulusKind::Adversarial);
-        anyhow::ensure!(missing.is_empty(), "{}", missing.join("; "));
+        ensure!(missing.is_empty(), "{}", missing.join("; "));
         Ok(run)
     }
 
-    fn run(&mut self, stimulus: &mut dyn Stimulus, clocks: u64) -> anyhow::Result<Run> {
+    fn run(&mut self, stimulus: &mut dyn Stimulus, clocks: u64) -> Result<Run, CaseError> {
         let mut results = Vec::new();
         let outcome = Lockstep {
             model: &mut self.model,

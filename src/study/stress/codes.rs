@@ -1,8 +1,8 @@
 //! Codes and scans at the ends of their parameters.
 
+use super::case::{Case, CaseError, Group, Measured, ensure};
 use super::scenes::{GOLD_5, ideal, table_i, window};
 use super::statistics::{Sample, counts, step_s, worst};
-use super::{Case, Group, Measured};
 use crate::code::{CodeSpec, Family, correlate};
 use crate::estimate::report::estimate_scan;
 use crate::estimate::{CoarseOnly, NoEstimate, estimate};
@@ -148,7 +148,7 @@ pub(super) const CASES: &[Case] = &[
     },
 ];
 
-fn m_sequence(degree: u32) -> anyhow::Result<Vec<u8>> {
+fn m_sequence(degree: u32) -> Result<Vec<u8>, CaseError> {
     let spec = CodeSpec {
         degree: Some(degree),
         ..CodeSpec::new(Family::MSequence)
@@ -156,7 +156,7 @@ fn m_sequence(degree: u32) -> anyhow::Result<Vec<u8>> {
     Ok(spec.build()?.chips)
 }
 
-fn wrong_m_sequence_lags(degrees: std::ops::RangeInclusive<u32>) -> anyhow::Result<Measured> {
+fn wrong_m_sequence_lags(degrees: std::ops::RangeInclusive<u32>) -> Result<Measured, CaseError> {
     let mut wrong = 0;
     for degree in degrees {
         let chips = m_sequence(degree)?;
@@ -172,7 +172,7 @@ fn simulated_m_sequence(
     degree: u32,
     integration_chips: u64,
     seed: u64,
-) -> anyhow::Result<Measured> {
+) -> Result<Measured, CaseError> {
     let code = format!("{{ family = \"m-sequence\", degree = {degree} }}");
     let length = f64::from((1 << degree) - 1);
     let weight = f64::from(1 << (degree - 1));
@@ -198,7 +198,7 @@ fn signed_counts(scene: &Scene, seed: u64) -> Sample {
     Sample::of(found.iter().map(|count| count.signed as f64))
 }
 
-fn interleaving_in_simulation(seed: u64) -> anyhow::Result<Measured> {
+fn interleaving_in_simulation(seed: u64) -> Result<Measured, CaseError> {
     let mut deviations = Vec::new();
     for nu in 0..=8 {
         let code = format!("{{ family = \"gold\", degree = 3, interleave = {nu} }}");
@@ -218,7 +218,7 @@ fn interleaving_in_simulation(seed: u64) -> anyhow::Result<Measured> {
     Measured::deviation(worst(deviations))
 }
 
-fn samples_per_chip_in_simulation(seed: u64) -> anyhow::Result<Measured> {
+fn samples_per_chip_in_simulation(seed: u64) -> Result<Measured, CaseError> {
     let mut deviations = Vec::new();
     for samples in [1, 2, 4, 8, 16, 32, 64] {
         let mut scene = ideal(
@@ -240,7 +240,7 @@ fn samples_per_chip_in_simulation(seed: u64) -> anyhow::Result<Measured> {
     Measured::deviation(worst(deviations))
 }
 
-fn interleaving() -> anyhow::Result<Measured> {
+fn interleaving() -> Result<Measured, CaseError> {
     let code = |interleave| {
         CodeSpec {
             degree: Some(7),
@@ -266,7 +266,7 @@ fn interleaving() -> anyhow::Result<Measured> {
 }
 
 /// A scene without light whose scan covers 31 chips with S samples each.
-fn scan_of(samples_per_chip: u32) -> anyhow::Result<Scene> {
+fn scan_of(samples_per_chip: u32) -> Result<Scene, CaseError> {
     Ok(ideal(GOLD_5, samples_per_chip, 0.0, 310)?)
 }
 
@@ -284,17 +284,17 @@ fn triangle(scene: &Scene, delay_steps: f64) -> Vec<i64> {
 }
 
 /// Error of the estimate from an exact triangle, in phase steps.
-fn triangle_error(scene: &Scene, delay_steps: f64) -> anyhow::Result<f64> {
+fn triangle_error(scene: &Scene, delay_steps: f64) -> Result<f64, CaseError> {
     let counts = triangle(scene, delay_steps);
     let found = estimate(&scene.timing(), &counts, 0.0)?;
-    anyhow::ensure!(found.is_fine(), "{:?}", found.coarse_only);
+    ensure!(found.is_fine(), "{:?}", found.coarse_only);
     let step_ps = scene.clock().sample_period_ps();
     let period = scene.scan.steps_per_period as f64;
     let turns = (found.delay_ps / step_ps - delay_steps) / period;
     Ok((turns - turns.round()) * period)
 }
 
-fn samples_per_chip() -> anyhow::Result<Measured> {
+fn samples_per_chip() -> Result<Measured, CaseError> {
     let mut errors = Vec::new();
     for samples in [2, 4, 8, 16, 32, 64] {
         let scene = scan_of(samples)?;
@@ -305,7 +305,7 @@ fn samples_per_chip() -> anyhow::Result<Measured> {
     Measured::at_most(worst(errors), "phase steps", 0.5)
 }
 
-fn centred_triangles() -> anyhow::Result<Measured> {
+fn centred_triangles() -> Result<Measured, CaseError> {
     let mut errors = Vec::new();
     for samples in [2, 4, 8, 16, 32, 64] {
         let scene = scan_of(samples)?;
@@ -316,7 +316,7 @@ fn centred_triangles() -> anyhow::Result<Measured> {
     Measured::at_most(worst(errors), "phase steps", 1e-9)
 }
 
-fn one_sample_per_chip() -> anyhow::Result<Measured> {
+fn one_sample_per_chip() -> Result<Measured, CaseError> {
     let scene = scan_of(1)?;
     let mut wrong = 0;
     for n in 0..310 {
@@ -330,7 +330,7 @@ fn one_sample_per_chip() -> anyhow::Result<Measured> {
     Measured::none(wrong, "scans")
 }
 
-fn one_step() -> anyhow::Result<Measured> {
+fn one_step() -> Result<Measured, CaseError> {
     let mut scene = scan_of(8)?;
     window(&mut scene, 17, 1);
     let estimates = (-1_000..=1_000)
@@ -341,7 +341,7 @@ fn one_step() -> anyhow::Result<Measured> {
     Measured::none(estimates, "estimates")
 }
 
-fn wrapping_scan() -> anyhow::Result<Measured> {
+fn wrapping_scan() -> Result<Measured, CaseError> {
     let full = table_i(GOLD_5, 20e6, 31 * 100)?;
     let mut wrapped = full.clone();
     window(&mut wrapped, 240, 30);
@@ -356,14 +356,14 @@ fn wrapping_scan() -> anyhow::Result<Measured> {
     Measured::at_most(worst(differences), "of the total count", 1e-12)
 }
 
-fn wrapping_estimate() -> anyhow::Result<Measured> {
+fn wrapping_estimate() -> Result<Measured, CaseError> {
     let mut scene = scan_of(8)?;
     window(&mut scene, 230, 40);
     let error = worst([triangle_error(&scene, 0.0)?, triangle_error(&scene, 247.0)?]);
     Measured::at_most(error, "phase steps", 1e-9)
 }
 
-fn overlong_scan() -> anyhow::Result<Measured> {
+fn overlong_scan() -> Result<Measured, CaseError> {
     let is_accepted = |steps: u64| {
         let text = format!(
             r#"
@@ -384,7 +384,7 @@ integration = "10 us"
         );
         scene::parse("long.toml", &text).is_ok()
     };
-    anyhow::ensure!(is_accepted(248), "a whole period was refused");
+    ensure!(is_accepted(248), "a whole period was refused");
     let accepted = [249, 1_000, 1 << 62]
         .into_iter()
         .filter(|&n| is_accepted(n));
@@ -392,14 +392,14 @@ integration = "10 us"
 }
 
 /// Table I with a path of 0.75 chips and a number of code periods.
-fn folded(periods: u64) -> anyhow::Result<Scene> {
+fn folded(periods: u64) -> Result<Scene, CaseError> {
     let mut scene = table_i(GOLD_5, 20e6, 3_100)?;
     // Three quarters of a chip and whole chips are exact in binary.
     scene.paths[0].delay_ps = 6e3 + 248e3 * periods as f64;
     Ok(scene)
 }
 
-fn folded_delays(seed: u64) -> anyhow::Result<Measured> {
+fn folded_delays(seed: u64) -> Result<Measured, CaseError> {
     let near = counts(&folded(0)?, 248, seed);
     let mut differing = 0;
     for periods in [1, 1_000, 1_000_000] {
@@ -409,7 +409,7 @@ fn folded_delays(seed: u64) -> anyhow::Result<Measured> {
     Measured::none(differing, "counts")
 }
 
-fn folding_is_said(seed: u64) -> anyhow::Result<Measured> {
+fn folding_is_said(seed: u64) -> Result<Measured, CaseError> {
     let scene = folded(3)?;
     let report = estimate_scan(&Sensor::new(&scene), 0, &counts(&scene, 248, seed));
     let says_so = report

@@ -1,9 +1,9 @@
 //! Detectors at the ends of their parameters.
 
+use super::case::{Case, CaseError, Group, Measured, ensure};
 use super::scenes::{GOLD_5, constant_light, ideal, table_i, window};
 use super::statistics::{Sample, counts, step_s, worst};
 use super::stiff::quick_trap_behind_dead_time;
-use super::{Case, Group, Measured};
 use crate::estimate::CountingTier;
 use crate::photons::fast::StepCounter;
 use crate::photons::{DetectorModel, photon_rate_hz};
@@ -93,7 +93,7 @@ pub(super) const CASES: &[Case] = &[
     },
 ];
 
-fn blind_detector(seed: u64) -> anyhow::Result<Measured> {
+fn blind_detector(seed: u64) -> Result<Measured, CaseError> {
     let mut scene = ideal(GOLD_5, 8, 1e9, 31_000)?;
     let spad = &mut scene.detectors[0];
     spad.photon_detection_probability = 0.0;
@@ -103,19 +103,19 @@ fn blind_detector(seed: u64) -> anyhow::Result<Measured> {
     Measured::deviation(totals.z(71e3 * step_s(&scene)))
 }
 
-fn perfect_detector(seed: u64) -> anyhow::Result<Measured> {
+fn perfect_detector(seed: u64) -> Result<Measured, CaseError> {
     let mut scene = ideal(GOLD_5, 8, 0.0, 31_000)?;
     scene.sources[0].mean_power_w = 1e-11;
     let expected = photon_rate_hz(1e-11, 783.0) * step_s(&scene);
     // 1 W at 1.239841984 um is one elementary charge's worth per volt: 1 eV each.
     let electron_volts = 1.239_841_984 / 0.783;
     let by_charge = 1e-11 / (electron_volts * 1.602_176_634e-19) * step_s(&scene);
-    anyhow::ensure!((expected / by_charge - 1.0).abs() < 1e-9, "photon energy");
+    ensure!((expected / by_charge - 1.0).abs() < 1e-9, "photon energy");
     let totals = Sample::of_totals(&counts(&scene, 248, seed));
     Measured::deviation(totals.z(by_charge))
 }
 
-fn no_afterpulses(seed: u64) -> anyhow::Result<Measured> {
+fn no_afterpulses(seed: u64) -> Result<Measured, CaseError> {
     let mut scene = table_i(GOLD_5, 20e6, 3_100)?;
     scene.detectors[0].afterpulsing_probability = 0.0;
     let with_constant = counts(&scene, 248, seed);
@@ -125,11 +125,11 @@ fn no_afterpulses(seed: u64) -> anyhow::Result<Measured> {
     Measured::none(differing.count(), "counts")
 }
 
-fn runaway_behind_dead_time(seed: u64) -> anyhow::Result<Measured> {
+fn runaway_behind_dead_time(seed: u64) -> Result<Measured, CaseError> {
     quick_trap_behind_dead_time(1e6, 0.99, 200, seed)
 }
 
-fn runaway_saturates(seed: u64) -> anyhow::Result<Measured> {
+fn runaway_saturates(seed: u64) -> Result<Measured, CaseError> {
     let mut scene = table_i(GOLD_5, 20e6, 3_100)?;
     scene.detectors[0].afterpulsing_probability = 0.99;
     let most = counts(&scene, 248, seed).iter().map(|c| c.total).max();
@@ -138,7 +138,7 @@ fn runaway_saturates(seed: u64) -> anyhow::Result<Measured> {
     Measured::at_most(per_fit, "counts per dead time", (fit + 2.0) / fit)
 }
 
-fn nearly_runaway(seed: u64) -> anyhow::Result<Measured> {
+fn nearly_runaway(seed: u64) -> Result<Measured, CaseError> {
     let primary_cps = 1e6;
     let mut scene = constant_light(primary_cps, 250_000)?;
     let spad = &mut scene.detectors[0];
@@ -148,7 +148,7 @@ fn nearly_runaway(seed: u64) -> anyhow::Result<Measured> {
     Measured::deviation(totals.z(10.0 * primary_cps * step_s(&scene)))
 }
 
-fn runaway_refused() -> anyhow::Result<Measured> {
+fn runaway_refused() -> Result<Measured, CaseError> {
     let is_refused = |probability: f64, dead_time: &str| {
         let text = format!(
             r#"
@@ -193,7 +193,7 @@ struct Smeared {
 
 const JITTER_CHIPS: f64 = 10.0;
 
-fn smeared(seed: u64) -> anyhow::Result<Smeared> {
+fn smeared(seed: u64) -> Result<Smeared, CaseError> {
     let mut result = Smeared {
         photons: Vec::new(),
         expected: Vec::new(),

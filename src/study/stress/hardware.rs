@@ -1,8 +1,8 @@
 //! The Verilog at its limits, beside the reference model and the definition.
 
 use super::bench::{Bench, Script};
+use super::case::{Case, CaseError, Group, Measured, ensure};
 use super::scenes::{ideal, window};
-use super::{Case, Group, Measured};
 use crate::photons::Pulse;
 use crate::scan::Step;
 use crate::scene::{Scene, Target};
@@ -131,7 +131,7 @@ pub(super) const CASES: &[Case] = &[
 ];
 
 /// 7 chips of weight 3, S = 4, D = 14 chips, two steps, 4 bits.
-fn small_sensor() -> anyhow::Result<Scene> {
+fn small_sensor() -> Result<Scene, CaseError> {
     let mut scene = ideal(r#"{ family = "chips", chips = "0110100" }"#, 4, 0.0, 14)?;
     window(&mut scene, 5, 2);
     scene.hardware.counter_width = Some(4);
@@ -163,11 +163,11 @@ fn one_sided(bench: &Bench, step: u64, up: bool, number: usize) -> Vec<Pulse> {
     pulses
 }
 
-fn counters(hits: [usize; 2], expected: [i64; 2], flagged: bool) -> anyhow::Result<Measured> {
+fn counters(hits: [usize; 2], expected: [i64; 2], flagged: bool) -> Result<Measured, CaseError> {
     let mut bench = Bench::new(&small_sensor()?)?;
     let mut pulses = one_sided(&bench, 0, true, hits[0]);
     pulses.extend(one_sided(&bench, 1, false, hits[1]));
-    anyhow::ensure!(pulses.len() == hits[0] + hits[1], "too few places for hits");
+    ensure!(pulses.len() == hits[0] + hits[1], "too few places for hits");
     let run = bench.play(&Script::new(pulses), 60)?;
     let counts: Vec<i64> = run.results.iter().take(2).map(|r| r.count).collect();
     let is_flagged = bench.port(&run, "o_saturated").last() == Some(1);
@@ -185,7 +185,7 @@ fn counters(hits: [usize; 2], expected: [i64; 2], flagged: bool) -> anyhow::Resu
 }
 
 /// A hit in every other sample, `hits` of them in the first step.
-fn totals(hits: u64, expected: u64, flagged: bool) -> anyhow::Result<Measured> {
+fn totals(hits: u64, expected: u64, flagged: bool) -> Result<Measured, CaseError> {
     let mut scene = small_sensor()?;
     scene.hardware.total_counts = Some(true);
     let mut bench = Bench::new(&scene)?;
@@ -219,7 +219,7 @@ fn totals(hits: u64, expected: u64, flagged: bool) -> anyhow::Result<Measured> {
     Measured::none(wrong + run.mismatches as usize, "wrong values")
 }
 
-fn every_other_sample() -> anyhow::Result<Measured> {
+fn every_other_sample() -> Result<Measured, CaseError> {
     let scene = ideal(r#"{ family = "gold", degree = 5 }"#, 8, 0.0, 62)?;
     let code = scene.sources[0].code.clone();
     let expected = 2 * (2 * code.weight() as i64 - code.len() as i64) * 4;
@@ -232,7 +232,7 @@ fn every_other_sample() -> anyhow::Result<Measured> {
             end: first + 1,
         });
         let run = bench.play(&Script::new(pulses.collect()), clocks)?;
-        anyhow::ensure!(run.results.len() > 248, "the run is too short");
+        ensure!(run.results.len() > 248, "the run is too short");
         wrong += run
             .results
             .iter()
@@ -243,15 +243,15 @@ fn every_other_sample() -> anyhow::Result<Measured> {
     Measured::none(wrong, "wrong values")
 }
 
-fn dump_on_every_clock(seed: u64) -> anyhow::Result<Measured> {
+fn dump_on_every_clock(seed: u64) -> Result<Measured, CaseError> {
     let mut scene = ideal(r#"{ family = "gold", degree = 3 }"#, 4, 0.0, 1)?;
     window(&mut scene, 3, 20);
     let run = Bench::new(&scene)?.attack(seed, 50_000)?;
-    anyhow::ensure!(run.results.len() > 1_000, "the run is too short");
+    ensure!(run.results.len() > 1_000, "the run is too short");
     Measured::none(run.mismatches as usize, "clocks")
 }
 
-fn reset_everywhere() -> anyhow::Result<Measured> {
+fn reset_everywhere() -> Result<Measured, CaseError> {
     let mut bench = Bench::new(&small_sensor()?)?;
     let mut script = Script::new(Vec::new());
     let mut clock = bench.first_clock() - 1;
@@ -270,11 +270,11 @@ fn reset_everywhere() -> anyhow::Result<Measured> {
         first += 3 + 2 * (first / 64 % 2);
     }
     let run = bench.play(&script, clock)?;
-    anyhow::ensure!(run.results.len() > 300, "the run is too short");
+    ensure!(run.results.len() > 300, "the run is too short");
     Measured::none(run.mismatches as usize, "clocks")
 }
 
-fn consumer_never_takes() -> anyhow::Result<Measured> {
+fn consumer_never_takes() -> Result<Measured, CaseError> {
     let mut bench = Bench::new(&small_sensor()?)?;
     let mut script = Script::new(one_sided(&bench, 0, true, 5));
     let clocks = 400;
@@ -299,7 +299,7 @@ fn consumer_never_takes() -> anyhow::Result<Measured> {
     Measured::none(wrong + run.mismatches as usize, "clocks")
 }
 
-fn everything_at_once(seed: u64) -> anyhow::Result<Measured> {
+fn everything_at_once(seed: u64) -> Result<Measured, CaseError> {
     let code = r#"{ family = "gold", degree = 3, interleave = 2 }"#;
     let mut scene = ideal(code, 8, 0.0, 9)?;
     let mut other = scene.sources[0].clone();
@@ -327,7 +327,7 @@ fn everything_at_once(seed: u64) -> anyhow::Result<Measured> {
     Measured::none(run.mismatches as usize, "clocks")
 }
 
-fn longest_code(seed: u64) -> anyhow::Result<Measured> {
+fn longest_code(seed: u64) -> Result<Measured, CaseError> {
     // Degree 16 has no preferred pair of its own.
     let code = r#"{ family = "m-sequence", degree = 16, interleave = 4 }"#;
     let mut scene = ideal(code, 16, 0.0, 1_000)?;

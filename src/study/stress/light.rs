@@ -1,8 +1,8 @@
 //! No light, and too much of it.
 
+use super::case::{Case, CaseError, Group, Measured};
 use super::scenes::{GOLD_5, GOLD_11, constant_light, ideal, table_i, window};
 use super::statistics::{Sample, counts, step_s, worst};
-use super::{Case, Group, Measured};
 use crate::estimate::{CountingTier, Estimate, NoEstimate, estimate};
 use crate::photons::DetectorModel;
 use crate::photons::fast::StepCounter;
@@ -99,7 +99,7 @@ pub(super) const CASES: &[Case] = &[
     },
 ];
 
-fn no_light(seed: u64) -> anyhow::Result<Measured> {
+fn no_light(seed: u64) -> Result<Measured, CaseError> {
     let scene = ideal(GOLD_5, 8, 0.0, 310)?;
     let mut estimates = 0;
     for tier in [Tier::Events, Tier::Sampled] {
@@ -121,7 +121,7 @@ fn one_photon(scene: &Scene, step: usize, sign: i64) -> Result<Estimate, NoEstim
     estimate(&scene.timing(), &counts, 0.0)
 }
 
-fn one_photon_up() -> anyhow::Result<Measured> {
+fn one_photon_up() -> Result<Measured, CaseError> {
     let scene = ideal(GOLD_5, 8, 0.0, 310)?;
     let errors_ps: Result<Vec<f64>, NoEstimate> = (0..scene.scan.steps as usize)
         .map(|step| Ok(one_photon(&scene, step, 1)?.delay_ps - 1000.0 * step as f64))
@@ -129,7 +129,7 @@ fn one_photon_up() -> anyhow::Result<Measured> {
     Measured::at_most(worst(errors_ps?), "ps", 1e-9)
 }
 
-fn one_photon_down() -> anyhow::Result<Measured> {
+fn one_photon_down() -> Result<Measured, CaseError> {
     let scene = ideal(GOLD_5, 8, 0.0, 310)?;
     let estimates = (0..scene.scan.steps as usize)
         .filter(|&step| one_photon(&scene, step, -1).is_ok())
@@ -137,7 +137,7 @@ fn one_photon_down() -> anyhow::Result<Measured> {
     Measured::none(estimates, "estimates")
 }
 
-fn constant_light_saturates(seed: u64) -> anyhow::Result<Measured> {
+fn constant_light_saturates(seed: u64) -> Result<Measured, CaseError> {
     let dead_time_s = 14e-9;
     let mut deviations = Vec::new();
     for incident_cps in INCIDENT_CPS {
@@ -161,7 +161,7 @@ fn constant_light_saturates(seed: u64) -> anyhow::Result<Measured> {
     Measured::deviation(worst(deviations))
 }
 
-fn saturation(seed: u64) -> anyhow::Result<Measured> {
+fn saturation(seed: u64) -> Result<Measured, CaseError> {
     let mut most = 0.0_f64;
     let mut limit = 0.0_f64;
     for incident_cps in INCIDENT_CPS {
@@ -175,7 +175,7 @@ fn saturation(seed: u64) -> anyhow::Result<Measured> {
     Measured::at_most(most, "counts per dead time", limit)
 }
 
-fn photons_against_state_equation(seed: u64) -> anyhow::Result<Measured> {
+fn photons_against_state_equation(seed: u64) -> Result<Measured, CaseError> {
     let mut deviations = Vec::new();
     for incident_cps in [1e6, 1e8, 1e9, 1e10] {
         let scene = table_i(GOLD_5, 0.31 * incident_cps, 3_100)?;
@@ -196,7 +196,7 @@ fn photons_against_state_equation(seed: u64) -> anyhow::Result<Measured> {
     Measured::at_most(worst(deviations), "standard errors", 4.5)
 }
 
-fn estimate_in_saturation(seed: u64) -> anyhow::Result<Measured> {
+fn estimate_in_saturation(seed: u64) -> Result<Measured, CaseError> {
     let mut scene = table_i(GOLD_11, 0.31e9, 131_000)?;
     window(&mut scene, 0, 48);
     let simulation = simulate(&Sensor::new(&scene), Tier::Events, seed, 60)?;
@@ -204,12 +204,12 @@ fn estimate_in_saturation(seed: u64) -> anyhow::Result<Measured> {
     let (Some(bias_m), Some(error_m), Some(expected_m)) =
         (path.bias_m, path.std_error_m, path.expected_bias_m)
     else {
-        anyhow::bail!("no estimates: {:?}", path.remark);
+        return Err(CaseError::Unmet(format!("no estimates: {:?}", path.remark)));
     };
     Measured::deviation((bias_m - expected_m) / error_m)
 }
 
-fn too_much_light() -> anyhow::Result<Measured> {
+fn too_much_light() -> Result<Measured, CaseError> {
     let mut wrong = 0;
     for (dead_time_ps, chip_period_ps) in [(14e3, 8e3), (40e3, 8e3), (14e3, 1e6)] {
         let limit_cps = 1e12 * f64::min(256.0 / dead_time_ps, 128.0 / chip_period_ps);
@@ -239,7 +239,7 @@ fn too_much_light() -> anyhow::Result<Measured> {
     Measured::none(wrong + usize::from(!says_so), "verdicts")
 }
 
-fn too_little_light() -> anyhow::Result<Measured> {
+fn too_little_light() -> Result<Measured, CaseError> {
     let mut wrong = 0;
     for wait_chips in [10_500.0, 10_600.0, 1e12, f64::INFINITY] {
         let scene = constant_light(1.0 / (8e-9 * wait_chips), 31)?;

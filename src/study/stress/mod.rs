@@ -6,6 +6,7 @@
 //! never comes from the code under test.
 
 mod bench;
+mod case;
 mod codes;
 mod detectors;
 mod hardware;
@@ -19,122 +20,11 @@ mod stiff;
 
 use std::time::Instant;
 
-use serde::Serialize;
-
+pub use case::{Bound, Case, CaseError, Group, Measured};
 pub use report::{CaseReport, StressReport};
 
 use crate::cosim::error::CosimError;
-
-/// What a case is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Group {
-    /// Time scales many decades apart.
-    Stiff,
-    /// No light, too much light, unmodulated light.
-    Light,
-    /// Detectors at the ends of their parameters.
-    Detectors,
-    /// Codes and scans at the ends of theirs.
-    Codes,
-    /// Large, cancelling and unequal numbers.
-    Numbers,
-    /// The Verilog at its limits.
-    Hardware,
-}
-
-/// A stress case.
-#[derive(Debug, Clone, Copy)]
-pub struct Case {
-    /// Unique name, for `--case`.
-    pub name: &'static str,
-    /// What it is about.
-    pub group: Group,
-    /// Whether it is in the fast subset.
-    pub quick: bool,
-    /// What is measured.
-    pub what: &'static str,
-    /// Why the bound is right.
-    pub why: &'static str,
-    /// Does the measurement with a seed, which those that draw nothing leave aside.
-    pub run: fn(u64) -> anyhow::Result<Measured>,
-}
-
-/// A measured number and the bound that it must keep.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Measured {
-    /// The number.
-    pub value: f64,
-    /// Its unit, for people.
-    pub unit: &'static str,
-    /// What it must keep.
-    pub bound: Bound,
-}
-
-/// What a number must keep. NaN keeps nothing.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Bound {
-    /// Smallest value allowed.
-    pub at_least: Option<f64>,
-    /// Largest value allowed.
-    pub at_most: Option<f64>,
-}
-
-impl Bound {
-    /// No more than `limit`.
-    pub fn at_most(limit: f64) -> Bound {
-        Bound {
-            at_least: None,
-            at_most: Some(limit),
-        }
-    }
-
-    /// This value and no other.
-    pub fn exactly(value: f64) -> Bound {
-        Bound {
-            at_least: Some(value),
-            at_most: Some(value),
-        }
-    }
-
-    /// Whether `value` keeps the bound.
-    pub fn holds(&self, value: f64) -> bool {
-        !value.is_nan()
-            && self.at_least.is_none_or(|least| value >= least)
-            && self.at_most.is_none_or(|most| value <= most)
-    }
-}
-
-impl Measured {
-    /// A number that must not exceed `limit`.
-    fn at_most(value: f64, unit: &'static str, limit: f64) -> anyhow::Result<Measured> {
-        Ok(Measured {
-            value,
-            unit,
-            bound: Bound::at_most(limit),
-        })
-    }
-
-    /// A number that must be exactly `expected`.
-    fn exactly(value: f64, unit: &'static str, expected: f64) -> anyhow::Result<Measured> {
-        Ok(Measured {
-            value,
-            unit,
-            bound: Bound::exactly(expected),
-        })
-    }
-
-    /// Things that must not occur.
-    fn none(number: usize, unit: &'static str) -> anyhow::Result<Measured> {
-        Measured::exactly(number as f64, unit, 0.0)
-    }
-
-    /// Deviation from a closed form in standard errors, which must be at most
-    /// four: by chance once in 16,000.
-    fn deviation(standard_errors: f64) -> anyhow::Result<Measured> {
-        Measured::at_most(standard_errors.abs(), "standard errors", 4.0)
-    }
-}
+use crate::simulate::scans::ScansError;
 
 /// Every case, group by group.
 pub fn cases() -> Vec<Case> {
@@ -160,7 +50,7 @@ pub fn run(
     cases: &[Case],
     seed: u64,
     mut on_case: impl FnMut(&CaseReport),
-) -> anyhow::Result<StressReport> {
+) -> Result<StressReport, CosimError> {
     let mut report = StressReport {
         seed,
         cases: Vec::new(),
@@ -173,16 +63,17 @@ pub fn run(
     Ok(report)
 }
 
-fn run_case(case: &Case, seed: u64) -> anyhow::Result<CaseReport> {
+fn run_case(case: &Case, seed: u64) -> Result<CaseReport, CosimError> {
     let started = Instant::now();
     let outcome = (case.run)(seed);
     let run_time_s = started.elapsed().as_secs_f64();
     match outcome {
-        Ok(measured) => Ok(CaseReport::new(case, Ok(measured), run_time_s)),
-        Err(error) => match error.downcast_ref::<CosimError>() {
-            Some(tool) if tool.is_tool() => Err(error),
-            _ => Ok(CaseReport::new(case, Err(error), run_time_s)),
-        },
+        Err(CaseError::Cosim(tool) | CaseError::Scans(ScansError::Cosim(tool)))
+            if tool.is_tool() =>
+        {
+            Err(tool)
+        }
+        outcome => Ok(CaseReport::new(case, outcome, run_time_s)),
     }
 }
 
@@ -190,7 +81,7 @@ fn run_case(case: &Case, seed: u64) -> anyhow::Result<CaseReport> {
 mod tests {
     use super::*;
 
-    fn case(run: fn(u64) -> anyhow::Result<Measured>) -> Case {
+    fn case(run: fn(u64) -> Result<Measured, CaseError>) -> Case {
         Case {
             name: "a-case",
             group: Group::Numbers,
@@ -204,7 +95,7 @@ mod tests {
     #[test]
     fn a_case_outside_its_bound_or_with_an_error_does_not_hold() {
         let outside = case(|_| Measured::at_most(2.5, "apples", 2.0));
-        let failing = case(|_| anyhow::bail!("out of apples"));
+        let failing = case(|_| Err(CaseError::Unmet("out of apples".to_owned())));
         let undefined = case(|_| Measured::at_most(f64::NAN, "apples", 2.0));
         let inside = case(|_| Measured::at_most(2.0, "apples", 2.0));
         let report = run(&[outside, failing, undefined, inside], 1, |_| ()).unwrap();

@@ -1,8 +1,8 @@
 //! Light without modulation, all modulation, and modulation behind a bright background.
 
+use super::case::{Case, CaseError, Group, Measured, ensure};
 use super::scenes::{GOLD_5, ideal, table_i, window};
 use super::statistics::{Sample, step_s, worst};
-use super::{Case, Group, Measured};
 use crate::estimate::report::estimate_scan;
 use crate::estimate::{CountingTier, PredictionError, predict};
 use crate::photons::fast::StepCounter;
@@ -63,13 +63,13 @@ pub(super) const CASES: &[Case] = &[
 ];
 
 /// All of Table I, with light that does not carry its code.
-fn unmodulated() -> anyhow::Result<Scene> {
+fn unmodulated() -> Result<Scene, CaseError> {
     let mut scene = table_i(GOLD_5, 20e6, 3_100)?;
     scene.sources[0].extinction_ratio = 1.0;
     Ok(scene)
 }
 
-fn unmodulated_prediction() -> anyhow::Result<Measured> {
+fn unmodulated_prediction() -> Result<Measured, CaseError> {
     let scene = unmodulated()?;
     let predicted = [CountingTier::Events, CountingTier::Sampled]
         .into_iter()
@@ -78,7 +78,7 @@ fn unmodulated_prediction() -> anyhow::Result<Measured> {
     Measured::none(predicted, "predictions")
 }
 
-fn unmodulated_estimate(seed: u64) -> anyhow::Result<Measured> {
+fn unmodulated_estimate(seed: u64) -> Result<Measured, CaseError> {
     let mut scene = unmodulated()?;
     let model = DetectorModel::new(&Sensor::new(&scene), 0);
     let counter = StepCounter::new(&model);
@@ -103,7 +103,7 @@ fn unmodulated_estimate(seed: u64) -> anyhow::Result<Measured> {
             for path in simulate(&Sensor::new(&scene), tier, seed, 10)?.estimates {
                 let numbers = [path.mean_m, path.bias_m, path.std_m, path.expected_bias_m];
                 estimates += numbers.iter().flatten().count() + path.estimates as usize;
-                anyhow::ensure!(path.remark.is_some(), "{tier}: no reason is given");
+                ensure!(path.remark.is_some(), "{tier}: no reason is given");
             }
         }
     }
@@ -128,7 +128,7 @@ fn on_chips_against_reference(chips: &[u8], lag_steps: u64, samples_per_chip: u6
     (1.0 - share) * of_whole(whole as usize) + share * of_whole(whole as usize + 1)
 }
 
-fn infinite_extinction_ratio(seed: u64) -> anyhow::Result<Measured> {
+fn infinite_extinction_ratio(seed: u64) -> Result<Measured, CaseError> {
     let mut deviations = Vec::new();
     for lag in [0, 4, 8, 20] {
         let mut scene = ideal(GOLD_5, 8, 10e6, 31 * 100)?;
@@ -143,7 +143,7 @@ fn infinite_extinction_ratio(seed: u64) -> anyhow::Result<Measured> {
         if lag == 0 {
             // Every detection counts up: no scatter but that of the total.
             let down = found.iter().filter(|c| c.signed != c.total as i64).count();
-            anyhow::ensure!(down == 0, "{down} scans counted off-light at the peak");
+            ensure!(down == 0, "{down} scans counted off-light at the peak");
         }
         deviations.push(Sample::of(found.iter().map(|c| c.signed as f64)).z(expected));
     }
@@ -151,13 +151,13 @@ fn infinite_extinction_ratio(seed: u64) -> anyhow::Result<Measured> {
 }
 
 /// Gold code of 31 chips, 1 kcps of signal in 1 Gcps of background.
-fn dazzled() -> anyhow::Result<Scene> {
+fn dazzled() -> Result<Scene, CaseError> {
     let mut scene = ideal(GOLD_5, 8, 1e3, 31 * 1_000)?;
     scene.detectors[0].background_rate_cps = 1e9;
     Ok(scene)
 }
 
-fn overwhelming_background() -> anyhow::Result<Measured> {
+fn overwhelming_background() -> Result<Measured, CaseError> {
     let scene = dazzled()?;
     let code = scene.sources[0].code.clone();
     let model = DetectorModel::new(&Sensor::new(&scene), 0);
@@ -172,7 +172,7 @@ fn overwhelming_background() -> anyhow::Result<Measured> {
     Measured::at_most(worst(errors), "of the signal", 1e-7)
 }
 
-fn overwhelming_background_counts(seed: u64) -> anyhow::Result<Measured> {
+fn overwhelming_background_counts(seed: u64) -> Result<Measured, CaseError> {
     let mut scene = ideal(GOLD_5, 8, 10.0, 31 * 100_000_000)?;
     scene.detectors[0].background_rate_cps = 1e7;
     window(&mut scene, 0, 1);
@@ -194,7 +194,7 @@ fn overwhelming_background_counts(seed: u64) -> anyhow::Result<Measured> {
     let scans = 500_000;
     let found = (0..scans).map(|scan| sampler.scan(seed, scan)[0].signed as f64);
     let expected = MeanResponse::of_tier(&model, CountingTier::Events)?.mean_counts()[0];
-    anyhow::ensure!(
+    ensure!(
         ((expected.signed - mean) / variance.sqrt()).abs() < 1e-3,
         "the mean response expects {} and not {mean}",
         expected.signed

@@ -7,9 +7,9 @@ use goldtof_fft::{double_pair, single_pair};
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftNum};
 
+use super::case::{Case, CaseError, Group, Measured, ensure};
 use super::scenes::{GOLD_5, GOLD_11, constant_light, ideal, table_i, window};
 use super::statistics::{Sample, counts, step_s, worst};
-use super::{Case, Group, Measured};
 use crate::code::{CodeSpec, Family};
 use crate::estimate::{CountingTier, estimate};
 use crate::photons::DetectorModel;
@@ -134,7 +134,7 @@ fn cosine(i: i64) -> i128 {
 
 /// Largest error of the estimate over some uneven peaks of S = 8 and 1,000 or
 /// more counts on `offset` common ones, in chips.
-fn estimate_errors(offset: i64) -> anyhow::Result<f64> {
+fn estimate_errors(offset: i64) -> Result<f64, CaseError> {
     let scene = ideal(GOLD_5, 8, 0.0, 310)?;
     let height = if offset == 0 {
         1_000_000_000_000
@@ -170,13 +170,13 @@ fn estimate_errors(offset: i64) -> anyhow::Result<f64> {
         let expected_chips = coarse as f64 / 8.0 + fine_chips;
         let turns = (found.delay_ps / 8e3 - expected_chips) / 31.0;
         errors.push((turns - turns.round()) * 31.0);
-        anyhow::ensure!(found.is_fine(), "{:?}", found.coarse_only);
+        ensure!(found.is_fine(), "{:?}", found.coarse_only);
     }
     // A delay of up to 31 chips is itself rounded to 3.6 10^-15.
     Ok(worst(errors))
 }
 
-fn near_cancelling() -> anyhow::Result<Measured> {
+fn near_cancelling() -> Result<Measured, CaseError> {
     let mut errors = Vec::new();
     for offset in [
         1_000_000_000_000,
@@ -189,7 +189,7 @@ fn near_cancelling() -> anyhow::Result<Measured> {
     Measured::at_most(worst(errors), "chips", 1e-14)
 }
 
-fn drawn_totals(seed: u64) -> anyhow::Result<Measured> {
+fn drawn_totals(seed: u64) -> Result<Measured, CaseError> {
     let scene = constant_light(1e8, 1_250_000_000_000)?;
     let mean = 1e8 * step_s(&scene);
     let model = DetectorModel::new(&Sensor::new(&scene), 0);
@@ -201,7 +201,7 @@ fn drawn_totals(seed: u64) -> anyhow::Result<Measured> {
 }
 
 /// Expected signed and total counts of Table I over `chips` chips a step.
-fn expected_counts(chips: u64) -> anyhow::Result<Vec<f64>> {
+fn expected_counts(chips: u64) -> Result<Vec<f64>, CaseError> {
     let mut scene = table_i(GOLD_11, 10e6, chips)?;
     window(&mut scene, 0, 40);
     let model = DetectorModel::new(&Sensor::new(&scene), 0);
@@ -209,7 +209,7 @@ fn expected_counts(chips: u64) -> anyhow::Result<Vec<f64>> {
     Ok(means.iter().flat_map(|m| [m.signed, m.total]).collect())
 }
 
-fn hours_of_periods() -> anyhow::Result<Measured> {
+fn hours_of_periods() -> Result<Measured, CaseError> {
     let one = expected_counts(2_047)?;
     let many = expected_counts(2_047_000_000_000)?;
     let differences = one
@@ -219,9 +219,9 @@ fn hours_of_periods() -> anyhow::Result<Measured> {
     Measured::at_most(worst(differences), "relative", 1e-12)
 }
 
-fn broken_period() -> anyhow::Result<Measured> {
+fn broken_period() -> Result<Measured, CaseError> {
     // Only the first step starts with the code's first chip in all three.
-    let first = |chips| -> anyhow::Result<[f64; 2]> {
+    let first = |chips| -> Result<[f64; 2], CaseError> {
         let counts = expected_counts(chips)?;
         Ok([counts[0], counts[1]])
     };
@@ -237,7 +237,7 @@ fn broken_period() -> anyhow::Result<Measured> {
 fn fft_error<T: FftNum + Into<f64>>(
     degree: u32,
     plan: impl Fn(usize) -> [Arc<dyn Fft<T>>; 2],
-) -> anyhow::Result<f64> {
+) -> Result<f64, CaseError> {
     let spec = CodeSpec {
         degree: Some(degree),
         ..CodeSpec::new(Family::MSequence)
@@ -262,8 +262,8 @@ fn fft_error<T: FftNum + Into<f64>>(
     Ok(worst(errors))
 }
 
-fn rates_apart() -> anyhow::Result<Measured> {
-    let total = |light_cps: f64, dark_cps: f64| -> anyhow::Result<f64> {
+fn rates_apart() -> Result<Measured, CaseError> {
+    let total = |light_cps: f64, dark_cps: f64| -> Result<f64, CaseError> {
         let mut scene = ideal(GOLD_5, 8, light_cps, 31 * 1_000)?;
         scene.detectors[0].dark_count_rate_cps = dark_cps;
         let model = DetectorModel::new(&Sensor::new(&scene), 0);
@@ -278,7 +278,7 @@ fn rates_apart() -> anyhow::Result<Measured> {
     Measured::at_most(worst(errors), "relative", 1e-13)
 }
 
-fn rare_counts(seed: u64) -> anyhow::Result<Measured> {
+fn rare_counts(seed: u64) -> Result<Measured, CaseError> {
     let mut scene: Scene = ideal(GOLD_5, 8, 0.0, 1_250_000_000_000)?;
     scene.detectors[0].dark_count_rate_cps = 0.3e-3;
     let totals = Sample::of_totals(&counts(&scene, 248, seed));

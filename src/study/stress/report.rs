@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::{Bound, Case, Group, Measured};
+use super::case::{Bound, Case, CaseError, Group, Measured};
 
 /// The JSON of `goldtof stress`.
 #[derive(Debug, Clone, Serialize)]
@@ -43,12 +43,12 @@ pub struct CaseReport {
 impl CaseReport {
     pub(super) fn new(
         case: &Case,
-        outcome: anyhow::Result<Measured>,
+        outcome: Result<Measured, CaseError>,
         run_time_s: f64,
     ) -> CaseReport {
         let (measured, error) = match outcome {
             Ok(measured) => (Some(measured), None),
-            Err(error) => (None, Some(format!("{error:#}"))),
+            Err(error) => (None, Some(error.to_string())),
         };
         CaseReport {
             name: case.name,

@@ -1,8 +1,8 @@
 //! Time scales many decades apart.
 
+use super::case::{Case, CaseError, Group, Measured, ensure};
 use super::scenes::{GOLD_5, constant_light, ideal, table_i, window};
 use super::statistics::{Sample, counts, step_s, worst};
-use super::{Case, Group, Measured};
 use crate::estimate::{CountingTier, predict};
 use crate::photons::fast::StepCounter;
 use crate::photons::{Detection, DetectorModel, StepCount, count_step};
@@ -130,7 +130,7 @@ pub(super) const CASES: &[Case] = &[
 ];
 
 /// Table I with a 1 fs transition and 1 ps of jitter.
-fn stiff_sensor(integration_chips: u64) -> anyhow::Result<Scene> {
+fn stiff_sensor(integration_chips: u64) -> Result<Scene, CaseError> {
     let mut scene = table_i(GOLD_5, 20e6, integration_chips)?;
     scene.detectors[0].jitter_ps = vec![1.0];
     scene.detectors[0].counter.transition_ps = 1e-3;
@@ -142,9 +142,9 @@ fn stiff_sensor(integration_chips: u64) -> anyhow::Result<Scene> {
 /// Detections of 1,000 code periods at the start of step 1, which begins
 /// `periods` code periods after step 0, compared with those of a step that
 /// begins 1,000 periods after it.
-fn detections_moved_by(periods: u64, seed: u64) -> anyhow::Result<usize> {
+fn detections_moved_by(periods: u64, seed: u64) -> Result<usize, CaseError> {
     const COMPARED_PERIODS: u64 = 1_000;
-    let start_of_step_1 = |periods: u64| -> anyhow::Result<Vec<Detection>> {
+    let start_of_step_1 = |periods: u64| -> Result<Vec<Detection>, CaseError> {
         let scene = stiff_sensor(31 * periods)?;
         let model = DetectorModel::new(&Sensor::new(&scene), 0);
         let step = model.step(seed, 0, scan::Group(1));
@@ -154,15 +154,15 @@ fn detections_moved_by(periods: u64, seed: u64) -> anyhow::Result<usize> {
     };
     let early = start_of_step_1(COMPARED_PERIODS)?;
     let late = start_of_step_1(COMPARED_PERIODS + periods)?;
-    anyhow::ensure!(early.len() > 1_000, "too few detections to compare");
+    ensure!(early.len() > 1_000, "too few detections to compare");
     let differing = early.iter().zip(&late).filter(|(a, b)| a != b).count();
     Ok(differing + early.len().abs_diff(late.len()))
 }
 
-fn counts_after_1e12_periods(seed: u64) -> anyhow::Result<Measured> {
+fn counts_after_1e12_periods(seed: u64) -> Result<Measured, CaseError> {
     // Scan number 1 begins where scan number 0 ended; a scan of many steps puts
     // it far away, with the same random numbers.
-    let scan_1 = |periods: u64| -> anyhow::Result<Vec<StepCount>> {
+    let scan_1 = |periods: u64| -> Result<Vec<StepCount>, CaseError> {
         let mut scene = stiff_sensor(31)?;
         scene.scan.integration_chips = 31;
         scene.scan.steps = periods;
@@ -176,12 +176,12 @@ fn counts_after_1e12_periods(seed: u64) -> anyhow::Result<Measured> {
     // Neither is the full scan of 248 steps.
     let early = scan_1(249)?;
     let late = scan_1(1_000_000_000_000)?;
-    anyhow::ensure!(early.iter().any(|count| count.total > 0), "no counts");
+    ensure!(early.iter().any(|count| count.total > 0), "no counts");
     let differing = early.iter().zip(&late).filter(|(a, b)| a != b).count();
     Measured::none(differing, "counts")
 }
 
-fn edge_after_1e12_periods(seed: u64) -> anyhow::Result<Measured> {
+fn edge_after_1e12_periods(seed: u64) -> Result<Measured, CaseError> {
     const PERIODS: u64 = 1_000_000_000_000;
     // One on-chip in four, with photons 10 as apart; the dead time leaves the
     // first of them.
@@ -207,7 +207,7 @@ fn edge_after_1e12_periods(seed: u64) -> anyhow::Result<Measured> {
     Measured::at_most(worst(offsets_fs), "fs", 1.0)
 }
 
-fn afterpulsing_time_constants(seed: u64) -> anyhow::Result<Measured> {
+fn afterpulsing_time_constants(seed: u64) -> Result<Measured, CaseError> {
     let (primary_cps, probability) = (1e6, 0.4);
     let expected_cps = primary_cps / (1.0 + f64::ln_1p(-probability));
     let mut deviations = Vec::new();
@@ -228,7 +228,7 @@ fn afterpulsing_time_constants(seed: u64) -> anyhow::Result<Measured> {
     Measured::deviation(worst(deviations))
 }
 
-fn quick_trap(seed: u64) -> anyhow::Result<Measured> {
+fn quick_trap(seed: u64) -> Result<Measured, CaseError> {
     quick_trap_behind_dead_time(5e6, 0.5, 400, seed)
 }
 
@@ -239,7 +239,7 @@ pub(super) fn quick_trap_behind_dead_time(
     probability: f64,
     scans: u64,
     seed: u64,
-) -> anyhow::Result<Measured> {
+) -> Result<Measured, CaseError> {
     let dead_time_s = 14e-9;
     let mut scene = constant_light(primary_cps, 20_000)?;
     let spad = &mut scene.detectors[0];
@@ -251,7 +251,7 @@ pub(super) fn quick_trap_behind_dead_time(
     Measured::deviation(totals.z(expected_cps * step_s(&scene)))
 }
 
-fn slow_trap(seed: u64) -> anyhow::Result<Measured> {
+fn slow_trap(seed: u64) -> Result<Measured, CaseError> {
     let (primary_cps, dead_time_s) = (1e7, 14e-9);
     let mean = -f64::ln_1p(-0.137);
     let mut scene = constant_light(primary_cps, 250_000)?;
@@ -271,7 +271,7 @@ struct Deviations {
     variance: f64,
 }
 
-fn dead_times(seed: u64) -> anyhow::Result<Vec<Deviations>> {
+fn dead_times(seed: u64) -> Result<Vec<Deviations>, CaseError> {
     let primary_cps = 50e6;
     [0.0, 1.0, 14e3, 1e6]
         .into_iter()
@@ -294,7 +294,7 @@ fn dead_times(seed: u64) -> anyhow::Result<Vec<Deviations>> {
         .collect()
 }
 
-fn millisecond_dead_time(seed: u64) -> anyhow::Result<Measured> {
+fn millisecond_dead_time(seed: u64) -> Result<Measured, CaseError> {
     let mut scene = constant_light(50e6, 125_000_000)?;
     scene.detectors[0].dead_time_ps = 1e9;
     let totals = Sample::of_totals(&counts(&scene, 10, seed));
@@ -333,9 +333,9 @@ fn scaled(scene: &Scene, factor: f64) -> Scene {
     scene
 }
 
-fn chip_periods() -> anyhow::Result<Measured> {
+fn chip_periods() -> Result<Measured, CaseError> {
     let scene = table_i(GOLD_5, 20e6, 13_100)?;
-    let in_chips = |scene: &Scene| -> anyhow::Result<[f64; 2]> {
+    let in_chips = |scene: &Scene| -> Result<[f64; 2], CaseError> {
         let expected = predict(&Sensor::new(scene), 0, 0, CountingTier::Events)?;
         Ok([expected.bias_m, expected.std_m].map(|metres| metres / scene.chip_period_ps))
     };
@@ -350,7 +350,7 @@ fn chip_periods() -> anyhow::Result<Measured> {
     Measured::at_most(worst(changes), "relative", 1e-9)
 }
 
-fn scaled_by_powers_of_two(seed: u64) -> anyhow::Result<Measured> {
+fn scaled_by_powers_of_two(seed: u64) -> Result<Measured, CaseError> {
     let scene = table_i(GOLD_5, 20e6, 3_100)?;
     let expected = counts(&scene, 248, seed);
     let mut differing = 0;

@@ -7,8 +7,7 @@
 //! last one ([`Store`]).
 
 mod axis;
-#[cfg(feature = "parquet")]
-mod parquet;
+#[cfg(feature = "plots")]
 mod plot;
 mod points;
 mod store;
@@ -17,10 +16,27 @@ mod table;
 pub use axis::{Axis, Value};
 pub use points::{Point, Sweep, SweepError};
 pub use store::{Definition, Store, StoreError};
-pub use table::Table;
+pub use table::{Table, Unreadable};
 
 use crate::simulate::repeat::simulate;
 use crate::simulate::scans::ScansError;
+
+/// Why a sweep came to no table.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// A point is no scene.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
+    /// A tool failed, or the Verilog differs from the reference model.
+    #[error(transparent)]
+    Scans(#[from] ScansError),
+    /// The folder cannot be used.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// A finished point is not what was written.
+    #[error(transparent)]
+    Point(#[from] Unreadable),
+}
 
 /// Simulates every point that the folder does not have yet. `on_point` is told how many
 /// are done, before the first and after each.
@@ -32,7 +48,7 @@ pub fn run(
     sweep: &Sweep,
     store: &Store,
     mut on_point: impl FnMut(usize),
-) -> Result<Table, anyhow::Error> {
+) -> Result<Table, RunError> {
     let mut table = Table::new(&sweep.axes);
     let mut done = store.done()?;
     on_point(done.len());

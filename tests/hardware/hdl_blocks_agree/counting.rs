@@ -1,8 +1,7 @@
 //! From samples to counts.
 
 use goldtof::rtl::blocks::{
-    Accumulator, AccumulatorPlan, CountClamp, EdgeDetector, HitCounter, QuadCounter,
-    UpdownCorrelator,
+    Accumulator, CountClamp, EdgeDetector, HitCounter, QuadCounter, UpdownCorrelator,
 };
 use goldtof::rtl::front::Word;
 use goldtof::sensor::contract::{CountSegments, TotalCount};
@@ -102,21 +101,20 @@ pub fn accumulator(noise: &mut Noise) -> Case {
         Some(vec![wrapped(count, 9)])
     });
     let expected = expected.collect();
-    let plan = AccumulatorPlan {
-        bits: 9,
-        addend_bits: 4,
-        has_lower: false,
-        has_higher: false,
+    let segments = CountSegments {
+        count: 1,
+        lower_bits: 9,
+        top_bits: 9,
     };
     Case::clocked(
-        Accumulator::new(plan),
+        Accumulator::new(segments, 4),
         Ports::new(&[("i_addend", 4), ("i_dump", 1)], &[("o_count", 9)]),
         inputs,
         expected,
         clock_and_reset!(),
         |block, input| {
             block.i_addend.next = Word::new(input[0], 4);
-            block.i_dump.next = input[1] == 1;
+            block.i_dump.next = Word::new(input[1], 1);
         },
         |block| vec![block.o_count.val().value()],
     )

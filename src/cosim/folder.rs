@@ -1,15 +1,15 @@
-//! Reads the Verilog of `--rtl DIR`.
+//! Reads a folder of somebody's Verilog.
 
 use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::path::Path;
 
-use crate::cosim::TOP;
-use crate::cosim::build::SourceFile;
-use crate::cosim::error::CosimError;
-use crate::cosim::manifest::file_names;
-use crate::cosim::needed::needed_by;
+use super::TOP;
+use super::build::SourceFile;
+use super::error::CosimError;
+use super::manifest::file_names;
+use super::needed::needed_by;
 use crate::files::read_regular;
 use crate::printable::is_unprintable;
 
@@ -26,7 +26,7 @@ const ENDINGS: [&str; 4] = [".v", ".sv", ".vh", ".svh"];
 ///
 /// # Errors
 /// When the folder or a file cannot be read, or there is no Verilog in it.
-pub(super) fn read(folder: &Path) -> Result<Vec<SourceFile>, CosimError> {
+pub fn read(folder: &Path) -> Result<Vec<SourceFile>, CosimError> {
     let named = manifest(folder)?;
     let has_manifest = named.is_some();
     let names = match named {

@@ -1,0 +1,259 @@
+//! A module round `sensor_top` that states what it has to do.
+
+use std::fmt::Write as _;
+
+use crate::sensor::contract::{Contract, Direction, Port};
+
+/// A proof: the design, some of its inner ports seen or cut, and what is to hold.
+#[derive(Debug, Clone)]
+pub(super) struct Harness {
+    /// Name of the proof and of its task.
+    pub(super) name: &'static str,
+    /// What it proves, for the file's comment.
+    about: String,
+    engine: Engine,
+    start: Start,
+    ports: Vec<Port>,
+    seen: Vec<Inner>,
+    cut: Vec<Inner>,
+    /// Modules that have their ports only, so that their outputs can be driven.
+    emptied: Vec<&'static str>,
+    body: String,
+}
+
+/// Where a proof starts from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Start {
+    /// As reset leaves the registers.
+    AfterReset,
+    /// Any state of the registers, with i_rst high.
+    InReset,
+}
+
+/// How a proof is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Engine {
+    /// Induction over four clocks with all equivalences of design and specification
+    /// as hypotheses, then property directed reachability for what is left.
+    Induction,
+    /// Property directed reachability alone.
+    Reachability,
+    /// No proof but a search through so many clocks after reset.
+    Bounded(u32),
+}
+
+/// A port inside the design.
+#[derive(Debug, Clone)]
+struct Inner {
+    /// Name of the signal in the harness.
+    signal: String,
+    /// Where it is below `sensor_top`: instances and port.
+    path: String,
+    width: u32,
+}
+
+impl Harness {
+    pub(super) fn new(contract: &Contract, name: &'static str, about: &str) -> Harness {
+        Harness {
+            name,
+            about: about.to_owned(),
+            engine: Engine::Induction,
+            start: Start::AfterReset,
+            ports: contract.ports(),
+            seen: Vec::new(),
+            cut: Vec::new(),
+            emptied: Vec::new(),
+            body: String::new(),
+        }
+    }
+
+    pub(super) fn engine(mut self, engine: Engine) -> Harness {
+        self.engine = engine;
+        self
+    }
+
+    /// Keeps i_rst high, and starts from any state.
+    pub(super) fn in_reset(mut self) -> Harness {
+        self.start = Start::InReset;
+        self
+    }
+
+    pub(super) fn is_in_reset(&self) -> bool {
+        self.start == Start::InReset
+    }
+
+    /// Makes the output `path` of a module inside readable as `signal`.
+    pub(super) fn see(&mut self, signal: &str, path: &str, width: u32) {
+        self.seen.push(inner(signal, path, width));
+    }
+
+    /// Empties the modules `name`: nothing drives their outputs but what is cut.
+    pub(super) fn empty(&mut self, name: &'static str) {
+        self.emptied.push(name);
+    }
+
+    /// Whether it empties any module.
+    pub(super) fn is_cut(&self) -> bool {
+        !self.emptied.is_empty()
+    }
+
+    /// Whether the module of this name is empty; those of one block that differ
+    /// have a number at the end.
+    pub(super) fn empties(&self, module: &str) -> bool {
+        let block = match module.rsplit_once('_') {
+            Some((block, number)) if number.bytes().all(|b| b.is_ascii_digit()) => block,
+            _ => module,
+        };
+        self.emptied.contains(&block)
+    }
+
+    /// Drives the output `path` of an emptied module with `signal`, which the body
+    /// drives.
+    pub(super) fn cut(&mut self, signal: &str, path: &str, width: u32) {
+        self.cut.push(inner(signal, path, width));
+    }
+
+    /// Adds an input that may do anything.
+    pub(super) fn free(&mut self, name: &str, width: u32) {
+        self.ports.push(Port {
+            name: name.to_owned(),
+            direction: Direction::Input,
+            width,
+        });
+    }
+
+    /// Adds a line of Verilog.
+    pub(super) fn line(&mut self, text: &str) {
+        let _ = writeln!(self.body, "    {text}");
+    }
+
+    /// Adds Verilog that may have several lines, indented by one level.
+    pub(super) fn lines(&mut self, text: &str) {
+        for line in text.lines() {
+            if line.is_empty() {
+                self.body.push('\n');
+            } else {
+                self.line(line);
+            }
+        }
+    }
+
+    /// Name of its top module.
+    pub(super) fn top(&self) -> String {
+        format!("prove_{}", self.name)
+    }
+
+    /// Its Verilog.
+    pub(super) fn text(&self) -> String {
+        let mut text = String::new();
+        for line in self.about.lines() {
+            let _ = writeln!(text, "// {line}");
+        }
+        let inputs = self
+            .ports
+            .iter()
+            .filter(|p| p.direction == Direction::Input);
+        let inputs: Vec<String> = inputs
+            .map(|port| format!("    input wire {}{}", range(port.width), port.name))
+            .collect();
+        let _ = writeln!(text, "module {} (\n{}\n);", self.top(), inputs.join(",\n"));
+        for port in self
+            .ports
+            .iter()
+            .filter(|p| p.direction == Direction::Output)
+        {
+            let _ = writeln!(text, "    wire {}{};", range(port.width), port.name);
+        }
+        for inner in &self.seen {
+            let _ = writeln!(text, "    wire {}{};", range(inner.width), inner.signal);
+        }
+        let pins: Vec<String> = self
+            .ports
+            .iter()
+            .filter(|port| port.direction == Direction::Output || is_of_design(&port.name))
+            .map(|port| match port.name.as_str() {
+                "i_rst" if self.is_in_reset() => "        .i_rst(1'b1)".to_owned(),
+                name => format!("        .{name}({name})"),
+            })
+            .collect();
+        let _ = writeln!(text, "    sensor_top dut (\n{}\n    );\n", pins.join(",\n"));
+        text.push_str(&self.body);
+        text.push_str("endmodule\n");
+        text
+    }
+
+    /// Its lines of the `.sby` script, once the design is flat.
+    pub(super) fn script(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        if !self.seen.is_empty() || !self.cut.is_empty() {
+            lines.push(format!("cd {}", self.top()));
+        }
+        for inner in &self.seen {
+            lines.push(format!(
+                "connect -nounset -set {} dut.{}",
+                inner.signal, inner.path
+            ));
+        }
+        for inner in &self.cut {
+            lines.push(format!(
+                "connect -nounset -set dut.{} {}",
+                inner.path, inner.signal
+            ));
+        }
+        if !lines.is_empty() {
+            lines.push("cd ..".to_owned());
+        }
+        lines
+    }
+
+    /// The options of its task.
+    pub(super) fn options(&self) -> Vec<String> {
+        match self.engine {
+            Engine::Bounded(clocks) => vec!["mode bmc".to_owned(), format!("depth {clocks}")],
+            Engine::Induction | Engine::Reachability => vec!["mode prove".to_owned()],
+        }
+    }
+
+    /// The engine's line in the `.sby` file.
+    pub(super) fn engine_line(&self) -> &'static str {
+        match self.engine {
+            Engine::Induction => "abc scorr -F 4 -C 100000; pdr",
+            Engine::Reachability => "abc pdr",
+            Engine::Bounded(_) => "abc bmc3",
+        }
+    }
+}
+
+fn inner(signal: &str, path: &str, width: u32) -> Inner {
+    Inner {
+        signal: signal.to_owned(),
+        path: path.to_owned(),
+        width,
+    }
+}
+
+/// Whether an input is one of `sensor_top` and not one that the harness adds.
+fn is_of_design(name: &str) -> bool {
+    matches!(name, "i_clk" | "i_rst" | "i_samples" | "m_axis_tready")
+}
+
+/// A range before a name, empty for one bit.
+pub(super) fn range(width: u32) -> String {
+    match width {
+        1 => String::new(),
+        _ => format!("[{}:0] ", width - 1),
+    }
+}
+
+/// The name of the `index`-th of `count` instances or ports called `base`.
+pub(super) fn numbered(base: &str, index: u32, count: u32) -> String {
+    match count {
+        1 => base.to_owned(),
+        _ => format!("{base}_{index}"),
+    }
+}
+
+/// A constant of `width` bits.
+pub(super) fn constant(width: u32, value: u128) -> String {
+    format!("{width}'h{value:x}")
+}

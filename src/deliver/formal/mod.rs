@@ -1,0 +1,76 @@
+//! Proofs that go with the emitted Verilog: properties in Verilog, and tasks for sby.
+
+mod codes;
+mod counts;
+mod harness;
+mod peak;
+mod reference;
+mod rules;
+mod scan;
+mod script;
+mod stream;
+
+use serde::Serialize;
+
+use super::emission::EmittedFile;
+use crate::sensor::contract::Contract;
+
+/// Files of the folder `formal`, all with the same names for every scene.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Formal {
+    /// The properties, a module round the design for each proof.
+    pub properties: EmittedFile,
+    /// Modules of which a proof drives the outputs: their ports.
+    pub emptied: EmittedFile,
+    /// For Yosys: registers that start as reset leaves them.
+    pub registers: EmittedFile,
+    /// The tasks of sby.
+    pub script: EmittedFile,
+    /// Names of the proofs, which are the names of the tasks.
+    pub proofs: Vec<&'static str>,
+}
+
+impl Formal {
+    /// The folder's name.
+    pub const FOLDER: &'static str = "formal";
+
+    /// The proofs of the design `files`.
+    pub(super) fn of(contract: &Contract, files: &[EmittedFile], made_by: &str) -> Formal {
+        let (codes, mut modules) = codes::harness(contract);
+        let (reference, of_reference) = reference::harness(contract);
+        modules += &of_reference;
+        let mut harnesses = vec![
+            rules::reset(contract),
+            codes,
+            scan::harness(contract),
+            reference,
+            counts::harness(contract),
+            stream::harness(contract),
+        ];
+        harnesses.extend(
+            contract
+                .peak
+                .iter()
+                .map(|plan| peak::harness(contract, plan)),
+        );
+        harnesses.push(rules::axis(contract));
+        Formal {
+            properties: script::properties(&harnesses, &modules, made_by),
+            emptied: script::emptied(&harnesses, files, made_by),
+            registers: script::registers(made_by),
+            script: script::script(&harnesses, files, made_by),
+            proofs: harnesses.iter().map(|harness| harness.name).collect(),
+        }
+    }
+
+    /// Every file, in no order that matters.
+    pub fn files(&self) -> impl Iterator<Item = &EmittedFile> {
+        [
+            &self.properties,
+            &self.emptied,
+            &self.registers,
+            &self.script,
+        ]
+        .into_iter()
+    }
+}

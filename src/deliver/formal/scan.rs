@@ -1,0 +1,174 @@
+//! When a scan's steps begin and end.
+
+use super::harness::{Harness, constant, range};
+use crate::rtl::blocks::SequenceCounter;
+use crate::sensor::contract::Contract;
+
+/// Every step has the asked number of chips, every scan the asked number of
+/// steps, and nothing lies between them but the wait for an epoch.
+pub(super) fn harness(contract: &Contract) -> Harness {
+    let (chips, groups) = (contract.timing.scan.integration_chips, contract.groups());
+    let mut harness = Harness::new(
+        contract,
+        "scan",
+        &format!(
+            "A step ends {chips} chips after it began, and the next begins with the next clock; a\n\
+             scan has {groups} of them (groups, with several at once){}.\n\
+             The ends of steps and scans reach the totals and the stream after a fixed number of clocks.\n\
+             Chips and steps are counted in the order of LFSRs, as in the design; the states in which\n\
+             they end are those after as many steps of the recurrence.",
+            if contract.realigns() {
+                ", and begins with an epoch of the reference"
+            } else {
+                " and follows the one before"
+            }
+        ),
+    );
+    let segments = contract.count_segments.count;
+    for (signal, port, width) in [
+        ("run", "o_run", 1),
+        ("step_end", "o_last_chip", 1),
+        ("dump", "o_dump", segments),
+        ("counted", "o_counted", 1),
+        ("last", "o_scan_counted", 1),
+    ] {
+        harness.see(signal, &format!("controller.{port}"), width);
+    }
+    begins(contract, &mut harness);
+    chip_counter(chips, contract.realigns(), &mut harness);
+    step_counter(groups, &mut harness);
+    reports(contract, &mut harness);
+    harness
+}
+
+/// When a scan runs.
+fn begins(contract: &Contract, harness: &mut Harness) {
+    harness.lines("reg running;\nwire ends_step;\nwire ends_scan;");
+    if contract.realigns() {
+        harness.line("wire epoch;");
+        harness.line(&super::codes::instance(
+            "code_of_reference",
+            "1'b1",
+            "1'b0",
+            "",
+            "epoch",
+        ));
+        harness.lines(
+            "wire start = epoch & (~running | ends_scan);\n\
+             always @(posedge i_clk)\n    \
+                 running <= i_rst ? 0 : (start | (running & ~ends_scan));",
+        );
+        harness.see("start_seen", "controller.o_start", 1);
+        harness.line("always @* assert (start_seen == start);");
+    } else {
+        harness.lines("always @(posedge i_clk)\n    running <= i_rst ? 1'b0 : 1'b1;");
+    }
+    harness.line("always @* assert (run == running);");
+}
+
+/// The last chip of a step.
+fn chip_counter(chips: u64, realigns: bool, harness: &mut Harness) {
+    if chips == 1 {
+        harness.line("assign ends_step = running;");
+        return;
+    }
+    harness.lines("reg before_last;\nreg last_chip;\nassign ends_step = last_chip;");
+    harness.lines("always @(posedge i_clk)\n    last_chip <= i_rst ? 0 : before_last;");
+    if chips == 2 {
+        // Every other chip is a step's last.
+        let first = if realigns {
+            "start | (ends_step & ~ends_scan)"
+        } else {
+            "~before_last"
+        };
+        harness.lines(&format!(
+            "always @(posedge i_clk)\n    before_last <= i_rst ? 0 : ({first});"
+        ));
+        return;
+    }
+    let counter = SequenceCounter::new(chips - 2);
+    let width = counter.width();
+    let first = constant(width, counter.state(0));
+    let reset = if realigns {
+        first.clone()
+    } else {
+        constant(width, counter.state_before_the_first())
+    };
+    let counts = if realigns { "running" } else { "1'b1" };
+    harness.lines(&format!(
+        "// Chip {} of a step, counted from 0.\n\
+         reg {}chip;\n\
+         always @(posedge i_clk) begin\n    \
+             if (i_rst) chip <= {reset};\n    \
+             else if (ends_step) chip <= {first};\n    \
+             else if ({counts}) chip <= {{^(chip & {}), chip[{}:1]}};\n    \
+             before_last <= i_rst ? 0 : running & chip == {};\n\
+         end\n\
+         always @* assert (chip != 0);",
+        chips - 3,
+        range(width),
+        constant(width, counter.taps()),
+        width - 1,
+        constant(width, counter.state(chips - 3)),
+    ));
+}
+
+/// The last step of a scan.
+fn step_counter(groups: u64, harness: &mut Harness) {
+    if groups == 1 {
+        harness.line("assign ends_scan = ends_step;");
+        return;
+    }
+    let counter = SequenceCounter::new(groups - 1);
+    let width = counter.width();
+    let first = constant(width, counter.state(0));
+    harness.lines(&format!(
+        "// Step {} of a scan, counted from 0, is the last but one.\n\
+         reg {}step;\n\
+         reg last_step;\n\
+         assign ends_scan = ends_step & last_step;\n\
+         always @(posedge i_clk) begin\n    \
+             if (i_rst | ends_scan) step <= {first};\n    \
+             else if (ends_step) step <= {{^(step & {}), step[{}:1]}};\n    \
+             if (i_rst) last_step <= 0;\n    \
+             else if (ends_step) last_step <= step == {};\n\
+         end\n\
+         always @* assert (step != 0);",
+        groups - 2,
+        range(width),
+        constant(width, counter.taps()),
+        width - 1,
+        constant(width, counter.state(groups - 2)),
+    ));
+}
+
+/// What the rest of the design is told, and when.
+fn reports(contract: &Contract, harness: &mut Harness) {
+    let to_dump = Contract::clocks_to_dump(contract.lanes());
+    let to_counted = to_dump + contract.clocks_of_counting();
+    let segments = contract.count_segments.count;
+    if contract.timing.scan.integration_chips > 1 {
+        harness.see("step_ends", "controller.o_pre_last_chip", 1);
+        harness.line("always @* assert (step_ends == before_last);");
+    }
+    if contract.reference_codes.len() as u32 * contract.parallel() > 1 {
+        harness.see("counts", "controller.o_pre_counted", 1);
+        harness.line(&format!(
+            "always @* assert (counts == ended[{}]);",
+            to_counted - 1
+        ));
+    }
+    harness.lines(&format!(
+        "reg [{to_counted}:1] ended;\n\
+         reg [{to_counted}:1] scan_ended;\n\
+         always @(posedge i_clk) begin\n    \
+             ended <= i_rst ? 0 : {{ended, ends_step}};\n    \
+             scan_ended <= i_rst ? 0 : {{scan_ended, ends_scan}};\n\
+         end\n\
+         always @* assert (step_end == ends_step);\n\
+         always @* assert (dump == ended[{}:{to_dump}]);\n\
+         always @* assert (counted == ended[{to_counted}]);\n\
+         always @* assert (last == scan_ended[{to_counted}]);",
+        to_dump + segments - 1,
+    ));
+}

@@ -1,0 +1,233 @@
+//! The files: properties, the start of registers, and sby's tasks.
+
+use std::fmt::Write as _;
+
+use super::Formal;
+use super::harness::Harness;
+use crate::deliver::emission::EmittedFile;
+
+const PROPERTIES: &str = "sensor_top_formal.sv";
+const REGISTERS: &str = "registers.v";
+const EMPTIED: &str = "emptied.v";
+const SCRIPT: &str = "sensor_top.sby";
+
+/// The properties of all proofs.
+pub(super) fn properties(harnesses: &[Harness], modules: &str, made_by: &str) -> EmittedFile {
+    let mut text = format!(
+        "// What sensor_top has to do: a module for each proof of {SCRIPT}\n\
+         //\n\
+         // Each has the design, a specification of its own, and assertions. Registers start as one clock\n\
+         // of reset leaves them, which the proof `reset` shows to be one state; i_rst may come again at any\n\
+         // time. Outputs of modules inside are seen, or cut and driven by the proof, by {SCRIPT}.\n\
+         //\n\
+         // Made by  {made_by}\n\n`default_nettype none\n\n"
+    );
+    text += &modules.replace("endmodule\n", "endmodule\n\n");
+    for harness in harnesses {
+        text += &harness.text();
+        text.push('\n');
+    }
+    text += "`default_nettype wire\n";
+    EmittedFile {
+        name: PROPERTIES.to_owned(),
+        text,
+    }
+}
+
+/// Maps for Yosys' techmap.
+pub(super) fn registers(made_by: &str) -> EmittedFile {
+    EmittedFile {
+        name: REGISTERS.to_owned(),
+        text: format!("// Registers, for Yosys' techmap\n// Made by  {made_by}\n\n{REGISTER_MAPS}"),
+    }
+}
+
+/// Registers that start at their reset value; with `IN_RESET` those that start at
+/// any, and the claim that reset takes them to it. One whose reset Yosys does not
+/// recognise, because the register is but the reset's inverse, starts at 0.
+const REGISTER_MAPS: &str = "\
+`ifdef IN_RESET
+
+// The proof `reset`: i_rst is high, and registers have any value.
+(* techmap_celltype = \"$sdff\" *)
+module resettable (CLK, SRST, D, Q);
+    parameter WIDTH = 1;
+    parameter CLK_POLARITY = 1;
+    parameter SRST_POLARITY = 1;
+    parameter [WIDTH-1:0] SRST_VALUE = 0;
+    input CLK;
+    input SRST;
+    input [WIDTH-1:0] D;
+    output [WIDTH-1:0] Q;
+
+    wire [WIDTH-1:0] next = SRST == SRST_POLARITY ? SRST_VALUE : D;
+    \\$anyseq #(.WIDTH(WIDTH)) any (.Y(Q));
+    \\$assert is_reset (.A(next == SRST_VALUE), .EN(1'b1));
+endmodule
+
+(* techmap_celltype = \"$dff\" *)
+module other (CLK, D, Q);
+    parameter WIDTH = 1;
+    parameter CLK_POLARITY = 1;
+    input CLK;
+    input [WIDTH-1:0] D;
+    output [WIDTH-1:0] Q;
+
+    \\$anyseq #(.WIDTH(WIDTH)) any (.Y(Q));
+    \\$assert is_reset (.A(D == 0), .EN(1'b1));
+endmodule
+
+`else
+
+// All other proofs: a register starts as reset leaves it.
+(* techmap_celltype = \"$sdff\" *)
+module resettable (CLK, SRST, D, Q);
+    parameter WIDTH = 1;
+    parameter CLK_POLARITY = 1;
+    parameter SRST_POLARITY = 1;
+    parameter [WIDTH-1:0] SRST_VALUE = 0;
+    input CLK;
+    input SRST;
+    input [WIDTH-1:0] D;
+    (* init = SRST_VALUE *) output [WIDTH-1:0] Q;
+
+    wire [WIDTH-1:0] next = SRST == SRST_POLARITY ? SRST_VALUE : D;
+    \\$dffe #(.WIDTH(WIDTH), .CLK_POLARITY(CLK_POLARITY), .EN_POLARITY(1)) register
+        (.CLK(CLK), .EN(1'b1), .D(next), .Q(Q));
+endmodule
+
+(* techmap_celltype = \"$dff\" *)
+module other (CLK, D, Q);
+    parameter WIDTH = 1;
+    parameter CLK_POLARITY = 1;
+    input CLK;
+    input [WIDTH-1:0] D;
+    (* init = {WIDTH{1'b0}} *) output [WIDTH-1:0] Q;
+
+    \\$dffe #(.WIDTH(WIDTH), .CLK_POLARITY(CLK_POLARITY), .EN_POLARITY(1)) register
+        (.CLK(CLK), .EN(1'b1), .D(D), .Q(Q));
+endmodule
+
+`endif
+";
+
+/// Modules that a proof empties: ports without anything behind them.
+pub(super) fn emptied(harnesses: &[Harness], files: &[EmittedFile], made_by: &str) -> EmittedFile {
+    let mut text = format!(
+        "// Modules of sensor_top of which a proof drives the outputs: their ports and no more\n\
+         // Made by  {made_by}\n\n`default_nettype none\n"
+    );
+    for harness in harnesses.iter().filter(|harness| harness.is_cut()) {
+        let _ = writeln!(text, "\n`ifdef PROVE_{}", harness.name.to_uppercase());
+        for file in files.iter().filter(|file| harness.empties(module(file))) {
+            text.push_str(&ports_only(&file.text));
+        }
+        text += "`endif\n";
+    }
+    text += "\n`default_nettype wire\n";
+    EmittedFile {
+        name: EMPTIED.to_owned(),
+        text,
+    }
+}
+
+/// The head of a module, with its end.
+fn ports_only(text: &str) -> String {
+    let head = text.lines().skip_while(|line| !line.starts_with("module "));
+    let mut ports = String::new();
+    for line in head {
+        let _ = writeln!(ports, "{}", line.replace("output reg ", "output wire"));
+        if line == ");" {
+            break;
+        }
+    }
+    // Without a line of its own Yosys would take it for a black box.
+    ports + "    wire nothing = 1'b0;\nendmodule\n"
+}
+
+fn module(file: &EmittedFile) -> &str {
+    file.name.trim_end_matches(".v")
+}
+
+/// The files of the design that a proof reads.
+fn names(harness: &Harness, files: &[EmittedFile]) -> String {
+    let read = files.iter().filter(|file| !harness.empties(module(file)));
+    let names: Vec<&str> = read.map(|file| file.name.as_str()).collect();
+    names.join(" ")
+}
+
+/// sby's tasks.
+pub(super) fn script(harnesses: &[Harness], files: &[EmittedFile], made_by: &str) -> EmittedFile {
+    let mut text = format!(
+        "# Proofs of sensor_top, for sby (SymbiYosys). In the folder of sensor_top.v:\n\
+         #   sby -f {folder}/{SCRIPT}         all of them\n\
+         #   sby -f {folder}/{SCRIPT} counts  one; {PROPERTIES} says what each of them proves\n\
+         # Made by  {made_by}\n\n[tasks]\n",
+        folder = Formal::FOLDER
+    );
+    for harness in harnesses {
+        let _ = writeln!(text, "{}", harness.name);
+    }
+    text += "\n[options]\naigsmt none\n";
+    for harness in harnesses {
+        for option in harness.options() {
+            let _ = writeln!(text, "{}: {option}", harness.name);
+        }
+    }
+    text += "\n[engines]\n";
+    for harness in harnesses {
+        let _ = writeln!(text, "{}: {}", harness.name, harness.engine_line());
+    }
+    text += "\n[script]\n";
+    for harness in harnesses {
+        let _ = writeln!(
+            text,
+            "{}: read_verilog {}",
+            harness.name,
+            names(harness, files)
+        );
+        if harness.is_cut() {
+            let macros = format!("-D PROVE_{}", harness.name.to_uppercase());
+            let _ = writeln!(text, "{}: read_verilog {macros} {EMPTIED}", harness.name);
+        }
+    }
+    let _ = writeln!(text, "read_verilog -formal -sv {PROPERTIES}");
+    for harness in harnesses {
+        let _ = writeln!(
+            text,
+            "{}: hierarchy -check -top {}",
+            harness.name,
+            harness.top()
+        );
+    }
+    text += "proc -noopt\nflatten\n";
+    for harness in harnesses {
+        for line in harness.script() {
+            let _ = writeln!(text, "{}: {line}", harness.name);
+        }
+    }
+    text += "opt_dff -nodffe\n";
+    for harness in harnesses {
+        let mode = if harness.is_in_reset() {
+            "-D IN_RESET "
+        } else {
+            ""
+        };
+        let _ = writeln!(
+            text,
+            "{}: techmap -autoproc {mode}-map {REGISTERS}",
+            harness.name
+        );
+    }
+    text += "opt_expr\nopt_clean\n\n[files]\n";
+    for name in files.iter().map(|file| &file.name) {
+        let _ = writeln!(text, "{name}");
+    }
+    for name in [PROPERTIES, EMPTIED, REGISTERS] {
+        let _ = writeln!(text, "{}/{name}", Formal::FOLDER);
+    }
+    EmittedFile {
+        name: SCRIPT.to_owned(),
+        text,
+    }
+}

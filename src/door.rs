@@ -1,0 +1,250 @@
+//! The library's doors beside [`run`](crate::run): one function for each job, with its
+//! options and its errors.
+
+use std::path::PathBuf;
+
+use crate::cosim::build::{cache_dir, sources_of};
+use crate::cosim::error::CosimError;
+use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate, folder};
+use crate::deliver::{self, Emission, HdlError};
+use crate::estimate::report::{EstimateReport, estimate_scan};
+use crate::photons::StepCount;
+use crate::scene::Scene;
+use crate::sensor::Sensor;
+use crate::simulate::Tier;
+use crate::simulate::repeat::{self, Simulation};
+use crate::simulate::scans::ScansError;
+
+/// How to emit.
+#[derive(Debug, Clone)]
+pub struct EmitOptions {
+    /// What the files say that they were made by: the command, as a rule.
+    pub made_by: String,
+}
+
+/// Makes the Verilog of a scene's sensor, and what goes with it;
+/// [`deliver::write`] puts it into a folder.
+///
+/// ```
+/// use std::path::Path;
+///
+/// let scene = goldtof::scene::load(Path::new("scenes/paper-single.toml"))?;
+/// let options = goldtof::EmitOptions {
+///     made_by: "goldtof emit paper-single.toml".to_owned(),
+/// };
+/// let emission = goldtof::emit(&scene, &options)?;
+/// assert_eq!(emission.clock_hz, 125e6); // one clock is one chip of 8 ns
+/// assert!(emission.files.iter().any(|file| file.name == "gold_generator.v"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// When the scene asks for more than the hardware takes.
+pub fn emit(scene: &Scene, options: &EmitOptions) -> Result<Emission, HdlError> {
+    deliver::emit(&Sensor::new(scene), &options.made_by)
+}
+
+/// What to simulate.
+#[derive(Debug, Clone, Copy)]
+pub struct SimulateOptions {
+    /// How much of the sensor.
+    pub fidelity: Tier,
+    /// Scans of each detector, at least 1; the tier that draws nothing takes none.
+    pub repetitions: u64,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+/// Simulates a scene from photons to distances, many times.
+///
+/// ```
+/// use std::path::Path;
+///
+/// let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+/// let options = goldtof::SimulateOptions {
+///     fidelity: goldtof::simulate::Tier::Events,
+///     repetitions: 20,
+///     seed: 1,
+/// };
+/// let simulation = goldtof::simulate(&scene, &options)?;
+/// let path = &simulation.estimates[0];
+/// assert_eq!(path.estimates + path.missed_scans, 20);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// When the tier cannot do the scene, or a tool that it needs is missing or fails.
+pub fn simulate(scene: &Scene, options: &SimulateOptions) -> Result<Simulation, ScansError> {
+    let SimulateOptions {
+        fidelity,
+        repetitions,
+        seed,
+    } = *options;
+    repeat::simulate(&Sensor::new(scene), fidelity, seed, repetitions)
+}
+
+/// Which Verilog is compared with the reference model.
+#[derive(Debug, Clone)]
+pub enum Rtl {
+    /// What is emitted for the scene.
+    Emitted {
+        /// What the files say that they were made by. A build is found again by its
+        /// files, so that the same words spare another one.
+        made_by: String,
+    },
+    /// The files of a folder that have the same top module and ports: those that a
+    /// `manifest.json` there names, or else those that the top module needs.
+    Folder(PathBuf),
+}
+
+/// What to compare, and how.
+#[derive(Debug, Clone)]
+pub struct CosimOptions {
+    /// The Verilog.
+    pub rtl: Rtl,
+    /// What drives both sides.
+    pub stimulus: StimulusKind,
+    /// Clocks to run, reset included; `None` for a whole scan of photons, or as long as
+    /// the adversary needs.
+    pub clocks: Option<u64>,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+/// Why nothing was compared.
+#[derive(Debug, thiserror::Error)]
+pub enum CosimFailed {
+    /// The hardware cannot be emitted.
+    #[error(transparent)]
+    Hdl(#[from] HdlError),
+    /// The Verilog cannot be read, built or run.
+    #[error(transparent)]
+    Cosim(#[from] CosimError),
+}
+
+/// Runs Verilog beside the bit-exact reference model and compares every output port at
+/// every clock. `on_progress` hears clocks done and clocks in all. A mismatch is a
+/// result.
+///
+/// ```no_run
+/// use std::path::Path;
+///
+/// use goldtof::cosim::{StimulusKind, Verdict};
+///
+/// let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+/// let options = goldtof::CosimOptions {
+///     rtl: goldtof::Rtl::Folder("my_rtl".into()),
+///     stimulus: StimulusKind::Adversarial,
+///     clocks: None,
+///     seed: 1,
+/// };
+/// let mut found = goldtof::cosim(&scene, &options, |_, _| ())?;
+/// if found.report.verdict == Verdict::Mismatch {
+///     found.write_vcd(Path::new("mismatch.vcd"))?;
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// When the scene has no hardware, the Verilog does not fit it or ends its own
+/// simulation, or a tool is missing or fails.
+pub fn cosim(
+    scene: &Scene,
+    options: &CosimOptions,
+    on_progress: impl FnMut(u64, u64),
+) -> Result<Cosimulation, CosimFailed> {
+    let sensor = Sensor::new(scene);
+    let sources = match &options.rtl {
+        Rtl::Folder(path) => folder::read(path)?,
+        Rtl::Emitted { made_by } => sources_of(&deliver::emit(&sensor, made_by)?),
+    };
+    let request = Request {
+        sources,
+        cache: cache_dir()?,
+        stimulus: options.stimulus,
+        clocks: options.clocks,
+        seed: options.seed,
+    };
+    Ok(cosimulate(&sensor, &request, on_progress)?)
+}
+
+/// Whose counts they are.
+#[derive(Debug, Clone)]
+pub struct EstimateOptions {
+    /// Name of the detector.
+    pub detector: String,
+}
+
+/// Why counts cannot be estimated from.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum EstimateError {
+    /// The scene has no such detector.
+    #[error("the scene has no detector \"{name}\"; it has {known}")]
+    NoDetector {
+        /// The name that was given.
+        name: String,
+        /// Those that it has.
+        known: String,
+    },
+    /// The counts are not those of a scan.
+    #[error("{found} phase steps were counted, and a scan of this scene has {steps}")]
+    WrongNumberOfCounts {
+        /// How many there are.
+        found: usize,
+        /// How many there should be.
+        steps: u64,
+    },
+}
+
+/// Turns the counts of a scan, one of each phase step in their order, into a distance,
+/// by the scene's estimator, beside the truth and what theory expects. Where the counts
+/// give no distance, the report says why.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use goldtof::photons::StepCount;
+///
+/// let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+/// // All light is counted up in phase step 40 and its neighbours.
+/// let counts: Vec<StepCount> = (0..scene.scan.steps as i64)
+///     .map(|step| (100 - 12 * (step - 40).abs()).max(0))
+///     .map(|signed| StepCount { signed, total: 200 })
+///     .collect();
+/// let options = goldtof::EstimateOptions {
+///     detector: scene.detectors[0].name.clone(),
+/// };
+/// let estimate = goldtof::estimate(&scene, &options, &counts)?;
+/// assert_eq!(estimate.coarse_step, Some(40));
+/// assert!(estimate.distance_m.is_some());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// When the scene has no such detector, or its scan another number of steps.
+pub fn estimate(
+    scene: &Scene,
+    options: &EstimateOptions,
+    counts: &[StepCount],
+) -> Result<EstimateReport, EstimateError> {
+    let name = &options.detector;
+    let mut detectors = scene.detectors.iter();
+    let Some(detector) = detectors.position(|detector| detector.name == *name) else {
+        let known: Vec<String> = scene
+            .detectors
+            .iter()
+            .map(|detector| format!("\"{}\"", detector.name))
+            .collect();
+        return Err(EstimateError::NoDetector {
+            name: name.clone(),
+            known: known.join(", "),
+        });
+    };
+    if counts.len() as u64 != scene.scan.steps {
+        return Err(EstimateError::WrongNumberOfCounts {
+            found: counts.len(),
+            steps: scene.scan.steps,
+        });
+    }
+    Ok(estimate_scan(&Sensor::new(scene), detector, counts))
+}

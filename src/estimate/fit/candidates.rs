@@ -1,0 +1,116 @@
+//! What light a detector's fit looks for.
+
+use std::sync::Arc;
+
+use super::hadamard::CodeSet;
+use super::joint::{Air, Candidate, MOST_OWN};
+use super::problem::Problem;
+use super::template::{Axis, Matched, Template};
+use super::{FitError, OtherLight};
+use crate::code::Code;
+use crate::sensor::Sensor;
+
+/// Codes that a fit knows, the detector's own first, and of how many paths each.
+pub fn known(sensor: &Sensor, detector: usize, other: OtherLight) -> Vec<(Arc<Code>, usize)> {
+    let scene = sensor.scene();
+    let own = scene.detectors[detector].reference;
+    let own_code = Arc::clone(&scene.sources[own].code);
+    match other {
+        OtherLight::None => vec![(own_code, 1)],
+        OtherLight::Search => vec![(own_code, MOST_OWN)],
+        OtherLight::Given => {
+            let mut known: Vec<(Arc<Code>, usize)> = vec![(own_code, 0)];
+            for path in scene.paths.iter().filter(|path| path.detector == detector) {
+                let source = &scene.sources[path.source];
+                let is_lit = path.transmission > 0.0
+                    && source.mean_power_w > 0.0
+                    && source.extinction_ratio > 1.0;
+                if !is_lit {
+                    continue;
+                }
+                match known
+                    .iter_mut()
+                    .find(|(code, _)| code.chips == source.code.chips)
+                {
+                    Some((_, paths)) => *paths += 1,
+                    None => known.push((Arc::clone(&source.code), 1)),
+                }
+            }
+            known[0].1 = known[0].1.max(1);
+            known
+        }
+    }
+}
+
+/// What may be in the air of a scan.
+///
+/// # Errors
+/// When a search is asked for without a set of codes, or the scan is too short for
+/// light of other codes.
+pub fn air(
+    sensor: &Sensor,
+    detector: usize,
+    other: OtherLight,
+    problem: &Problem,
+) -> Result<Air, FitError> {
+    let codes = known(sensor, detector, other);
+    let needs_all = codes.len() > 1 || other == OtherLight::Search;
+    if needs_all && !sensor.timing().scan.is_full() {
+        return Err(FitError::NeedsWholeScan {
+            steps: sensor.timing().scan.steps,
+            steps_per_period: sensor.timing().scan.steps_per_period,
+        });
+    }
+    let axis = Axis::new(sensor, detector, problem);
+    let sigma_chips = problem.model.jitter_chips.unwrap_or(0.0);
+    let own = Arc::clone(&codes[0].0);
+    // A code of another length repeats at other times: none of its delays stands out.
+    let matched = |code: &Arc<Code>| {
+        Template::new(&own, code, sigma_chips).map(|template| Matched::new(template, &axis))
+    };
+    let known: Vec<Candidate> = codes
+        .iter()
+        .filter_map(|(code, most)| {
+            Some(Candidate {
+                matched: matched(code)?,
+                code: Arc::clone(code),
+                most: *most,
+            })
+        })
+        .collect();
+    let mut sets = Vec::new();
+    if other == OtherLight::Search {
+        for set in sets_of(sensor, &own)? {
+            let excluded: Vec<i64> = set.index_of(&own).into_iter().collect();
+            let free = (0..).find(|index| !excluded.contains(index)).unwrap_or(0);
+            let member = set.code(free).map_err(|_| FitError::NoGoldSet)?;
+            let Some(matched) = matched(&Arc::new(member)) else {
+                continue;
+            };
+            sets.push((set, matched.power(), excluded));
+        }
+    }
+    Ok(Air {
+        axis,
+        known,
+        sets,
+        sigma_chips,
+    })
+}
+
+/// The own code's set, and those of the scene's other sources.
+fn sets_of(sensor: &Sensor, own: &Arc<Code>) -> Result<Vec<CodeSet>, FitError> {
+    let codes =
+        std::iter::once(own).chain(sensor.scene().sources.iter().map(|source| &source.code));
+    let mut sets: Vec<CodeSet> = Vec::new();
+    for code in codes.filter(|code| code.len() == own.len()) {
+        if sets.iter().any(|set| set.index_of(code).is_some()) {
+            continue;
+        }
+        sets.extend(CodeSet::of(code));
+    }
+    match sets.is_empty() {
+        true => Err(FitError::NoGoldSet),
+        false => Ok(sets),
+    }
+}

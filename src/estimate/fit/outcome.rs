@@ -1,0 +1,108 @@
+//! From all light that was found to an estimate.
+
+use std::sync::Arc;
+
+use super::joint::{Air, Found};
+use super::pairs::TOLD_APART;
+use super::problem::Problem;
+use super::{FittedPath, ModelEstimate, Untold};
+use crate::estimate::distance_m;
+
+/// Deviations that a pair must have on average to be told apart in 95 % of scans.
+const IN_95_PERCENT: f64 = 1.645;
+
+impl Found {
+    /// The estimate: own paths first, the strongest of them first of all.
+    pub fn estimate(&self, air: &Air, problem: &Problem) -> ModelEstimate {
+        let chip_ps = problem.clock().chip_period_ps;
+        let own = &air.known[0];
+        let fitted = &self.hypothesis;
+        let is_own = |index: usize| fitted.codes[index].chips == own.code.chips;
+        let rate = |index: usize| fitted.parameters.paths[index].ln_rate;
+        let mut order: Vec<usize> = (0..fitted.codes.len()).collect();
+        order.sort_by(|&a, &b| is_own(b).cmp(&is_own(a)).then(rate(b).total_cmp(&rate(a))));
+        let found = order.iter().filter(|&&index| is_own(index)).count();
+        let missing = match air.sets.is_empty() {
+            true => own.most.saturating_sub(found),
+            // Whoever searches does not know how many there are.
+            false => 0,
+        };
+        let resolution_chips = order
+            .first()
+            .filter(|_| missing > 0)
+            .map_or(0.0, |&strongest| {
+                self.resolution_chips(air, rate(strongest).exp() * self.unit)
+            });
+        let std = self.normal.standard_deviations();
+        let paths: Vec<FittedPath> = order
+            .iter()
+            .map(|&index| {
+                let code = &fitted.codes[index];
+                let path = fitted.parameters.paths[index];
+                // Light in the middle of two paths is half their distance off.
+                let hidden = if is_own(index) {
+                    0.5 * resolution_chips
+                } else {
+                    0.0
+                };
+                let squares = [std[2 * index], self.ambiguity_chips[index], hidden];
+                let delay_std = squares.iter().map(|s| s * s).sum::<f64>().sqrt();
+                FittedPath {
+                    code: Arc::clone(code),
+                    delay_ps: path.delay_chips.rem_euclid(code.len() as f64) * chip_ps,
+                    delay_std_ps: delay_std * chip_ps,
+                    rate_hz: path.ln_rate.exp() / (chip_ps * 1e-12),
+                    rate_relative_std: std[2 * index + 1],
+                }
+            })
+            .collect();
+        ModelEstimate {
+            delay_ps: paths[0].delay_ps,
+            distance_m: distance_m(paths[0].delay_ps),
+            std_m: distance_m(paths[0].delay_std_ps),
+            constant_rate_hz: fitted.parameters.constant / (chip_ps * 1e-12),
+            chi_square: fitted.chi_square,
+            degrees_of_freedom: 2 * air.axis.len() - fitted.parameters.len(),
+            steps: air.axis.len(),
+            untold: (missing > 0).then(|| Untold {
+                missing,
+                resolution_m: distance_m(resolution_chips * chip_ps),
+            }),
+            iterations: fitted.iterations,
+            paths,
+        }
+    }
+
+    /// How far apart two equal paths of light `height` in all must be, to be told apart
+    /// in 95 % of scans.
+    fn resolution_chips(&self, air: &Air, height: f64) -> f64 {
+        let template = &air.known[0].matched.template;
+        let needed = (TOLD_APART.sqrt() + IN_95_PERCENT).powi(2);
+        let values = |delay: f64| -> Vec<f64> {
+            let values = air.axis.values(template, delay).map(|[value, _]| value);
+            air.axis.centred(&values.collect::<Vec<_>>())
+        };
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        // What a single path in their middle leaves over of two.
+        let left_over = |apart: f64| {
+            let middle = 0.37 / air.axis.samples_per_chip;
+            let [early, between, late] = [-0.5, 0.0, 0.5].map(|side| values(middle + side * apart));
+            let both: Vec<f64> = early
+                .iter()
+                .zip(&late)
+                .map(|(a, b)| 0.5 * (a + b))
+                .collect();
+            let shared = dot(&both, &between).powi(2) / dot(&between, &between);
+            (dot(&both, &both) - shared).max(0.0) * (height / self.sigma).powi(2)
+        };
+        let (mut low, mut high) = (0.0, 2.0);
+        for _ in 0..8 {
+            let middle = 0.5 * (low + high);
+            match left_over(middle) < needed {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        high
+    }
+}

@@ -1,0 +1,77 @@
+//! What a part of the plan is.
+
+use serde::Serialize;
+
+use super::resources::Cells;
+
+/// A part of the hardware or of the simulation.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Part {
+    /// Its name.
+    pub part: String,
+    /// Whether the scene needs it.
+    pub kept: bool,
+    /// Why, with the scene's numbers.
+    pub reason: String,
+    /// What leaving it out saves in time, where that was found out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub saving: Option<Saving>,
+    /// What leaving a part of the hardware out saves of an FPGA, by the fit of
+    /// [`resources`](super::resources), where that was found out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub saved_cells: Option<Cells>,
+}
+
+/// What leaving a part out saves.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Saving {
+    /// Share of the simulation's time with the part.
+    pub share: f64,
+    /// How that was found out.
+    pub basis: String,
+}
+
+/// Every part of the hardware and of the simulation.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Plan {
+    /// Parts of the hardware, along the way of the data.
+    pub hardware: Vec<Part>,
+    /// Parts of the simulation, along the way of the light.
+    pub simulation: Vec<Part>,
+    /// Parts left out whose saving was to be measured, but would have taken too
+    /// long.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub not_measured: usize,
+}
+
+fn is_zero(number: &usize) -> bool {
+    *number == 0
+}
+
+/// A part that is kept, because of `reason`.
+pub(super) fn kept(part: impl Into<String>, reason: impl Into<String>) -> Part {
+    Part {
+        part: part.into(),
+        kept: true,
+        reason: reason.into(),
+        saving: None,
+        saved_cells: None,
+    }
+}
+
+/// A part that is left out, because of `reason`.
+pub(super) fn left_out(part: impl Into<String>, reason: impl Into<String>) -> Part {
+    Part {
+        kept: false,
+        ..kept(part, reason)
+    }
+}
+
+/// `part`, followed by `name` in brackets where the scene has several.
+pub(super) fn labelled(part: &str, name: &str, several: bool) -> String {
+    if several {
+        format!("{part} ({name})")
+    } else {
+        part.to_owned()
+    }
+}

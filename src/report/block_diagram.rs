@@ -1,0 +1,281 @@
+//! The emitted modules and their connections, drawn.
+
+use maud::{Markup, html};
+
+use super::figure::{Figure, coordinate, label};
+use super::layers::{Layers, Place, layers};
+use super::netlist::{Connections, End, Module};
+
+const WIDTH: f64 = 480.0;
+const MARGIN: f64 = 8.0;
+/// Height of a box, and from one layer to the next.
+const BOX: f64 = 38.0;
+const PITCH: f64 = 76.0;
+/// Width of a character of a label.
+const CHARACTER: f64 = 6.6;
+/// Longest label that is shown whole.
+const LONGEST: usize = 22;
+
+/// A node as it is drawn.
+struct Node {
+    end: Vec<End>,
+    lines: Vec<String>,
+    class: &'static str,
+}
+
+/// A drawing of one module, and its connections in words.
+pub(super) struct Diagram {
+    pub figure: Figure,
+    /// From, to, nets.
+    pub connections: Vec<[String; 3]>,
+}
+
+/// Draws each module that has others in it, the top module first.
+pub(super) fn diagrams(modules: &[Module]) -> Vec<Diagram> {
+    let with_others = modules
+        .iter()
+        .rev()
+        .filter(|module| !module.instances.is_empty());
+    with_others.map(|module| diagram(module, modules)).collect()
+}
+
+fn diagram(module: &Module, modules: &[Module]) -> Diagram {
+    let connections = module.connections(modules);
+    let nodes = nodes(module, &connections);
+    let number = |end: &End| nodes.iter().position(|node| node.end.contains(end));
+    let mut edges: Vec<(usize, usize)> = connections
+        .keys()
+        .filter_map(|(from, to)| Some((number(from)?, number(to)?)))
+        .filter(|(from, to)| from != to)
+        .collect();
+    edges.sort_unstable();
+    edges.dedup();
+    let of_kind = |wanted: fn(&End) -> bool| -> Vec<usize> {
+        (0..nodes.len())
+            .filter(|&n| nodes[n].end.iter().any(wanted))
+            .collect()
+    };
+    let inputs = of_kind(|end| matches!(end, End::Input(_)));
+    let outputs = of_kind(|end| matches!(end, End::Output(_)));
+    let placed = layers(nodes.len(), &edges, &inputs, &outputs);
+    let places = Places::of(&placed, &nodes);
+    let instances: Vec<String> = module
+        .instances
+        .iter()
+        .map(|instance| format!("{} ({})", instance.name, instance.module))
+        .collect();
+    let id = format!("module-{}", module.name.replace('_', "-"));
+    Diagram {
+        figure: Figure {
+            id: id.clone(),
+            title: module.name.clone(),
+            description: format!(
+                "Block diagram of module {}: inputs above, outputs below, between them {}. Clock and \
+                 reset go to every block and are not drawn.",
+                module.name,
+                instances.join(", ")
+            ),
+            size: (WIDTH, places.height),
+            wide: false,
+            content: drawing(&id, &placed, &places, &nodes, &edges),
+        },
+        connections: in_words(module, &connections),
+    }
+}
+
+/// Ports of one interface together, instances, and the module's own registers.
+fn nodes(module: &Module, connections: &Connections) -> Vec<Node> {
+    let mut nodes: Vec<Node> = Vec::new();
+    let mut ports = |names: &[String], end: fn(usize) -> End| {
+        let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
+        for (index, name) in names.iter().enumerate() {
+            let group = match name.starts_with("m_axis_") {
+                true => "m_axis",
+                false => name.as_str(),
+            };
+            match groups.iter_mut().find(|(known, _)| known == group) {
+                Some((_, members)) => members.push(index),
+                None => groups.push((group.to_owned(), vec![index])),
+            }
+        }
+        nodes.extend(groups.into_iter().map(|(group, members)| Node {
+            lines: vec![shortened(&group)],
+            end: members.into_iter().map(end).collect(),
+            class: "port",
+        }));
+    };
+    ports(&module.inputs, End::Input);
+    ports(&module.outputs, End::Output);
+    let instances = module.instances.iter().enumerate();
+    nodes.extend(instances.map(|(index, instance)| Node {
+        end: vec![End::Instance(index)],
+        lines: vec![shortened(&instance.name), shortened(&instance.module)],
+        class: "block",
+    }));
+    let is_own = |(from, to): &(End, End)| *from == End::Own || *to == End::Own;
+    if connections.keys().any(is_own) {
+        nodes.push(Node {
+            end: vec![End::Own],
+            lines: vec!["own registers".to_owned()],
+            class: "own",
+        });
+    }
+    nodes
+}
+
+fn shortened(name: &str) -> String {
+    match name.chars().count() > LONGEST {
+        true => name.chars().take(LONGEST - 1).chain(['\u{2026}']).collect(),
+        false => name.to_owned(),
+    }
+}
+
+/// Centres of what stands in the rows.
+struct Places {
+    /// Row by row, as in the layers.
+    centres: Vec<Vec<(f64, f64)>>,
+    height: f64,
+}
+
+impl Places {
+    fn of(layers: &Layers, nodes: &[Node]) -> Places {
+        let mut y = MARGIN + BOX / 2.0;
+        let mut centres = Vec::new();
+        for row in &layers.rows {
+            let widths: Vec<f64> = row.iter().map(|place| width(place, nodes)).collect();
+            let free = WIDTH - 2.0 * MARGIN - widths.iter().sum::<f64>();
+            let gap = free / (row.len() as f64 + 1.0);
+            // Too many for one line stand in a zigzag.
+            let crowded = gap < 2.0;
+            let gap = gap.max(-widths.iter().copied().fold(f64::INFINITY, f64::min) / 2.0);
+            let mut x = MARGIN + gap;
+            let line = |index: usize| {
+                if crowded {
+                    (index % 2) as f64 * (BOX + 6.0)
+                } else {
+                    0.0
+                }
+            };
+            let places = widths.iter().enumerate().map(|(index, width)| {
+                let centre = (x + width / 2.0, y + line(index));
+                x += width + gap;
+                centre
+            });
+            centres.push(places.collect());
+            y += PITCH + line(1);
+        }
+        Places {
+            centres,
+            height: y - PITCH + BOX / 2.0 + MARGIN,
+        }
+    }
+
+    fn centre(&self, layers: &Layers, layer: usize, place: Place) -> (f64, f64) {
+        let index = layers.rows[layer].iter().position(|&other| other == place);
+        index.map_or((0.0, 0.0), |index| self.centres[layer][index])
+    }
+}
+
+fn width(place: &Place, nodes: &[Node]) -> f64 {
+    match place {
+        Place::Passing(_) => 8.0,
+        Place::Node(node) => {
+            let lines = nodes[*node].lines.iter().map(|line| line.chars().count());
+            lines.max().unwrap_or(0) as f64 * CHARACTER + 14.0
+        }
+    }
+}
+
+fn drawing(
+    id: &str,
+    layers: &Layers,
+    places: &Places,
+    nodes: &[Node],
+    edges: &[(usize, usize)],
+) -> Markup {
+    let arrow = format!("{id}-arrow");
+    html! {
+        defs {
+            marker id=(arrow) viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7"
+                orient="auto-start-reverse" {
+                path class="arrow" d="M0,0 L8,4 L0,8 z" {}
+            }
+        }
+        @for (number, edge) in edges.iter().enumerate() {
+            path class="wire" d=(wire(layers, places, number, *edge)) marker-end={ "url(#" (arrow) ")" } {}
+        }
+        @for (layer, row) in layers.rows.iter().enumerate() {
+            @for place in row {
+                @if let Place::Node(node) = place {
+                    (block(&nodes[*node], places.centre(layers, layer, *place), width(place, nodes)))
+                }
+            }
+        }
+    }
+}
+
+fn block(node: &Node, (x, y): (f64, f64), width: f64) -> Markup {
+    let height = if node.class == "port" { 22.0 } else { BOX };
+    html! {
+        rect class=(node.class) x=(coordinate(x - width / 2.0)) y=(coordinate(y - height / 2.0))
+            width=(coordinate(width)) height=(coordinate(height)) rx="5" {}
+        @if let [name, module] = node.lines.as_slice() {
+            (label(x, y - 3.0, "middle strong", name))
+            (label(x, y + 12.0, "middle small", module))
+        } @else {
+            (label(x, y + 4.0, "middle small", node.lines.first().map_or("", String::as_str)))
+        }
+    }
+}
+
+/// A smooth line through the layers between.
+fn wire(layers: &Layers, places: &Places, number: usize, (from, to): (usize, usize)) -> String {
+    let [first, last] = [from, to].map(|node| layers.layer_of[node]);
+    let half = |layer: usize, node: usize| {
+        let (_, y) = places.centre(layers, layer, Place::Node(node));
+        (y, BOX / 2.0)
+    };
+    let upward = last < first;
+    let between: Vec<usize> = match upward {
+        true => (last + 1..first).rev().collect(),
+        false => (first + 1..last).collect(),
+    };
+    let (start_x, _) = places.centre(layers, first, Place::Node(from));
+    let (end_x, _) = places.centre(layers, last, Place::Node(to));
+    let sign = if upward { -1.0 } else { 1.0 };
+    let side = if upward { 14.0 } else { 0.0 };
+    let mut stops = vec![(
+        start_x + side,
+        half(first, from).0 + sign * half(first, from).1,
+    )];
+    for layer in between {
+        stops.push(places.centre(layers, layer, Place::Passing(number)));
+    }
+    stops.push((
+        end_x + side,
+        half(last, to).0 - sign * (half(last, to).1 + 1.0),
+    ));
+    let mut path = format!("M{},{}", coordinate(stops[0].0), coordinate(stops[0].1));
+    for pair in stops.windows(2) {
+        let ((x0, y0), (x1, y1)) = (pair[0], pair[1]);
+        let bend = (y1 - y0) / 2.0;
+        let [a, b, c, d, e, f] = [x0, y0 + bend, x1, y1 - bend, x1, y1].map(coordinate);
+        path += &format!(" C{a},{b} {c},{d} {e},{f}");
+    }
+    path
+}
+
+fn in_words(module: &Module, connections: &Connections) -> Vec<[String; 3]> {
+    let name = |end: &End| match end {
+        End::Input(index) => module.inputs[*index].clone(),
+        End::Output(index) => module.outputs[*index].clone(),
+        End::Instance(index) => module.instances[*index].name.clone(),
+        End::Own => "own registers".to_owned(),
+    };
+    let rows = connections.iter();
+    rows.map(|((from, to), nets)| {
+        let nets: Vec<&str> = nets.iter().map(String::as_str).collect();
+        [name(from), name(to), nets.join(", ")]
+    })
+    .collect()
+}

@@ -1,0 +1,164 @@
+//! What longer integration gains, and what longer simulation does.
+
+use super::chart::Scale;
+use super::figure::Figure;
+use super::line_plot::{LinePlot, Series};
+use crate::cosim;
+use crate::estimate::{CountingTier, TheoryEffort, theory};
+use crate::scene::EstimatorKind;
+use crate::sensor::Sensor;
+use crate::simulate::{Tier, forecast};
+
+/// Integration times, in powers of two of the scene's.
+const OCTAVES: std::ops::RangeInclusive<i32> = -3..=5;
+/// All points together take no longer.
+const MOST_SECONDS: f64 = 2.0;
+/// Scans of the longest simulation.
+const MOST_SCANS: i32 = 5;
+
+/// The error of a detector's distance against the integration time of a phase step, as
+/// theory expects it.
+///
+/// # Errors
+/// Why it is not known.
+pub(super) fn integration(
+    sensor: &Sensor,
+    detector: usize,
+    path: usize,
+    error_m: Option<f64>,
+) -> Result<Figure, String> {
+    let effort = TheoryEffort::of(sensor, detector).map_err(|reason| reason.to_string())?;
+    let points = OCTAVES.count() as f64;
+    let seconds = points * (effort.predictions_s(1) + effort.bound_s());
+    if seconds > MOST_SECONDS {
+        return Err(format!("it would take {seconds:.0} s"));
+    }
+    let chips = sensor.timing().scan.integration_chips;
+    let mut curves: [Vec<(f64, f64)>; 3] = Default::default();
+    for octave in OCTAVES {
+        let chips = (chips as f64 * 2f64.powi(octave)).round();
+        // Counts keep to the widths that a scene may have.
+        if !(1.0..1e12).contains(&chips) {
+            continue;
+        }
+        let at = sensor.with(|scene| scene.scan.integration_chips = chips as u64);
+        let theory = theory(&at, detector, &[path], CountingTier::Sampled);
+        let x = at.timing().integration_ps() * 1e-6;
+        if let Some(Ok(phase)) = theory.predictions.first() {
+            curves[0].push((x, phase.bias_m.hypot(phase.std_m) * 1e3));
+            curves[1].push((x, phase.std_m * 1e3));
+        }
+        let bound = theory.bound.ok().and_then(|bound| bound.of_path(path));
+        curves[2].extend(bound.map(|bound_m| (x, bound_m * 1e3)));
+    }
+    let [rms, scatter, bound] = curves;
+    if rms.is_empty() && bound.is_empty() {
+        return Err("theory expects nothing of this light".to_owned());
+    }
+    let here = sensor.timing().integration_ps() * 1e-6;
+    let line = |name, class, points| Series {
+        name,
+        class,
+        points,
+        line: true,
+        dots: false,
+    };
+    let measured = error_m.map(|error_m| (here, error_m.abs() * 1e3));
+    let plot = LinePlot {
+        id: format!("integration-{detector}"),
+        title: "Error against integration time".to_owned(),
+        description: format!(
+            "Expected error of one distance against the integration time of a phase step, both axes \
+             logarithmic. {}",
+            words(&rms, &bound, here)
+        ),
+        x: ("integration time of a phase step (\u{b5}s)", Scale::Log),
+        y: ("error (mm)", Scale::Log),
+        series: vec![
+            line("phase, bias and scatter", "s1", rms),
+            line("phase, scatter alone", "s2", scatter),
+            line("model fit (Cramer-Rao)", "s0", bound),
+            Series {
+                name: "this run, phase",
+                class: "s3",
+                points: measured.into_iter().collect(),
+                line: false,
+                dots: true,
+            },
+        ],
+        marks: Vec::new(),
+    };
+    Ok(plot.figure())
+}
+
+fn words(rms: &[(f64, f64)], bound: &[(f64, f64)], here: f64) -> String {
+    let at = |curve: &[(f64, f64)]| {
+        let nearest = curve
+            .iter()
+            .min_by(|a, b| (a.0 - here).abs().total_cmp(&(b.0 - here).abs()));
+        nearest.map(|point| point.1)
+    };
+    match (at(rms), at(bound)) {
+        (Some(rms), Some(bound)) => format!(
+            "At {here:.1} \u{b5}s the phase estimator's is {rms:.2} mm, the model fit's {bound:.2} mm; \
+             the phase's does not fall below its bias."
+        ),
+        _ => String::new(),
+    }
+}
+
+/// How well a simulation knows the mean error after so long: its standard error against
+/// run time, tier by tier. The Verilog's speed is that of this run.
+pub(super) fn run_time(sensor: &Sensor, cosim: &cosim::Report, std_m: f64) -> Option<Figure> {
+    // What photons take, whatever becomes of their counts.
+    let sensor = &sensor.estimated_by(EstimatorKind::Fft);
+    let mut series = Vec::new();
+    for (tier, name, class) in [
+        (Tier::Events, "events (continuous time)", "s0"),
+        (Tier::Sampled, "sampled", "s2"),
+    ] {
+        let seconds = forecast::seconds(sensor, tier, 1);
+        series.extend(seconds.map(|scan_s| of_tier(name, class, scan_s, std_m)));
+    }
+    if cosim.cycles_per_second > 0.0 && cosim.verdict == cosim::Verdict::Match {
+        let scan_s = cosim.cycles as f64 / cosim.cycles_per_second;
+        series.push(of_tier("Verilog (this run)", "s1", scan_s, std_m));
+    }
+    let description = series
+        .iter()
+        .filter_map(|series| {
+            let first = series.points.first()?;
+            Some(format!("{}: one scan takes {:.2e} s", series.name, first.0))
+        })
+        .collect::<Vec<_>>()
+        .join("; ");
+    if series.is_empty() {
+        return None;
+    }
+    let plot = LinePlot {
+        id: "run-time".to_owned(),
+        title: "Simulated bias: error against run time".to_owned(),
+        description: format!(
+            "Standard error of the simulated mean against the time that simulating takes on this \
+             machine, for 1 to 100,000 scans, both axes logarithmic. {description}."
+        ),
+        x: ("run time (s)", Scale::Log),
+        y: ("standard error of the bias (mm)", Scale::Log),
+        series,
+        marks: Vec::new(),
+    };
+    Some(plot.figure())
+}
+
+fn of_tier(name: &'static str, class: &'static str, scan_s: f64, std_m: f64) -> Series {
+    let scans = (0..=MOST_SCANS).map(|decade| 10f64.powi(decade));
+    Series {
+        name,
+        class,
+        points: scans
+            .map(|scans| (scans * scan_s, std_m / scans.sqrt() * 1e3))
+            .collect(),
+        line: true,
+        dots: true,
+    }
+}

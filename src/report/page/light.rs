@@ -1,0 +1,150 @@
+//! Light, counts, and what more of either gains.
+
+use maud::{Markup, html};
+
+use super::Page;
+use crate::report::chart::Scale;
+use crate::report::figure::Figure;
+use crate::report::line_plot::{LinePlot, Series, decimate};
+use crate::report::{DetectorCounts, curves, geometry};
+use crate::scene::EstimatorKind;
+
+/// Chips on either side of the largest count in the zoom.
+const ZOOM_CHIPS: usize = 4;
+
+pub(super) fn section(page: &Page) -> Markup {
+    html! {
+        div.figures {
+            (geometry::figure(page.sensor.scene()).markup())
+            @for counts in page.counts {
+                @for figure in correlation(page, counts) { (figure.markup()) }
+            }
+        }
+    }
+}
+
+/// (distance, count) in order of distance, also for a window that wraps round the
+/// code period.
+fn points(counts: &DetectorCounts) -> Vec<(f64, f64)> {
+    let values = counts.counts.iter().map(|&count| count as f64);
+    let mut points: Vec<(f64, f64)> = counts.distances_m.iter().copied().zip(values).collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    points
+}
+
+/// All counts, and those round the largest.
+fn correlation(page: &Page, counts: &DetectorCounts) -> Vec<Figure> {
+    let points = points(counts);
+    let Some(peak) = (0..points.len()).max_by(|&a, &b| points[a].1.total_cmp(&points[b].1)) else {
+        return Vec::new();
+    };
+    let half = ZOOM_CHIPS * page.sensor.clock().samples_per_chip as usize;
+    let near = &points[peak.saturating_sub(half)..(peak + half + 1).min(points.len())];
+    let detector = &page.sensor.scene().detectors[counts.detector].name;
+    let described = |what: &str, shown: &[(f64, f64)]| {
+        format!(
+            "Signed counts of {what} against distance, {:.2} to {:.2} m. The largest is {} at {:.2} m.",
+            shown.first().map_or(0.0, |p| p.0),
+            shown.last().map_or(0.0, |p| p.0),
+            points[peak].1,
+            points[peak].0
+        )
+    };
+    let plot = |part: &str, title: String, description: String, series| LinePlot {
+        id: format!("counts-{}-{part}", counts.detector),
+        title,
+        description,
+        x: ("distance (m)", Scale::Linear),
+        y: ("count", Scale::Linear),
+        series,
+        marks: Vec::new(),
+    };
+    let series = |points: Vec<(f64, f64)>, dots| {
+        vec![Series {
+            name: "",
+            class: "s0",
+            points,
+            line: true,
+            dots,
+        }]
+    };
+    let whole = plot(
+        "all",
+        format!("Counts of {detector}, all phase steps"),
+        described("all phase steps", &points),
+        series(decimate(&points), false),
+    );
+    let mut zoom = plot(
+        "peak",
+        format!("Counts of {detector}, round the peak"),
+        described("the phase steps round the peak", near),
+        series(near.to_vec(), true),
+    );
+    zoom.marks = marks(page, counts.detector, near);
+    vec![whole.figure(), zoom.figure()]
+}
+
+/// Estimates and truth, as far as they lie in the zoom.
+fn marks(page: &Page, detector: usize, near: &[(f64, f64)]) -> Vec<(f64, &'static str)> {
+    let estimates = [&page.estimates[detector], &page.other_estimates[detector]];
+    let by = |kind: EstimatorKind| {
+        let estimate = estimates
+            .into_iter()
+            .find(|estimate| estimate.estimator == kind);
+        estimate.and_then(|estimate| estimate.distance_m)
+    };
+    let marks = [
+        (by(EstimatorKind::Fft), "phase"),
+        (estimates[0].true_distance_m, "true distance"),
+        (by(EstimatorKind::Model), "model fit"),
+    ];
+    let holds = |at: f64| {
+        near.first().is_some_and(|first| first.0 <= at)
+            && near.last().is_some_and(|last| at <= last.0)
+    };
+    let marks = marks.into_iter().filter_map(|(at, name)| Some((at?, name)));
+    marks.filter(|(at, _)| holds(*at)).collect()
+}
+
+/// Error against integration time, and against run time.
+pub(super) fn trades(page: &Page) -> Markup {
+    let detectors = 0..page.estimates.len();
+    let std_m = page
+        .estimates
+        .iter()
+        .find_map(|estimate| estimate.expected_std_m);
+    html! {
+        div.figures {
+            @for detector in detectors {
+                @if let Some(path) = page.estimates[detector].path {
+                    @match curves::integration(page.sensor, detector, path, phase_error(page, detector)) {
+                        Ok(figure) => { (figure.markup()) }
+                        Err(reason) => {
+                            p.soft {
+                                "Error against integration time, "
+                                (page.estimates[detector].detector) ": not known, " (reason) "."
+                            }
+                        }
+                    }
+                }
+            }
+            @if page.provenance.reproducible {
+                p.soft { "Error against run time is left out: it is another each time." }
+            } @else if let Some(std_m) = std_m {
+                @if let Some(figure) = curves::run_time(page.sensor, page.cosim, std_m) { (figure.markup()) }
+            }
+        }
+        p.soft {
+            "Averaging longer lowers the scatter of both estimators and leaves the bias of the phase. "
+            code { "goldtof fidelity" } " measures the errors of every tier of simulation."
+        }
+    }
+}
+
+fn phase_error(page: &Page, detector: usize) -> Option<f64> {
+    let estimates = [&page.estimates[detector], &page.other_estimates[detector]];
+    let phase = estimates
+        .into_iter()
+        .find(|e| e.estimator == EstimatorKind::Fft);
+    phase.and_then(|phase| phase.error_m)
+}

@@ -1,0 +1,321 @@
+//! The report page of `goldtof run`: one file, without scripts and links.
+
+mod hardware;
+mod light;
+mod provenance;
+mod tables;
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use self::tables::{table, values};
+use super::DetectorCounts;
+use super::estimates::{BothEstimates, estimator_name, millimetres};
+use super::plan::{saving, spelled};
+use super::provenance::Provenance;
+use super::quantities::{frequency, length, number, time};
+use super::timing::Wave;
+use crate::cosim;
+use crate::deliver::Emission;
+use crate::estimate::report::EstimateReport;
+use crate::plan::figures::Figures;
+use crate::plan::resources::{Basis, Resources};
+use crate::plan::{Part, Plan};
+use crate::sensor::Sensor;
+
+const STYLE: &str = include_str!("style.css");
+
+/// What the page shows.
+pub struct Page<'a> {
+    /// The sensor and its scene.
+    pub sensor: &'a Sensor,
+    /// Seed of the photons.
+    pub seed: u64,
+    /// Where the report comes from.
+    pub provenance: &'a Provenance,
+    /// What was kept and left out.
+    pub plan: &'a Plan,
+    /// The sensor in numbers.
+    pub figures: &'a Figures,
+    /// What it takes of an FPGA.
+    pub resources: Option<&'a Resources>,
+    /// The Verilog.
+    pub emission: &'a Emission,
+    /// The ports clock by clock.
+    pub waves: &'a [Wave],
+    /// The co-simulation.
+    pub cosim: &'a cosim::Report,
+    /// Counts of the scan's steps, one entry per detector.
+    pub counts: &'a [DetectorCounts],
+    /// What the counts say by the scene's estimator.
+    pub estimates: &'a [EstimateReport],
+    /// And by the other one.
+    pub other_estimates: &'a [EstimateReport],
+}
+
+impl Page<'_> {
+    /// The whole page.
+    pub fn html(&self) -> String {
+        let name = &self.sensor.scene().name;
+        let sections = [
+            ("Distance", self.distance()),
+            ("Light and counts", light::section(self)),
+            (
+                "What longer integration and longer simulation gain",
+                light::trades(self),
+            ),
+            ("Hardware", hardware::section(self)),
+            ("Co-simulation", self.cosimulation()),
+            ("Left out, and kept", self.parts()),
+            ("Where this comes from", self.origin()),
+        ];
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta name="color-scheme" content="light dark";
+                    title { "goldtof: " (name) }
+                    style { (PreEscaped(STYLE)) }
+                }
+                body {
+                    main {
+                        (self.head(name))
+                        @for (title, content) in &sections {
+                            section { h2 { (title) } (content) }
+                        }
+                    }
+                }
+            }
+        };
+        page.into_string()
+    }
+
+    fn head(&self, name: &str) -> Markup {
+        let verdict = self.cosim.verdict.to_string();
+        html! {
+            header {
+                div.head {
+                    h1 { (name) }
+                    span class={ "verdict " (verdict) } { (verdict) }
+                }
+                p.lead { "Verilog against its reference model, over " (number(self.cosim.cycles)) " clocks" }
+                dl.tiles { @for (name, value, remark) in self.tiles() {
+                    div { dt { (name) } dd { (value) @if !remark.is_empty() { small { (remark) } } } }
+                } }
+            }
+        }
+    }
+
+    /// What people look for first.
+    fn tiles(&self) -> Vec<(String, String, String)> {
+        let tile = |name: &str, value: String, remark: String| (name.to_owned(), value, remark);
+        let mut tiles = Vec::new();
+        for both in self.both().take(2) {
+            for estimate in both.in_order() {
+                let Some(distance_m) = estimate.distance_m else {
+                    continue;
+                };
+                let error = estimate
+                    .error_m
+                    .map(|m| format!("error {}", millimetres(m, true)));
+                let whose = format!(
+                    "{}, {}",
+                    estimate.detector,
+                    estimator_name(estimate.estimator)
+                );
+                tiles.push(tile(
+                    &whose,
+                    format!("{distance_m:.4} m"),
+                    error.unwrap_or_default(),
+                ));
+            }
+        }
+        let figures = self.figures;
+        tiles.push(tile(
+            "Frame time",
+            time(figures.frame_time_s),
+            format!(
+                "{} steps of {}",
+                number(figures.steps),
+                time(figures.integration_s)
+            ),
+        ));
+        tiles.push(tile(
+            "Unambiguous range",
+            length(figures.unambiguous_range_m),
+            format!("steps of {}", length(figures.phase_step_m)),
+        ));
+        tiles.push(tile(
+            "Clock",
+            frequency(figures.clock_hz),
+            format!("latency {} clocks", figures.result_latency_clocks),
+        ));
+        if let Some(resources) = self.resources {
+            let about = match resources.basis {
+                Basis::Measured => "",
+                Basis::Fitted { .. } => "about ",
+            };
+            tiles.push(tile(
+                "FPGA",
+                format!("{about}{} LUTs", resources.cells.luts),
+                format!("{} flip-flops, no block RAM", resources.cells.flip_flops),
+            ));
+        }
+        tiles
+    }
+
+    /// Both estimates, detector by detector.
+    fn both(&self) -> impl Iterator<Item = BothEstimates<'_>> {
+        let pairs = self.estimates.iter().zip(self.other_estimates);
+        pairs.map(|(own, other)| BothEstimates { own, other })
+    }
+
+    fn distance(&self) -> Markup {
+        html! {
+            @for both in self.both() {
+                @let truth = both.own.true_distance_m;
+                h3 {
+                    (both.own.detector) " ranging " (both.own.source)
+                    @if let Some(truth) = truth { ", true distance " (format!("{truth:.4}")) " m" }
+                }
+                (table(
+                    &["estimator", "distance", "error", "expected error", "off by, in standard deviations"],
+                    &both.rows().map(|row| {
+                        vec![row.name.to_owned(), row.distance, row.error, row.expected, row.off]
+                    }),
+                ))
+                @for note in both.notes() { p.soft { (capitalized(&note)) } }
+                (details_of(&both))
+            }
+        }
+    }
+
+    fn cosimulation(&self) -> Markup {
+        let report = self.cosim;
+        let row = |name: &str, value: String| vec![name.to_owned(), value];
+        let mut rows = vec![
+            row("verdict", report.verdict.to_string()),
+            row("clocks compared", number(report.cycles)),
+            row(
+                "ports compared at every clock",
+                report.compared_ports.join(", "),
+            ),
+            row("exercised", report.exercised.text()),
+        ];
+        rows.extend(
+            report
+                .missing
+                .iter()
+                .map(|missing| row("inconclusive", missing.clone())),
+        );
+        if !report.not_exercised.is_empty() {
+            rows.push(row("not exercised", report.not_exercised.join(", ")));
+        }
+        if let Some(first) = &report.first_mismatch {
+            rows.push(row(
+                "first mismatch",
+                format!(
+                    "clock {}, port {}: expected {}, got {}",
+                    first.cycle, first.port, first.expected, first.got
+                ),
+            ));
+        }
+        if !self.provenance.reproducible {
+            let speed = report.cycles_per_second / 1e6;
+            rows.push(row(
+                "speed",
+                format!("{speed:.1} million clocks per second"),
+            ));
+        }
+        values(&rows)
+    }
+
+    fn parts(&self) -> Markup {
+        let of = |parts: &[Part], kept: bool| -> Vec<Vec<String>> {
+            let parts = parts.iter().filter(|part| part.kept == kept);
+            let row = |part: &Part| {
+                let name = spelled(&part.part);
+                match kept {
+                    true => vec![name, part.reason.clone()],
+                    false => vec![name, part.reason.clone(), saving(part).unwrap_or_default()],
+                }
+            };
+            parts.map(row).collect()
+        };
+        html! {
+            @for (title, parts) in [("hardware", &self.plan.hardware), ("simulation", &self.plan.simulation)] {
+                h3 { "Left out of the " (title) }
+                (table(&["part", "why", "saves"], &of(parts, false)))
+                details {
+                    summary { "Kept in the " (title) }
+                    (table(&["part", "why"], &of(parts, true)))
+                }
+            }
+        }
+    }
+
+    fn origin(&self) -> Markup {
+        html! {
+            (provenance::section(self.provenance, self.seed))
+            p { "Beside this file: " code { "counts.csv" } ", all counts; " code { "rtl/" } ", top module "
+                code { (self.emission.top) } ":" }
+            p.soft {
+                @for (index, file) in self.emission.files.iter().enumerate() {
+                    @if index > 0 { ", " }
+                    code { (file.name) }
+                }
+            }
+        }
+    }
+}
+
+/// What few people want to know of an estimate.
+fn details_of(both: &BothEstimates) -> Markup {
+    let row = |name: &str, value: String| vec![name.to_owned(), value];
+    let own = both.own;
+    let mut rows = Vec::new();
+    for estimate in both.in_order() {
+        rows.extend(
+            estimate
+                .coarse_step
+                .map(|step| row("phase step of the largest count", step.to_string())),
+        );
+        let Some(fit) = &estimate.fit else { continue };
+        let alarm = if fit.alarm { ": alarm" } else { "" };
+        let chi_square = format!(
+            "{:.1} for {} degrees of freedom{alarm}",
+            fit.chi_square, fit.degrees_of_freedom
+        );
+        rows.push(row("chi-square of the fit", chi_square));
+        for path in &fit.paths[1..] {
+            let name = path.source.as_deref().unwrap_or("a code of the set");
+            let value = format!(
+                "{name} at {:.4} m, +- {}",
+                path.distance_m,
+                millimetres(path.std_m, false)
+            );
+            rows.push(row("other light", value));
+        }
+    }
+    rows.push(row(
+        "calibration offset",
+        format!("{:.1} ps", own.calibration_offset_ps),
+    ));
+    rows.push(row(
+        "unambiguous range",
+        format!("{:.4} m", own.unambiguous_range_m),
+    ));
+    if let Some(at_s) = own.true_at_s {
+        let value = format!("{:.4} ms after the start of the scan", at_s * 1e3);
+        rows.push(row("true distance is that of", value));
+    }
+    html! { details { summary { "More of these estimates" } (values(&rows)) } }
+}
+
+fn capitalized(text: &str) -> String {
+    let mut characters = text.chars();
+    characters.next().map_or(String::new(), |first| {
+        first.to_uppercase().chain(characters).collect()
+    })
+}

@@ -1,0 +1,225 @@
+//! The main job: plan, emit, simulate photons, co-simulate, estimate, write it all.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use crate::cosim::build::{cache_dir, sources_of};
+use crate::cosim::error::CosimError;
+use crate::cosim::sent::SentCount;
+use crate::cosim::{self, Cosimulation, Request, StimulusKind, Verdict, cosimulate};
+use crate::deliver::{self, Emission, HdlError};
+use crate::estimate::report::{EstimateReport, estimate_scan};
+use crate::files::{FileError, OutputFolder};
+use crate::photons::StepCount;
+#[cfg(feature = "plots")]
+use crate::plan::figures::Figures;
+use crate::plan::overview::with_cells;
+#[cfg(feature = "plots")]
+use crate::plan::resources::resources;
+use crate::plan::{self, Plan};
+use crate::reference::predictor::ReferenceError;
+#[cfg(feature = "plots")]
+use crate::report::page::Page;
+use crate::report::provenance::Provenance;
+#[cfg(feature = "plots")]
+use crate::report::timing::waves;
+use crate::report::{DetectorCounts, counts_csv};
+use crate::scene::Scene;
+use crate::sensor::Sensor;
+
+/// The report page; written last.
+pub const REPORT: &str = "report.html";
+const COUNTS: &str = "counts.csv";
+const WAVEFORMS: &str = "mismatch.vcd";
+const RTL: &str = "rtl";
+
+/// Said of an estimate after a mismatch.
+const OF_THE_VERILOG: &str = "the counts are the Verilog's, which differs from the reference model";
+
+/// What a run is to do beside what its scene says.
+#[derive(Debug, Clone)]
+pub struct RunOptions {
+    /// Folder for the Verilog (in `rtl`), `counts.csv`, `report.html` (with the feature
+    /// `plots`) and, after a mismatch, `mismatch.vcd`; made when missing.
+    pub out: PathBuf,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// What emitted files say that they were made by.
+    pub made_by: String,
+    /// What the report says of where it comes from; may be left empty.
+    pub provenance: Provenance,
+}
+
+/// How far a run is.
+#[derive(Debug)]
+pub enum RunEvent<'a> {
+    /// Another run writes into the folder; this one waits for its end.
+    Waits(&'a Path),
+    /// The Verilog is in its folder.
+    Emitted(&'a Emission, &'a Path),
+    /// Clocks that were co-simulated, of how many.
+    Clocks(u64, u64),
+    /// The co-simulation is done.
+    Compared(&'a cosim::Report),
+}
+
+/// What a run found; as JSON the document of `goldtof run`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Run {
+    /// The scene's name.
+    pub scene: String,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// What was kept and left out.
+    pub plan: Plan,
+    /// The Verilog.
+    pub emit: Emission,
+    /// Verilog and reference model, side by side.
+    pub cosim: cosim::Report,
+    /// What the Verilog's counts say of the distance, by the scene's estimator; one
+    /// entry per detector.
+    pub estimates: Vec<EstimateReport>,
+    /// The same by the other estimator, on the same counts.
+    pub other_estimates: Vec<EstimateReport>,
+}
+
+/// Why a run has no result.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The hardware cannot be emitted or written.
+    #[error(transparent)]
+    Hdl(#[from] HdlError),
+    /// The Verilog cannot be co-simulated.
+    #[error(transparent)]
+    Cosim(#[from] CosimError),
+    /// A file cannot be written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The hardware's ports cannot be predicted.
+    #[error(transparent)]
+    Reference(#[from] ReferenceError),
+}
+
+/// Does a scene's main job. A mismatch of Verilog and reference model is a result.
+///
+/// ```no_run
+/// use std::path::Path;
+///
+/// let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+/// let options = goldtof::RunOptions {
+///     out: "out/quick".into(),
+///     seed: 1,
+///     made_by: "goldtof emit quick.toml".to_owned(),
+///     provenance: goldtof::Provenance::default(),
+/// };
+/// let run = goldtof::run(&scene, &options, |_| ())?;
+/// println!("{}: {:?}", run.cosim.verdict, run.estimates[0].distance_m);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// When the scene has no hardware, a tool is missing or fails, or a file cannot be
+/// written.
+pub fn run(
+    scene: &Scene,
+    options: &RunOptions,
+    mut on_event: impl FnMut(RunEvent),
+) -> Result<Run, RunError> {
+    let sensor = Sensor::new(scene);
+    let plan = with_cells(plan::plan(&sensor), &sensor);
+    let emission = deliver::emit(&sensor, &options.made_by)?;
+    let folder = OutputFolder::open(&options.out, |path| on_event(RunEvent::Waits(path)))?;
+    // A folder with a report has all that belongs to it, and of one scene.
+    for name in [REPORT, COUNTS, WAVEFORMS] {
+        folder.remove(name)?;
+    }
+    folder.sync()?;
+    let rtl = folder.subfolder(RTL, |path| on_event(RunEvent::Waits(path)))?;
+    deliver::write_into(&emission, &rtl)?;
+    on_event(RunEvent::Emitted(&emission, &folder.join(RTL)));
+
+    let mut cosimulation = cosimulate(&sensor, &request(&emission, options)?, |done, of| {
+        on_event(RunEvent::Clocks(done, of));
+    })?;
+    if cosimulation.report.verdict == Verdict::Mismatch {
+        cosimulation.write_vcd(&folder.join(WAVEFORMS))?;
+    }
+    on_event(RunEvent::Compared(&cosimulation.report));
+    let other = Sensor::new(&scene.estimated_by(scene.estimator.other()));
+    let run = Run {
+        scene: scene.name.clone(),
+        seed: options.seed,
+        plan,
+        emit: emission,
+        estimates: estimates(&sensor, &cosimulation),
+        other_estimates: estimates(&other, &cosimulation),
+        cosim: cosimulation.report,
+    };
+    write(&run, &sensor, &cosimulation.counts, options, &folder)?;
+    Ok(run)
+}
+
+fn request(emission: &Emission, options: &RunOptions) -> Result<Request, CosimError> {
+    Ok(Request {
+        sources: sources_of(emission),
+        cache: cache_dir()?,
+        stimulus: StimulusKind::Photons,
+        clocks: None,
+        seed: options.seed,
+    })
+}
+
+/// What the counts that the Verilog sent say of the distance, detector by detector.
+fn estimates(sensor: &Sensor, cosimulation: &Cosimulation) -> Vec<EstimateReport> {
+    let of_detector = |(detector, sent): (usize, &Vec<SentCount>)| {
+        let counts: Vec<StepCount> = sent.iter().map(SentCount::step_count).collect();
+        let mut estimate = estimate_scan(sensor, detector, &counts);
+        if cosimulation.report.verdict == Verdict::Mismatch {
+            estimate.add_remark(OF_THE_VERILOG);
+        }
+        estimate
+    };
+    let counts = cosimulation.counts.iter().enumerate();
+    counts.map(of_detector).collect()
+}
+
+/// Writes the counts, and last the report.
+#[cfg_attr(not(feature = "plots"), allow(unused_variables))]
+fn write(
+    run: &Run,
+    sensor: &Sensor,
+    sent: &[Vec<SentCount>],
+    options: &RunOptions,
+    folder: &OutputFolder,
+) -> Result<(), RunError> {
+    let counts: Vec<DetectorCounts> = sent
+        .iter()
+        .zip(&run.estimates)
+        .enumerate()
+        .map(|(detector, (counts, estimate))| {
+            DetectorCounts::new(sensor, detector, estimate.calibration_offset_ps, counts)
+        })
+        .collect();
+    folder.write(COUNTS, &counts_csv(sensor, &counts))?;
+    #[cfg(feature = "plots")]
+    {
+        let taken = resources(sensor);
+        let page = Page {
+            sensor,
+            seed: run.seed,
+            provenance: &options.provenance,
+            plan: &run.plan,
+            figures: &Figures::of(sensor),
+            resources: taken.as_ref(),
+            waves: &waves(sensor, run.seed)?,
+            emission: &run.emit,
+            cosim: &run.cosim,
+            counts: &counts,
+            estimates: &run.estimates,
+            other_estimates: &run.other_estimates,
+        };
+        folder.write(REPORT, &page.html())?;
+    }
+    Ok(())
+}

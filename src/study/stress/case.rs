@@ -1,0 +1,177 @@
+//! What a stress case is: a measurement, and the bound that it must keep.
+
+use serde::Serialize;
+
+use crate::code::CodeError;
+use crate::cosim::error::CosimError;
+use crate::deliver::HdlError;
+use crate::estimate::{NoEstimate, PredictionError};
+use crate::reference::predictor::ReferenceError;
+use crate::response::MeanResponseError;
+use crate::scene::SceneErrors;
+use crate::simulate::scans::ScansError;
+
+/// What a case is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Group {
+    /// Time scales many decades apart.
+    Stiff,
+    /// No light, too much light, unmodulated light.
+    Light,
+    /// Detectors at the ends of their parameters.
+    Detectors,
+    /// Codes and scans at the ends of theirs.
+    Codes,
+    /// Large, cancelling and unequal numbers.
+    Numbers,
+    /// The Verilog at its limits.
+    Hardware,
+}
+
+/// A stress case.
+#[derive(Debug, Clone, Copy)]
+pub struct Case {
+    /// Unique name, for `--case`.
+    pub name: &'static str,
+    /// What it is about.
+    pub group: Group,
+    /// Whether it is in the fast subset.
+    pub quick: bool,
+    /// What is measured.
+    pub what: &'static str,
+    /// Why the bound is right.
+    pub why: &'static str,
+    /// Does the measurement with a seed, which those that draw nothing leave aside.
+    pub run: fn(u64) -> Result<Measured, CaseError>,
+}
+
+/// Why a case has no measurement.
+#[derive(Debug, thiserror::Error)]
+pub enum CaseError {
+    /// Its scene is not sound.
+    #[error(transparent)]
+    Scene(#[from] SceneErrors),
+    /// Its code is not.
+    #[error(transparent)]
+    Code(#[from] CodeError),
+    /// The hardware cannot be emitted.
+    #[error(transparent)]
+    Hdl(#[from] HdlError),
+    /// The reference model cannot be made.
+    #[error(transparent)]
+    Reference(#[from] ReferenceError),
+    /// A tool is missing or fails, or the Verilog ends its simulation.
+    #[error(transparent)]
+    Cosim(#[from] CosimError),
+    /// There is no mean response.
+    #[error(transparent)]
+    MeanResponse(#[from] MeanResponseError),
+    /// There is no prediction.
+    #[error(transparent)]
+    Prediction(#[from] PredictionError),
+    /// Scans cannot be simulated.
+    #[error(transparent)]
+    Scans(#[from] ScansError),
+    /// There is no estimate.
+    #[error(transparent)]
+    NoEstimate(#[from] NoEstimate),
+    /// What the measurement rests on is not so.
+    #[error("{0}")]
+    Unmet(String),
+}
+
+/// Ends a case whose measurement would rest on something that is not so.
+macro_rules! ensure {
+    ($condition:expr, $($message:tt)+) => {
+        let holds: bool = $condition;
+        if !holds {
+            return Err($crate::study::stress::case::CaseError::Unmet(format!($($message)+)));
+        }
+    };
+}
+pub(super) use ensure;
+
+/// A measured number and the bound that it must keep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measured {
+    /// The number.
+    pub value: f64,
+    /// Its unit, for people.
+    pub unit: &'static str,
+    /// What it must keep.
+    pub bound: Bound,
+}
+
+/// What a number must keep. NaN keeps nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Bound {
+    /// Smallest value allowed.
+    pub at_least: Option<f64>,
+    /// Largest value allowed.
+    pub at_most: Option<f64>,
+}
+
+impl Bound {
+    /// No more than `limit`.
+    pub fn at_most(limit: f64) -> Bound {
+        Bound {
+            at_least: None,
+            at_most: Some(limit),
+        }
+    }
+
+    /// This value and no other.
+    pub fn exactly(value: f64) -> Bound {
+        Bound {
+            at_least: Some(value),
+            at_most: Some(value),
+        }
+    }
+
+    /// Whether `value` keeps the bound.
+    pub fn holds(&self, value: f64) -> bool {
+        !value.is_nan()
+            && self.at_least.is_none_or(|least| value >= least)
+            && self.at_most.is_none_or(|most| value <= most)
+    }
+}
+
+impl Measured {
+    /// A number that must not exceed `limit`.
+    pub(super) fn at_most(
+        value: f64,
+        unit: &'static str,
+        limit: f64,
+    ) -> Result<Measured, CaseError> {
+        Ok(Measured {
+            value,
+            unit,
+            bound: Bound::at_most(limit),
+        })
+    }
+
+    /// A number that must be exactly `expected`.
+    pub(super) fn exactly(
+        value: f64,
+        unit: &'static str,
+        expected: f64,
+    ) -> Result<Measured, CaseError> {
+        Ok(Measured {
+            value,
+            unit,
+            bound: Bound::exactly(expected),
+        })
+    }
+
+    /// Things that must not occur.
+    pub(super) fn none(number: usize, unit: &'static str) -> Result<Measured, CaseError> {
+        Measured::exactly(number as f64, unit, 0.0)
+    }
+
+    /// Deviation from a closed form in standard errors, which must be at most
+    /// four: by chance once in 16,000.
+    pub(super) fn deviation(standard_errors: f64) -> Result<Measured, CaseError> {
+        Measured::at_most(standard_errors.abs(), "standard errors", 4.0)
+    }
+}

@@ -1,0 +1,4 @@
+//! What this build of goldtof is.
+
+/// Version, and in builds for release the commit that it was made from.
+pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), env!("GOLDTOF_COMMIT"));

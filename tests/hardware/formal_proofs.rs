@@ -1,0 +1,113 @@
+//! The emitted proofs hold for a design with every part, and refuse faults in it.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use goldtof::deliver::{Emission, emit, write};
+use goldtof::sensor::Sensor;
+
+use crate::hdl_support::{Family, code, scene};
+
+/// Two detectors, four steps at once with a last group of two, nu = 2, a window,
+/// a peak detector, a narrow counter and totals.
+fn rich() -> Emission {
+    let codes = [code(Family::Gold(5), 2, 3), code(Family::Gold(5), 2, 5)];
+    let mut scene = scene(&codes, 0, 4, 118, Some(22), 375, Some(6));
+    let mut other = scene.detectors[0].clone();
+    other.name = "other".into();
+    other.reference = 1;
+    scene.detectors.push(other);
+    scene.hardware.parallel = 4;
+    scene.hardware.peak_detector = true;
+    scene.hardware.total_counts = Some(true);
+    emit(&Sensor::new(&scene), "goldtof emit rich.toml").expect("the scene is fine")
+}
+
+/// What sby says of a task: `PASS`, `FAIL`, or what went wrong.
+fn verdict(folder: &Path, task: &str) -> String {
+    let output = Command::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scripts/sby"))
+        .args(["-f", "formal/sensor_top.sby", task])
+        .env(
+            "CARGO_TARGET_DIR",
+            concat!(env!("CARGO_TARGET_TMPDIR"), "/.."),
+        )
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .output()
+        .expect("scripts/sby is there");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let done = said.split_once("DONE (").map(|(_, rest)| rest);
+    match done.and_then(|rest| rest.split_once(',')) {
+        Some((verdict @ ("PASS" | "FAIL"), _)) => verdict.to_owned(),
+        _ => said + &String::from_utf8_lossy(&output.stderr),
+    }
+}
+
+#[test]
+fn every_proof_holds_for_a_design_with_every_part() {
+    let emission = rich();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    write(&emission, folder.path()).expect("the files can be written");
+    assert_eq!(emission.formal.proofs.len(), 8);
+    // The search for a wrong peak is scripts/formal's.
+    for task in emission
+        .formal
+        .proofs
+        .iter()
+        .filter(|&&task| task != "peak")
+    {
+        assert_eq!(verdict(folder.path(), task), "PASS", "{task}");
+    }
+}
+
+/// The proof, the module, and an edit of it.
+const FAULTS: &[(&str, &str, &str, &str)] = &[
+    // Registers that one clock of reset leaves as they are.
+    ("reset", "updown_correlator", "sum_r <= 3'd0;", ""),
+    ("codes", "gold_generator", "u_r == U_LAST", "u_r == U_LOAD"),
+    (
+        "scan",
+        "scan_controller",
+        "o_dump = step_done_r[3]",
+        "o_dump = step_done_r[4]",
+    ),
+    (
+        "reference",
+        "lane_delay",
+        "{4{i_chips[1]}}",
+        "{4{i_chips[0]}}",
+    ),
+    (
+        "counts",
+        "detector_channel",
+        "clamp_0_clamped | total_clamped",
+        "clamp_0_clamped",
+    ),
+    (
+        "stream",
+        "result_stream",
+        "(~i_last & (|clamped))",
+        "(|clamped)",
+    ),
+    (
+        "axis",
+        "result_stream",
+        "o_valid <= i_counted | blocked",
+        "o_valid <= i_counted | more_r",
+    ),
+];
+
+#[test]
+fn each_proof_refuses_a_fault() {
+    for &(task, module, from, to) in FAULTS {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        write(&rich(), folder.path()).expect("the files can be written");
+        let path = folder.path().join(format!("{module}.v"));
+        let sound = fs::read_to_string(&path).expect("the module is there");
+        let faulty = sound.replacen(from, to, 1);
+        assert_ne!(faulty, sound, "{module} has no {from}");
+        fs::write(&path, faulty).expect("the module can be written");
+        assert_eq!(verdict(folder.path(), task), "FAIL", "{task}: {from}");
+    }
+}

@@ -1,0 +1,214 @@
+//! Several paths and sensors in one scan: what the joint fit finds, how far off it is
+//! beside the Cramer-Rao bound, and what it says where the light does not tell.
+//!
+//! Counts are drawn from their exact moments, with fixed seeds; codes of degree 7.
+
+use std::sync::Arc;
+
+use crate::optics_support::table_i_scene;
+use goldtof::code::{Code, CodeSpec, Family};
+use goldtof::estimate::bound::bound;
+use goldtof::estimate::fit::{FitError, Fitter, ModelEstimate, OtherLight};
+use goldtof::estimate::{CountingTier, delay_error_ps, distance_m};
+use goldtof::photons::DetectorModel;
+use goldtof::response::{CountSampler, MeanResponse, SecondMoments};
+use goldtof::scene::{Path, Scene, Source};
+use goldtof::sensor::Sensor;
+
+const TIER: CountingTier = CountingTier::Events;
+const PERIOD_PS: f64 = 127.0 * 8000.0;
+
+fn gold_7(index: i64) -> Arc<Code> {
+    let spec = CodeSpec {
+        degree: Some(7),
+        index: Some(index),
+        ..CodeSpec::new(Family::Gold)
+    };
+    Arc::new(spec.build().expect("a code of the set"))
+}
+
+/// The sensor of Table I with `paths`: index of the code, delay in chips, share of
+/// the light.
+fn scene(mean_rate_cps: f64, integration_chips: u64, paths: &[(i64, f64, f64)]) -> Scene {
+    let mut scene = table_i_scene(gold_7(paths[0].0), mean_rate_cps, integration_chips);
+    let (source, path) = (scene.sources[0].clone(), scene.paths[0].clone());
+    scene.paths.clear();
+    for &(index, delay_chips, share) in paths {
+        let code = gold_7(index);
+        let known = scene
+            .sources
+            .iter()
+            .position(|s| s.code.chips == code.chips);
+        let number = known.unwrap_or_else(|| {
+            scene.sources.push(Source {
+                name: format!("code-{index}"),
+                code,
+                ..source.clone()
+            });
+            scene.sources.len() - 1
+        });
+        scene.paths.push(Path {
+            source: number,
+            delay_ps: delay_chips * 8000.0,
+            transmission: share,
+            ..path.clone()
+        });
+    }
+    scene
+}
+
+fn fits(scene: &Scene, other: OtherLight, scans: u64) -> Vec<Result<ModelEstimate, FitError>> {
+    let sensor = Sensor::new(scene);
+    let model = DetectorModel::new(&sensor, 0);
+    let response = MeanResponse::of_tier(&model, TIER).expect("a response");
+    let second = SecondMoments::new(&response).expect("second moments");
+    let sampler = CountSampler::of(&model, &second);
+    let fitter = Fitter::new(&sensor, 0, TIER, other);
+    (0..scans)
+        .map(|scan| fitter.fit(&sampler.scan(11, scan)))
+        .collect()
+}
+
+/// Errors in bounds, path by path, of the scans that found all paths within a chip;
+/// and the largest error of any in its own standard deviations.
+fn errors_in_bounds(
+    scene: &Scene,
+    fits: &[Result<ModelEstimate, FitError>],
+) -> (Vec<Vec<f64>>, f64) {
+    let bound = bound(&Sensor::new(scene), 0, TIER).expect("a bound");
+    let mut errors = vec![Vec::new(); scene.paths.len()];
+    let mut largest: f64 = 0.0;
+    for fitted in fits.iter().flatten() {
+        let mut found = fitted.paths.clone();
+        found.sort_by(|a, b| a.delay_ps.total_cmp(&b.delay_ps));
+        let errors_ps: Vec<Option<(f64, f64)>> = scene
+            .paths
+            .iter()
+            .map(|path| {
+                let code = &scene.sources[path.source].code.chips;
+                let place = found.iter().position(|f| &f.code.chips == code)?;
+                let fitted = found.remove(place);
+                let error = delay_error_ps(fitted.delay_ps, path.delay_ps, PERIOD_PS);
+                (error.abs() < 8000.0).then_some((error, fitted.delay_std_ps))
+            })
+            .collect();
+        if errors_ps.iter().all(Option::is_some) {
+            for (number, (error, std)) in errors_ps.into_iter().flatten().enumerate() {
+                let bound_m = bound.of_path(number).expect("a lit path");
+                errors[number].push(distance_m(error) / bound_m);
+                largest = largest.max((error / std).abs());
+            }
+        }
+    }
+    (errors, largest)
+}
+
+fn root_mean_square(errors: &[f64]) -> f64 {
+    (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt()
+}
+
+#[test]
+fn paths_closer_than_a_chip_are_told_apart_at_the_bound() {
+    for (apart, ratio) in [(0.6, 1.0), (0.9, 0.3)] {
+        let scene = scene(5e6, 400_000, &[(3, 40.3, 1.0), (3, 40.3 + apart, ratio)]);
+        let scans = 40;
+        let fits = fits(&scene, OtherLight::Given, scans);
+        let (errors, largest) = errors_in_bounds(&scene, &fits);
+        for of_path in &errors {
+            assert!(
+                of_path.len() as u64 >= scans - 1,
+                "{apart}: {}",
+                of_path.len()
+            );
+            // Of 40 squares the mean is within 1 +- 0.22; bias is in it.
+            let rms = root_mean_square(of_path);
+            assert!((0.7..1.35).contains(&rms), "{apart} {ratio}: {rms}");
+        }
+        assert!(largest < 5.0, "{largest}");
+    }
+}
+
+#[test]
+fn paths_too_close_for_the_light_are_said_to_be_and_no_answer_is_confident_and_wrong() {
+    let scene = scene(5e6, 20_000, &[(3, 40.3, 1.0), (3, 40.5, 1.0)]);
+    let fits = fits(&scene, OtherLight::Given, 40);
+    let mut told = 0;
+    for fitted in fits.iter().flatten() {
+        told += u32::from(fitted.untold.is_none());
+        let nearest = |delay_ps: f64| {
+            let errors = scene
+                .paths
+                .iter()
+                .map(|p| delay_error_ps(delay_ps, p.delay_ps, PERIOD_PS));
+            errors.map(f64::abs).fold(f64::INFINITY, f64::min)
+        };
+        let path = &fitted.paths[0];
+        assert!(nearest(path.delay_ps) < 4.0 * path.delay_std_ps, "{path:?}");
+        if let Some(untold) = &fitted.untold {
+            assert_eq!(untold.missing, 1);
+            // Half of what could hide is in the standard deviation.
+            assert!(fitted.std_m >= 0.49 * untold.resolution_m);
+            assert!(untold.resolution_m > distance_m(0.2 * 8000.0));
+        }
+    }
+    assert!(told < 10, "{told} of 40 told what the light does not");
+}
+
+#[test]
+fn a_weak_own_path_is_found_under_a_strong_sensor_or_refused_with_its_significance() {
+    let paths = [(3, 40.3, 0.05), (9, 90.7, 1.0)];
+    let bright = scene(10e6, 400_000, &paths);
+    let fits_bright = fits(&bright, OtherLight::Given, 40);
+    let mut sorted = bright.clone();
+    sorted
+        .paths
+        .sort_by(|a, b| a.delay_ps.total_cmp(&b.delay_ps));
+    let (errors, largest) = errors_in_bounds(&sorted, &fits_bright);
+    assert!(errors[0].len() >= 39, "{}", errors[0].len());
+    assert!((0.7..1.35).contains(&root_mean_square(&errors[0])));
+    assert!(largest < 5.0, "{largest}");
+
+    let dark = scene(10e6, 1_000, &paths);
+    let fits_dark = fits(&dark, OtherLight::Given, 40);
+    let refused = fits_dark.iter().filter(
+        |fitted| matches!(fitted, Err(FitError::OwnNotSeen { sigmas, needed }) if sigmas < needed),
+    );
+    // At a sixth of a per cent of wrong ones at most one of 40 is a guess.
+    assert!(refused.count() >= 38);
+}
+
+#[test]
+fn unknown_sensors_are_found_by_their_codes_and_none_that_is_not_there() {
+    let scene_of = |paths: &[(i64, f64, f64)]| scene(9e6, 60_000, paths);
+    let scene = scene_of(&[(3, 40.3, 1.0), (60, 71.6, 1.0), (101, 110.2, 1.0)]);
+    let found = fits(&scene, OtherLight::Search, 25);
+    let (errors, largest) = errors_in_bounds(&scene, &found);
+    for of_path in &errors {
+        assert_eq!(of_path.len(), 25);
+        assert!((0.65..1.45).contains(&root_mean_square(of_path)));
+    }
+    assert!(largest < 5.0, "{largest}");
+    assert!(found.iter().flatten().all(|fitted| fitted.paths.len() == 3));
+
+    // Bright light, whose dead time multiplies it with itself: products of a Gold code
+    // with itself are codes of its set.
+    let mut alone = scene_of(&[(3, 40.3, 1.0)]);
+    alone.sources[0].mean_power_w *= 6.0;
+    for fitted in fits(&alone, OtherLight::Search, 25) {
+        assert_eq!(fitted.expect("it fits").paths.len(), 1);
+    }
+}
+
+#[test]
+fn two_paths_in_a_scan_round_them_are_told_apart() {
+    let mut scene = scene(8e6, 400_000, &[(3, 40.3, 1.0), (3, 42.4, 0.5)]);
+    scene.scan.first_step = 40 * 8 - 16;
+    scene.scan.steps = 52;
+    let fits = fits(&scene, OtherLight::Given, 30);
+    let (errors, largest) = errors_in_bounds(&scene, &fits);
+    for of_path in &errors {
+        assert_eq!(of_path.len(), 30);
+        assert!((0.65..1.4).contains(&root_mean_square(of_path)));
+    }
+    assert!(largest < 5.0, "{largest}");
+}
