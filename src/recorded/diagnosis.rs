@@ -1,10 +1,12 @@
 //! What seems wrong with a sensor whose counts are not as its scene says.
 //!
-//! Every statement rests on a test at [`LEVEL`], at most five of them, so that together
-//! they are wrong about a right scene at most once in a hundred scans. Only the distance
-//! is unknown at first. Whatever of light level, constant light and dead time raises the
-//! likelihood most is taken in as long as it raises it significantly. Where several
-//! do about as well, all of them are named: the counts do not tell which it is.
+//! Every statement rests on a test at [`LEVEL`], at most five of them: by design they are
+//! wrong about a right scene in about one scan of a hundred (docs/recorded-counts.md has
+//! what was measured). Only the distance is unknown at first. Whatever of light level,
+//! constant light and dead time raises the likelihood most is taken in as long as it
+//! raises it significantly. Where several do about as well, all of them are named: the
+//! counts do not tell which it is. A cause that is named fits the counts; that another
+//! one, or several together, would fit them too is never ruled out.
 
 use std::sync::Arc;
 
@@ -67,8 +69,8 @@ pub struct TestOutcome {
 /// What the counts say of the scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Diagnosis {
-    /// What seems wrong, the strongest first; none if nothing does. Those that the
-    /// counts do not tell apart are all there.
+    /// What fits the counts better than the scene, the strongest first; none if nothing
+    /// does. Those that the counts do not tell apart are all there.
     pub causes: Vec<Cause>,
     /// The same in a sentence.
     pub sentence: String,
@@ -341,7 +343,10 @@ impl Search<'_> {
                 if by_ps > 0.0 { "later" } else { "earlier" },
                 distance_m(by_ps.abs()),
                 if by_ps > 0.0 { "farther" } else { "nearer" },
-            )
+            ) + match self.scan.has_totals {
+                true => "",
+                false => "; without total counts another dead time or light level also fits",
+            }
         })
     }
 
@@ -390,22 +395,23 @@ impl Search<'_> {
                 let scene = test.scene_value?;
                 Some(match unknown {
                     Unknown::Light => {
-                        format!("the light is {value:.4} +- {std:.4} times the scene's")
+                        format!("{value:.4} +- {std:.4} times the scene's light")
                     }
                     Unknown::Constant => format!(
-                        "constant light (dark counts, background) makes {value:.4e} +- {std:.1e} \
-                         cps, not {scene:.4e}"
+                        "constant light (dark counts, background) of {value:.4e} +- {std:.1e} \
+                         cps in place of {scene:.4e}"
                     ),
                     Unknown::DeadTime => {
-                        format!("the dead time is {value:.3} +- {std:.3} ns, not {scene:.3}")
+                        format!("a dead time of {value:.3} +- {std:.3} ns in place of {scene:.3}")
                     }
                     Unknown::Delay => return None,
                 })
             })
             .collect();
+        let all = words.join(", also with ");
         match words.len() {
-            0 | 1 => words.concat(),
-            _ => format!("{} (the counts do not tell which)", words.join(", or ")),
+            1 => format!("the counts fit better with {all}"),
+            _ => format!("the counts fit better with {all}; they do not tell which"),
         }
     }
 }
@@ -413,8 +419,8 @@ impl Search<'_> {
 fn of_code(candidate: &Candidate) -> String {
     let Candidate { name, .. } = candidate;
     match candidate.of_reference {
-        true => format!("light and reference carry {name}, not the scene's"),
-        false => format!("the light carries {name}, the reference the scene's"),
+        true => format!("the counts fit better if light and reference carry {name}"),
+        false => format!("the counts fit better if the light alone carries {name}"),
     }
 }
 

@@ -487,7 +487,11 @@ fn a_mismatch_ends_with_1_and_leaves_waveforms_of_both_sides() {
     emit(folder.path());
     let path = folder.path().join("sensor_top.v");
     let text = fs::read_to_string(&path).unwrap();
-    fs::write(&path, text.replace("o_laser <= transmit_chip", "o_laser <= ~transmit_chip")).unwrap();
+    fs::write(
+        &path,
+        text.replace("o_laser <= transmit_chip", "o_laser <= ~transmit_chip"),
+    )
+    .unwrap();
     let vcd = folder.path().join("mismatch.vcd");
     let output = goldtof(&[
         "cosim",
