@@ -55,6 +55,7 @@ pub mod photons;
 pub mod plan;
 pub(crate) mod printable;
 pub(crate) mod programs;
+pub mod recorded;
 #[doc(hidden)]
 pub mod reference;
 #[doc(hidden)]

@@ -51,10 +51,13 @@ module lfsr_check #(
         end
     endfunction
 
+    // Elaboration works it out: a simulator that compiles has nothing to compile.
+    localparam [WIDTH-1:0] REACHED = shifted(SHIFTS);
+
     initial begin
-        if (shifted(SHIFTS) != LAST) begin
+        if (REACHED != LAST) begin
             $display("%m: %0d shifts lead from %h to %h, not to %h",
-                     SHIFTS, FIRST, shifted(SHIFTS), LAST);
+                     SHIFTS, FIRST, REACHED, LAST);
             $finish;
         end
     end

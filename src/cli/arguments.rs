@@ -1,14 +1,17 @@
 //! What can be written on the command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
+use super::new::Like;
 use crate::cosim::StimulusKind;
-use crate::scene::EstimatorKind;
+use crate::printable::{printable, printable_path};
+use crate::scene::{self, EstimatorKind, Scene, SceneErrors, Setting};
 use crate::simulate::Tier;
 use crate::study::reproduce::FigureId;
+use crate::study::sweep::Axis;
 
 /// Most clocks of a co-simulation: years of them, whose samples 64 bits number.
 const MOST_CYCLES: u64 = 1 << 50;
@@ -21,14 +24,14 @@ pub(super) struct Cli {
     /// Print one JSON document on stdout, and nothing else there
     #[arg(long, global = true)]
     pub json: bool,
-    /// Seed of all random numbers
+    /// Seed of all random numbers, 0 to 18446744073709551615
     #[arg(long, global = true, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     /// Print no progress and no summary
     #[arg(long, global = true)]
     pub quiet: bool,
     /// Longest time that an external tool, or a block of clocks of the Verilog, may
-    /// take: a number with its unit, "90 s", "10min" or "2h"
+    /// take: a number with its unit, "90 s", "10min" or "2h", 0.001 s to 24000 h
     #[arg(long, global = true, value_name = "TIME", default_value = "10min",
           value_parser = parse_time)]
     pub tool_timeout: Duration,
@@ -81,21 +84,67 @@ pub(super) enum Command {
     Cosim(CosimArguments),
     /// Photons to distance, many times: bias and standard deviation
     Simulate(SimulateArguments),
+    /// A scene over and over, with some of its keys otherwise: a table and a plot
+    Sweep(SweepArguments),
+    /// A scene to start from, with comments
+    New(NewArguments),
+    /// Recorded counts to distance, with residuals and what seems wrong
+    Estimate(EstimateArguments),
     /// Error against run time for every way of simulating
     Fidelity(FidelityArguments),
     /// The article's figures and claims, and the errors it leaves out
     Reproduce(ReproduceArguments),
     /// Stiff and extreme cases, each with what is measured and its bound
     Stress(StressArguments),
+    /// Completions for a shell, on stdout
+    Completions(CompletionsArguments),
+    /// Manual pages, one for each command
+    Man(ManArguments),
 }
 
 #[derive(Debug, Args)]
 pub(super) struct SceneArgument {
     /// Scene file (TOML), for example scenes/paper-single.toml
     pub scene: PathBuf,
+    /// Set a key otherwise than the file has it; may be repeated. Of several tables say
+    /// which: --set 'path[0].distance=5 m' --set 'source[laser].mean_power=1 pW'
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<Setting>,
+}
+
+impl SceneArgument {
+    /// The scene, with its settings.
+    ///
+    /// # Errors
+    /// If it cannot be read, and everything that is wrong with it.
+    pub fn load(&self) -> Result<Scene, SceneErrors> {
+        scene::load_with(&self.scene, &self.settings)
+    }
+
+    /// [`SceneArgument::load`], and the file's text.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn load_with_text(&self) -> Result<(Scene, String), SceneErrors> {
+        scene::load_with_text(&self.scene, &self.settings)
+    }
+
+    /// The file's name and the settings, as a command line has them. Where the file lies
+    /// is left out, so that what is made does not depend on it.
+    pub fn shown(&self) -> String {
+        let name = self.scene.file_name().unwrap_or_default();
+        let mut shown = printable_path(Path::new(name));
+        for setting in &self.settings {
+            let origin = printable(setting.origin());
+            let (option, set) = origin.split_once(' ').unwrap_or(("", &origin));
+            shown += &format!(" {option} '{}'", set.replace('\'', "'\\''"));
+        }
+        shown
+    }
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof run scenes/quick.toml --out out/quick")]
 pub(super) struct RunArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
@@ -108,6 +157,7 @@ pub(super) struct RunArguments {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof emit scenes/quick.toml --out rtl")]
 pub(super) struct EmitArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
@@ -117,6 +167,7 @@ pub(super) struct EmitArguments {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof cosim scenes/quick.toml --rtl rtl --stimulus adversarial")]
 pub(super) struct CosimArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
@@ -125,7 +176,7 @@ pub(super) struct CosimArguments {
     /// the top module needs are taken)
     #[arg(long, value_name = "DIR")]
     pub rtl: Option<PathBuf>,
-    /// Clocks to run, reset included [default: one whole scan of photons, or as
+    /// Clocks to run, reset included, 1 to 2^50 [default: one whole scan of photons, or as
     /// long as the adversary needs]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MOST_CYCLES))]
     pub cycles: Option<u64>,
@@ -139,10 +190,41 @@ pub(super) struct CosimArguments {
 }
 
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Example: goldtof simulate scenes/quick.toml --repeat 1000 --fidelity sampled"
+)]
 pub(super) struct SimulateArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Scans to simulate
+    /// Scans to simulate, 1 to 1000000
+    #[arg(long, value_name = "R", default_value_t = 100,
+          value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub repeat: u64,
+    /// How much of the sensor to simulate
+    #[arg(long, value_name = "T", value_enum, default_value_t = Tier::Events)]
+    pub fidelity: Tier,
+    /// Write what each phase step is expected to count, with its standard deviation,
+    /// as CSV
+    #[arg(long, value_name = "FILE")]
+    pub expected: Option<PathBuf>,
+    /// How counts become distances [default: the scene's]
+    #[arg(long, value_name = "E", value_enum)]
+    pub estimator: Option<EstimatorKind>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof sweep scenes/quick.toml \
+    --over 'source[0].mean_power=1 pW..64 pW x7' --over 'path.distance=1 m, 2 m' --out out/sweep\n\n\
+    A sweep that was cut off goes on where it stopped when it is started again.")]
+pub(super) struct SweepArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    /// A key and its values: a list, 'path.distance=1 m, 2 m, 5 m'; values spaced evenly
+    /// by ratio, 'source[0].mean_power=1 pW..64 pW x7'; or by difference,
+    /// 'path.distance=1 m..10 m +10'. Repeated, every combination is taken
+    #[arg(long, value_name = "KEY=VALUES", required = true)]
+    pub over: Vec<Axis>,
+    /// Scans of each point, 1 to 1000000
     #[arg(long, value_name = "R", default_value_t = 100,
           value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub repeat: u64,
@@ -152,9 +234,62 @@ pub(super) struct SimulateArguments {
     /// How counts become distances [default: the scene's]
     #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
+    /// Folder for sweep.csv, sweep.svg and the finished points; made when missing
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof new my-sensor --like multipath")]
+pub(super) struct NewArguments {
+    /// Name of the scene: NAME.toml is written into the present folder, or wherever
+    /// NAME leads
+    pub name: PathBuf,
+    /// The standard scene to begin with in place of a short one
+    #[arg(long, value_name = "SCENE", value_enum)]
+    pub like: Option<Like>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof completions bash > \
+    ~/.local/share/bash-completion/completions/goldtof")]
+pub(super) struct CompletionsArguments {
+    /// The shell
+    #[arg(value_enum)]
+    pub shell: clap_complete::Shell,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof man --out ~/.local/share/man/man1")]
+pub(super) struct ManArguments {
+    /// Folder for goldtof.1 and a page for each command; made when missing
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: goldtof estimate scenes/quick.toml out/quick/counts.csv --out out/residuals"
+)]
+pub(super) struct EstimateArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    /// Counts of one scan, as `run` writes them: columns phase_step, count, and if
+    /// there are any detector and total_count
+    pub counts: PathBuf,
+    /// How counts become distances [default: the scene's]
+    #[arg(long, value_name = "E", value_enum)]
+    pub estimator: Option<EstimatorKind>,
+    /// Folder for the residuals as CSV and as a plot, a file for each detector; made
+    /// when missing
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: goldtof fidelity scenes/quick.toml --target-error 5% --out out/fidelity"
+)]
 pub(super) struct FidelityArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
@@ -167,13 +302,14 @@ pub(super) struct FidelityArguments {
     /// missing
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Seconds to spend, about
+    /// Seconds to spend, about, 1 to 86400
     #[arg(long, value_name = "S", default_value_t = 60,
           value_parser = clap::value_parser!(u64).range(1..=86_400))]
     pub budget_s: u64,
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof reproduce --figure 8 --out out/article")]
 pub(super) struct ReproduceArguments {
     /// The one figure to make, with the claims that it decides [default: all]
     #[arg(long, value_name = "N", value_enum)]
@@ -181,13 +317,14 @@ pub(super) struct ReproduceArguments {
     /// Folder for the figures (SVG) and their data (CSV); made when missing
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Scans of 1.04 ms per phase step behind each standard deviation and bias
+    /// Scans of 1.04 ms per phase step behind each standard deviation and bias, 2 to 1000000
     #[arg(long, value_name = "R", default_value_t = 500,
           value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     pub repeat: u64,
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof stress --quick")]
 pub(super) struct StressArguments {
     /// The one case to run [default: all]
     #[arg(long, value_name = "NAME", conflicts_with = "quick")]
@@ -201,6 +338,7 @@ pub(super) struct StressArguments {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof codes --degree 11 --index 3 --interleave 1")]
 pub(super) struct CodesArguments {
     /// Degree n of the polynomials; the code has 2^n - 1 chips before
     /// interleaving

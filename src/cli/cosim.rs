@@ -9,15 +9,13 @@ use crate::cosim::{Report, StimulusKind, Verdict};
 use crate::door::{CosimOptions, Rtl, cosim};
 use crate::files::check_target;
 use crate::printable::printable_path;
-use crate::scene;
 
 pub(super) fn run(
     arguments: &CosimArguments,
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let path = &arguments.scene.scene;
-    let scene = scene::load(path)?;
+    let scene = arguments.scene.load()?;
     if let Some(path) = &arguments.vcd {
         // Better now than after a long run.
         check_target(path)?;
@@ -26,7 +24,7 @@ pub(super) fn run(
         rtl: match &arguments.rtl {
             Some(folder) => Rtl::Folder(folder.clone()),
             None => Rtl::Emitted {
-                made_by: command_line(path),
+                made_by: command_line(&arguments.scene),
             },
         },
         stimulus: arguments.stimulus,

@@ -3,17 +3,16 @@
 use std::path::Path;
 
 use super::Ending;
-use super::arguments::EmitArguments;
+use super::arguments::{EmitArguments, SceneArgument};
 use super::output::Output;
 use crate::deliver;
 use crate::deliver::Emission;
 use crate::printable::printable_path;
-use crate::scene;
 use crate::sensor::Sensor;
 
 pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Result<Ending> {
-    let scene = scene::load(&arguments.scene.scene)?;
-    let emission = deliver::emit(&Sensor::new(&scene), &command_line(&arguments.scene.scene))?;
+    let sensor = Sensor::new(&arguments.scene.load()?);
+    let emission = deliver::emit(&sensor, &command_line(&arguments.scene))?;
     deliver::write_into(&emission, &output.folder(&arguments.out)?)?;
     output.answer(&emission, &text(&emission, &arguments.out))?;
     Ok(Ending::Done)
@@ -21,9 +20,8 @@ pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Res
 
 /// The command that the headers of emitted files name. Only the scene's file
 /// name is in it, so that emission does not depend on where the scene lies.
-pub(super) fn command_line(scene: &Path) -> String {
-    let name = printable_path(Path::new(scene.file_name().unwrap_or_default()));
-    format!("goldtof emit {name}")
+pub(super) fn command_line(scene: &SceneArgument) -> String {
+    format!("goldtof emit {}", scene.shown())
 }
 
 /// The emission in words.

@@ -7,7 +7,6 @@ use super::arguments::FidelityArguments;
 use super::forecast::announce;
 use super::output::Output;
 use crate::printable::printable_path;
-use crate::scene;
 use crate::study::fidelity::compare;
 
 pub(super) fn run(
@@ -15,7 +14,7 @@ pub(super) fn run(
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let scene = scene::load(&arguments.scene.scene)?;
+    let scene = arguments.scene.load()?;
     let budget = Duration::from_secs(arguments.budget_s);
     // Before the long work, so that a folder that cannot be had is told at once.
     let folder = match &arguments.out {

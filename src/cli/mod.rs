@@ -7,8 +7,11 @@ mod arguments;
 pub mod codes;
 mod cosim;
 mod emit;
+mod estimate;
 mod fidelity;
 mod forecast;
+mod manual;
+mod new;
 mod output;
 pub mod plan;
 mod provenance;
@@ -16,6 +19,7 @@ mod reproduce;
 mod run;
 mod simulate;
 mod stress;
+mod sweep;
 mod warnings;
 
 use std::process::ExitCode;
@@ -31,6 +35,7 @@ use crate::printable::printable_lines;
 use crate::programs;
 use crate::run::RunError;
 use crate::simulate::scans::ScansError;
+use crate::study::sweep::RunError as SweepFailed;
 
 /// How a command that did its work ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,9 +68,14 @@ pub fn main() -> ExitCode {
         Command::Codes(arguments) => codes::run(&arguments, &mut output),
         Command::Emit(arguments) => emit::run(&arguments, &mut output),
         Command::Cosim(arguments) => cosim::run(&arguments, cli.seed, &mut output),
+        Command::Estimate(arguments) => estimate::run(&arguments, &mut output),
         Command::Fidelity(arguments) => fidelity::run(&arguments, cli.seed, &mut output),
         Command::Simulate(arguments) => simulate::run(&arguments, cli.seed, &mut output),
         Command::Reproduce(arguments) => reproduce::run(&arguments, cli.seed, &mut output),
+        Command::Sweep(arguments) => sweep::run(&arguments, cli.seed, &mut output),
+        Command::New(arguments) => new::run(&arguments, &output),
+        Command::Completions(arguments) => manual::completions(&arguments),
+        Command::Man(arguments) => manual::pages(&arguments, &output),
         Command::Stress(arguments) => stress::run(&arguments, cli.seed, &mut output),
     };
     match ending {
@@ -105,6 +115,9 @@ fn cosim_error(error: &anyhow::Error) -> Option<&CosimError> {
         return Some(error);
     }
     if let Some(CosimFailed::Cosim(error)) = error.downcast_ref() {
+        return Some(error);
+    }
+    if let Some(SweepFailed::Scans(ScansError::Cosim(error))) = error.downcast_ref() {
         return Some(error);
     }
     if let Some(ScansError::Cosim(error)) = error.downcast_ref() {

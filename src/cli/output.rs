@@ -63,6 +63,20 @@ impl Output {
         ));
     }
 
+    /// A progress bar over the points of a sweep, drawn only for people who can see it.
+    pub fn points(&self, total: usize) -> ProgressBar {
+        let target = match self.quiet {
+            true => ProgressDrawTarget::hidden(),
+            false => ProgressDrawTarget::stderr(),
+        };
+        let bar = ProgressBar::with_draw_target(Some(total as u64), target);
+        let style = "sweep [{bar:40}] {percent}% {human_pos} of {human_len} points, {eta} left";
+        if let Ok(style) = ProgressStyle::with_template(style) {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar
+    }
+
     /// Shows how far a command is, to people who can see it.
     pub fn progress(&self) -> Progress {
         Progress {

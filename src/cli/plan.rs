@@ -6,11 +6,10 @@ use super::output::{Output, terminal_width};
 use super::warnings::warn_of_far_paths;
 use crate::plan::overview::overview;
 use crate::report::plan::text;
-use crate::scene;
 use crate::sensor::Sensor;
 
 pub(super) fn run(arguments: &SceneArgument, output: &mut Output) -> anyhow::Result<Ending> {
-    let sensor = Sensor::new(&scene::load(&arguments.scene)?);
+    let sensor = Sensor::new(&arguments.load()?);
     warn_of_far_paths(&sensor, output);
     let overview = overview(&sensor);
     output.answer(&overview, &text(&overview, terminal_width()))?;

@@ -14,7 +14,6 @@ use crate::cosim::Verdict;
 use crate::printable::printable_path;
 use crate::report::estimates::BothEstimates;
 use crate::run::{REPORT, Run, RunEvent, RunOptions, run as main_job};
-use crate::scene;
 use crate::sensor::Sensor;
 
 pub(super) fn run(
@@ -22,14 +21,13 @@ pub(super) fn run(
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let path = &arguments.scene.scene;
-    let (scene, scene_text) = scene::load_with_text(path)?;
+    let (scene, scene_text) = arguments.scene.load_with_text()?;
     let scene = scene.with_estimator(arguments.estimator)?;
     warn_of_far_paths(&Sensor::new(&scene), output);
     let options = RunOptions {
         out: arguments.out.clone(),
         seed,
-        made_by: command_line(path),
+        made_by: command_line(&arguments.scene),
         provenance: provenance(scene_text)?,
     };
     let mut progress = CosimProgress::new(output);

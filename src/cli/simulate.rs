@@ -5,7 +5,8 @@ use super::arguments::SimulateArguments;
 use super::forecast::announce;
 use super::output::Output;
 use super::warnings::warn_of_far_paths;
-use crate::scene;
+use crate::files;
+use crate::recorded::expected_csv;
 use crate::sensor::Sensor;
 use crate::simulate::forecast;
 use crate::simulate::repeat::simulate;
@@ -15,11 +16,15 @@ pub(super) fn run(
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let scene = scene::load(&arguments.scene.scene)?.with_estimator(arguments.estimator)?;
-    let sensor = Sensor::new(&scene);
+    let scene = arguments.scene.load()?;
+    let sensor = Sensor::new(&scene.with_estimator(arguments.estimator)?);
     warn_of_far_paths(&sensor, output);
     if let Some(seconds) = forecast::seconds(&sensor, arguments.fidelity, arguments.repeat) {
         announce(output, "the simulation", seconds);
+    }
+    if let Some(path) = &arguments.expected {
+        let expected = expected_csv(&sensor, arguments.fidelity.counting())?;
+        files::write(path, &expected)?;
     }
     let simulation = simulate(&sensor, arguments.fidelity, seed, arguments.repeat)?;
     for warning in &simulation.warnings {

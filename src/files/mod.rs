@@ -42,6 +42,15 @@ pub struct FileError {
     pub source: io::Error,
 }
 
+/// Writes a text into a file of its own.
+///
+/// # Errors
+/// When it cannot be written. What was there before is there then.
+#[cfg(feature = "cli")]
+pub fn write(path: &Path, text: &str) -> Result<(), FileError> {
+    stage(path, |out| out.write_all(text.as_bytes()))?.publish()
+}
+
 impl FileError {
     fn new(path: &Path, problem: &'static str) -> impl FnOnce(io::Error) -> FileError {
         move |source| FileError {

@@ -95,7 +95,7 @@ pub fn counts_csv(sensor: &Sensor, detectors: &[DetectorCounts]) -> String {
 }
 
 /// A field of a CSV file (RFC 4180).
-fn quoted(field: &str) -> String {
+pub(crate) fn quoted(field: &str) -> String {
     if field.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", field.replace('"', "\"\""))
     } else {

@@ -124,7 +124,8 @@ impl<'g, const M: usize> Unarmed<'g, M> {
         step: &CellStep<M>,
         inflow: &[State<M>; 3],
     ) -> [State<M>; 4] {
-        if self.rearming.at_instant[index] {
+        // A detector may merge pulses and be ready again at once: then nothing waits.
+        if self.rearming.at_instant[index] && !self.levels.is_empty() {
             self.levels.rotate_left(1);
             if let Some(last) = self.levels.last_mut() {
                 *last = [0.0; M];

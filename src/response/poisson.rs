@@ -30,7 +30,8 @@ pub fn solve(grid: &Grid) -> (AllAndMerged, Waiting) {
     for chip in -warm_up..grid.period_chips as i64 {
         grid.fill_rates(chip, &mut lambdas);
         for (index, cell) in grid.cells.iter().enumerate() {
-            if rearming.at_instant[index] {
+            // A detector may merge pulses and be ready again at once: then nothing waits.
+            if rearming.at_instant[index] && !levels.is_empty() {
                 levels.rotate_left(1);
                 if let Some(last) = levels.last_mut() {
                     *last = 0.0;
@@ -88,7 +89,7 @@ impl Waiting {
                 for loss in &mut losses {
                     *loss = cell.loss(*loss, 0.0);
                 }
-                if rearming.at_instant[index] {
+                if rearming.at_instant[index] && !losses.is_empty() {
                     losses.rotate_right(1);
                     if let Some(first) = losses.first_mut() {
                         *first = 0.0;

@@ -176,7 +176,7 @@ impl<'g, const M: usize> Losses<'g, M> {
             }
             *end = start;
         }
-        if self.rearming.at_instant[index] {
+        if self.rearming.at_instant[index] && !self.levels.is_empty() {
             self.levels.rotate_right(1);
             if let Some(first) = self.levels.first_mut() {
                 *first = [0.0; M];

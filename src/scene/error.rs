@@ -9,9 +9,9 @@ use crate::printable::{pictured, printable};
 /// One thing that is wrong with a scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SceneError {
-    /// File as it was named by the caller.
+    /// File as it was named by the caller, or the setting that is not in the file.
     pub file: String,
-    /// Line, 1-based.
+    /// Line, 1-based; 0 of a setting.
     pub line: usize,
     /// Column in characters, 1-based.
     pub column: usize,
@@ -37,6 +37,9 @@ impl fmt::Display for SceneError {
             marked_at,
             marked,
         } = self;
+        if *line == 0 {
+            return write!(f, "{file}: {message}");
+        }
         writeln!(f, "{file}:{line}:{column}: {message}")?;
         let number = line.to_string();
         writeln!(f, "  {number} | {source_line}")?;
@@ -99,6 +102,8 @@ const CONTEXT_CHARACTERS: usize = 60;
 pub(super) struct Diagnostics<'t> {
     file: &'t str,
     text: &'t str,
+    /// Where in the text settings from outside of the file stand, and what they are.
+    settings: Vec<(Range<usize>, String)>,
     errors: RefCell<Vec<(Range<usize>, String)>>,
 }
 
@@ -107,7 +112,20 @@ impl<'t> Diagnostics<'t> {
         Diagnostics {
             file,
             text,
+            settings: Vec::new(),
             errors: RefCell::new(Vec::new()),
+        }
+    }
+
+    /// Diagnostics of a text that settings stand in behind the file's own.
+    pub(super) fn with_settings(
+        file: &'t str,
+        text: &'t str,
+        settings: Vec<(Range<usize>, String)>,
+    ) -> Self {
+        Diagnostics {
+            settings,
+            ..Diagnostics::new(file, text)
         }
     }
 
@@ -117,7 +135,25 @@ impl<'t> Diagnostics<'t> {
         self.errors.borrow_mut().push((span, abridged(message)));
     }
 
+    /// The error as one of a setting, if the span is in one.
+    fn of_setting(&self, span: &Range<usize>, message: &str) -> Option<SceneError> {
+        let is_there = |setting: &&(Range<usize>, String)| setting.0.contains(&span.start);
+        let (_, origin) = self.settings.iter().find(is_there)?;
+        Some(SceneError {
+            file: printable(origin).into_owned(),
+            line: 0,
+            column: 0,
+            message: message.to_owned(),
+            source_line: String::new(),
+            marked_at: 0,
+            marked: 1,
+        })
+    }
+
     fn error(&self, span: Range<usize>, message: String) -> SceneError {
+        if let Some(error) = self.of_setting(&span, &message) {
+            return error;
+        }
         let start = floor_char_boundary(self.text, span.start);
         let line_start = self.text[..start].rfind('\n').map_or(0, |at| at + 1);
         let line = self.text[line_start..].lines().next().unwrap_or_default();

@@ -6,6 +6,8 @@
 //! | key | default |
 //! |---|---|
 //! | `clock.samples_per_chip` | 8 |
+//! | `source.wavelength` | 783 nm |
+//! | `source.mean_power` | 0 W: a source without light |
 //! | `source.extinction_ratio` | `"inf"`: no light in the off-state |
 //! | `source.code.index`, `source.code.interleave` | 0 |
 //! | `source.code.polynomials`, `source.code.seeds` | a preferred pair (for an m-sequence its first polynomial), all-ones |
@@ -34,6 +36,7 @@ mod names;
 mod read;
 mod reader;
 mod scan;
+mod setting;
 mod source;
 mod totals;
 mod units;
@@ -42,9 +45,10 @@ mod wording;
 use std::sync::Arc;
 
 pub use error::{SceneError, SceneErrors};
-pub use keys::limits;
+pub use keys::{reference, schema};
 pub use movement::{Fluctuation, Movement};
-pub use read::{load, load_with_text, parse};
+pub use read::{load, load_with, load_with_text, parse, parse_with, read as read_scene_text};
+pub use setting::Setting;
 pub use totals::TotalsMissing;
 
 use crate::code::Code;

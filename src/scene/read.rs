@@ -1,5 +1,6 @@
 //! From a scene file to a checked [`Scene`].
 
+use std::ops::Range;
 use std::path::Path as FilePath;
 
 use toml::de::DeTable;
@@ -7,6 +8,7 @@ use toml::de::DeTable;
 use super::error::Diagnostics;
 use super::names::Names;
 use super::reader::Section;
+use super::setting::Setting;
 use super::{
     Detector, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, SceneErrors, Source, Target,
     TotalsMissing,
@@ -29,20 +31,39 @@ pub(super) const MAX_SCENE_CHIPS: u64 = 2 * MAX_CODE_CHIPS;
 /// # Errors
 /// If the file cannot be read, or everything that is wrong in it.
 pub fn load(path: &FilePath) -> Result<Scene, SceneErrors> {
-    load_with_text(path).map(|(scene, _)| scene)
+    load_with(path, &[])
 }
 
-/// [`load`], and the file's text.
+/// [`load`], with some keys set otherwise than in the file.
+///
+/// # Errors
+/// As there; what is wrong with a setting is told of it, and not of a line.
+pub fn load_with(path: &FilePath, settings: &[Setting]) -> Result<Scene, SceneErrors> {
+    load_with_text(path, settings).map(|(scene, _)| scene)
+}
+
+/// [`load_with`], and the file's text, which is without the settings.
 ///
 /// # Errors
 /// As there.
-pub fn load_with_text(path: &FilePath) -> Result<(Scene, String), SceneErrors> {
-    let file_name = printable_path(path);
-    let text = read_text(path, MOST_SCENE_BYTES).map_err(|source| SceneErrors::Unreadable {
-        file: file_name.clone(),
+pub fn load_with_text(
+    path: &FilePath,
+    settings: &[Setting],
+) -> Result<(Scene, String), SceneErrors> {
+    let text = read(path)?;
+    let scene = parse_with(&printable_path(path), &text, settings)?;
+    Ok((scene, text))
+}
+
+/// The text of the scene in the file `path`.
+///
+/// # Errors
+/// If it cannot be read.
+pub fn read(path: &FilePath) -> Result<String, SceneErrors> {
+    read_text(path, MOST_SCENE_BYTES).map_err(|source| SceneErrors::Unreadable {
+        file: printable_path(path),
         source,
-    })?;
-    Ok((parse(&file_name, &text)?, text))
+    })
 }
 
 /// Reads and checks the scene `text`; `file_name` is for error messages, and
@@ -52,8 +73,17 @@ pub fn load_with_text(path: &FilePath) -> Result<(Scene, String), SceneErrors> {
 /// Everything that is wrong, in the order of the file; of errors in the TOML
 /// itself only the first, because the others mostly follow from it.
 pub fn parse(file_name: &str, text: &str) -> Result<Scene, SceneErrors> {
-    let diagnostics = Diagnostics::new(file_name, text);
-    let document = match DeTable::parse(text) {
+    parse_with(file_name, text, &[])
+}
+
+/// [`parse`], with some keys set otherwise than in the text.
+///
+/// # Errors
+/// As there.
+pub fn parse_with(file_name: &str, text: &str, settings: &[Setting]) -> Result<Scene, SceneErrors> {
+    let appended = Appended::to(text, settings);
+    let diagnostics = Diagnostics::with_settings(file_name, &appended.text, appended.named());
+    let mut document = match DeTable::parse(text) {
         Ok(document) => document,
         Err(error) => {
             let span = error.span().unwrap_or(0..0);
@@ -62,6 +92,19 @@ pub fn parse(file_name: &str, text: &str) -> Result<Scene, SceneErrors> {
             return diagnostics.finish(None);
         }
     };
+    for (setting, line, place) in &appended.settings {
+        let value = DeTable::parse(line).ok().and_then(|table| {
+            let mut values = table.into_inner().into_iter();
+            values.next().map(|(_, value)| value)
+        });
+        let applied = match value {
+            Some(value) => setting.apply(document.get_mut(), value),
+            None => Err("the value is no TOML".to_owned()),
+        };
+        if let Err(message) = applied {
+            diagnostics.report(place.clone(), message);
+        }
+    }
     let name = FilePath::new(file_name)
         .file_stem()
         .map_or_else(String::new, |stem| printable_path(FilePath::new(stem)));
@@ -69,6 +112,39 @@ pub fn parse(file_name: &str, text: &str) -> Result<Scene, SceneErrors> {
     let scene = read_scene(&root, name);
     root.finish();
     diagnostics.finish(scene)
+}
+
+/// A scene's text with settings behind it, a line each, so that each of their values has
+/// a place.
+struct Appended<'s> {
+    text: String,
+    /// Each setting, its line behind as many blanks as there is text before it, and
+    /// where it stands.
+    settings: Vec<(&'s Setting, String, Range<usize>)>,
+}
+
+impl<'s> Appended<'s> {
+    fn to(text: &str, settings: &'s [Setting]) -> Appended<'s> {
+        let mut whole = text.to_owned();
+        let with_places = settings.iter().map(|setting| {
+            whole.push('\n');
+            let start = whole.len();
+            whole += &setting.line();
+            let line = " ".repeat(start) + &setting.line();
+            (setting, line, start..whole.len() + 1)
+        });
+        Appended {
+            settings: with_places.collect(),
+            text: whole,
+        }
+    }
+
+    fn named(&self) -> Vec<(Range<usize>, String)> {
+        let settings = self.settings.iter();
+        settings
+            .map(|(setting, _, place)| (place.clone(), setting.origin().to_owned()))
+            .collect()
+    }
 }
 
 /// The parser's complaint, with what would be right where it does not say so.

@@ -15,14 +15,19 @@ use crate::scan::Clock;
 
 const CODE_EXAMPLE: &str = "{ family = \"gold\", degree = 11 }";
 
+/// That of the article's laser.
+const DEFAULT_WAVELENGTH_NM: f64 = 783.0;
+
 pub(super) fn read(section: Section) -> Option<Source> {
-    for key in ["code", "wavelength", "mean_power"] {
-        section.require(key);
-    }
+    section.require("code");
     let name = section.get("name").and_then(|name| name.get_ref().as_str());
     let code = section.section("code", CODE_EXAMPLE).and_then(read_code);
-    let wavelength_nm = section.quantity("wavelength");
-    let mean_power_w = section.quantity("mean_power");
+    let quantity = |name, default| match section.get(name) {
+        None => Some(default),
+        Some(_) => section.quantity(name),
+    };
+    let wavelength_nm = quantity("wavelength", DEFAULT_WAVELENGTH_NM);
+    let mean_power_w = quantity("mean_power", 0.0);
     let extinction_ratio = read_extinction_ratio(&section);
     section.finish();
     Some(Source {

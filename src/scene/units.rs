@@ -186,6 +186,12 @@ pub(super) fn parse(text: &str, quantity: Quantity, example: &str) -> Result<f64
     Ok(converted)
 }
 
+/// The units of a quantity.
+pub(super) fn names(quantity: Quantity) -> impl Iterator<Item = &'static str> {
+    let is_own = move |unit: &&Unit| unit.dimension == quantity.dimension();
+    UNITS.iter().filter(is_own).map(|unit| unit.name)
+}
+
 /// The complaint about a number without a unit; `shown` is how it was written.
 pub(super) fn missing_unit(shown: &str, number: &str, example: &str) -> String {
     let (_, unit) = split_number(example);

@@ -21,12 +21,16 @@ const SKIPPED: [(&str, &str); 5] = [
     ("--repeat 112", "minutes of simulation"),
 ];
 /// The words that stand for a user's own, and one of each.
-const PLACEHOLDERS: [(&str, &str); 5] = [
+const PLACEHOLDERS: [(&str, &str); 9] = [
     ("SCENE", "scenes/quick.toml"),
     ("DIR", "out"),
     ("N", "5"),
     ("T", "expected"),
     ("FILE", "out.vcd"),
+    ("COUNTS", "counted/counts.csv"),
+    ("NAME", "my-sensor"),
+    ("SHELL", "bash"),
+    ("KEY=VALUES", "'path.distance=1 m, 2 m'"),
 ];
 /// Synopses that run for minutes.
 const LONG: [&str; 3] = ["fidelity", "reproduce", "stress"];
@@ -87,6 +91,11 @@ fn workplace() -> tempfile::TempDir {
         "goldtof emit scenes/quick.toml --out my_rtl --quiet",
     );
     assert!(emitted.status.success());
+    let counted = shell(
+        folder.path(),
+        "goldtof run scenes/quick.toml --out counted --quiet",
+    );
+    assert!(counted.status.success());
     let quick = fs::read_to_string(root().join("scenes/quick.toml")).expect("it is there");
     let without_unit = quick.replace("chip_period = \"8 ns\"", "chip_period = 8");
     fs::write(folder.path().join("scene.toml"), without_unit).expect("it can be written");

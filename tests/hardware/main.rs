@@ -22,3 +22,4 @@ mod hdl_rust_simulation;
 mod hdl_snapshots;
 mod hdl_support;
 mod reference_model_equals_a_clock_by_clock_model;
+mod schema_takes_scenes;

@@ -350,7 +350,7 @@ fn a_scene_that_is_wrong_ends_with_2_and_names_its_place() {
     assert_eq!(output.status.code(), Some(2));
     assert!(output.stdout.is_empty());
     assert!(
-        stderr(&output).contains("wrong.toml:4:15: "),
+        stderr(&output).contains("wrong.toml:5:15: "),
         "{}",
         stderr(&output)
     );
@@ -487,7 +487,11 @@ fn a_mismatch_ends_with_1_and_leaves_waveforms_of_both_sides() {
     emit(folder.path());
     let path = folder.path().join("sensor_top.v");
     let text = fs::read_to_string(&path).unwrap();
-    fs::write(&path, text.replace("o_laser <= chips", "o_laser <= ~chips")).unwrap();
+    fs::write(
+        &path,
+        text.replace("o_laser <= transmit_chip", "o_laser <= ~transmit_chip"),
+    )
+    .unwrap();
     let vcd = folder.path().join("mismatch.vcd");
     let output = goldtof(&[
         "cosim",

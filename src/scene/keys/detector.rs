@@ -1,6 +1,6 @@
 //! Detectors.
 
-use super::{Key, Kind, Table};
+use super::{Form, Key, Kind, Table};
 use crate::scene::units::Quantity;
 
 pub(in crate::scene) static DETECTOR: Table = Table {
@@ -8,7 +8,7 @@ pub(in crate::scene) static DETECTOR: Table = Table {
     keys: &[
         Key {
             name: "name",
-            kind: Kind::Words("a text that is not empty"),
+            kind: Kind::Words("a text that is not empty", Form::Text),
             default: None,
             example: "\"spad\"",
             meaning: "what paths call it",
@@ -16,7 +16,7 @@ pub(in crate::scene) static DETECTOR: Table = Table {
         },
         Key {
             name: "reference",
-            kind: Kind::Words("the name of a source"),
+            kind: Kind::Words("the name of a source", Form::Text),
             default: None,
             example: "\"laser\"",
             meaning: "source whose code the sign follows",
@@ -72,7 +72,7 @@ pub(in crate::scene) static DETECTOR: Table = Table {
         },
         Key {
             name: "afterpulsing",
-            kind: Kind::Words("a table"),
+            kind: Kind::Words("a table", Form::Table("detector.afterpulsing")),
             default: Some("none"),
             example: "{ probability = 0.137, time_constant = \"5 ns\" }",
             meaning: "avalanches that an avalanche causes later",
@@ -116,7 +116,7 @@ pub(in crate::scene) static DETECTOR: Table = Table {
         },
         Key {
             name: "counter",
-            kind: Kind::Words("a table"),
+            kind: Kind::Words("a table", Form::Table("detector.counter")),
             default: Some("none"),
             example: "{ rising_delay = \"340 ps\", falling_delay = \"390 ps\" }",
             meaning: "edges of the article's continuous-time counter",

@@ -6,41 +6,49 @@ use super::{Key, Kind, TABLES};
 use crate::code::MAX_CODE_CHIPS;
 use crate::scene::read;
 
-/// `docs/scene-limits.md`: every key of a scene with its bounds.
-pub fn limits() -> String {
-    let mut text = "# Limits of a scene\n\n\
-        Made from `src/scene/keys` by `GOLDTOF_UPDATE=1 cargo test --lib scene::keys`; \
-        a test compares.\n\n\
+/// `docs/scene.md`: every key of a scene, with unit, range, default and an example.
+pub fn reference() -> String {
+    let mut text = "# Keys of a scene\n\n\
+        Made from `src/scene/keys` by `GOLDTOF_UPDATE=1 cargo test --lib scene::keys`, and with it \
+        [scene.schema.json](scene.schema.json), a JSON Schema by which editors complete and check \
+        scenes: with [taplo](https://taplo.tamasfe.dev) the line `#:schema` at the top of a scene \
+        names it. Tests compare both. [scenes.md](scenes.md) tells how keys go together.\n\n\
+        A quantity is a text of a number and a unit, in any unit of its kind: times in fs, ps, ns, \
+        us, ms, s, min, h; lengths in nm, um, mm, cm, m, km; rates in cps, kcps, Mcps, Gcps; powers \
+        in fW, pW, nW, uW, mW, W, dBm; speeds in um/s, mm/s, m/s, km/s, km/h.\n\n\
         A value at a bound is allowed. One outside is refused when the scene is read, with file, \
-        line, column and the bound. Quantities may be written in any unit of their kind.\n\n\
-        Bounds are what the arithmetic keeps precise, or what is physical, whichever is narrower. \
-        Time in a simulation is whole chips in 64 bits and an offset within the chip (2^-53 of a \
-        chip at any time); delays are doubles, which keep 2 fs up to 10 s; numbers of samples and \
-        counts have 64 bits.\n"
+        line, column and the bound. Bounds are what the arithmetic keeps precise, or what is \
+        physical, whichever is narrower. Time in a simulation is whole chips in 64 bits and an \
+        offset within the chip (2^-53 of a chip at any time); delays are doubles, which keep 2 fs \
+        up to 10 s; numbers of samples and counts have 64 bits.\n"
         .to_owned();
     for table in TABLES {
         let _ = writeln!(text, "\n## `{}`\n", table.path);
-        text += "| key | least | most | when left out | meaning | why these bounds |\n";
+        text += "| key | meaning | range | when left out | example | why these bounds |\n";
         text += "|---|---|---|---|---|---|\n";
         for key in table.keys {
-            let [least, most] = bounds(key);
             let default = key.default.unwrap_or("it must be given");
             let _ = writeln!(
                 text,
-                "| `{}` | {least} | {most} | {default} | {} | {} |",
-                key.name, key.meaning, key.why
+                "| `{}` | {} | {} | {default} | `{}` | {} |",
+                key.name,
+                key.meaning,
+                range(key),
+                key.example_toml(),
+                key.why
             );
         }
     }
     text + &together()
 }
 
-fn bounds(key: &Key) -> [String; 2] {
+/// What a key may be, in words.
+pub(super) fn range(key: &Key) -> String {
     match key.kind {
-        Kind::Quantity { least, most, .. } => [least, most].map(str::to_owned),
-        Kind::Number { least, most } => [least, most].map(|bound| bound.to_string()),
-        Kind::Integer { least, most } => [least, most].map(|bound| bound.to_string()),
-        Kind::Words(words) => [words.to_owned(), String::new()],
+        Kind::Quantity { least, most, .. } => format!("{least} to {most}"),
+        Kind::Number { least, most } => format!("{least} to {most}"),
+        Kind::Integer { least, most } => format!("{least} to {most}"),
+        Kind::Words(words, _) => words.to_owned(),
     }
 }
 

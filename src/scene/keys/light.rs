@@ -1,6 +1,6 @@
 //! Sources, their codes, and the paths of their light.
 
-use super::{Key, Kind, Table};
+use super::{Form, Key, Kind, Table};
 use crate::code::{MAX_DEGREE, MAX_INTERLEAVE, MIN_DEGREE};
 use crate::scene::units::Quantity;
 
@@ -9,7 +9,7 @@ pub(in crate::scene) static SOURCE: Table = Table {
     keys: &[
         Key {
             name: "name",
-            kind: Kind::Words("a text that is not empty"),
+            kind: Kind::Words("a text that is not empty", Form::Text),
             default: None,
             example: "\"laser\"",
             meaning: "what paths and detectors call it",
@@ -17,7 +17,7 @@ pub(in crate::scene) static SOURCE: Table = Table {
         },
         Key {
             name: "code",
-            kind: Kind::Words("a table"),
+            kind: Kind::Words("a table", Form::Table("source.code")),
             default: None,
             example: "{ family = \"gold\", degree = 11 }",
             meaning: "the code that it repeats without end",
@@ -30,7 +30,7 @@ pub(in crate::scene) static SOURCE: Table = Table {
                 least: "1 nm",
                 most: "1 mm",
             },
-            default: None,
+            default: Some("783 nm"),
             example: "783 nm",
             meaning: "vacuum wavelength",
             why: "soft X-rays to far infrared: what photon counters exist for",
@@ -42,7 +42,7 @@ pub(in crate::scene) static SOURCE: Table = Table {
                 least: "0 W",
                 most: "1000 W",
             },
-            default: None,
+            default: Some("0 W: a source without light, for work on the hardware alone"),
             example: "4 pW",
             meaning: "optical power averaged over the code, at the source",
             why: "no laser is keyed chip by chip at more",
@@ -67,7 +67,10 @@ pub(in crate::scene) static CODE: Table = Table {
     keys: &[
         Key {
             name: "family",
-            kind: Kind::Words("\"gold\", \"m-sequence\", \"square\" or \"chips\""),
+            kind: Kind::Words(
+                "\"gold\", \"m-sequence\", \"square\" or \"chips\"",
+                Form::Choice(&["gold", "m-sequence", "square", "chips"]),
+            ),
             default: None,
             example: "\"gold\"",
             meaning: "family of the code",
@@ -119,7 +122,7 @@ pub(in crate::scene) static CODE: Table = Table {
         },
         Key {
             name: "seeds",
-            kind: Kind::Words("a list of texts of n digits 0 and 1"),
+            kind: Kind::Words("a list of texts of n digits 0 and 1", Form::Texts),
             default: Some("all ones"),
             example: "[\"11111\", \"11111\"]",
             meaning: "first n chips of each m-sequence",
@@ -127,7 +130,7 @@ pub(in crate::scene) static CODE: Table = Table {
         },
         Key {
             name: "allow_non_preferred",
-            kind: Kind::Words("true or false"),
+            kind: Kind::Words("true or false", Form::Boolean),
             default: Some("false"),
             example: "true",
             meaning: "whether a pair that is not preferred may make a Gold set",
@@ -135,7 +138,7 @@ pub(in crate::scene) static CODE: Table = Table {
         },
         Key {
             name: "chips",
-            kind: Kind::Words("a text of digits 0 and 1"),
+            kind: Kind::Words("a text of digits 0 and 1", Form::Digits),
             default: Some("none: family \"chips\" needs it"),
             example: "\"0110\"",
             meaning: "one period of the code, first chip first",
@@ -149,7 +152,7 @@ pub(in crate::scene) static PATH: Table = Table {
     keys: &[
         Key {
             name: "source",
-            kind: Kind::Words("the name of a source"),
+            kind: Kind::Words("the name of a source", Form::Text),
             default: None,
             example: "\"laser\"",
             meaning: "where the light comes from",
@@ -157,7 +160,7 @@ pub(in crate::scene) static PATH: Table = Table {
         },
         Key {
             name: "detector",
-            kind: Kind::Words("the name of a detector"),
+            kind: Kind::Words("the name of a detector", Form::Text),
             default: None,
             example: "\"spad\"",
             meaning: "where it arrives",
@@ -212,7 +215,7 @@ pub(in crate::scene) static PATH: Table = Table {
         },
         Key {
             name: "fluctuation",
-            kind: Kind::Words("a table"),
+            kind: Kind::Words("a table", Form::Table("path.fluctuation")),
             default: Some("none"),
             example: "{ std = \"2 mm\", correlation_time = \"1 ms\" }",
             meaning: "what the distance does at random beside that",

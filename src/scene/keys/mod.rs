@@ -1,7 +1,7 @@
 //! Every key of a scene: what it means, and what it may be.
 //!
-//! The one place for bounds: the reader takes them from here, and so does
-//! `docs/scene-limits.md` ([`limits`]). Bounds are what the arithmetic keeps
+//! The one place for bounds: the reader takes them from here, and so do
+//! `docs/scene.md` ([`reference()`]) and `docs/scene.schema.json` ([`schema()`]). Bounds are what the arithmetic keeps
 //! precise, or what is physical, whichever is narrower; each key says why.
 //!
 //! - Time in a simulation is whole chips in 64 bits and an offset within the chip:
@@ -17,11 +17,13 @@
 mod detector;
 mod document;
 mod light;
+mod schema;
 mod sensor;
 
 use super::units::{self, Quantity};
 
-pub use document::limits;
+pub use document::reference;
+pub use schema::schema;
 
 pub(super) use detector::{AFTERPULSING, COUNTER, DETECTOR};
 pub(super) use light::{CODE, FLUCTUATION, PATH, SOURCE};
@@ -55,7 +57,24 @@ pub(super) enum Kind {
     /// A whole number, or a list of them.
     Integer { least: i64, most: i64 },
     /// Anything else, in words.
-    Words(&'static str),
+    Words(&'static str, Form),
+}
+
+/// What is neither a quantity nor a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    Text,
+    /// A text of digits 0 and 1.
+    Digits,
+    /// A list of such.
+    Texts,
+    /// One of some texts.
+    Choice(&'static [&'static str]),
+    Boolean,
+    /// The table of that path.
+    Table(&'static str),
+    /// "all", or the table of that path.
+    AllOr(&'static str),
 }
 
 /// The keys of a table.
@@ -102,7 +121,31 @@ impl Key {
             }
             Kind::Number { least, most } => (least..=most).contains(&value),
             Kind::Integer { least, most } => (least as f64..=most as f64).contains(&value),
-            Kind::Words(_) => true,
+            Kind::Words(..) => true,
+        }
+    }
+
+    /// How many lists there are round a value: `jitter` is a list, `polynomials` a list
+    /// of lists.
+    fn lists(&self) -> usize {
+        match self.name {
+            "jitter" => 1,
+            "polynomials" => 2,
+            _ => 0,
+        }
+    }
+
+    /// A right value, as a file has it.
+    fn example_toml(&self) -> String {
+        let value = match self.kind {
+            Kind::Quantity { .. } => format!("\"{}\"", self.example),
+            _ => self.example.to_owned(),
+        };
+        match self.lists() {
+            0 => value,
+            1 => format!("[{value}]"),
+            // Whatever the bounds of an exponent, a polynomial has several.
+            _ => "[[11, 2, 0], [11, 8, 5, 2, 0]]".to_owned(),
         }
     }
 
@@ -136,7 +179,7 @@ impl Key {
             Kind::Integer { least, most } => {
                 format!("{shown} is outside {least} to {most}; write for example {example}")
             }
-            Kind::Words(words) => format!("{shown} is not {words}; write for example {example}"),
+            Kind::Words(words, _) => format!("{shown} is not {words}; write for example {example}"),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Clock, scan, estimate and hardware.
 
-use super::{Key, Kind, Table};
+use super::{Form, Key, Kind, Table};
 use crate::scene::units::Quantity;
 
 /// Most phase steps of a code period: the longest code, with the most samples.
@@ -51,7 +51,10 @@ pub(in crate::scene) static SCAN: Table = Table {
         },
         Key {
             name: "steps",
-            kind: Kind::Words("\"all\" or a table of phase steps"),
+            kind: Kind::Words(
+                "\"all\" or a table of phase steps",
+                Form::AllOr("scan.steps"),
+            ),
             default: Some("\"all\""),
             example: "\"all\"",
             meaning: "which phase steps are measured",
@@ -116,7 +119,7 @@ pub(in crate::scene) static ESTIMATE: Table = Table {
     keys: &[
         Key {
             name: "estimator",
-            kind: Kind::Words("\"fft\" or \"model\""),
+            kind: Kind::Words("\"fft\" or \"model\"", Form::Choice(&["fft", "model"])),
             default: Some("\"fft\""),
             example: "\"fft\"",
             meaning: "how counts become distances",
@@ -124,7 +127,10 @@ pub(in crate::scene) static ESTIMATE: Table = Table {
         },
         Key {
             name: "other_light",
-            kind: Kind::Words("\"given\", \"search\" or \"none\""),
+            kind: Kind::Words(
+                "\"given\", \"search\" or \"none\"",
+                Form::Choice(&["given", "search", "none"]),
+            ),
             default: Some("\"given\""),
             example: "\"given\"",
             meaning: "which light besides the strongest path the model estimator looks for",
@@ -138,7 +144,10 @@ pub(in crate::scene) static HARDWARE: Table = Table {
     keys: &[
         Key {
             name: "target",
-            kind: Kind::Words("\"ecp5-25k-6\", \"ice40-hx8k\" or \"xc7\""),
+            kind: Kind::Words(
+                "\"ecp5-25k-6\", \"ice40-hx8k\" or \"xc7\"",
+                Form::Choice(&["ecp5-25k-6", "ice40-hx8k", "xc7"]),
+            ),
             default: Some("\"ecp5-25k-6\""),
             example: "\"ecp5-25k-6\"",
             meaning: "device that the hardware is built for",
@@ -162,7 +171,7 @@ pub(in crate::scene) static HARDWARE: Table = Table {
         },
         Key {
             name: "total_counts",
-            kind: Kind::Words("true or false"),
+            kind: Kind::Words("true or false", Form::Boolean),
             default: Some("true with estimator \"model\", else false"),
             example: "true",
             meaning: "whether results carry the total count of a step beside the signed one",
@@ -170,7 +179,7 @@ pub(in crate::scene) static HARDWARE: Table = Table {
         },
         Key {
             name: "peak_detector",
-            kind: Kind::Words("true or false"),
+            kind: Kind::Words("true or false", Form::Boolean),
             default: Some("false"),
             example: "true",
             meaning: "whether the hardware finds the largest count of a scan",

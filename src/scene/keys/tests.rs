@@ -115,17 +115,14 @@ fn values(key: &Key) -> Vec<(String, String)> {
             (least.to_string(), (least - 1).to_string()),
             (most.to_string(), (most + 1).to_string()),
         ],
-        Kind::Words(_) => Vec::new(),
+        Kind::Words(..) => Vec::new(),
     }
 }
 
-/// Keys that are lists.
-fn listed(name: &str, value: &str) -> String {
-    match name {
-        "jitter" => format!("[{value}]"),
-        "polynomials" => format!("[[{value}]]"),
-        _ => value.to_owned(),
-    }
+/// A value in as many lists as its key has round it.
+fn listed(key: &Key, value: &str) -> String {
+    let lists = key.lists();
+    format!("{}{value}{}", "[".repeat(lists), "]".repeat(lists))
 }
 
 #[test]
@@ -135,18 +132,14 @@ fn a_value_at_its_bound_is_within_and_one_beyond_is_refused_with_the_bound() {
         for key in table.keys {
             for (at, beyond) in values(key) {
                 let place = format!("{}.{}: ", table.path, key.name);
-                let found = complaints(&scene_with(
-                    table.path,
-                    key.name,
-                    &listed(key.name, &beyond),
-                ));
+                let found = complaints(&scene_with(table.path, key.name, &listed(key, &beyond)));
                 let refusal = key.outside(&beyond);
                 let refusal = format!("{place}{refusal}");
                 assert!(
                     found.iter().any(|message| message.starts_with(&refusal)),
                     "{place}{beyond}: {found:?}"
                 );
-                let found = complaints(&scene_with(table.path, key.name, &listed(key.name, &at)));
+                let found = complaints(&scene_with(table.path, key.name, &listed(key, &at)));
                 let outside = key.outside(&at);
                 assert!(
                     !found.iter().any(|message| message.ends_with(&outside)),
@@ -237,7 +230,7 @@ fn every_bound_can_be_read_and_every_example_is_within() {
                     assert!(least < most, "{}", key.name);
                     units::parse(key.example, quantity, "").unwrap()
                 }
-                Kind::Words(_) => continue,
+                Kind::Words(..) => continue,
                 _ => key.example.parse().unwrap(),
             };
             assert!(key.holds(value), "{}.{}: {value}", table.path, key.name);
@@ -264,16 +257,43 @@ fn doubles_and_64_bits_hold_what_the_bounds_allow() {
     assert!(warm_up < 2.0_f64.powi(52));
 }
 
-#[test]
-fn scene_limits_are_documented() {
-    const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/scene-limits.md");
+/// A document that is made from the keys is as they are.
+fn check_current(file: &str, text: &str) {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
     if std::env::var_os("GOLDTOF_UPDATE").is_some() {
-        std::fs::write(FILE, limits()).unwrap();
+        std::fs::write(&path, text).unwrap();
     }
-    let found = std::fs::read_to_string(FILE).unwrap_or_default();
+    let found = std::fs::read_to_string(&path).unwrap_or_default();
     assert!(
-        found == limits(),
-        "docs/scene-limits.md is out of date; make it again with \
-         GOLDTOF_UPDATE=1 cargo test --lib scene::keys"
+        found == text,
+        "{file} is out of date; make it again with GOLDTOF_UPDATE=1 cargo test --lib scene::keys"
     );
+}
+
+#[test]
+fn keys_are_documented() {
+    check_current("docs/scene.md", &reference());
+    check_current("docs/scene.schema.json", &schema());
+}
+
+#[test]
+fn choices_are_those_that_their_words_name_and_the_reader_takes() {
+    use crate::scene::wording::{alternatives, quoted};
+    for table in TABLES {
+        for key in table.keys {
+            let Kind::Words(words, Form::Choice(choices)) = key.kind else {
+                continue;
+            };
+            assert_eq!(words, alternatives(&quoted(choices)));
+            for choice in choices {
+                let text = scene_with(table.path, key.name, &format!("\"{choice}\""));
+                let unknown = format!("\"{choice}\" is not known");
+                let found = complaints(&text);
+                assert!(
+                    !found.iter().any(|message| message.contains(&unknown)),
+                    "{found:?}"
+                );
+            }
+        }
+    }
 }

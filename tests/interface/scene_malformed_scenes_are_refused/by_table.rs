@@ -101,12 +101,11 @@ fn clock() {
 
 #[test]
 fn source() {
-    const CASES: [Case; 12] = [
+    const CASES: [Case; 11] = [
         ("no name", "name = \"laser\"\n", ""),
         ("an empty name", "name = \"laser\"", "name = \"\""),
         ("a name that is a number", "name = \"laser\"", "name = 1"),
         ("no code", "code = { family = \"gold\", degree = 5 }\n", ""),
-        ("no wavelength", "wavelength = \"783 nm\"\n", ""),
         ("a wavelength that is a time", r#""783 nm""#, r#""783 ns""#),
         ("a wavelength of zero", r#""783 nm""#, r#""0 nm""#),
         ("a power that is a wavelength", r#""20 pW""#, r#""20 nm""#),

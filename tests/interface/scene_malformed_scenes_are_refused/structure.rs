@@ -41,11 +41,11 @@ fn an_unknown_table() {
 #[test]
 fn a_required_key_that_is_missing() {
     insta::assert_snapshot!(
-        refusal("mean_power = \"20 pW\"\n", ""),
+        refusal("chip_period = \"8 ns\"\n", ""),
         @r#"
-    scenes/x.toml:5:1: source: `mean_power` is missing; write for example mean_power = "4 pW"
-      5 | [[source]]
-        | ^^^^^^^^^^
+    scenes/x.toml:1:1: clock: `chip_period` is missing; write for example chip_period = "8 ns"
+      1 | [clock]
+        | ^^^^^^^
     "#
     );
 }

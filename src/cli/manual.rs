@@ -1,0 +1,54 @@
+//! `goldtof completions` and `goldtof man`: the arguments as shells and readers have
+//! them.
+
+use std::io::{self, Write as _};
+
+use anyhow::Context as _;
+use clap::CommandFactory as _;
+
+use super::Ending;
+use super::arguments::{Cli, CompletionsArguments, ManArguments};
+use super::output::Output;
+use crate::printable::printable_path;
+
+pub(super) fn completions(arguments: &CompletionsArguments) -> anyhow::Result<Ending> {
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut Cli::command(), "goldtof", &mut script);
+    match io::stdout().lock().write_all(&script) {
+        // A reader that has seen enough is no error.
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(error).context("cannot write to stdout")
+        }
+        _ => Ok(Ending::Done),
+    }
+}
+
+pub(super) fn pages(arguments: &ManArguments, output: &Output) -> anyhow::Result<Ending> {
+    let folder = output.folder(&arguments.out)?;
+    let mut command = Cli::command();
+    command.build();
+    let subcommands = command
+        .get_subcommands()
+        .filter(|sub| sub.get_name() != "help");
+    let mut names = Vec::new();
+    for page in std::iter::once(&command).chain(subcommands) {
+        let name = match page.get_name() {
+            "goldtof" => "goldtof".to_owned(),
+            name => format!("goldtof-{name}"),
+        };
+        let mut text = Vec::new();
+        clap_mangen::Man::new(page.clone())
+            .title(name.as_str())
+            .render(&mut text)?;
+        let file = format!("{name}.1");
+        folder.write(&file, &String::from_utf8_lossy(&text))?;
+        names.push(file);
+    }
+    let text = format!(
+        "{} pages in {}\n",
+        names.len(),
+        printable_path(folder.path())
+    );
+    output.answer(&names, &text)?;
+    Ok(Ending::Done)
+}

@@ -1,0 +1,91 @@
+//! `goldtof new`: a scene to start from.
+
+use std::path::PathBuf;
+
+use anyhow::bail;
+use serde::Serialize;
+
+use super::Ending;
+use super::arguments::NewArguments;
+use super::output::Output;
+use crate::files;
+use crate::printable::printable_path;
+
+/// The short scene.
+const SHORT: &str = include_str!("new/short.toml");
+
+/// The standard scenes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Like {
+    /// The whole way in a second: degree 5
+    Quick,
+    /// One sensor with the parameters of Table I, degree 11
+    PaperSingle,
+    /// The same with square-wave modulation
+    PaperSquare,
+    /// The same with the code interleaved once
+    PaperInterleaved,
+    /// Two lasers with two codes of one Gold set
+    DualView,
+    /// One code over two paths, 1.5 chips apart
+    Multipath,
+    /// A target that walks away and trembles
+    Moving,
+}
+
+impl Like {
+    fn text(self) -> &'static str {
+        match self {
+            Like::Quick => include_str!("../../scenes/quick.toml"),
+            Like::PaperSingle => include_str!("../../scenes/paper-single.toml"),
+            Like::PaperSquare => include_str!("../../scenes/paper-square.toml"),
+            Like::PaperInterleaved => include_str!("../../scenes/paper-interleaved.toml"),
+            Like::DualView => include_str!("../../scenes/dual-view.toml"),
+            Like::Multipath => include_str!("../../scenes/multipath.toml"),
+            Like::Moving => include_str!("../../scenes/moving.toml"),
+        }
+    }
+}
+
+/// The JSON of `goldtof new`.
+#[derive(Serialize)]
+struct Made {
+    scene: String,
+}
+
+pub(super) fn run(arguments: &NewArguments, output: &Output) -> anyhow::Result<Ending> {
+    let path = path_of(arguments)?;
+    let text = arguments.like.map_or(SHORT, Like::text);
+    // The schema lies beside the scenes of the source tree only.
+    let lines = text.lines().filter(|line| !line.starts_with("#:schema"));
+    let text: String = lines.map(|line| format!("{line}\n")).collect();
+    if path.symlink_metadata().is_ok() {
+        bail!(
+            "{}: there is a file of that name already; choose another name, or remove it",
+            printable_path(&path)
+        );
+    }
+    files::write(&path, text.trim_start_matches('\n'))?;
+    let shown = printable_path(&path);
+    let text = format!("{shown}: try goldtof plan {shown}\n");
+    output.answer(&Made { scene: shown }, &text)?;
+    Ok(Ending::Done)
+}
+
+/// Where the scene goes.
+fn path_of(arguments: &NewArguments) -> anyhow::Result<PathBuf> {
+    let mut path = arguments.name.clone();
+    match path.file_name() {
+        None => bail!(
+            "{}: this names no file; write for example my-sensor",
+            printable_path(&path)
+        ),
+        Some(name) if path.extension().is_none_or(|extension| extension != "toml") => {
+            let mut name = name.to_owned();
+            name.push(".toml");
+            path.set_file_name(name);
+        }
+        Some(_) => {}
+    }
+    Ok(path)
+}

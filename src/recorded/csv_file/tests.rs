@@ -1,0 +1,137 @@
+use super::*;
+use crate::scene;
+
+fn quick() -> Sensor {
+    Sensor::new(&scene::load(Path::new("scenes/quick.toml")).unwrap())
+}
+
+/// A right file: 248 phase steps, whose counts are their numbers.
+fn file() -> String {
+    let rows = (0..248).map(|k| format!("{k},{k}\n"));
+    format!("phase_step,count\n{}", rows.collect::<String>())
+}
+
+fn wrong(text: &str) -> Wrong {
+    parse(text, &quick()).expect_err("it is wrong")
+}
+
+#[test]
+fn counts_come_into_their_places_in_whatever_form_the_file_has() {
+    let scene = quick();
+    let right = parse(&file(), &scene).unwrap();
+    assert_eq!(right.len(), 1);
+    assert!(!right[0].has_totals);
+    let signed: Vec<i64> = right[0].counts.iter().map(|count| count.signed).collect();
+    assert_eq!(signed, (0..248).collect::<Vec<i64>>());
+    // Line ends of Windows, a byte order mark, spaces, rows and columns in another
+    // order, quotation marks, no line end at the end.
+    let mut rows: Vec<&str> = file().leak().lines().skip(1).collect();
+    rows.reverse();
+    let reversed = format!("phase_step,count\n{}", rows.join("\n"));
+    let swapped: String = (0..248)
+        .map(|k| format!("\"{k}\" , spad, {k}\r\n"))
+        .collect();
+    for text in [
+        file().replace('\n', "\r\n"),
+        format!("\u{feff}{}", file()),
+        reversed,
+        format!("count,detector,phase_step\r\n{swapped}"),
+    ] {
+        assert_eq!(parse(&text, &scene).unwrap(), right);
+    }
+}
+
+#[test]
+fn a_mistake_is_told_with_its_line_and_what_would_be_right() {
+    for (line, from, to, told) in [
+        (
+            1,
+            "phase_step,count",
+            "phase_step,counts",
+            "no column is called \"counts\"",
+        ),
+        (
+            1,
+            "phase_step,count",
+            "phase_step,phase_step",
+            "two columns are called",
+        ),
+        (
+            1,
+            "phase_step,count",
+            "phase_step,total_count",
+            "has no column count",
+        ),
+        (
+            5,
+            "\n3,3\n",
+            "\n3,3,3\n",
+            "3 fields here, the heading has 2",
+        ),
+        (5, "\n3,3\n", "\n3\n", "1 fields here, the heading has 2"),
+        (
+            5,
+            "\n3,3\n",
+            "\n3,3.5\n",
+            "count is \"3.5\"; write a whole number",
+        ),
+        (5, "\n3,3\n", "\n3,\n", "count is \"\""),
+        (5, "\n3,3\n", "\n3,nan\n", "count is \"nan\""),
+        (
+            5,
+            "\n3,3\n",
+            "\n2,3\n",
+            "phase step 2 of detector \"spad\" stands on line 4 already",
+        ),
+        (
+            5,
+            "\n3,3\n",
+            "\n248,3\n",
+            "the scene's scan has no phase step 248",
+        ),
+        (5, "\n3,3\n", "\n-1,3\n", "no phase step -1"),
+        (5, "\n3,3\n", "\n3,10002\n", "at most 10001 detections"),
+        (
+            5,
+            "\n3,3\n",
+            "\n3,-99999999999999999999999999\n",
+            "at most 10001 detections",
+        ),
+        (
+            248,
+            "\n3,3\n",
+            "\n",
+            "1 of the scan's 248 phase steps of detector \"spad\" missing",
+        ),
+    ] {
+        let text = file();
+        assert!(text.contains(from));
+        let (found, problem) = wrong(&text.replacen(from, to, 1));
+        assert!(problem.contains(told), "{told}: {problem}");
+        assert_eq!(found, line, "{problem}");
+    }
+    assert_eq!(wrong("").0, 1);
+    assert!(wrong("phase_step,count\n").1.contains("no counts"));
+    let huge = format!("phase_step,count\n3,{}\n", "9".repeat(1000));
+    assert!(wrong(&huge).1.len() < 200);
+}
+
+#[test]
+fn counts_of_another_scene_are_told_by_their_own_columns() {
+    let with = |heading: &str, row: &str| wrong(&format!("{heading}\n{row}\n")).1;
+    let told = with("measurement,phase_step,count", "4,3,0");
+    assert!(told.contains("another scene"), "{told}");
+    let told = with("phase_step,distance_m,count", "8,99.0,0");
+    assert!(told.contains("another scene"), "{told}");
+    let told = with("phase_step,count,detector", "8,0,apd");
+    assert!(told.contains("it has \"spad\""), "{told}");
+}
+
+#[test]
+fn totals_and_counts_must_be_possible_together() {
+    let with = |row: &str| wrong(&format!("phase_step,count,total_count\n{row}\n")).1;
+    assert!(with("0,5,3").contains("it is 5 to 10001"));
+    assert!(with("0,5,-7").contains("it is 5 to"));
+    assert!(with("0,5,8").contains("do not belong together"));
+    assert!(with("0,5,10003").contains("it is 5 to 10001"));
+}

@@ -1,0 +1,443 @@
+//! What seems wrong with a sensor whose counts are not as its scene says.
+//!
+//! Every statement rests on a test at [`LEVEL`], at most five of them: by design they are
+//! wrong about a right scene in about one scan of a hundred (docs/recorded-counts.md has
+//! what was measured). Only the distance is unknown at first. Whatever of light level,
+//! constant light and dead time raises the likelihood most is taken in as long as it
+//! raises it significantly. Where several do about as well, all of them are named: the
+//! counts do not tell which it is. A cause that is named fits the counts; that another
+//! one, or several together, would fit them too is never ruled out.
+
+use std::sync::Arc;
+
+use serde::Serialize;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::RecordedScan;
+use super::codes::{self, Candidate};
+use super::hypothesis::{Change, Fitted, NoFit, Unknown, fit};
+use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
+use crate::math::normal_cdf;
+use crate::scene::Scene;
+use crate::sensor::Sensor;
+
+/// Chance of each test to be wrong about counts that are as the scene says.
+pub const LEVEL: f64 = 0.002;
+
+/// What may be wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cause {
+    /// The sources' power, the transmission, or the detection probability.
+    LightLevel,
+    /// Dark counts, background, or other light that is not modulated.
+    ConstantLight,
+    /// The dead time.
+    DeadTime,
+    /// A constant delay: the detector's, a cable's, or another distance.
+    Offset,
+    /// The light, or light and reference, carry another code.
+    Code,
+    /// Counts scatter more, or otherwise, than any of these explains.
+    Unexplained,
+    /// Counts scatter less than photons can.
+    TooEven,
+}
+
+/// A test, and what it found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TestOutcome {
+    /// What is tested.
+    pub cause: Cause,
+    /// What twice the logarithm of the likelihood gains: by chance a chi-square of one
+    /// degree of freedom. Of the residuals their chi-square.
+    pub statistic: f64,
+    /// Chance of such a statistic if the scene is right.
+    pub p_value: Option<f64>,
+    /// Whether it is below the test's level.
+    pub rejects: bool,
+    /// What the scene has, with the unit in `unit`.
+    pub scene_value: Option<f64>,
+    /// What the counts say.
+    pub fitted_value: Option<f64>,
+    /// Its standard deviation.
+    pub std: Option<f64>,
+    /// Unit of the values.
+    pub unit: &'static str,
+}
+
+/// What the counts say of the scene.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Diagnosis {
+    /// What fits the counts better than the scene, the strongest first; none if nothing
+    /// does. Those that the counts do not tell apart are all there.
+    pub causes: Vec<Cause>,
+    /// The same in a sentence.
+    pub sentence: String,
+    /// Every test that was done.
+    pub tests: Vec<TestOutcome>,
+    /// What could not be tested, and why.
+    pub not_tested: Vec<String>,
+}
+
+/// A diagnosis, and the fit behind it.
+pub(super) struct Found {
+    pub diagnosis: Diagnosis,
+    pub fitted: Fitted,
+}
+
+/// Tests a scan against its scene. `delay_ps` is where its peak stands, as later than
+/// the scene's.
+pub(super) fn diagnose(
+    sensor: &Sensor,
+    scan: &RecordedScan,
+    delay_ps: Option<f64>,
+) -> Result<Found, NoFit> {
+    let start = Change {
+        delay_ps: delay_ps.unwrap_or(0.0),
+        ..Change::default()
+    };
+    let mut search = Search {
+        sensor,
+        scene: sensor.scene(),
+        scan,
+        unknowns: vec![Unknown::Delay],
+        fitted: fit(sensor, scan, &[Unknown::Delay], start)
+            .or_else(|_| fit(sensor, scan, &[], start))?,
+        tests: Vec::new(),
+        alike: Vec::new(),
+        not_tested: Vec::new(),
+    };
+    if search.fitted.errors.is_empty() {
+        search.unknowns.clear();
+    }
+    while search.take_in_best() {}
+    let code = match search.is_explained() {
+        true => None,
+        false => search.other_code(),
+    };
+    Ok(search.conclude(code))
+}
+
+struct Search<'s> {
+    sensor: &'s Sensor,
+    scene: &'s Scene,
+    scan: &'s RecordedScan,
+    unknowns: Vec<Unknown>,
+    fitted: Fitted,
+    tests: Vec<TestOutcome>,
+    /// What was taken in, each with those that do about as well.
+    alike: Vec<Vec<Unknown>>,
+    not_tested: Vec<String>,
+}
+
+/// Chance of a chi-square of one degree of freedom above `statistic`.
+fn chance(statistic: f64) -> f64 {
+    2.0 * normal_cdf(-statistic.max(0.0).sqrt())
+}
+
+/// The statistic that has the chance [`LEVEL`].
+fn critical() -> f64 {
+    ChiSquared::new(1.0).map_or(f64::INFINITY, |chi| chi.inverse_cdf(1.0 - LEVEL))
+}
+
+impl Search<'_> {
+    /// Takes in what raises the likelihood most, if significantly.
+    fn take_in_best(&mut self) -> bool {
+        let has_dead_time = self.scene.detectors[self.scan.detector].dead_time_ps > 0.0;
+        let mut candidates = vec![Unknown::Light, Unknown::Constant];
+        candidates.extend(has_dead_time.then_some(Unknown::DeadTime));
+        candidates.retain(|unknown| !self.unknowns.contains(unknown));
+        let mut gains: Vec<(f64, Unknown, Fitted)> = Vec::new();
+        for unknown in candidates {
+            let mut unknowns = self.unknowns.clone();
+            unknowns.push(unknown);
+            match fit(self.sensor, self.scan, &unknowns, self.fitted.change) {
+                Ok(fitted) => {
+                    let gain = self.fitted.deviance - fitted.deviance;
+                    self.tests.retain(|test| test.cause != cause_of(unknown));
+                    self.tests.push(self.outcome(unknown, gain, &fitted));
+                    gains.push((gain, unknown, fitted));
+                }
+                Err(reason) => {
+                    let name = name_of(unknown);
+                    self.not_tested.push(format!("{name}: {reason}"));
+                }
+            }
+        }
+        gains.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut gains = gains.into_iter();
+        let Some((gain, unknown, fitted)) = gains.next().filter(|best| best.0 > critical()) else {
+            return false;
+        };
+        let mut alike = vec![unknown];
+        let as_good = gains.filter(|other| other.0 > gain - critical());
+        alike.extend(as_good.map(|(_, unknown, _)| unknown));
+        self.alike.push(alike);
+        self.unknowns.push(unknown);
+        self.fitted = fitted;
+        true
+    }
+
+    fn outcome(&self, unknown: Unknown, statistic: f64, fitted: &Fitted) -> TestOutcome {
+        let spad = &self.scene.detectors[self.scan.detector];
+        let value = unknown.of(&fitted.change);
+        let std = fitted.errors.iter().find(|(of, _)| *of == unknown);
+        let std = std.map(|(_, std)| *std);
+        let background = spad.background_rate_cps * spad.photon_detection_probability;
+        let constant_cps = background + spad.dark_count_rate_cps;
+        let (scene_value, fitted_value, std, unit) = match unknown {
+            Unknown::Light => (
+                1.0,
+                value.exp(),
+                std.map(|s| s * value.exp()),
+                "of the scene's",
+            ),
+            Unknown::Constant => (constant_cps, constant_cps + value, std, "cps"),
+            Unknown::DeadTime => {
+                let ns = spad.dead_time_ps * 1e-3;
+                (ns, ns + value * 1e-3, std.map(|s| s * 1e-3), "ns")
+            }
+            Unknown::Delay => (0.0, value * 1e-3, std.map(|s| s * 1e-3), "ns"),
+        };
+        TestOutcome {
+            cause: cause_of(unknown),
+            statistic,
+            p_value: Some(chance(statistic)),
+            rejects: statistic > critical(),
+            scene_value: Some(scene_value),
+            fitted_value: Some(fitted_value),
+            std,
+            unit,
+        }
+    }
+
+    fn is_explained(&self) -> bool {
+        self.fitted.p_value.is_none_or(|p| p >= LEVEL)
+    }
+
+    /// The code that explains the counts better than the scene's, if one does.
+    fn other_code(&mut self) -> Option<(Candidate, Fitted)> {
+        let found = codes::search(self.scene, self.scan.detector, &self.scan.counts);
+        let (candidates, tried) = match found {
+            Ok(found) => found,
+            Err(reason) => {
+                self.not_tested.push(format!("code: {reason}"));
+                return None;
+            }
+        };
+        // As many codes and as many places as were tried.
+        let tried = tried as f64 * self.scan.counts.len() as f64;
+        let needed = critical() + 2.0 * tried.ln();
+        let fits = candidates.into_iter().filter_map(|candidate| {
+            let fitted = self.with_code(&candidate)?;
+            Some((candidate, fitted))
+        });
+        let best = fits.min_by(|a, b| a.1.deviance.total_cmp(&b.1.deviance))?;
+        let gain = self.fitted.deviance - best.1.deviance;
+        self.tests.push(TestOutcome {
+            cause: Cause::Code,
+            statistic: gain,
+            p_value: None,
+            rejects: gain > needed,
+            scene_value: None,
+            fitted_value: None,
+            std: None,
+            unit: "",
+        });
+        (gain > needed).then_some(best)
+    }
+
+    /// The scene with another code, fitted from several places within a chip on.
+    fn with_code(&self, candidate: &Candidate) -> Option<Fitted> {
+        let mut scene = self.scene.clone();
+        let own = scene.detectors[self.scan.detector].reference;
+        if candidate.of_reference {
+            scene.sources[own].code = Arc::clone(&candidate.code);
+        } else {
+            let mut light = scene.sources[own].clone();
+            light.code = Arc::clone(&candidate.code);
+            scene.sources.push(light);
+            let last = scene.sources.len() - 1;
+            for path in scene.paths.iter_mut().filter(|path| path.source == own) {
+                path.source = last;
+            }
+        }
+        let sensor = Sensor::new(&scene);
+        let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
+        let offset_ps = calibration_offset_ps(&sensor, self.scan.detector, CountingTier::Sampled);
+        let first = scene
+            .paths
+            .iter()
+            .find(|path| path.detector == self.scan.detector)?;
+        let at_ps = candidate.at_step as f64 * step_ps - offset_ps - first.delay_ps;
+        let unknowns = [Unknown::Delay, Unknown::Light];
+        let starts = [-0.5, 0.0, 0.5].map(|chips| at_ps + chips * scene.chip_period_ps);
+        let fits = starts.into_iter().filter_map(|delay_ps| {
+            // What a wrong code made of the light is of no use here.
+            let start = Change {
+                delay_ps,
+                ..Change::default()
+            };
+            fit(&sensor, self.scan, &unknowns, start).ok()
+        });
+        fits.min_by(|a, b| a.deviance.total_cmp(&b.deviance))
+    }
+
+    fn conclude(mut self, code: Option<(Candidate, Fitted)>) -> Found {
+        let mut causes = Vec::new();
+        let mut says = Vec::new();
+        match code {
+            Some((candidate, fitted)) => {
+                causes.push(Cause::Code);
+                says.push(of_code(&candidate));
+                self.fitted = fitted;
+            }
+            None => {
+                for alike in &self.alike {
+                    causes.extend(alike.iter().map(|unknown| cause_of(*unknown)));
+                    says.push(self.of_unknowns(alike));
+                }
+                says.extend(self.offset(&mut causes));
+            }
+        }
+        says.extend(self.scatter(&mut causes));
+        let sentence = match says.is_empty() {
+            true => "the counts are as the scene says".to_owned(),
+            false => says.join("; "),
+        };
+        Found {
+            diagnosis: Diagnosis {
+                causes,
+                sentence,
+                tests: self.tests,
+                not_tested: self.not_tested,
+            },
+            fitted: self.fitted,
+        }
+    }
+
+    /// Whether the peak stands where the scene's path has it.
+    fn offset(&mut self, causes: &mut Vec<Cause>) -> Option<String> {
+        let std_ps = self
+            .fitted
+            .errors
+            .iter()
+            .find(|(of, _)| *of == Unknown::Delay)?
+            .1;
+        let code = &self.scene.sources[self.scene.detectors[self.scan.detector].reference].code;
+        let period_ps = self.scene.chip_period_ps * code.len() as f64;
+        let turns = (self.fitted.change.delay_ps / period_ps).round();
+        self.fitted.change.delay_ps -= turns * period_ps;
+        let by_ps = self.fitted.change.delay_ps;
+        let outcome = self.outcome(Unknown::Delay, (by_ps / std_ps).powi(2), &self.fitted);
+        let rejects = outcome.rejects;
+        self.tests.push(outcome);
+        rejects.then(|| {
+            causes.push(Cause::Offset);
+            format!(
+                "the peak stands {:.3} +- {:.3} ns {} than the scene's: the target is {:.4} m \
+                 {}, or a constant delay (detector.delay, cables) differs by as much",
+                by_ps.abs() * 1e-3,
+                std_ps * 1e-3,
+                if by_ps > 0.0 { "later" } else { "earlier" },
+                distance_m(by_ps.abs()),
+                if by_ps > 0.0 { "farther" } else { "nearer" },
+            ) + match self.scan.has_totals {
+                true => "",
+                false => "; without total counts another dead time or light level also fits",
+            }
+        })
+    }
+
+    /// Whether what is left over scatters as photons do.
+    fn scatter(&mut self, causes: &mut Vec<Cause>) -> Option<String> {
+        let p = self.fitted.p_value?;
+        let rejects = p.min(1.0 - p) < LEVEL / 2.0;
+        let (cause, text) = match p < 0.5 {
+            true => (
+                Cause::Unexplained,
+                "the residuals are larger than chance: something else is not as the scene says \
+                 (other light, a path more, a detector of another kind)",
+            ),
+            false => (
+                Cause::TooEven,
+                "the counts scatter less than photons can: are they averages, or scaled?",
+            ),
+        };
+        self.tests.push(TestOutcome {
+            cause,
+            statistic: self.fitted.chi_square,
+            p_value: Some(p),
+            rejects,
+            scene_value: Some(self.fitted.degrees as f64),
+            fitted_value: Some(self.fitted.chi_square),
+            std: None,
+            unit: "chi-square",
+        });
+        rejects.then(|| {
+            causes.push(cause);
+            text.to_owned()
+        })
+    }
+
+    /// What was taken in, in words.
+    fn of_unknowns(&self, alike: &[Unknown]) -> String {
+        let words: Vec<String> = alike
+            .iter()
+            .filter_map(|unknown| {
+                let test = self
+                    .tests
+                    .iter()
+                    .find(|test| test.cause == cause_of(*unknown))?;
+                let value = test.fitted_value?;
+                let std = test.std.unwrap_or(0.0);
+                let scene = test.scene_value?;
+                Some(match unknown {
+                    Unknown::Light => {
+                        format!("{value:.4} +- {std:.4} times the scene's light")
+                    }
+                    Unknown::Constant => format!(
+                        "constant light (dark counts, background) of {value:.4e} +- {std:.1e} \
+                         cps in place of {scene:.4e}"
+                    ),
+                    Unknown::DeadTime => {
+                        format!("a dead time of {value:.3} +- {std:.3} ns in place of {scene:.3}")
+                    }
+                    Unknown::Delay => return None,
+                })
+            })
+            .collect();
+        let all = words.join(", also with ");
+        match words.len() {
+            1 => format!("the counts fit better with {all}"),
+            _ => format!("the counts fit better with {all}; they do not tell which"),
+        }
+    }
+}
+
+fn of_code(candidate: &Candidate) -> String {
+    let Candidate { name, .. } = candidate;
+    match candidate.of_reference {
+        true => format!("the counts fit better if light and reference carry {name}"),
+        false => format!("the counts fit better if the light alone carries {name}"),
+    }
+}
+
+fn cause_of(unknown: Unknown) -> Cause {
+    match unknown {
+        Unknown::Delay => Cause::Offset,
+        Unknown::Light => Cause::LightLevel,
+        Unknown::Constant => Cause::ConstantLight,
+        Unknown::DeadTime => Cause::DeadTime,
+    }
+}
+
+fn name_of(unknown: Unknown) -> &'static str {
+    match unknown {
+        Unknown::Delay => "offset",
+        Unknown::Light => "light level",
+        Unknown::Constant => "constant light",
+        Unknown::DeadTime => "dead time",
+    }
+}

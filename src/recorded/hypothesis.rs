@@ -1,0 +1,329 @@
+//! What counts a scene lets one expect if something about it is otherwise, fitted to
+//! counts that were recorded.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::RecordedScan;
+use super::weights::Whitening;
+use crate::photons::DetectorModel;
+use crate::response::SecondMoments;
+use crate::response::{CountMoments, CountingTier, MeanCount, MeanResponse, MeanResponseError};
+use crate::sensor::Sensor;
+
+/// Something about a scene that may be otherwise than it says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Unknown {
+    /// All light comes later.
+    Delay,
+    /// All sources are brighter by a factor.
+    Light,
+    /// More dark counts, or other constant light.
+    Constant,
+    /// The dead time is longer.
+    DeadTime,
+}
+
+/// By how much: delay in ps, logarithm of the brightness, further constant rate in
+/// counts per second, dead time in ps.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Change {
+    pub delay_ps: f64,
+    pub ln_light: f64,
+    pub constant_cps: f64,
+    pub dead_time_ps: f64,
+}
+
+/// A scene fitted to counts.
+pub(super) struct Fitted {
+    pub change: Change,
+    /// The unknowns and their standard deviations.
+    pub errors: Vec<(Unknown, f64)>,
+    pub moments: Vec<CountMoments>,
+    pub chi_square: f64,
+    pub degrees: usize,
+    pub p_value: Option<f64>,
+    /// Twice the negative logarithm of the normal likelihood, less a constant.
+    pub deviance: f64,
+    /// Whitened residuals of every step.
+    pub whitened: Vec<f64>,
+}
+
+/// Why a scene cannot be fitted.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum NoFit {
+    #[error(transparent)]
+    Response(#[from] MeanResponseError),
+    #[error("the counts do not determine what is unknown")]
+    Undetermined,
+}
+
+/// Gauss-Newton steps at most; a fit to the right scene takes some four.
+const MOST_ITERATIONS: usize = 25;
+/// Light is looked for within this many powers of e of the scene's.
+const MOST_LN_LIGHT: f64 = 7.0;
+/// A fit has settled when no unknown moves by more standard deviations.
+const SETTLED_SIGMAS: f64 = 1e-3;
+
+impl Unknown {
+    /// The change that moves this unknown alone.
+    fn change(self, by: f64) -> Change {
+        let mut change = Change::default();
+        match self {
+            Unknown::Delay => change.delay_ps = by,
+            Unknown::Light => change.ln_light = by,
+            Unknown::Constant => change.constant_cps = by,
+            Unknown::DeadTime => change.dead_time_ps = by,
+        }
+        change
+    }
+
+    pub fn of(self, change: &Change) -> f64 {
+        match self {
+            Unknown::Delay => change.delay_ps,
+            Unknown::Light => change.ln_light,
+            Unknown::Constant => change.constant_cps,
+            Unknown::DeadTime => change.dead_time_ps,
+        }
+    }
+
+    /// A step for its derivative, and the farthest that one step of a fit goes.
+    fn steps(self, sensor: &Sensor, detector: usize) -> [f64; 2] {
+        let chip_ps = sensor.scene().chip_period_ps;
+        match self {
+            Unknown::Delay => [2e-3 * chip_ps, 0.5 * chip_ps],
+            Unknown::Light => [5e-3, 1.0],
+            Unknown::Constant => {
+                let model = DetectorModel::new(sensor, detector);
+                let brightest = crate::response::Light::of(&model).brightest_per_chip();
+                let cps = brightest.max(1e-6) / (chip_ps * 1e-12);
+                [5e-3 * cps, cps]
+            }
+            Unknown::DeadTime => {
+                let dead_time_ps = sensor.scene().detectors[detector].dead_time_ps;
+                [5e-3 * dead_time_ps, 0.3 * dead_time_ps]
+            }
+        }
+    }
+}
+
+impl Change {
+    fn plus(&self, other: &Change) -> Change {
+        Change {
+            delay_ps: self.delay_ps + other.delay_ps,
+            ln_light: self.ln_light + other.ln_light,
+            constant_cps: self.constant_cps + other.constant_cps,
+            dead_time_ps: self.dead_time_ps + other.dead_time_ps,
+        }
+    }
+
+    /// The sensor with this change, but for the delay.
+    fn applied(&self, sensor: &Sensor, detector: usize) -> Sensor {
+        sensor.with(|scene| {
+            for source in &mut scene.sources {
+                source.mean_power_w *= self.ln_light.clamp(-MOST_LN_LIGHT, MOST_LN_LIGHT).exp();
+            }
+            let spad = &mut scene.detectors[detector];
+            let photons_cps = spad.background_rate_cps * spad.photon_detection_probability;
+            let constant = photons_cps + spad.dark_count_rate_cps + self.constant_cps;
+            // All of it as dark counts: both are one constant rate.
+            spad.background_rate_cps = 0.0;
+            spad.dark_count_rate_cps = constant.max(0.0);
+            // Not so short that pulses merge where they did not.
+            let least_ps = spad.pulse_width_ps.min(spad.dead_time_ps);
+            let most_ps = 4.0 * spad.dead_time_ps;
+            spad.dead_time_ps = (spad.dead_time_ps + self.dead_time_ps).clamp(least_ps, most_ps);
+        })
+    }
+
+    fn means(&self, sensor: &Sensor, detector: usize) -> Result<Vec<MeanCount>, MeanResponseError> {
+        let model = DetectorModel::new(&self.applied(sensor, detector), detector);
+        let response = MeanResponse::of_tier(&model, CountingTier::Sampled)?;
+        Ok(response.delayed(self.delay_ps)?.mean_counts())
+    }
+
+    fn moments(
+        &self,
+        sensor: &Sensor,
+        detector: usize,
+    ) -> Result<Vec<CountMoments>, MeanResponseError> {
+        let model = DetectorModel::new(&self.applied(sensor, detector), detector);
+        let response = MeanResponse::of_tier(&model, CountingTier::Sampled)?;
+        let delayed = response.delayed(self.delay_ps)?;
+        Ok(SecondMoments::new(&delayed)?.of_scan())
+    }
+}
+
+/// Fits the unknowns to a scan, from `start` on.
+pub(super) fn fit(
+    sensor: &Sensor,
+    scan: &RecordedScan,
+    unknowns: &[Unknown],
+    start: Change,
+) -> Result<Fitted, NoFit> {
+    let problem = Problem {
+        sensor,
+        scan,
+        unknowns,
+    };
+    let mut change = start;
+    let mut moments = change.moments(sensor, scan.detector)?;
+    let mut errors = Vec::new();
+    if !unknowns.is_empty() {
+        // Weights of where the fit began may be off: those of where it ended are not.
+        for _ in 0..2 {
+            (change, errors) = problem.settle(change, &moments)?;
+            moments = change.moments(sensor, scan.detector)?;
+        }
+    }
+    Ok(problem.fitted(change, errors, moments))
+}
+
+struct Problem<'p> {
+    sensor: &'p Sensor,
+    scan: &'p RecordedScan,
+    unknowns: &'p [Unknown],
+}
+
+impl Problem<'_> {
+    fn measured(&self) -> impl Iterator<Item = MeanCount> {
+        self.scan.counts.iter().map(|count| MeanCount {
+            signed: count.signed as f64,
+            total: count.total as f64,
+        })
+    }
+
+    /// Gauss-Newton with weights from `known`, scaled to the light as it changes.
+    fn settle(
+        &self,
+        start: Change,
+        known: &[CountMoments],
+    ) -> Result<(Change, Vec<(Unknown, f64)>), NoFit> {
+        let mut change = start;
+        let mut errors = Vec::new();
+        for _ in 0..MOST_ITERATIONS {
+            let means = change.means(self.sensor, self.scan.detector)?;
+            let whitening = Whitening::of(&scaled(known, &means), self.scan.has_totals);
+            let residuals = whitening.whitened(difference(self.measured(), &means));
+            let columns = self.columns(&change, &whitening)?;
+            let (step, sigmas) = solve(&columns, &residuals).ok_or(NoFit::Undetermined)?;
+            let mut settled = true;
+            let mut share: f64 = 1.0;
+            for ((unknown, step), sigma) in self.unknowns.iter().zip(&step).zip(&sigmas) {
+                let [_, farthest] = unknown.steps(self.sensor, self.scan.detector);
+                share = share.min(farthest / step.abs().max(f64::MIN_POSITIVE));
+                settled &= (step / sigma).abs() < SETTLED_SIGMAS;
+            }
+            for (unknown, step) in self.unknowns.iter().zip(&step) {
+                change = change.plus(&unknown.change(share * step));
+            }
+            errors = self.unknowns.iter().copied().zip(sigmas).collect();
+            if settled {
+                break;
+            }
+        }
+        Ok((change, errors))
+    }
+
+    /// Whitened derivatives of the expected counts by every unknown.
+    fn columns(&self, change: &Change, whitening: &Whitening) -> Result<Vec<Vec<f64>>, NoFit> {
+        let of_unknown = |unknown: &Unknown| {
+            let [step, _] = unknown.steps(self.sensor, self.scan.detector);
+            let at = |by: f64| {
+                change
+                    .plus(&unknown.change(by))
+                    .means(self.sensor, self.scan.detector)
+            };
+            // A rate cannot be less than none.
+            let down = if *unknown == Unknown::Constant {
+                0.0
+            } else {
+                step
+            };
+            let (below, above) = (at(-down)?, at(step)?);
+            let slopes = above.iter().zip(&below).map(|(above, below)| MeanCount {
+                signed: (above.signed - below.signed) / (step + down),
+                total: (above.total - below.total) / (step + down),
+            });
+            Ok(whitening.whitened(slopes))
+        };
+        self.unknowns.iter().map(of_unknown).collect()
+    }
+
+    fn fitted(
+        &self,
+        change: Change,
+        errors: Vec<(Unknown, f64)>,
+        moments: Vec<CountMoments>,
+    ) -> Fitted {
+        let means: Vec<MeanCount> = moments
+            .iter()
+            .map(|moment| MeanCount {
+                signed: moment.signed_mean,
+                total: moment.total_mean,
+            })
+            .collect();
+        let whitening = Whitening::of(&moments, self.scan.has_totals);
+        let whitened = whitening.whitened(difference(self.measured(), &means));
+        let chi_square = whitened.iter().map(|z| z * z).sum();
+        let degrees = whitened.len().saturating_sub(self.unknowns.len());
+        Fitted {
+            change,
+            errors,
+            p_value: whitening.p_value(chi_square, degrees),
+            chi_square,
+            degrees,
+            deviance: chi_square + whitening.ln_determinant,
+            whitened,
+            moments,
+        }
+    }
+}
+
+/// Second moments that are known, for other means: per detection they change little.
+fn scaled(known: &[CountMoments], means: &[MeanCount]) -> Vec<CountMoments> {
+    let scaled = known.iter().zip(means).map(|(known, mean)| {
+        let more = mean.total / known.total_mean.max(f64::MIN_POSITIVE);
+        CountMoments {
+            signed_mean: mean.signed,
+            total_mean: mean.total,
+            signed_variance: known.signed_variance * more,
+            total_variance: known.total_variance * more,
+            covariance: (known.covariance - known.signed_mean) * more + mean.signed,
+        }
+    });
+    scaled.collect()
+}
+
+fn difference(
+    measured: impl Iterator<Item = MeanCount>,
+    means: &[MeanCount],
+) -> impl Iterator<Item = MeanCount> {
+    measured.zip(means).map(|(measured, mean)| MeanCount {
+        signed: measured.signed - mean.signed,
+        total: measured.total - mean.total,
+    })
+}
+
+/// The least squares step and the standard deviations; none if the columns are nearly
+/// dependent.
+fn solve(columns: &[Vec<f64>], residuals: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let size = columns.len();
+    let scales: Vec<f64> = columns.iter().map(|c| 1.0 / dot(c, c).sqrt()).collect();
+    let information = DMatrix::from_fn(size, size, |i, j| {
+        dot(&columns[i], &columns[j]) * scales[i] * scales[j]
+    });
+    let factor = nalgebra::Cholesky::new(information)?;
+    if factor.l_dirty().diagonal().min() < 1e-5 {
+        return None;
+    }
+    let gradient = DVector::from_fn(size, |i, _| dot(&columns[i], residuals) * scales[i]);
+    let step = factor.solve(&gradient);
+    let inverse = factor.inverse();
+    let step: Vec<f64> = (0..size).map(|i| step[i] * scales[i]).collect();
+    let sigmas: Vec<f64> = (0..size)
+        .map(|i| inverse[(i, i)].sqrt() * scales[i])
+        .collect();
+    let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+    (finite(&step) && finite(&sigmas)).then_some((step, sigmas))
+}

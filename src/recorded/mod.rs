@@ -1,0 +1,35 @@
+//! Counts of a sensor that was built: read from a file, held against what its scene
+//! lets one expect, and what seems wrong where they differ.
+//!
+//! `docs/recorded-counts.md` has the file's format and the tests with their measured
+//! power.
+
+mod codes;
+mod csv_file;
+mod diagnosis;
+mod expected;
+mod hypothesis;
+#[cfg(feature = "plots")]
+mod plot;
+mod report;
+mod weights;
+
+pub use csv_file::{CountsError, read_counts};
+pub use diagnosis::{Cause, Diagnosis, LEVEL, TestOutcome};
+pub use expected::expected_csv;
+#[cfg(feature = "plots")]
+pub use plot::residual_plot;
+pub use report::{Assessment, StepResidual, assess};
+
+use crate::photons::StepCount;
+
+/// One scan of one detector, as a file has it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RecordedScan {
+    /// Index of the detector in the scene.
+    pub detector: usize,
+    /// Counts of the scan's steps, in order; totals are 0 where there are none.
+    pub counts: Vec<StepCount>,
+    /// Whether the file has total counts.
+    pub has_totals: bool,
+}

@@ -1,0 +1,73 @@
+//! A scene simulated many times over, with some of its keys otherwise each time.
+//!
+//! Every point is what [`simulate`] gives of the scene with the point's settings and the
+//! sweep's seed, whatever came before it: neither order nor interruption nor threads
+//! change a number. Each finished point is a file of its own in the folder, on the
+//! disk before the next one begins, so that a sweep that was cut off goes on behind the
+//! last one ([`Store`]).
+
+mod axis;
+#[cfg(feature = "plots")]
+mod plot;
+mod points;
+mod store;
+mod table;
+
+pub use axis::{Axis, Value};
+pub use points::{Point, Sweep, SweepError};
+pub use store::{Definition, Store, StoreError};
+pub use table::{Table, Unreadable};
+
+use crate::simulate::repeat::simulate;
+use crate::simulate::scans::ScansError;
+
+/// Why a sweep came to no table.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// A point is no scene.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
+    /// A tool failed, or the Verilog differs from the reference model.
+    #[error(transparent)]
+    Scans(#[from] ScansError),
+    /// The folder cannot be used.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// A finished point is not what was written.
+    #[error(transparent)]
+    Point(#[from] Unreadable),
+}
+
+/// Simulates every point that the folder does not have yet. `on_point` is told how many
+/// are done, before the first and after each.
+///
+/// # Errors
+/// When a tool fails or a file cannot be written. A point that a tier cannot do is no
+/// error: its row has the reason.
+pub fn run(
+    sweep: &Sweep,
+    store: &Store,
+    mut on_point: impl FnMut(usize),
+) -> Result<Table, RunError> {
+    let mut table = Table::new(&sweep.axes);
+    let mut done = store.done()?;
+    on_point(done.len());
+    for number in 0..sweep.len() {
+        if done.contains(&number) {
+            continue;
+        }
+        let point = sweep.point(number)?;
+        let rows = match simulate(&point.sensor, sweep.fidelity, sweep.seed, sweep.repeat) {
+            Ok(simulation) => table.rows(&point, &simulation),
+            Err(error @ (ScansError::Cosim(_) | ScansError::Mismatch)) => return Err(error.into()),
+            Err(reason) => vec![table.refused(&point, &reason.to_string())],
+        };
+        store.keep(number, &table.file(&rows))?;
+        done.insert(number);
+        on_point(done.len());
+    }
+    for number in 0..sweep.len() {
+        table.read(&store.point(number)?)?;
+    }
+    Ok(table)
+}

@@ -1,0 +1,218 @@
+//! The folder of a sweep: what it is, and the points that are done.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::points::Sweep;
+use crate::files::{FileError, OutputFolder, read_regular};
+use crate::printable::printable_path;
+
+/// What the sweep of a folder is.
+const DEFINITION: &str = "sweep.json";
+/// Largest file that is read back.
+const MOST_BYTES: u64 = 64 << 20;
+
+/// What a sweep's numbers depend on.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Definition {
+    /// Version of the program.
+    pub goldtof: String,
+    /// Name of the scene.
+    pub scene: String,
+    /// SHA-256 of its text, in hexadecimal digits.
+    pub scene_sha256: String,
+    /// Settings of all points.
+    pub settings: Vec<String>,
+    /// What differs from point to point.
+    pub over: Vec<String>,
+    /// Scans of each point.
+    pub repeat: u64,
+    /// How they are simulated.
+    pub fidelity: String,
+    /// The estimator, if it is not the scene's.
+    pub estimator: Option<String>,
+    /// Seed of every point.
+    pub seed: u64,
+}
+
+/// Why a folder cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// A file cannot be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// What is there cannot be read.
+    #[error(
+        "{path}: cannot read what the sweep left there: {reason}; remove the folder, or name another"
+    )]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// Why not.
+        reason: String,
+    },
+    /// Another sweep's points are there.
+    #[error(
+        "{path} has the points of another sweep: {differences}; name another folder with --out, or \
+         remove this one to begin anew"
+    )]
+    Other {
+        /// The folder.
+        path: String,
+        /// What differs.
+        differences: String,
+    },
+}
+
+impl Definition {
+    /// What the numbers of `sweep` depend on; `version` is the program's.
+    pub fn of(sweep: &Sweep, version: &str) -> Definition {
+        let digest = Sha256::digest(sweep.text.as_bytes());
+        let origins = sweep
+            .settings
+            .iter()
+            .map(|setting| setting.origin().to_owned());
+        Definition {
+            goldtof: version.to_owned(),
+            scene: sweep.file.clone(),
+            scene_sha256: digest.iter().map(|byte| format!("{byte:02x}")).collect(),
+            settings: origins.collect(),
+            over: sweep.axes.iter().map(|axis| axis.text.clone()).collect(),
+            repeat: sweep.repeat,
+            fidelity: sweep.fidelity.to_string(),
+            estimator: sweep.estimator.map(|estimator| estimator.to_string()),
+            seed: sweep.seed,
+        }
+    }
+
+    /// What another sweep has otherwise, in words.
+    fn differences(&self, other: &Definition) -> String {
+        let list = |texts: &[String]| match texts {
+            [] => "none".to_owned(),
+            _ => texts.join(" "),
+        };
+        let none = || "the scene's".to_owned();
+        let pairs = [
+            ("version", self.goldtof.clone(), other.goldtof.clone()),
+            ("settings", list(&self.settings), list(&other.settings)),
+            ("--over", list(&self.over), list(&other.over)),
+            (
+                "--repeat",
+                self.repeat.to_string(),
+                other.repeat.to_string(),
+            ),
+            ("--fidelity", self.fidelity.clone(), other.fidelity.clone()),
+            (
+                "--estimator",
+                self.estimator.clone().unwrap_or_else(none),
+                other.estimator.clone().unwrap_or_else(none),
+            ),
+            ("--seed", self.seed.to_string(), other.seed.to_string()),
+        ];
+        let differing = pairs.into_iter().filter(|(_, here, there)| here != there);
+        let mut differences: Vec<String> = differing
+            .map(|(what, here, there)| format!("{what} was {there}, now {here}"))
+            .collect();
+        if self.scene_sha256 != other.scene_sha256 {
+            differences.push("the scene's file has changed since".to_owned());
+        }
+        differences.join("; ")
+    }
+}
+
+/// The folder of a sweep.
+pub struct Store {
+    points: OutputFolder,
+}
+
+impl Store {
+    /// Takes a folder for a sweep: an empty one, or one with its points. `points` is the
+    /// folder in it that the points are in.
+    ///
+    /// # Errors
+    /// When it has another sweep's, or a file cannot be read or written.
+    pub fn open(
+        folder: &OutputFolder,
+        points: OutputFolder,
+        definition: &Definition,
+    ) -> Result<Store, StoreError> {
+        let path = folder.join(DEFINITION);
+        if path.exists() {
+            let text = read(&path)?;
+            let there: Definition =
+                serde_json::from_str(&text).map_err(|reason| unreadable(&path, &reason))?;
+            let differences = definition.differences(&there);
+            if !differences.is_empty() {
+                return Err(StoreError::Other {
+                    path: printable_path(folder.path()),
+                    differences,
+                });
+            }
+        } else {
+            let text = serde_json::to_string_pretty(definition)
+                .map_err(|reason| unreadable(&path, &reason))?;
+            // Points of nobody knows what.
+            for number in numbers(&points)? {
+                points.remove(&name(number))?;
+            }
+            points.sync()?;
+            folder.write(DEFINITION, &(text + "\n"))?;
+        }
+        Ok(Store { points })
+    }
+
+    /// The points that are done.
+    ///
+    /// # Errors
+    /// When the folder cannot be read.
+    pub fn done(&self) -> Result<BTreeSet<usize>, StoreError> {
+        numbers(&self.points)
+    }
+
+    /// Keeps a finished point: when this returns it is on the disk, whole.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn keep(&self, number: usize, text: &str) -> Result<(), StoreError> {
+        Ok(self.points.write(&name(number), text)?)
+    }
+
+    /// A point that is done.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn point(&self, number: usize) -> Result<String, StoreError> {
+        read(&self.points.join(&name(number)))
+    }
+}
+
+fn name(number: usize) -> String {
+    format!("{number:06}.csv")
+}
+
+/// Numbers of the points in a folder. Files that are written at the moment have other
+/// names.
+fn numbers(points: &OutputFolder) -> Result<BTreeSet<usize>, StoreError> {
+    let entries =
+        std::fs::read_dir(points.path()).map_err(|reason| unreadable(points.path(), &reason))?;
+    let number = |entry: std::io::Result<std::fs::DirEntry>| {
+        let file = entry.ok()?.file_name();
+        let found: usize = file.to_str()?.strip_suffix(".csv")?.parse().ok()?;
+        (file.to_str()? == name(found)).then_some(found)
+    };
+    Ok(entries.filter_map(number).collect())
+}
+
+fn read(path: &std::path::Path) -> Result<String, StoreError> {
+    read_regular(path, MOST_BYTES).map_err(|reason| unreadable(path, &reason))
+}
+
+fn unreadable(path: &std::path::Path, reason: &impl ToString) -> StoreError {
+    StoreError::Unreadable {
+        path: printable_path(&PathBuf::from(path)),
+        reason: reason.to_string(),
+    }
+}
