@@ -356,12 +356,7 @@ const TOTALS: &[Fault] = &[
     (
         "result_stream.v",
         "i_clamped_3, i_clamped_2, i_clamped_1, i_clamped_0};",
-        "i_clamped_3, i_clamped_2, 1'b0, i_clamped_0};",
-    ),
-    (
-        "result_stream.v",
-        "clamped_last = {i_clamped_4, i_clamped_3,",
-        "clamped_last = {i_clamped_4, 1'b0,",
+        "i_clamped_3, 1'b0, i_clamped_1, i_clamped_0};",
     ),
     (
         "result_stream.v",
