@@ -52,11 +52,11 @@ fn states(text: &str) -> Vec<(String, std::ops::Range<usize>, u32, u64)> {
         let is_state = ["CHIP_COUNT", "STEP_COUNT", "U_"]
             .iter()
             .any(|n| name.starts_with(n));
-        let value = value.split(';').next().expect("an end");
-        let (width, digits) = value.split_once('\'').expect("a width");
         if !is_state {
             continue;
         }
+        let value = value.split(';').next().expect("an end");
+        let (width, digits) = value.split_once('\'').expect("a width");
         let radix = if digits.starts_with('h') { 16 } else { 10 };
         let number = u64::from_str_radix(&digits[1..], radix).expect("a number");
         let start = at + declared.len() + " = ".len();

@@ -87,10 +87,10 @@ impl Running {
         for counter in counters {
             let before = counter.total;
             counter.total += std::mem::take(&mut counter.word);
-            if before >> self.lowest != counter.total >> self.lowest {
+            if above(before, self.lowest) != above(counter.total, self.lowest) {
                 let up = usize::from(counter.total > before);
                 for (number, border) in self.borders.iter().enumerate() {
-                    let crosses = before >> border != counter.total >> border;
+                    let crosses = above(before, *border) != above(counter.total, *border);
                     counter.crossed[up] |= u64::from(crosses) << number;
                 }
             }
@@ -137,7 +137,7 @@ impl Running {
                 });
             }
             for &bit in &self.borders {
-                if seen.total >> bit != seen.base >> bit {
+                if seen.total.checked_shr(bit) != seen.base.checked_shr(bit) {
                     add(CoverPoint::TotalCarry {
                         detector,
                         bit,
@@ -204,4 +204,9 @@ impl Counter {
             }
         }
     }
+}
+
+/// The bits of a total from `border` on; beyond its 64 bits there is its sign alone.
+fn above(total: i64, border: u32) -> i64 {
+    total >> border.min(i64::BITS - 1)
 }
