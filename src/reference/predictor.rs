@@ -430,8 +430,10 @@ impl Reference {
             self.resets.hits_in(word[0] >> lanes_log2);
         }
         let group_start = first_sample + (self.scan.from << lanes_log2);
-        let group_end = group_start + (self.scan.chips << lanes_log2);
-        let (first, last) = (*first_hit == group_start, *last_hit + 1 == group_end);
+        // A group may be as long as 64 bits tell, its end farther than they do.
+        let last_sample = (self.scan.chips << lanes_log2) - 1;
+        let first = *first_hit == group_start;
+        let last = last_hit.checked_sub(group_start) == Some(last_sample);
         self.running.border(detector, first, last);
     }
 

@@ -90,7 +90,7 @@ fn counting(contract: &Contract, table: &mut CoverTable, detector: usize) {
         }
     }
     if let Some(total) = contract.total {
-        for bit in borders().filter(|&bit| 1 << bit <= MOST_HITS) {
+        for bit in borders().filter(|&bit| bit <= MOST_HITS.ilog2()) {
             for borrow in [false, true] {
                 table.add(CoverPoint::TotalCarry {
                     detector,

@@ -49,12 +49,16 @@ impl Running {
     pub(in crate::reference) fn of(contract: &Contract) -> Running {
         let segments = contract.count_segments;
         let borders = (1..segments.count).map(|segment| segment * segments.lower_bits);
-        let borders: Vec<u32> = borders.chain([segments.bits()]).collect();
+        // What no number of hits can reach is no point of the table either.
+        let borders: Vec<u32> = borders
+            .chain([segments.bits()])
+            .filter(|&bit| bit < i64::BITS - 1)
+            .collect();
         let detectors = contract.reference_codes.len();
         Running {
             parallel: contract.parallel() as usize,
             lanes: contract.lanes(),
-            lowest: borders[0],
+            lowest: borders.first().copied().unwrap_or(i64::BITS - 1),
             borders,
             steps: vec![Counter::default(); detectors * contract.parallel() as usize],
             detectors: vec![Hits::default(); detectors],
@@ -87,10 +91,10 @@ impl Running {
         for counter in counters {
             let before = counter.total;
             counter.total += std::mem::take(&mut counter.word);
-            if above(before, self.lowest) != above(counter.total, self.lowest) {
+            if before >> self.lowest != counter.total >> self.lowest {
                 let up = usize::from(counter.total > before);
                 for (number, border) in self.borders.iter().enumerate() {
-                    let crosses = above(before, *border) != above(counter.total, *border);
+                    let crosses = before >> border != counter.total >> border;
                     counter.crossed[up] |= u64::from(crosses) << number;
                 }
             }
@@ -137,7 +141,7 @@ impl Running {
                 });
             }
             for &bit in &self.borders {
-                if seen.total.checked_shr(bit) != seen.base.checked_shr(bit) {
+                if seen.total >> bit != seen.base >> bit {
                     add(CoverPoint::TotalCarry {
                         detector,
                         bit,
@@ -204,9 +208,4 @@ impl Counter {
             }
         }
     }
-}
-
-/// The bits of a total from `border` on; beyond its 64 bits there is its sign alone.
-fn above(total: i64, border: u32) -> i64 {
-    total >> border.min(i64::BITS - 1)
 }
