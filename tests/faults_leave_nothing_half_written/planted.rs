@@ -119,7 +119,9 @@ fn waveforms_go_through_a_pipe_that_is_read_and_wait_for_no_reader() {
     ];
     let told = ends_with(2, &mut bounded(&arguments));
     assert!(told.contains("nobody reads this pipe"), "{told}");
-    let reader = start(Command::new("timeout").args(["60", "cat", text(&waves)]));
+    // All is read, and so much kept as a pipe holds while nobody looks.
+    let keep = "exec < \"$0\"; head -c 10; cat > /dev/null";
+    let reader = start(Command::new("timeout").args(["60", "sh", "-c", keep, text(&waves)]));
     ends_with(0, &mut bounded(&arguments));
     let read = reader.wait_with_output().unwrap();
     assert!(String::from_utf8_lossy(&read.stdout).starts_with("$timescale"));
