@@ -19,7 +19,7 @@ use goldtof::photons::DetectorModel;
 use goldtof::reference::photons::Photons;
 use goldtof::reference::predictor::Reference;
 use goldtof::sensor::Sensor;
-use goldtof::sensor::contract::Contract;
+use goldtof::sensor::interface::Interface;
 use goldtof::sensor::layout::Layout;
 use goldtof::{deliver, scene};
 
@@ -32,9 +32,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         &Sensor::new(&scene),
         "goldtof emit paper-single.toml",
     )?);
-    let contract = Contract::of(&scene);
-    let layout = Layout::of(&contract);
-    let library = build(TOP, &sources, &contract, &cache_dir()?)?;
+    let interface = Interface::of(&scene);
+    let layout = Layout::of(&interface);
+    let library = build(TOP, &sources, &interface, &cache_dir()?)?;
     let detectors = [DetectorModel::new(&Sensor::new(&scene), 0)];
 
     let mut ratios = Vec::new();
@@ -50,8 +50,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut model = Verilated::load(&library, &layout)?;
         let outcome = Lockstep {
             model: &mut model,
-            reference: &mut Reference::new(contract.clone())?,
-            stimulus: &mut Photons::new(&detectors, &contract, round as u64),
+            reference: &mut Reference::new(interface.clone())?,
+            stimulus: &mut Photons::new(&detectors, &interface, round as u64),
             layout: &layout,
         }
         .run(CLOCKS, |_| (), |_| ())?;

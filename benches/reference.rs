@@ -17,7 +17,7 @@ use goldtof::reference::photons::Photons;
 use goldtof::reference::predictor::Reference;
 use goldtof::scene;
 use goldtof::sensor::Sensor;
-use goldtof::sensor::contract::Contract;
+use goldtof::sensor::interface::Interface;
 use goldtof::sensor::layout::Layout;
 
 const CLOCKS: u64 = 25_000_000;
@@ -33,11 +33,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         if let Some(&(_, hits_per_s)) = ratios.last() {
             scene.sources[0].mean_power_w *= DETECTIONS_PER_S / hits_per_s;
         }
-        let contract = Contract::of(&scene);
-        let layout = Layout::of(&contract);
+        let interface = Interface::of(&scene);
+        let layout = Layout::of(&interface);
         let detectors = [DetectorModel::new(&Sensor::new(&scene), 0)];
-        let mut reference = Reference::new(contract.clone())?;
-        let mut photons = Photons::new(&detectors, &contract, round as u64);
+        let mut reference = Reference::new(interface.clone())?;
+        let mut photons = Photons::new(&detectors, &interface, round as u64);
         let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, CLOCKS);
         let mut block = Block::default();
         let mut hits = 0;

@@ -158,7 +158,7 @@ pub fn cosim(
     let (sources, registers) = match &options.rtl {
         Rtl::Folder(path) => {
             let verilog = folder::read(path)?;
-            let registers = ScanRegisters::of(sensor.contract());
+            let registers = ScanRegisters::of(sensor.interface());
             let registers = verilog.names(&registers).then_some(registers);
             (verilog.sources, registers)
         }

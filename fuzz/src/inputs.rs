@@ -10,7 +10,7 @@ use goldtof::code::{CodeSpec, parse_polynomials, parse_seeds, report as codes_re
 use goldtof::cosim::{manifest as rtl_manifest, ports as rtl_ports};
 use goldtof::scene::{Scene, SceneErrors, parse};
 use goldtof::sensor::Sensor;
-use goldtof::sensor::contract::Port;
+use goldtof::sensor::interface::Port;
 use goldtof::{deliver, plan, report};
 
 /// One kind of input.

@@ -29,7 +29,7 @@ pub(super) enum Like {
     DualView,
     /// One code over two paths, 1.5 chips apart
     Multipath,
-    /// A target that walks away and trembles
+    /// A target that drifts away and fluctuates
     Moving,
 }
 

@@ -17,7 +17,7 @@ use super::rejected::{in_build, rejection};
 use super::tools::Tools;
 use crate::deliver::Emission;
 use crate::rtl::blocks::ScanRegisters;
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
 
 const BENCH: &str = include_str!("../../testbench/cosim.cpp");
@@ -113,14 +113,14 @@ pub struct Built {
 ///
 /// # Errors
 /// When a tool is missing or fails, when the Verilog does not compile or its ports
-/// do not fit the contract, or when the cache cannot be written.
+/// do not fit the interface, or when the cache cannot be written.
 pub fn build(
     top: &str,
     sources: &[SourceFile],
-    contract: &Contract,
+    interface: &Interface,
     cache: &Path,
 ) -> Result<Built, CosimError> {
-    build_with(top, sources, contract, None, cache)
+    build_with(top, sources, interface, None, cache)
 }
 
 /// Builds a model whose scan's counters can be moved on.
@@ -130,12 +130,12 @@ pub fn build(
 pub fn build_with(
     top: &str,
     sources: &[SourceFile],
-    contract: &Contract,
+    interface: &Interface,
     registers: Option<&ScanRegisters>,
     cache: &Path,
 ) -> Result<Built, CosimError> {
     let tools = Tools::find()?;
-    let header = ports::header(top, &Layout::of(contract), registers);
+    let header = ports::header(top, &Layout::of(interface), registers);
     let mut parts = vec![
         tools.versions.as_str(),
         BENCH,
@@ -151,7 +151,7 @@ pub fn build_with(
     let name = format!("model-{}", hash(&parts));
     let bytes = once(cache, &name, PROGRAM, |folder| {
         let runtime = runtime(&tools, cache)?;
-        verilate(&tools, top, sources, contract, registers, folder)?;
+        verilate(&tools, top, sources, interface, registers, folder)?;
         write(&folder.join(ports::HEADER), &header)?;
         write(&folder.join("cosim.cpp"), BENCH)?;
         link(&tools, folder, &runtime).map_err(|error| rejection(error, sources))
@@ -200,7 +200,7 @@ fn verilate(
     tools: &Tools,
     top: &str,
     sources: &[SourceFile],
-    contract: &Contract,
+    interface: &Interface,
     registers: Option<&ScanRegisters>,
     folder: &Path,
 ) -> Result<(), CosimError> {
@@ -230,7 +230,7 @@ fn verilate(
     verilated.map_err(|error| rejection(error, sources))?;
     let header = folder.join(format!("V{top}.h"));
     let text = fs::read_to_string(&header).map_err(CosimError::cache(&header))?;
-    let differences = ports::differences(&contract.ports(), &ports::verilated_ports(&text));
+    let differences = ports::differences(&interface.ports(), &ports::verilated_ports(&text));
     if differences.is_empty() {
         Ok(())
     } else {
@@ -241,7 +241,7 @@ fn verilate(
     }
 }
 
-/// Compiles the model and the bench as one unit, so that the compiler sees
+/// Compiles the model and the testbench as one unit, so that the compiler sees
 /// through the calls between them.
 fn link(tools: &Tools, folder: &Path, runtime: &[u8]) -> Result<(), CosimError> {
     let mut units: Vec<String> = fs::read_dir(folder)

@@ -6,7 +6,7 @@ use super::StimulusKind;
 use crate::reference::exercise::Exercise;
 use crate::reference::stimulus::RESET_CLOCKS;
 use crate::scan::Step;
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// What the compared outputs have shown.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -25,7 +25,7 @@ pub struct Exercised {
     pub stalls: u64,
     /// Groups of results that were lost behind one that still stood.
     pub overruns: u64,
-    /// Groups of results of which one was clamped.
+    /// Groups of results of which one was saturated.
     pub saturations: u64,
 }
 
@@ -61,13 +61,13 @@ impl Exercised {
             resets: exercise.resets,
             stalls: exercise.results_held,
             overruns: exercise.groups_lost,
-            saturations: exercise.groups_clamped,
+            saturations: exercise.groups_saturated,
         }
     }
 
     /// What was not exercised and without which equal outputs say nothing of the
     /// sensor, one sentence each with what would exercise it; none for a match.
-    pub fn missing(&self, contract: &Contract, stimulus: StimulusKind) -> Vec<String> {
+    pub fn missing(&self, interface: &Interface, stimulus: StimulusKind) -> Vec<String> {
         let mut missing = Vec::new();
         for (number, detector) in self.detectors.iter().enumerate() {
             let name = &detector.detector;
@@ -75,11 +75,11 @@ impl Exercised {
                 missing.push(format!(
                     "no result of detector {name} came to the stream: the first can stand there after \
                      {} clocks (--cycles)",
-                    clocks_for_a_result(contract)
+                    clocks_for_a_result(interface)
                 ));
                 continue;
             }
-            let [ups, downs] = signs_reached(contract, number);
+            let [ups, downs] = signs_reached(interface, number);
             let counted = [
                 (ups && detector.hits_up == 0, "up"),
                 (downs && detector.hits_down == 0, "down"),
@@ -111,13 +111,13 @@ impl Exercised {
     }
 
     /// What else was not exercised, in a few words each: a match says nothing of it.
-    pub fn not_reached(&self, contract: &Contract) -> Vec<&'static str> {
+    pub fn not_reached(&self, interface: &Interface) -> Vec<&'static str> {
         let parts = [
             (self.scan_ends == 0, "the end of a scan"),
             (self.stalls == 0, "a receiver that stalls"),
             (self.overruns == 0, "a result that is lost"),
             (
-                contract.saturates() && self.saturations == 0,
+                interface.saturates() && self.saturations == 0,
                 "a count that saturates",
             ),
             (self.resets < 2, "a reset after the start"),
@@ -155,23 +155,23 @@ impl Exercised {
 
 /// Clocks after which the first group's results can have been on the stream and
 /// taken.
-fn clocks_for_a_result(contract: &Contract) -> u64 {
-    let beats = u64::from(contract.parallel()) * contract.reference_codes.len() as u64;
-    contract
+fn clocks_for_a_result(interface: &Interface) -> u64 {
+    let beats = u64::from(interface.parallel()) * interface.reference_codes.len() as u64;
+    interface
         .timing
         .scan
         .integration_chips
-        .saturating_add(u64::from(contract.result_latency_clocks) + RESET_CLOCKS + beats + 1)
+        .saturating_add(u64::from(interface.result_latency_clocks) + RESET_CLOCKS + beats + 1)
 }
 
 /// Whether a detector's reference has the sign of a hit that counts up, and one
 /// that counts down, in any phase step of a scan: with few chips per step it may
 /// not.
-fn signs_reached(contract: &Contract, detector: usize) -> [bool; 2] {
-    let code = &contract.reference_codes[detector];
-    let lanes = u64::from(contract.lanes());
+fn signs_reached(interface: &Interface, detector: usize) -> [bool; 2] {
+    let code = &interface.reference_codes[detector];
+    let lanes = u64::from(interface.lanes());
     let period = code.len() * lanes;
-    let dwell = contract.timing.scan.integration_chips;
+    let integration = interface.timing.scan.integration_chips;
     let ones: Vec<u64> = std::iter::once(0)
         .chain(code.chips.iter().scan(0, |sum, &chip| {
             *sum += u64::from(chip);
@@ -183,12 +183,12 @@ fn signs_reached(contract: &Contract, detector: usize) -> [bool; 2] {
         periods * ones[code.len() as usize] + ones[rest as usize]
     };
     let mut reached = [false; 2];
-    for number in 0..contract.timing.scan.steps {
-        let from = number / u64::from(contract.parallel()) * dwell % code.len() * lanes;
-        let first = from + period - contract.timing.scan.phase_step(Step(number)) % period;
+    for number in 0..interface.timing.scan.steps {
+        let from = number / u64::from(interface.parallel()) * integration % code.len() * lanes;
+        let first = from + period - interface.timing.scan.phase_step(Step(number)) % period;
         let (chip, end) = (
             first / lanes,
-            (first + dwell.min(code.len()) * lanes).div_ceil(lanes),
+            (first + integration.min(code.len()) * lanes).div_ceil(lanes),
         );
         let up = up_to(end) - up_to(chip);
         reached[0] |= up > 0;
@@ -206,13 +206,13 @@ mod tests {
     use crate::scene;
 
     /// A scene of one m-sequence with `parallel` steps at once.
-    fn contract(
+    fn interface(
         chips: &str,
         samples: u32,
-        dwell_chips: u32,
+        integration_chips: u32,
         window: &str,
         parallel: u32,
-    ) -> Contract {
+    ) -> Interface {
         let text = format!(
             r#"
             clock = {{ chip_period = "8 ns", samples_per_chip = {samples} }}
@@ -221,24 +221,24 @@ mod tests {
             scan = {{ steps = {window}, integration = "{} ns" }}
             hardware = {{ parallel = {parallel} }}
             "#,
-            8 * dwell_chips
+            8 * integration_chips
         );
         let scene = scene::parse("test.toml", &text);
-        Contract::of(&scene.unwrap_or_else(|error| panic!("{error}")))
+        Interface::of(&scene.unwrap_or_else(|error| panic!("{error}")))
     }
 
     /// The definition (eq. 11): sample by sample, step by step.
-    fn by_definition(contract: &Contract) -> [bool; 2] {
-        let code = &contract.reference_codes[0];
-        let lanes = u64::from(contract.lanes());
+    fn by_definition(interface: &Interface) -> [bool; 2] {
+        let code = &interface.reference_codes[0];
+        let lanes = u64::from(interface.lanes());
         let period = code.len() * lanes;
         let mut reached = [false; 2];
-        for number in 0..contract.timing.scan.steps {
-            let group = number / u64::from(contract.parallel());
-            let dwell = contract.timing.scan.integration_chips;
-            for sample in group * dwell * lanes..(group + 1) * dwell * lanes {
+        for number in 0..interface.timing.scan.steps {
+            let group = number / u64::from(interface.parallel());
+            let integration = interface.timing.scan.integration_chips;
+            for sample in group * integration * lanes..(group + 1) * integration * lanes {
                 let delayed =
-                    sample + period - contract.timing.scan.phase_step(Step(number)) % period;
+                    sample + period - interface.timing.scan.phase_step(Step(number)) % period;
                 let chip = code.chips[(delayed % period / lanes) as usize];
                 reached[usize::from(chip == 0)] = true;
             }
@@ -251,18 +251,18 @@ mod tests {
         let mut kinds = std::collections::HashSet::new();
         for chips in ["0110100", "11100010", "1111111100000000"] {
             for samples in [1, 2, 8] {
-                for dwell in [1, 3, 5, 7, 20] {
+                for integration in [1, 3, 5, 7, 20] {
                     for (first, steps, parallel) in [(0, 1, 1), (2, 3, 1), (5, 2, 2)] {
-                        if dwell * samples < parallel {
+                        if integration * samples < parallel {
                             continue;
                         }
                         let window = format!("{{ first = {first}, count = {steps} }}");
-                        let contract = contract(chips, samples, dwell, &window, parallel);
-                        let reached = signs_reached(&contract, 0);
+                        let interface = interface(chips, samples, integration, &window, parallel);
+                        let reached = signs_reached(&interface, 0);
                         assert_eq!(
                             reached,
-                            by_definition(&contract),
-                            "{chips} {samples} {dwell} {window}"
+                            by_definition(&interface),
+                            "{chips} {samples} {integration} {window}"
                         );
                         kinds.insert(reached);
                     }

@@ -37,7 +37,7 @@ impl FolderRtl {
 }
 
 /// Reads the files that `DIR/manifest.json` names, or those of the folder that
-/// the top module needs, in the order of their names: a bench among them is left
+/// the top module needs, in the order of their names: a testbench among them is left
 /// out.
 ///
 /// # Errors

@@ -98,7 +98,7 @@ impl Lockstep<'_> {
         mut on_progress: impl FnMut(u64),
     ) -> Result<Outcome, CosimError> {
         let started = Instant::now();
-        let mut reader = SentReader::new(self.reference.contract(), self.layout);
+        let mut reader = SentReader::new(self.reference.interface(), self.layout);
         let mut maker = BlockMaker::new(self.reference, self.stimulus, self.layout, clocks);
         let model = self.model;
         let mut judge = Judge::new(self.layout, model.is_users);

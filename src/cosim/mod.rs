@@ -249,13 +249,13 @@ pub fn cosimulate(
     request: &Request,
     on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimError> {
-    let contract = sensor.contract();
-    let reference = Reference::new(contract.clone())?;
+    let interface = sensor.interface();
+    let reference = Reference::new(interface.clone())?;
     let registers = request
         .registers
         .as_ref()
         .filter(|_| request.stimulus == StimulusKind::Adversarial);
-    let built = build::build_with(TOP, &request.sources, contract, registers, &request.cache)?;
+    let built = build::build_with(TOP, &request.sources, interface, registers, &request.cache)?;
     let run = run(sensor, reference, &built, request, on_progress);
     run.map_err(|error| match error {
         CosimError::Halted { when, reason } => CosimError::Halted {
@@ -273,8 +273,8 @@ fn run(
     request: &Request,
     mut on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimError> {
-    let contract = sensor.contract();
-    let layout = Layout::of(contract);
+    let interface = sensor.interface();
+    let layout = Layout::of(interface);
     let mut model = Verilated::load(built, &layout)?;
     let detectors: Vec<DetectorModel> = (0..sensor.scene().detectors.len())
         .map(|detector| DetectorModel::new(sensor, detector))
@@ -283,11 +283,11 @@ fn run(
     let (mut photons, mut adversarial);
     let (stimulus, default_clocks): (&mut dyn Stimulus, _) = match request.stimulus {
         StimulusKind::Photons => {
-            photons = Photons::new(&detectors, contract, request.seed);
-            (&mut photons, clocks_for_scans(contract, 1))
+            photons = Photons::new(&detectors, interface, request.seed);
+            (&mut photons, clocks_for_scans(interface, 1))
         }
         StimulusKind::Adversarial => {
-            adversarial = Adversarial::with_means(contract, request.seed, means)?;
+            adversarial = Adversarial::with_means(interface, request.seed, means)?;
             let clocks = match request.clocks {
                 Some(_) => 0,
                 None => adversarial.clone().clocks_to_cover(LONGEST_DEFAULT),
@@ -319,9 +319,9 @@ fn run(
     let detectors = sensor.scene().detectors.iter();
     let names: Vec<String> = detectors.map(|detector| detector.name.clone()).collect();
     let covered = &outcome.exercise.covered;
-    let coverage = Coverage::new(contract, table, covered, &names, means);
+    let coverage = Coverage::new(interface, table, covered, &names, means);
     let mut report = report(sensor, request, &outcome, &layout, coverage);
-    if request.stimulus == StimulusKind::Photons && outcome.clocks >= clocks_for_scans(contract, 1)
+    if request.stimulus == StimulusKind::Photons && outcome.clocks >= clocks_for_scans(interface, 1)
     {
         report.peaks = peaks(sensor, &layout, &outcome.last_outputs);
     }
@@ -345,7 +345,7 @@ fn finish(model: &mut Verilated, outcome: &Outcome) -> Result<(), CosimError> {
 
 /// Reads the peak detector's ports, if there are any.
 fn peaks(sensor: &Sensor, layout: &Layout, outputs: &[u64]) -> Vec<PortPeak> {
-    let Some(peak) = &sensor.contract().peak else {
+    let Some(peak) = &sensor.interface().peak else {
         return Vec::new();
     };
     let [steps, counts] = ["o_peak_step", "o_peak_count"].map(|name| layout.outputs.field(name));
@@ -379,7 +379,7 @@ fn report(
     let exercised = Exercised::new(&outcome.exercise, names);
     let missing = match &outcome.first {
         Some(_) => Vec::new(),
-        None => exercised.missing(sensor.contract(), request.stimulus),
+        None => exercised.missing(sensor.interface(), request.stimulus),
     };
     Report {
         verdict: match &outcome.first {
@@ -390,7 +390,7 @@ fn report(
         cycles: outcome.clocks,
         compared_ports: fields.iter().map(|field| field.port.name.clone()).collect(),
         phase_steps: exercised.phase_steps,
-        not_exercised: exercised.not_reached(sensor.contract()),
+        not_exercised: exercised.not_reached(sensor.interface()),
         exercised,
         coverage,
         missing,

@@ -6,7 +6,7 @@ use super::build::SourceFile;
 
 /// The files that the module `top` needs, in their order: the one that declares
 /// it, and those that declare what a needed file names. What only names others,
-/// as a bench does, is not among them. Files that declare nothing (macros) are
+/// as a testbench does, is not among them. Files that declare nothing (macros) are
 /// kept, and all of them when none declares `top`.
 pub fn needed_by(top: &str, sources: Vec<SourceFile>) -> Vec<SourceFile> {
     let names: Vec<Names> = sources.iter().map(|file| Names::of(&file.text)).collect();

@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 
 use crate::rtl::blocks::{CountRegister, ScanRegisters};
-use crate::sensor::contract::{Direction, Port};
+use crate::sensor::interface::{Direction, Port};
 use crate::sensor::layout::{Field, Layout};
 
 /// Name of the header that `testbench/cosim.cpp` includes.
@@ -197,7 +197,7 @@ fn unescaped(name: &str) -> String {
     text
 }
 
-/// Every way in which a top module's ports differ from the contract's, one
+/// Every way in which a top module's ports differ from the interface's, one
 /// sentence each.
 pub fn differences(expected: &[Port], found: &[FoundPort]) -> Vec<String> {
     let word = |direction| match direction {

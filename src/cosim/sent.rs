@@ -3,7 +3,7 @@
 use crate::photons::StepCount;
 use crate::reference::blocks::Records;
 use crate::scan::{Group, Grouping};
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Field, Layout, Record};
 
 /// A phase step's counts as the Verilog sent them.
@@ -90,23 +90,23 @@ enum State {
 
 impl SentReader {
     /// A reader of a run that begins in reset.
-    pub fn new(contract: &Contract, layout: &Layout) -> SentReader {
+    pub fn new(interface: &Interface, layout: &Layout) -> SentReader {
         let (inputs, outputs) = (&layout.inputs, &layout.outputs);
-        let signed_bits = contract.signed_data_bits();
+        let signed_bits = interface.signed_data_bits();
         SentReader {
             data: outputs.field("m_axis_tdata").clone(),
             signed_bits,
-            total_bits: contract
+            total_bits: interface
                 .total
-                .map(|total| contract.tdata_bits - total.first_bit),
+                .map(|total| interface.tdata_bits - total.first_bit),
             valid: Bit::of(outputs, "m_axis_tvalid"),
             last: Bit::of(outputs, "m_axis_tlast"),
             overrun: Bit::of(outputs, "o_overrun"),
             reset: Bit::of(inputs, "i_rst"),
             ready: Bit::of(inputs, "m_axis_tready"),
             words: (inputs.words, outputs.words),
-            detectors: contract.reference_codes.len() as u64,
-            grouping: contract.grouping(),
+            detectors: interface.reference_codes.len() as u64,
+            grouping: interface.grouping(),
             taken: 0,
             scan: 0,
             offered: None,

@@ -11,7 +11,7 @@ use crate::printable::printable_ascii;
 use crate::rtl::back::verilog_of;
 use crate::rtl::blocks::{ScanRegisters, SensorTop};
 use crate::sensor::Sensor;
-use crate::sensor::contract::{Contract, Port};
+use crate::sensor::interface::{Interface, Port};
 use crate::sensor::peak::PeakPlan;
 
 /// Everything that `emit` makes.
@@ -38,7 +38,7 @@ pub struct Emission {
     pub parameters: Parameters,
     /// The scan's counters, which simulations may move on to shorten steps and scans.
     pub scan_registers: ScanRegisters,
-    /// What goes with the design: bench, constraints, file list, core.
+    /// What goes with the design: testbench, constraints, file list, core.
     #[serde(flatten)]
     pub flow: Flow,
     /// Proofs, in a folder of their own.
@@ -135,55 +135,55 @@ const MOST_DWELL_CHIPS: u64 = 1 << 60;
 /// Makes the Verilog that `scene` needs. `command` is what the user typed; it
 /// stands in every file, in characters that are no more than a comment there.
 pub fn emit(sensor: &Sensor, command: &str) -> Result<Emission, HdlError> {
-    let contract = sensor.contract();
-    check_limits(sensor, contract)?;
+    let interface = sensor.interface();
+    check_limits(sensor, interface)?;
     let command = printable_ascii(command);
     let made_by = format!("{command} (goldtof {})", env!("CARGO_PKG_VERSION"));
-    let files: Vec<EmittedFile> = verilog_of(&SensorTop::new(contract), &made_by)?
+    let files: Vec<EmittedFile> = verilog_of(&SensorTop::new(interface), &made_by)?
         .into_iter()
         .map(|module| EmittedFile {
             name: format!("{}.v", module.name),
             text: module.text,
         })
         .collect();
-    let formal = Formal::of(contract, &files, &made_by);
-    let flow = Flow::of(sensor, contract, &files, &formal, &made_by)?;
+    let formal = Formal::of(interface, &files, &made_by);
+    let flow = Flow::of(sensor, interface, &files, &formal, &made_by)?;
     Ok(Emission {
         scene: sensor.scene().name.clone(),
         command: command.into_owned(),
         top: "sensor_top",
         files,
-        ports: contract.ports(),
+        ports: interface.ports(),
         clock_hz: sensor.clock().frequency_hz(),
         left_out: left_out(sensor),
-        result_latency_clocks: contract.result_latency_clocks,
-        parameters: parameters(contract),
-        scan_registers: ScanRegisters::of(contract),
+        result_latency_clocks: interface.result_latency_clocks,
+        parameters: parameters(interface),
+        scan_registers: ScanRegisters::of(interface),
         flow,
         formal,
     })
 }
 
-fn parameters(contract: &Contract) -> Parameters {
+fn parameters(interface: &Interface) -> Parameters {
     Parameters {
-        sources: contract.source_codes.len(),
-        detectors: contract.reference_codes.len(),
-        samples_per_chip: contract.lanes(),
-        code_period_chips: contract.reference_codes[0].len(),
-        steps_per_period: contract.timing.scan.steps_per_period,
-        first_step: contract.timing.scan.first_step,
-        steps: contract.timing.scan.steps,
-        integration_chips: contract.timing.scan.integration_chips,
-        realigns: contract.realigns(),
-        parallel: contract.parallel(),
-        count_bits: contract.count_bits,
-        exact_count_bits: contract.exact_count_bits,
-        total: contract.total.map(|total| TotalParameters {
+        sources: interface.source_codes.len(),
+        detectors: interface.reference_codes.len(),
+        samples_per_chip: interface.lanes(),
+        code_period_chips: interface.reference_codes[0].len(),
+        steps_per_period: interface.timing.scan.steps_per_period,
+        first_step: interface.timing.scan.first_step,
+        steps: interface.timing.scan.steps,
+        integration_chips: interface.timing.scan.integration_chips,
+        realigns: interface.realigns(),
+        parallel: interface.parallel(),
+        count_bits: interface.count_bits,
+        exact_count_bits: interface.exact_count_bits,
+        total: interface.total.map(|total| TotalParameters {
             first_bit: total.first_bit,
             bits: total.bits,
             exact_bits: total.exact_bits,
         }),
-        peak: contract.peak.map(|peak| PeakParameters {
+        peak: interface.peak.map(|peak| PeakParameters {
             step_bits: peak.step_bits,
             count_bits: peak.count_bits,
             latency_clocks: peak.latency_clocks,
@@ -191,53 +191,53 @@ fn parameters(contract: &Contract) -> Parameters {
     }
 }
 
-fn check_limits(sensor: &Sensor, contract: &Contract) -> Result<(), HdlError> {
-    let periods = contract.reference_codes.iter().map(|code| code.len());
+fn check_limits(sensor: &Sensor, interface: &Interface) -> Result<(), HdlError> {
+    let periods = interface.reference_codes.iter().map(|code| code.len());
     if periods
         .clone()
-        .any(|period| period != contract.reference_codes[0].len())
+        .any(|period| period != interface.reference_codes[0].len())
     {
         return Err(HdlError::CodeLengths {
             found: periods.collect(),
         });
     }
-    within("parallel", contract.parallel(), "1 to 64", |parallel| {
+    within("parallel", interface.parallel(), "1 to 64", |parallel| {
         (1..=64).contains(&parallel)
     })?;
-    if contract.timing.scan.integration_chips > MOST_DWELL_CHIPS {
+    if interface.timing.scan.integration_chips > MOST_DWELL_CHIPS {
         return Err(HdlError::Limit {
             what: "the integration time in chips".into(),
-            found: contract.timing.scan.integration_chips,
+            found: interface.timing.scan.integration_chips,
             limit: "at most 2^60".into(),
         });
     }
-    let most_held = u64::from(contract.parallel().div_ceil(contract.lanes()));
-    if contract.timing.scan.integration_chips < most_held {
+    let most_held = u64::from(interface.parallel().div_ceil(interface.lanes()));
+    if interface.timing.scan.integration_chips < most_held {
         return Err(HdlError::ShortStep {
-            chips: contract.timing.scan.integration_chips,
-            parallel: contract.parallel(),
-            lanes: contract.lanes(),
+            chips: interface.timing.scan.integration_chips,
+            parallel: interface.parallel(),
+            lanes: interface.lanes(),
             needed: most_held,
         });
     }
-    if let Some(peak) = &contract.peak {
-        check_peak(contract, peak)?;
+    if let Some(peak) = &interface.peak {
+        check_peak(interface, peak)?;
     }
     within(
         "samples per chip",
-        contract.lanes(),
+        interface.lanes(),
         "1, 2, 4, 8 or 16",
         |s| s.is_power_of_two() && s <= 16,
     )?;
     within(
         "the width of a count that cannot overflow",
-        contract.exact_count_bits,
+        interface.exact_count_bits,
         "at most 64 bits; integrate over fewer chips",
         |bits| bits <= 64,
     )?;
     within(
         "counter_width",
-        contract.count_bits,
+        interface.count_bits,
         "2 to 64 bits",
         |bits| bits >= 2,
     )?;
@@ -248,9 +248,9 @@ fn check_limits(sensor: &Sensor, contract: &Contract) -> Result<(), HdlError> {
 }
 
 /// The peak detector compares a group's counts one after another.
-fn check_peak(contract: &Contract, peak: &PeakPlan) -> Result<(), HdlError> {
+fn check_peak(interface: &Interface, peak: &PeakPlan) -> Result<(), HdlError> {
     let needed = peak.least_chips;
-    let chips = contract.timing.scan.integration_chips;
+    let chips = interface.timing.scan.integration_chips;
     if chips >= needed {
         return Ok(());
     }
@@ -260,7 +260,7 @@ fn check_peak(contract: &Contract, peak: &PeakPlan) -> Result<(), HdlError> {
         limit: format!(
             "at least {needed} with a peak detector and parallel = {}, because the counts of a \
              group are compared one after another; integrate longer, or leave the peak to the host",
-            contract.parallel()
+            interface.parallel()
         )
         .into(),
     })

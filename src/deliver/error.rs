@@ -56,8 +56,8 @@ pub enum HdlError {
     /// The back end refused a block.
     #[error("the hardware description is not sound, please report it: {0}")]
     Refused(#[from] Refusal),
-    /// The bench's vectors could not be made.
-    #[error("no vectors for the bench: {0}")]
+    /// The testbench's vectors could not be made.
+    #[error("no vectors for the testbench: {0}")]
     Vectors(#[from] ReferenceError),
     /// The manifest could not be made.
     #[error("cannot make the manifest: {0}")]

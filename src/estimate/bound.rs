@@ -33,7 +33,7 @@ pub struct PathBound {
     /// Index of the path in the scene.
     pub path: usize,
     /// Least standard deviation of its distance, with delay and strength of
-    /// every path and the constant light unknown.
+    /// every path and the background unknown.
     pub bound_m: f64,
 }
 

@@ -18,7 +18,7 @@ use crate::sensor::Sensor;
 /// The estimate that the expected counts give.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prediction {
-    /// Estimated less true distance, in metres: dead-time walk, circular error,
+    /// Estimated less true distance, in metres: range walk, circular error,
     /// interference and other paths together.
     pub bias_m: f64,
     /// Standard deviation of one scan's estimate, in metres, as long as the

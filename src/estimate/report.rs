@@ -44,7 +44,7 @@ pub struct EstimateReport {
     /// Estimate less truth, the shorter way round the unambiguous range.
     pub error_m: Option<f64>,
     /// The estimator's bias on the exact mean counts of this scene (for the
-    /// phase: dead-time walk, interference, circular error).
+    /// phase: range walk, interference, circular error).
     pub expected_bias_m: Option<f64>,
     /// Its standard deviation from the counts' variances; of the model estimator the
     /// bound, where there is one, since it has the same unknowns and steps.

@@ -29,7 +29,7 @@ pub struct DetectorModel {
     pub(crate) reference: Arc<Code>,
     /// Excess on-light, one entry per path that has any.
     pub(crate) excess: Vec<ExcessLight>,
-    /// Rate of the constant light per chip.
+    /// Rate of the background per chip.
     pub(crate) constant_per_chip: f64,
     pub(crate) dead_time_chips: f64,
     pub(crate) afterpulsing: Option<Afterpulsing>,
@@ -167,7 +167,7 @@ impl DetectorModel {
     /// When the detector is first ready, in chips after its simulation starts.
     ///
     /// At once, if the warm-up makes it forget. Else anywhere within a dead time,
-    /// with equal chance: under constant light the wait for the end of a dead time
+    /// with equal chance: under background the wait for the end of a dead time
     /// that is going on has that distribution, and the detector is ready for only
     /// 1 / (rate x dead time) of the time, less than half a per cent here.
     pub(crate) fn first_ready_chips(&self, key: &StreamKey) -> f64 {

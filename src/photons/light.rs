@@ -35,7 +35,7 @@ impl LightRates {
     /// Rates of a path: their mean over the code is photon rate x transmission
     /// x detection probability, their ratio the extinction ratio (eq. 5 with an
     /// off-rate; the transmission is the chance alpha of eq. 8, which thins a Poisson
-    /// process to another one). A code without a single 1 is constant light.
+    /// process to another one). A code without a single 1 is background.
     pub fn of(source: &Source, path: &Path, detector: &Detector) -> LightRates {
         let mean_hz = photon_rate_hz(source.mean_power_w, source.wavelength_nm)
             * path.transmission
@@ -107,7 +107,7 @@ pub struct ExcessLight {
 }
 
 impl ExcessLight {
-    /// `None` if the path adds nothing to the constant light. With one of `others`
+    /// `None` if the path adds nothing to the background. With one of `others`
     /// that has the same code it shares what follows from the code.
     pub fn new(
         path: NumberedPath,

@@ -161,7 +161,7 @@ impl Iterator for StepDetections<'_> {
     }
 }
 
-/// Arrivals of the constant light, one after another.
+/// Arrivals of the background, one after another.
 #[derive(Debug, Clone)]
 struct ConstantArrivals {
     rng: StreamRng,

@@ -37,9 +37,9 @@ pub struct Figures {
 impl Figures {
     /// Those of a sensor.
     pub fn of(sensor: &Sensor) -> Figures {
-        let (clock, timing, contract) = (sensor.clock(), sensor.timing(), sensor.contract());
+        let (clock, timing, interface) = (sensor.clock(), sensor.timing(), sensor.interface());
         let seconds = |chips: f64| clock.ps(chips) * 1e-12;
-        let latency = contract.result_latency_clocks;
+        let latency = interface.result_latency_clocks;
         Figures {
             clock_hz: clock.frequency_hz(),
             code_period_chips: timing.code_chips(),
@@ -51,8 +51,8 @@ impl Figures {
             result_latency_s: seconds(f64::from(latency)),
             phase_step_m: distance_m(clock.sample_period_ps()),
             unambiguous_range_m: distance_m(timing.code_period_ps()),
-            result_bits: contract.tdata_bits,
-            results: timing.scan.steps * contract.reference_codes.len() as u64,
+            result_bits: interface.tdata_bits,
+            results: timing.scan.steps * interface.reference_codes.len() as u64,
         }
     }
 }

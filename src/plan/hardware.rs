@@ -3,10 +3,10 @@
 use super::part::{Part, kept, labelled, left_out};
 use crate::code::{Code, Generator};
 use crate::sensor::Sensor;
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 pub(super) fn parts(sensor: &Sensor) -> Vec<Part> {
-    let contract = sensor.contract();
+    let interface = sensor.interface();
     let mut parts: Vec<Part> = (0..sensor.scene().sources.len())
         .flat_map(|source| generator_parts(sensor, source))
         .collect();
@@ -14,15 +14,15 @@ pub(super) fn parts(sensor: &Sensor) -> Vec<Part> {
         phase_stepper(sensor),
         lane_choice(sensor),
         edge_detector(sensor),
-        updown_correlator(sensor, contract),
+        updown_correlator(sensor, interface),
         parallel_correlators(sensor),
-        count_segments(contract),
-        saturation_clamp(contract),
-        total_counts(sensor, contract),
+        count_segments(interface),
+        saturation_clamp(interface),
+        total_counts(sensor, interface),
         scan_controller(sensor),
-        scan_realignment(sensor, contract),
-        peak_detector(sensor, contract),
-        result_stream(contract),
+        scan_realignment(sensor, interface),
+        peak_detector(sensor, interface),
+        result_stream(interface),
     ]);
     parts
 }
@@ -121,12 +121,12 @@ fn edge_detector(sensor: &Sensor) -> Part {
     )
 }
 
-fn updown_correlator(sensor: &Sensor, contract: &Contract) -> Part {
+fn updown_correlator(sensor: &Sensor, interface: &Interface) -> Part {
     kept(
         "updown_correlator",
         format!(
             "{} bits hold any count of {} chips with at most {} edges each",
-            contract.exact_count_bits,
+            interface.exact_count_bits,
             sensor.timing().scan.integration_chips,
             (sensor.clock().samples_per_chip / 2).max(1)
         ),
@@ -146,8 +146,8 @@ fn parallel_correlators(sensor: &Sensor) -> Part {
     }
 }
 
-fn count_segments(contract: &Contract) -> Part {
-    let (bits, segments) = (contract.exact_count_bits, contract.count_segments.count);
+fn count_segments(interface: &Interface) -> Part {
+    let (bits, segments) = (interface.exact_count_bits, interface.count_segments.count);
     match segments {
         1 => left_out(
             "count_segments",
@@ -163,14 +163,14 @@ fn count_segments(contract: &Contract) -> Part {
     }
 }
 
-fn saturation_clamp(contract: &Contract) -> Part {
-    let (count, exact) = (contract.count_bits, contract.exact_count_bits);
-    if contract.saturates() {
+fn saturation_clamp(interface: &Interface) -> Part {
+    let (count, exact) = (interface.count_bits, interface.exact_count_bits);
+    if interface.saturates() {
         kept(
             "saturation_clamp",
             format!(
                 "counter_width = {count} is narrower than the {exact} bits that no stimulus \
-                 overflows: counts are clamped, and flagged at o_saturated"
+                 overflows: counts are saturated, and flagged at o_saturated"
             ),
         )
     } else {
@@ -181,11 +181,11 @@ fn saturation_clamp(contract: &Contract) -> Part {
     }
 }
 
-fn total_counts(sensor: &Sensor, contract: &Contract) -> Part {
+fn total_counts(sensor: &Sensor, interface: &Interface) -> Part {
     const PART: &str = "total_counts";
     let given = sensor.scene().hardware.total_counts.is_some();
     let estimator = sensor.scene().estimator;
-    match contract.total {
+    match interface.total {
         Some(total) => kept(
             PART,
             format!(
@@ -218,21 +218,21 @@ fn scan_controller(sensor: &Sensor) -> Part {
     )
 }
 
-fn scan_realignment(sensor: &Sensor, contract: &Contract) -> Part {
+fn scan_realignment(sensor: &Sensor, interface: &Interface) -> Part {
     let scan = &sensor.timing().scan;
     let (steps, period) = (scan.steps, scan.steps_per_period);
-    if scan.is_full() && contract.realigns() {
+    if scan.is_full() && interface.realigns() {
         return kept(
             "scan_realignment",
             format!(
                 "{steps} phase steps are no whole number of groups of {}, so a scan does not end \
                  where it began: the next one waits for the code's first chip and loads the \
                  reference anew",
-                contract.parallel()
+                interface.parallel()
             ),
         );
     }
-    if contract.realigns() {
+    if interface.realigns() {
         kept(
             "scan_realignment",
             format!(
@@ -248,8 +248,8 @@ fn scan_realignment(sensor: &Sensor, contract: &Contract) -> Part {
     }
 }
 
-fn peak_detector(sensor: &Sensor, contract: &Contract) -> Part {
-    match &contract.peak {
+fn peak_detector(sensor: &Sensor, interface: &Interface) -> Part {
+    match &interface.peak {
         Some(peak) => kept(
             "peak_detector",
             format!(
@@ -270,12 +270,12 @@ fn peak_detector(sensor: &Sensor, contract: &Contract) -> Part {
     }
 }
 
-fn result_stream(contract: &Contract) -> Part {
+fn result_stream(interface: &Interface) -> Part {
     kept(
         "result_stream",
         format!(
             "counts leave as an AXI4-Stream of {} bits",
-            contract.tdata_bits
+            interface.tdata_bits
         ),
     )
 }

@@ -116,7 +116,7 @@ impl Bench {
         if part == OptionalPart::ConstantLight && self.has_constant_light {
             return Some(Saving {
                 share: 0.0,
-                basis: "all constant light is one process, which the scene has".to_owned(),
+                basis: "all background is one process, which the scene has".to_owned(),
             });
         }
         let with = self.model.with_neutral(part);

@@ -68,7 +68,7 @@ fn source_parts(sensor: &Sensor, index: usize) -> [Part; 2] {
     let off_state = if ratio.is_finite() {
         kept(
             off_state,
-            format!("extinction_ratio = {ratio}: constant light of 1/{ratio} of the on-rate"),
+            format!("extinction_ratio = {ratio}: background of 1/{ratio} of the on-rate"),
         )
     } else {
         left_out(
@@ -190,7 +190,7 @@ fn constant_rate(part: String, key: &str, rate_cps: f64) -> Part {
     if rate_cps > 0.0 {
         kept(
             part,
-            format!("{key} = {} kcps, as constant light", rate_cps / 1e3),
+            format!("{key} = {} kcps, as background", rate_cps / 1e3),
         )
     } else {
         left_out(part, format!("{key} = 0"))

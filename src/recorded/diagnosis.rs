@@ -3,7 +3,7 @@
 //! Every statement rests on a test at [`LEVEL`], at most five of them: by design they are
 //! wrong about a right scene in about one scan of a hundred (docs/recorded-counts.md has
 //! what was measured). Only the distance is unknown at first. Whatever of light level,
-//! constant light and dead time raises the likelihood most is taken in as long as it
+//! background and dead time raises the likelihood most is taken in as long as it
 //! raises it significantly. Where several do about as well, all of them are named: the
 //! counts do not tell which it is. A cause that is named fits the counts; that another
 //! one, or several together, would fit them too is never ruled out.
@@ -425,7 +425,7 @@ impl Search<'_> {
                         format!("{value:.4} +- {std:.4} times the scene's light")
                     }
                     Unknown::Constant => format!(
-                        "constant light (dark counts, background) of {value:.4e} +- {std:.1e} \
+                        "background (dark counts, background) of {value:.4e} +- {std:.1e} \
                          cps in place of {scene:.4e}"
                     ),
                     Unknown::DeadTime => {
@@ -464,7 +464,7 @@ fn name_of(unknown: Unknown) -> &'static str {
     match unknown {
         Unknown::Delay => "offset",
         Unknown::Light => "light level",
-        Unknown::Constant => "constant light",
+        Unknown::Constant => "background",
         Unknown::DeadTime => "dead time",
     }
 }

@@ -17,7 +17,7 @@ pub(super) enum Unknown {
     Delay,
     /// All sources are brighter by a factor.
     Light,
-    /// More dark counts, or other constant light.
+    /// More dark counts, or other background.
     Constant,
     /// The dead time is longer.
     DeadTime,

@@ -62,8 +62,8 @@ impl<'a> BlockMaker<'a> {
         layout: &'a Layout,
         clocks: u64,
     ) -> BlockMaker<'a> {
-        let lanes = reference.contract().lanes();
-        let detectors = reference.contract().reference_codes.len();
+        let lanes = reference.interface().lanes();
+        let detectors = reference.interface().reference_codes.len();
         BlockMaker {
             levels: vec![Level::new(lanes); detectors],
             drive: Drive::new(detectors),

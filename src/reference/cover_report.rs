@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::reference::adversarial::{Adversarial, Means};
 use crate::reference::coverage::{CoverPoint, CoverTable, Covered};
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// Points that the text names at most.
 const MOST_NAMED: usize = 6;
@@ -49,7 +49,7 @@ impl Coverage {
     /// What was covered, with the detectors' names. `means` are those of the adversary
     /// that was to cover it, if it was one.
     pub fn new(
-        contract: &Contract,
+        interface: &Interface,
         table: &CoverTable,
         covered: &Covered,
         names: &[String],
@@ -75,7 +75,8 @@ impl Coverage {
             if !is_covered {
                 not_covered.push(Missed {
                     point: point.text(names),
-                    reason: means.and_then(|means| Adversarial::hindrance(contract, means, *point)),
+                    reason: means
+                        .and_then(|means| Adversarial::hindrance(interface, means, *point)),
                 });
             }
         }

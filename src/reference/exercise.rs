@@ -18,8 +18,8 @@ pub struct Exercise {
     pub results_held: u64,
     /// Groups of results that were lost, because one before them still stood.
     pub groups_lost: u64,
-    /// Groups of results of which one was clamped.
-    pub groups_clamped: u64,
+    /// Groups of results of which one was saturated.
+    pub groups_saturated: u64,
     /// Last results of a scan.
     pub scan_ends: u64,
     /// Resets, that at the start included.

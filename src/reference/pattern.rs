@@ -1,6 +1,6 @@
 //! Output bits that follow the codes alone: lasers and epoch.
 
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// Output bits that repeat with a code's period.
 #[derive(Debug, Clone)]
@@ -21,7 +21,7 @@ impl ChipPattern {
 
 /// One pattern per period and word: lasers, and the epoch of the reference.
 pub(super) fn chip_patterns(
-    contract: &Contract,
+    interface: &Interface,
     laser: (usize, u32),
     epoch: (usize, u32),
 ) -> Vec<ChipPattern> {
@@ -42,7 +42,7 @@ pub(super) fn chip_patterns(
             None => patterns.push(ChipPattern { word, bits }),
         }
     };
-    for (source, code) in contract.source_codes.iter().enumerate() {
+    for (source, code) in interface.source_codes.iter().enumerate() {
         let bit = laser.1 as usize + source;
         let chips = code.chips.iter();
         or(
@@ -50,7 +50,7 @@ pub(super) fn chip_patterns(
             chips.map(|&chip| u64::from(chip) << (bit % 64)).collect(),
         );
     }
-    let mut strobe = vec![0; contract.reference_codes[0].chips.len()];
+    let mut strobe = vec![0; interface.reference_codes[0].chips.len()];
     strobe[0] = 1 << epoch.1;
     or(epoch.0, strobe);
     patterns

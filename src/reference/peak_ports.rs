@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::coverage::{CoverPoint, CoverTable, Covered, PeakKind};
 use crate::scan::Group;
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Field, Layout};
 use crate::sensor::peak::PeakPlan;
 
@@ -55,18 +55,18 @@ pub(super) struct PeakPorts {
 }
 
 impl PeakPorts {
-    /// Before the first scan; `None` if the contract has no peak detector.
-    pub(super) fn new(contract: &Contract, layout: &Layout) -> Option<PeakPorts> {
-        let detectors = contract.reference_codes.len();
+    /// Before the first scan; `None` if the interface has no peak detector.
+    pub(super) fn new(interface: &Interface, layout: &Layout) -> Option<PeakPorts> {
+        let detectors = interface.reference_codes.len();
         let field = |name| layout.outputs.field(name).clone();
         Some(PeakPorts {
-            plan: contract.peak?,
+            plan: interface.peak?,
             step: field("o_peak_step"),
             count: field("o_peak_count"),
             valid: field("o_peak_valid"),
             words: layout.outputs.words,
             best: vec![None; detectors],
-            last_group: Group(contract.groups() - 1),
+            last_group: Group(interface.groups() - 1),
             arriving: VecDeque::new(),
             record: vec![0; layout.outputs.words],
         })

@@ -2,12 +2,12 @@
 
 use super::stimulus::{Drive, RESET_CLOCKS, Stimulus, first_sample, scan_start};
 use crate::photons::{DetectorModel, PulseStream};
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// The sampled pulses of every detector, scan after scan.
 pub struct Photons<'a> {
     models: &'a [DetectorModel],
-    contract: &'a Contract,
+    interface: &'a Interface,
     seed: u64,
     scan: u64,
     streams: Vec<PulseStream<'a>>,
@@ -16,10 +16,10 @@ pub struct Photons<'a> {
 impl<'a> Photons<'a> {
     /// Streams for the scene's detectors, in their order. The n-th scan is the
     /// n-th repetition of the seed.
-    pub fn new(models: &'a [DetectorModel], contract: &'a Contract, seed: u64) -> Photons<'a> {
+    pub fn new(models: &'a [DetectorModel], interface: &'a Interface, seed: u64) -> Photons<'a> {
         let mut photons = Photons {
             models,
-            contract,
+            interface,
             seed,
             scan: 0,
             streams: Vec::new(),
@@ -40,12 +40,12 @@ impl Stimulus for Photons<'_> {
         if clocks.start < RESET_CLOCKS {
             drive.surroundings.resets.push(0..RESET_CLOCKS);
         }
-        let lanes = u64::from(self.contract.lanes());
+        let lanes = u64::from(self.interface.lanes());
         let until = clocks.end * lanes;
-        let origin = first_sample(self.contract, RESET_CLOCKS);
+        let origin = first_sample(self.interface, RESET_CLOCKS);
         loop {
             // A full scan's stream runs on into the next scan by itself.
-            let start = origin + scan_start(self.contract, self.scan) * lanes;
+            let start = origin + scan_start(self.interface, self.scan) * lanes;
             if until > start {
                 for (stream, pulses) in self.streams.iter_mut().zip(&mut drive.pulses) {
                     let from = pulses.len();
@@ -56,8 +56,8 @@ impl Stimulus for Photons<'_> {
                     }
                 }
             }
-            let next = origin + scan_start(self.contract, self.scan + 1) * lanes;
-            if !self.contract.realigns() || next >= until {
+            let next = origin + scan_start(self.interface, self.scan + 1) * lanes;
+            if !self.interface.realigns() || next >= until {
                 return;
             }
             self.scan += 1;

@@ -14,7 +14,7 @@ use super::peak_ports::PeakPorts;
 use super::resets::{ResetWatch, Upon};
 use super::stream::{Arrival, Beat, ResultStream};
 use crate::scan::{Group, Step};
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Layout, mask};
 
 /// What the surroundings do to the hardware in a block of clocks, besides the
@@ -85,7 +85,7 @@ pub struct StepResult {
     pub total: u64,
 }
 
-/// Why a contract cannot be predicted.
+/// Why a interface cannot be predicted.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ReferenceError {
     /// References of different length.
@@ -99,7 +99,7 @@ pub enum ReferenceError {
 /// The reference model. One per run; it starts in reset.
 #[derive(Debug, Clone)]
 pub struct Reference {
-    contract: Contract,
+    interface: Interface,
     /// chi of the chips of each detector's reference (eq. 10).
     signs: Vec<Vec<i8>>,
     chips: Vec<ChipPattern>,
@@ -139,12 +139,12 @@ struct ScanState {
 }
 
 impl ScanState {
-    fn start(contract: &Contract) -> ScanState {
+    fn start(interface: &Interface) -> ScanState {
         ScanState {
             scan: 0,
             group: Group(0),
             from: 0,
-            chips: contract.timing.scan.integration_chips,
+            chips: interface.timing.scan.integration_chips,
             left_out: 0,
             lag: 0,
             previous_delay: None,
@@ -153,50 +153,50 @@ impl ScanState {
 }
 
 impl Reference {
-    /// A model of the hardware with this contract.
+    /// A model of the hardware with this interface.
     ///
     /// # Errors
-    /// When the contract asks for hardware that is not modelled.
-    pub fn new(contract: Contract) -> Result<Reference, ReferenceError> {
-        let lengths = contract.reference_codes.iter().map(|code| code.len());
+    /// When the interface asks for hardware that is not modelled.
+    pub fn new(interface: Interface) -> Result<Reference, ReferenceError> {
+        let lengths = interface.reference_codes.iter().map(|code| code.len());
         if lengths
             .clone()
-            .any(|length| length != contract.reference_codes[0].len())
+            .any(|length| length != interface.reference_codes[0].len())
         {
             return Err(ReferenceError::CodeLengths(lengths.collect()));
         }
-        let layout = Layout::of(&contract);
+        let layout = Layout::of(&interface);
         let place = |name| {
             let field = layout.outputs.field(name);
             (field.word, field.shift)
         };
-        let table = CoverTable::of(&contract);
+        let table = CoverTable::of(&interface);
         Ok(Reference {
-            signs: contract
+            signs: interface
                 .reference_codes
                 .iter()
                 .map(|code| code.chips.iter().map(|&chip| 2 * chip as i8 - 1).collect())
                 .collect(),
-            chips: chip_patterns(&contract, place("o_laser"), place("o_epoch")),
+            chips: chip_patterns(&interface, place("o_laser"), place("o_epoch")),
             words: layout.outputs.words,
-            stream: ResultStream::new(&contract, &layout, Arc::clone(&table)),
-            peak: PeakPorts::new(&contract, &layout),
+            stream: ResultStream::new(&interface, &layout, Arc::clone(&table)),
+            peak: PeakPorts::new(&interface, &layout),
             released: 0,
-            scan: ScanState::start(&contract),
+            scan: ScanState::start(&interface),
             table,
-            running: Running::of(&contract),
-            resets: ResetWatch::of(&contract),
-            before_scan: vec![false; contract.reference_codes.len()],
-            counts: vec![0; contract.reference_codes.len() * contract.parallel() as usize],
-            totals: vec![0; contract.reference_codes.len()],
+            running: Running::of(&interface),
+            resets: ResetWatch::of(&interface),
+            before_scan: vec![false; interface.reference_codes.len()],
+            counts: vec![0; interface.reference_codes.len() * interface.parallel() as usize],
+            totals: vec![0; interface.reference_codes.len()],
             finished: Vec::new(),
-            contract,
+            interface,
         })
     }
 
     /// What it predicts.
-    pub fn contract(&self) -> &Contract {
-        &self.contract
+    pub fn interface(&self) -> &Interface {
+        &self.interface
     }
 
     /// Words per clock of the expected outputs.
@@ -229,7 +229,7 @@ impl Reference {
     /// the `chip`-th word of the group.
     pub fn counts_up(&self, detector: usize, lane: u64, chip: u64, sample: u64) -> bool {
         let signs = &self.signs[detector];
-        let lanes = u64::from(self.contract.lanes());
+        let lanes = u64::from(self.interface.lanes());
         let period = signs.len() as u64 * lanes;
         let cycle = (self.scan.from + chip) % signs.len() as u64;
         let delay = (self.delay() + lane) % period;
@@ -284,7 +284,7 @@ impl Reference {
             let in_pause = self.scan.group == Group(0)
                 && self.scan.scan > 0
                 && reset.start < self.released + 1 + self.scan.from;
-            let lanes = u64::from(self.contract.lanes());
+            let lanes = u64::from(self.interface.lanes());
             let word = reset.start * lanes..(reset.start + 1) * lanes;
             let has_hit = |hits: &Vec<u64>| {
                 let at = hits.partition_point(|&hit| hit < word.start);
@@ -298,7 +298,7 @@ impl Reference {
             self.resets.enters(reset, upon, &self.table);
         }
         self.released = reset.end;
-        self.scan = ScanState::start(&self.contract);
+        self.scan = ScanState::start(&self.interface);
         self.counts.fill(0);
         self.totals.fill(0);
         self.running.reset();
@@ -313,16 +313,16 @@ impl Reference {
         debug_assert_eq!(skip.group, self.scan.group);
         self.scan.chips -= skip.chips;
         self.scan.group.0 += skip.groups;
-        let steps = skip.groups * u64::from(self.contract.parallel());
+        let steps = skip.groups * u64::from(self.interface.parallel());
         self.scan.left_out += steps;
         self.scan.lag += steps;
     }
 
     /// The delay of the present group's first step, in samples.
     fn delay(&self) -> u64 {
-        let first = self.contract.grouping().step_of(self.scan.group, 0);
-        let period = self.contract.timing.scan.steps_per_period;
-        (self.contract.timing.scan.phase_step(first) + period - self.scan.lag % period) % period
+        let first = self.interface.grouping().step_of(self.scan.group, 0);
+        let period = self.interface.timing.scan.steps_per_period;
+        (self.interface.timing.scan.phase_step(first) + period - self.scan.lag % period) % period
     }
 
     /// A stretch of clocks without reset.
@@ -348,7 +348,7 @@ impl Reference {
 
     /// So many cycles have shown.
     fn mark_codes(&mut self, cycles: u64) {
-        for (source, code) in self.contract.source_codes.iter().enumerate() {
+        for (source, code) in self.interface.source_codes.iter().enumerate() {
             if cycles > code.len()
                 && let Some(point) = self.table.number(CoverPoint::CodeWraps { source })
             {
@@ -360,11 +360,11 @@ impl Reference {
     /// Looks for hits on the last sample before a scan, if its clock is among these.
     fn watch_before_scan(&mut self, clocks: &Range<u64>, hits: &[Vec<u64>]) {
         let first_word = self.released + 1 + self.scan.from;
-        let may_pause = self.scan.scan == 0 || self.contract.realigns();
+        let may_pause = self.scan.scan == 0 || self.interface.realigns();
         if self.scan.group != Group(0) || !may_pause || !clocks.contains(&(first_word - 1)) {
             return;
         }
-        let sample = first_word * u64::from(self.contract.lanes()) - 1;
+        let sample = first_word * u64::from(self.interface.lanes()) - 1;
         for (seen, hits) in self.before_scan.iter_mut().zip(hits) {
             *seen = hits.binary_search(&sample).is_ok();
         }
@@ -374,7 +374,7 @@ impl Reference {
     /// groups whose last word is among them. The word of cycle n is presented
     /// one clock after the chip of cycle n shows on `o_laser`.
     fn count(&mut self, clocks: Range<u64>, hits: &[Vec<u64>]) {
-        let lanes = u64::from(self.contract.lanes());
+        let lanes = u64::from(self.interface.lanes());
         let first_word = self.released + 1;
         let mut counted = clocks.start.max(first_word);
         loop {
@@ -402,12 +402,12 @@ impl Reference {
         let (Some(first_hit), Some(last_hit)) = (hits.first(), hits.last()) else {
             return;
         };
-        let lanes_log2 = self.contract.lanes().trailing_zeros();
+        let lanes_log2 = self.interface.lanes().trailing_zeros();
         let lane_of = |sample: u64| (sample & ((1 << lanes_log2) - 1)) as u32;
         let delay = self.delay();
         let signs = &self.signs[detector][..];
         let steps_per_period = (signs.len() as u64) << lanes_log2;
-        let parallel = u64::from(self.contract.parallel());
+        let parallel = u64::from(self.interface.parallel());
         let first_sample = (self.released + 1) << lanes_log2;
         self.totals[detector] += hits.len() as u64;
         let counts = &mut self.counts[detector * parallel as usize..][..parallel as usize];
@@ -440,7 +440,7 @@ impl Reference {
     /// Sends the present group's counts on their way and goes on to the next.
     fn finish_group(&mut self) {
         let end = self.scan.from + self.scan.chips;
-        let grouping = self.contract.grouping();
+        let grouping = self.interface.grouping();
         let last = grouping.is_last(self.scan.group);
         let (beats, clamps) = self.beats();
         let saturated = clamps.counts + clamps.totals > 0;
@@ -450,11 +450,11 @@ impl Reference {
         self.resets
             .group_ends(self.released + end, last, is_counted);
         self.stream.push(Arrival {
-            clock: self.released + end + u64::from(self.contract.result_latency_clocks),
+            clock: self.released + end + u64::from(self.interface.result_latency_clocks),
             beats,
             saturated,
             last,
-            place: Place::of(self.scan.group.0, self.contract.groups()),
+            place: Place::of(self.scan.group.0, self.interface.groups()),
             proves,
             proves_if_first: clamps
                 .lone_point()
@@ -469,15 +469,15 @@ impl Reference {
     }
 
     /// The results of the present group, in the order in which they are sent, and what
-    /// was clamped.
+    /// was saturated.
     fn beats(&mut self) -> (Vec<Beat>, Clamps) {
-        let parallel = self.contract.parallel() as usize;
-        let grouping = self.contract.grouping();
+        let parallel = self.interface.parallel() as usize;
+        let grouping = self.interface.grouping();
         let steps = grouping.steps_of(self.scan.group).len();
         let first = grouping.step_of(self.scan.group, 0).0;
-        let limit = 1i128 << (self.contract.count_bits - 1);
+        let limit = 1i128 << (self.interface.count_bits - 1);
         let most = self
-            .contract
+            .interface
             .total
             .map_or(u64::MAX, |total| mask(total.bits));
         let mut beats = Vec::with_capacity(self.counts.len());
@@ -506,7 +506,7 @@ impl Reference {
                     let seen = Step(number - self.scan.left_out);
                     peak.count(
                         (detector, step),
-                        self.contract.timing.scan.phase_step(seen),
+                        self.interface.timing.scan.phase_step(seen),
                         count,
                         self.scan.group,
                     );
@@ -525,7 +525,7 @@ impl Reference {
 
     /// Goes on to the next group behind the cycle before `end`.
     fn go_on(&mut self, end: u64, last: bool) {
-        let chips = self.contract.timing.scan.integration_chips;
+        let chips = self.interface.timing.scan.integration_chips;
         let delay = Some(self.delay());
         self.scan = match last {
             false => ScanState {
@@ -535,10 +535,10 @@ impl Reference {
                 previous_delay: delay,
                 ..self.scan
             },
-            true if self.contract.realigns() => ScanState {
+            true if self.interface.realigns() => ScanState {
                 scan: self.scan.scan + 1,
                 from: self.next_scan(end),
-                ..ScanState::start(&self.contract)
+                ..ScanState::start(&self.interface)
             },
             true => ScanState {
                 scan: self.scan.scan + 1,
@@ -555,8 +555,8 @@ impl Reference {
 
     /// Cover points that the results of the present group prove when they show.
     fn proven_points(&mut self) -> Vec<usize> {
-        let parallel = u64::from(self.contract.parallel());
-        let steps = self.contract.grouping().steps_of(self.scan.group).len();
+        let parallel = u64::from(self.interface.parallel());
+        let steps = self.interface.grouping().steps_of(self.scan.group).len();
         let begins_scan = self.scan.group.0 * parallel == self.scan.left_out;
         let mut points = self.running.end_group(&self.table, steps, begins_scan);
         let delay = self.delay();
@@ -566,34 +566,34 @@ impl Reference {
                 add(CoverPoint::BeforeScan { detector });
             }
         }
-        if self.contract.saturates() {
-            let limit = 1i64 << (self.contract.count_bits - 1);
+        if self.interface.saturates() {
+            let limit = 1i64 << (self.interface.count_bits - 1);
             for (at, &count) in self.counts.iter().enumerate() {
-                let detector = at / self.contract.parallel() as usize;
-                let step = at % self.contract.parallel() as usize;
+                let detector = at / self.interface.parallel() as usize;
+                let step = at % self.interface.parallel() as usize;
                 if step < steps && (count == limit - 1 || count == -limit) {
                     let up = count > 0;
                     add(CoverPoint::Limit { detector, step, up });
                 }
             }
             for (detector, &total) in self.totals.iter().enumerate() {
-                if self.contract.total.is_some_and(|t| total == mask(t.bits)) {
+                if self.interface.total.is_some_and(|t| total == mask(t.bits)) {
                     let beyond = false;
-                    add(CoverPoint::TotalClamp { detector, beyond });
+                    add(CoverPoint::TotalSaturation { detector, beyond });
                 }
             }
         }
         if self.totals.iter().any(|&total| total > 0) {
-            let place = Place::of(self.scan.group.0, self.contract.groups());
+            let place = Place::of(self.scan.group.0, self.interface.groups());
             let later_scan = self.scan.scan > 0;
             add(CoverPoint::Result { place, later_scan });
-            if self.scan.chips == self.contract.timing.scan.integration_chips {
+            if self.scan.chips == self.interface.timing.scan.integration_chips {
                 add(CoverPoint::WholeStep);
             }
             if place == Place::Last && self.scan.left_out == 0 {
                 add(CoverPoint::WholeScan);
             }
-            let lanes = u64::from(self.contract.lanes());
+            let lanes = u64::from(self.interface.lanes());
             if let Some(previous) = self.scan.previous_delay {
                 let period = previous > delay;
                 if period || previous / lanes < delay / lanes {
@@ -607,12 +607,12 @@ impl Reference {
 
     /// First cycle of the scan that follows one which ended before cycle `end`.
     fn next_scan(&self, end: u64) -> u64 {
-        let next = self.contract.timing.next_scan_after(u128::from(end));
+        let next = self.interface.timing.next_scan_after(u128::from(end));
         u64::try_from(next).unwrap_or(u64::MAX)
     }
 }
 
-/// What was clamped in a group.
+/// What was saturated in a group.
 #[derive(Debug, Default)]
 struct Clamps {
     counts: u32,
@@ -635,18 +635,18 @@ impl Clamps {
         }
     }
 
-    /// The one thing that was clamped, if there is only one.
+    /// The one thing that was saturated, if there is only one.
     fn lone_point(&self) -> Option<CoverPoint> {
         match (self.counts, self.totals, self.absent) {
             (1, 0, _) => {
                 let (detector, step, up) = self.count;
-                Some(CoverPoint::Clamp { detector, step, up })
+                Some(CoverPoint::Saturation { detector, step, up })
             }
             (0, 0, 1) => {
                 let (detector, step, up) = self.absent_count;
-                Some(CoverPoint::AbsentClamp { detector, step, up })
+                Some(CoverPoint::AbsentSaturation { detector, step, up })
             }
-            (0, 1, 0) => Some(CoverPoint::TotalClamp {
+            (0, 1, 0) => Some(CoverPoint::TotalSaturation {
                 detector: self.total,
                 beyond: true,
             }),

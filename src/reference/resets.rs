@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::coverage::{CoverPoint, CoverTable, ResetState};
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// Watches what is in the pipelines when a reset comes.
 #[derive(Debug, Clone)]
@@ -44,11 +44,11 @@ pub(super) struct Upon {
 }
 
 impl ResetWatch {
-    pub(super) fn of(contract: &Contract) -> ResetWatch {
-        let peak = contract.peak.map_or(0, |peak| peak.latency_clocks);
+    pub(super) fn of(interface: &Interface) -> ResetWatch {
+        let peak = interface.peak.map_or(0, |peak| peak.latency_clocks);
         ResetWatch {
-            depth: u64::from(Contract::clocks_to_dump(contract.lanes())),
-            longest: u64::from(contract.result_latency_clocks.max(peak)),
+            depth: u64::from(Interface::clocks_to_dump(interface.lanes())),
+            longest: u64::from(interface.result_latency_clocks.max(peak)),
             group_end: None,
             scan_end: None,
             hit: None,

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::photons::Pulse;
 use crate::reference::predictor::Surroundings;
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// Clocks of reset at the start of every run.
 pub const RESET_CLOCKS: u64 = 4;
@@ -46,24 +46,24 @@ pub trait Stimulus {
 
 /// First sample of cycle 0 when reset ends at clock `released`: the word of a
 /// cycle is presented one clock after its chip shows on `o_laser`.
-pub fn first_sample(contract: &Contract, released: u64) -> u64 {
-    (released + 1) * u64::from(contract.lanes())
+pub fn first_sample(interface: &Interface, released: u64) -> u64 {
+    (released + 1) * u64::from(interface.lanes())
 }
 
 /// First cycle of the `scan`-th scan after reset.
-pub fn scan_start(contract: &Contract, scan: u64) -> u64 {
-    let pitch = contract.timing.scan_pitch_chips();
+pub fn scan_start(interface: &Interface, scan: u64) -> u64 {
+    let pitch = interface.timing.scan_pitch_chips();
     u64::try_from(u128::from(scan).saturating_mul(pitch)).unwrap_or(u64::MAX)
 }
 
 /// Clocks from the start of the run until the last result of the first `scans`
 /// scans has been on the stream for a clock, and their peaks at their ports.
-pub fn clocks_for_scans(contract: &Contract, scans: u64) -> u64 {
-    let last_word = scan_start(contract, scans - 1)
-        .saturating_add(contract.scan_clocks())
+pub fn clocks_for_scans(interface: &Interface, scans: u64) -> u64 {
+    let last_word = scan_start(interface, scans - 1)
+        .saturating_add(interface.scan_clocks())
         .saturating_add(RESET_CLOCKS);
-    let beats = u64::from(contract.parallel()) * contract.reference_codes.len() as u64;
-    let stream = u64::from(contract.result_latency_clocks) + beats;
-    let peak = contract.peak.map_or(0, |peak| peak.latency_clocks);
+    let beats = u64::from(interface.parallel()) * interface.reference_codes.len() as u64;
+    let stream = u64::from(interface.result_latency_clocks) + beats;
+    let peak = interface.peak.map_or(0, |peak| peak.latency_clocks);
     last_word.saturating_add(stream.max(u64::from(peak)) + 1)
 }

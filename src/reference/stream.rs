@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::coverage::{CoverPoint, CoverTable, Place};
 use super::exercise::{Counted, Exercise};
 use super::resets::PortState;
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Layout, mask};
 
 /// The AXI4-Stream of results and its sticky flags.
@@ -54,7 +54,7 @@ pub(super) struct Arrival {
     pub(super) clock: u64,
     /// In the order in which they are sent; at least one.
     pub(super) beats: Vec<Beat>,
-    /// A count of theirs was clamped.
+    /// A count of theirs was saturated.
     pub(super) saturated: bool,
     /// They are the scan's last.
     pub(super) last: bool,
@@ -62,7 +62,7 @@ pub(super) struct Arrival {
     pub(super) place: Place,
     /// Cover points that are proven when all of them have shown.
     pub(super) proves: Vec<usize>,
-    /// One that is proven when they arrive, if nothing was clamped before.
+    /// One that is proven when they arrive, if nothing was saturated before.
     pub(super) proves_if_first: Option<usize>,
 }
 
@@ -167,7 +167,7 @@ impl AxisState {
 impl ResultStream {
     /// An empty stream.
     pub(super) fn new(
-        contract: &Contract,
+        interface: &Interface,
         layout: &Layout,
         table: Arc<CoverTable>,
     ) -> ResultStream {
@@ -176,25 +176,25 @@ impl ResultStream {
             (field.word, field.shift)
         };
         let data = layout.outputs.field("m_axis_tdata");
-        let total = contract.total.map(|total| {
+        let total = interface.total.map(|total| {
             let bit = data.shift + total.first_bit;
             (data.word + (bit / 64) as usize, bit % 64)
         });
         ResultStream {
             fields: StreamFields {
                 count: (data.word, data.shift),
-                count_bits: contract.signed_data_bits(),
+                count_bits: interface.signed_data_bits(),
                 total,
                 tvalid: place("m_axis_tvalid"),
                 tlast: place("m_axis_tlast"),
                 overrun: place("o_overrun"),
-                saturated: contract.saturates().then(|| place("o_saturated")),
+                saturated: interface.saturates().then(|| place("o_saturated")),
             },
             words: layout.outputs.words,
             arriving: VecDeque::new(),
             axis: AxisState::default(),
             table,
-            exercise: Exercise::of(contract.reference_codes.len()),
+            exercise: Exercise::of(interface.reference_codes.len()),
         }
     }
 
@@ -289,7 +289,7 @@ impl ResultStream {
             self.exercise.covered.mark(point);
         }
         self.axis.saturated |= results.saturated;
-        self.exercise.groups_clamped += u64::from(results.saturated);
+        self.exercise.groups_saturated += u64::from(results.saturated);
         if blocked {
             self.axis.overrun = true;
             self.exercise.groups_lost += 1;

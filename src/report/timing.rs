@@ -64,10 +64,12 @@ pub struct Head {
 /// # Errors
 /// When there is no reference model of this sensor.
 pub fn waves(sensor: &Sensor, seed: u64) -> Result<Vec<Wave>, ReferenceError> {
-    let contract = sensor.contract();
-    let latency = u64::from(contract.result_latency_clocks);
-    let dwell = sensor.timing().scan.integration_chips;
-    let first_result = RESET_CLOCKS.saturating_add(dwell).saturating_add(latency);
+    let interface = sensor.interface();
+    let latency = u64::from(interface.result_latency_clocks);
+    let integration = sensor.timing().scan.integration_chips;
+    let first_result = RESET_CLOCKS
+        .saturating_add(integration)
+        .saturating_add(latency);
     let mut wanted = vec![("Start: the lasers begin when reset ends", 0..COLUMNS)];
     if first_result < MOST_CLOCKS {
         let from = (first_result + 5).saturating_sub(COLUMNS).max(1);
@@ -93,11 +95,11 @@ fn record(
     clocks: u64,
     wanted: impl Iterator<Item = Range<u64>>,
 ) -> Result<Vec<Vec<Row>>, ReferenceError> {
-    let layout = Layout::of(sensor.contract());
+    let layout = Layout::of(sensor.interface());
     let detectors = 0..sensor.scene().detectors.len();
     let models: Vec<_> = detectors.map(|d| DetectorModel::new(sensor, d)).collect();
-    let mut reference = Reference::new(sensor.contract().clone())?;
-    let mut photons = Photons::new(&models, sensor.contract(), seed);
+    let mut reference = Reference::new(sensor.interface().clone())?;
+    let mut photons = Photons::new(&models, sensor.interface(), seed);
     let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, clocks);
     let mut block = Block::default();
     let wanted: Vec<Range<u64>> = wanted.collect();
@@ -123,7 +125,7 @@ fn record(
 }
 
 fn wave(sensor: &Sensor, title: &str, first: u64, rows: &[Row]) -> Wave {
-    let layout = Layout::of(sensor.contract());
+    let layout = Layout::of(sensor.interface());
     let mut signal = vec![Signal {
         name: Layout::CLOCK.to_owned(),
         wave: ["p"]
@@ -132,7 +134,7 @@ fn wave(sensor: &Sensor, title: &str, first: u64, rows: &[Row]) -> Wave {
             .collect(),
         data: Vec::new(),
     }];
-    let order = sensor.contract().ports();
+    let order = sensor.interface().ports();
     for port in order.iter().filter(|port| port.name != Layout::CLOCK) {
         let input = layout
             .inputs
@@ -159,11 +161,11 @@ fn wave(sensor: &Sensor, title: &str, first: u64, rows: &[Row]) -> Wave {
 
 /// A port's value: bits as they are, counts as signed numbers, the rest hexadecimal.
 fn shown(sensor: &Sensor, field: &Field, record: &[u64]) -> String {
-    let contract = sensor.contract();
+    let interface = sensor.interface();
     if field.port.width == 1 {
         return field.low_word(record).to_string();
     }
-    if field.port.name == "m_axis_tdata" && contract.total.is_none() && field.port.width <= 64 {
+    if field.port.name == "m_axis_tdata" && interface.total.is_none() && field.port.width <= 64 {
         let unused = u64::BITS - field.port.width;
         return ((field.low_word(record) << unused).cast_signed() >> unused).to_string();
     }

@@ -127,7 +127,7 @@ pub struct Detector {
     pub photon_detection_probability: f64,
     /// Avalanches without light.
     pub dark_count_rate_cps: f64,
-    /// Constant light, in photons before the detection probability.
+    /// Background, in photons before the detection probability.
     pub background_rate_cps: f64,
     /// Non-paralyzable dead time, from the avalanche.
     pub dead_time_ps: f64,

@@ -1,11 +1,11 @@
 //! Where each port lies in the words that cross between Rust and the model.
 //!
 //! One clock's inputs, and one clock's outputs, are a record of 64-bit words.
-//! Ports follow one another in the contract's order from bit 0 of word 0; one
+//! Ports follow one another in the interface's order from bit 0 of word 0; one
 //! that does not fit into the rest of a word starts the next, and one wider than
 //! a word takes whole words.
 
-use super::contract::{Contract, Direction, Port};
+use super::interface::{Direction, Interface, Port};
 
 /// Place of one port in a record.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -60,7 +60,7 @@ impl Field {
 /// The fields of one direction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Record {
-    /// Ports in the contract's order; the clock is not among them.
+    /// Ports in the interface's order; the clock is not among them.
     pub fields: Vec<Field>,
     /// Words per clock, at least 1.
     pub words: usize,
@@ -89,7 +89,7 @@ impl Record {
         }
     }
 
-    /// The field of a port that the contract is known to have.
+    /// The field of a port that the interface is known to have.
     ///
     /// # Panics
     /// When there is no such port: a mistake of the caller, not of the user.
@@ -97,11 +97,11 @@ impl Record {
         self.fields
             .iter()
             .find(|field| field.port.name == name)
-            .unwrap_or_else(|| panic!("the contract has no port {name}"))
+            .unwrap_or_else(|| panic!("the interface has no port {name}"))
     }
 }
 
-/// Input and output records of a contract.
+/// Input and output records of a interface.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
     /// All inputs but the clock.
@@ -114,11 +114,11 @@ impl Layout {
     /// Name of the clock port, which every clock toggles once.
     pub const CLOCK: &'static str = "i_clk";
 
-    /// Lays out a contract's ports.
-    pub fn of(contract: &Contract) -> Layout {
+    /// Lays out a interface's ports.
+    pub fn of(interface: &Interface) -> Layout {
         let of = |direction| {
             Record::pack(
-                contract
+                interface
                     .ports()
                     .into_iter()
                     .filter(move |port| port.direction == direction && port.name != Self::CLOCK),

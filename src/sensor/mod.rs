@@ -1,15 +1,15 @@
 //! A scene's sensor, worked out once: when it does what ([`Timing`]), what its
-//! hardware promises at its ports ([`contract`]), and how the ports lie in a record
+//! hardware promises at its ports ([`interface`]), and how the ports lie in a record
 //! ([`layout`]).
 //!
 //! Every part that emits, predicts, simulates or estimates is handed a [`Sensor`].
-//! Of all that, emitter and reference model share the contract and nothing else.
+//! Of all that, emitter and reference model share the interface and nothing else.
 
-pub mod contract;
+pub mod interface;
 pub mod layout;
 pub mod peak;
 
-use self::contract::Contract;
+use self::interface::Interface;
 use crate::code::Code;
 use crate::scan::{Clock, Timing};
 use crate::scene::{EstimatorKind, Scene};
@@ -19,7 +19,7 @@ use crate::scene::{EstimatorKind, Scene};
 pub struct Sensor {
     scene: Scene,
     timing: Timing,
-    contract: Contract,
+    interface: Interface,
 }
 
 impl Sensor {
@@ -27,7 +27,7 @@ impl Sensor {
     pub fn new(scene: &Scene) -> Sensor {
         Sensor {
             timing: scene.timing(),
-            contract: Contract::of(scene),
+            interface: Interface::of(scene),
             scene: scene.clone(),
         }
     }
@@ -60,8 +60,8 @@ impl Sensor {
     }
 
     /// What its hardware promises at its ports.
-    pub fn contract(&self) -> &Contract {
-        &self.contract
+    pub fn interface(&self) -> &Interface {
+        &self.interface
     }
 
     /// The code that a detector's sign follows.

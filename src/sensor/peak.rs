@@ -26,7 +26,7 @@ pub struct PeakPlan {
     /// Phase steps of a scan's last group.
     pub last_steps: u32,
     /// Clocks from a count's turn to the first comparison: to choose it among
-    /// several, or to keep one that was clamped just before.
+    /// several, or to keep one that was saturated just before.
     pub choosing_clocks: u32,
     /// First phase step of a scan.
     pub first_step: u64,
@@ -44,7 +44,7 @@ pub struct PeakPlan {
 pub(super) struct Counts {
     /// Bits of a count.
     pub bits: u32,
-    /// Whether they may have been clamped.
+    /// Whether they may have been saturated.
     pub saturate: bool,
     /// Clocks from the first bits of a group's counts to the last.
     pub clocks_of_counting: u32,

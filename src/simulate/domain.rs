@@ -36,20 +36,20 @@ const STEP_IN_MEMORIES: f64 = 6.0;
 pub fn of(tier: Tier) -> &'static str {
     match tier {
         Tier::Expected => {
-            "exact means and covariances of the sampled hardware's counts, but for clamped ones; \
+            "exact means and covariances of the sampled hardware's counts, but for saturated ones; \
              the standard deviation is linear in the counts' errors and that of scans whose coarse stage finds \
              the path; the noise of the coarse stage itself, which can add a few tenths of a \
              millimetre to the bias, is left out"
         }
         Tier::Counts => {
             "counts with exact means, variances and covariances of the sampled hardware's, but \
-             for clamped ones, drawn as normal numbers (small ones as binomial, Poisson or negative binomial, and \
+             for saturated ones, drawn as normal numbers (small ones as binomial, Poisson or negative binomial, and \
              a covariance of counts upwards and downwards only where it is positive); those of \
              the first scan stand for all"
         }
         Tier::Events => {
             "every detection, exact for the article's continuous-time counter; the hardware's \
-             sampling (pulses that merge or slip between samples, clamped counts) is left out"
+             sampling (pulses that merge or slip between samples, saturated counts) is left out"
         }
         Tier::Sampled => "every detection and every sample; bit for bit the hardware's counts",
         Tier::Rtl => "the Verilog itself, compared with the reference model at every clock",
@@ -82,7 +82,7 @@ pub fn warnings(
         warnings.extend(view.missed_pulses());
     }
     if tier <= Tier::Events {
-        warnings.extend(view.clamped_counts());
+        warnings.extend(view.saturated_counts());
     }
     if tier <= Tier::Counts {
         warnings.extend(view.saturation());
@@ -155,7 +155,7 @@ impl View<'_> {
         })
     }
 
-    fn clamped_counts(&self) -> Option<String> {
+    fn saturated_counts(&self) -> Option<String> {
         let width = self.sensor.scene().hardware.counter_width?;
         let chips = self.sensor.timing().scan.integration_chips as f64;
         // No more than one detection in a dead time.
@@ -165,7 +165,7 @@ impl View<'_> {
         (most > limit).then(|| {
             format!(
                 "counter_width = {width} clamps the hardware's counts at {limit}; here they are \
-                 not clamped, and may come to {most:.0}"
+                 not saturated, and may come to {most:.0}"
             )
         })
     }

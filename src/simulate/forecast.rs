@@ -50,29 +50,29 @@ fn scan_s(sensor: &Sensor, detector: usize, tier: Tier) -> Option<f64> {
     let per_chip = primary / (1.0 + primary * model.dead_time_chips());
     let warm_up = model.warm_up_chips() as f64;
     let groups = model.timing.groups() as f64;
-    let chips_of = |groups: f64, dwell: f64| groups * (warm_up + dwell);
-    let dwell = sensor.timing().scan.integration_chips as f64;
+    let chips_of = |groups: f64, integration: f64| groups * (warm_up + integration);
+    let integration = sensor.timing().scan.integration_chips as f64;
 
     let timing = sensor.timing();
     let short_steps = (STEPS * u64::from(timing.parallel)).min(timing.scan.steps);
     let short_groups = short_steps.div_ceil(u64::from(timing.parallel)) as f64;
     let most = (DETECTIONS / per_chip.max(1e-9)).min(CHIPS) / short_groups;
-    let short_dwell = most.clamp(1.0, dwell).floor();
+    let short_integration = most.clamp(1.0, integration).floor();
     let short = sensor.with(|scene| {
         scene.scan.steps = short_steps;
-        scene.scan.integration_chips = short_dwell as u64;
+        scene.scan.integration_chips = short_integration as u64;
     });
     if warm_up * per_chip * short_groups > MOST_WARM_UP {
-        return Some(chips_of(groups, dwell) * per_chip * DETECTION_S);
+        return Some(chips_of(groups, integration) * per_chip * DETECTION_S);
     }
     // The Verilog is at best as quick as the model that it is compared with.
     let (tier, work) = match tier {
         Tier::Events => (
             tier,
-            chips_of(groups, dwell) / chips_of(short_groups, short_dwell),
+            chips_of(groups, integration) / chips_of(short_groups, short_integration),
         ),
         _ => {
-            let clocks = |sensor: &Sensor| clocks_for_scans(sensor.contract(), 1) as f64;
+            let clocks = |sensor: &Sensor| clocks_for_scans(sensor.interface(), 1) as f64;
             (Tier::Sampled, clocks(sensor) / clocks(&short))
         }
     };

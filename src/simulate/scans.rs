@@ -23,7 +23,7 @@ use crate::reference::predictor::{Reference, ReferenceError};
 use crate::reference::stimulus::clocks_for_scans;
 use crate::response::{CountSampler, MeanResponse, MeanResponseError, SecondMoments};
 use crate::sensor::Sensor;
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
 
 /// Phase steps whose counts are held at once, about.
@@ -86,7 +86,7 @@ impl Prepared {
     pub fn new(sensor: &Sensor, tier: Tier) -> Result<Prepared, ScansError> {
         let library = if tier == Tier::Rtl {
             let sources = sources_of(&deliver::emit(sensor, "goldtof simulate")?);
-            Some(build(TOP, &sources, sensor.contract(), &cache_dir()?)?)
+            Some(build(TOP, &sources, sensor.interface(), &cache_dir()?)?)
         } else {
             None
         };
@@ -175,13 +175,13 @@ fn sampled(
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),
 ) -> Result<(), ScansError> {
-    let contract = sensor.contract();
-    let layout = Layout::of(contract);
+    let interface = sensor.interface();
+    let layout = Layout::of(interface);
     let detectors = models(sensor);
-    let mut reference = Reference::new(contract.clone())?;
-    let mut photons = Photons::new(&detectors, contract, seed);
-    let mut collector = Collector::new(contract, repetitions, on_scan);
-    let clocks = clocks_for_scans(contract, repetitions);
+    let mut reference = Reference::new(interface.clone())?;
+    let mut photons = Photons::new(&detectors, interface, seed);
+    let mut collector = Collector::new(interface, repetitions, on_scan);
+    let clocks = clocks_for_scans(interface, repetitions);
     let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, clocks);
     let mut block = Block::default();
     while maker.make(&mut block) {
@@ -210,23 +210,23 @@ fn rtl(
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),
 ) -> Result<Vec<String>, ScansError> {
-    let contract = sensor.contract();
-    let layout = Layout::of(contract);
-    let mut reference = Reference::new(contract.clone())?;
+    let interface = sensor.interface();
+    let layout = Layout::of(interface);
+    let mut reference = Reference::new(interface.clone())?;
     let mut model = Verilated::load(library, &layout)?;
     let detectors = models(sensor);
-    let mut collector = Collector::new(contract, repetitions, on_scan);
+    let mut collector = Collector::new(interface, repetitions, on_scan);
     // Hits of the steps that the Verilog has yet to send. They stand in where it
     // sends no totals: the rate of detections needs them, the estimator does not.
     let hits = RefCell::new(VecDeque::new());
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut reference,
-        stimulus: &mut Photons::new(&detectors, contract, seed),
+        stimulus: &mut Photons::new(&detectors, interface, seed),
         layout: &layout,
     }
     .run_and_read(
-        clocks_for_scans(contract, repetitions),
+        clocks_for_scans(interface, repetitions),
         |result| {
             if result.detector == detector {
                 hits.borrow_mut().push_back(result.total);
@@ -249,7 +249,8 @@ fn rtl(
     }
     let detectors = sensor.scene().detectors.iter();
     let names = detectors.map(|detector| detector.name.as_str());
-    let missing = Exercised::new(&outcome.exercise, names).missing(contract, StimulusKind::Photons);
+    let missing =
+        Exercised::new(&outcome.exercise, names).missing(interface, StimulusKind::Photons);
     let remark =
         |missing| format!("the Verilog is not shown to count as the model does: {missing}");
     Ok(missing.into_iter().map(remark).collect())
@@ -264,9 +265,9 @@ struct Collector<F> {
 }
 
 impl<F: FnMut(&[StepCount])> Collector<F> {
-    fn new(contract: &Contract, repetitions: u64, on_scan: F) -> Collector<F> {
+    fn new(interface: &Interface, repetitions: u64, on_scan: F) -> Collector<F> {
         Collector {
-            steps: contract.timing.scan.steps,
+            steps: interface.timing.scan.steps,
             repetitions,
             scan: Vec::new(),
             on_scan,

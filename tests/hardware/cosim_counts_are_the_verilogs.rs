@@ -14,7 +14,7 @@ use goldtof::reference::blocks::{Block, BlockMaker};
 use goldtof::reference::predictor::Reference;
 use goldtof::scene::{self, Scene};
 use goldtof::sensor::Sensor;
-use goldtof::sensor::contract::Contract;
+use goldtof::sensor::interface::Interface;
 use goldtof::sensor::layout::Layout;
 use goldtof::simulate::Tier;
 use goldtof::simulate::scans::scans;
@@ -171,14 +171,14 @@ fn the_tier_rtl_has_the_counts_of_the_tier_sampled() {
 fn what_a_receiver_that_stalls_takes_stands_in_its_place() {
     for hardware in ["total_counts = true", "parallel = 5\ntotal_counts = true"] {
         let scene = small_scene("fft", hardware);
-        let contract = Contract::of(&scene);
-        let layout = Layout::of(&contract);
+        let interface = Interface::of(&scene);
+        let layout = Layout::of(&interface);
         let (mut taken, mut lost) = (0, 0);
         for seed in 0..20 {
-            let mut reference = Reference::new(contract.clone()).expect("it can be modelled");
-            let mut adversary = Adversarial::new(&contract, seed);
+            let mut reference = Reference::new(interface.clone()).expect("it can be modelled");
+            let mut adversary = Adversarial::new(&interface, seed);
             let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, 20_000);
-            let mut reader = SentReader::new(&contract, &layout);
+            let mut reader = SentReader::new(&interface, &layout);
             let mut block = Block::default();
             // Of the run up to the second reset: scans are numbered anew after it.
             let mut finished = HashMap::new();

@@ -1,5 +1,5 @@
 //! Single edits to emitted Verilog: co-simulation finds each, at the first clock
-//! where a port differs, under one stimulus or the other; the emitted bench finds
+//! where a port differs, under one stimulus or the other; the emitted testbench finds
 //! each, too.
 
 use std::fs;
@@ -494,8 +494,8 @@ fn missed_by(
     missed.into_inner().unwrap()
 }
 
-/// Runs the bench of an emitted folder in Icarus Verilog.
-fn bench(folder: &Path) -> Output {
+/// Runs the testbench of an emitted folder in Icarus Verilog.
+fn testbench(folder: &Path) -> Output {
     let compiled = Command::new("iverilog")
         .args(["-g2005", "-s", "sensor_top_tb", "-o", "bench.vvp"])
         .args(["-f", "sensor_top_tb.f"])
@@ -510,20 +510,20 @@ fn bench(folder: &Path) -> Output {
         .expect("vvp is needed for this test")
 }
 
-/// Emits the scene, runs its bench over every fault, and gives how many it
+/// Emits the scene, runs its testbench over every fault, and gives how many it
 /// missed. A fault that is found ends non-zero and names clock and port.
-fn missed_by_the_bench(scene: &str, faults: &[Fault]) -> usize {
+fn missed_by_the_testbench(scene: &str, faults: &[Fault]) -> usize {
     let work = tempfile::tempdir().unwrap();
     let rtl: PathBuf = work.path().join("rtl");
     let out = rtl.to_str().unwrap();
     let emitted = goldtof(work.path(), &["emit", scene, "--out", out]);
     assert!(emitted.status.success());
-    let sound = bench(&rtl);
+    let sound = testbench(&rtl);
     assert!(sound.status.success(), "{sound:?}");
     let missed = missed_by(faults, |number, fault| {
         let folder = faulty_copy(work.path(), &rtl, fault, number)
             .unwrap_or_else(|reason| panic!("{reason}"));
-        let seen = bench(&folder);
+        let seen = testbench(&folder);
         let said = String::from_utf8_lossy(&seen.stdout);
         if seen.status.success() {
             assert!(said.contains("PASS"), "{fault:?}: {said}");
@@ -539,17 +539,23 @@ fn missed_by_the_bench(scene: &str, faults: &[Fault]) -> usize {
 }
 
 #[test]
-fn the_emitted_bench_finds_every_fault_of_the_plain_sensor() {
-    assert_eq!(missed_by_the_bench("scenes/quick.toml", QUICK), 0);
+fn the_emitted_testbench_finds_every_fault_of_the_plain_sensor() {
+    assert_eq!(missed_by_the_testbench("scenes/quick.toml", QUICK), 0);
 }
 
 #[test]
-fn the_emitted_bench_finds_every_fault_of_the_other_sensors() {
-    assert_eq!(missed_by_the_bench("tests/scenes/window.toml", WINDOW), 0);
+fn the_emitted_testbench_finds_every_fault_of_the_other_sensors() {
+    assert_eq!(
+        missed_by_the_testbench("tests/scenes/window.toml", WINDOW),
+        0
+    );
     let scene = "tests/scenes/window-in-step.toml";
-    assert_eq!(missed_by_the_bench(scene, WINDOW_IN_STEP), 0);
-    assert_eq!(missed_by_the_bench("tests/scenes/peak.toml", PEAK), 0);
-    assert_eq!(missed_by_the_bench("tests/scenes/totals.toml", TOTALS), 0);
+    assert_eq!(missed_by_the_testbench(scene, WINDOW_IN_STEP), 0);
+    assert_eq!(missed_by_the_testbench("tests/scenes/peak.toml", PEAK), 0);
+    assert_eq!(
+        missed_by_the_testbench("tests/scenes/totals.toml", TOTALS),
+        0
+    );
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Scenes drawn at random from the contract, emitted and co-simulated under
+//! Scenes drawn at random from the interface, emitted and co-simulated under
 //! hostile inputs: Verilog and reference model agree on every port at every
 //! clock.
 

@@ -11,7 +11,7 @@ use goldtof::reference::blocks::{Block, BlockMaker};
 use goldtof::reference::exercise::{DetectorExercise, Exercise};
 use goldtof::reference::predictor::Reference;
 use goldtof::scene;
-use goldtof::sensor::contract::Contract;
+use goldtof::sensor::interface::Interface;
 use goldtof::sensor::layout::Layout;
 
 const QUICK: &str = "scenes/quick.toml";
@@ -173,12 +173,12 @@ impl Watcher {
 #[test]
 fn what_is_counted_is_what_the_ports_show() {
     let scene = scene::load(Path::new("tests/scenes/window-in-step.toml")).unwrap();
-    let contract = Contract::of(&scene);
-    let layout = Layout::of(&contract);
+    let interface = Interface::of(&scene);
+    let layout = Layout::of(&interface);
     // The hits cannot be told from saturated counts.
-    assert!(!contract.saturates() && contract.total.is_none());
-    let mut reference = Reference::new(contract.clone()).unwrap();
-    let mut adversary = Adversarial::new(&contract, 3);
+    assert!(!interface.saturates() && interface.total.is_none());
+    let mut reference = Reference::new(interface.clone()).unwrap();
+    let mut adversary = Adversarial::new(&interface, 3);
     let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, 60_000);
     let mut watcher = Watcher {
         unused_bits: u64::BITS - layout.outputs.field("m_axis_tdata").port.width,
@@ -218,7 +218,7 @@ fn what_is_counted_is_what_the_ports_show() {
 }
 
 #[test]
-fn a_bench_of_long_steps_shortens_them_and_without_that_is_inconclusive() {
+fn a_testbench_of_long_steps_shortens_them_and_without_that_is_inconclusive() {
     let folder = tempfile::tempdir().unwrap();
     let long = folder.path().join("long.toml");
     let text = fs::read_to_string(QUICK).unwrap();

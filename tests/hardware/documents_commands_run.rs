@@ -309,7 +309,11 @@ fn check_cargo(words: &[&str], place: &str) {
         match pair[0] {
             "--bench" => {
                 let entry = format!("name = \"{}\"", pair[1]);
-                assert!(manifest.contains(&entry), "{place}: no bench {}", pair[1]);
+                assert!(
+                    manifest.contains(&entry),
+                    "{place}: no testbench {}",
+                    pair[1]
+                );
             }
             "--test" => {
                 let folder = root().join("tests").join(pair[1]);
@@ -376,10 +380,10 @@ fn scripts_parse_and_know_what_their_comments_say() {
 }
 
 #[test]
-fn the_emitted_bench_runs_by_the_commands_in_its_header() {
+fn the_emitted_testbench_runs_by_the_commands_in_its_header() {
     let folder = workplace();
-    let bench = folder.path().join("my_rtl/sensor_top_tb.v");
-    let text = fs::read_to_string(&bench).expect("it is there");
+    let testbench = folder.path().join("my_rtl/sensor_top_tb.v");
+    let text = fs::read_to_string(&testbench).expect("it is there");
     let commands = text.lines().filter_map(|line| line.strip_prefix("//   $ "));
     let commands: Vec<&str> = commands.collect();
     assert_eq!(commands.len(), 4);

@@ -1,4 +1,4 @@
-//! Scenes drawn at random from the whole contract: no tool has anything to say
+//! Scenes drawn at random from the whole interface: no tool has anything to say
 //! about their Verilog, and no warning is waived.
 
 use std::collections::BTreeMap;
@@ -16,7 +16,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 const SCENES: usize = 200;
 const SEED: u64 = 20_231_115;
 
-/// Design and bench under Verilator, Icarus and Yosys; what they said.
+/// Design and testbench under Verilator, Icarus and Yosys; what they said.
 fn lint(emission: &Emission, folder: &Path) -> String {
     write(emission, folder).expect("the files can be written");
     // Warnings do not end the run, so that all tools get their say.

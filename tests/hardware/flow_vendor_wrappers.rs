@@ -95,8 +95,8 @@ fn the_ice40_sampler_puts_the_rising_edges_sample_first() {
         .iter()
         .map(|level| format!("        pin = 1'b{level}; #1 clk = ~clk; #1;\n"))
         .collect();
-    let bench = format!(
-        "module bench;
+    let testbench = format!(
+        "module testbench;
     reg clk, pin;
     wire [1:0] samples;
     ice40_sampler dut (.i_clk(clk), .i_pin(pin), .o_samples(samples));
@@ -109,13 +109,18 @@ fn the_ice40_sampler_puts_the_rising_edges_sample_first() {
 endmodule
 "
     );
-    fs::write(folder.path().join("bench.v"), bench).expect("the bench can be written");
+    fs::write(folder.path().join("bench.v"), testbench).expect("the testbench can be written");
     let cells = ice40_cells(folder.path());
     let sampler = wrappers("ice40")
         .into_iter()
         .find(|file| file.ends_with("ice40_sampler.v"))
         .expect("it is there");
-    let mut arguments = vec!["-g2012", "-DNO_ICE40_DEFAULT_ASSIGNMENTS", "-s", "bench"];
+    let mut arguments = vec![
+        "-g2012",
+        "-DNO_ICE40_DEFAULT_ASSIGNMENTS",
+        "-s",
+        "testbench",
+    ];
     arguments.extend(["-o", "bench.vvp", "bench.v", &sampler, &cells]);
     run(folder.path(), "iverilog", &arguments);
     let said = run(folder.path(), "vvp", &["-n", "bench.vvp"]);
@@ -166,11 +171,11 @@ module ISERDESE2 #(parameter DATA_RATE = \"\", DATA_WIDTH = 8, INTERFACE_TYPE = 
 endmodule
 ";
 
-/// A bench that never raises reset: the code's epoch has to come once every 31
+/// A testbench that never raises reset: the code's epoch has to come once every 31
 /// chips, with chips of both kinds between, from soon after power-up on.
 fn never_reset(family: &str, clock: &str) -> String {
     format!(
-        "module bench;
+        "module testbench;
     reg pin_clk = 0;
     integer chips = 0, ones = 0, epochs = 0, last = -1;
     wire clk, laser, epoch;
@@ -233,9 +238,14 @@ fn the_ice40_netlist_wakes_though_every_flip_flop_powers_up_at_zero() {
     assert_eq!(epochs(folder, &sources), "10 epochs, 1\n");
 }
 
-/// What the bench in `folder` says of the sources.
+/// What the testbench in `folder` says of the sources.
 fn epochs(folder: &Path, sources: &[String]) -> String {
-    let mut arguments = vec!["-g2012", "-DNO_ICE40_DEFAULT_ASSIGNMENTS", "-s", "bench"];
+    let mut arguments = vec![
+        "-g2012",
+        "-DNO_ICE40_DEFAULT_ASSIGNMENTS",
+        "-s",
+        "testbench",
+    ];
     arguments.extend(["-o", "bench.vvp", "bench.v"]);
     arguments.extend(sources.iter().map(String::as_str));
     run(folder, "iverilog", &arguments);

@@ -87,8 +87,8 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     (
         "stream",
         "result_stream",
-        "(~i_last & (|clamped))",
-        "(|clamped)",
+        "(~i_last & (|saturated))",
+        "(|saturated)",
     ),
     (
         "axis",

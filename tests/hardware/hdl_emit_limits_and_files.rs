@@ -204,7 +204,7 @@ fn the_longest_code_is_emitted_with_the_most_steps_at_once() {
 #[test]
 fn a_peak_detector_needs_time_to_compare_the_counts_of_a_group() {
     let codes = [code(Family::Gold(5), 0, 3)];
-    let of = |dwell| scene(&codes, 0, 8, 0, None, dwell, None);
+    let of = |integration| scene(&codes, 0, 8, 0, None, integration, None);
     // Counts of 12 bits are compared in two pieces, which takes four clocks; the
     // banks of four are a clock apart.
     let needed = 64 * 4 + 16;

@@ -127,7 +127,7 @@ fn a_wrong_bit_in_a_constant_of_an_lfsr_is_caught_before_the_first_clock() {
 }
 
 #[test]
-fn a_wrong_end_state_does_not_pass_the_emitted_bench() {
+fn a_wrong_end_state_does_not_pass_the_emitted_testbench() {
     let scene = scene(&[code(Family::Gold(5), 0, 3)], 0, 4, 5, Some(6), 40, None);
     let mut emission: Emission =
         emit(&Sensor::new(&scene), "goldtof emit test.toml").expect("it is fine");

@@ -4,20 +4,20 @@ use crate::hdl_support::{Family, code, icarus, naive_sensor, random_scene, scene
 use goldtof::deliver::emit;
 use goldtof::scene::Scene;
 use goldtof::sensor::Sensor;
-use goldtof::sensor::contract::Contract;
+use goldtof::sensor::interface::Interface;
 
 fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {
-    let contract = Contract::of(scene);
+    let interface = Interface::of(scene);
     let emission =
         emit(&Sensor::new(scene), "goldtof emit test.toml --out build").expect("the scene is fine");
     let inputs = stimulus::inputs(
-        contract.lanes() * contract.reference_codes.len() as u32,
+        interface.lanes() * interface.reference_codes.len() as u32,
         cycles,
         seed,
     );
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let got = icarus::simulate(&emission, &contract, &inputs, folder.path());
-    let expected = naive_sensor::outputs(&contract, &inputs);
+    let got = icarus::simulate(&emission, &interface, &inputs, folder.path());
+    let expected = naive_sensor::outputs(&interface, &inputs);
     assert_eq!(got.len(), expected.len());
     let results = expected.iter().filter(|o| o.valid).count();
     assert!(results > 0, "the run is too short to show a result");

@@ -81,7 +81,7 @@ fn emitted_chips_equal_the_table_over_two_periods_for_every_degree_and_depth() {
     let program = program.to_str().expect("a plain path");
     run(folder.path(), program, &[&cycles.to_string()]);
 
-    let laser = fs::read(folder.path().join("laser.bin")).expect("the bench wrote it");
+    let laser = fs::read(folder.path().join("laser.bin")).expect("the testbench wrote it");
     assert_eq!(laser.len(), 8 * cycles);
     let words = laser.chunks_exact(8);
     for (n, word) in words.enumerate() {

@@ -30,14 +30,14 @@ fn scenes() -> Vec<Scene> {
                 codes.push(code(Family::Gold(5), 1, 9));
                 codes.push(codes[0].clone());
             }
-            let (first, steps, dwell, width) = match scan {
+            let (first, steps, integration, width) = match scan {
                 0 => (0, None, 13_100, None),
                 1 => (1, Some(1), 1, None),
                 2 => (u64::from(lanes), Some(2), 128, Some(2)),
                 _ => (0, None, 129, Some(5)),
             };
             let last = codes.len() - 1;
-            scenes.push(scene(&codes, last, lanes, first, steps, dwell, width));
+            scenes.push(scene(&codes, last, lanes, first, steps, integration, width));
         }
     }
     scenes

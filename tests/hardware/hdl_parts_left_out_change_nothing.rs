@@ -11,7 +11,7 @@ use goldtof::deliver::emit;
 use goldtof::scan::Step;
 use goldtof::scene::{Scene, Target};
 use goldtof::sensor::Sensor;
-use goldtof::sensor::contract::Contract;
+use goldtof::sensor::interface::Interface;
 
 /// A sensor with one detector whose steps follow one another.
 fn plain_scene(noise: &mut Noise, case: u32) -> Scene {
@@ -25,16 +25,24 @@ fn plain_scene(noise: &mut Noise, case: u32) -> Scene {
     let lanes = 1 << noise.below(5);
     let period = lanes * codes[0].len();
     let steps = 1 + noise.below(period.min(12));
-    let dwell = 4 + noise.below(40);
+    let integration = 4 + noise.below(40);
     let first = noise.below(period);
-    scene(&codes, 0, lanes as u32, first, Some(steps), dwell, None)
+    scene(
+        &codes,
+        0,
+        lanes as u32,
+        first,
+        Some(steps),
+        integration,
+        None,
+    )
 }
 
 /// Outputs of a scene's Verilog, clock by clock.
 fn outputs(scene: &Scene, inputs: &[Inputs]) -> Vec<Outputs> {
     let emission = emit(&Sensor::new(scene), "goldtof emit test.toml").expect("the scene is fine");
     let folder = tempfile::tempdir().expect("a temporary folder");
-    icarus::simulate(&emission, &Contract::of(scene), inputs, folder.path())
+    icarus::simulate(&emission, &Interface::of(scene), inputs, folder.path())
 }
 
 /// Hits, levels and noise on so many lanes, without a second reset, and with a
@@ -50,7 +58,7 @@ fn endless(lanes: u32, clocks: u64, seed: u64) -> Vec<Inputs> {
 
 /// The counts that a receiver takes that is always ready.
 fn counts(scene: &Scene, inputs: &[Inputs]) -> Vec<i64> {
-    let unused = 128 - Contract::of(scene).tdata_bits;
+    let unused = 128 - Interface::of(scene).tdata_bits;
     let outputs = outputs(scene, inputs);
     assert!(outputs.iter().all(|o| !o.overrun && !o.saturated));
     let taken = outputs.iter().filter(|output| output.valid);
@@ -135,8 +143,8 @@ fn the_total_counts() {
         with.hardware.total_counts = Some(true);
         let inputs = stimulus::inputs(without.samples_per_chip, 1_500, u64::from(case));
         let seen = outputs(&with, &inputs);
-        let signed_bits = Contract::of(&without).tdata_bits;
-        assert!(Contract::of(&with).tdata_bits > signed_bits);
+        let signed_bits = Interface::of(&without).tdata_bits;
+        assert!(Interface::of(&with).tdata_bits > signed_bits);
         assert!(seen.iter().any(|output| output.data >> signed_bits != 0));
         let but_totals: Vec<Outputs> = seen
             .into_iter()
@@ -155,13 +163,13 @@ fn the_saturation_clamp() {
     let mut compared = 0;
     for case in 0..10 {
         let exact = plain_scene(&mut noise, case);
-        let bits = Contract::of(&exact).exact_count_bits;
+        let bits = Interface::of(&exact).exact_count_bits;
         if bits < 5 {
             continue;
         }
         let mut narrow = exact.clone();
         narrow.hardware.counter_width = Some(bits - 1);
-        assert!(Contract::of(&narrow).saturates());
+        assert!(Interface::of(&narrow).saturates());
         // A hit in four words at most: far from what the narrow counts hold.
         let mut inputs = endless(exact.samples_per_chip, 1_500, u64::from(case));
         for (clock, input) in inputs.iter_mut().enumerate() {
@@ -263,10 +271,10 @@ fn realignment_after_a_window() {
         full.scan.first_step = 0;
         full.scan.steps = full.scan.steps_per_period;
         full.scan.integration_chips = 4 + noise.below(12);
-        assert!(!Contract::of(&full).realigns());
+        assert!(!Interface::of(&full).realigns());
         let mut window = full.clone();
         window.scan.steps -= 1;
-        assert!(Contract::of(&window).realigns());
+        assert!(Interface::of(&window).realigns());
         let clocks = full.scan.steps * full.scan.integration_chips + 100;
         let inputs = endless(full.samples_per_chip, clocks, u64::from(case));
         let in_window = window.scan.steps as usize;
@@ -321,7 +329,7 @@ fn count_segments() {
     let whole = scene(&codes, 0, 8, 3, Some(1), 131_073, None);
     let mut in_segments = whole.clone();
     in_segments.hardware.target = Target::Ice40Hx8k;
-    let segments = |scene: &Scene| Contract::of(scene).count_segments.count;
+    let segments = |scene: &Scene| Interface::of(scene).count_segments.count;
     assert_eq!((segments(&whole), segments(&in_segments)), (1, 2));
     let inputs = endless(8, clocks_to_first_group(&whole), 1);
     let expected = counts(&whole, &inputs);

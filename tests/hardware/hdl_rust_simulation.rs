@@ -6,7 +6,7 @@ use crate::hdl_support::{Family, code, naive_sensor, random_scene, scene, stimul
 use goldtof::rtl::blocks::{CodeSource, SensorTop};
 use goldtof::rtl::front::Word;
 use goldtof::scene::Scene;
-use goldtof::sensor::contract::{Contract, CountSegments, TotalCount};
+use goldtof::sensor::interface::{CountSegments, Interface, TotalCount};
 use rust_hdl::core::block::Block;
 use rust_hdl::core::simulate::simulate;
 
@@ -51,18 +51,18 @@ fn if_peak(sensor: &SensorTop, value: u128) -> u128 {
 }
 
 fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {
-    keeps(&Contract::of(scene), cycles, seed);
+    keeps(&Interface::of(scene), cycles, seed);
 }
 
-fn keeps(contract: &Contract, cycles: usize, seed: u64) {
+fn keeps(interface: &Interface, cycles: usize, seed: u64) {
     let inputs = stimulus::inputs(
-        contract.lanes() * contract.reference_codes.len() as u32,
+        interface.lanes() * interface.reference_codes.len() as u32,
         cycles,
         seed,
     );
-    let expected = naive_sensor::outputs(contract, &inputs);
+    let expected = naive_sensor::outputs(interface, &inputs);
     assert!(expected.iter().any(|o| o.valid), "the run is too short");
-    let mut sensor = SensorTop::new(contract);
+    let mut sensor = SensorTop::new(interface);
     sensor.connect_all();
     for (cycle, (input, expected)) in inputs.iter().zip(&expected).enumerate() {
         let got = clock(&mut sensor, input);
@@ -110,21 +110,21 @@ fn a_total_in_segments_counts_as_one_in_a_piece() {
         (5, 300, 16, true),
         (4, 100, 2, true),
     ];
-    for (segment_bits, dwell, lanes, totals) in shapes {
+    for (segment_bits, integration, lanes, totals) in shapes {
         let codes = [code(Family::Gold(5), 0, 2)];
-        let mut scene = scene(&codes, 0, lanes, 3, Some(9), dwell, None);
+        let mut scene = scene(&codes, 0, lanes, 3, Some(9), integration, None);
         scene.hardware.total_counts = Some(totals);
-        let mut contract = Contract::of(&scene);
-        let bits = contract.exact_count_bits;
+        let mut interface = Interface::of(&scene);
+        let bits = interface.exact_count_bits;
         let count = bits.div_ceil(segment_bits);
-        assert!(count > 1 && contract.count_segments.count == 1);
-        contract.count_segments = CountSegments {
+        assert!(count > 1 && interface.count_segments.count == 1);
+        interface.count_segments = CountSegments {
             count,
             lower_bits: segment_bits,
             top_bits: bits - segment_bits * (count - 1),
         };
-        contract.result_latency_clocks += contract.count_segments.clocks() - 1;
-        keeps(&contract, 4000, u64::from(lanes));
+        interface.result_latency_clocks += interface.count_segments.clocks() - 1;
+        keeps(&interface, 4000, u64::from(lanes));
     }
 }
 
@@ -134,22 +134,22 @@ fn counts_and_totals_of_more_than_a_word_agree_at_every_clock() {
     let mut scene = scene(&codes, 0, 8, 3, Some(9), 30, None);
     scene.hardware.total_counts = Some(true);
     scene.hardware.parallel = 2;
-    let mut contract = Contract::of(&scene);
-    contract.exact_count_bits = 45;
-    contract.count_bits = 45;
-    contract.count_segments = CountSegments {
+    let mut interface = Interface::of(&scene);
+    interface.exact_count_bits = 45;
+    interface.count_bits = 45;
+    interface.count_segments = CountSegments {
         count: 4,
         lower_bits: 12,
         top_bits: 9,
     };
-    contract.total = Some(TotalCount {
+    interface.total = Some(TotalCount {
         exact_bits: 44,
         bits: 44,
         first_bit: 48,
     });
-    contract.tdata_bits = 96;
-    contract.result_latency_clocks += contract.count_segments.clocks() - 1;
-    keeps(&contract, 1000, 5);
+    interface.tdata_bits = 96;
+    interface.result_latency_clocks += interface.count_segments.clocks() - 1;
+    keeps(&interface, 1000, 5);
 }
 
 #[test]

@@ -5,7 +5,7 @@ mod cosim_finds_faults;
 mod cosim_random_scenes_match;
 mod cosim_says_what_it_exercised;
 mod documents_commands_run;
-mod flow_fusesoc_and_bench;
+mod flow_fusesoc_and_testbench;
 mod flow_generated_files_are_current;
 mod flow_lint_matrix;
 mod flow_vendor_wrappers;

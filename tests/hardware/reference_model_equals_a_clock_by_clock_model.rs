@@ -7,7 +7,7 @@ use goldtof::reference::level::Level;
 use goldtof::reference::predictor::{Reference, Skip};
 use goldtof::reference::stimulus::{Drive, Stimulus};
 use goldtof::scene::{self, Scene};
-use goldtof::sensor::contract::{Contract, TotalCount};
+use goldtof::sensor::interface::{Interface, TotalCount};
 use goldtof::sensor::layout::Layout;
 
 /// Outputs of one clock, by name.
@@ -39,22 +39,22 @@ struct Inputs {
 type Results = (Vec<(i64, u64)>, bool);
 
 /// The hardware, clock by clock.
-fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
+fn clock_by_clock(interface: &Interface, inputs: &Inputs) -> Vec<Ports> {
     let clocks = inputs.reset.len();
-    let lanes = contract.lanes() as usize;
-    let scan = contract.timing.scan;
-    let dwell = scan.integration_chips as usize;
-    let parallel = contract.parallel() as usize;
+    let lanes = interface.lanes() as usize;
+    let scan = interface.timing.scan;
+    let integration = scan.integration_chips as usize;
+    let parallel = interface.parallel() as usize;
     let steps = scan.steps as usize;
-    let period = contract.reference_codes[0].chips.len();
+    let period = interface.reference_codes[0].chips.len();
     let steps_per_period = period * lanes;
-    let bits = contract.count_bits;
+    let bits = interface.count_bits;
     let (low, high) = (-(1i64 << (bits - 1)), (1i64 << (bits - 1)) - 1);
     // Hits are sent in as many bits, without a sign.
-    let most_hits = contract.total.map_or(u64::MAX, |_| (1 << bits) - 1);
+    let most_hits = interface.total.map_or(u64::MAX, |_| (1 << bits) - 1);
     // In reset all outputs are 0.
     let at_rest = Ports {
-        peaks: contract
+        peaks: interface
             .peak
             .map_or(Vec::new(), |_| vec![(0, 0); inputs.level.len()]),
         ..Ports::default()
@@ -81,7 +81,7 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
             let (mut group, mut first) = (0, start);
             let mut left_out = 0;
             while group < groups {
-                let mut chips = dwell;
+                let mut chips = integration;
                 let within = released as u64..end as u64;
                 let skips = inputs.skips.iter();
                 for skip in skips.filter(|skip| within.contains(&skip.clock)) {
@@ -99,7 +99,7 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
                     break 'scans;
                 }
                 let mut counts = Vec::new();
-                let detectors = contract.reference_codes.iter().zip(&inputs.level);
+                let detectors = interface.reference_codes.iter().zip(&inputs.level);
                 for ((code, level), scan_counts) in detectors.zip(&mut scan_counts) {
                     for j in group * parallel..((group + 1) * parallel).min(steps) {
                         let first_step = scan.first_step as usize;
@@ -123,14 +123,14 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
                         scan_counts.push((told as u64, count.clamp(low, high)));
                     }
                 }
-                if let Some(peak) = contract.peak.filter(|_| group + 1 == groups) {
+                if let Some(peak) = interface.peak.filter(|_| group + 1 == groups) {
                     let found: Vec<_> = scan_counts.iter_mut().map(largest).collect();
                     let clock = word + peak.latency_clocks as usize;
                     if clock < end {
                         peaks[clock] = Some(found);
                     }
                 }
-                let arrival = word + contract.result_latency_clocks as usize;
+                let arrival = word + interface.result_latency_clocks as usize;
                 if arrival < end {
                     arrivals[arrival] = Some((counts, group + 1 == groups));
                 }
@@ -165,7 +165,7 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
             if let Some(&(count, hits)) = unsent.0.last() {
                 let bytes = bits.div_ceil(8);
                 axis.tdata = count.clamp(low, high) as u128 & ((1 << (8 * bytes)) - 1);
-                if contract.total.is_some() {
+                if interface.total.is_some() {
                     axis.tdata |= u128::from(hits.min(most_hits)) << (8 * bytes);
                 }
                 axis.tlast = u64::from(unsent.1 && unsent.0.len() == 1);
@@ -180,7 +180,7 @@ fn clock_by_clock(contract: &Contract, inputs: &Inputs) -> Vec<Ports> {
             let cycle = c - released;
             out[c] = axis.clone();
             out[c].epoch = u64::from(cycle % period == 0);
-            out[c].laser = contract
+            out[c].laser = interface
                 .source_codes
                 .iter()
                 .enumerate()
@@ -205,18 +205,18 @@ fn largest(counts: &mut Vec<(u64, i64)>) -> (u64, i64) {
 }
 
 fn event_driven(
-    contract: &Contract,
+    interface: &Interface,
     seed: u64,
     clocks: u64,
     block: u64,
     means: Means,
 ) -> (Inputs, Vec<Ports>) {
-    let layout = Layout::of(contract);
-    let lanes = contract.lanes() as usize;
-    let mut adversary = Adversarial::with_means(contract, seed, means).unwrap();
-    let mut reference = Reference::new(contract.clone()).unwrap();
-    let detectors = contract.reference_codes.len();
-    let mut levels = vec![Level::new(contract.lanes()); detectors];
+    let layout = Layout::of(interface);
+    let lanes = interface.lanes() as usize;
+    let mut adversary = Adversarial::with_means(interface, seed, means).unwrap();
+    let mut reference = Reference::new(interface.clone()).unwrap();
+    let detectors = interface.reference_codes.len();
+    let mut levels = vec![Level::new(interface.lanes()); detectors];
     let mut inputs = Inputs {
         level: vec![vec![false; clocks as usize * lanes]; detectors],
         reset: vec![false; clocks as usize],
@@ -265,12 +265,12 @@ fn event_driven(
                 tvalid: read("m_axis_tvalid"),
                 tlast: read("m_axis_tlast"),
                 overrun: read("o_overrun"),
-                saturated: if contract.saturates() {
+                saturated: if interface.saturates() {
                     read("o_saturated")
                 } else {
                     0
                 },
-                ..peak_ports(contract, &layout, record)
+                ..peak_ports(interface, &layout, record)
             });
         }
         start = end;
@@ -279,8 +279,8 @@ fn event_driven(
 }
 
 /// What the peak detector's ports show; no peaks until the first.
-fn peak_ports(contract: &Contract, layout: &Layout, record: &[u64]) -> Ports {
-    let Some(plan) = contract.peak else {
+fn peak_ports(interface: &Interface, layout: &Layout, record: &[u64]) -> Ports {
+    let Some(plan) = interface.peak else {
         return Ports::default();
     };
     let part = |name: &str, detector: u32, bits: u32| {
@@ -291,7 +291,7 @@ fn peak_ports(contract: &Contract, layout: &Layout, record: &[u64]) -> Ports {
             value | (words[at / 64] >> (at % 64) & 1) << bit
         })
     };
-    let detectors = contract.reference_codes.len() as u32;
+    let detectors = interface.reference_codes.len() as u32;
     Ports {
         peak_valid: part("o_peak_valid", 0, 1),
         peaks: (0..detectors)
@@ -351,9 +351,9 @@ fn with_detectors(mut scene: Scene, count: usize) -> Scene {
     scene
 }
 
-/// The contract with counts of 45 bits and totals of 44.
-fn with_wide_counts(contract: Contract) -> Contract {
-    Contract {
+/// The interface with counts of 45 bits and totals of 44.
+fn with_wide_counts(interface: Interface) -> Interface {
+    Interface {
         exact_count_bits: 45,
         count_bits: 45,
         total: Some(TotalCount {
@@ -362,7 +362,7 @@ fn with_wide_counts(contract: Contract) -> Contract {
             first_bit: 48,
         }),
         tdata_bits: 96,
-        ..contract
+        ..interface
     }
 }
 
@@ -412,7 +412,7 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
             scene(8, gold, "integration = \"320 ns\"", "peak_detector = true"),
             9,
         ),
-        // Total counts: exact, clamped, of several steps and detectors.
+        // Total counts: exact, saturated, of several steps and detectors.
         scene(8, gold, "integration = \"320 ns\"", "total_counts = true"),
         scene(
             1,
@@ -439,14 +439,14 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
             2,
         ),
     ];
-    let mut contracts: Vec<Contract> = scenes.iter().map(Contract::of).collect();
+    let mut interfaces: Vec<Interface> = scenes.iter().map(Interface::of).collect();
     // Counts as wide as hours of integration need: results of more than a word.
-    contracts.push(with_wide_counts(Contract::of(&scenes[7])));
-    for (i, contract) in contracts.iter().enumerate() {
+    interfaces.push(with_wide_counts(Interface::of(&scenes[7])));
+    for (i, interface) in interfaces.iter().enumerate() {
         for seed in 0..4 {
             let means = Means::cosim(seed % 2 == 1);
-            let (inputs, predicted) = event_driven(contract, seed, 40_000, 1 << 12, means);
-            let expected = clock_by_clock(contract, &inputs);
+            let (inputs, predicted) = event_driven(interface, seed, 40_000, 1 << 12, means);
+            let expected = clock_by_clock(interface, &inputs);
             let differs = (0..expected.len()).find(|&c| expected[c] != predicted[c]);
             if let Some(clock) = differs {
                 panic!(
@@ -456,8 +456,12 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
             }
             let seen = |port: fn(&Ports) -> u64| expected.iter().any(|p| port(p) == 1);
             assert!(seen(|p| p.tvalid) && seen(|p| p.overrun), "scene {i}");
-            assert_eq!(seen(|p| p.saturated), contract.saturates(), "scene {i}");
-            assert_eq!(seen(|p| p.peak_valid), contract.peak.is_some(), "scene {i}");
+            assert_eq!(seen(|p| p.saturated), interface.saturates(), "scene {i}");
+            assert_eq!(
+                seen(|p| p.peak_valid),
+                interface.peak.is_some(),
+                "scene {i}"
+            );
         }
     }
 }
@@ -470,12 +474,12 @@ fn the_size_of_the_blocks_changes_nothing() {
         "integration = \"320 ns\"",
         "",
     );
-    let contract = Contract::of(&scene);
+    let interface = Interface::of(&scene);
     let means = Means::cosim(true);
-    let (_, whole) = event_driven(&contract, 7, 20_000, 20_000, means);
+    let (_, whole) = event_driven(&interface, 7, 20_000, 20_000, means);
     for block in [1, 2, 3, 97, 4096] {
         assert!(
-            event_driven(&contract, 7, 20_000, block, means).1 == whole,
+            event_driven(&interface, 7, 20_000, block, means).1 == whole,
             "blocks of {block}"
         );
     }

@@ -8,7 +8,7 @@ fn report(spec: CodeSpec) -> Value {
 }
 
 #[test]
-fn a_gold_code_of_degree_11_has_the_contracts_fields() {
+fn a_gold_code_of_degree_11_has_the_interfaces_fields() {
     let report = report(CodeSpec {
         degree: Some(11),
         ..CodeSpec::new(Family::Gold)

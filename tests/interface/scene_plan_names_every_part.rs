@@ -52,9 +52,9 @@ fn the_plan_of_paper_single() {
 
     Simulation, kept
       modulated_light   mean power 4 pW, keyed by a code of 992 on-chips in 2047
-      off_state_light   extinction_ratio = 10: constant light of 1/10 of the on-rate
+      off_state_light   extinction_ratio = 10: background of 1/10 of the on-rate
       photon_detection  photon_detection_probability = 0.31: scales the rates, no photon is drawn in vain
-      dark_counts       dark_count_rate = 71 kcps, as constant light
+      dark_counts       dark_count_rate = 71 kcps, as background
       dead_time         blind for 14 ns after an avalanche
       afterpulsing      probability 0.137, decaying with 5 ns
       delay             detections are registered 1.75 ns late; the calibration offset removes it

@@ -20,7 +20,7 @@ fn counts_per_step(scene: &Scene, seed: u64, steps: u64) -> Moments {
 
 #[test]
 fn dead_time_alone_thins_constant_light_and_quiets_it() {
-    // 50 Mcps of constant light, 14 ns: the detector is dead for 0.7 of 1.7.
+    // 50 Mcps of background, 14 ns: the detector is dead for 0.7 of 1.7.
     let mut scene = ideal_scene(code(&[1, 0, 1]), 0.0, 2_000);
     scene.detectors[0].background_rate_cps = 50e6;
     scene.detectors[0].dead_time_ps = 14e3;

@@ -1,4 +1,4 @@
-//! The fast engine under constant light, against exact results.
+//! The fast engine under background, against exact results.
 
 use std::num::NonZero;
 use std::thread::available_parallelism;
@@ -44,7 +44,7 @@ fn assert_moments(what: &str, counts: &Moments, mean: f64, variance: f64) {
     assert_within_standard_errors(variance_z, 3.0, &format!("{what}: variance"));
 }
 
-/// Constant light on a detector that adds nothing.
+/// Background on a detector that adds nothing.
 fn constant_light(rate_cps: f64) -> Scene {
     let mut scene = ideal_scene(code(&[1, 0, 1]), 0.0, STEP_CHIPS);
     scene.detectors[0].background_rate_cps = rate_cps;
@@ -127,7 +127,7 @@ fn afterpulses_alone_do_so_over_a_hundred_million_detections() {
     assert_afterpulses_alone(60);
 }
 
-/// Mean and variance of the counts of a step under constant light, for a detector
+/// Mean and variance of the counts of a step under background, for a detector
 /// with dead time and afterpulses: a Markov renewal process, looked at whenever
 /// the dead time ends.
 ///
@@ -184,7 +184,7 @@ fn markov_renewal(rate: f64, dead_time: f64, probability: f64, constant: f64) ->
     (STEP_S / mean, STEP_S * variance / mean.powi(3))
 }
 
-/// Constant light on the detector of Table I: against the Markov renewal process,
+/// Background on the detector of Table I: against the Markov renewal process,
 /// and that against the mean response's chain.
 fn assert_table_i(scale: u64) {
     for (rate, steps) in [(1e6, 4_000), (10e6, 1_500), (50e6, 700)] {

@@ -14,7 +14,7 @@ use goldtof::scan::Step;
 use goldtof::scene::Scene;
 use goldtof::sensor::Sensor;
 
-/// A one-chip code that is always on: constant light, counted upwards.
+/// A one-chip code that is always on: background, counted upwards.
 fn constant_light(rate_cps: f64, dead_time_ps: f64) -> Scene {
     let mut scene = ideal_scene(code(&[1]), rate_cps, 1_000);
     scene.detectors[0].dead_time_ps = dead_time_ps;

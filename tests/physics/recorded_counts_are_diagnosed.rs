@@ -102,7 +102,7 @@ fn of_few_hits_nothing_is_said() {
 fn what_is_wrong_with_a_sensor_is_named() {
     use Cause::{Code, ConstantLight, DeadTime, LightLevel, Offset};
     let mut wrong = Vec::new();
-    // Whether no other cause is named with it: small faults of light level, constant light
+    // Whether no other cause is named with it: small faults of light level, background
     // and dead time look alike.
     for (what, setting, has_totals, cause, is_alone) in [
         (

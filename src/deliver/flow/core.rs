@@ -2,14 +2,14 @@
 
 use std::fmt::Write as _;
 
-use super::{Bench, Constraints};
+use super::{Constraints, Testbench};
 use crate::deliver::emission::EmittedFile;
 use crate::deliver::formal::Formal;
 use crate::sensor::Sensor;
 
 /// Name of the file list.
 pub(super) const FILE_LIST: &str = "sensor_top.f";
-/// Name of the file list with the bench.
+/// Name of the file list with the testbench.
 pub(super) const BENCH_FILE_LIST: &str = "sensor_top_tb.f";
 /// Name of the core description.
 const CORE: &str = "sensor_top.core";
@@ -22,15 +22,19 @@ pub(super) fn file_list(files: &[EmittedFile], made_by: &str) -> EmittedFile {
     }
 }
 
-/// The design's files and the bench's, one a line.
-pub(super) fn bench_file_list(
+/// The design's files and the testbench's, one a line.
+pub(super) fn testbench_file_list(
     files: &[EmittedFile],
-    bench_files: &[EmittedFile],
+    testbench_files: &[EmittedFile],
     made_by: &str,
 ) -> EmittedFile {
     EmittedFile {
         name: BENCH_FILE_LIST.to_owned(),
-        text: listed("sensor_top_tb", files.iter().chain(bench_files), made_by),
+        text: listed(
+            "sensor_top_tb",
+            files.iter().chain(testbench_files),
+            made_by,
+        ),
     }
 }
 
@@ -45,7 +49,7 @@ fn listed<'a>(top: &str, files: impl Iterator<Item = &'a EmittedFile>, made_by: 
 /// What a core lists beside the design.
 pub(super) struct Parts<'a> {
     pub(super) header: &'a EmittedFile,
-    pub(super) bench: &'a Bench,
+    pub(super) testbench: &'a Testbench,
     pub(super) constraints: &'a Constraints,
     pub(super) formal: &'a Formal,
 }
@@ -84,7 +88,7 @@ pub(super) fn core(
 ) -> EmittedFile {
     let Parts {
         header,
-        bench,
+        testbench,
         constraints,
         formal,
     } = parts;
@@ -113,10 +117,10 @@ filesets:
     files:
 {rtl}      - {header}: {{is_include_file: true}}
 
-  bench:
+  testbench:
     file_type: verilogSource-2005
     files:
-{bench_files}
+{testbench_files}
   vectors:
     file_type: user
     files:
@@ -150,9 +154,9 @@ targets:
       verilator_options: [-Wall]
 
   sim: &sim
-    description: Self-checking bench in Icarus Verilog
-    filesets: [rtl, bench, vectors]
-    toplevel: {bench_top}
+    description: Self-checking testbench in Icarus Verilog
+    filesets: [rtl, testbench, vectors]
+    toplevel: {testbench_top}
     flow: sim
     flow_options:
       tool: icarus
@@ -160,7 +164,7 @@ targets:
 
   sim_verilator:
     <<: *sim
-    description: Self-checking bench in Verilator
+    description: Self-checking testbench in Verilator
     flow_options:
       tool: verilator
       mode: binary
@@ -184,8 +188,8 @@ targets:
         rtl = listed(files),
         header = header.name,
         proofs = proofs(files, formal),
-        bench_files = listed(&bench.files),
-        vectors = bench
+        testbench_files = listed(&testbench.files),
+        vectors = testbench
             .vectors
             .iter()
             .map(|file| format!("      - {0}: {{copyto: {0}}}\n", file.name))
@@ -193,7 +197,7 @@ targets:
         sdc = sdc.name,
         xdc = xdc.name,
         lpf = lpf.name,
-        bench_top = bench.top,
+        testbench_top = testbench.top,
     );
     EmittedFile {
         name: CORE.to_owned(),

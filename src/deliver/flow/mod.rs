@@ -1,12 +1,12 @@
-//! What goes with the Verilog into an FPGA team's flow: a self-checking bench
+//! What goes with the Verilog into an FPGA team's flow: a self-checking testbench
 //! with its vectors, clock constraints, a file list and a FuseSoC core.
 
-mod bench;
 mod constraints;
 mod core;
 mod header;
 mod run_length;
 mod stimulus;
+mod testbench;
 
 use serde::Serialize;
 
@@ -15,13 +15,13 @@ use super::error::HdlError;
 use super::formal::Formal;
 use crate::reference::cover_report::Coverage;
 use crate::sensor::Sensor;
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// Files round the design, by role. In JSON a file is its name.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Flow {
-    /// The bench that compares every output port at every clock.
-    pub bench: Bench,
+    /// The testbench that compares every output port at every clock.
+    pub testbench: Testbench,
     /// The clock, in the languages of the tools.
     pub constraints: Constraints,
     /// The widths of the ports as macros, for Verilog round the design.
@@ -32,14 +32,14 @@ pub struct Flow {
     pub core: EmittedFile,
 }
 
-/// The bench and how much it covers.
+/// The testbench and how much it covers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Bench {
+pub struct Testbench {
     /// Its top module.
     pub top: &'static str,
     /// Its Verilog.
     pub files: Vec<EmittedFile>,
-    /// The design's files and the bench's, for `-f`.
+    /// The design's files and the testbench's, for `-f`.
     pub file_list: EmittedFile,
     /// What its Verilog reads at run time, from the folder it runs in.
     pub vectors: Vec<EmittedFile>,
@@ -75,29 +75,29 @@ impl Flow {
     /// `made_by` stands in every file's header.
     ///
     /// # Errors
-    /// When the reference model cannot predict the ports of this contract.
+    /// When the reference model cannot predict the ports of this interface.
     pub(super) fn of(
         sensor: &Sensor,
-        contract: &Contract,
+        interface: &Interface,
         files: &[EmittedFile],
         formal: &Formal,
         made_by: &str,
     ) -> Result<Flow, HdlError> {
         let detectors = sensor.scene().detectors.iter();
         let names: Vec<String> = detectors.map(|detector| detector.name.clone()).collect();
-        let bench = bench::bench(contract, &names, files, made_by)?;
+        let testbench = testbench::testbench(interface, &names, files, made_by)?;
         let constraints = constraints::constraints(sensor.clock().chip_period_ps, made_by);
-        let header = header::header(contract, made_by);
+        let header = header::header(interface, made_by);
         let file_list = core::file_list(files, made_by);
         let parts = core::Parts {
             header: &header,
-            bench: &bench,
+            testbench: &testbench,
             constraints: &constraints,
             formal,
         };
         let core = core::core(sensor, files, &parts, made_by);
         Ok(Flow {
-            bench,
+            testbench,
             constraints,
             header,
             file_list,
@@ -108,12 +108,12 @@ impl Flow {
     /// Every file, in no order that matters.
     pub fn files(&self) -> impl Iterator<Item = &EmittedFile> {
         let constraints = &self.constraints;
-        self.bench
+        self.testbench
             .files
             .iter()
-            .chain(&self.bench.vectors)
+            .chain(&self.testbench.vectors)
             .chain([&constraints.sdc, &constraints.lpf, &constraints.xdc])
             .chain([&self.header, &self.file_list])
-            .chain([&self.bench.file_list, &self.core])
+            .chain([&self.testbench.file_list, &self.core])
     }
 }

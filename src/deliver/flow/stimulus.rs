@@ -6,7 +6,7 @@ use crate::reference::blocks::{Block, BlockMaker};
 use crate::reference::cover_report::Coverage;
 use crate::reference::predictor::{Reference, ReferenceError, Skip};
 use crate::rtl::blocks::{CountRegister, ScanRegisters};
-use crate::sensor::contract::{Contract, Direction, Port};
+use crate::sensor::interface::{Direction, Interface, Port};
 use crate::sensor::layout::{Field, Layout};
 
 /// Longest run: an interpreting simulator takes seconds for it.
@@ -106,7 +106,7 @@ fn put(packed: &mut [u64], at: u32, value: &[u64]) {
     }
 }
 
-/// Inputs and expected outputs of a bench.
+/// Inputs and expected outputs of a testbench.
 #[derive(Debug, Clone)]
 pub struct Recording {
     /// Every input but the clock.
@@ -149,17 +149,17 @@ pub struct Skips {
 ///
 /// # Errors
 /// When the reference model cannot predict the ports.
-pub fn record(contract: &Contract, names: &[String]) -> Result<Recording, ReferenceError> {
-    let layout = Layout::of(contract);
+pub fn record(interface: &Interface, names: &[String]) -> Result<Recording, ReferenceError> {
+    let layout = Layout::of(interface);
     let (chips, results) = layout
         .outputs
         .fields
         .iter()
         .cloned()
         .partition(|field| matches!(field.port.name.as_str(), "o_laser" | "o_epoch"));
-    let mut adversary = Adversarial::with_means(contract, SEED, MEANS)?;
+    let mut adversary = Adversarial::with_means(interface, SEED, MEANS)?;
     let clocks = adversary.clone().clocks_to_cover(MOST_CLOCKS);
-    let mut reference = Reference::new(contract.clone())?;
+    let mut reference = Reference::new(interface.clone())?;
     let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, clocks);
     let mut inputs = Group::new(layout.inputs.fields.clone());
     let (mut chips, mut results) = (Group::new(chips), Group::new(results));
@@ -182,18 +182,18 @@ pub fn record(contract: &Contract, names: &[String]) -> Result<Recording, Refere
         }
         for result in maker.take_finished() {
             phase_steps += 1;
-            scans += u64::from(result.step + 1 == contract.timing.scan.steps);
+            scans += u64::from(result.step + 1 == interface.timing.scan.steps);
         }
         skips.extend_from_slice(&block.skips);
     }
     let table = reference.cover_table();
     let exercise = &block.exercise;
-    let coverage = Coverage::new(contract, table, &exercise.covered, names, Some(MEANS));
+    let coverage = Coverage::new(interface, table, &exercise.covered, names, Some(MEANS));
     Ok(Recording {
         inputs,
         chips,
         results,
-        skips: Skips::of(contract, &skips, clocks),
+        skips: Skips::of(interface, &skips, clocks),
         clocks,
         resets,
         phase_steps,
@@ -206,9 +206,9 @@ pub fn record(contract: &Contract, names: &[String]) -> Result<Recording, Refere
 
 impl Skips {
     /// As words for each clock of a run; none if there are none.
-    fn of(contract: &Contract, skips: &[Skip], clocks: u64) -> Option<Skips> {
+    fn of(interface: &Interface, skips: &[Skip], clocks: u64) -> Option<Skips> {
         let first_clock = skips.first()?.clock;
-        let mut registers = ScanRegisters::of(contract);
+        let mut registers = ScanRegisters::of(interface);
         let mut values = Group::plain(registers.present().map(|register| Port {
             name: register.path("."),
             direction: Direction::Input,

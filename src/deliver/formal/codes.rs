@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::harness::{Harness, constant, range};
 use crate::code::{Code, Generator, Lfsr};
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// Specification of a code that starts with its chip `start`: a module `name`
 /// with `chip` and `epoch`, which goes on with `advance` and starts again with
@@ -167,18 +167,18 @@ impl State {
 }
 
 /// The lasers show their codes, and the epoch is where the reference's starts.
-pub(super) fn harness(contract: &Contract) -> (Harness, String) {
+pub(super) fn harness(interface: &Interface) -> (Harness, String) {
     let mut harness = Harness::new(
-        contract,
+        interface,
         "codes",
         "After reset every laser shows its source's code, chip by chip, and o_epoch the first chip of\n\
          the reference's. No LFSR reaches zero. (That an LFSR comes back to its first state after\n\
          2^n - 1 chips and not before is a matter of its polynomial, not of the design.)",
     );
     let mut modules = String::new();
-    let sources = contract.source_codes.len() as u32;
+    let sources = interface.source_codes.len() as u32;
     harness.line(&format!("wire {}chips;", range(sources)));
-    for (m, code) in contract.source_codes.iter().enumerate() {
+    for (m, code) in interface.source_codes.iter().enumerate() {
         modules += &module(&format!("code_of_source_{m}"), code, 0);
         let chip = if sources == 1 {
             "chips".to_owned()
@@ -193,7 +193,7 @@ pub(super) fn harness(contract: &Contract) -> (Harness, String) {
             "",
         ));
     }
-    modules += &module("code_of_reference", &contract.reference_codes[0], 0);
+    modules += &module("code_of_reference", &interface.reference_codes[0], 0);
     harness.line("wire epoch;");
     harness.line(&instance("code_of_reference", "1'b1", "1'b0", "", "epoch"));
     harness.line(&format!("reg {}laser;", range(sources)));

@@ -1,51 +1,51 @@
 //! What a count has to be.
 
 use super::harness::{Harness, numbered, range};
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
-/// A count is the sum of a step's hits, up less down, clamped where it does not
+/// A count is the sum of a step's hits, up less down, saturated where it does not
 /// fit; a hit is a rising edge within the scan.
-pub(super) fn harness(contract: &Contract) -> Harness {
+pub(super) fn harness(interface: &Interface) -> Harness {
     let mut harness = Harness::new(
-        contract,
+        interface,
         "counts",
         "One hit per rising edge of a detector's level, whatever the border between words, and only\n\
          within a scan. A count is the sum since the last dump of hits that the reference counts up less\n\
          those that it counts down: all that came before a dump, and nothing twice or lost at it. A count\n\
-         that does not fit is clamped and flagged, never wrapped. (Dumps, the scan's clocks and the\n\
+         that does not fit is saturated and flagged, never wrapped. (Dumps, the scan's clocks and the\n\
          reference are arbitrary here.)",
     );
-    let detectors = contract.reference_codes.len() as u32;
+    let detectors = interface.reference_codes.len() as u32;
     harness.empty("scan_controller");
     harness.empty("phase_stepper");
-    inputs(contract, &mut harness);
+    inputs(interface, &mut harness);
     for d in 0..detectors {
         let channel = numbered("channel", d, detectors);
-        let window = contract.lanes() + contract.parallel() - 1;
+        let window = interface.lanes() + interface.parallel() - 1;
         harness.free(&format!("window_{d}"), window);
         harness.cut(
             &format!("window_{d}"),
             &format!("{channel}.stepper.o_window"),
             window,
         );
-        edges(contract, d, &mut harness);
-        if contract.total.is_some() {
-            total(contract, d, &channel, &mut harness);
+        edges(interface, d, &mut harness);
+        if interface.total.is_some() {
+            total(interface, d, &channel, &mut harness);
         }
-        for q in 0..contract.parallel() {
-            step(contract, d, q, &channel, &mut harness);
+        for q in 0..interface.parallel() {
+            step(interface, d, q, &channel, &mut harness);
         }
     }
     harness
 }
 
 /// The scan's clocks and dumps, which the harness makes.
-fn inputs(contract: &Contract, harness: &mut Harness) {
-    let segments = contract.count_segments.count;
+fn inputs(interface: &Interface, harness: &mut Harness) {
+    let segments = interface.count_segments.count;
     harness.free("run", 1);
     harness.cut("run", "controller.o_run", 1);
     harness.free("may_dump", 1);
-    let banks = contract.banks();
+    let banks = interface.banks();
     harness.line(&format!("reg [{}:1] dumped;", segments + banks));
     // Segments of a total are settled one after another.
     let spaced = if segments > 1 {
@@ -66,10 +66,10 @@ fn inputs(contract: &Contract, harness: &mut Harness) {
 }
 
 /// Rising edges of a detector's samples.
-fn edges(contract: &Contract, d: u32, harness: &mut Harness) {
-    let lanes = contract.lanes();
+fn edges(interface: &Interface, d: u32, harness: &mut Harness) {
+    let lanes = interface.lanes();
     let samples = format!("i_samples[{}:{}]", (d + 1) * lanes - 1, d * lanes);
-    let samples = if contract.reference_codes.len() == 1 {
+    let samples = if interface.reference_codes.len() == 1 {
         "i_samples".to_owned()
     } else {
         samples
@@ -146,15 +146,15 @@ impl Sum<'_> {
 }
 
 /// Clocks from a hit in its register to the total: lane pairs and adder levels.
-fn adder_clocks(contract: &Contract) -> u32 {
-    Contract::clocks_to_dump(contract.lanes()) - 2
+fn adder_clocks(interface: &Interface) -> u32 {
+    Interface::clocks_to_dump(interface.lanes()) - 2
 }
 
 /// The count of step `q` of a group.
-fn step(contract: &Contract, d: u32, q: u32, channel: &str, harness: &mut Harness) {
-    let (lanes, parallel) = (contract.lanes(), contract.parallel());
+fn step(interface: &Interface, d: u32, q: u32, channel: &str, harness: &mut Harness) {
+    let (lanes, parallel) = (interface.lanes(), interface.parallel());
     let name = format!("{d}_{q}");
-    let bank = q / contract.bank_steps;
+    let bank = q / interface.bank_steps;
     let terms: Vec<String> = (0..lanes)
         .map(|lane| {
             let of = |signal: &str, width: u32, bit: u32| match width {
@@ -172,21 +172,21 @@ fn step(contract: &Contract, d: u32, q: u32, channel: &str, harness: &mut Harnes
     ));
     let sum = Sum {
         name: &name,
-        bits: contract.exact_count_bits,
-        delay: adder_clocks(contract) + bank,
+        bits: interface.exact_count_bits,
+        delay: adder_clocks(interface) + bank,
         after: bank,
     };
     sum.declare(harness);
     let count = format!("{channel}.{}", numbered("o_count", q, parallel));
-    harness.see(&format!("count_{name}"), &count, contract.count_bits);
-    let settled = settled(contract, bank, harness, &name);
-    if !contract.saturates() {
+    harness.see(&format!("count_{name}"), &count, interface.count_bits);
+    let settled = settled(interface, bank, harness, &name);
+    if !interface.saturates() {
         harness.line(&format!(
             "always @* {settled}assert (count_{name} == exact_{name});"
         ));
         return;
     }
-    let (bits, exact_bits) = (contract.count_bits, contract.exact_count_bits);
+    let (bits, exact_bits) = (interface.count_bits, interface.exact_count_bits);
     let most = (1u128 << (bits - 1)) - 1;
     harness.lines(&format!(
         "wire signed [{0}:0] most_{name} = {most};\n\
@@ -197,9 +197,9 @@ fn step(contract: &Contract, d: u32, q: u32, channel: &str, harness: &mut Harnes
         exact_bits - 1,
         range(bits)
     ));
-    let clamped = format!("{channel}.{}", numbered("o_clamped", q, parallel));
-    harness.see(&format!("clamped_{name}"), &clamped, 1);
-    let total_too = match contract.total {
+    let saturated = format!("{channel}.{}", numbered("o_clamped", q, parallel));
+    harness.see(&format!("clamped_{name}"), &saturated, 1);
+    let total_too = match interface.total {
         Some(total) if total.saturates() && q == 0 => format!(" | above_{d}_total"),
         _ => String::new(),
     };
@@ -209,11 +209,11 @@ fn step(contract: &Contract, d: u32, q: u32, channel: &str, harness: &mut Harnes
 }
 
 /// All hits of a step, up and down together.
-fn total(contract: &Contract, d: u32, channel: &str, harness: &mut Harness) {
-    let Some(total) = contract.total else { return };
+fn total(interface: &Interface, d: u32, channel: &str, harness: &mut Harness) {
+    let Some(total) = interface.total else { return };
     let name = format!("{d}_total");
-    let terms: Vec<String> = (0..contract.lanes())
-        .map(|lane| match contract.lanes() {
+    let terms: Vec<String> = (0..interface.lanes())
+        .map(|lane| match interface.lanes() {
             1 => format!("hits_{d}"),
             _ => format!("hits_{d}[{lane}]"),
         })
@@ -227,7 +227,7 @@ fn total(contract: &Contract, d: u32, channel: &str, harness: &mut Harness) {
     let sum = Sum {
         name: &name,
         bits: total.exact_bits,
-        delay: adder_clocks(contract),
+        delay: adder_clocks(interface),
         after: 0,
     };
     sum.declare(harness);
@@ -236,7 +236,7 @@ fn total(contract: &Contract, d: u32, channel: &str, harness: &mut Harness) {
         &format!("{channel}.o_total"),
         total.bits,
     );
-    let settled = settled(contract, 0, harness, &name);
+    let settled = settled(interface, 0, harness, &name);
     if !total.saturates() {
         harness.line(&format!(
             "always @* {settled}assert (count_{name} == exact_{name});"
@@ -256,8 +256,8 @@ fn total(contract: &Contract, d: u32, channel: &str, harness: &mut Harness) {
 
 /// Where a total has several segments, its count holds only once all of them
 /// have settled: the condition under which it is looked at.
-fn settled(contract: &Contract, bank: u32, harness: &mut Harness, name: &str) -> String {
-    let clocks = contract.count_segments.clocks();
+fn settled(interface: &Interface, bank: u32, harness: &mut Harness, name: &str) -> String {
+    let clocks = interface.count_segments.clocks();
     if clocks == 1 {
         return String::new();
     }

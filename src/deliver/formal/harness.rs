@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::sensor::contract::{Contract, Direction, Port};
+use crate::sensor::interface::{Direction, Interface, Port};
 
 /// A proof: the design, some of its inner ports seen or cut, and what is to hold.
 #[derive(Debug, Clone)]
@@ -53,13 +53,13 @@ struct Inner {
 }
 
 impl Harness {
-    pub(super) fn new(contract: &Contract, name: &'static str, about: &str) -> Harness {
+    pub(super) fn new(interface: &Interface, name: &'static str, about: &str) -> Harness {
         Harness {
             name,
             about: about.to_owned(),
             engine: Engine::Induction,
             start: Start::AfterReset,
-            ports: contract.ports(),
+            ports: interface.ports(),
             seen: Vec::new(),
             cut: Vec::new(),
             emptied: Vec::new(),

@@ -13,7 +13,7 @@ mod stream;
 use serde::Serialize;
 
 use super::emission::EmittedFile;
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// Files of the folder `formal`, all with the same names for every scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -35,25 +35,25 @@ impl Formal {
     pub const FOLDER: &'static str = "formal";
 
     /// The proofs of the design `files`.
-    pub(super) fn of(contract: &Contract, files: &[EmittedFile], made_by: &str) -> Formal {
-        let (codes, mut modules) = codes::harness(contract);
-        let (reference, of_reference) = reference::harness(contract);
+    pub(super) fn of(interface: &Interface, files: &[EmittedFile], made_by: &str) -> Formal {
+        let (codes, mut modules) = codes::harness(interface);
+        let (reference, of_reference) = reference::harness(interface);
         modules += &of_reference;
         let mut harnesses = vec![
-            rules::reset(contract),
+            rules::reset(interface),
             codes,
-            scan::harness(contract),
+            scan::harness(interface),
             reference,
-            counts::harness(contract),
-            stream::harness(contract),
+            counts::harness(interface),
+            stream::harness(interface),
         ];
         harnesses.extend(
-            contract
+            interface
                 .peak
                 .iter()
-                .map(|plan| peak::harness(contract, plan)),
+                .map(|plan| peak::harness(interface, plan)),
         );
-        harnesses.push(rules::axis(contract));
+        harnesses.push(rules::axis(interface));
         Formal {
             properties: script::properties(&harnesses, &modules, made_by),
             emptied: script::emptied(&harnesses, files, made_by),

@@ -1,13 +1,13 @@
 //! What the peak detector has to find.
 
 use super::harness::{Engine, Harness, constant, numbered, range};
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 use crate::sensor::peak::PeakPlan;
 
 /// A scan's largest count, the first of equal ones, and its phase step.
-pub(super) fn harness(contract: &Contract, plan: &PeakPlan) -> Harness {
+pub(super) fn harness(interface: &Interface, plan: &PeakPlan) -> Harness {
     let mut harness = Harness::new(
-        contract,
+        interface,
         "peak",
         "After a scan's last counts o_peak_valid is high for one clock, and from then on o_peak_count and\n\
          o_peak_step are the scan's largest count and its phase step, the first of equal ones, steady\n\
@@ -20,8 +20,8 @@ pub(super) fn harness(contract: &Contract, plan: &PeakPlan) -> Harness {
     harness.empty("detector_channel");
     let peak = Peak {
         plan: *plan,
-        detectors: contract.reference_codes.len() as u32,
-        settling: contract.clocks_of_counting(),
+        detectors: interface.reference_codes.len() as u32,
+        settling: interface.clocks_of_counting(),
     };
     peak.inputs(&mut harness);
     peak.turns(&mut harness);

@@ -2,31 +2,31 @@
 
 use super::codes;
 use super::harness::{Harness, numbered, range};
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// Each sample is counted by the chip that the phase step gives it.
-pub(super) fn harness(contract: &Contract) -> (Harness, String) {
+pub(super) fn harness(interface: &Interface) -> (Harness, String) {
     let mut harness = Harness::new(
-        contract,
+        interface,
         "reference",
         "Each sample's reference is the chip of the detector's code that the delay of its phase step\n\
          gives it: in step k sample l of chip n has chip floor((n S + l - k) / S). The delay is a\n\
          number here; the reference's generator stands still, and chips come again, as it grows.",
     );
     harness.see("ends", "controller.o_last_chip", 1);
-    if contract.realigns() {
+    if interface.realigns() {
         harness.see("start", "controller.o_start", 1);
     } else {
         harness.line("wire start = 1'b0;");
     }
-    let delay = Delay::of(contract);
+    let delay = Delay::of(interface);
     delay.declare(&mut harness);
     let mut modules = String::new();
-    let detectors = contract.reference_codes.len() as u32;
+    let detectors = interface.reference_codes.len() as u32;
     for d in 0..detectors {
         let path = format!("{}.stepper.o_window", numbered("channel", d, detectors));
         harness.see(&format!("window_{d}"), &path, delay.window());
-        modules += &delay.detector(contract, d, &mut harness);
+        modules += &delay.detector(interface, d, &mut harness);
     }
     (harness, modules)
 }
@@ -41,11 +41,11 @@ struct Delay {
 }
 
 impl Delay {
-    fn of(contract: &Contract) -> Delay {
+    fn of(interface: &Interface) -> Delay {
         Delay {
-            lanes: contract.lanes(),
-            parallel: contract.parallel(),
-            first: (contract.timing.scan.first_step % u64::from(contract.lanes())) as u32,
+            lanes: interface.lanes(),
+            parallel: interface.parallel(),
+            first: (interface.timing.scan.first_step % u64::from(interface.lanes())) as u32,
         }
     }
 
@@ -128,11 +128,11 @@ impl Delay {
     }
 
     /// The reference of a detector.
-    fn detector(&self, contract: &Contract, d: u32, harness: &mut Harness) -> String {
-        let code = &contract.reference_codes[d as usize];
+    fn detector(&self, interface: &Interface, d: u32, harness: &mut Harness) -> String {
+        let code = &interface.reference_codes[d as usize];
         // Reset stands a clock before a scan's first, a scan's start in it.
-        let present = if contract.realigns() { 0 } else { -1 };
-        let whole = i128::from(contract.timing.scan.first_step / u64::from(self.lanes));
+        let present = if interface.realigns() { 0 } else { -1 };
+        let whole = i128::from(interface.timing.scan.first_step / u64::from(self.lanes));
         let chip_of = |cycle: i128| (cycle - whole).rem_euclid(i128::from(code.len())) as u64;
         let kept = self.kept();
         let first: String = (0..kept)

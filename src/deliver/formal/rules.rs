@@ -1,12 +1,12 @@
 //! What holds at the ports of the whole design, whatever is inside.
 
 use super::harness::{Engine, Harness};
-use crate::sensor::contract::{Contract, Direction};
+use crate::sensor::interface::{Direction, Interface};
 
 /// AXI4-Stream's rules for a transmitter, and flags that stay.
-pub(super) fn axis(contract: &Contract) -> Harness {
+pub(super) fn axis(interface: &Interface) -> Harness {
     let mut harness = Harness::new(
-        contract,
+        interface,
         "axis",
         "In reset every output is 0. AXI4-Stream: a transfer on offer stays, unchanged, until it is taken\n\
          or reset. Flags stay until reset, the peak's ports until o_peak_valid.",
@@ -30,7 +30,7 @@ pub(super) fn axis(contract: &Contract) -> Harness {
          always @* if (stays & waited) assert (m_axis_tlast == held_last);\n\
          always @* if (stays & overran) assert (o_overrun);",
     );
-    for port in contract.ports() {
+    for port in interface.ports() {
         if port.direction == Direction::Output {
             harness.line(&format!(
                 "always @* if (~stays) assert ({} == 0);",
@@ -42,17 +42,17 @@ pub(super) fn axis(contract: &Contract) -> Harness {
         "reg [{0}:0] held_data;\n\
          always @(posedge i_clk) held_data <= m_axis_tdata;\n\
          always @* if (stays & waited) assert (m_axis_tdata == held_data);",
-        contract.tdata_bits - 1
+        interface.tdata_bits - 1
     ));
-    if contract.saturates() {
+    if interface.saturates() {
         harness.lines(
-            "reg clamped;\n\
-             always @(posedge i_clk) clamped <= o_saturated;\n\
-             always @* if (stays & clamped) assert (o_saturated);",
+            "reg saturated;\n\
+             always @(posedge i_clk) saturated <= o_saturated;\n\
+             always @* if (stays & saturated) assert (o_saturated);",
         );
     }
-    if let Some(peak) = contract.peak {
-        let detectors = contract.reference_codes.len() as u32;
+    if let Some(peak) = interface.peak {
+        let detectors = interface.reference_codes.len() as u32;
         harness.lines(&format!(
             "reg [{}:0] peak;\n\
              always @(posedge i_clk) peak <= {{o_peak_step, o_peak_count}};\n\
@@ -64,9 +64,9 @@ pub(super) fn axis(contract: &Contract) -> Harness {
 }
 
 /// A clock of reset leaves nothing of what was before.
-pub(super) fn reset(contract: &Contract) -> Harness {
+pub(super) fn reset(interface: &Interface) -> Harness {
     Harness::new(
-        contract,
+        interface,
         "reset",
         "With i_rst high every register's next value is the one that the other proofs start from, whatever\n\
          the registers hold: one clock of reset leaves nothing of the state before, and no X. (The\n\

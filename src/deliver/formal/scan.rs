@@ -2,14 +2,14 @@
 
 use super::harness::{Harness, constant, range};
 use crate::rtl::blocks::SequenceCounter;
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// Every step has the asked number of chips, every scan the asked number of
 /// steps, and nothing lies between them but the wait for an epoch.
-pub(super) fn harness(contract: &Contract) -> Harness {
-    let (chips, groups) = (contract.timing.scan.integration_chips, contract.groups());
+pub(super) fn harness(interface: &Interface) -> Harness {
+    let (chips, groups) = (interface.timing.scan.integration_chips, interface.groups());
     let mut harness = Harness::new(
-        contract,
+        interface,
         "scan",
         &format!(
             "A step ends {chips} chips after it began, and the next begins with the next clock; a\n\
@@ -17,14 +17,14 @@ pub(super) fn harness(contract: &Contract) -> Harness {
              The ends of steps and scans reach the totals and the stream after a fixed number of clocks.\n\
              Chips and steps are counted in the order of LFSRs, as in the design; the states in which\n\
              they end are those after as many steps of the recurrence.",
-            if contract.realigns() {
+            if interface.realigns() {
                 ", and begins with an epoch of the reference"
             } else {
                 " and follows the one before"
             }
         ),
     );
-    let segments = contract.count_segments.count;
+    let segments = interface.count_segments.count;
     for (signal, port, width) in [
         ("run", "o_run", 1),
         ("step_end", "o_last_chip", 1),
@@ -34,17 +34,17 @@ pub(super) fn harness(contract: &Contract) -> Harness {
     ] {
         harness.see(signal, &format!("controller.{port}"), width);
     }
-    begins(contract, &mut harness);
-    chip_counter(chips, contract.realigns(), &mut harness);
+    begins(interface, &mut harness);
+    chip_counter(chips, interface.realigns(), &mut harness);
     step_counter(groups, &mut harness);
-    reports(contract, &mut harness);
+    reports(interface, &mut harness);
     harness
 }
 
 /// When a scan runs.
-fn begins(contract: &Contract, harness: &mut Harness) {
+fn begins(interface: &Interface, harness: &mut Harness) {
     harness.lines("reg running;\nwire ends_step;\nwire ends_scan;");
-    if contract.realigns() {
+    if interface.realigns() {
         harness.line("wire epoch;");
         harness.line(&super::codes::instance(
             "code_of_reference",
@@ -143,15 +143,15 @@ fn step_counter(groups: u64, harness: &mut Harness) {
 }
 
 /// What the rest of the design is told, and when.
-fn reports(contract: &Contract, harness: &mut Harness) {
-    let to_dump = Contract::clocks_to_dump(contract.lanes());
-    let to_counted = to_dump + contract.clocks_of_counting();
-    let segments = contract.count_segments.count;
-    if contract.timing.scan.integration_chips > 1 {
+fn reports(interface: &Interface, harness: &mut Harness) {
+    let to_dump = Interface::clocks_to_dump(interface.lanes());
+    let to_counted = to_dump + interface.clocks_of_counting();
+    let segments = interface.count_segments.count;
+    if interface.timing.scan.integration_chips > 1 {
         harness.see("step_ends", "controller.o_pre_last_chip", 1);
         harness.line("always @* assert (step_ends == before_last);");
     }
-    if contract.reference_codes.len() as u32 * contract.parallel() > 1 {
+    if interface.reference_codes.len() as u32 * interface.parallel() > 1 {
         harness.see("counts", "controller.o_pre_counted", 1);
         harness.line(&format!(
             "always @* assert (counts == ended[{}]);",

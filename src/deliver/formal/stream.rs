@@ -1,26 +1,26 @@
 //! What the stream of results has to carry.
 
 use super::harness::{Harness, constant, numbered, range};
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// Every group's counts come once, in order, with `tlast` at a scan's end; what
 /// comes too early is dropped whole and flagged.
-pub(super) fn harness(contract: &Contract) -> Harness {
+pub(super) fn harness(interface: &Interface) -> Harness {
     let mut harness = Harness::new(
-        contract,
+        interface,
         "stream",
         "The stream carries each group's counts, one per beat, detector 0's steps, then detector 1's, ...,\n\
          each once and in order, with tlast at the scan's last and nowhere else. A group that comes while\n\
-         others wait is dropped whole and sets o_overrun, a group with a clamped count, dropped or not,\n\
+         others wait is dropped whole and sets o_overrun, a group with a saturated count, dropped or not,\n\
          o_saturated; both stay until reset. (Counts, and when they come, are arbitrary here.)",
     );
     harness.empty("scan_controller");
     harness.empty("detector_channel");
-    let stream = Stream::of(contract);
-    stream.inputs(contract, &mut harness);
+    let stream = Stream::of(interface);
+    stream.inputs(interface, &mut harness);
     stream.groups(&mut harness);
-    stream.beats(contract, &mut harness);
-    stream.flags(contract, &mut harness);
+    stream.beats(interface, &mut harness);
+    stream.flags(interface, &mut harness);
     harness
 }
 
@@ -31,11 +31,11 @@ struct Stream {
 }
 
 impl Stream {
-    fn of(contract: &Contract) -> Stream {
+    fn of(interface: &Interface) -> Stream {
         Stream {
-            detectors: contract.reference_codes.len() as u32,
-            parallel: contract.parallel(),
-            last_steps: contract.last_group_steps() as u32,
+            detectors: interface.reference_codes.len() as u32,
+            parallel: interface.parallel(),
+            last_steps: interface.last_group_steps() as u32,
         }
     }
 
@@ -53,7 +53,7 @@ impl Stream {
     }
 
     /// Counts of a group, which may be anything, and when they come.
-    fn inputs(&self, contract: &Contract, harness: &mut Harness) {
+    fn inputs(&self, interface: &Interface, harness: &mut Harness) {
         for d in 0..self.detectors {
             let channel = numbered("channel", d, self.detectors);
             let mut cut = |signal: String, port: String, width: u32| {
@@ -62,20 +62,20 @@ impl Stream {
             };
             for q in 0..self.parallel {
                 let count = numbered("o_count", q, self.parallel);
-                cut(format!("count_{d}_{q}"), count, contract.count_bits);
-                if contract.saturates() {
-                    let clamped = numbered("o_clamped", q, self.parallel);
-                    cut(format!("clamped_{d}_{q}"), clamped, 1);
+                cut(format!("count_{d}_{q}"), count, interface.count_bits);
+                if interface.saturates() {
+                    let saturated = numbered("o_clamped", q, self.parallel);
+                    cut(format!("clamped_{d}_{q}"), saturated, 1);
                 }
             }
-            if let Some(total) = contract.total {
+            if let Some(total) = interface.total {
                 cut(format!("total_{d}"), "o_total".to_owned(), total.bits);
             }
         }
         harness.free("may_come", 1);
         harness.free("may_end", 1);
         // Steps of one chip may end in every clock; others leave one between.
-        let spaced = if contract.timing.scan.integration_chips > 1 {
+        let spaced = if interface.timing.scan.integration_chips > 1 {
             " & ~counted"
         } else {
             ""
@@ -125,29 +125,29 @@ impl Stream {
     }
 
     /// A count as `m_axis_tdata` has it.
-    fn data(&self, contract: &Contract, d: u32, q: u32) -> String {
-        let signed_bits = contract.signed_data_bits();
-        let fill = signed_bits - contract.count_bits;
+    fn data(&self, interface: &Interface, d: u32, q: u32) -> String {
+        let signed_bits = interface.signed_data_bits();
+        let fill = signed_bits - interface.count_bits;
         let count = match fill {
             0 => format!("count_{d}_{q}"),
             _ => format!(
                 "{{{{{fill}{{count_{d}_{q}[{}]}}}}, count_{d}_{q}}}",
-                contract.count_bits - 1
+                interface.count_bits - 1
             ),
         };
-        let Some(total) = contract.total else {
+        let Some(total) = interface.total else {
             return count;
         };
-        match contract.tdata_bits - signed_bits - total.bits {
+        match interface.tdata_bits - signed_bits - total.bits {
             0 => format!("{{total_{d}, {count}}}"),
             zeros => format!("{{{zeros}'d0, total_{d}, {count}}}"),
         }
     }
 
     /// What the beats hold.
-    fn beats(&self, contract: &Contract, harness: &mut Harness) {
+    fn beats(&self, interface: &Interface, harness: &mut Harness) {
         let places = self.most();
-        let bits = contract.tdata_bits;
+        let bits = interface.tdata_bits;
         harness.lines(&format!(
             "// The group's results, the one on offer first.\nreg {}{};",
             range(bits),
@@ -160,10 +160,10 @@ impl Stream {
         for place in 0..places {
             let of = |steps: u32| (place / steps, place % steps);
             let (d, q) = of(self.parallel);
-            let whole = self.data(contract, d, q);
+            let whole = self.data(interface, d, q);
             let loaded = match of(self.last_steps) {
                 _ if !self.is_short() || place >= self.least() => whole,
-                (d, q) => format!("last ? {} : {whole}", self.data(contract, d, q)),
+                (d, q) => format!("last ? {} : {whole}", self.data(interface, d, q)),
             };
             let next = match place + 1 {
                 next if next == places => "0".to_owned(),
@@ -178,14 +178,14 @@ impl Stream {
     }
 
     /// What stays until reset.
-    fn flags(&self, contract: &Contract, harness: &mut Harness) {
+    fn flags(&self, interface: &Interface, harness: &mut Harness) {
         harness.lines(
             "reg lost;\n\
              always @(posedge i_clk)\n    \
                  lost <= i_rst ? 0 : (lost | (counted & ~free));\n\
              always @* assert (o_overrun == lost);",
         );
-        if !contract.saturates() {
+        if !interface.saturates() {
             return;
         }
         let of = |steps: u32| -> String {
@@ -194,11 +194,11 @@ impl Stream {
             all.join(" | ")
         };
         harness.lines(&format!(
-            "reg clamped;\n\
+            "reg saturated;\n\
              wire clamps = last ? {} : {};\n\
              always @(posedge i_clk)\n    \
-                 clamped <= i_rst ? 0 : (clamped | (counted & clamps));\n\
-             always @* assert (o_saturated == clamped);",
+                 saturated <= i_rst ? 0 : (saturated | (counted & clamps));\n\
+             always @* assert (o_saturated == saturated);",
             of(self.last_steps),
             of(self.parallel)
         ));

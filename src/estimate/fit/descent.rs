@@ -219,7 +219,7 @@ impl<'m> Descent<'_, 'm> {
         let mut full = normal.solution();
         let constant = here.parameters.constant;
         if full.last().is_some_and(|step| constant + step < 0.0) {
-            // There is no less than no constant light.
+            // There is no less than no background.
             full = normal.solution_with_last(-constant);
         }
         SHARES.iter().find_map(|&share| {

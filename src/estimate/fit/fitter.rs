@@ -51,7 +51,7 @@ impl<'s> Fitter<'s> {
     /// Fits the counts of one scan.
     ///
     /// One path starts from the phase at the place that looks most like the code's
-    /// peak, and the rate of detections. More light starts from constant light alone:
+    /// peak, and the rate of detections. More light starts from background alone:
     /// see [`joint`](super::joint).
     ///
     /// # Errors

@@ -52,7 +52,7 @@ fn approach(
     Ok(None)
 }
 
-/// The Gauss-Newton step that leaves no less than no constant light.
+/// The Gauss-Newton step that leaves no less than no background.
 fn bounded(normal: &Normal, parameters: &Parameters) -> Vec<f64> {
     let full = normal.solution();
     match full.last() {

@@ -74,7 +74,7 @@ struct Key {
     steps: Vec<Step>,
     /// Chips of the codes.
     codes: Vec<Vec<u8>>,
-    /// Delay and strength of each path, and the constant light, in spacings.
+    /// Delay and strength of each path, and the background, in spacings.
     place: Vec<i64>,
 }
 

@@ -27,11 +27,11 @@ const LINEAR_SHARE: f64 = 0.03;
 /// less than step by step.
 const STEPS_FOR_SCAN_MOMENTS: usize = 60;
 
-/// The unknowns: delay and ln(strength) of each path, and the constant light.
+/// The unknowns: delay and ln(strength) of each path, and the background.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameters {
     pub paths: Vec<PathParameters>,
-    /// Constant light per chip.
+    /// Background per chip.
     pub constant: f64,
 }
 
@@ -81,7 +81,7 @@ impl Parameters {
         2 * self.paths.len() + 1
     }
 
-    /// All unknowns moved by `share` of a step. Constant light stays at or above
+    /// All unknowns moved by `share` of a step. Background stays at or above
     /// zero, strengths within e^2 of what they were, delays within half a chip.
     pub fn moved(&self, step: &[f64], share: f64) -> Parameters {
         let mut moved = self.clone();
@@ -111,7 +111,7 @@ impl Parameters {
         paths.chunks(2).any(far) || constant.abs() > LINEAR_SHARE * self.brightest()
     }
 
-    /// Adds a path, whose mean is taken from the constant light.
+    /// Adds a path, whose mean is taken from the background.
     pub fn add_path(&mut self, path: PathParameters, problem: &Problem) {
         if let Some(code) = problem.codes.get(self.paths.len()) {
             let mean = path.ln_rate.exp() * code.weight() as f64 / code.len() as f64;
@@ -235,7 +235,7 @@ impl<'m> Problem<'m> {
     }
 
     /// Derivatives by every unknown; `response` and `means` are those at
-    /// `parameters`. Good for steps of a fit: by strengths and constant light they are
+    /// `parameters`. Good for steps of a fit: by strengths and background they are
     /// one-sided, of one more solution each. By delays they are from both sides, or a
     /// fit that stands on the tip of a peak would not see the other side of it.
     pub fn jacobian(

@@ -1,9 +1,9 @@
-//! Constant light: off-light, background and dark counts, one Poisson process.
+//! Background: off-light, background and dark counts, one Poisson process.
 
 use super::arithmetic::{LANES, Words, exponential, to_ticks};
 use super::streams::LaneStreams;
 
-/// The constant light of all lanes.
+/// The background of all lanes.
 #[derive(Debug, Clone)]
 pub struct ConstantLight {
     pub streams: LaneStreams,

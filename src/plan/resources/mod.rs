@@ -75,7 +75,7 @@ struct Size {
     peak_detector: bool,
 }
 
-/// Bits that one carry chain holds at full clock, as the sensor's contract has it.
+/// Bits that one carry chain holds at full clock, as the sensor's interface has it.
 fn longest_carry_chain(target: Target) -> u32 {
     match target {
         Target::Ecp525k6 | Target::Xc7 => 22,
@@ -86,10 +86,10 @@ fn longest_carry_chain(target: Target) -> u32 {
 impl Size {
     /// `None` for codes that were not measured.
     fn of(sensor: &Sensor) -> Option<Size> {
-        let contract = sensor.contract();
-        let mut generators: Vec<_> = contract.reference_codes.clone();
-        for (index, code) in contract.source_codes.iter().enumerate() {
-            if !contract.source_codes[..index].contains(code) {
+        let interface = sensor.interface();
+        let mut generators: Vec<_> = interface.reference_codes.clone();
+        for (index, code) in interface.source_codes.iter().enumerate() {
+            if !interface.source_codes[..index].contains(code) {
                 generators.push(code.clone());
             }
         }
@@ -102,15 +102,15 @@ impl Size {
         Some(Size {
             lfsr_bits: bits.sum::<Option<u32>>()?,
             interleaving: generators.iter().map(|code| code.interleave).sum(),
-            samples_per_chip: contract.lanes(),
-            detectors: contract.reference_codes.len() as u32,
-            parallel: contract.parallel(),
-            exact_bits: contract.exact_count_bits,
-            count_bits: contract.count_bits,
-            segmented: contract.count_segments.count > 1,
-            realigns: contract.realigns(),
-            total_counts: contract.total.is_some(),
-            peak_detector: contract.peak.is_some(),
+            samples_per_chip: interface.lanes(),
+            detectors: interface.reference_codes.len() as u32,
+            parallel: interface.parallel(),
+            exact_bits: interface.exact_count_bits,
+            count_bits: interface.count_bits,
+            segmented: interface.count_segments.count > 1,
+            realigns: interface.realigns(),
+            total_counts: interface.total.is_some(),
+            peak_detector: interface.peak.is_some(),
         })
     }
 }

@@ -76,7 +76,7 @@ pub(super) struct Words<'a> {
 
 impl Words<'_> {
     fn lanes(&self) -> u64 {
-        u64::from(self.reference.contract().lanes())
+        u64::from(self.reference.interface().lanes())
     }
 
     /// Whether a step counts a hit on a sample, counted from the group's first, up.
@@ -159,7 +159,7 @@ impl Words<'_> {
     /// Paints hits with an aim into a group that ends with these words. None where they
     /// cannot be had.
     pub fn aimed(&self, hits: Hits, out: &mut Vec<Pulse>) -> Option<()> {
-        let parallel = u64::from(self.reference.contract().parallel());
+        let parallel = u64::from(self.reference.interface().parallel());
         let last = self.samples().end.checked_sub(1)?;
         match hits {
             Hits::EveryOther => self.singles(|_| true, out),
@@ -195,7 +195,7 @@ impl Words<'_> {
     /// Samples whose hits make a count in one step and less in every other.
     fn count(&self, step: u64, count: i64) -> Option<Vec<u64>> {
         let up = count > 0;
-        let parallel = u64::from(self.reference.contract().parallel());
+        let parallel = u64::from(self.reference.interface().parallel());
         // By how much each other step lags behind.
         let mut behind = vec![0u64; parallel as usize];
         let mut chosen = Vec::new();
@@ -233,9 +233,9 @@ impl Words<'_> {
 
     /// Samples of so many hits that no step's count comes near its limit.
     fn total(&self, hits: u64) -> Option<Vec<u64>> {
-        let contract = self.reference.contract();
-        let most = (1i64 << (contract.count_bits - 1)) - 2;
-        let mut counts = vec![0i64; contract.parallel() as usize];
+        let interface = self.reference.interface();
+        let most = (1i64 << (interface.count_bits - 1)) - 2;
+        let mut counts = vec![0i64; interface.parallel() as usize];
         let mut chosen = Vec::new();
         let mut next = 2;
         for sample in self.samples() {

@@ -24,7 +24,7 @@ use super::predictor::{Position, Reference, ReferenceError, Skip, Surroundings};
 use super::stimulus::{Drive, RESET_CLOCKS, Stimulus};
 use crate::photons::Pulse;
 use crate::scan::Group;
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// Longest run that is chosen when the user asks for no number of clocks.
 pub const LONGEST_DEFAULT: u64 = 1 << 25;
@@ -67,7 +67,7 @@ impl Means {
 #[derive(Debug, Clone)]
 pub struct Adversarial {
     rng: Xoshiro256PlusPlus,
-    contract: Contract,
+    interface: Interface,
     means: Means,
     reach: Reach,
     /// Its own reference model, predicted as far as is decided.
@@ -117,31 +117,31 @@ impl Adversarial {
     /// start of a longer one.
     ///
     /// # Panics
-    /// When the contract cannot be predicted; see [`Reference::new`].
-    pub fn new(contract: &Contract, seed: u64) -> Adversarial {
-        Adversarial::with_means(contract, seed, Means::cosim(false))
-            .expect("a contract that is co-simulated can be predicted")
+    /// When the interface cannot be predicted; see [`Reference::new`].
+    pub fn new(interface: &Interface, seed: u64) -> Adversarial {
+        Adversarial::with_means(interface, seed, Means::cosim(false))
+            .expect("a interface that is co-simulated can be predicted")
     }
 
     /// An adversary with these means.
     ///
     /// # Errors
-    /// When the contract cannot be predicted.
+    /// When the interface cannot be predicted.
     pub fn with_means(
-        contract: &Contract,
+        interface: &Interface,
         seed: u64,
         means: Means,
     ) -> Result<Adversarial, ReferenceError> {
-        let scout = Reference::new(contract.clone())?;
-        let detectors = contract.reference_codes.len();
+        let scout = Reference::new(interface.clone())?;
+        let detectors = interface.reference_codes.len();
         let points = scout.cover_table().points().len();
         let mut adversary = Adversarial {
             rng: Xoshiro256PlusPlus::seed_from_u64(seed),
-            contract: contract.clone(),
+            interface: interface.clone(),
             means,
-            reach: Reach::of(contract, means.skips, means.most_clocks_of_recipe),
+            reach: Reach::of(interface, means.skips, means.most_clocks_of_recipe),
             scout,
-            levels: vec![Level::new(contract.lanes()); detectors],
+            levels: vec![Level::new(interface.lanes()); detectors],
             resets: VecDeque::new(),
             stalls: VecDeque::new(),
             skips: VecDeque::new(),
@@ -178,9 +178,9 @@ impl Adversarial {
     }
 
     /// Why a cover point is too far away for these means, if it is.
-    pub fn hindrance(contract: &Contract, means: Means, point: CoverPoint) -> Option<String> {
-        let reach = Reach::of(contract, means.skips, means.most_clocks_of_recipe);
-        recipe(contract, &reach, point).err()
+    pub fn hindrance(interface: &Interface, means: Means, point: CoverPoint) -> Option<String> {
+        let reach = Reach::of(interface, means.skips, means.most_clocks_of_recipe);
+        recipe(interface, &reach, point).err()
     }
 
     /// Decides what comes next.
@@ -203,7 +203,7 @@ impl Adversarial {
         if self.decided < position.first_word() {
             // A receiver that holds a result does so during the pause, too.
             let chips = self.chips_of(&plan, position.first_word());
-            let latency = u64::from(self.contract.result_latency_clocks);
+            let latency = u64::from(self.interface.result_latency_clocks);
             let arrives = position.first_word() + chips - 1 + latency;
             self.decide_receiver(plan.receiver, self.decided, arrives);
             let lead = plan.lead;
@@ -255,7 +255,7 @@ impl Adversarial {
                     continue;
                 }
                 self.aims.tries[number] = round + 1;
-                if let Ok(plans) = recipe(&self.contract, &self.reach, points[number]) {
+                if let Ok(plans) = recipe(&self.interface, &self.reach, points[number]) {
                     return Some(plans);
                 }
                 self.aims.tries[number] = TRIES;
@@ -267,7 +267,7 @@ impl Adversarial {
     /// A group by chance, with all that may happen.
     fn by_chance(&mut self) -> GroupPlan {
         let mut plan = GroupPlan::random().received(Receiver::Random);
-        let longest = 2 * u64::from(self.contract.result_latency_clocks) + 8;
+        let longest = 2 * u64::from(self.interface.result_latency_clocks) + 8;
         if self.rng.random_bool(0.15) {
             let age = length(&mut self.rng, longest) - 1;
             plan = plan.after_reset(age, length(&mut self.rng, 8));
@@ -282,10 +282,10 @@ impl Adversarial {
     /// Begins a group: its length, what is left out, and what the receiver does until
     /// its results arrive.
     fn start_group(&mut self, plan: GroupPlan, position: Position) {
-        let whole = self.contract.timing.scan.integration_chips;
+        let whole = self.interface.timing.scan.integration_chips;
         let origin = position.first_word();
         let chips = self.chips_of(&plan, origin);
-        let groups = self.contract.groups();
+        let groups = self.interface.groups();
         let left_out = if plan.to_the_end && self.reach.leaves_out {
             (groups - 1).saturating_sub(position.group.0 + 1)
         } else {
@@ -303,12 +303,12 @@ impl Adversarial {
             });
         }
         if plan.cut.is_none() {
-            let latency = u64::from(self.contract.result_latency_clocks);
+            let latency = u64::from(self.interface.result_latency_clocks);
             let arrives = origin + chips - 1 + latency;
             self.decide_receiver(plan.receiver, origin, arrives);
             let group = Group(position.group.0 + left_out);
-            let steps = self.contract.grouping().steps_of(group).len() as u64;
-            let beats = steps * self.contract.reference_codes.len() as u64;
+            let steps = self.interface.grouping().steps_of(group).len() as u64;
+            let beats = steps * self.interface.reference_codes.len() as u64;
             self.arrival = Some((arrives, beats));
         }
         self.decide_words(UnderWay {
@@ -321,8 +321,8 @@ impl Adversarial {
 
     /// Chips of a group.
     fn chips_of(&mut self, plan: &GroupPlan, origin: u64) -> u64 {
-        let whole = self.contract.timing.scan.integration_chips;
-        if !self.reach.shortens(&self.contract) {
+        let whole = self.interface.timing.scan.integration_chips;
+        if !self.reach.shortens(&self.interface) {
             return whole;
         }
         let least = plan.hits.chips(&self.scout, origin, whole);
@@ -347,8 +347,8 @@ impl Adversarial {
         let is_aimed_next = self.plans.front().is_some_and(|plan| plan.hits.needs_low());
         let mut pulses = vec![Vec::new(); self.pulses.len()];
         let (lanes, parallel) = (
-            u64::from(self.contract.lanes()),
-            u64::from(self.contract.parallel()),
+            u64::from(self.interface.lanes()),
+            u64::from(self.interface.parallel()),
         );
         for (detector, pulses) in pulses.iter_mut().enumerate() {
             let words = Words {
@@ -384,8 +384,8 @@ impl Adversarial {
     /// Words outside of scans, up to a clock.
     fn decide_lead(&mut self, until: u64, lead: Lead) {
         let (lanes, parallel) = (
-            u64::from(self.contract.lanes()),
-            u64::from(self.contract.parallel()),
+            u64::from(self.interface.lanes()),
+            u64::from(self.interface.parallel()),
         );
         let is_aimed_next = self.plans.front().is_some_and(|plan| plan.hits.needs_low());
         while self.decided < until {
@@ -517,7 +517,7 @@ impl Stimulus for Adversarial {
         while self.decided < clocks.end {
             self.decide();
         }
-        let lanes = u64::from(self.contract.lanes());
+        let lanes = u64::from(self.interface.lanes());
         for (decided, pulses) in self.pulses.iter_mut().zip(&mut drive.pulses) {
             while let Some(pulse) = decided.pop_front_if(|p| p.first < clocks.end * lanes) {
                 pulses.push(pulse);

@@ -1,6 +1,6 @@
 //! What the adversary means to do with a group of phase steps.
 
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// One group of phase steps, and what comes before it.
 #[derive(Debug, Clone)]
@@ -132,8 +132,8 @@ impl GroupPlan {
     }
 
     /// A group after a reset longer than all pipelines.
-    pub fn fresh(contract: &Contract) -> GroupPlan {
-        let clocks = u64::from(contract.result_latency_clocks) + peak_clocks(contract) + 4;
+    pub fn fresh(interface: &Interface) -> GroupPlan {
+        let clocks = u64::from(interface.result_latency_clocks) + peak_clocks(interface) + 4;
         GroupPlan::random().after_reset(3, clocks)
     }
 
@@ -162,8 +162,8 @@ impl GroupPlan {
     }
 }
 
-fn peak_clocks(contract: &Contract) -> u64 {
-    contract
+fn peak_clocks(interface: &Interface) -> u64 {
+    interface
         .peak
         .map_or(0, |peak| u64::from(peak.latency_clocks))
 }
@@ -181,36 +181,36 @@ pub(super) struct Reach {
 
 impl Reach {
     /// With or without the scan's counters at hand.
-    pub fn of(contract: &Contract, shortens: bool, most_clocks: u64) -> Reach {
-        let chips = contract.timing.scan.integration_chips;
-        let parallel = u64::from(contract.parallel());
-        let peak = contract.peak.map_or(0, |peak| peak.least_chips);
+    pub fn of(interface: &Interface, shortens: bool, most_clocks: u64) -> Reach {
+        let chips = interface.timing.scan.integration_chips;
+        let parallel = u64::from(interface.parallel());
+        let peak = interface.peak.map_or(0, |peak| peak.least_chips);
         let shortest = 16
-            + u64::from(contract.clocks_of_counting())
-            + parallel.div_ceil(u64::from(contract.lanes()))
+            + u64::from(interface.clocks_of_counting())
+            + parallel.div_ceil(u64::from(interface.lanes()))
             + peak;
         let is_long = chips >= 2 * shortest + 16;
         Reach {
             shortest: if shortens && is_long { shortest } else { chips },
-            leaves_out: shortens && contract.groups() > 3 && chips >= 16,
+            leaves_out: shortens && interface.groups() > 3 && chips >= 16,
             most_clocks,
         }
     }
 
     /// Whether groups can be made shorter.
-    pub fn shortens(&self, contract: &Contract) -> bool {
-        self.shortest < contract.timing.scan.integration_chips
+    pub fn shortens(&self, interface: &Interface) -> bool {
+        self.shortest < interface.timing.scan.integration_chips
     }
 
     /// Clocks of a scan, as short as can be.
-    pub fn scan_clocks(&self, contract: &Contract) -> u64 {
-        contract.groups().saturating_mul(self.shortest)
+    pub fn scan_clocks(&self, interface: &Interface) -> u64 {
+        interface.groups().saturating_mul(self.shortest)
     }
 
     /// Groups after which all results of a group have been taken.
-    pub fn groups_to_flush(&self, contract: &Contract) -> u64 {
-        let beats = u64::from(contract.parallel()) * contract.reference_codes.len() as u64;
-        let latency = u64::from(contract.result_latency_clocks).max(peak_clocks(contract));
+    pub fn groups_to_flush(&self, interface: &Interface) -> u64 {
+        let beats = u64::from(interface.parallel()) * interface.reference_codes.len() as u64;
+        let latency = u64::from(interface.result_latency_clocks).max(peak_clocks(interface));
         (latency + beats + 2).div_ceil(self.shortest) + 1
     }
 }

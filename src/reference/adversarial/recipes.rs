@@ -2,7 +2,7 @@
 
 use super::plan::{GroupPlan, Hits, Lead, Length, Reach, Receiver};
 use crate::reference::coverage::{CoverPoint, PeakKind, Place, ResetState};
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 use crate::sensor::layout::mask;
 
 /// The way to a cover point, or why it is too long.
@@ -10,20 +10,20 @@ use crate::sensor::layout::mask;
 /// Every recipe begins with a reset, so that it works wherever the one before it
 /// ended.
 pub(super) fn recipe(
-    contract: &Contract,
+    interface: &Interface,
     reach: &Reach,
     point: CoverPoint,
 ) -> Result<Vec<GroupPlan>, String> {
-    let kitchen = Kitchen { contract, reach };
+    let kitchen = Kitchen { interface, reach };
     let mut plans = match point.family() {
-        "clamps" => kitchen.clamps(point)?,
+        "saturation" => kitchen.saturations(point)?,
         "peaks" => kitchen.peaks(point)?,
         "stream" => kitchen.stream(point)?,
         "resets" => kitchen.resets(point)?,
         "scans" => kitchen.scans(point)?,
         _ => kitchen.hits(point),
     };
-    let flush = reach.groups_to_flush(contract);
+    let flush = reach.groups_to_flush(interface);
     let chips: u64 = plans.iter().map(|plan| kitchen.chips_of(plan)).sum();
     let clocks = chips.saturating_add(flush.saturating_mul(reach.shortest));
     if clocks > reach.most_clocks {
@@ -34,22 +34,22 @@ pub(super) fn recipe(
 }
 
 struct Kitchen<'a> {
-    contract: &'a Contract,
+    interface: &'a Interface,
     reach: &'a Reach,
 }
 
 impl Kitchen<'_> {
     fn fresh(&self) -> GroupPlan {
-        GroupPlan::fresh(self.contract)
+        GroupPlan::fresh(self.interface)
     }
 
     /// Beats of a group.
     fn beats(&self) -> u64 {
-        u64::from(self.contract.parallel()) * self.contract.reference_codes.len() as u64
+        u64::from(self.interface.parallel()) * self.interface.reference_codes.len() as u64
     }
 
     fn chips_of(&self, plan: &GroupPlan) -> u64 {
-        let most = self.contract.timing.scan.integration_chips;
+        let most = self.interface.timing.scan.integration_chips;
         match plan.length {
             Length::Short => self.reach.shortest,
             Length::AtLeast(chips) => chips.clamp(self.reach.shortest, most),
@@ -61,11 +61,11 @@ impl Kitchen<'_> {
     /// Groups up to the scan's last but one, after the `first` one of a scan; the last
     /// one follows.
     fn to_the_end(&self, first: GroupPlan) -> Result<Vec<GroupPlan>, String> {
-        let groups = self.contract.groups();
+        let groups = self.interface.groups();
         if self.reach.leaves_out {
             return Ok(vec![first.then_the_last()]);
         }
-        let clocks = self.reach.scan_clocks(self.contract);
+        let clocks = self.reach.scan_clocks(self.interface);
         if clocks > self.reach.most_clocks {
             return Err(format!("a scan takes {clocks} clocks"));
         }
@@ -92,8 +92,8 @@ impl Kitchen<'_> {
 
     fn hits(&self, point: CoverPoint) -> Vec<GroupPlan> {
         let plain = GroupPlan::random;
-        let chips = self.contract.timing.scan.integration_chips;
-        let lanes = u64::from(self.contract.lanes());
+        let chips = self.interface.timing.scan.integration_chips;
+        let lanes = u64::from(self.interface.lanes());
         match point {
             CoverPoint::Hit {
                 detector,
@@ -109,7 +109,7 @@ impl Kitchen<'_> {
                     up,
                 };
                 // The sign that is wanted may come only later.
-                let code = self.contract.reference_codes[detector].len();
+                let code = self.interface.reference_codes[detector].len();
                 let groups = (code / chips).clamp(1, 40) + 1;
                 let length = Length::AtLeast(code.min(512));
                 let mut plans = vec![self.fresh().with(one).long(length)];
@@ -135,7 +135,7 @@ impl Kitchen<'_> {
             ],
             CoverPoint::TotalCarry { bit, .. } => {
                 let chips = (1u64 << bit).div_ceil((lanes / 2).max(1)) * 2;
-                let groups = chips.div_ceil(self.contract.timing.scan.integration_chips) + 2;
+                let groups = chips.div_ceil(self.interface.timing.scan.integration_chips) + 2;
                 let long = Length::AtLeast(chips.div_ceil(2));
                 let mut plans = vec![self.fresh().with(Hits::EveryOther).long(long)];
                 plans.extend((0..groups).map(|_| plain().with(Hits::EveryOther).long(long)));
@@ -156,8 +156,8 @@ impl Kitchen<'_> {
         }
     }
 
-    fn clamps(&self, point: CoverPoint) -> Result<Vec<GroupPlan>, String> {
-        let limit = 1i64 << (self.contract.count_bits - 1);
+    fn saturations(&self, point: CoverPoint) -> Result<Vec<GroupPlan>, String> {
+        let limit = 1i64 << (self.interface.count_bits - 1);
         let count = |up: bool, beyond: i64| {
             if up {
                 limit - 1 + beyond
@@ -171,24 +171,24 @@ impl Kitchen<'_> {
                 step: step as u64,
                 count: count(up, 0),
             },
-            CoverPoint::Clamp { detector, step, up }
-            | CoverPoint::AbsentClamp { detector, step, up } => Hits::Count {
+            CoverPoint::Saturation { detector, step, up }
+            | CoverPoint::AbsentSaturation { detector, step, up } => Hits::Count {
                 detector,
                 step: step as u64,
                 count: count(up, 1),
             },
-            CoverPoint::TotalClamp { detector, beyond } => Hits::Total {
+            CoverPoint::TotalSaturation { detector, beyond } => Hits::Total {
                 detector,
-                hits: self.contract.total.map_or(0, |t| mask(t.bits)) + u64::from(beyond),
+                hits: self.interface.total.map_or(0, |t| mask(t.bits)) + u64::from(beyond),
             },
             _ => Hits::Random,
         };
-        if let CoverPoint::AbsentClamp { .. } = point {
+        if let CoverPoint::AbsentSaturation { .. } = point {
             let quiet = self.fresh().with(Hits::None);
             return self.scan(quiet, GroupPlan::random().with(hits));
         }
         // The first group of a scan, or a later one: their signs differ.
-        let age = u64::from(self.contract.result_latency_clocks) + self.beats() + 2;
+        let age = u64::from(self.interface.result_latency_clocks) + self.beats() + 2;
         let later = GroupPlan::random().with(hits);
         Ok(vec![
             self.fresh().with(hits),
@@ -204,7 +204,7 @@ impl Kitchen<'_> {
         let side = |up| Hits::AllSteps { up };
         let (first, last) = match kind {
             PeakKind::Step(step) => {
-                let limit = 1i64 << (self.contract.count_bits - 1);
+                let limit = 1i64 << (self.interface.count_bits - 1);
                 let (step, count) = (step as u64, 4.min(limit - 1));
                 let CoverPoint::Peak { detector, .. } = point else {
                     return Ok(Vec::new());
@@ -250,7 +250,7 @@ impl Kitchen<'_> {
                 plans.push(plain().received(Receiver::HoldsAcross { beat: self.beats() }));
                 return Ok(plans);
             }
-            CoverPoint::Lost { place: Place::Last } if self.contract.groups() > 1 => {
+            CoverPoint::Lost { place: Place::Last } if self.interface.groups() > 1 => {
                 let last = plain().received(Receiver::HoldsAcross { beat: 0 });
                 return self.scan(self.fresh(), last);
             }
@@ -262,7 +262,7 @@ impl Kitchen<'_> {
 
     fn resets(&self, point: CoverPoint) -> Result<Vec<GroupPlan>, String> {
         let plain = GroupPlan::random;
-        let latency = u64::from(self.contract.result_latency_clocks);
+        let latency = u64::from(self.interface.result_latency_clocks);
         let dense = self.fresh().with(Hits::OneSided { step: 0, up: true });
         Ok(match point {
             CoverPoint::ResetAge { age } => {
@@ -270,7 +270,7 @@ impl Kitchen<'_> {
             }
             CoverPoint::ResetHit { age } => {
                 let age = u64::from(age);
-                let depth = u64::from(Contract::clocks_to_dump(self.contract.lanes()));
+                let depth = u64::from(Interface::clocks_to_dump(self.interface.lanes()));
                 let cut = Some(age + depth + 2);
                 let hit = self.fresh().with(Hits::BeforeCut { age });
                 vec![GroupPlan { cut, ..hit }, plain().after_reset(0, 1)]
@@ -290,7 +290,7 @@ impl Kitchen<'_> {
                     plain().after_reset(latency + 2, 1),
                 ],
                 ResetState::Saturated => {
-                    let count = 1i64 << (self.contract.count_bits - 1);
+                    let count = 1i64 << (self.interface.count_bits - 1);
                     let (detector, step) = (0, 0);
                     let clamp = Hits::Count {
                         detector,
@@ -315,7 +315,7 @@ impl Kitchen<'_> {
 
     fn scans(&self, point: CoverPoint) -> Result<Vec<GroupPlan>, String> {
         let plain = GroupPlan::random;
-        let groups = self.contract.groups();
+        let groups = self.interface.groups();
         let walk = |groups: u64| {
             let clocks = groups.saturating_mul(self.reach.shortest);
             if clocks > self.reach.most_clocks {
@@ -343,10 +343,10 @@ impl Kitchen<'_> {
             CoverPoint::WholeScan => walk(groups),
             CoverPoint::DelayWraps { period: true } => walk(groups.saturating_add(2)),
             CoverPoint::DelayWraps { period: false } => {
-                walk(u64::from(self.contract.lanes().div_ceil(self.contract.parallel())) + 2)
+                walk(u64::from(self.interface.lanes().div_ceil(self.interface.parallel())) + 2)
             }
             CoverPoint::CodeWraps { source } => {
-                let code = self.contract.source_codes[source].len();
+                let code = self.interface.source_codes[source].len();
                 walk((code + 2).div_ceil(self.reach.shortest))
             }
             _ => Ok(Vec::new()),

@@ -20,8 +20,8 @@ const SCENES: [&str; 11] = [
 /// The points that an adversary leaves out, and its clocks.
 fn left_out(file: &str, means: Means, seed: u64) -> (Vec<CoverPoint>, u64) {
     let scene = scene::load(Path::new(file)).unwrap_or_else(|error| panic!("{error}"));
-    let contract = Contract::of(&scene);
-    let mut adversary = Adversarial::with_means(&contract, seed, means).unwrap();
+    let interface = Interface::of(&scene);
+    let mut adversary = Adversarial::with_means(&interface, seed, means).unwrap();
     let clocks = adversary.clone().clocks_to_cover(LONGEST_DEFAULT);
     while adversary.decided < clocks {
         adversary.decide();
@@ -50,10 +50,10 @@ fn without_that_what_is_not_reached_is_said_to_be_too_far_away() {
     ] {
         let means = Means::cosim(false);
         let scene = scene::load(Path::new(file)).unwrap_or_else(|error| panic!("{error}"));
-        let contract = Contract::of(&scene);
+        let interface = Interface::of(&scene);
         let (missed, _) = left_out(file, means, 1);
         for point in missed {
-            let hindrance = Adversarial::hindrance(&contract, means, point);
+            let hindrance = Adversarial::hindrance(&interface, means, point);
             assert!(hindrance.is_some(), "{file}: {point:?}");
         }
     }

@@ -1,5 +1,5 @@
 //! What hostile inputs are to reach: a table of cover points that follows from the
-//! contract alone, and which of them the reference model has seen.
+//! interface alone, and which of them the reference model has seen.
 //!
 //! A point is covered when what it names has shown at the ports: a hit with the
 //! result that counts it, a reset with the first result after it. So an error
@@ -11,7 +11,7 @@ mod running;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 pub(super) use running::Running;
 
@@ -86,7 +86,7 @@ pub enum CoverPoint {
         /// A borrow, and not a carry.
         borrow: bool,
     },
-    /// A count exactly at the end of its range, which is not clamped.
+    /// A count exactly at the end of its range, which is not saturated.
     Limit {
         /// Detector.
         detector: usize,
@@ -95,8 +95,8 @@ pub enum CoverPoint {
         /// The largest count, and not the smallest.
         up: bool,
     },
-    /// This count is clamped, alone, and `o_saturated` rises for it.
-    Clamp {
+    /// This count is saturated, alone, and `o_saturated` rises for it.
+    Saturation {
         /// Detector.
         detector: usize,
         /// Step of the group.
@@ -104,9 +104,9 @@ pub enum CoverPoint {
         /// Beyond the largest count.
         up: bool,
     },
-    /// A step that a scan's last group does not have would be clamped, alone: the flag
+    /// A step that a scan's last group does not have would be saturated, alone: the flag
     /// stays low.
-    AbsentClamp {
+    AbsentSaturation {
         /// Detector.
         detector: usize,
         /// Step of the group.
@@ -114,8 +114,8 @@ pub enum CoverPoint {
         /// Beyond the largest count.
         up: bool,
     },
-    /// A total of hits at its limit, or beyond it with no count clamped.
-    TotalClamp {
+    /// A total of hits at its limit, or beyond it with no count saturated.
+    TotalSaturation {
         /// Detector.
         detector: usize,
         /// Beyond, and not at it.
@@ -246,7 +246,7 @@ pub enum ResetState {
     Hit,
 }
 
-/// Cover points of a contract.
+/// Cover points of a interface.
 #[derive(Debug, Clone)]
 pub struct CoverTable {
     points: Vec<CoverPoint>,
@@ -289,14 +289,14 @@ impl Covered {
 }
 
 impl CoverTable {
-    /// The points of a contract.
-    pub fn of(contract: &Contract) -> Arc<CoverTable> {
+    /// The points of a interface.
+    pub fn of(interface: &Interface) -> Arc<CoverTable> {
         let mut table = CoverTable {
             points: Vec::new(),
             numbers: HashMap::new(),
             unreachable: Vec::new(),
         };
-        reach::fill(contract, &mut table);
+        reach::fill(interface, &mut table);
         Arc::new(table)
     }
 
@@ -340,7 +340,9 @@ impl CoverPoint {
             | BeforeScan { .. }
             | StepBorder { .. } => "hits",
             Carry { .. } | Borrow { .. } | TotalCarry { .. } => "carries",
-            Limit { .. } | Clamp { .. } | AbsentClamp { .. } | TotalClamp { .. } => "clamps",
+            Limit { .. } | Saturation { .. } | AbsentSaturation { .. } | TotalSaturation { .. } => {
+                "saturation"
+            }
             Peak { .. } => "peaks",
             Held { .. }
             | HeldAcross { .. }
@@ -417,21 +419,21 @@ impl CoverPoint {
                 }
             ),
             Limit { detector, step, up } => format!(
-                "{}: the {} count, not clamped, in step {step} of a group",
+                "{}: the {} count, not saturated, in step {step} of a group",
                 of(detector),
                 if up { "largest" } else { "smallest" }
             ),
-            Clamp { detector, step, up } => format!(
-                "{}: step {step} of a group alone clamped at the {} count",
+            Saturation { detector, step, up } => format!(
+                "{}: step {step} of a group alone saturated at the {} count",
                 of(detector),
                 if up { "largest" } else { "smallest" }
             ),
-            AbsentClamp { detector, step, up } => format!(
+            AbsentSaturation { detector, step, up } => format!(
                 "{}: step {step}, which a scan's last group has not, alone beyond the {} count",
                 of(detector),
                 if up { "largest" } else { "smallest" }
             ),
-            TotalClamp { detector, beyond } => format!(
+            TotalSaturation { detector, beyond } => format!(
                 "{}: a total of hits {} its limit, no count clamped",
                 of(detector),
                 if beyond { "beyond" } else { "at" }

@@ -1,8 +1,8 @@
-//! Which cover points a contract has, and which of them nothing can reach.
+//! Which cover points a interface has, and which of them nothing can reach.
 
 use super::{CoverPoint, CoverTable, PeakKind, Place, ResetState};
 use crate::scan::Step;
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// Most phase steps that are looked at for a sign: a code that has none in these has
 /// hardly one at all.
@@ -15,30 +15,30 @@ const SHORT_STEPS: &str =
     "steps are shorter than the pipeline: a group's end is never that long ago";
 
 /// Fills the table.
-pub(super) fn fill(contract: &Contract, table: &mut CoverTable) {
-    let detectors = contract.reference_codes.len();
+pub(super) fn fill(interface: &Interface, table: &mut CoverTable) {
+    let detectors = interface.reference_codes.len();
     for detector in 0..detectors {
-        hits(contract, table, detector);
-        counting(contract, table, detector);
-        if contract.peak.is_some() {
-            peaks(contract, table, detector);
+        hits(interface, table, detector);
+        counting(interface, table, detector);
+        if interface.peak.is_some() {
+            peaks(interface, table, detector);
         }
     }
-    stream(contract, table);
-    resets(contract, table);
-    scans(contract, table);
+    stream(interface, table);
+    resets(interface, table);
+    scans(interface, table);
 }
 
-fn steps(contract: &Contract) -> std::ops::Range<usize> {
+fn steps(interface: &Interface) -> std::ops::Range<usize> {
     // A scan of fewer steps than there are correlators leaves the last ones out.
-    0..u64::from(contract.parallel()).min(contract.timing.scan.steps) as usize
+    0..u64::from(interface.parallel()).min(interface.timing.scan.steps) as usize
 }
 
-fn hits(contract: &Contract, table: &mut CoverTable, detector: usize) {
-    let signs = Signs::of(contract, detector);
-    for step in steps(contract) {
-        for lane in 0..contract.lanes() {
-            let reached = signs.reached(contract, step, lane);
+fn hits(interface: &Interface, table: &mut CoverTable, detector: usize) {
+    let signs = Signs::of(interface, detector);
+    for step in steps(interface) {
+        for lane in 0..interface.lanes() {
+            let reached = signs.reached(interface, step, lane);
             for up in [false, true] {
                 let point = CoverPoint::Hit {
                     detector,
@@ -50,7 +50,7 @@ fn hits(contract: &Contract, table: &mut CoverTable, detector: usize) {
             }
         }
     }
-    if contract.lanes() >= 4 && signs.are_both() {
+    if interface.lanes() >= 4 && signs.are_both() {
         for up in [false, true] {
             table.add(CoverPoint::FullWord { detector, up });
         }
@@ -59,7 +59,7 @@ fn hits(contract: &Contract, table: &mut CoverTable, detector: usize) {
     table.add(CoverPoint::BeforeScan { detector });
     for first in [false, true] {
         let point = CoverPoint::StepBorder { detector, first };
-        let single = first && contract.groups() == 1;
+        let single = first && interface.groups() == 1;
         table.add_or(
             point,
             single.then_some("a scan has a single group of steps"),
@@ -67,10 +67,10 @@ fn hits(contract: &Contract, table: &mut CoverTable, detector: usize) {
     }
 }
 
-fn counting(contract: &Contract, table: &mut CoverTable, detector: usize) {
-    let segments = contract.count_segments;
+fn counting(interface: &Interface, table: &mut CoverTable, detector: usize) {
+    let segments = interface.count_segments;
     let borders = || (1..segments.count).map(|segment| segment * segments.lower_bits);
-    for step in steps(contract) {
+    for step in steps(interface) {
         for bit in borders().chain([segments.bits()]) {
             for up in [false, true] {
                 table.add(CoverPoint::Carry {
@@ -89,7 +89,7 @@ fn counting(contract: &Contract, table: &mut CoverTable, detector: usize) {
             });
         }
     }
-    if let Some(total) = contract.total {
+    if let Some(total) = interface.total {
         for bit in borders().filter(|&bit| bit <= MOST_HITS.ilog2()) {
             for borrow in [false, true] {
                 table.add(CoverPoint::TotalCarry {
@@ -101,28 +101,28 @@ fn counting(contract: &Contract, table: &mut CoverTable, detector: usize) {
         }
         if total.saturates() {
             for beyond in [false, true] {
-                table.add(CoverPoint::TotalClamp { detector, beyond });
+                table.add(CoverPoint::TotalSaturation { detector, beyond });
             }
         }
     }
-    if !contract.saturates() {
+    if !interface.saturates() {
         return;
     }
     for up in [false, true] {
-        for step in steps(contract) {
+        for step in steps(interface) {
             table.add(CoverPoint::Limit { detector, step, up });
-            table.add(CoverPoint::Clamp { detector, step, up });
+            table.add(CoverPoint::Saturation { detector, step, up });
         }
-        for step in contract.last_group_steps() as usize..contract.parallel() as usize {
-            table.add(CoverPoint::AbsentClamp { detector, step, up });
+        for step in interface.last_group_steps() as usize..interface.parallel() as usize {
+            table.add(CoverPoint::AbsentSaturation { detector, step, up });
         }
     }
 }
 
-fn peaks(contract: &Contract, table: &mut CoverTable, detector: usize) {
-    let single = contract.timing.scan.steps == 1;
-    if contract.parallel() > 1 {
-        for step in steps(contract) {
+fn peaks(interface: &Interface, table: &mut CoverTable, detector: usize) {
+    let single = interface.timing.scan.steps == 1;
+    if interface.parallel() > 1 {
+        for step in steps(interface) {
             let kind = PeakKind::Step(step);
             table.add(CoverPoint::Peak { detector, kind });
         }
@@ -130,16 +130,18 @@ fn peaks(contract: &Contract, table: &mut CoverTable, detector: usize) {
     for kind in PeakKind::PLAIN {
         let hindrance = match kind {
             PeakKind::First | PeakKind::Equal if single => Some("a scan has a single step"),
-            PeakKind::First if contract.groups() == 1 => Some("a scan has a single group of steps"),
+            PeakKind::First if interface.groups() == 1 => {
+                Some("a scan has a single group of steps")
+            }
             _ => None,
         };
         table.add_or(CoverPoint::Peak { detector, kind }, hindrance);
     }
 }
 
-fn stream(contract: &Contract, table: &mut CoverTable) {
-    let groups = contract.groups();
-    let of_group = contract.reference_codes.len() * steps(contract).len();
+fn stream(interface: &Interface, table: &mut CoverTable) {
+    let groups = interface.groups();
+    let of_group = interface.reference_codes.len() * steps(interface).len();
     for beat in 0..of_group {
         table.add(CoverPoint::Held { beat });
         table.add(CoverPoint::HeldAcross { beat });
@@ -155,7 +157,7 @@ fn stream(contract: &Contract, table: &mut CoverTable) {
         table.add(point);
     }
     if of_group > 1 {
-        let chips = contract.timing.scan.integration_chips;
+        let chips = interface.timing.scan.integration_chips;
         let hurried = chips < of_group as u64 && groups > 1;
         let reason = "a group has more results than its steps have clocks";
         table.add_or(CoverPoint::Burst, hurried.then_some(reason));
@@ -169,20 +171,20 @@ fn places(groups: u64) -> impl Iterator<Item = Place> {
         .filter_map(move |(place, least)| (groups >= least).then_some(place))
 }
 
-fn resets(contract: &Contract, table: &mut CoverTable) {
-    let chips = contract.timing.scan.integration_chips;
-    for age in 0..=contract.result_latency_clocks {
+fn resets(interface: &Interface, table: &mut CoverTable) {
+    let chips = interface.timing.scan.integration_chips;
+    for age in 0..=interface.result_latency_clocks {
         let point = CoverPoint::ResetAge { age };
         // Unless it is the end of a scan, and a pause follows.
-        let hidden = u64::from(age) >= chips && !contract.realigns();
+        let hidden = u64::from(age) >= chips && !interface.realigns();
         table.add_or(point, hidden.then_some(SHORT_STEPS));
     }
-    for age in 0..Contract::clocks_to_dump(contract.lanes()) {
+    for age in 0..Interface::clocks_to_dump(interface.lanes()) {
         table.add(CoverPoint::ResetHit { age });
     }
-    if let Some(peak) = contract.peak {
+    if let Some(peak) = interface.peak {
         for age in 0..peak.latency_clocks {
-            let hidden = u64::from(age) >= contract.scan_clocks();
+            let hidden = u64::from(age) >= interface.scan_clocks();
             table.add_or(CoverPoint::PeakReset { age }, hidden.then_some(SHORT_STEPS));
         }
     }
@@ -193,10 +195,10 @@ fn resets(contract: &Contract, table: &mut CoverTable) {
         (ResetState::Waiting, true),
         (ResetState::Overrun, true),
         (ResetState::Hit, true),
-        (ResetState::Saturated, contract.saturates()),
+        (ResetState::Saturated, interface.saturates()),
         (
             ResetState::Pause,
-            contract.realigns() && !ends_at_epochs(contract),
+            interface.realigns() && !ends_at_epochs(interface),
         ),
     ];
     for (state, exists) in states {
@@ -207,34 +209,34 @@ fn resets(contract: &Contract, table: &mut CoverTable) {
 }
 
 /// Whether every scan ends just before an epoch, so that none waits for one.
-fn ends_at_epochs(contract: &Contract) -> bool {
-    let period = contract.reference_codes[0].len();
-    contract.scan_clocks().is_multiple_of(period)
+fn ends_at_epochs(interface: &Interface) -> bool {
+    let period = interface.reference_codes[0].len();
+    interface.scan_clocks().is_multiple_of(period)
 }
 
-fn scans(contract: &Contract, table: &mut CoverTable) {
+fn scans(interface: &Interface, table: &mut CoverTable) {
     for later_scan in [false, true] {
-        for place in places(contract.groups()) {
+        for place in places(interface.groups()) {
             table.add(CoverPoint::Result { place, later_scan });
         }
     }
-    let scan = &contract.timing.scan;
-    let parallel = u64::from(contract.parallel());
-    let grows = (contract.groups() - 1) * parallel;
-    let lanes = u64::from(contract.lanes());
+    let scan = &interface.timing.scan;
+    let parallel = u64::from(interface.parallel());
+    let grows = (interface.groups() - 1) * parallel;
+    let lanes = u64::from(interface.lanes());
     let past_chip = scan.first_step % lanes + grows >= lanes;
     let point = CoverPoint::DelayWraps { period: false };
     table.add_or(
         point,
         (!past_chip).then_some("a scan's steps lie within a chip"),
     );
-    let past_period = !contract.realigns() || scan.first_step + grows >= scan.steps_per_period;
+    let past_period = !interface.realigns() || scan.first_step + grows >= scan.steps_per_period;
     let point = CoverPoint::DelayWraps { period: true };
     let reason = "a scan's steps do not reach the code's end";
     table.add_or(point, (!past_period).then_some(reason));
     table.add(CoverPoint::WholeStep);
     table.add(CoverPoint::WholeScan);
-    for source in 0..contract.source_codes.len() {
+    for source in 0..interface.source_codes.len() {
         table.add(CoverPoint::CodeWraps { source });
     }
 }
@@ -248,8 +250,8 @@ struct Signs {
 }
 
 impl Signs {
-    fn of(contract: &Contract, detector: usize) -> Signs {
-        let code = &contract.reference_codes[detector];
+    fn of(interface: &Interface, detector: usize) -> Signs {
+        let code = &interface.reference_codes[detector];
         let mut sum = 0;
         let ones = std::iter::once(0).chain(code.chips.iter().map(|&chip| {
             sum += u64::from(chip);
@@ -257,7 +259,7 @@ impl Signs {
         }));
         Signs {
             ones: ones.collect(),
-            lanes: u64::from(contract.lanes()),
+            lanes: u64::from(interface.lanes()),
             detector_period: code.len(),
         }
     }
@@ -274,12 +276,12 @@ impl Signs {
 
     /// Whether some step that is the `step`-th of its group counts a hit of a lane down,
     /// and up.
-    fn reached(&self, contract: &Contract, step: usize, lane: u32) -> [bool; 2] {
-        let (scan, parallel) = (&contract.timing.scan, u64::from(contract.parallel()));
+    fn reached(&self, interface: &Interface, step: usize, lane: u32) -> [bool; 2] {
+        let (scan, parallel) = (&interface.timing.scan, u64::from(interface.parallel()));
         let period = self.detector_period * self.lanes;
-        let dwell = scan.integration_chips.min(self.detector_period);
+        let integration = scan.integration_chips.min(self.detector_period);
         let mut reached = [false; 2];
-        let groups = contract.groups().min(MOST_STEPS_LOOKED_AT);
+        let groups = interface.groups().min(MOST_STEPS_LOOKED_AT);
         for group in 0..groups {
             let number = group * parallel + step as u64;
             if number >= scan.steps {
@@ -291,9 +293,9 @@ impl Signs {
             let sample = start * self.lanes + u64::from(lane) + period
                 - scan.phase_step(Step(number)) % period;
             let chip = sample / self.lanes;
-            let ups = self.up_to(chip + dwell) - self.up_to(chip);
+            let ups = self.up_to(chip + integration) - self.up_to(chip);
             reached[1] |= ups > 0;
-            reached[0] |= ups < dwell;
+            reached[0] |= ups < integration;
             if reached == [true; 2] {
                 break;
             }

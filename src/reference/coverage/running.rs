@@ -1,7 +1,7 @@
 //! What the counters have gone through: which hits, which carries.
 
 use super::{CoverPoint, CoverTable};
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// The counters of all detectors, as far as cover points need them.
 #[derive(Debug, Clone)]
@@ -46,21 +46,21 @@ struct Hits {
 }
 
 impl Running {
-    pub(in crate::reference) fn of(contract: &Contract) -> Running {
-        let segments = contract.count_segments;
+    pub(in crate::reference) fn of(interface: &Interface) -> Running {
+        let segments = interface.count_segments;
         let borders = (1..segments.count).map(|segment| segment * segments.lower_bits);
         // What no number of hits can reach is no point of the table either.
         let borders: Vec<u32> = borders
             .chain([segments.bits()])
             .filter(|&bit| bit < i64::BITS - 1)
             .collect();
-        let detectors = contract.reference_codes.len();
+        let detectors = interface.reference_codes.len();
         Running {
-            parallel: contract.parallel() as usize,
-            lanes: contract.lanes(),
+            parallel: interface.parallel() as usize,
+            lanes: interface.lanes(),
             lowest: borders.first().copied().unwrap_or(i64::BITS - 1),
             borders,
-            steps: vec![Counter::default(); detectors * contract.parallel() as usize],
+            steps: vec![Counter::default(); detectors * interface.parallel() as usize],
             detectors: vec![Hits::default(); detectors],
         }
     }

@@ -12,7 +12,7 @@
 //! Cost (ECP5, docs/resources.md): 36 LUTs, 51 flip-flops of a 17-bit count.
 
 use crate::rtl::front::prelude::*;
-use crate::sensor::contract::CountSegments;
+use crate::sensor::interface::CountSegments;
 
 /// A running total, or a segment of one with those above it.
 #[block(AccumulatorPlan)]

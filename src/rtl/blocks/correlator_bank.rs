@@ -16,7 +16,7 @@
 use super::UpdownCorrelator;
 use super::scan_controller::dump_about;
 use crate::rtl::front::prelude::*;
-use crate::sensor::contract::CountSegments;
+use crate::sensor::interface::CountSegments;
 
 /// Correlates one detector's hits with several delays of its reference, and
 /// hands both on to the next bank.

@@ -19,7 +19,7 @@ use super::{
 };
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
-use crate::sensor::contract::{Contract, CountSegments, TotalCount};
+use crate::sensor::interface::{CountSegments, Interface, TotalCount};
 
 /// One detector's hits, its reference, and the counts of its phase steps.
 #[block(ChannelPlan)]
@@ -108,31 +108,31 @@ struct ChannelPlan {
 }
 
 impl ChannelPlan {
-    fn new(contract: &Contract, code: &Code) -> ChannelPlan {
-        let lanes = contract.lanes();
-        let scan = &contract.timing.scan;
+    fn new(interface: &Interface, code: &Code) -> ChannelPlan {
+        let lanes = interface.lanes();
+        let scan = &interface.timing.scan;
         let first_delay = (scan.first_step % u64::from(lanes)) as u32;
-        let geometry = PhaseGeometry::new(lanes, contract.parallel(), first_delay);
-        let (start, next_chip) = reference_start(contract, code, geometry.kept_chips());
+        let geometry = PhaseGeometry::new(lanes, interface.parallel(), first_delay);
+        let (start, next_chip) = reference_start(interface, code, geometry.kept_chips());
         ChannelPlan {
             lanes,
-            parallel: contract.parallel() as usize,
-            count_bits: contract.count_bits,
-            exact_bits: contract.exact_count_bits,
-            segments: contract.count_segments,
-            total: contract.total,
-            banks: match contract.parallel() {
+            parallel: interface.parallel() as usize,
+            count_bits: interface.count_bits,
+            exact_bits: interface.exact_count_bits,
+            segments: interface.count_segments,
+            total: interface.total,
+            banks: match interface.parallel() {
                 1 => 0,
-                _ => contract.banks() as usize,
+                _ => interface.banks() as usize,
             },
-            bank_steps: contract.bank_steps as usize,
-            saturates: contract.saturates(),
-            realigns: contract.realigns(),
+            bank_steps: interface.bank_steps as usize,
+            saturates: interface.saturates(),
+            realigns: interface.realigns(),
             looks_ahead: scan.integration_chips > 1,
             geometry,
             start,
-            reference: CodeSource::new(code, next_chip, contract.realigns()),
-            about: describe(contract),
+            reference: CodeSource::new(code, next_chip, interface.realigns()),
+            about: describe(interface),
         }
     }
 
@@ -178,12 +178,12 @@ impl ChannelPlan {
 
 impl DetectorChannel {
     /// The channel of a detector that follows `code`.
-    pub fn new(contract: &Contract, code: &Code) -> DetectorChannel {
-        DetectorChannel::build(&ChannelPlan::new(contract, code))
+    pub fn new(interface: &Interface, code: &Code) -> DetectorChannel {
+        DetectorChannel::build(&ChannelPlan::new(interface, code))
     }
 }
 
-fn describe(contract: &Contract) -> About {
+fn describe(interface: &Interface) -> About {
     let about = About::new(
         "detector_channel",
         "one detector's hits, correlated with its reference",
@@ -192,13 +192,13 @@ fn describe(contract: &Contract) -> About {
         "The reference runs as the code of the detector's source and is delayed by the phase \
          step; a hit counts up or down as the reference says (eq. 11).",
     );
-    if contract.banks() > 1 {
+    if interface.banks() > 1 {
         about.fact(
             "Banks",
             format!(
                 "{} of up to {} steps, each a clock behind the one before it",
-                contract.banks(),
-                contract.bank_steps
+                interface.banks(),
+                interface.bank_steps
             ),
         )
     } else {
@@ -209,16 +209,16 @@ fn describe(contract: &Contract) -> About {
 /// Where the reference stands in reset, which with realignment is also where
 /// a scan's start puts it: chips and delayed lanes, and the chip that the
 /// generator gives next.
-fn reference_start(contract: &Contract, code: &Code, kept_chips: u32) -> (ReferenceStart, u64) {
-    let lanes = u64::from(contract.lanes());
-    let whole_chips = contract.timing.scan.first_step / lanes;
+fn reference_start(interface: &Interface, code: &Code, kept_chips: u32) -> (ReferenceStart, u64) {
+    let lanes = u64::from(interface.lanes());
+    let whole_chips = interface.timing.scan.first_step / lanes;
     let chip_at = |cycle: i128| {
         let period = i128::from(code.len());
         (cycle - i128::from(whole_chips)).rem_euclid(period) as u64
     };
     // Without realignment reset stands one clock before a scan's first; a
     // scan's start loads what that first clock needs.
-    let present_cycle = if contract.realigns() { 0 } else { -1 };
+    let present_cycle = if interface.realigns() { 0 } else { -1 };
     let is_high = |cycle: i128| code.chips[chip_at(cycle) as usize] == 1;
     let chips = (0..kept_chips)
         .filter(|&back| is_high(present_cycle - i128::from(back)))

@@ -14,7 +14,7 @@
 use super::scan_controller::dump_about;
 use super::{Accumulator, QuadCounter};
 use crate::rtl::front::prelude::*;
-use crate::sensor::contract::{CountSegments, TotalCount};
+use crate::sensor::interface::{CountSegments, TotalCount};
 
 /// Total counts of one phase step after another: hits up and down together.
 #[block(HitPlan)]

@@ -13,7 +13,7 @@
 //! Cost (ECP5, docs/resources.md): 3 LUTs, 20 flip-flops; without back-pressure 3 and 1 fewer.
 
 use crate::rtl::front::prelude::*;
-use crate::sensor::contract::TotalCount;
+use crate::sensor::interface::TotalCount;
 
 /// Offers the counts of a group of phase steps as a stream, one per beat:
 /// the first detector's steps, then the next detector's.

@@ -16,7 +16,7 @@
 use super::StateMatch;
 use super::sequence_counter::SequenceCounter;
 use crate::rtl::front::prelude::*;
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// Says when a phase step, and when a scan, ends. With several steps at once
 /// a step here is a group of them.
@@ -159,16 +159,16 @@ pub struct ScanPlan {
 
 impl ScanPlan {
     /// That of a sensor.
-    pub fn of(contract: &Contract) -> ScanPlan {
-        let detectors = contract.reference_codes.len() as u32;
+    pub fn of(interface: &Interface) -> ScanPlan {
+        let detectors = interface.reference_codes.len() as u32;
         ScanPlan {
-            chips: contract.timing.scan.integration_chips,
-            steps: contract.groups(),
-            realigns: contract.realigns(),
-            clocks_to_dump: Contract::clocks_to_dump(contract.lanes()),
-            segments: contract.count_segments.count,
-            clocks_to_count: contract.clocks_of_counting(),
-            counts_early: detectors * contract.parallel() > 1,
+            chips: interface.timing.scan.integration_chips,
+            steps: interface.groups(),
+            realigns: interface.realigns(),
+            clocks_to_dump: Interface::clocks_to_dump(interface.lanes()),
+            segments: interface.count_segments.count,
+            clocks_to_count: interface.clocks_of_counting(),
+            counts_early: detectors * interface.parallel() > 1,
         }
     }
 

@@ -11,7 +11,7 @@ use serde::ser::{SerializeMap as _, Serializer};
 
 use super::scan_controller::ScanPlan;
 use super::sequence_counter::SequenceCounter;
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 
 /// Instance of the scan controller in the top module.
 const INSTANCE: &str = "controller";
@@ -37,9 +37,9 @@ pub struct CountRegister {
 }
 
 impl ScanRegisters {
-    /// Of the hardware that keeps a contract.
-    pub fn of(contract: &Contract) -> ScanRegisters {
-        let plan = ScanPlan::of(contract);
+    /// Of the hardware that keeps a interface.
+    pub fn of(interface: &Interface) -> ScanRegisters {
+        let plan = ScanPlan::of(interface);
         let register = |name, counter| CountRegister {
             name,
             counter,

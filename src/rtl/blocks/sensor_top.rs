@@ -18,7 +18,7 @@ use super::scan_controller::ScanPlan;
 use super::{CodeSource, DetectorChannel, PeakDetector, ResultStream, ScanController};
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
-use crate::sensor::contract::{Contract, Direction};
+use crate::sensor::interface::{Direction, Interface};
 
 /// Transmit generators, the scan, a channel for each detector, and the results.
 #[block(TopPlan)]
@@ -36,12 +36,12 @@ pub struct SensorTop {
     pub o_epoch: Output<bool>,
     /// Sampled levels of the detectors.
     #[under("Detector")]
-    #[about(samples_about(plan.detectors(), plan.contract.lanes()))]
+    #[about(samples_about(plan.detectors(), plan.interface.lanes()))]
     #[width(plan.port("i_samples"))]
     pub i_samples: Input<Word>,
     /// Count of a phase step.
     #[under(RESULTS)]
-    #[about(data_about(&plan.contract))]
+    #[about(data_about(&plan.interface))]
     #[width(plan.port("m_axis_tdata"))]
     pub m_axis_tdata: Output<Word>,
     /// a result waits
@@ -58,26 +58,26 @@ pub struct SensorTop {
     pub o_overrun: Output<bool>,
     /// A count was clamped since reset.
     #[under(FLAGS)]
-    #[when(plan.contract.saturates())]
-    #[about(saturated_about(&plan.contract))]
+    #[when(plan.interface.saturates())]
+    #[about(saturated_about(&plan.interface))]
     pub o_saturated: Optional<Output<bool>>,
     /// Phase step of each detector's peak in the last scan.
     #[under(PEAK)]
-    #[when(plan.contract.peak.is_some())]
+    #[when(plan.interface.peak.is_some())]
     #[about(peak_about(plan.detectors(), "step k of the last scan's peak"))]
     #[width(plan.port("o_peak_step"))]
     pub o_peak_step: Optional<Output<Word>>,
     /// Its count.
     #[under(PEAK)]
-    #[when(plan.contract.peak.is_some())]
+    #[when(plan.interface.peak.is_some())]
     #[about(peak_about(plan.detectors(), "the count, signed"))]
     #[width(plan.port("o_peak_count"))]
     pub o_peak_count: Optional<Output<Word>>,
     /// high for one clock when they have changed
     #[under(PEAK)]
-    #[when(plan.contract.peak.is_some())]
+    #[when(plan.interface.peak.is_some())]
     pub o_peak_valid: Optional<Output<bool>>,
-    #[is(describe(&plan.contract))]
+    #[is(describe(&plan.interface))]
     about: About,
     #[width(plan.sources())]
     laser: Register<Word>,
@@ -92,12 +92,12 @@ pub struct SensorTop {
     samples: Vec<Wiring>,
     #[is(ScanController::new(plan.scan()))]
     controller: ScanController,
-    #[each(code in plan.contract.reference_codes.iter())]
-    #[is(DetectorChannel::new(&plan.contract, code))]
+    #[each(code in plan.interface.reference_codes.iter())]
+    #[is(DetectorChannel::new(&plan.interface, code))]
     channel: Vec<DetectorChannel>,
     #[is(ResultStream::new(plan.stream()))]
     results: ResultStream,
-    #[each(peak in plan.contract.peak.iter())]
+    #[each(peak in plan.interface.peak.iter())]
     #[is(PeakDetector::new(peak, plan.detectors() as u32))]
     peak: Vec<PeakDetector>,
     plan: Plan<TopPlan>,
@@ -105,7 +105,7 @@ pub struct SensorTop {
 
 #[derive(Debug, Clone)]
 struct TopPlan {
-    contract: Contract,
+    interface: Interface,
     /// Each code once, the reference's first.
     codes: Vec<Arc<Code>>,
     /// For each source the index of its code.
@@ -118,7 +118,7 @@ impl TopPlan {
     }
 
     fn detectors(&self) -> usize {
-        self.contract.reference_codes.len()
+        self.interface.reference_codes.len()
     }
 
     /// Detectors whose samples have to be taken out of a common word.
@@ -130,49 +130,49 @@ impl TopPlan {
     }
 
     fn lanes(&self) -> usize {
-        self.contract.lanes() as usize
+        self.interface.lanes() as usize
     }
 
     fn parallel(&self) -> usize {
-        self.contract.parallel() as usize
+        self.interface.parallel() as usize
     }
 
     fn realigns(&self) -> bool {
-        self.contract.realigns()
+        self.interface.realigns()
     }
 
-    /// Bits of a port that the contract has.
+    /// Bits of a port that the interface has.
     fn port(&self, name: &str) -> u32 {
-        let port = self.contract.ports().into_iter().find(|p| p.name == name);
+        let port = self.interface.ports().into_iter().find(|p| p.name == name);
         port.map_or(1, |p| p.width)
     }
 
     fn scan(&self) -> ScanPlan {
-        ScanPlan::of(&self.contract)
+        ScanPlan::of(&self.interface)
     }
 
     fn stream(&self) -> StreamPlan {
-        let contract = &self.contract;
+        let interface = &self.interface;
         StreamPlan {
-            count_bits: contract.count_bits,
-            saturates: contract.saturates(),
-            total: contract.total,
-            data_bits: contract.tdata_bits,
+            count_bits: interface.count_bits,
+            saturates: interface.saturates(),
+            total: interface.total,
+            data_bits: interface.tdata_bits,
             detectors: self.detectors(),
             steps: self.parallel(),
-            last_steps: contract.last_group_steps() as usize,
-            back_to_back: contract.timing.scan.integration_chips == 1,
+            last_steps: interface.last_group_steps() as usize,
+            back_to_back: interface.timing.scan.integration_chips == 1,
         }
     }
 }
 
 impl SensorTop {
-    /// The hardware that keeps `contract`.
-    pub fn new(contract: &Contract) -> SensorTop {
+    /// The hardware that keeps `interface`.
+    pub fn new(interface: &Interface) -> SensorTop {
         let (codes, source_codes) =
-            distinct_codes(&contract.reference_codes[0], &contract.source_codes);
+            distinct_codes(&interface.reference_codes[0], &interface.source_codes);
         SensorTop::build(&TopPlan {
-            contract: contract.clone(),
+            interface: interface.clone(),
             codes,
             source_codes,
         })
@@ -191,15 +191,15 @@ fn peak_about(detectors: usize, about: &str) -> String {
     }
 }
 
-fn saturated_about(contract: &Contract) -> &'static str {
-    match contract.total {
+fn saturated_about(interface: &Interface) -> &'static str {
+    match interface.total {
         None => "a count was clamped since reset",
         Some(_) => "a count or a total was clamped since reset",
     }
 }
 
-fn data_about(contract: &Contract) -> String {
-    match contract.total {
+fn data_about(interface: &Interface) -> String {
+    match interface.total {
         None => "count of a phase step, signed".to_owned(),
         Some(total) => format!(
             "from bit {} its hits, below its signed count",
@@ -215,16 +215,16 @@ fn samples_about(detectors: usize, lanes: u32) -> String {
     }
 }
 
-fn describe(contract: &Contract) -> About {
-    let about = describe_counts(contract);
-    match contract.total {
+fn describe(interface: &Interface) -> About {
+    let about = describe_counts(interface);
+    match interface.total {
         None => about,
         Some(total) => about.fact(
             "Totals",
             format!(
                 "{} bits, unsigned, in m_axis_tdata[{}:{}]{}",
                 total.bits,
-                contract.tdata_bits - 1,
+                interface.tdata_bits - 1,
                 total.first_bit,
                 if total.saturates() { ", clamped" } else { "" }
             ),
@@ -232,9 +232,9 @@ fn describe(contract: &Contract) -> About {
     }
 }
 
-fn describe_counts(contract: &Contract) -> About {
-    let scan = &contract.timing.scan;
-    let outputs = contract
+fn describe_counts(interface: &Interface) -> About {
+    let scan = &interface.timing.scan;
+    let outputs = interface
         .ports()
         .iter()
         .filter(|p| p.direction == Direction::Output)
@@ -246,7 +246,7 @@ fn describe_counts(contract: &Contract) -> About {
     .note(format!(
         "One clock cycle is one chip of {} samples. The sample word of a chip is expected on \
          i_samples one cycle after o_laser shows the chip. In reset all {outputs} outputs are 0.",
-        contract.lanes()
+        interface.lanes()
     ))
     .note(
         "Registers have no values at power-up: before the first scan i_rst has to be high at one \
@@ -263,8 +263,8 @@ fn describe_counts(contract: &Contract) -> About {
         "Counts",
         format!(
             "{} bits, signed{}",
-            contract.count_bits,
-            if contract.saturates() {
+            interface.count_bits,
+            if interface.saturates() {
                 ", clamped"
             } else {
                 "; no stimulus can overflow them"
@@ -275,7 +275,7 @@ fn describe_counts(contract: &Contract) -> About {
         "Latency",
         format!(
             "m_axis_tvalid {} clocks after the one at which a step's last word is on i_samples",
-            contract.result_latency_clocks
+            interface.result_latency_clocks
         ),
     )
     .fact("Rate", "one chip per clock")

@@ -15,7 +15,7 @@
 use super::scan_controller::dump_about;
 use super::{Accumulator, QuadCounter};
 use crate::rtl::front::prelude::*;
-use crate::sensor::contract::CountSegments;
+use crate::sensor::interface::CountSegments;
 
 /// Counts of one phase step after another, with the sign of the reference.
 #[block(CorrelatorPlan)]

@@ -54,7 +54,7 @@ pub(in crate::scene) static DETECTOR: Table = Table {
             },
             default: Some("0 cps"),
             example: "1 Mcps",
-            meaning: "constant light, in photons before the detection probability",
+            meaning: "background, in photons before the detection probability",
             why: "one in a femtosecond",
         },
         Key {

@@ -1,4 +1,4 @@
-//! Systematic errors that the article leaves out: dead-time walk and interference
+//! Systematic errors that the article leaves out: range walk and interference
 //! bias, by both estimators.
 
 use std::sync::Arc;
@@ -50,7 +50,7 @@ pub fn dead_time_walk(run: &mut Run) -> Result<Figure, RunError> {
         biases.push(bias.and_model(run, by_model, &coarse, equal_light)?);
     }
     let frame = Frame {
-        title: "Dead-time walk: bias of the distance against the light level",
+        title: "Range walk: bias of the distance against the light level",
         x: Axis {
             label: "optical power at the detector (pW)".to_owned(),
             scale: Scale::Log,

@@ -1,13 +1,13 @@
 //! The Verilog at its limits, beside the reference model and the definition.
 
-use super::bench::{Bench, Script};
 use super::case::{Case, CaseError, Group, Measured, ensure};
 use super::scenes::{ideal, window};
+use super::testbench::{Script, Testbench};
 use crate::photons::Pulse;
 use crate::scan::Step;
 use crate::scene::{Scene, Target};
 
-const BOTH_AGREE: &str = "Verilog and reference model are two constructions of one contract: every \
+const BOTH_AGREE: &str = "Verilog and reference model are two constructions of one interface: every \
                           output port at every clock";
 
 pub(super) const CASES: &[Case] = &[
@@ -16,7 +16,7 @@ pub(super) const CASES: &[Case] = &[
         group: Group::Hardware,
         quick: true,
         what: "wrong counts, flags and ports with 6 hits up and 7 down into 4 bits",
-        why: "4 bits hold -8..7: nothing is clamped, the flag stays low",
+        why: "4 bits hold -8..7: nothing is saturated, the flag stays low",
         run: |_| counters([6, 7], [6, -7], false),
     },
     Case {
@@ -24,7 +24,7 @@ pub(super) const CASES: &[Case] = &[
         group: Group::Hardware,
         quick: true,
         what: "wrong counts, flags and ports with 7 hits up and 8 down into 4 bits",
-        why: "4 bits hold -8..7: nothing is clamped, the flag stays low",
+        why: "4 bits hold -8..7: nothing is saturated, the flag stays low",
         run: |_| counters([7, 8], [7, -8], false),
     },
     Case {
@@ -32,7 +32,7 @@ pub(super) const CASES: &[Case] = &[
         group: Group::Hardware,
         quick: true,
         what: "wrong counts, flags and ports with 8 hits up and 8 down into 4 bits",
-        why: "4 bits hold -8..7: the count up is clamped, never wrapped, and flagged",
+        why: "4 bits hold -8..7: the count up is saturated, never wrapped, and flagged",
         run: |_| counters([8, 8], [7, -8], true),
     },
     Case {
@@ -40,7 +40,7 @@ pub(super) const CASES: &[Case] = &[
         group: Group::Hardware,
         quick: true,
         what: "wrong counts, flags and ports with 7 hits up and 9 down into 4 bits",
-        why: "4 bits hold -8..7: the count down is clamped, never wrapped, and flagged",
+        why: "4 bits hold -8..7: the count down is saturated, never wrapped, and flagged",
         run: |_| counters([7, 9], [7, -8], true),
     },
     Case {
@@ -49,7 +49,7 @@ pub(super) const CASES: &[Case] = &[
         quick: true,
         what: "wrong counts, flags and ports with 12 hits up and 16 down into 4 bits: every one there \
                can be",
-        why: "4 bits hold -8..7: counts are clamped, never wrapped, and flagged",
+        why: "4 bits hold -8..7: counts are saturated, never wrapped, and flagged",
         run: |_| counters([12, 16], [7, -8], true),
     },
     Case {
@@ -57,7 +57,7 @@ pub(super) const CASES: &[Case] = &[
         group: Group::Hardware,
         quick: true,
         what: "wrong totals, flags and ports with 15 hits, up and down, into 4 bits",
-        why: "4 bits without a sign hold 15: nothing is clamped, the flag stays low",
+        why: "4 bits without a sign hold 15: nothing is saturated, the flag stays low",
         run: |_| totals(15, 15, false),
     },
     Case {
@@ -65,7 +65,7 @@ pub(super) const CASES: &[Case] = &[
         group: Group::Hardware,
         quick: true,
         what: "wrong totals, flags and ports with 16 hits, up and down, into 4 bits",
-        why: "4 bits hold 15: the total is clamped and flagged, the signed count of -2 is not",
+        why: "4 bits hold 15: the total is saturated and flagged, the signed count of -2 is not",
         run: |_| totals(16, 15, true),
     },
     Case {
@@ -73,7 +73,7 @@ pub(super) const CASES: &[Case] = &[
         group: Group::Hardware,
         quick: true,
         what: "wrong totals, flags and ports with 28 hits into 4 bits: every one there can be",
-        why: "4 bits hold 15: the total is clamped, never wrapped, and flagged",
+        why: "4 bits hold 15: the total is saturated, never wrapped, and flagged",
         run: |_| totals(28, 15, true),
     },
     Case {
@@ -140,15 +140,15 @@ fn small_sensor() -> Result<Scene, CaseError> {
 
 /// Single-sample pulses in step number `step` of the first scan: the first
 /// `number` hits that the definition counts with the sign `up`.
-fn one_sided(bench: &Bench, step: u64, up: bool, number: usize) -> Vec<Pulse> {
-    let contract = &bench.contract;
-    let lanes = u64::from(contract.lanes());
-    let code = &contract.reference_codes[0];
-    let first_clock = bench.first_clock();
-    let delay = contract.timing.scan.phase_step(Step(step));
-    let dwell = contract.timing.scan.integration_chips;
+fn one_sided(testbench: &Testbench, step: u64, up: bool, number: usize) -> Vec<Pulse> {
+    let interface = &testbench.interface;
+    let lanes = u64::from(interface.lanes());
+    let code = &interface.reference_codes[0];
+    let first_clock = testbench.first_clock();
+    let delay = interface.timing.scan.phase_step(Step(step));
+    let integration = interface.timing.scan.integration_chips;
     let mut pulses: Vec<Pulse> = Vec::new();
-    for sample in step * dwell * lanes..(step + 1) * dwell * lanes {
+    for sample in step * integration * lanes..(step + 1) * integration * lanes {
         let period = code.len() * lanes;
         let chip = (sample + period - delay % period) % period / lanes;
         let first = first_clock * lanes + sample;
@@ -164,16 +164,16 @@ fn one_sided(bench: &Bench, step: u64, up: bool, number: usize) -> Vec<Pulse> {
 }
 
 fn counters(hits: [usize; 2], expected: [i64; 2], flagged: bool) -> Result<Measured, CaseError> {
-    let mut bench = Bench::new(&small_sensor()?)?;
-    let mut pulses = one_sided(&bench, 0, true, hits[0]);
-    pulses.extend(one_sided(&bench, 1, false, hits[1]));
+    let mut testbench = Testbench::new(&small_sensor()?)?;
+    let mut pulses = one_sided(&testbench, 0, true, hits[0]);
+    pulses.extend(one_sided(&testbench, 1, false, hits[1]));
     ensure!(pulses.len() == hits[0] + hits[1], "too few places for hits");
-    let run = bench.play(&Script::new(pulses), 60)?;
+    let run = testbench.play(&Script::new(pulses), 60)?;
     let counts: Vec<i64> = run.results.iter().take(2).map(|r| r.count).collect();
-    let is_flagged = bench.port(&run, "o_saturated").last() == Some(1);
+    let is_flagged = testbench.port(&run, "o_saturated").last() == Some(1);
     // What the Verilog sends, as signed bytes.
-    let data = bench.port(&run, "m_axis_tdata");
-    let sent = data.zip(bench.port(&run, "m_axis_tvalid"));
+    let data = testbench.port(&run, "m_axis_tdata");
+    let sent = data.zip(testbench.port(&run, "m_axis_tvalid"));
     let sent: Vec<i64> = sent
         .filter(|&(_, valid)| valid == 1)
         .map(|(data, _)| i64::from(data as u8 as i8))
@@ -188,17 +188,17 @@ fn counters(hits: [usize; 2], expected: [i64; 2], flagged: bool) -> Result<Measu
 fn totals(hits: u64, expected: u64, flagged: bool) -> Result<Measured, CaseError> {
     let mut scene = small_sensor()?;
     scene.hardware.total_counts = Some(true);
-    let mut bench = Bench::new(&scene)?;
-    let first = bench.first_clock() * u64::from(bench.contract.lanes());
+    let mut testbench = Testbench::new(&scene)?;
+    let first = testbench.first_clock() * u64::from(testbench.interface.lanes());
     let pulses = (0..hits).map(|hit| Pulse {
         first: first + 2 * hit,
         end: first + 2 * hit + 1,
     });
-    let run = bench.play(&Script::new(pulses.collect()), 60)?;
+    let run = testbench.play(&Script::new(pulses.collect()), 60)?;
     // Hit i is in chip (2 i - k) / 4 of the reference, k the phase step.
     let (code, step) = (
-        &bench.contract.reference_codes[0],
-        bench.contract.timing.scan.phase_step(Step(0)),
+        &testbench.interface.reference_codes[0],
+        testbench.interface.timing.scan.phase_step(Step(0)),
     );
     let sign = |hit: u64| {
         let delayed = (2 * hit + 4 * code.len() - step) / 4;
@@ -206,10 +206,10 @@ fn totals(hits: u64, expected: u64, flagged: bool) -> Result<Measured, CaseError
     };
     let signed: i64 = (0..hits).map(sign).sum();
     let result = run.results.first().map(|r| (r.count, r.total));
-    let is_flagged = bench.port(&run, "o_saturated").last() == Some(1);
+    let is_flagged = testbench.port(&run, "o_saturated").last() == Some(1);
     // What the Verilog sends first: a signed byte, and the total in the byte above.
-    let data = bench.port(&run, "m_axis_tdata");
-    let mut sent = data.zip(bench.port(&run, "m_axis_tvalid"));
+    let data = testbench.port(&run, "m_axis_tdata");
+    let mut sent = data.zip(testbench.port(&run, "m_axis_tvalid"));
     let sent = sent
         .find(|&(_, valid)| valid == 1)
         .map(|(data, _)| (i64::from(data as u8 as i8), data >> 8));
@@ -223,7 +223,7 @@ fn every_other_sample() -> Result<Measured, CaseError> {
     let scene = ideal(r#"{ family = "gold", degree = 5 }"#, 8, 0.0, 62)?;
     let code = scene.sources[0].code.clone();
     let expected = 2 * (2 * code.weight() as i64 - code.len() as i64) * 4;
-    let mut bench = Bench::new(&scene)?;
+    let mut testbench = Testbench::new(&scene)?;
     let clocks = 20_000;
     let mut wrong = 0;
     for odd in [0, 1] {
@@ -231,7 +231,7 @@ fn every_other_sample() -> Result<Measured, CaseError> {
             first,
             end: first + 1,
         });
-        let run = bench.play(&Script::new(pulses.collect()), clocks)?;
+        let run = testbench.play(&Script::new(pulses.collect()), clocks)?;
         ensure!(run.results.len() > 248, "the run is too short");
         wrong += run
             .results
@@ -246,15 +246,15 @@ fn every_other_sample() -> Result<Measured, CaseError> {
 fn dump_on_every_clock(seed: u64) -> Result<Measured, CaseError> {
     let mut scene = ideal(r#"{ family = "gold", degree = 3 }"#, 4, 0.0, 1)?;
     window(&mut scene, 3, 20);
-    let run = Bench::new(&scene)?.attack(seed, 50_000)?;
+    let run = Testbench::new(&scene)?.attack(seed, 50_000)?;
     ensure!(run.results.len() > 1_000, "the run is too short");
     Measured::none(run.mismatches as usize, "clocks")
 }
 
 fn reset_everywhere() -> Result<Measured, CaseError> {
-    let mut bench = Bench::new(&small_sensor()?)?;
+    let mut testbench = Testbench::new(&small_sensor()?)?;
     let mut script = Script::new(Vec::new());
-    let mut clock = bench.first_clock() - 1;
+    let mut clock = testbench.first_clock() - 1;
     for run in 1..=200 {
         clock += run;
         script.resets.push(clock..clock + 1 + run % 3);
@@ -269,26 +269,26 @@ fn reset_everywhere() -> Result<Measured, CaseError> {
         });
         first += 3 + 2 * (first / 64 % 2);
     }
-    let run = bench.play(&script, clock)?;
+    let run = testbench.play(&script, clock)?;
     ensure!(run.results.len() > 300, "the run is too short");
     Measured::none(run.mismatches as usize, "clocks")
 }
 
 fn consumer_never_takes() -> Result<Measured, CaseError> {
-    let mut bench = Bench::new(&small_sensor()?)?;
-    let mut script = Script::new(one_sided(&bench, 0, true, 5));
+    let mut testbench = Testbench::new(&small_sensor()?)?;
+    let mut script = Script::new(one_sided(&testbench, 0, true, 5));
     let clocks = 400;
     script.stalls.push(0..clocks);
-    let run = bench.play(&script, clocks)?;
-    let dwell = bench.contract.timing.scan.integration_chips;
+    let run = testbench.play(&script, clocks)?;
+    let integration = testbench.interface.timing.scan.integration_chips;
     // The first result shows when its latency is over, the second overruns.
-    let latency = u64::from(bench.contract.result_latency_clocks);
-    let shows = bench.first_clock() - 1 + dwell + latency;
-    let overruns = shows + dwell;
-    let ports = bench
+    let latency = u64::from(testbench.interface.result_latency_clocks);
+    let shows = testbench.first_clock() - 1 + integration + latency;
+    let overruns = shows + integration;
+    let ports = testbench
         .port(&run, "m_axis_tvalid")
-        .zip(bench.port(&run, "m_axis_tdata"))
-        .zip(bench.port(&run, "o_overrun"));
+        .zip(testbench.port(&run, "m_axis_tdata"))
+        .zip(testbench.port(&run, "o_overrun"));
     let wrong = ports
         .zip(0..clocks)
         .filter(|&(((valid, data), overrun), clock)| {
@@ -323,7 +323,7 @@ fn everything_at_once(seed: u64) -> Result<Measured, CaseError> {
     scene.hardware.counter_width = Some(3);
     scene.hardware.total_counts = Some(true);
     scene.hardware.target = Target::Ice40Hx8k;
-    let run = Bench::new(&scene)?.attack(seed, 100_000)?;
+    let run = Testbench::new(&scene)?.attack(seed, 100_000)?;
     Measured::none(run.mismatches as usize, "clocks")
 }
 
@@ -332,6 +332,6 @@ fn longest_code(seed: u64) -> Result<Measured, CaseError> {
     let code = r#"{ family = "m-sequence", degree = 16, interleave = 4 }"#;
     let mut scene = ideal(code, 16, 0.0, 1_000)?;
     window(&mut scene, 16_776_950, 20);
-    let run = Bench::new(&scene)?.attack(seed, 1_100_000)?;
+    let run = Testbench::new(&scene)?.attack(seed, 1_100_000)?;
     Measured::none(run.mismatches as usize, "clocks")
 }

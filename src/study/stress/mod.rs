@@ -5,7 +5,6 @@
 //! count per dead time, a theorem, or equality by construction. The expectation
 //! never comes from the code under test.
 
-mod bench;
 mod case;
 mod codes;
 mod detectors;
@@ -17,6 +16,7 @@ mod report;
 mod scenes;
 mod statistics;
 mod stiff;
+mod testbench;
 
 use std::time::Instant;
 

@@ -73,7 +73,7 @@ pub(super) const GOLD_5: &str = r#"{ family = "gold", degree = 5 }"#;
 /// A Gold code of 2,047 chips.
 pub(super) const GOLD_11: &str = r#"{ family = "gold", degree = 11 }"#;
 
-/// Ideal scene under constant light only: `rate_cps` of background.
+/// Ideal scene under background only: `rate_cps` of background.
 pub(super) fn constant_light(rate_cps: f64, integration_chips: u64) -> Result<Scene, SceneErrors> {
     let mut scene = ideal(GOLD_5, 8, 0.0, integration_chips)?;
     scene.detectors[0].background_rate_cps = rate_cps;

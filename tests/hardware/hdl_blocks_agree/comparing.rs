@@ -5,7 +5,7 @@ use goldtof::rtl::front::Word;
 use goldtof::sensor::peak::PeakPlan;
 
 use super::{CLOCKS, bit, signed};
-use crate::hdl_support::block_bench::{Case, Ports};
+use crate::hdl_support::block_testbench::{Case, Ports};
 use crate::hdl_support::stimulus::Noise;
 
 pub fn count_choice(noise: &mut Noise) -> Case {

@@ -4,10 +4,10 @@ use goldtof::rtl::blocks::{
     Accumulator, CountClamp, EdgeDetector, HitCounter, QuadCounter, UpdownCorrelator,
 };
 use goldtof::rtl::front::Word;
-use goldtof::sensor::contract::{CountSegments, TotalCount};
+use goldtof::sensor::interface::{CountSegments, TotalCount};
 
 use super::{CLOCKS, bit, signed, wrapped};
-use crate::hdl_support::block_bench::{Case, Ports};
+use crate::hdl_support::block_testbench::{Case, Ports};
 use crate::hdl_support::stimulus::Noise;
 
 /// A high sample after a low one is a hit of its pair; its place is that of the
@@ -234,7 +234,7 @@ pub fn hit_counter(noise: &mut Noise, lanes: u32, segments: CountSegments, bits:
         let words = inputs[from..until].iter();
         let total: u32 = words.map(|input| input[0].count_ones()).sum();
         let most = (1 << bits) - 1;
-        // What the counter is not wide enough for, a contract never sends it.
+        // What the counter is not wide enough for, a interface never sends it.
         let total = u128::from(total) % (1 << exact_bits);
         from = until;
         let next = ends.get(number + 1).copied().unwrap_or(CLOCKS);
@@ -272,8 +272,8 @@ pub fn count_clamp(noise: &mut Noise) -> Case {
     let inputs = noise.words(CLOCKS, |noise| vec![u128::from(noise.below(1 << 12))]);
     let expected = inputs.iter().map(|input| {
         let exact = signed(input[0], 12);
-        let clamped = exact.clamp(-64, 63);
-        Some(vec![wrapped(clamped, 7), u128::from(clamped != exact)])
+        let saturated = exact.clamp(-64, 63);
+        Some(vec![wrapped(saturated, 7), u128::from(saturated != exact)])
     });
     let expected = expected.collect();
     Case::combinational(

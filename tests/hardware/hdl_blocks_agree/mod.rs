@@ -17,11 +17,11 @@ mod counting;
 mod sequence;
 mod streaming;
 
-use crate::hdl_support::block_bench::run_in_verilator;
+use crate::hdl_support::block_testbench::run_in_verilator;
 use crate::hdl_support::stimulus::Noise;
 use comparing::*;
 use counting::*;
-use goldtof::sensor::contract::CountSegments;
+use goldtof::sensor::interface::CountSegments;
 use sequence::*;
 use streaming::*;
 

@@ -2,10 +2,10 @@
 
 use goldtof::rtl::blocks::{CodeSource, DetectorChannel, ScanController, ScanPlan, StateMatch};
 use goldtof::rtl::front::Word;
-use goldtof::sensor::contract::Contract;
+use goldtof::sensor::interface::Interface;
 
 use super::{CLOCKS, bit, wrapped};
-use crate::hdl_support::block_bench::{Case, Ports};
+use crate::hdl_support::block_testbench::{Case, Ports};
 use crate::hdl_support::stimulus::Noise;
 use crate::hdl_support::{Family, code, scene};
 
@@ -189,9 +189,9 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
         None,
     );
     scene.hardware.parallel = 6;
-    let contract = Contract::of(&scene);
-    assert_eq!(contract.banks(), 2);
-    let to_dump = contract.result_latency_clocks - 2;
+    let interface = Interface::of(&scene);
+    assert_eq!(interface.banks(), 2);
+    let to_dump = interface.result_latency_clocks - 2;
     let mut starts = vec![10];
     while starts[starts.len() - 1] < CLOCKS {
         let pause = 12 + noise.below(20) as usize;
@@ -236,7 +236,7 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
                     -1
                 }
             });
-            wrapped(signs.sum(), contract.count_bits)
+            wrapped(signs.sum(), interface.count_bits)
         });
         let counts: Vec<u128> = counts.collect();
         let changes = pair[1] + CHIPS + to_dump as usize;
@@ -247,7 +247,7 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
     let names: Vec<String> = (0..6).map(|step| format!("o_count_{step}")).collect();
     let outputs: Vec<(&str, u32)> = names
         .iter()
-        .map(|name| (name.as_str(), contract.count_bits))
+        .map(|name| (name.as_str(), interface.count_bits))
         .collect();
     let inputs_of_block = [
         ("i_samples", 4),
@@ -259,7 +259,7 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
     ];
     let ports = Ports::new(&inputs_of_block, &outputs);
     Case::clocked(
-        DetectorChannel::new(&contract, &code),
+        DetectorChannel::new(&interface, &code),
         ports,
         inputs.clone(),
         expected,

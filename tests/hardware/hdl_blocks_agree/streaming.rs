@@ -4,10 +4,10 @@ use std::collections::VecDeque;
 
 use goldtof::rtl::blocks::{ResultStream, StreamPlan};
 use goldtof::rtl::front::Word;
-use goldtof::sensor::contract::TotalCount;
+use goldtof::sensor::interface::TotalCount;
 
 use super::{CLOCKS, signed, wrapped};
-use crate::hdl_support::block_bench::{Case, Ports};
+use crate::hdl_support::block_testbench::{Case, Ports};
 use crate::hdl_support::stimulus::Noise;
 
 /// A queue of results: a group is taken in whole when nothing else waits, one

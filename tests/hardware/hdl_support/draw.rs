@@ -1,4 +1,4 @@
-//! Scenes drawn at random from the contract.
+//! Scenes drawn at random from the interface.
 
 use goldtof::deliver::{Emission, HdlError, emit};
 use goldtof::scene::{Scene, Target};
@@ -12,22 +12,22 @@ use super::{Family, code, scene};
 #[derive(Debug, Clone, Copy)]
 pub struct Extent {
     pub most_degree: u32,
-    pub most_dwell_chips: u64,
+    pub most_integration_chips: u64,
     pub most_steps: u64,
 }
 
 impl Extent {
-    /// All that the contract has: hours of integration at 8 ns a chip.
+    /// All that the interface has: hours of integration at 8 ns a chip.
     pub const WHOLE: Extent = Extent {
         most_degree: 16,
-        most_dwell_chips: 2_000_000_000_000,
+        most_integration_chips: 2_000_000_000_000,
         most_steps: u64::MAX,
     };
 
     /// Scans of which a simulator runs several in a second.
     pub const SHORT: Extent = Extent {
         most_degree: 8,
-        most_dwell_chips: 600,
+        most_integration_chips: 600,
         most_steps: 150,
     };
 }
@@ -68,9 +68,9 @@ fn draw(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> Scene {
         let first = rng.random_range(0..steps_per_period);
         (first, Some(rng.random_range(1..=most_steps)))
     };
-    let dwell = draw_length(rng, extent.most_dwell_chips);
+    let integration = draw_length(rng, extent.most_integration_chips);
     let width = rng.random_bool(0.3).then(|| rng.random_range(2..=24));
-    let mut scene = scene(&codes, reference, lanes, first, steps, dwell, width);
+    let mut scene = scene(&codes, reference, lanes, first, steps, integration, width);
     if rng.random_bool(0.3) {
         scene.hardware.parallel = rng.random_range(2..=64);
     }

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use goldtof::deliver::Emission;
-use goldtof::sensor::contract::Contract;
+use goldtof::sensor::interface::Interface;
 
 use super::naive_sensor::{Inputs, Outputs};
 use super::run;
@@ -13,7 +13,7 @@ use super::run;
 /// Outputs of the emitted hardware after each clock edge.
 pub fn simulate(
     emission: &Emission,
-    contract: &Contract,
+    interface: &Interface,
     inputs: &[Inputs],
     folder: &Path,
 ) -> Vec<Outputs> {
@@ -24,9 +24,10 @@ pub fn simulate(
         let _ = writeln!(stimulus, "{word:x}");
     }
     fs::write(folder.join("stimulus.hex"), stimulus).expect("the stimulus can be written");
-    fs::write(folder.join("bench.v"), bench(contract, inputs.len())).expect("so can the bench");
+    fs::write(folder.join("bench.v"), testbench(interface, inputs.len()))
+        .expect("so can the bench");
     let files: Vec<&str> = emission.files.iter().map(|f| f.name.as_str()).collect();
-    let mut arguments = vec!["-g2005", "-s", "bench", "-o", "bench.vvp", "bench.v"];
+    let mut arguments = vec!["-g2005", "-s", "testbench", "-o", "bench.vvp", "bench.v"];
     arguments.extend(&files);
     run(folder, "iverilog", &arguments);
     run(folder, "vvp", &["-n", "bench.vvp"])
@@ -55,18 +56,18 @@ pub fn simulate(
         .collect()
 }
 
-fn bench(contract: &Contract, cycles: usize) -> String {
-    let samples = contract.lanes() as usize * contract.reference_codes.len();
-    let sources = contract.source_codes.len();
-    let data = contract.tdata_bits;
-    let (mut connection, saturated) = if contract.saturates() {
+fn testbench(interface: &Interface, cycles: usize) -> String {
+    let samples = interface.lanes() as usize * interface.reference_codes.len();
+    let sources = interface.source_codes.len();
+    let data = interface.tdata_bits;
+    let (mut connection, saturated) = if interface.saturates() {
         (",\n        .o_saturated(saturated)".to_owned(), "saturated")
     } else {
         (String::new(), "1'b0")
     };
-    let detectors = contract.reference_codes.len() as u32;
+    let detectors = interface.reference_codes.len() as u32;
     let (mut step_top, mut count_top, mut peak) = (0, 0, "1'b0, 1'b0, 1'b0");
-    if let Some(plan) = &contract.peak {
+    if let Some(plan) = &interface.peak {
         connection += ",\n        .o_peak_step(peak_step), .o_peak_count(peak_count), \
                        .o_peak_valid(peak_valid)";
         step_top = detectors * plan.step_bits - 1;
@@ -75,7 +76,7 @@ fn bench(contract: &Contract, cycles: usize) -> String {
     }
     format!(
         r#"`timescale 1ns / 1ps
-module bench;
+module testbench;
     reg clk = 0;
     reg [{stimulus_top}:0] stimulus [0:{last}];
     reg [{stimulus_top}:0] now;

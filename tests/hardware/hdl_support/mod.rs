@@ -1,7 +1,7 @@
 //! Scenes and codes for the tests of the emitted hardware, made without the
 //! library's own generators.
 
-pub mod block_bench;
+pub mod block_testbench;
 pub mod draw;
 pub mod icarus;
 pub mod naive_sensor;
@@ -194,7 +194,7 @@ pub fn run(folder: &Path, tool: &str, arguments: &[&str]) -> String {
     said
 }
 
-/// Any scene of the contract that is small enough to be simulated: all
+/// Any scene of the interface that is small enough to be simulated: all
 /// families, depths, windows, widths, several detectors and steps at once.
 pub fn random_scene(noise: &mut stimulus::Noise, case: u32) -> Scene {
     let family = match noise.below(6) {
@@ -226,13 +226,21 @@ pub fn random_scene(noise: &mut stimulus::Noise, case: u32) -> Scene {
         _ => 1 + noise.below(40),
     };
     let parallel = parallel.min(steps.unwrap_or(period));
-    let dwell = match noise.below(4) {
+    let integration = match noise.below(4) {
         0 => 1 + noise.below(3),
         _ => 1 + noise.below(40),
     }
     .max(parallel.div_ceil(lanes));
     let width = (noise.below(3) == 0).then(|| 2 + noise.below(4) as u32);
-    let mut scene = scene(&codes, reference, lanes as u32, first, steps, dwell, width);
+    let mut scene = scene(
+        &codes,
+        reference,
+        lanes as u32,
+        first,
+        steps,
+        integration,
+        width,
+    );
     scene.hardware.parallel = parallel as u32;
     if noise.below(3) == 0 {
         scene.hardware.target = Target::Ice40Hx8k;

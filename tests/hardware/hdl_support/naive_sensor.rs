@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use goldtof::scan::Step;
-use goldtof::sensor::contract::Contract;
+use goldtof::sensor::interface::Interface;
 
 /// Inputs at one rising clock edge.
 #[derive(Debug, Clone, Copy)]
@@ -42,7 +42,7 @@ struct Results {
 }
 
 /// Outputs for `inputs`; the first input has to be a reset.
-pub fn outputs(contract: &Contract, inputs: &[Inputs]) -> Vec<Outputs> {
+pub fn outputs(interface: &Interface, inputs: &[Inputs]) -> Vec<Outputs> {
     let mut out = Vec::new();
     let mut rest = inputs;
     while !rest.is_empty() {
@@ -50,16 +50,16 @@ pub fn outputs(contract: &Contract, inputs: &[Inputs]) -> Vec<Outputs> {
         out.extend(std::iter::repeat_n(Outputs::default(), in_reset));
         rest = &rest[in_reset..];
         let running = rest.iter().take_while(|i| !i.reset).count();
-        out.extend(run(contract, &rest[..running]));
+        out.extend(run(interface, &rest[..running]));
         rest = &rest[running..];
     }
     out
 }
 
 /// From the first edge without reset on.
-fn run(contract: &Contract, inputs: &[Inputs]) -> Vec<Outputs> {
-    let results = results(contract, inputs);
-    let peaks = peaks(contract, &results);
+fn run(interface: &Interface, inputs: &[Inputs]) -> Vec<Outputs> {
+    let results = results(interface, inputs);
+    let peaks = peaks(interface, &results);
     let mut next_peak = peaks.iter().peekable();
     let mut shown = Outputs::default();
     // Counts behind the one shown.
@@ -71,11 +71,11 @@ fn run(contract: &Contract, inputs: &[Inputs]) -> Vec<Outputs> {
         .zip(0u64..)
         .map(|(input, n)| {
             shown.laser = 0;
-            for (m, code) in contract.source_codes.iter().enumerate() {
+            for (m, code) in interface.source_codes.iter().enumerate() {
                 let chip = code.chips[(n % code.len()) as usize];
                 shown.laser |= u64::from(chip) << m;
             }
-            shown.epoch = n % contract.reference_codes[0].len() == 0;
+            shown.epoch = n % interface.reference_codes[0].len() == 0;
             let mut refill = shown.valid && input.ready;
             let blocked = shown.valid && (!input.ready || !behind.is_empty());
             if let Some(results) = next.next_if(|r| r.edge == n) {
@@ -91,7 +91,7 @@ fn run(contract: &Contract, inputs: &[Inputs]) -> Vec<Outputs> {
             if refill {
                 shown.valid = !behind.is_empty();
                 if let Some(result) = behind.pop_front() {
-                    shown.data = data(contract, result);
+                    shown.data = data(interface, result);
                     shown.last = behind_is_last && behind.is_empty();
                 }
             }
@@ -107,10 +107,10 @@ fn run(contract: &Contract, inputs: &[Inputs]) -> Vec<Outputs> {
 
 /// What the stream shows of a count and its hits: the count in whole bytes, and
 /// above it, if the hardware sends them, the hits in whole bytes.
-fn data(contract: &Contract, (count, hits): (i64, u64)) -> u128 {
-    let count_bytes = contract.count_bits.div_ceil(8);
+fn data(interface: &Interface, (count, hits): (i64, u64)) -> u128 {
+    let count_bytes = interface.count_bits.div_ceil(8);
     let low = count as u128 & ((1 << (8 * count_bytes)) - 1);
-    match contract.total {
+    match interface.total {
         None => low,
         Some(_) => low | u128::from(hits) << (8 * count_bytes),
     }
@@ -124,11 +124,11 @@ struct Peaks {
 }
 
 /// The first of each scan's largest counts, detector by detector.
-fn peaks(contract: &Contract, results: &[Results]) -> Vec<Peaks> {
-    let Some(plan) = contract.peak else {
+fn peaks(interface: &Interface, results: &[Results]) -> Vec<Peaks> {
+    let Some(plan) = interface.peak else {
         return Vec::new();
     };
-    let detectors = contract.reference_codes.len();
+    let detectors = interface.reference_codes.len();
     let mut scan = vec![Vec::new(); detectors];
     let mut found = Vec::new();
     for group in results {
@@ -139,7 +139,7 @@ fn peaks(contract: &Contract, results: &[Results]) -> Vec<Peaks> {
         if !group.is_last {
             continue;
         }
-        let latency = u64::from(plan.latency_clocks - contract.result_latency_clocks);
+        let latency = u64::from(plan.latency_clocks - interface.result_latency_clocks);
         let mut peak = Peaks {
             edge: group.edge + latency,
             step: 0,
@@ -148,8 +148,8 @@ fn peaks(contract: &Contract, results: &[Results]) -> Vec<Peaks> {
         for (detector, counts) in scan.iter_mut().enumerate() {
             let largest = *counts.iter().max().expect("a scan has steps");
             let first = counts.iter().position(|&count| count == largest);
-            let step = contract.timing.scan.first_step + first.expect("it is there") as u64;
-            let step = step % contract.timing.scan.steps_per_period;
+            let step = interface.timing.scan.first_step + first.expect("it is there") as u64;
+            let step = step % interface.timing.scan.steps_per_period;
             let count = largest as u128 & (u128::MAX >> (128 - plan.count_bits));
             peak.step |= u128::from(step) << (detector as u32 * plan.step_bits);
             peak.count |= count << (detector as u32 * plan.count_bits);
@@ -160,36 +160,36 @@ fn peaks(contract: &Contract, results: &[Results]) -> Vec<Peaks> {
     found
 }
 
-fn results(contract: &Contract, inputs: &[Inputs]) -> Vec<Results> {
-    let period = contract.reference_codes[0].len();
-    let (dwell, steps) = (
-        contract.timing.scan.integration_chips,
-        contract.timing.scan.steps,
+fn results(interface: &Interface, inputs: &[Inputs]) -> Vec<Results> {
+    let period = interface.reference_codes[0].len();
+    let (integration, steps) = (
+        interface.timing.scan.integration_chips,
+        interface.timing.scan.steps,
     );
-    let parallel = u64::from(contract.parallel());
+    let parallel = u64::from(interface.parallel());
     let mut found = Vec::new();
     let mut start = 0;
     loop {
         let groups = steps.div_ceil(parallel);
         for group in 0..groups {
-            let first = start + group * dwell;
+            let first = start + group * integration;
             // The word of cycle n comes at edge n + 1.
-            let edge = first + dwell + u64::from(contract.result_latency_clocks);
+            let edge = first + integration + u64::from(interface.result_latency_clocks);
             if edge >= inputs.len() as u64 {
                 return found;
             }
-            let half = 1i64 << (contract.count_bits - 1);
+            let half = 1i64 << (interface.count_bits - 1);
             let (mut counts, mut saturates) = (Vec::new(), false);
-            for detector in 0..contract.reference_codes.len() {
+            for detector in 0..interface.reference_codes.len() {
                 for j in group * parallel..((group + 1) * parallel).min(steps) {
-                    let step = contract.timing.scan.phase_step(Step(j));
-                    let words = (first..first + dwell)
-                        .map(|n| signed_hits(contract, inputs, detector, n, step));
+                    let step = interface.timing.scan.phase_step(Step(j));
+                    let words = (first..first + integration)
+                        .map(|n| signed_hits(interface, inputs, detector, n, step));
                     let exact = words.fold((0, 0), |(up, down), word| (up + word.0, down + word.1));
                     let (count, hits) = (exact.0 - exact.1, (exact.0 + exact.1) as u64);
-                    let most = contract
+                    let most = interface
                         .total
-                        .map_or(u64::MAX, |_| (1 << contract.count_bits) - 1);
+                        .map_or(u64::MAX, |_| (1 << interface.count_bits) - 1);
                     counts.push((count.clamp(-half, half - 1), hits.min(most)));
                     saturates |= counts.last() != Some(&(count, hits));
                 }
@@ -201,8 +201,8 @@ fn results(contract: &Contract, inputs: &[Inputs]) -> Vec<Results> {
                 saturates,
             });
         }
-        start += groups * dwell;
-        if !contract.timing.scan.is_full() || steps % parallel != 0 {
+        start += groups * integration;
+        if !interface.timing.scan.is_full() || steps % parallel != 0 {
             start = start.div_ceil(period) * period;
         }
     }
@@ -211,14 +211,14 @@ fn results(contract: &Contract, inputs: &[Inputs]) -> Vec<Results> {
 /// Hits up and hits down of a detector in the word of cycle `n` by its reference
 /// delayed by `k` samples.
 fn signed_hits(
-    contract: &Contract,
+    interface: &Interface,
     inputs: &[Inputs],
     detector: usize,
     n: u64,
     k: u64,
 ) -> (i64, i64) {
-    let code = &contract.reference_codes[detector];
-    let lanes = i128::from(contract.lanes());
+    let code = &interface.reference_codes[detector];
+    let lanes = i128::from(interface.lanes());
     let level = |lane: i128| {
         // Sample `lane` of cycle n; lane -1 is the last of the word before.
         let edge = (n + 1) as usize - usize::from(lane < 0);

@@ -1,4 +1,4 @@
-//! The emitted bench and FuseSoC core, as a team without goldtof runs them.
+//! The emitted testbench and FuseSoC core, as a team without goldtof runs them.
 
 use std::fs;
 use std::path::Path;

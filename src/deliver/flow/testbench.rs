@@ -1,17 +1,17 @@
-//! The self-checking bench: Verilog that needs neither Rust nor goldtof.
+//! The self-checking testbench: Verilog that needs neither Rust nor goldtof.
 
 use std::fmt::Write as _;
 
-use super::Bench;
-use super::core::{BENCH_FILE_LIST, bench_file_list};
+use super::Testbench;
+use super::core::{BENCH_FILE_LIST, testbench_file_list};
 use super::run_length::Words;
 use super::stimulus::{Group, Recording, record};
 use crate::deliver::emission::EmittedFile;
 use crate::reference::cover_report::Missed;
 use crate::reference::predictor::ReferenceError;
-use crate::sensor::contract::{Contract, Port};
+use crate::sensor::interface::{Interface, Port};
 
-/// The bench's module.
+/// The testbench's module.
 pub const TOP: &str = "sensor_top_tb";
 /// The module that unpacks a vector file.
 const READER: &str = "sensor_top_tb_vectors";
@@ -54,17 +54,17 @@ fn skip_net(register: &str) -> String {
     format!("skip_{}", register.replace('.', "_"))
 }
 
-/// Records vectors and writes the bench round them.
+/// Records vectors and writes the testbench round them.
 ///
 /// # Errors
 /// When the reference model cannot predict the ports.
-pub(super) fn bench(
-    contract: &Contract,
+pub(super) fn testbench(
+    interface: &Interface,
     names: &[String],
     design_files: &[EmittedFile],
     made_by: &str,
-) -> Result<Bench, ReferenceError> {
-    let recording = record(contract, names)?;
+) -> Result<Testbench, ReferenceError> {
+    let recording = record(interface, names)?;
     let skips = recording.skips.as_ref().map(|skips| (SKIPS, &skips.values));
     let vectors: Vec<VectorFile> = [
         (INPUTS, &recording.inputs),
@@ -84,9 +84,9 @@ pub(super) fn bench(
         file(format!("{READER}.v"), reader(made_by)),
         file(format!("{TOP}.v"), top(&recording, &vectors, made_by)),
     ];
-    Ok(Bench {
+    Ok(Testbench {
         top: TOP,
-        file_list: bench_file_list(design_files, &files, made_by),
+        file_list: testbench_file_list(design_files, &files, made_by),
         files,
         clocks: recording.clocks,
         phase_steps: recording.phase_steps,
@@ -193,7 +193,7 @@ fn header(recording: &Recording, made_by: &str) -> String {
     let coverage = &recording.coverage;
     let mut text = format!(
         "\
-// {TOP}: self-checking bench of sensor_top
+// {TOP}: self-checking testbench of sensor_top
 //
 // Drives recorded inputs and compares every output port, after every rising edge of i_clk, with
 // what goldtof's reference model gives. The model takes chips from the code's table and hits from
@@ -227,7 +227,7 @@ fn header(recording: &Recording, made_by: &str) -> String {
         let paths: Vec<String> = skips.registers.iter().map(|r| r.path(".")).collect();
         let about = format!(
             "steps and scans are cut short, so that their ends and many more of them come in this \
-             length: between two clocks the bench XORs a constant into the counters of the scan \
+             length: between two clocks the testbench XORs a constant into the counters of the scan \
              controller ({}), which moves them on and touches nothing else. A design without them \
              is checked for the first {} clocks, before the first such move, with {WHOLE} defined",
             paths.join(", "),
@@ -318,7 +318,7 @@ fn reader_instance(vector: &VectorFile) -> String {
     )
 }
 
-/// What the bench does after it has compared a clock, and after the last one.
+/// What the testbench does after it has compared a clock, and after the last one.
 const ENDING: &str = "            if (failed) $fatal;
             // What stands here is taken with the next rising edge.
             if (m_axis_tvalid && !i_rst) begin
@@ -454,7 +454,7 @@ module {READER} #(
         next       = 1;
     end
 
-    // After the last word it stays: the bench ends there.
+    // After the last word it stays: the testbench ends there.
     always @(posedge i_clk) begin
         if (repeated_r != repeats) begin
             repeated_r <= repeated_r + 1'b1;

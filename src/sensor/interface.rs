@@ -14,7 +14,7 @@ use crate::scene::{Scene, Target};
 
 /// The hardware that a scene needs, as seen from outside.
 #[derive(Debug, Clone)]
-pub struct Contract {
+pub struct Interface {
     /// Clock, scan, and how many phase steps are correlated at once.
     pub timing: Timing,
     /// Code of each source; bit m of `o_laser` carries source m's chips.
@@ -171,9 +171,9 @@ pub enum Direction {
     Output,
 }
 
-impl Contract {
-    /// Derives the contract from a scene.
-    pub fn of(scene: &Scene) -> Contract {
+impl Interface {
+    /// Derives the interface from a scene.
+    pub fn of(scene: &Scene) -> Interface {
         let lanes = scene.samples_per_chip;
         let most_hits = u128::from(scene.scan.integration_chips) * u128::from((lanes / 2).max(1));
         let exact_count_bits = signed_bits(most_hits);
@@ -186,7 +186,7 @@ impl Contract {
         let total = scene
             .sends_total_counts()
             .then(|| TotalCount::of(count_bits, exact_count_bits, scene.scan.integration_chips));
-        let mut contract = Contract {
+        let mut interface = Interface {
             timing: scene.timing(),
             source_codes: scene.sources.iter().map(|s| s.code.clone()).collect(),
             reference_codes: scene
@@ -203,18 +203,18 @@ impl Contract {
             result_latency_clocks: 0,
             peak: None,
         };
-        contract.result_latency_clocks =
-            Self::clocks_to_dump(lanes) + contract.clocks_of_counting();
+        interface.result_latency_clocks =
+            Self::clocks_to_dump(lanes) + interface.clocks_of_counting();
         if scene.hardware.peak_detector {
             let counts = peak::Counts {
-                bits: contract.count_bits,
-                saturate: contract.saturates(),
-                clocks_of_counting: contract.clocks_of_counting(),
-                latency_clocks: contract.result_latency_clocks,
+                bits: interface.count_bits,
+                saturate: interface.saturates(),
+                clocks_of_counting: interface.clocks_of_counting(),
+                latency_clocks: interface.result_latency_clocks,
             };
-            contract.peak = Some(PeakPlan::of(&contract.timing, &counts));
+            interface.peak = Some(PeakPlan::of(&interface.timing, &counts));
         }
-        contract
+        interface
     }
 
     /// Clocks from a step's last one until the lowest segment of the total

@@ -17,7 +17,7 @@ use crate::reference::predictor::{Reference, StepResult};
 use crate::reference::stimulus::{Drive, RESET_CLOCKS, Stimulus};
 use crate::scene::Scene;
 use crate::sensor::Sensor;
-use crate::sensor::contract::Contract;
+use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
 
 /// Inputs of a run, decided beforehand; reset for the first clocks comes by
@@ -74,8 +74,8 @@ impl Stimulus for Player<'_> {
 }
 
 /// A scene's hardware, built.
-pub(super) struct Bench {
-    pub contract: Contract,
+pub(super) struct Testbench {
+    pub interface: Interface,
     layout: Layout,
     model: Verilated,
 }
@@ -90,16 +90,16 @@ pub(super) struct Run {
     exercise: Exercise,
 }
 
-impl Bench {
+impl Testbench {
     /// Emits and builds the Verilog of a scene.
-    pub fn new(scene: &Scene) -> Result<Bench, CaseError> {
-        let contract = Contract::of(scene);
-        let layout = Layout::of(&contract);
+    pub fn new(scene: &Scene) -> Result<Testbench, CaseError> {
+        let interface = Interface::of(scene);
+        let layout = Layout::of(&interface);
         let sources = sources_of(&deliver::emit(&Sensor::new(scene), "goldtof stress")?);
-        let library = build(TOP, &sources, &contract, &cache_dir()?)?;
-        Ok(Bench {
+        let library = build(TOP, &sources, &interface, &cache_dir()?)?;
+        Ok(Testbench {
             model: Verilated::load(&library, &layout)?,
-            contract,
+            interface,
             layout,
         })
     }
@@ -111,7 +111,7 @@ impl Bench {
 
     /// Plays a script for some clocks.
     pub fn play(&mut self, script: &Script, clocks: u64) -> Result<Run, CaseError> {
-        let lanes = u64::from(self.contract.lanes());
+        let lanes = u64::from(self.interface.lanes());
         let run = self.run(&mut Player { script, lanes }, clocks)?;
         let hits = run
             .exercise
@@ -127,12 +127,12 @@ impl Bench {
 
     /// Sets the adversary on it.
     pub fn attack(&mut self, seed: u64, clocks: u64) -> Result<Run, CaseError> {
-        let mut adversary = Adversarial::new(&self.contract, seed);
+        let mut adversary = Adversarial::new(&self.interface, seed);
         let run = self.run(&mut adversary, clocks)?;
-        let names = self.contract.reference_codes.iter().map(|_| "spad");
+        let names = self.interface.reference_codes.iter().map(|_| "spad");
         let exercised = Exercised::new(&run.exercise, names);
         // Agreement on nothing is not what a case is for.
-        let missing = exercised.missing(&self.contract, StimulusKind::Adversarial);
+        let missing = exercised.missing(&self.interface, StimulusKind::Adversarial);
         ensure!(missing.is_empty(), "{}", missing.join("; "));
         Ok(run)
     }
@@ -141,7 +141,7 @@ impl Bench {
         let mut results = Vec::new();
         let outcome = Lockstep {
             model: &mut self.model,
-            reference: &mut Reference::new(self.contract.clone())?,
+            reference: &mut Reference::new(self.interface.clone())?,
             stimulus,
             layout: &self.layout,
         }

@@ -166,8 +166,8 @@ impl Case {
     }
 
     /// Memory of inputs, wire of outputs and instance.
-    fn in_bench(&self, number: usize) -> String {
-        let mut bench = String::new();
+    fn in_testbench(&self, number: usize) -> String {
+        let mut testbench = String::new();
         let input_bits = self.input_bits();
         let output_bits: u32 = self.ports.outputs.iter().map(|(_, width)| width).sum();
         let last = self.inputs.len() - 1;
@@ -187,7 +187,7 @@ impl Case {
             at += width;
         }
         let _ = write!(
-            bench,
+            testbench,
             "    reg [{}:0] inputs_{number} [0:{last}];\n    reg [{}:0] now_{number};\n    \
              wire [{}:0] out_{number};\n    case_{number}_{} dut_{number} ({});\n    \
              initial $readmemh(\"inputs_{number}.hex\", inputs_{number});\n",
@@ -197,7 +197,7 @@ impl Case {
             self.name(),
             pins.join(", ")
         );
-        bench
+        testbench
     }
 
     /// The inputs as `$readmemh` takes them.
@@ -228,12 +228,12 @@ impl Case {
 /// Outputs of every case after every clock, from one Verilator model of all.
 pub fn run_in_verilator(cases: &[Case]) -> Vec<Vec<Vec<u128>>> {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let mut bench = "module bench;\n    reg clk = 0;\n    integer clock;\n".to_owned();
+    let mut testbench = "module testbench;\n    reg clk = 0;\n    integer clock;\n".to_owned();
     let mut modules = String::new();
     let (mut sets, mut shows, mut formats) = (String::new(), String::new(), String::new());
     for (number, case) in cases.iter().enumerate() {
         modules += &case.renamed(number);
-        bench += &case.in_bench(number);
+        testbench += &case.in_testbench(number);
         let _ = writeln!(sets, "            now_{number} = inputs_{number}[clock];");
         let _ = write!(shows, ", out_{number}");
         formats += "%h ";
@@ -242,13 +242,13 @@ pub fn run_in_verilator(cases: &[Case]) -> Vec<Vec<Vec<u128>>> {
     }
     let clocks = cases[0].inputs.len();
     let _ = write!(
-        bench,
+        testbench,
         "    initial begin\n        #1;\n        for (clock = 0; clock < {clocks}; clock = clock + 1) begin\n\
          {sets}            #1 clk = 1;\n            #1 $display(\"{formats}\"{shows});\n            \
          clk = 0;\n        end\n        $finish;\n    end\nendmodule\n"
     );
-    let text = format!("`timescale 1ns / 1ps\n{bench}{modules}");
-    fs::write(folder.path().join("bench.v"), text).expect("the bench can be written");
+    let text = format!("`timescale 1ns / 1ps\n{testbench}{modules}");
+    fs::write(folder.path().join("bench.v"), text).expect("the testbench can be written");
     let arguments = [
         "--binary",
         "--timing",
@@ -261,7 +261,7 @@ pub fn run_in_verilator(cases: &[Case]) -> Vec<Vec<Vec<u128>>> {
         "-CFLAGS",
         "-O1",
         "--top-module",
-        "bench",
+        "testbench",
         "-j",
         "2",
         "bench.v",
