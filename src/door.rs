@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use crate::cosim::build::{cache_dir, sources_of};
 use crate::cosim::error::CosimError;
+use crate::cosim::window::Window;
 use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate, folder};
 use crate::deliver::{self, Emission, HdlError, Prefix};
 use crate::estimate::report::{EstimateReport, estimate_scan};
@@ -114,6 +115,8 @@ pub struct CosimOptions {
     pub clocks: Option<u64>,
     /// Seed of all random numbers.
     pub seed: u64,
+    /// The clocks to keep for waveforms.
+    pub window: Window,
 }
 
 /// Why nothing was compared.
@@ -134,6 +137,7 @@ pub enum CosimFailed {
 /// ```no_run
 /// use std::path::Path;
 ///
+/// use goldtof::cosim::window::Window;
 /// use goldtof::cosim::{StimulusKind, Verdict};
 ///
 /// let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
@@ -142,6 +146,7 @@ pub enum CosimFailed {
 ///     stimulus: StimulusKind::Adversarial,
 ///     clocks: None,
 ///     seed: 1,
+///     window: Window::Found,
 /// };
 /// let mut found = goldtof::cosim(&scene, &options, |_, _| ())?;
 /// if found.report.verdict == Verdict::Mismatch {
@@ -179,6 +184,7 @@ pub fn cosim(
         stimulus: options.stimulus,
         clocks: options.clocks,
         seed: options.seed,
+        window: options.window.clone(),
     };
     Ok(cosimulate(&sensor, &request, on_progress)?)
 }

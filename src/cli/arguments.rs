@@ -1,5 +1,6 @@
 //! What can be written on the command line.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -155,6 +156,9 @@ pub(super) struct RunArguments {
     /// How counts become distances [default: the scene's]
     #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
+    /// With one of these waves.vcd is written as well
+    #[command(flatten)]
+    pub vcd_window: VcdWindow,
 }
 
 #[derive(Debug, Args)]
@@ -189,10 +193,38 @@ pub(super) struct CosimArguments {
     /// What drives both sides
     #[arg(long, value_enum, default_value_t = StimulusKind::Photons)]
     pub stimulus: StimulusKind,
-    /// Write waveforms of all ports, both sides, round the first mismatch (or of
-    /// the first clocks when there is none)
+    /// Write waveforms of all ports, both sides, round the first mismatch (or the first
+    /// result when there is none), with views for GTKWave and Surfer beside them
     #[arg(long, value_name = "FILE")]
     pub vcd: Option<PathBuf>,
+    #[command(flatten)]
+    pub vcd_window: VcdWindow,
+}
+
+/// Other clocks of waveforms than those round what was found.
+#[derive(Debug, Args)]
+pub(super) struct VcdWindow {
+    /// First clock of the waveforms, reset included, 0 to 2^50 [default: 0 with --vcd-clocks,
+    /// else a thousand before the first mismatch or result]
+    #[arg(long, value_name = "CLOCK", value_parser = clap::value_parser!(u64).range(0..=MOST_CYCLES))]
+    pub vcd_from: Option<u64>,
+    /// Clocks of the waveforms, 1 to 1000000 [default: 2000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub vcd_clocks: Option<u64>,
+}
+
+impl VcdWindow {
+    /// Clocks of waveforms that have a beginning and no length.
+    const CLOCKS: u64 = 2000;
+
+    /// The clocks that were asked for, if any were.
+    pub fn clocks(&self) -> Option<Range<u64>> {
+        if self.vcd_from.is_none() && self.vcd_clocks.is_none() {
+            return None;
+        }
+        let from = self.vcd_from.unwrap_or(0);
+        Some(from..from + self.vcd_clocks.unwrap_or(VcdWindow::CLOCKS))
+    }
 }
 
 #[derive(Debug, Args)]

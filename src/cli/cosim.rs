@@ -5,7 +5,8 @@ use super::arguments::CosimArguments;
 use super::emit::command_line;
 use super::forecast::Forecast;
 use super::output::{Output, Progress};
-use crate::cosim::{Report, StimulusKind, Verdict};
+use crate::cosim::window::Window;
+use crate::cosim::{Report, StimulusKind, VcdClocks, Verdict};
 use crate::door::{CosimOptions, Rtl, cosim};
 use crate::files::check_target;
 use crate::printable::printable_path;
@@ -30,6 +31,7 @@ pub(super) fn run(
         stimulus: arguments.stimulus,
         clocks: arguments.cycles,
         seed,
+        window: window(arguments)?,
     };
     let mut progress = CosimProgress::new(output);
     progress.build();
@@ -41,6 +43,17 @@ pub(super) fn run(
     }
     output.answer(&cosimulation.report, &text(&cosimulation.report))?;
     Ok(ending(&cosimulation.report))
+}
+
+/// The clocks to keep for waveforms.
+fn window(arguments: &CosimArguments) -> anyhow::Result<Window> {
+    let asked = arguments.vcd_window.clocks();
+    anyhow::ensure!(
+        asked.is_none() || arguments.vcd.is_some(),
+        "--vcd-from and --vcd-clocks say which clocks the waveforms have; name their file with \
+         --vcd FILE"
+    );
+    Ok(asked.map_or(Window::Found, Window::Clocks))
 }
 
 /// Shows how far a co-simulation is.
@@ -115,7 +128,11 @@ pub(super) fn text(report: &Report) -> String {
         );
     }
     if let Some(vcd) = &report.vcd {
-        text += &format!("waveforms: {}\n", printable_path(vcd));
+        text += &format!("waveforms: {}", printable_path(vcd));
+        if let Some(VcdClocks { from, clocks }) = report.vcd_clocks {
+            text += &format!(", clocks {from} to {}", from + clocks - 1);
+        }
+        text.push('\n');
     }
     text
 }

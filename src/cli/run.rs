@@ -28,6 +28,7 @@ pub(super) fn run(
         out: arguments.out.clone(),
         seed,
         made_by: command_line(&arguments.scene),
+        window: arguments.vcd_window.clocks(),
         provenance: provenance(scene_text)?,
     };
     let mut progress = CosimProgress::new(output);

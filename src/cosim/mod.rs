@@ -3,6 +3,7 @@
 #[doc(hidden)]
 pub mod build;
 pub(crate) mod cache;
+mod comparison;
 pub mod error;
 pub mod exercised;
 pub(crate) mod folder;
@@ -20,19 +21,25 @@ pub mod sent;
 pub(crate) mod tools;
 #[doc(hidden)]
 pub mod verilated;
-pub(crate) mod wave;
+mod viewers;
+mod wave;
+pub mod window;
 
 use std::path::{Path, PathBuf};
 
+pub(crate) use self::viewers::views_beside;
 use serde::Serialize;
 
 use self::build::{Built, SourceFile};
+use self::comparison::Comparison;
 use self::error::{CosimError, When};
 use self::exercised::Exercised;
 use self::lockstep::{Lockstep, Outcome};
 use self::rejected::in_users_terms;
 use self::sent::SentCount;
 use self::verilated::Verilated;
+use self::window::{Shown, Window};
+use crate::files::stage;
 use crate::photons::DetectorModel;
 use crate::reference::adversarial::{Adversarial, LONGEST_DEFAULT, Means};
 use crate::reference::cover_report::Coverage;
@@ -40,6 +47,7 @@ use crate::reference::photons::Photons;
 use crate::reference::predictor::Reference;
 use crate::reference::stimulus::{Stimulus, clocks_for_scans};
 use crate::rtl::blocks::ScanRegisters;
+use crate::scan::{Clock, Timescale};
 use crate::sensor::Sensor;
 use crate::sensor::layout::Layout;
 
@@ -76,6 +84,8 @@ pub struct Request {
     pub clocks: Option<u64>,
     /// Seed of the stimulus.
     pub seed: u64,
+    /// The clocks to keep for waveforms.
+    pub window: Window,
 }
 
 /// What a co-simulation found; the JSON of `goldtof cosim`.
@@ -119,6 +129,18 @@ pub struct Report {
     /// replaced in JSON.
     #[serde(serialize_with = "path_text")]
     pub vcd: Option<PathBuf>,
+    /// The clocks in it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vcd_clocks: Option<VcdClocks>,
+}
+
+/// The clocks of a waveform file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct VcdClocks {
+    /// The first clock, counted from the start of the run.
+    pub from: u64,
+    /// Number of clocks.
+    pub clocks: u64,
 }
 
 /// What a comparison says of the Verilog.
@@ -213,24 +235,58 @@ pub struct Cosimulation {
     pub counts: Vec<Vec<SentCount>>,
     outcome: Outcome,
     layout: Layout,
-    chip_period_ps: f64,
+    clock: Clock,
 }
 
 impl Cosimulation {
-    /// Writes the waveforms round the first mismatch, or of the first clocks,
-    /// and names the file in the report.
+    /// Writes waveforms of the clocks that were asked for, or else of those round the
+    /// first mismatch or the first result, and names the file in the report. Beside a
+    /// file go a save file for GTKWave (`.gtkw`) and a command file for Surfer (`.sucl`),
+    /// unless others stand there.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// When a file cannot be written.
     pub fn write_vcd(&mut self, path: &Path) -> Result<(), CosimError> {
-        wave::write(
-            path,
-            &self.outcome.records,
-            &self.layout,
-            self.chip_period_ps,
-        )?;
+        let shown = self.outcome.asked.as_ref().unwrap_or(&self.outcome.found);
+        self.report.vcd_clocks = Some(self.write_shown(path, shown)?);
         self.report.vcd = Some(path.to_owned());
         Ok(())
+    }
+
+    /// [`Cosimulation::write_vcd`] of the clocks round the first mismatch, whichever were
+    /// asked for.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    pub fn write_mismatch(&mut self, path: &Path) -> Result<(), CosimError> {
+        self.report.vcd_clocks = Some(self.write_shown(path, &self.outcome.found)?);
+        self.report.vcd = Some(path.to_owned());
+        Ok(())
+    }
+
+    fn write_shown(&self, path: &Path, shown: &Shown) -> Result<VcdClocks, CosimError> {
+        let comparison = Comparison {
+            layout: &self.layout,
+            ignores_idle_payload: self.outcome.ignores_idle_payload,
+        };
+        let clocks = shown.records.clocks(&self.layout);
+        let time = Timescale::of(self.clock, clocks.end);
+        let waves = stage(path, |out| {
+            wave::write(out, &shown.records, comparison, time)
+        })?;
+        let views = viewers::views(path, &self.layout, time, shown.clock);
+        let views = views
+            .iter()
+            .map(|view| stage(&view.path, |out| out.write_all(view.text.as_bytes())))
+            .collect::<Result<Vec<_>, _>>()?;
+        waves.publish()?;
+        for view in views {
+            view.publish()?;
+        }
+        Ok(VcdClocks {
+            from: clocks.start,
+            clocks: clocks.end - clocks.start,
+        })
     }
 }
 
@@ -304,12 +360,21 @@ fn run(
         }
     };
     let clocks = request.clocks.unwrap_or(default_clocks);
+    if let Window::Clocks(asked) = &request.window
+        && asked.start >= clocks
+    {
+        return Err(CosimError::BeyondTheRun {
+            asked: asked.start,
+            clocks,
+        });
+    }
     let mut counts: Vec<Vec<SentCount>> = vec![Vec::new(); sensor.scene().detectors.len()];
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut reference,
         stimulus,
         layout: &layout,
+        window: request.window.clone(),
     }
     .run_and_read(
         clocks,
@@ -338,7 +403,7 @@ fn run(
         counts,
         outcome,
         layout,
-        chip_period_ps: sensor.clock().chip_period_ps,
+        clock: sensor.clock(),
     })
 }
 
@@ -415,5 +480,6 @@ fn report(
         stimulus: request.stimulus,
         seed: request.seed,
         vcd: None,
+        vcd_clocks: None,
     }
 }

@@ -4,10 +4,12 @@
 //! The numbers of steps and of groups are types of their own. With one phase step
 //! at a time they are equal, and a wrong one would show only with several.
 
+mod timescale;
 mod timing;
 
 use std::ops::Range;
 
+pub use timescale::Timescale;
 pub use timing::{Clock, Scan, Timing};
 
 /// Number of a step in its scan, from 0. It is not the phase step k of the

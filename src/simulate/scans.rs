@@ -11,6 +11,7 @@ use crate::cosim::error::CosimError;
 use crate::cosim::exercised::Exercised;
 use crate::cosim::lockstep::Lockstep;
 use crate::cosim::verilated::Verilated;
+use crate::cosim::window::Window;
 use crate::cosim::{StimulusKind, TOP};
 use crate::deliver;
 use crate::deliver::HdlError;
@@ -224,6 +225,7 @@ fn rtl(
         reference: &mut reference,
         stimulus: &mut Photons::new(&detectors, interface, seed),
         layout: &layout,
+        window: Window::Found,
     }
     .run_and_read(
         clocks_for_scans(interface, repetitions),

@@ -230,6 +230,7 @@ fn a_prefixed_folder_is_co_simulated_by_its_manifest() {
         stimulus: StimulusKind::Adversarial,
         clocks: None,
         seed: 1,
+        window: goldtof::cosim::window::Window::Found,
     };
     let of_folder = || {
         let options = options(goldtof::Rtl::Folder(folder.to_owned()));

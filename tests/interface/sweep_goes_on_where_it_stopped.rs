@@ -278,3 +278,88 @@ fn a_point_that_cannot_be_simulated_has_the_reason_in_its_row() {
     assert!(remark.contains("moves"), "{remark}");
     assert!(rows[1]["bias_m"].is_null());
 }
+
+/// Reads a Parquet file with another implementation: fields with type and unit, the
+/// columns as JSON (doubles by their bits), and the file's own metadata.
+const READ_PARQUET: &str = "
+import json, struct, sys
+import pyarrow.parquet
+table = pyarrow.parquet.read_table(sys.argv[1])
+def plain(value):
+    return struct.pack('>d', value).hex() if isinstance(value, float) else value
+print(json.dumps({
+    'fields': [[field.name, str(field.type), (field.metadata or {}).get(b'unit', b'').decode()]
+               for field in table.schema],
+    'columns': [[plain(value) for value in column.to_pylist()] for column in table.columns],
+    'sweep': json.loads(table.schema.metadata[b'goldtof.sweep']),
+}))
+";
+
+#[test]
+fn parquet_is_the_table_with_types_and_units() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path();
+    json(&sweep(out, &[]));
+    // Beside the target's temporary folder, where scripts/python-tools puts it.
+    let python = concat!(env!("CARGO_TARGET_TMPDIR"), "/../python/bin/python");
+    let read = Command::new(python)
+        .args(["-c", READ_PARQUET])
+        .arg(out.join("sweep.parquet"))
+        .output()
+        .unwrap_or_else(|error| panic!("scripts/python-tools installs pyarrow: {error}"));
+    assert!(read.status.success(), "{}", said(&read));
+    let table: Value = serde_json::from_slice(&read.stdout).unwrap();
+
+    let text = csv(out);
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let heading: Vec<String> = reader
+        .headers()
+        .unwrap()
+        .iter()
+        .map(str::to_owned)
+        .collect();
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    assert!(rows.len() >= 6);
+    let fields = table["fields"].as_array().unwrap();
+    assert_eq!(fields.len(), heading.len());
+    let mut kinds = std::collections::BTreeMap::new();
+    for (at, name) in heading.iter().enumerate() {
+        assert_eq!(fields[at][0], name.as_str());
+        let kind = fields[at][1].as_str().unwrap();
+        *kinds.entry(kind.to_owned()).or_insert(0) += 1;
+        for (row, value) in rows.iter().zip(table["columns"][at].as_array().unwrap()) {
+            let expected = match (&row[at], kind) {
+                ("", _) => Value::Null,
+                (text, "int64") => Value::from(text.parse::<i64>().unwrap()),
+                (text, "double") => {
+                    Value::from(format!("{:016x}", text.parse::<f64>().unwrap().to_bits()))
+                }
+                (text, "string") => Value::from(text),
+                (_, other) => panic!("{name} is {other}"),
+            };
+            assert_eq!(*value, expected, "{name}");
+        }
+    }
+    assert!(
+        kinds["int64"] >= 5 && kinds["double"] >= 12 && kinds["string"] >= 3,
+        "{kinds:?}"
+    );
+    let unit = |name: &str| {
+        let field = fields.iter().find(|field| field[0] == name);
+        field.map(|field| field[2].as_str().unwrap().to_owned())
+    };
+    assert_eq!(unit("bias_m").as_deref(), Some("m"));
+    assert_eq!(unit("detected_rate_cps").as_deref(), Some("1/s"));
+    assert_eq!(unit("missed_fraction").as_deref(), Some(""));
+    assert_eq!(unit("source[0].mean_power (pW)").as_deref(), Some("pW"));
+    let definition = fs::read_to_string(out.join("sweep.json")).unwrap();
+    assert_eq!(
+        table["sweep"],
+        serde_json::from_str::<Value>(&definition).unwrap()
+    );
+
+    // Whole, and the same again byte for byte.
+    let bytes = fs::read(out.join("sweep.parquet")).unwrap();
+    json(&sweep(out, &[]));
+    assert_eq!(fs::read(out.join("sweep.parquet")).unwrap(), bytes);
+}
