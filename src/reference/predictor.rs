@@ -152,6 +152,29 @@ impl ScanState {
     }
 }
 
+/// The signs with which one group's correlators count hits, for one detector.
+#[derive(Debug, Clone, Copy)]
+pub struct GroupSigns<'a> {
+    /// Of each chip of the detector's code.
+    signs: &'a [i8],
+    /// log2 of the samples per chip.
+    lanes_log2: u32,
+    /// Sample of the code's period that the group's first step has at the group's first.
+    first: u64,
+}
+
+impl GroupSigns<'_> {
+    /// Whether the correlator of the group's step `step` counts a hit up at a sample,
+    /// numbered from the group's first.
+    pub fn counts_up(&self, step: u64, sample: u64) -> bool {
+        let period = (self.signs.len() as u64) << self.lanes_log2;
+        // Almost never: a division costs more than all the rest.
+        let step = if step < period { step } else { step % period };
+        let delayed = (self.first + sample + period - step) % period;
+        self.signs[(delayed >> self.lanes_log2) as usize] > 0
+    }
+}
+
 impl Reference {
     /// A model of the hardware with this interface.
     ///
@@ -225,16 +248,17 @@ impl Reference {
         }
     }
 
-    /// Whether the present group's correlator for step `lane` of it counts a hit up, in
-    /// the `chip`-th word of the group.
-    pub fn counts_up(&self, detector: usize, lane: u64, chip: u64, sample: u64) -> bool {
-        let signs = &self.signs[detector];
+    /// How the present group's correlators of a detector count.
+    pub fn group_signs(&self, detector: usize) -> GroupSigns<'_> {
+        let signs = &self.signs[detector][..];
         let lanes = u64::from(self.interface.lanes());
         let period = signs.len() as u64 * lanes;
-        let cycle = (self.scan.from + chip) % signs.len() as u64;
-        let delay = (self.delay() + lane) % period;
-        let delayed = (cycle * lanes + sample + period - delay) % period;
-        signs[(delayed / lanes) as usize] > 0
+        let first = self.scan.from % signs.len() as u64 * lanes;
+        GroupSigns {
+            signs,
+            lanes_log2: lanes.ilog2(),
+            first: (first + period - self.delay() % period) % period,
+        }
     }
 
     /// What the outputs have shown in the blocks predicted so far.

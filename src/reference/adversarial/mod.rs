@@ -351,12 +351,7 @@ impl Adversarial {
             u64::from(self.interface.parallel()),
         );
         for (detector, pulses) in pulses.iter_mut().enumerate() {
-            let words = Words {
-                reference: &self.scout,
-                detector,
-                origin: group.origin,
-                chips: chips.clone(),
-            };
+            let words = Words::new(&self.scout, detector, group.origin, chips.clone());
             match group.plan.hits {
                 Hits::Random => {
                     let pattern = Pattern::random(&mut self.rng, lanes, parallel);
@@ -392,12 +387,7 @@ impl Adversarial {
             let end = (self.decided + MOST_CLOCKS_AT_ONCE).min(until);
             let mut pulses = vec![Vec::new(); self.pulses.len()];
             for (detector, pulses) in pulses.iter_mut().enumerate() {
-                let words = Words {
-                    reference: &self.scout,
-                    detector,
-                    origin: self.decided,
-                    chips: 0..end - self.decided,
-                };
+                let words = Words::new(&self.scout, detector, self.decided, 0..end - self.decided);
                 match lead {
                     Lead::Random => {
                         let pattern = Pattern::random(&mut self.rng, lanes, parallel);
