@@ -1,5 +1,6 @@
 //! Pulses for a group of phase steps, sample by sample.
 
+use crate::scene::DetectorIndex;
 use std::ops::Range;
 
 use rand::{Rng, RngExt};
@@ -76,7 +77,12 @@ pub(super) struct Words<'a> {
 
 impl<'a> Words<'a> {
     /// Of one detector: `chips` are counted from the group's first word, at clock `origin`.
-    pub fn new(reference: &'a Reference, detector: usize, origin: u64, chips: Range<u64>) -> Self {
+    pub fn new(
+        reference: &'a Reference,
+        detector: DetectorIndex,
+        origin: u64,
+        chips: Range<u64>,
+    ) -> Self {
         Words {
             reference,
             signs: reference.group_signs(detector),
@@ -260,7 +266,7 @@ impl<'a> Words<'a> {
 
 impl Hits {
     /// The detector that has them, if the others have none.
-    pub fn detector(self) -> Option<usize> {
+    pub fn detector(self) -> Option<DetectorIndex> {
         match self {
             Hits::One { detector, .. }
             | Hits::Count { detector, .. }

@@ -9,6 +9,7 @@ mod hits;
 mod plan;
 mod recipes;
 
+use crate::scene::DetectorIndex;
 use std::collections::VecDeque;
 use std::ops::Range;
 
@@ -350,7 +351,7 @@ impl Adversarial {
             u64::from(self.interface.lanes()),
             u64::from(self.interface.parallel()),
         );
-        for (detector, pulses) in pulses.iter_mut().enumerate() {
+        for (detector, pulses) in DetectorIndex::all().zip(pulses.iter_mut()) {
             let words = Words::new(&self.scout, detector, group.origin, chips.clone());
             match group.plan.hits {
                 Hits::Random => {
@@ -386,7 +387,7 @@ impl Adversarial {
         while self.decided < until {
             let end = (self.decided + MOST_CLOCKS_AT_ONCE).min(until);
             let mut pulses = vec![Vec::new(); self.pulses.len()];
-            for (detector, pulses) in pulses.iter_mut().enumerate() {
+            for (detector, pulses) in DetectorIndex::all().zip(pulses.iter_mut()) {
                 let words = Words::new(&self.scout, detector, self.decided, 0..end - self.decided);
                 match lead {
                     Lead::Random => {
