@@ -162,6 +162,7 @@ pub fn run(
 
 fn request(emission: &Emission, options: &RunOptions) -> Result<Request, CosimError> {
     Ok(Request {
+        top: emission.top.clone(),
         sources: sources_of(emission),
         registers: None,
         cache: cache_dir()?,
