@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 
 use crate::cosim::build::{cache_dir, sources_of};
+use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate, folder};
 use crate::deliver::{self, Emission, HdlError};
@@ -110,6 +111,8 @@ pub struct CosimOptions {
     pub clocks: Option<u64>,
     /// Seed of all random numbers.
     pub seed: u64,
+    /// How both sides are clocked.
+    pub engine: Engine,
 }
 
 /// Why nothing was compared.
@@ -138,6 +141,7 @@ pub enum CosimFailed {
 ///     stimulus: StimulusKind::Adversarial,
 ///     clocks: None,
 ///     seed: 1,
+///     engine: goldtof::cosim::engine::Engine::Auto,
 /// };
 /// let mut found = goldtof::cosim(&scene, &options, |_, _| ())?;
 /// if found.report.verdict == Verdict::Mismatch {
@@ -174,6 +178,7 @@ pub fn cosim(
         stimulus: options.stimulus,
         clocks: options.clocks,
         seed: options.seed,
+        engine: options.engine,
     };
     Ok(cosimulate(&sensor, &request, on_progress)?)
 }
