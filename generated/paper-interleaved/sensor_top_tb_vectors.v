@@ -32,7 +32,7 @@ module sensor_top_tb_vectors #(
         next       = 1;
     end
 
-    // After the last word it stays: the bench ends there.
+    // After the last word it stays: the testbench ends there.
     always @(posedge i_clk) begin
         if (repeated_r != repeats) begin
             repeated_r <= repeated_r + 1'b1;

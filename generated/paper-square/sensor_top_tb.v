@@ -1,4 +1,4 @@
-// sensor_top_tb: self-checking bench of sensor_top
+// sensor_top_tb: self-checking testbench of sensor_top
 //
 // Drives recorded inputs and compares every output port, after every rising edge of i_clk, with
 // what goldtof's reference model gives. The model takes chips from the code's table and hits from
@@ -9,7 +9,7 @@
 // Counts   41319 hits up and 40863 hits down in the results that come to the stream
 // Covers   61 of 61 cover points (hits 22/22, carries 2/2, stream 8/8, resets 18/18, scans 11/11)
 // Short    steps and scans are cut short, so that their ends and many more of them come in this
-//          length: between two clocks the bench XORs a constant into the counters of the scan
+//          length: between two clocks the testbench XORs a constant into the counters of the scan
 //          controller (controller.chip_count_r, controller.step_count_r), which moves them on and
 //          touches nothing else. A design without them is checked for the first 39322 clocks,
 //          before the first such move, with SENSOR_TOP_TB_WHOLE defined

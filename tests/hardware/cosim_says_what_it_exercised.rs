@@ -234,8 +234,8 @@ fn a_testbench_of_long_steps_shortens_them_and_without_that_is_inconclusive() {
         "--out",
         out.to_str().unwrap(),
     ]);
-    assert!(emitted["bench"]["hits_up"].as_u64() > Some(0));
-    assert!(emitted["bench"]["clocks"].as_u64() <= Some(100_000));
+    assert!(emitted["testbench"]["hits_up"].as_u64() > Some(0));
+    assert!(emitted["testbench"]["clocks"].as_u64() <= Some(100_000));
     // The macro is for designs without the counters: nothing is shortened.
     for (macros, ending) in [
         (None, "PASS"),

@@ -293,7 +293,7 @@ endmodule
 // One hit per rising edge of a detector's level, whatever the border between words, and only
 // within a scan. A count is the sum since the last dump of hits that the reference counts up less
 // those that it counts down: all that came before a dump, and nothing twice or lost at it. A count
-// that does not fit is clamped and flagged, never wrapped. (Dumps, the scan's clocks and the
+// that does not fit is saturated and flagged, never wrapped. (Dumps, the scan's clocks and the
 // reference are arbitrary here.)
 module prove_counts (
     input wire i_clk,
@@ -362,7 +362,7 @@ endmodule
 
 // The stream carries each group's counts, one per beat, detector 0's steps, then detector 1's, ...,
 // each once and in order, with tlast at the scan's last and nowhere else. A group that comes while
-// others wait is dropped whole and sets o_overrun, a group with a clamped count, dropped or not,
+// others wait is dropped whole and sets o_overrun, a group with a saturated count, dropped or not,
 // o_saturated; both stay until reset. (Counts, and when they come, are arbitrary here.)
 module prove_stream (
     input wire i_clk,
