@@ -74,7 +74,10 @@ pub(super) fn in_lanes(
         return Err(Unfit::new(format!("{clocks} clocks are few")).into());
     }
     let (built, prepared) = thread::scope(|scope| {
-        let built = scope.spawn(|| build::build(TOP, &request.sources, interface, &request.cache));
+        let built = scope.spawn(|| {
+            let registers = request.registers.as_ref();
+            build::build_with(TOP, &request.sources, interface, registers, &request.cache)
+        });
         let prepared = Prepared::new(TOP, &request.sources, interface, clocks, &request.cache);
         let built = built
             .join()
@@ -88,7 +91,6 @@ pub(super) fn in_lanes(
             stimulus,
             clocks: Some(WITNESSED_CLOCKS.min(clocks)),
             engine: Engine::Lockstep,
-            registers: None,
             ..request.clone()
         };
         let reference = Reference::new(interface.clone()).map_err(super::CosimError::from)?;

@@ -38,7 +38,7 @@ const QUIET_GROUPS: u64 = 12;
 const QUIET_HITS: usize = 2;
 const GUESSES: &str = "starts.json";
 /// Changes with what this file does.
-const VERSION: &str = "5";
+const VERSION: &str = "6";
 
 /// How a register's value is guessed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -151,6 +151,8 @@ fn bits(values: impl Iterator<Item = bool>) -> u64 {
 struct Watch<'a> {
     design: &'a Design,
     interface: &'a Interface,
+    /// Groups that are watched.
+    groups: u64,
     model: LaneModel,
     rng: Xoshiro256PlusPlus,
 }
@@ -166,6 +168,9 @@ impl<'a> Watch<'a> {
         Ok(Watch {
             design,
             interface,
+            groups: (MOST_CLOCKS / interface.timing.scan.integration_chips)
+                .clamp(1, MOST_GROUPS)
+                .min(interface.groups()),
             model: LaneModel::load(design, &tables)?,
             rng: Xoshiro256PlusPlus::seed_from_u64(1),
         })
@@ -175,9 +180,6 @@ impl<'a> Watch<'a> {
     /// groups.
     fn run(mut self) -> Result<Starts, CosimError> {
         let group_clocks = self.interface.timing.scan.integration_chips;
-        let groups = (MOST_CLOCKS / group_clocks)
-            .clamp(1, MOST_GROUPS)
-            .min(self.interface.groups());
         let mut reference = Reference::new(self.interface.clone())?;
         let mut tally = Tally::new(self.interface);
         let power_up = self.design.power_up(0);
@@ -191,7 +193,7 @@ impl<'a> Watch<'a> {
         let mut clock = 0;
         let mut watched = Vec::new();
         let mut counted = Vec::new();
-        for group in 0..groups {
+        for group in 0..self.groups {
             watched.push(self.model.registers().map_err(halted)?);
             counted.push(tally.values());
             let end = FIRST_WORD + (group + 1) * group_clocks;
@@ -246,7 +248,7 @@ impl<'a> Watch<'a> {
             let period = code.len() * lanes;
             let delay = period - phase_step % period;
             let sign = self.rng.random_range(0..4u8);
-            let most = self.most_hits(group, loud);
+            let most = self.most_hits(group, loud, sign == 0);
             let mut hits = Vec::new();
             // At even and odd samples, so that neighbouring phase steps count differently.
             let mut sample = self.rng.random_range(0..2);
@@ -271,14 +273,19 @@ impl<'a> Watch<'a> {
         all
     }
 
-    /// Most hits of a group: few at first, then of any order of magnitude, so that the
-    /// largest count grows in many steps and is saturated late.
-    fn most_hits(&mut self, group: u64, loud: u64) -> usize {
+    /// Most hits of a group: few at first, then of any order of magnitude. Where all are
+    /// counted up it grows slowly, so that the largest count does in many steps and
+    /// comes to saturation long after a count below zero has.
+    fn most_hits(&mut self, group: u64, loud: u64, are_up: bool) -> usize {
         if group < QUIET_GROUPS {
             return QUIET_HITS;
         }
         let octaves = (loud as f64 / 2.0).log2().max(1.0);
-        self.rng.random_range(1.0..=octaves).exp2() as usize
+        let grown = (group - QUIET_GROUPS) as f64 / (self.groups as f64 / 2.0);
+        let most = if are_up { grown.min(1.0) } else { 1.0 };
+        self.rng
+            .random_range(0.0..=(octaves * most).max(0.1))
+            .exp2() as usize
     }
 
     fn guess(&self, watched: &[Vec<u64>], counted: &[Vec<i64>]) -> Starts {

@@ -112,6 +112,10 @@ fn lanes_equal_lockstep_on_several_detectors_steps_at_once_and_windows() {
         second.name = "second".to_owned();
         second.reference = 1;
         scene.detectors.push(second);
+        for mut path in scene.paths.clone() {
+            path.detector = 1;
+            scene.paths.push(path);
+        }
         scene.hardware.parallel = 4;
         scene.hardware.peak_detector = true;
         scene.hardware.counter_width = Some(7);
