@@ -53,6 +53,8 @@ pub struct SimulateOptions {
     pub fidelity: Tier,
     /// Scans of each detector, at least 1; the tier that draws nothing takes none.
     pub repetitions: u64,
+    /// How the Verilog is clocked, in the tier that does.
+    pub engine: Engine,
     /// Seed of all random numbers.
     pub seed: u64,
 }
@@ -66,6 +68,7 @@ pub struct SimulateOptions {
 /// let options = goldtof::SimulateOptions {
 ///     fidelity: goldtof::simulate::Tier::Events,
 ///     repetitions: 20,
+///     engine: goldtof::cosim::engine::Engine::Auto,
 ///     seed: 1,
 /// };
 /// let simulation = goldtof::simulate(&scene, &options)?;
@@ -80,9 +83,10 @@ pub fn simulate(scene: &Scene, options: &SimulateOptions) -> Result<Simulation, 
     let SimulateOptions {
         fidelity,
         repetitions,
+        engine,
         seed,
     } = *options;
-    repeat::simulate(&Sensor::new(scene), fidelity, seed, repetitions)
+    repeat::simulate_with(&Sensor::new(scene), fidelity, engine, seed, repetitions)
 }
 
 /// Which Verilog is compared with the reference model.

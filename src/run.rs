@@ -167,7 +167,7 @@ pub fn run(
 fn request(emission: &Emission, options: &RunOptions) -> Result<Request, CosimError> {
     Ok(Request {
         sources: sources_of(emission),
-        registers: None,
+        registers: Some(emission.scan_registers.clone()),
         cache: cache_dir()?,
         stimulus: StimulusKind::Photons,
         clocks: None,

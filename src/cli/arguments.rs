@@ -211,6 +211,9 @@ pub(super) struct SimulateArguments {
     /// How much of the sensor to simulate
     #[arg(long, value_name = "T", value_enum, default_value_t = Tier::Events)]
     pub fidelity: Tier,
+    /// How the Verilog is clocked, where it is (rtl)
+    #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
+    pub engine: Engine,
     /// Write what each phase step is expected to count, with its standard deviation,
     /// as CSV
     #[arg(long, value_name = "FILE")]

@@ -140,7 +140,7 @@ pub(super) fn in_lanes(
         elapsed: started.elapsed(),
         ..photons.outcome.clone()
     };
-    Ok(told(sensor, request, photons, outcome, &lanes, parts))
+    Ok(told(sensor, request, photons, outcome, lanes, parts))
 }
 
 /// The run in lanes as a co-simulation; its waveforms are those of the part in
@@ -150,7 +150,7 @@ fn told(
     request: &Request,
     photons: Cosimulation,
     outcome: Outcome,
-    lanes: &LanesOutcome,
+    lanes: LanesOutcome,
     parts: Vec<EnginePart>,
 ) -> Cosimulation {
     let mut counts = vec![Vec::new(); sensor.scene().detectors.len()];
@@ -172,6 +172,7 @@ fn told(
     Cosimulation {
         report,
         counts,
+        hits: lanes.hits,
         outcome,
         ..photons
     }

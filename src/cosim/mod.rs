@@ -223,6 +223,9 @@ pub struct Cosimulation {
     /// Verilog sent them ([`sent::SentReader`]); complete when the run was long
     /// enough, and the two sides did not differ before.
     pub counts: Vec<Vec<SentCount>>,
+    /// For each detector the hits of the first scan's steps, in order, as the reference
+    /// model counts them.
+    pub(crate) hits: Vec<Vec<u64>>,
     outcome: Outcome,
     layout: Layout,
     chip_period_ps: f64,
@@ -331,6 +334,7 @@ fn run(
     };
     let clocks = request.clocks.unwrap_or(default_clocks);
     let mut counts: Vec<Vec<SentCount>> = vec![Vec::new(); sensor.scene().detectors.len()];
+    let mut hits: Vec<Vec<u64>> = vec![Vec::new(); counts.len()];
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut reference,
@@ -339,7 +343,11 @@ fn run(
     }
     .run_and_read(
         clocks,
-        |_| (),
+        |result| {
+            if result.scan == 0 {
+                hits[result.detector].push(result.total);
+            }
+        },
         |sent| {
             if sent.scan == 0 {
                 counts[sent.detector].push(sent);
@@ -358,6 +366,7 @@ fn run(
     Ok(Cosimulation {
         report,
         counts,
+        hits,
         outcome,
         layout,
         chip_period_ps: sensor.clock().chip_period_ps,

@@ -21,6 +21,8 @@ pub(super) struct Expected {
     pub(super) changes: Vec<Change>,
     /// For each slice what had been counted where its warm-up begins.
     pub(super) counted: Vec<Vec<i64>>,
+    /// For each detector the hits of each step.
+    pub(super) hits: Vec<Vec<u64>>,
     /// What the outputs show in the whole run.
     pub(super) exercise: Exercise,
 }
@@ -37,6 +39,7 @@ impl Expected {
             levels: vec![Level::new(interface.lanes()); light.models.len()],
             early: vec![Vec::new(); light.models.len()],
             hits: vec![Vec::new(); light.models.len()],
+            totals: vec![Vec::new(); light.models.len()],
             reference,
             changes: Changes::default(),
             list: Vec::new(),
@@ -62,6 +65,7 @@ impl Expected {
             exercise: follower.reference.exercise().clone(),
             changes: follower.list,
             counted: follower.counted,
+            hits: follower.totals,
         })
     }
 }
@@ -72,6 +76,8 @@ struct Follower {
     /// Pulses of the chunk before that begin in this one.
     early: Vec<Vec<Pulse>>,
     hits: Vec<Vec<u64>>,
+    /// For each detector the hits of each step so far.
+    totals: Vec<Vec<u64>>,
     reference: Reference,
     changes: Changes,
     list: Vec<Change>,
@@ -117,6 +123,7 @@ impl Follower {
             }
             self.results += 1;
             self.tally.add(&result);
+            self.totals[result.detector].push(result.total);
         }
         if self.results.is_multiple_of(self.results_of_group) {
             self.note();

@@ -34,6 +34,8 @@ pub struct LanesOutcome {
     pub exercise: Exercise,
     /// What the result stream sent, in order.
     pub sent: Vec<SentCount>,
+    /// For each detector the hits of each step, as the reference model counts them.
+    pub hits: Vec<Vec<u64>>,
     /// The outputs after the last clock.
     pub last_outputs: Vec<u64>,
     /// A clock at which some output differed; not the first one.
@@ -96,6 +98,7 @@ impl LanesRun<'_> {
             sent: self.sent(&results, &layout),
             last_outputs: last_outputs(&expected.changes, &layout),
             exercise: expected.exercise,
+            hits: expected.hits,
             differs,
         })
     }
