@@ -166,6 +166,7 @@ pub fn run(
 
 fn request(emission: &Emission, options: &RunOptions) -> Result<Request, CosimError> {
     Ok(Request {
+        top: emission.top.clone(),
         sources: sources_of(emission),
         registers: Some(emission.scan_registers.clone()),
         cache: cache_dir()?,

@@ -10,7 +10,7 @@ use super::lanes::run::LanesOutcome;
 use super::lanes::{Prepared, Refusal, Unfit};
 use super::lockstep::Outcome;
 use super::{
-    Cosimulation, Report, Request, StimulusKind, TOP, Verdict, build, coverage, peaks, report, run,
+    Cosimulation, Report, Request, StimulusKind, Verdict, build, coverage, peaks, report, run,
 };
 use crate::photons::DetectorModel;
 use crate::reference::coverage::CoverTable;
@@ -76,9 +76,21 @@ pub(super) fn in_lanes(
     let (built, prepared) = thread::scope(|scope| {
         let built = scope.spawn(|| {
             let registers = request.registers.as_ref();
-            build::build_with(TOP, &request.sources, interface, registers, &request.cache)
+            build::build_with(
+                &request.top,
+                &request.sources,
+                interface,
+                registers,
+                &request.cache,
+            )
         });
-        let prepared = Prepared::new(TOP, &request.sources, interface, clocks, &request.cache);
+        let prepared = Prepared::new(
+            &request.top,
+            &request.sources,
+            interface,
+            clocks,
+            &request.cache,
+        );
         let built = built
             .join()
             .unwrap_or_else(|panic| std::panic::resume_unwind(panic));

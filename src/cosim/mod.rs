@@ -50,8 +50,8 @@ use crate::rtl::blocks::ScanRegisters;
 use crate::sensor::Sensor;
 use crate::sensor::layout::Layout;
 
-/// Name of the module that is compared.
-pub const TOP: &str = "sensor_top";
+/// Name of the module that is compared, unless a manifest says otherwise.
+pub const TOP: &str = crate::deliver::TOP;
 
 /// What drives a co-simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -67,6 +67,8 @@ pub enum StimulusKind {
 /// What to co-simulate, and how long.
 #[derive(Debug, Clone)]
 pub struct Request {
+    /// Name of the module that is compared.
+    pub top: String,
     /// The Verilog.
     pub sources: Vec<SourceFile>,
     /// The scan's counters in it, if they may be moved on: with them the adversary
@@ -297,7 +299,13 @@ fn cosimulate_by_engine(
         .registers
         .as_ref()
         .filter(|_| request.stimulus == StimulusKind::Adversarial);
-    let built = build::build_with(TOP, &request.sources, interface, registers, &request.cache)?;
+    let built = build::build_with(
+        &request.top,
+        &request.sources,
+        interface,
+        registers,
+        &request.cache,
+    )?;
     let mut done = run(sensor, reference, &built, request, on_progress)?;
     done.report.not_in_lanes = not_in_lanes;
     Ok(done)

@@ -170,6 +170,7 @@ impl Rtl {
         on_scan: impl FnMut(&[StepCount]),
     ) -> Result<Vec<String>, ScansError> {
         let request = Request {
+            top: TOP.to_owned(),
             sources: self.sources.clone(),
             registers: None,
             cache: cache_dir()?,
