@@ -10,7 +10,7 @@ use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate, folder};
 use crate::deliver::{self, Emission, HdlError, Prefix};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::photons::StepCount;
-use crate::scene::Scene;
+use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::repeat::{self, Simulation};
@@ -253,7 +253,10 @@ pub fn estimate(
 ) -> Result<EstimateReport, EstimateError> {
     let name = &options.detector;
     let mut detectors = scene.detectors.iter();
-    let Some(detector) = detectors.position(|detector| detector.name == *name) else {
+    let Some(detector) = detectors
+        .position(|detector| detector.name == *name)
+        .map(DetectorIndex)
+    else {
         let known: Vec<String> = scene
             .detectors
             .iter()

@@ -26,6 +26,7 @@ pub(crate) mod tools;
 pub mod verilated;
 pub(crate) mod wave;
 
+use crate::scene::DetectorIndex;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -321,7 +322,7 @@ fn run(
     let interface = sensor.interface();
     let layout = Layout::of(interface);
     let mut model = Verilated::load(built, &layout)?;
-    let detectors: Vec<DetectorModel> = (0..sensor.scene().detectors.len())
+    let detectors: Vec<DetectorModel> = DetectorIndex::of(&sensor.scene().detectors)
         .map(|detector| DetectorModel::new(sensor, detector))
         .collect();
     let means = Means::cosim(built.registers.is_some());

@@ -1,5 +1,6 @@
 //! Counts of whole scans, one tier or another.
 
+use crate::scene::DetectorIndex;
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::num::NonZero;
@@ -81,7 +82,7 @@ struct Rtl {
 /// When the tier cannot do the scene.
 pub fn scans(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     tier: Tier,
     seed: u64,
     repetitions: u64,
@@ -136,7 +137,7 @@ impl Prepared {
     pub fn scans(
         &self,
         sensor: &Sensor,
-        detector: usize,
+        detector: DetectorIndex,
         seed: u64,
         repetitions: u64,
         on_scan: impl FnMut(&[StepCount]),
@@ -211,7 +212,7 @@ fn remark(missing: &str) -> String {
 
 fn counts(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     seed: u64,
     repetitions: u64,
     mut on_scan: impl FnMut(&[StepCount]),
@@ -227,7 +228,7 @@ fn counts(
 
 fn events(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     seed: u64,
     repetitions: u64,
     mut on_scan: impl FnMut(&[StepCount]),
@@ -253,7 +254,7 @@ fn events(
 
 fn sampled(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     seed: u64,
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),
@@ -280,7 +281,7 @@ fn sampled(
 }
 
 fn models(sensor: &Sensor) -> Vec<DetectorModel> {
-    (0..sensor.scene().detectors.len())
+    DetectorIndex::of(&sensor.scene().detectors)
         .map(|detector| DetectorModel::new(sensor, detector))
         .collect()
 }
@@ -288,7 +289,7 @@ fn models(sensor: &Sensor) -> Vec<DetectorModel> {
 /// Any number of scans.
 fn lockstep(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     library: &Built,
     seed: u64,
     repetitions: u64,
