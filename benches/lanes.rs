@@ -22,6 +22,7 @@ use goldtof::photons::DetectorModel;
 use goldtof::reference::photons::Photons;
 use goldtof::reference::predictor::Reference;
 use goldtof::reference::stimulus::clocks_for_scans;
+use goldtof::scene::DetectorIndex;
 use goldtof::sensor::Sensor;
 use goldtof::sensor::layout::Layout;
 use goldtof::{deliver, scene};
@@ -40,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let prepared = Prepared::new(TOP, &sources, interface, scan, &cache)?;
     println!("lanes prepared in {:.2} s", started.elapsed().as_secs_f64());
     let library = build(TOP, &sources, interface, &cache)?;
-    let detectors = [DetectorModel::new(&sensor, 0)];
+    let detectors = [DetectorModel::new(&sensor, DetectorIndex(0))];
     let mut ratios = [Vec::new(), Vec::new()];
     for round in 0..ROUNDS as u64 {
         let mut model = Verilated::load(&library, &layout)?;

@@ -16,6 +16,7 @@ use crate::photons::DetectorModel;
 use crate::reference::coverage::CoverTable;
 use crate::reference::predictor::Reference;
 use crate::reference::stimulus::clocks_for_scans;
+use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
 /// Shorter runs are done before lanes have started.
@@ -125,7 +126,7 @@ pub(super) fn in_lanes(
         parts.push(part_of(&adversarial.report));
     }
     let started = Instant::now();
-    let models: Vec<DetectorModel> = (0..sensor.scene().detectors.len())
+    let models: Vec<DetectorModel> = DetectorIndex::of(&sensor.scene().detectors)
         .map(|detector| DetectorModel::new(sensor, detector))
         .collect();
     let lanes = thread::scope(|scope| {

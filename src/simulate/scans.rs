@@ -166,7 +166,7 @@ impl Rtl {
     fn one_scan(
         &self,
         sensor: &Sensor,
-        detector: usize,
+        detector: DetectorIndex,
         seed: u64,
         on_scan: impl FnMut(&[StepCount]),
     ) -> Result<Vec<String>, ScansError> {

@@ -107,7 +107,7 @@ impl Follower {
         }
         let surroundings = Surroundings {
             clocks: clocks.clone(),
-            resets: vec![0..RESET_CLOCKS],
+            resets: std::iter::once(0..RESET_CLOCKS).collect(),
             stalls: Vec::new(),
             skips: Vec::new(),
         };

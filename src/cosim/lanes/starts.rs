@@ -84,7 +84,7 @@ impl Starts {
             .map(|code| {
                 code.chips
                     .iter()
-                    .map(|&chip| char::from(b'0' + chip as u8))
+                    .map(|&chip| char::from(b'0' + chip))
                     .collect()
             })
             .collect();
@@ -200,7 +200,7 @@ impl<'a> Watch<'a> {
             let hits = self.stimulate(group, &mut samples);
             let surroundings = Surroundings {
                 clocks: clock..end,
-                resets: vec![0..RESET_CLOCKS],
+                resets: std::iter::once(0..RESET_CLOCKS).collect(),
                 stalls: Vec::new(),
                 skips: Vec::new(),
             };

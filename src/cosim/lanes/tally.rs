@@ -3,7 +3,7 @@
 
 use crate::reference::predictor::StepResult;
 use crate::scan::Step;
-use crate::scene::Scan;
+use crate::scene::{DetectorIndex, Scan};
 use crate::sensor::interface::Interface;
 
 /// The numbers after so many groups.
@@ -52,10 +52,10 @@ impl Tally {
     /// Takes in a result; those of a group follow one another.
     pub(super) fn add(&mut self, result: &StepResult) {
         let in_group = (result.step % self.parallel as u64) as usize;
-        if result.detector == 0 && in_group == 0 {
+        if result.detector == DetectorIndex(0) && in_group == 0 {
             self.before = self.present();
         }
-        let counter = result.detector * self.parallel + in_group;
+        let counter = result.detector.0 * self.parallel + in_group;
         self.signed[counter] += result.exact;
         if in_group == 0 {
             self.hits[result.detector] += result.exact_total.cast_signed();

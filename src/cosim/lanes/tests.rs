@@ -12,7 +12,7 @@ use crate::deliver;
 use crate::reference::photons::Photons;
 use crate::reference::predictor::Reference;
 use crate::reference::stimulus::clocks_for_scans;
-use crate::scene::{self, Scene};
+use crate::scene::{self, DetectorIndex, Scene, SourceIndex};
 use crate::sensor::Sensor;
 use crate::sensor::layout::Layout;
 
@@ -38,7 +38,7 @@ fn sources(sensor: &Sensor) -> Vec<SourceFile> {
 }
 
 fn models(sensor: &Sensor) -> Vec<DetectorModel> {
-    (0..sensor.scene().detectors.len())
+    DetectorIndex::of(&sensor.scene().detectors)
         .map(|detector| DetectorModel::new(sensor, detector))
         .collect()
 }
@@ -110,10 +110,10 @@ fn lanes_equal_lockstep_on_several_detectors_steps_at_once_and_windows() {
     let sensor = small("dual-view", 601, |scene| {
         let mut second = scene.detectors[0].clone();
         second.name = "second".to_owned();
-        second.reference = 1;
+        second.reference = SourceIndex(1);
         scene.detectors.push(second);
         for mut path in scene.paths.clone() {
-            path.detector = 1;
+            path.detector = DetectorIndex(1);
             scene.paths.push(path);
         }
         scene.hardware.parallel = 4;
