@@ -4,6 +4,7 @@
 
 use crate::hdl_support::draw::{self, Extent};
 use goldtof::cosim::build::sources_of;
+use goldtof::cosim::engine::Engine;
 use goldtof::cosim::{Request, StimulusKind, Verdict, cosimulate};
 use goldtof::sensor::Sensor;
 use rand::SeedableRng;
@@ -27,6 +28,7 @@ fn match_under_hostile_inputs(scenes: u64, seed: u64) {
             stimulus: StimulusKind::Adversarial,
             clocks: Some(MOST_CLOCKS),
             seed: number,
+            engine: Engine::Lockstep,
         };
         let report = cosimulate(&Sensor::new(&scene), &request, |_, _| ())
             .expect("the tools are there")
