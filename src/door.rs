@@ -4,13 +4,14 @@
 use std::path::PathBuf;
 
 use crate::cosim::build::{cache_dir, sources_of};
+use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::window::Window;
 use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate, folder};
 use crate::deliver::{self, Emission, HdlError, Prefix};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::photons::StepCount;
-use crate::scene::Scene;
+use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::repeat::{self, Simulation};
@@ -57,6 +58,8 @@ pub struct SimulateOptions {
     pub fidelity: Tier,
     /// Scans of each detector, at least 1; the tier that draws nothing takes none.
     pub repetitions: u64,
+    /// How the Verilog is clocked, in the tier that does.
+    pub engine: Engine,
     /// Seed of all random numbers.
     pub seed: u64,
 }
@@ -70,6 +73,7 @@ pub struct SimulateOptions {
 /// let options = goldtof::SimulateOptions {
 ///     fidelity: goldtof::simulate::Tier::Events,
 ///     repetitions: 20,
+///     engine: goldtof::cosim::engine::Engine::Auto,
 ///     seed: 1,
 /// };
 /// let simulation = goldtof::simulate(&scene, &options)?;
@@ -84,9 +88,10 @@ pub fn simulate(scene: &Scene, options: &SimulateOptions) -> Result<Simulation, 
     let SimulateOptions {
         fidelity,
         repetitions,
+        engine,
         seed,
     } = *options;
-    repeat::simulate(&Sensor::new(scene), fidelity, seed, repetitions)
+    repeat::simulate_with(&Sensor::new(scene), fidelity, engine, seed, repetitions)
 }
 
 /// Which Verilog is compared with the reference model.
@@ -117,6 +122,8 @@ pub struct CosimOptions {
     pub seed: u64,
     /// The clocks to keep for waveforms.
     pub window: Window,
+    /// How both sides are clocked.
+    pub engine: Engine,
 }
 
 /// Why nothing was compared.
@@ -147,6 +154,7 @@ pub enum CosimFailed {
 ///     clocks: None,
 ///     seed: 1,
 ///     window: Window::Found,
+///     engine: goldtof::cosim::engine::Engine::Auto,
 /// };
 /// let mut found = goldtof::cosim(&scene, &options, |_, _| ())?;
 /// if found.report.verdict == Verdict::Mismatch {
@@ -185,6 +193,7 @@ pub fn cosim(
         clocks: options.clocks,
         seed: options.seed,
         window: options.window.clone(),
+        engine: options.engine,
     };
     Ok(cosimulate(&sensor, &request, on_progress)?)
 }
@@ -250,7 +259,10 @@ pub fn estimate(
 ) -> Result<EstimateReport, EstimateError> {
     let name = &options.detector;
     let mut detectors = scene.detectors.iter();
-    let Some(detector) = detectors.position(|detector| detector.name == *name) else {
+    let Some(detector) = detectors
+        .position(|detector| detector.name == *name)
+        .map(DetectorIndex)
+    else {
         let known: Vec<String> = scene
             .detectors
             .iter()

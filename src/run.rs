@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::cosim::build::{cache_dir, sources_of};
+use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::sent::SentCount;
 use crate::cosim::window::Window;
@@ -27,7 +28,7 @@ use crate::report::provenance::Provenance;
 #[cfg(feature = "plots")]
 use crate::report::timing::waves;
 use crate::report::{DetectorCounts, counts_csv};
-use crate::scene::Scene;
+use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 
 /// The report page; written last.
@@ -50,6 +51,8 @@ pub struct RunOptions {
     pub out: PathBuf,
     /// Seed of all random numbers.
     pub seed: u64,
+    /// How Verilog and reference model are clocked.
+    pub engine: Engine,
     /// What emitted files say that they were made by.
     pub made_by: String,
     /// The clocks of `waves.vcd`; the file is not written without it.
@@ -117,6 +120,7 @@ pub enum RunError {
 /// let options = goldtof::RunOptions {
 ///     out: "out/quick".into(),
 ///     seed: 1,
+///     engine: goldtof::cosim::engine::Engine::Auto,
 ///     made_by: "goldtof emit quick.toml".to_owned(),
 ///     window: None,
 ///     provenance: goldtof::Provenance::default(),
@@ -180,18 +184,19 @@ fn request(emission: &Emission, options: &RunOptions) -> Result<Request, CosimEr
     Ok(Request {
         top: emission.top.clone(),
         sources: sources_of(emission),
-        registers: None,
+        registers: Some(emission.scan_registers.clone()),
         cache: cache_dir()?,
         stimulus: StimulusKind::Photons,
         clocks: None,
         seed: options.seed,
         window: options.window.clone().map_or(Window::Found, Window::Clocks),
+        engine: options.engine,
     })
 }
 
 /// What the counts that the Verilog sent say of the distance, detector by detector.
 fn estimates(sensor: &Sensor, cosimulation: &Cosimulation) -> Vec<EstimateReport> {
-    let of_detector = |(detector, sent): (usize, &Vec<SentCount>)| {
+    let of_detector = |(detector, sent): (DetectorIndex, &Vec<SentCount>)| {
         let counts: Vec<StepCount> = sent.iter().map(SentCount::step_count).collect();
         let mut estimate = estimate_scan(sensor, detector, &counts);
         if cosimulation.report.verdict == Verdict::Mismatch {
@@ -199,7 +204,7 @@ fn estimates(sensor: &Sensor, cosimulation: &Cosimulation) -> Vec<EstimateReport
         }
         estimate
     };
-    let counts = cosimulation.counts.iter().enumerate();
+    let counts = DetectorIndex::all().zip(&cosimulation.counts);
     counts.map(of_detector).collect()
 }
 
@@ -212,10 +217,8 @@ fn write(
     options: &RunOptions,
     folder: &OutputFolder,
 ) -> Result<(), RunError> {
-    let counts: Vec<DetectorCounts> = sent
-        .iter()
-        .zip(&run.estimates)
-        .enumerate()
+    let counts: Vec<DetectorCounts> = DetectorIndex::all()
+        .zip(sent.iter().zip(&run.estimates))
         .map(|(detector, (counts, estimate))| {
             DetectorCounts::new(sensor, detector, estimate.calibration_offset_ps, counts)
         })

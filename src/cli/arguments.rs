@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand};
 
 use super::new::Like;
 use crate::cosim::StimulusKind;
+use crate::cosim::engine::Engine;
 use crate::deliver::Prefix;
 use crate::printable::{printable, printable_path};
 use crate::scene::{self, EstimatorKind, Scene, SceneErrors, Setting};
@@ -159,6 +160,9 @@ pub(super) struct RunArguments {
     /// With one of these waves.vcd is written as well
     #[command(flatten)]
     pub vcd_window: VcdWindow,
+    /// How Verilog and reference model are clocked
+    #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
+    pub engine: Engine,
 }
 
 #[derive(Debug, Args)]
@@ -193,6 +197,10 @@ pub(super) struct CosimArguments {
     /// What drives both sides
     #[arg(long, value_enum, default_value_t = StimulusKind::Photons)]
     pub stimulus: StimulusKind,
+    /// How both sides are clocked: long runs of photons in lanes, that is 64 time slices
+    /// of the scan and more at once, else in lock-step
+    #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
+    pub engine: Engine,
     /// Write waveforms of all ports, both sides, round the first mismatch (or the first
     /// result when there is none), with views for GTKWave and Surfer beside them
     #[arg(long, value_name = "FILE")]
@@ -241,6 +249,9 @@ pub(super) struct SimulateArguments {
     /// How much of the sensor to simulate
     #[arg(long, value_name = "T", value_enum, default_value_t = Tier::Events)]
     pub fidelity: Tier,
+    /// How the Verilog is clocked, where it is (rtl)
+    #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
+    pub engine: Engine,
     /// Write what each phase step is expected to count, with its standard deviation,
     /// as CSV
     #[arg(long, value_name = "FILE")]

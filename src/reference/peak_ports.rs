@@ -1,8 +1,10 @@
 //! The ports of the peak detector: step and count of each scan's peak.
 
+use crate::scene::DetectorIndex;
 use std::collections::VecDeque;
 use std::ops::Range;
 
+use super::canvas::Canvas;
 use super::coverage::{CoverPoint, CoverTable, Covered, PeakKind};
 use crate::scan::Group;
 use crate::sensor::interface::Interface;
@@ -44,7 +46,6 @@ pub(super) struct PeakPorts {
     step: Field,
     count: Field,
     valid: Field,
-    words: usize,
     /// Largest count of the present scan so far, detector by detector.
     best: Vec<Option<Best>>,
     /// The present scan's last group.
@@ -64,7 +65,6 @@ impl PeakPorts {
             step: field("o_peak_step"),
             count: field("o_peak_count"),
             valid: field("o_peak_valid"),
-            words: layout.outputs.words,
             best: vec![None; detectors],
             last_group: Group(interface.groups() - 1),
             arriving: VecDeque::new(),
@@ -83,7 +83,7 @@ impl PeakPorts {
     /// It is that of step `place` of its group.
     pub(super) fn count(
         &mut self,
-        (detector, place): (usize, usize),
+        (detector, place): (DetectorIndex, usize),
         step: u64,
         count: i64,
         group: Group,
@@ -112,7 +112,7 @@ impl PeakPorts {
         table: &CoverTable,
     ) {
         let mut proves = std::mem::take(after_reset);
-        for (detector, best) in self.best.iter().enumerate() {
+        for (detector, best) in DetectorIndex::all().zip(self.best.iter()) {
             let Some(best) = best else {
                 continue;
             };
@@ -147,27 +147,27 @@ impl PeakPorts {
     pub(super) fn predict(
         &mut self,
         clocks: Range<u64>,
-        expected: &mut [u64],
+        expected: &mut impl Canvas,
         covered: &mut Covered,
     ) {
         let mut filled = clocks.start;
         while let Some(arrival) = self.arriving.pop_front_if(|a| a.clock < clocks.end) {
-            self.fill(clocks.start, filled..arrival.clock, expected);
-            filled = arrival.clock;
+            let clock = arrival.clock;
+            self.fill(filled..clock, expected);
+            filled = clock;
             self.show(&arrival.peaks);
             for point in arrival.proves {
                 covered.mark(point);
             }
-            let record = (arrival.clock - clocks.start) as usize * self.words;
-            expected[record + self.valid.word] |= 1 << self.valid.shift;
+            expected.or(clock..clock + 1, self.valid.word, 1 << self.valid.shift);
         }
-        self.fill(clocks.start, filled..clocks.end, expected);
+        self.fill(filled..clocks.end, expected);
     }
 
     fn show(&mut self, peaks: &[Peak]) {
         self.record.fill(0);
-        for (detector, peak) in peaks.iter().enumerate() {
-            let detector = detector as u32;
+        for (detector, peak) in DetectorIndex::all().zip(peaks.iter()) {
+            let detector = detector.0 as u32;
             let (steps, counts) = (self.plan.step_bits, self.plan.count_bits);
             self.step
                 .or_bits(&mut self.record, detector * steps, steps, peak.step);
@@ -180,15 +180,10 @@ impl PeakPorts {
         }
     }
 
-    fn fill(&self, first_clock: u64, clocks: Range<u64>, expected: &mut [u64]) {
-        if self.record.iter().all(|&word| word == 0) {
-            return;
-        }
-        let from = (clocks.start - first_clock) as usize * self.words;
-        let to = (clocks.end - first_clock) as usize * self.words;
-        for record in expected[from..to].chunks_exact_mut(self.words) {
-            for (word, bits) in record.iter_mut().zip(&self.record) {
-                *word |= bits;
+    fn fill(&self, clocks: Range<u64>, expected: &mut impl Canvas) {
+        for (word, &bits) in self.record.iter().enumerate() {
+            if bits != 0 {
+                expected.or(clocks.clone(), word, bits);
             }
         }
     }

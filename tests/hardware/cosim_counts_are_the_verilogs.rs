@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use goldtof::cosim::Verdict;
 use goldtof::cosim::build::{SourceFile, sources_of};
+use goldtof::cosim::engine::Engine;
 use goldtof::cosim::sent::SentReader;
 use goldtof::cosim::{Cosimulation, Request, StimulusKind, cosimulate};
 use goldtof::deliver::emit;
@@ -12,7 +13,7 @@ use goldtof::photons::StepCount;
 use goldtof::reference::adversarial::Adversarial;
 use goldtof::reference::blocks::{Block, BlockMaker};
 use goldtof::reference::predictor::Reference;
-use goldtof::scene::{self, Scene};
+use goldtof::scene::{self, DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::sensor::interface::Interface;
 use goldtof::sensor::layout::Layout;
@@ -72,6 +73,7 @@ fn cosimulated(scene: &Scene, edits: &[(&str, &str, &str)]) -> Cosimulation {
         stimulus: StimulusKind::Photons,
         clocks: None,
         seed: SEED,
+        engine: Engine::Lockstep,
     };
     cosimulate(&Sensor::new(scene), &request, |_, _| ()).expect("the tools are there")
 }
@@ -80,8 +82,15 @@ fn cosimulated(scene: &Scene, edits: &[(&str, &str, &str)]) -> Cosimulation {
 fn reference_counts(scene: &Scene, tier: Tier, repetitions: u64) -> Vec<StepCount> {
     let mut counts = Vec::new();
     let gather = |scan: &[StepCount]| counts.extend_from_slice(scan);
-    scans(&Sensor::new(scene), 0, tier, SEED, repetitions, gather)
-        .expect("the tier can do the scene");
+    scans(
+        &Sensor::new(scene),
+        DetectorIndex(0),
+        tier,
+        SEED,
+        repetitions,
+        gather,
+    )
+    .expect("the tier can do the scene");
     counts
 }
 

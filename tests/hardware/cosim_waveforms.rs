@@ -7,6 +7,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use goldtof::CosimOptions;
+use goldtof::cosim::engine::Engine;
 use goldtof::cosim::window::Window;
 use goldtof::cosim::{Cosimulation, StimulusKind, VcdClocks, Verdict};
 use goldtof::deliver::{emit, write};
@@ -35,6 +36,7 @@ fn co_simulated(scene: &Scene, rtl: goldtof::Rtl, window: Window) -> Cosimulatio
         stimulus: StimulusKind::Photons,
         clocks: None,
         seed: 1,
+        engine: Engine::Auto,
         window,
     };
     goldtof::cosim(scene, &options, |_, _| ()).expect("it can be run")
@@ -250,6 +252,7 @@ fn a_match_shows_its_first_result_and_what_is_asked_for_is_what_is_there() {
         stimulus: StimulusKind::Photons,
         clocks: Some(300),
         seed: 1,
+        engine: Engine::Auto,
         window: Window::Clocks(300..400),
     };
     let error = goldtof::cosim(&plain(), &options, |_, _| ()).expect_err("it ends before");

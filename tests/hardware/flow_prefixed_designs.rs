@@ -1,5 +1,6 @@
 //! Several sensors in one design: names that do not collide, for Verilog and VHDL.
 
+use goldtof::scene::SourceIndex;
 use std::collections::{BTreeMap, HashSet};
 use std::fs;
 use std::path::Path;
@@ -24,7 +25,7 @@ fn rich() -> Scene {
     let mut scene = scene(&codes, 0, 4, 118, Some(22), 375, Some(6));
     let mut other = scene.detectors[0].clone();
     other.name = "other".into();
-    other.reference = 1;
+    other.reference = SourceIndex(1);
     scene.detectors.push(other);
     scene.hardware.parallel = 4;
     scene.hardware.peak_detector = true;
@@ -229,6 +230,7 @@ fn a_prefixed_folder_is_co_simulated_by_its_manifest() {
         rtl,
         stimulus: StimulusKind::Adversarial,
         clocks: None,
+        engine: goldtof::cosim::engine::Engine::Auto,
         seed: 1,
         window: goldtof::cosim::window::Window::Found,
     };

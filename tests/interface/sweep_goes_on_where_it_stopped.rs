@@ -279,6 +279,7 @@ fn a_point_that_cannot_be_simulated_has_the_reason_in_its_row() {
     assert!(rows[1]["bias_m"].is_null());
 }
 
+#[cfg(feature = "parquet")]
 /// Reads a Parquet file with another implementation: fields with type and unit, the
 /// columns as JSON (doubles by their bits), and the file's own metadata.
 const READ_PARQUET: &str = "
@@ -295,6 +296,7 @@ print(json.dumps({
 }))
 ";
 
+#[cfg(feature = "parquet")]
 #[test]
 fn parquet_is_the_table_with_types_and_units() {
     let folder = tempfile::tempdir().unwrap();

@@ -11,9 +11,10 @@ use serde::Serialize;
 
 use super::scans::{Prepared, ScansError};
 use super::{Tier, domain, expected};
+use crate::cosim::engine::Engine;
 use crate::estimate::{TheoryEffort, theory};
 use crate::photons::StepCount;
-use crate::scene::EstimatorKind;
+use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
 use crate::sensor::Sensor;
 
 use answers::{Answers, Ranging};
@@ -57,7 +58,7 @@ pub struct PathStatistics {
     /// Name of the source whose light the path carries.
     pub source: String,
     /// Index of the path in the scene.
-    pub path: usize,
+    pub path: PathIndex,
     /// True distance, folded into the unambiguous range; without a fluctuation,
     /// whose effect belongs to the scatter.
     pub true_m: f64,
@@ -125,8 +126,22 @@ pub fn simulate(
     seed: u64,
     repetitions: u64,
 ) -> Result<Simulation, ScansError> {
+    simulate_with(sensor, tier, Engine::Auto, seed, repetitions)
+}
+
+/// [`simulate`], with a way to clock the Verilog where the tier does.
+///
+/// # Errors
+/// When the tier cannot do the scene.
+pub fn simulate_with(
+    sensor: &Sensor,
+    tier: Tier,
+    engine: Engine,
+    seed: u64,
+    repetitions: u64,
+) -> Result<Simulation, ScansError> {
     let started = Instant::now();
-    let prepared = Prepared::new(sensor, tier)?;
+    let prepared = Prepared::with_engine(sensor, tier, engine)?;
     let simulation = simulate_prepared(sensor, &prepared, seed, repetitions)?;
     Ok(Simulation {
         run_time_s: started.elapsed().as_secs_f64(),
@@ -149,7 +164,7 @@ pub(crate) fn simulate_prepared(
     let tier = prepared.tier();
     let mut estimates = Vec::new();
     let mut warnings = Vec::new();
-    for detector in 0..sensor.scene().detectors.len() {
+    for detector in DetectorIndex::of(&sensor.scene().detectors) {
         if !tier.draws() {
             // Before anything that takes as long as there are steps or paths.
             TheoryEffort::of(sensor, detector)?.check_predictions(1)?;
@@ -167,7 +182,7 @@ pub(crate) fn simulate_prepared(
             }
         })?;
         // Every detector's scans run the whole hardware.
-        if detector == 0 {
+        if detector == DetectorIndex(0) {
             warnings.extend(remarks);
         }
         answers.take(&waiting);

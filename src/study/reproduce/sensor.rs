@@ -5,9 +5,11 @@ use std::sync::Arc;
 use crate::code::{Code, CodeError, CodeSpec, Family};
 use crate::estimate::{CountingTier, calibration_offset_ps};
 use crate::scene::{
-    CounterTiming, Detector, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, Source, Target,
+    DetectorIndex, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, Source, SourceIndex,
+    Target,
 };
 use crate::sensor::Sensor;
+use crate::study::article;
 
 /// Chip period of the article.
 pub const CHIP_PERIOD_PS: f64 = 8000.0;
@@ -100,8 +102,8 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
         extinction_ratio: 10.0,
     };
     let path = |(number, light): (usize, &Light)| Path {
-        source: number,
-        detector: 0,
+        source: SourceIndex(number),
+        detector: DetectorIndex(0),
         delay_ps: light.delay_ps,
         transmission: 1.0,
         movement: None,
@@ -112,7 +114,7 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
         chip_period_ps: CHIP_PERIOD_PS,
         samples_per_chip: SAMPLES_PER_CHIP,
         sources: lights.iter().enumerate().map(source).collect(),
-        detectors: vec![table_i()],
+        detectors: vec![article::detector()],
         paths: lights.iter().enumerate().map(path).collect(),
         scan: Scan {
             first_step: 0,
@@ -133,28 +135,6 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
     }
 }
 
-/// Table I, with an afterpulse's delay counted from the end of the dead time.
-fn table_i() -> Detector {
-    Detector {
-        name: "spad".to_owned(),
-        reference: 0,
-        photon_detection_probability: 0.31,
-        dark_count_rate_cps: 71e3,
-        background_rate_cps: 0.0,
-        dead_time_ps: 14_000.0,
-        afterpulsing_probability: 0.137,
-        afterpulsing_time_constant_ps: 5000.0,
-        pulse_width_ps: 7000.0,
-        delay_ps: 1750.0,
-        jitter_ps: vec![53.5, 4.0],
-        counter: CounterTiming {
-            rising_delay_ps: 340.0,
-            falling_delay_ps: 390.0,
-            transition_ps: 1.5,
-        },
-    }
-}
-
 /// Scans only the phase steps within `half_chips` of where light of this delay
 /// peaks in the continuous-time counter; all of them where those are more.
 pub fn window(mut scene: Scene, delay_ps: f64, half_chips: u64) -> Scene {
@@ -162,7 +142,8 @@ pub fn window(mut scene: Scene, delay_ps: f64, half_chips: u64) -> Scene {
     let steps = 2 * half_chips * samples + 1;
     let period = scene.scan.steps_per_period;
     if steps < period {
-        let offset_ps = calibration_offset_ps(&Sensor::new(&scene), 0, CountingTier::Events);
+        let offset_ps =
+            calibration_offset_ps(&Sensor::new(&scene), DetectorIndex(0), CountingTier::Events);
         let step_ps = scene.clock().sample_period_ps();
         let peak = ((delay_ps + offset_ps) / step_ps).round() as i64;
         let first = peak - (half_chips * samples) as i64;
@@ -175,7 +156,8 @@ pub fn window(mut scene: Scene, delay_ps: f64, half_chips: u64) -> Scene {
 /// Calibrated time of flight, in chips, that each step of the scan stands for,
 /// growing from step to step.
 pub fn delays_chips(scene: &Scene) -> Vec<f64> {
-    let offset_ps = calibration_offset_ps(&Sensor::new(scene), 0, CountingTier::Events);
+    let offset_ps =
+        calibration_offset_ps(&Sensor::new(scene), DetectorIndex(0), CountingTier::Events);
     let samples = f64::from(scene.samples_per_chip);
     let period = scene.scan.steps_per_period as f64;
     let first = scene.scan.first_step as f64;
@@ -217,7 +199,7 @@ mod tests {
             let code = balanced_gold(number, 0).expect("a Gold code");
             let mut scene = sensor(&[Light::new(&code, POWER_PW)], 1e-3);
             scene.scan.integration_chips = 60 * code.len();
-            let model = DetectorModel::new(&Sensor::new(&scene), 0);
+            let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
             let response = MeanResponse::new(&model).expect("a mean response");
             let counts = response.mean_counts();
             let signed: f64 = counts.iter().map(|count| count.signed).sum();
