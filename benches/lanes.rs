@@ -57,6 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             reference: &mut Reference::new(interface.clone())?,
             stimulus: &mut Photons::new(&detectors, interface, round),
             layout: &layout,
+            window: goldtof::cosim::window::Window::Found,
         }
         .run(CLOCKS, |_| (), |_| ())?;
         if outcome.first.is_some() {

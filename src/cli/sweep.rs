@@ -11,8 +11,6 @@ use crate::study::sweep::{self, Definition, Store, Sweep};
 use crate::version::VERSION;
 
 const CSV: &str = "sweep.csv";
-#[cfg(feature = "parquet")]
-const PARQUET: &str = "sweep.parquet";
 const PLOT: &str = "sweep.svg";
 
 /// The JSON of `goldtof sweep`.
@@ -43,8 +41,7 @@ pub(super) fn run(
     sweep.check()?;
     let folder = output.folder(&arguments.out)?;
     let points = folder.subfolder("points", |path| output.waits(path))?;
-    let definition = Definition::of(&sweep, VERSION);
-    let store = Store::open(&folder, points, &definition)?;
+    let store = Store::open(&folder, points, &Definition::of(&sweep, VERSION))?;
     let done_before = store.done()?.len();
     if done_before > 0 {
         let all = sweep.len();
@@ -61,12 +58,6 @@ pub(super) fn run(
         ));
     }
     folder.write(CSV, &table.csv())?;
-    #[cfg(feature = "parquet")]
-    {
-        let bytes = table.parquet(&serde_json::to_string(&definition)?)?;
-        let staged = folder.stage(PARQUET, |out| out.write_all(&bytes))?;
-        folder.publish(vec![staged])?;
-    }
     folder.write(PLOT, &plot)?;
     let text = format!(
         "{name}: {} points, {} rows in {}\n",

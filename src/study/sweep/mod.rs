@@ -7,8 +7,6 @@
 //! last one ([`Store`]).
 
 mod axis;
-#[cfg(feature = "parquet")]
-mod parquet;
 #[cfg(feature = "plots")]
 mod plot;
 mod points;
@@ -16,8 +14,6 @@ mod store;
 mod table;
 
 pub use axis::{Axis, Value};
-#[cfg(feature = "parquet")]
-pub use parquet::NoParquet;
 pub use points::{Point, Sweep, SweepError};
 pub use store::{Definition, Store, StoreError};
 pub use table::{Table, Unreadable};

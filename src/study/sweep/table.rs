@@ -46,8 +46,6 @@ const COLUMNS: [(&str, Kind); 19] = [
 pub struct Table {
     /// Name and kind of each column.
     pub columns: Vec<(String, Kind)>,
-    /// The unit of each column; none of those that have none.
-    pub units: Vec<Option<String>>,
     /// The rows, point by point.
     pub rows: Vec<Vec<String>>,
 }
@@ -67,17 +65,8 @@ impl Table {
         let point = [("point".to_owned(), Kind::Integer)];
         let others = COLUMNS.map(|(name, kind)| (name.to_owned(), kind));
         let columns = point.into_iter().chain(axes.iter().map(of_axis));
-        let of_axes = axes.iter().map(|axis| {
-            let unit = axis.unit().filter(|unit| !unit.is_empty());
-            unit.map(str::to_owned)
-        });
-        let of_others = COLUMNS.iter().map(|(name, kind)| unit(name, *kind));
         Table {
             columns: columns.chain(others).collect(),
-            units: std::iter::once(None)
-                .chain(of_axes)
-                .chain(of_others)
-                .collect(),
             rows: Vec::new(),
         }
     }
@@ -185,16 +174,6 @@ impl Table {
         };
         self.rows.iter().map(object).collect()
     }
-}
-
-/// The unit of one of [`COLUMNS`], whose numbers have it at the end of their names.
-fn unit(name: &str, kind: Kind) -> Option<String> {
-    let known = [("_m", "m"), ("_cps", "1/s")];
-    let ending = known.iter().find(|(ending, _)| name.ends_with(ending));
-    let unit = ending
-        .filter(|_| kind == Kind::Number)
-        .map(|(_, unit)| *unit);
-    unit.map(str::to_owned)
 }
 
 fn point_fields(point: &Point) -> Vec<String> {
