@@ -14,7 +14,7 @@ use crate::study::reproduce::FigureId;
 use crate::study::sweep::Axis;
 
 /// Most clocks of a co-simulation: years of them, whose samples 64 bits number.
-const MOST_CYCLES: u64 = 1 << 50;
+const MOST_CLOCKS: u64 = 1 << 50;
 
 /// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
 /// time-of-flight sensors.
@@ -178,8 +178,9 @@ pub(super) struct CosimArguments {
     pub rtl: Option<PathBuf>,
     /// Clocks to run, reset included, 1 to 2^50 [default: one whole scan of photons, or as
     /// long as the adversary needs]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MOST_CYCLES))]
-    pub cycles: Option<u64>,
+    #[arg(long, alias = "cycles", value_name = "N",
+          value_parser = clap::value_parser!(u64).range(1..=MOST_CLOCKS))]
+    pub clocks: Option<u64>,
     /// What drives both sides
     #[arg(long, value_enum, default_value_t = StimulusKind::Photons)]
     pub stimulus: StimulusKind,

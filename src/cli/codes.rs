@@ -7,7 +7,7 @@ use crate::code::{CodeSpec, parse_polynomials, parse_seeds, report};
 
 pub(super) fn run(arguments: &CodesArguments, output: &mut Output) -> anyhow::Result<Ending> {
     let report = report(&spec(arguments)?)?;
-    output.answer(&report, &report.to_text())?;
+    output.answer(None, &report, &report.to_text())?;
     Ok(Ending::Done)
 }
 

@@ -28,7 +28,7 @@ pub(super) fn run(
             },
         },
         stimulus: arguments.stimulus,
-        clocks: arguments.cycles,
+        clocks: arguments.clocks,
         seed,
     };
     let mut progress = CosimProgress::new(output);
@@ -39,7 +39,11 @@ pub(super) fn run(
     if let Some(path) = &arguments.vcd {
         cosimulation.write_vcd(path)?;
     }
-    output.answer(&cosimulation.report, &text(&cosimulation.report))?;
+    output.answer(
+        Some(&scene),
+        &cosimulation.report,
+        &text(&cosimulation.report),
+    )?;
     Ok(ending(&cosimulation.report))
 }
 
@@ -93,10 +97,10 @@ pub(super) fn text(report: &Report) -> String {
         "{}: {} clocks, {} phase steps, {} output ports at every clock, {:.1} million clocks per \
          second\n",
         report.verdict,
-        report.cycles,
+        report.clocks,
         report.phase_steps,
         report.compared_ports.len(),
-        report.cycles_per_second / 1e6,
+        report.clocks_per_s / 1e6,
     );
     text += &exercised(report);
     if report.stimulus == StimulusKind::Adversarial {
@@ -104,13 +108,10 @@ pub(super) fn text(report: &Report) -> String {
     }
     if let Some(first) = &report.first_mismatch {
         text += &format!(
-            "first mismatch at clock {} ({:.3} ns): port {} should be {} and is {}; {} clock(s) \
-             differ in all that was compared\n",
-            first.cycle,
+            "first mismatch at clock {} ({:.3} ns): {}; {} clock(s) differ in all that was compared\n",
+            first.clock,
             first.time_ps / 1e3,
-            first.port,
-            first.expected,
-            first.got,
+            first.text(),
             report.mismatches,
         );
     }
@@ -130,7 +131,7 @@ pub(super) fn exercised(report: &Report) -> String {
         text += &format!("not exercised: {}", report.not_exercised.join(", "));
         text += match report.stimulus {
             StimulusKind::Photons => " (`goldtof cosim --stimulus adversarial` drives it)\n",
-            StimulusKind::Adversarial => " (more --cycles bring it)\n",
+            StimulusKind::Adversarial => " (more --clocks bring it)\n",
         };
     }
     text

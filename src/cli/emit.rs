@@ -14,7 +14,7 @@ pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Res
     let sensor = Sensor::new(&arguments.scene.load()?);
     let emission = deliver::emit(&sensor, &command_line(&arguments.scene))?;
     deliver::write_into(&emission, &output.folder(&arguments.out)?)?;
-    output.answer(&emission, &text(&emission, &arguments.out))?;
+    output.answer_document(&emission.document(), &text(&emission, &arguments.out))?;
     Ok(Ending::Done)
 }
 

@@ -25,7 +25,7 @@ pub(super) fn run(
     let report = compare(&scene, seed, budget, arguments.target_error)?;
     for tier in &report.domains {
         for warning in &tier.warnings {
-            output.note(&format!("warning: {}: {warning}", tier.name));
+            output.note(&format!("warning: {}: {warning}", tier.fidelity));
         }
     }
     if let Some(folder) = folder {
@@ -33,7 +33,7 @@ pub(super) fn run(
             output.note(&format!("wrote {}", printable_path(&folder.join(name))));
         }
     }
-    output.answer(&report, &report.to_text())?;
+    output.answer(Some(&scene), &report, &report.to_text())?;
     if let Some(refusal) = &report.refusal {
         output.note(&format!("refused: {refusal}"));
         return Ok(Ending::DoesNotHold);

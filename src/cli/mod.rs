@@ -6,6 +6,8 @@
 mod arguments;
 pub mod codes;
 mod cosim;
+#[doc(hidden)]
+pub mod documents;
 mod emit;
 mod estimate;
 mod fidelity;

@@ -8,10 +8,12 @@ use std::time::Duration;
 use anyhow::Context as _;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rustix::termios::tcgetwinsize;
-use serde::Serialize;
 
+use super::provenance::typed_command;
+use crate::document::{Body, Document};
 use crate::files::{FileError, OutputFolder};
 use crate::printable::{printable_json, printable_lines, printable_path};
+use crate::scene::Scene;
 
 /// The outputs of a command.
 pub(super) struct Output {
@@ -24,11 +26,26 @@ impl Output {
         Output { json, quiet }
     }
 
-    /// The command's answer: `value` with `--json`, else `text`.
-    pub fn answer(&self, value: &impl Serialize, text: &str) -> anyhow::Result<()> {
+    /// The command's answer: a document with `--json`, else `text`. `scene` is what it is
+    /// of, if it is of one.
+    pub fn answer<B: Body>(
+        &self,
+        scene: Option<&Scene>,
+        body: &B,
+        text: &str,
+    ) -> anyhow::Result<()> {
+        self.answer_document(&Document::new(body, typed_command(), scene), text)
+    }
+
+    /// The same with a document that has its head.
+    pub fn answer_document<B: Body>(
+        &self,
+        document: &Document<B>,
+        text: &str,
+    ) -> anyhow::Result<()> {
         let mut stdout = io::stdout().lock();
         let written = if self.json {
-            let document = serde_json::to_string_pretty(value).context("cannot make JSON")?;
+            let document = serde_json::to_string_pretty(document).context("cannot make JSON")?;
             writeln!(stdout, "{}", printable_json(&document))
         } else if self.quiet {
             Ok(())

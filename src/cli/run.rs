@@ -51,7 +51,7 @@ pub(super) fn run(
     progress.end();
     let run = ended?;
     let chips = scene.scan.integration_chips;
-    output.answer(&run, &summary(&run, chips, &arguments.out))?;
+    output.answer(Some(&scene), &run, &summary(&run, chips, &arguments.out))?;
     Ok(ending(&run.cosim))
 }
 
@@ -63,7 +63,7 @@ fn first_line(text: &str) -> &str {
 fn summary(run: &Run, chips: u64, out: &Path) -> String {
     let mut text = format!(
         "{}: co-simulation {}: {} clocks, {} phase steps of {} chips\n",
-        run.scene, run.cosim.verdict, run.cosim.cycles, run.cosim.phase_steps, chips,
+        run.scene, run.cosim.verdict, run.cosim.clocks, run.cosim.phase_steps, chips,
     );
     text += &exercised(&run.cosim);
     let both = run.estimates.iter().zip(&run.other_estimates);
@@ -73,7 +73,7 @@ fn summary(run: &Run, chips: u64, out: &Path) -> String {
             let _ = writeln!(
                 text,
                 "{}: peak of the hardware at phase step {}, count {}",
-                peak.detector, peak.step, peak.count
+                peak.detector, peak.phase_step, peak.count
             );
         }
     }

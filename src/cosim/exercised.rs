@@ -10,6 +10,7 @@ use crate::sensor::interface::Interface;
 
 /// What the compared outputs have shown.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Exercised {
     /// Detector by detector.
     pub detectors: Vec<DetectorExercised>,
@@ -31,6 +32,7 @@ pub struct Exercised {
 
 /// What the results of one detector have shown.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct DetectorExercised {
     /// The detector's name.
     pub detector: String,

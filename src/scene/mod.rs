@@ -33,6 +33,7 @@ mod error;
 mod keys;
 mod movement;
 mod names;
+mod origin;
 mod read;
 mod reader;
 mod scan;
@@ -47,6 +48,7 @@ use std::sync::Arc;
 pub use error::{SceneError, SceneErrors};
 pub use keys::{reference, schema};
 pub use movement::{Fluctuation, Movement};
+pub use origin::{Origin, SceneReference};
 pub use read::{load, load_with, load_with_text, parse, parse_with, read as read_scene_text};
 pub use setting::Setting;
 pub use totals::TotalsMissing;
@@ -62,6 +64,8 @@ use crate::scan::{Clock, Timing};
 pub struct Scene {
     /// The file's stem, `paper-single` for `scenes/paper-single.toml`.
     pub name: String,
+    /// The text that it was read from.
+    pub origin: Origin,
     /// Chip period T_c; one clock cycle of the hardware.
     pub chip_period_ps: f64,
     /// Samples (phase steps) per chip, S = 2^zeta: 1, 2, 4, ...
@@ -89,6 +93,11 @@ impl Scene {
             chip_period_ps: self.chip_period_ps,
             samples_per_chip: self.samples_per_chip,
         }
+    }
+
+    /// What documents name it by.
+    pub fn reference(&self) -> SceneReference {
+        SceneReference::new(&self.name, &self.origin)
     }
 
     /// What follows from clock and scan.
@@ -192,6 +201,7 @@ impl Path {
 
 /// Turns counts into distance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum EstimatorKind {

@@ -24,7 +24,7 @@ fn the_whole_scan_matches_and_the_estimate_is_as_far_off_as_theory_says() {
     assert_eq!(report["cosim"]["verdict"], "match");
     assert_eq!(report["cosim"]["phase_steps"], 16_376);
     // 16,376 steps of 13,100 chips, and the clocks round them.
-    let clocks = report["cosim"]["cycles"].as_u64().unwrap();
+    let clocks = report["cosim"]["clocks"].as_u64().unwrap();
     assert!((214_525_600..214_525_700).contains(&clocks), "{clocks}");
 
     let estimate = &report["estimates"][0];

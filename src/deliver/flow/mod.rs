@@ -19,6 +19,7 @@ use crate::sensor::interface::Interface;
 
 /// Files round the design, by role. In JSON a file is its name.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Flow {
     /// The testbench that compares every output port at every clock.
     pub testbench: Testbench,
@@ -34,6 +35,7 @@ pub struct Flow {
 
 /// The testbench and how much it covers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Testbench {
     /// Its top module.
     pub top: &'static str,
@@ -60,6 +62,7 @@ pub struct Testbench {
 
 /// Clock constraints.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Constraints {
     /// Synopsys Design Constraints.
     pub sdc: EmittedFile,

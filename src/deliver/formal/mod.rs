@@ -17,6 +17,7 @@ use crate::sensor::interface::Interface;
 
 /// Files of the folder `formal`, all with the same names for every scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Formal {
     /// The properties, a module round the design for each proof.
     pub properties: EmittedFile,
