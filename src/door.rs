@@ -6,11 +6,10 @@ use std::path::PathBuf;
 use crate::cosim::build::{cache_dir, sources_of};
 use crate::cosim::error::CosimError;
 use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate, folder};
-use crate::deliver::{self, Emission, HdlError};
+use crate::deliver::{self, Emission, HdlError, Prefix};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::photons::StepCount;
-use crate::rtl::blocks::ScanRegisters;
-use crate::scene::Scene;
+use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::repeat::{self, Simulation};
@@ -21,6 +20,9 @@ use crate::simulate::scans::ScansError;
 pub struct EmitOptions {
     /// What the files say that they were made by: the command, as a rule.
     pub made_by: String,
+    /// What the names of modules, files and macros begin with, so that several sensors
+    /// can be in one design; none by default.
+    pub prefix: Prefix,
 }
 
 /// Makes the Verilog of a scene's sensor, and what goes with it;
@@ -32,17 +34,19 @@ pub struct EmitOptions {
 /// let scene = goldtof::scene::load(Path::new("scenes/paper-single.toml"))?;
 /// let options = goldtof::EmitOptions {
 ///     made_by: "goldtof emit paper-single.toml".to_owned(),
+///     prefix: "left_".parse()?,
 /// };
 /// let emission = goldtof::emit(&scene, &options)?;
 /// assert_eq!(emission.clock_hz, 125e6); // one clock is one chip of 8 ns
-/// assert!(emission.files.iter().any(|file| file.name == "gold_generator.v"));
+/// assert_eq!(emission.top, "left_sensor_top");
+/// assert!(emission.files.iter().any(|file| file.name == "left_gold_generator.v"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
 /// When the scene asks for more than the hardware takes.
 pub fn emit(scene: &Scene, options: &EmitOptions) -> Result<Emission, HdlError> {
-    deliver::emit(&Sensor::new(scene), &options.made_by)
+    deliver::emit_prefixed(&Sensor::new(scene), &options.prefix, &options.made_by)
 }
 
 /// What to simulate.
@@ -155,19 +159,20 @@ pub fn cosim(
     on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimFailed> {
     let sensor = Sensor::new(scene);
-    let (sources, registers) = match &options.rtl {
+    let (top, sources, registers) = match &options.rtl {
         Rtl::Folder(path) => {
             let verilog = folder::read(path)?;
-            let registers = ScanRegisters::of(sensor.interface());
-            let registers = verilog.names(&registers).then_some(registers);
-            (verilog.sources, registers)
+            let registers = verilog.registers(sensor.interface());
+            (verilog.top, verilog.sources, registers)
         }
         Rtl::Emitted { made_by } => {
             let emission = deliver::emit(&sensor, made_by)?;
-            (sources_of(&emission), Some(emission.scan_registers))
+            let sources = sources_of(&emission);
+            (emission.top, sources, Some(emission.scan_registers))
         }
     };
     let request = Request {
+        top,
         sources,
         registers,
         cache: cache_dir()?,
@@ -239,7 +244,10 @@ pub fn estimate(
 ) -> Result<EstimateReport, EstimateError> {
     let name = &options.detector;
     let mut detectors = scene.detectors.iter();
-    let Some(detector) = detectors.position(|detector| detector.name == *name) else {
+    let Some(detector) = detectors
+        .position(|detector| detector.name == *name)
+        .map(DetectorIndex)
+    else {
         let known: Vec<String> = scene
             .detectors
             .iter()

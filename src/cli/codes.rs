@@ -12,7 +12,7 @@ pub(super) fn run(arguments: &CodesArguments, output: &mut Output) -> anyhow::Re
 }
 
 fn spec(arguments: &CodesArguments) -> anyhow::Result<CodeSpec> {
-    let mut spec = CodeSpec::new(arguments.family.parse()?);
+    let mut spec = CodeSpec::new(arguments.family);
     spec.degree = arguments.degree;
     spec.index = arguments.index;
     spec.interleave = arguments.interleave;

@@ -5,10 +5,12 @@ use super::arguments::CosimArguments;
 use super::emit::command_line;
 use super::forecast::Forecast;
 use super::output::{Output, Progress};
+use super::warnings::warn_of_far_paths;
 use crate::cosim::{Report, StimulusKind, Verdict};
 use crate::door::{CosimOptions, Rtl, cosim};
 use crate::files::check_target;
 use crate::printable::printable_path;
+use crate::sensor::Sensor;
 
 pub(super) fn run(
     arguments: &CosimArguments,
@@ -16,6 +18,7 @@ pub(super) fn run(
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
     let scene = arguments.scene.load()?;
+    warn_of_far_paths(&Sensor::new(&scene), output);
     if let Some(path) = &arguments.vcd {
         // Better now than after a long run.
         check_target(path)?;

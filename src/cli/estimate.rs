@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::Ending;
 use super::arguments::EstimateArguments;
 use super::output::Output;
+use super::warnings::warn_of_far_paths;
 use crate::document::Body;
 use crate::recorded::{Assessment, assess, read_counts, residual_plot};
 use crate::sensor::Sensor;
@@ -27,6 +28,7 @@ pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow:
         .load()?
         .with_estimator(arguments.estimator)?;
     let sensor = Sensor::new(&scene);
+    warn_of_far_paths(&sensor, output);
     let scans = read_counts(&arguments.counts, &sensor)?;
     let assessments: Vec<Assessment> = scans.iter().map(|scan| assess(&sensor, scan)).collect();
     if let Some(out) = &arguments.out {

@@ -6,7 +6,9 @@ use super::Ending;
 use super::arguments::FidelityArguments;
 use super::forecast::announce;
 use super::output::Output;
+use super::warnings::warn_of_far_paths;
 use crate::printable::printable_path;
+use crate::sensor::Sensor;
 use crate::study::fidelity::compare;
 
 pub(super) fn run(
@@ -15,6 +17,7 @@ pub(super) fn run(
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
     let scene = arguments.scene.load()?;
+    warn_of_far_paths(&Sensor::new(&scene), output);
     let budget = Duration::from_secs(arguments.budget_s);
     // Before the long work, so that a folder that cannot be had is told at once.
     let folder = match &arguments.out {

@@ -6,6 +6,7 @@ use super::Ending;
 use super::arguments::SweepArguments;
 use super::output::Output;
 use super::provenance::typed_command;
+use super::warnings::warn_of_far_paths;
 use crate::document::{Body, Document};
 use crate::printable::printable_path;
 use crate::scene;
@@ -49,6 +50,12 @@ pub(super) fn run(
         seed,
     };
     sweep.check()?;
+    // One warning is enough: that of the first point that is too far.
+    for number in 0..sweep.len() {
+        if warn_of_far_paths(&sweep.point(number)?.sensor, output) {
+            break;
+        }
+    }
     let folder = output.folder(&arguments.out)?;
     let points = folder.subfolder("points", |path| output.waits(path))?;
     let store = Store::open(&folder, points, &Definition::of(&sweep, &typed_command()))?;

@@ -1,5 +1,6 @@
 //! What a co-simulation exercised: a match says no more than that.
 
+use crate::scene::DetectorIndex;
 use serde::Serialize;
 
 use super::StimulusKind;
@@ -76,12 +77,12 @@ impl Exercised {
             if detector.results == 0 {
                 missing.push(format!(
                     "no result of detector {name} came to the stream: the first can stand there after \
-                     {} clocks (--cycles)",
+                     {} clocks (--clocks)",
                     clocks_for_a_result(interface)
                 ));
                 continue;
             }
-            let [ups, downs] = signs_reached(interface, number);
+            let [ups, downs] = signs_reached(interface, DetectorIndex(number));
             let counted = [
                 (ups && detector.hits_up == 0, "up"),
                 (downs && detector.hits_down == 0, "down"),
@@ -97,15 +98,15 @@ impl Exercised {
                     lacking.join(" or "),
                     match stimulus {
                         StimulusKind::Photons =>
-                            "more light, more --cycles or `--stimulus adversarial` brings such hits",
-                        StimulusKind::Adversarial => "more --cycles bring such hits",
+                            "more light, more --clocks or `--stimulus adversarial` brings such hits",
+                        StimulusKind::Adversarial => "more --clocks bring such hits",
                     }
                 ));
             }
         }
         if missing.is_empty() && self.results_taken == 0 {
             missing.push(
-                "the receiver took no result: more --cycles, or another --seed, bring it to do so"
+                "the receiver took no result: more --clocks, or another --seed, bring it to do so"
                     .to_owned(),
             );
         }
@@ -169,7 +170,7 @@ fn clocks_for_a_result(interface: &Interface) -> u64 {
 /// Whether a detector's reference has the sign of a hit that counts up, and one
 /// that counts down, in any phase step of a scan: with few chips per step it may
 /// not.
-fn signs_reached(interface: &Interface, detector: usize) -> [bool; 2] {
+fn signs_reached(interface: &Interface, detector: DetectorIndex) -> [bool; 2] {
     let code = &interface.reference_codes[detector];
     let lanes = u64::from(interface.lanes());
     let period = code.len() * lanes;
@@ -260,7 +261,7 @@ mod tests {
                         }
                         let window = format!("{{ first = {first}, count = {steps} }}");
                         let interface = interface(chips, samples, integration, &window, parallel);
-                        let reached = signs_reached(&interface, 0);
+                        let reached = signs_reached(&interface, DetectorIndex(0));
                         assert_eq!(
                             reached,
                             by_definition(&interface),

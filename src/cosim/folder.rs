@@ -12,7 +12,9 @@ use super::manifest::{Named, file_names};
 use super::needed::needed_by;
 use crate::files::read_regular;
 use crate::printable::is_unprintable;
+use crate::rtl::back::Prefix;
 use crate::rtl::blocks::ScanRegisters;
+use crate::sensor::interface::Interface;
 
 /// Largest file of Verilog, and largest manifest, that is read.
 const MOST_BYTES: u64 = 64 << 20;
@@ -23,6 +25,8 @@ const ENDINGS: [&str; 4] = [".v", ".sv", ".vh", ".svh"];
 
 /// The Verilog of a folder.
 pub struct FolderRtl {
+    /// Its top module: the one that its manifest names, or else [`TOP`].
+    pub top: String,
     /// Its files.
     pub sources: Vec<SourceFile>,
     /// The scan's counters, as its manifest names them.
@@ -30,13 +34,20 @@ pub struct FolderRtl {
 }
 
 impl FolderRtl {
-    /// Whether the manifest names these counters, as that of an emitted design does.
-    pub fn names(&self, registers: &ScanRegisters) -> bool {
-        serde_json::to_value(registers).is_ok_and(|wanted| wanted == self.registers)
+    /// The scan's counters, if the manifest names those that a design emitted for
+    /// `interface` has.
+    pub fn registers(&self, interface: &Interface) -> Option<ScanRegisters> {
+        let registers = ScanRegisters::of(interface);
+        let is_named = serde_json::to_value(&registers).is_ok_and(|named| named == self.registers);
+        let prefix = match self.top.strip_suffix(TOP)? {
+            "" => Prefix::default(),
+            prefix => prefix.parse().ok()?,
+        };
+        is_named.then(|| registers.in_design_of(&prefix))
     }
 }
 
-/// Reads the files that `DIR/manifest.json` names, or those of the folder that
+/// Reads the files that `DIR/manifest.json` names and its top module, or those of the folder that
 /// the top module needs, in the order of their names: a testbench among them is left
 /// out.
 ///
@@ -46,6 +57,7 @@ pub fn read(folder: &Path) -> Result<FolderRtl, CosimError> {
     let named = manifest(folder)?;
     let has_manifest = named.is_some();
     let Named {
+        top,
         files: names,
         scan_registers: registers,
     } = match named {
@@ -85,7 +97,11 @@ pub fn read(folder: &Path) -> Result<FolderRtl, CosimError> {
     } else {
         needed_by(TOP, sources)
     };
-    Ok(FolderRtl { sources, registers })
+    Ok(FolderRtl {
+        top: top.unwrap_or_else(|| TOP.to_owned()),
+        sources,
+        registers,
+    })
 }
 
 fn manifest(folder: &Path) -> Result<Option<Named>, CosimError> {

@@ -23,6 +23,7 @@ pub(crate) mod tools;
 pub mod verilated;
 pub(crate) mod wave;
 
+use crate::scene::DetectorIndex;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -46,8 +47,8 @@ use crate::rtl::blocks::ScanRegisters;
 use crate::sensor::Sensor;
 use crate::sensor::layout::Layout;
 
-/// Name of the module that is compared.
-pub const TOP: &str = "sensor_top";
+/// Name of the module that is compared, unless a manifest says otherwise.
+pub const TOP: &str = crate::deliver::TOP;
 
 /// What drives a co-simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -64,6 +65,8 @@ pub enum StimulusKind {
 /// What to co-simulate, and how long.
 #[derive(Debug, Clone)]
 pub struct Request {
+    /// Name of the module that is compared.
+    pub top: String,
     /// The Verilog.
     pub sources: Vec<SourceFile>,
     /// The scan's counters in it, if they may be moved on: with them the adversary
@@ -217,7 +220,13 @@ pub fn cosimulate(
         .registers
         .as_ref()
         .filter(|_| request.stimulus == StimulusKind::Adversarial);
-    let built = build::build_with(TOP, &request.sources, interface, registers, &request.cache)?;
+    let built = build::build_with(
+        &request.top,
+        &request.sources,
+        interface,
+        registers,
+        &request.cache,
+    )?;
     let run = run(sensor, reference, &built, request, on_progress);
     run.map_err(|error| match error {
         CosimError::Halted { when, reason } => CosimError::Halted {
@@ -238,7 +247,7 @@ fn run(
     let interface = sensor.interface();
     let layout = Layout::of(interface);
     let mut model = Verilated::load(built, &layout)?;
-    let detectors: Vec<DetectorModel> = (0..sensor.scene().detectors.len())
+    let detectors: Vec<DetectorModel> = DetectorIndex::of(&sensor.scene().detectors)
         .map(|detector| DetectorModel::new(sensor, detector))
         .collect();
     let means = Means::cosim(built.registers.is_some());
