@@ -45,7 +45,7 @@ fn the_plan_of_paper_single() {
       interleaver           about 3 LUTs, 3 flip-flops    the code is not interleaved (nu = 0)
       parallel_correlators  about 74 LUTs, 82 flip-flops  parallel = 1: phase steps are correlated one after another
       count_segments        about 8 LUTs, 21 flip-flops   one carry chain holds 17 bits at full clock; saves pipeline stages
-      saturation                                    no stimulus can overflow 17 bits; saves a pipeline stage and a port
+      saturation                                          no stimulus can overflow 17 bits; saves a pipeline stage and a port
       total_counts          about 31 LUTs, 65 flip-flops  the estimator "fft" uses the signed counts alone
       scan_realignment                                    a scan of all 16376 phase steps ends where it began
       peak_detector         about 32 LUTs, 74 flip-flops  the host receives all 16376 counts and finds their maximum
