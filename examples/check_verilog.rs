@@ -8,6 +8,7 @@
 use std::error::Error;
 use std::path::PathBuf;
 
+use goldtof::cosim::engine::Engine;
 use goldtof::cosim::{StimulusKind, Verdict};
 use goldtof::{CosimOptions, EmitOptions, Rtl};
 
@@ -36,6 +37,7 @@ fn check(scene: PathBuf, folder: PathBuf) -> Result<(), Box<dyn Error>> {
     let options = CosimOptions {
         rtl: Rtl::Folder(folder.clone()),
         stimulus: StimulusKind::Adversarial,
+        engine: Engine::Auto,
         clocks: None,
         seed: 1,
     };

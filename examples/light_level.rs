@@ -9,6 +9,7 @@ use std::error::Error;
 use std::path::Path;
 
 use goldtof::SimulateOptions;
+use goldtof::cosim::engine::Engine;
 use goldtof::scene::Setting;
 use goldtof::simulate::Tier;
 
@@ -31,6 +32,7 @@ fn table(repetitions: u64) -> Result<Vec<Line>, Box<dyn Error>> {
         let scene = goldtof::scene::load_with(Path::new("scenes/quick.toml"), &[power])?;
         let options = SimulateOptions {
             fidelity: Tier::Events,
+            engine: Engine::Auto,
             repetitions,
             seed: 1,
         };

@@ -8,6 +8,7 @@
 use std::error::Error;
 use std::path::Path;
 
+use goldtof::cosim::engine::Engine;
 use goldtof::photons::StepCount;
 use goldtof::{EstimateOptions, RunOptions};
 
@@ -16,6 +17,7 @@ fn distances(folder: &Path) -> Result<(f64, f64), Box<dyn Error>> {
     let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
     let options = RunOptions {
         out: folder.to_owned(),
+        engine: Engine::Auto,
         seed: 1,
         made_by: "recorded_counts".to_owned(),
         provenance: goldtof::Provenance::default(),

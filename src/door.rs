@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 
 use crate::cosim::build::{cache_dir, sources_of};
+use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate, folder};
 use crate::deliver::{self, Emission, HdlError, Prefix};
@@ -56,6 +57,8 @@ pub struct SimulateOptions {
     pub fidelity: Tier,
     /// Scans of each detector, at least 1; the tier that draws nothing takes none.
     pub repetitions: u64,
+    /// How the Verilog is clocked, in the tier that does.
+    pub engine: Engine,
     /// Seed of all random numbers.
     pub seed: u64,
 }
@@ -69,6 +72,7 @@ pub struct SimulateOptions {
 /// let options = goldtof::SimulateOptions {
 ///     fidelity: goldtof::simulate::Tier::Events,
 ///     repetitions: 20,
+///     engine: goldtof::cosim::engine::Engine::Auto,
 ///     seed: 1,
 /// };
 /// let simulation = goldtof::simulate(&scene, &options)?;
@@ -83,9 +87,10 @@ pub fn simulate(scene: &Scene, options: &SimulateOptions) -> Result<Simulation, 
     let SimulateOptions {
         fidelity,
         repetitions,
+        engine,
         seed,
     } = *options;
-    repeat::simulate(&Sensor::new(scene), fidelity, seed, repetitions)
+    repeat::simulate_with(&Sensor::new(scene), fidelity, engine, seed, repetitions)
 }
 
 /// Which Verilog is compared with the reference model.
@@ -114,6 +119,8 @@ pub struct CosimOptions {
     pub clocks: Option<u64>,
     /// Seed of all random numbers.
     pub seed: u64,
+    /// How both sides are clocked.
+    pub engine: Engine,
 }
 
 /// Why nothing was compared.
@@ -142,6 +149,7 @@ pub enum CosimFailed {
 ///     stimulus: StimulusKind::Adversarial,
 ///     clocks: None,
 ///     seed: 1,
+///     engine: goldtof::cosim::engine::Engine::Auto,
 /// };
 /// let mut found = goldtof::cosim(&scene, &options, |_, _| ())?;
 /// if found.report.verdict == Verdict::Mismatch {
@@ -179,6 +187,7 @@ pub fn cosim(
         stimulus: options.stimulus,
         clocks: options.clocks,
         seed: options.seed,
+        engine: options.engine,
     };
     Ok(cosimulate(&sensor, &request, on_progress)?)
 }

@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand};
 use super::new::Like;
 use crate::code::Family;
 use crate::cosim::StimulusKind;
+use crate::cosim::engine::Engine;
 use crate::deliver::Prefix;
 use crate::printable::{printable, printable_path};
 use crate::scene::{self, EstimatorKind, Scene, SceneErrors, Setting};
@@ -159,6 +160,9 @@ pub(super) struct RunArguments {
     /// How counts become distances [default: the scene's]
     #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
+    /// How Verilog and reference model are clocked
+    #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
+    pub engine: Engine,
 }
 
 #[derive(Debug, Args)]
@@ -195,6 +199,10 @@ pub(super) struct CosimArguments {
     /// What drives both sides
     #[arg(long, value_enum, default_value_t = StimulusKind::Photons)]
     pub stimulus: StimulusKind,
+    /// How both sides are clocked: long runs of photons in lanes, that is 64 time slices
+    /// of the scan and more at once, else in lock-step
+    #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
+    pub engine: Engine,
     /// Write waveforms of all ports, both sides, round the first mismatch (or of
     /// the first clocks when there is none), for example --vcd ports.vcd
     #[arg(long, value_name = "FILE")]
@@ -215,6 +223,9 @@ pub(super) struct SimulateArguments {
     /// How much of the sensor to simulate
     #[arg(long, value_name = "T", value_enum, default_value_t = Tier::Events)]
     pub fidelity: Tier,
+    /// How the Verilog is clocked, where it is (rtl)
+    #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
+    pub engine: Engine,
     /// Write what each phase step is expected to count, with its standard deviation,
     /// as CSV, for example --expected expected.csv
     #[arg(long, value_name = "FILE")]

@@ -6,6 +6,7 @@ use super::emit::command_line;
 use super::forecast::Forecast;
 use super::output::{Output, Progress};
 use super::warnings::warn_of_far_paths;
+use crate::cosim::engine;
 use crate::cosim::{Report, StimulusKind, Verdict};
 use crate::door::{CosimOptions, Rtl, cosim};
 use crate::files::check_target;
@@ -33,6 +34,7 @@ pub(super) fn run(
         stimulus: arguments.stimulus,
         clocks: arguments.clocks,
         seed,
+        engine: arguments.engine,
     };
     let mut progress = CosimProgress::new(output);
     progress.build();
@@ -126,7 +128,8 @@ pub(super) fn text(report: &Report) -> String {
 
 /// What the verdict rests on, and what it lacks.
 pub(super) fn exercised(report: &Report) -> String {
-    let mut text = format!("exercised: {}\n", report.exercised.text());
+    let mut text = format!("clocked: {}\n", engine::text(report));
+    text += &format!("exercised: {}\n", report.exercised.text());
     for missing in &report.missing {
         text += &format!("inconclusive: {missing}\n");
     }

@@ -26,7 +26,19 @@ fn the_whole_scan_matches_and_the_estimates_are_as_far_off_as_theory_says() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{said}");
     let text = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(text, printed_in_readme());
+    // How much went in lanes depends on the machine and its tools.
+    let without_engines = |text: &str| -> Vec<String> {
+        let lines = text.lines().filter(|line| !line.starts_with("clocked: "));
+        lines.map(str::to_owned).collect()
+    };
+    assert_eq!(
+        without_engines(&text),
+        without_engines(&printed_in_readme())
+    );
+    assert!(
+        text.contains("\nclocked: 214525612 clocks of photons"),
+        "{text}"
+    );
     assert!(folder.path().join("out/paper-single/report.html").is_file());
 
     // 16,376 steps of 13,100 chips, and the clocks round them.
