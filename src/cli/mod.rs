@@ -2,6 +2,12 @@
 //!
 //! With `--json` one JSON document goes to stdout and nothing else; progress
 //! and summaries go to stderr.
+//!
+//! ```no_run
+//! fn main() -> std::process::ExitCode {
+//!     goldtof::cli::main()
+//! }
+//! ```
 
 mod arguments;
 pub mod codes;

@@ -1,4 +1,23 @@
 //! Co-simulation: Verilog in Verilator, beside the reference model, clock by clock.
+//!
+//! ```no_run
+//! use std::path::Path;
+//!
+//! use goldtof::cosim::StimulusKind;
+//! use goldtof::cosim::engine::Engine;
+//!
+//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+//! let options = goldtof::CosimOptions {
+//!     rtl: goldtof::Rtl::Folder("my_rtl".into()),
+//!     stimulus: StimulusKind::Photons,
+//!     engine: Engine::Auto,
+//!     clocks: Some(100_000),
+//!     seed: 1,
+//! };
+//! let found = goldtof::cosim(&scene, &options, |done, of| eprintln!("{done} of {of} clocks"))?;
+//! println!("{}: {} phase steps", found.report.verdict, found.report.phase_steps);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #[doc(hidden)]
 pub mod build;

@@ -27,6 +27,18 @@
 //! | `hardware.counter_width` | as wide as no stimulus can overflow |
 //! | `hardware.total_counts` | true with `estimator = "model"`, which needs them, else false |
 //! | `hardware.peak_detector` | false: the host finds the peak |
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+//! assert_eq!(scene.chip_period_ps, 8000.0);
+//! assert_eq!(scene.paths[0].distance_m(), 3.2);
+//!
+//! let error = goldtof::scene::parse("my.toml", "clock.chip_period = 8").unwrap_err();
+//! assert!(error.to_string().contains("8 has no unit; write for example"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod detector;
 mod error;
