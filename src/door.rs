@@ -1,15 +1,14 @@
 //! The library's doors beside [`run`](crate::run): one function for each job, with its
 //! options and its errors.
 
-use std::path::PathBuf;
-
 use crate::cosim::build::{cache_dir, sources_of};
 use crate::cosim::error::CosimError;
-use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate, folder};
+use crate::cosim::latency::{Latency, held_to};
+use crate::cosim::own::{self, OwnDesign, OwnRtl};
+use crate::cosim::{Cosimulation, Request, StimulusKind, TOP, cosimulate};
 use crate::deliver::{self, Emission, HdlError};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::photons::StepCount;
-use crate::rtl::blocks::ScanRegisters;
 use crate::scene::Scene;
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
@@ -93,9 +92,8 @@ pub enum Rtl {
         /// files, so that the same words spare another one.
         made_by: String,
     },
-    /// The files of a folder that have the same top module and ports: those that a
-    /// `manifest.json` there names, or else those that the top module needs.
-    Folder(PathBuf),
+    /// Verilog of one's own with the same ports.
+    Own(OwnRtl),
 }
 
 /// What to compare, and how.
@@ -110,6 +108,8 @@ pub struct CosimOptions {
     pub clocks: Option<u64>,
     /// Seed of all random numbers.
     pub seed: u64,
+    /// How late results may come.
+    pub latency: Latency,
 }
 
 /// Why nothing was compared.
@@ -134,10 +134,11 @@ pub enum CosimFailed {
 ///
 /// let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
 /// let options = goldtof::CosimOptions {
-///     rtl: goldtof::Rtl::Folder("my_rtl".into()),
+///     rtl: goldtof::Rtl::Own(goldtof::OwnRtl::folder("my_rtl")),
 ///     stimulus: StimulusKind::Adversarial,
 ///     clocks: None,
 ///     seed: 1,
+///     latency: goldtof::cosim::latency::Latency::Auto,
 /// };
 /// let mut found = goldtof::cosim(&scene, &options, |_, _| ())?;
 /// if found.report.verdict == Verdict::Mismatch {
@@ -155,27 +156,31 @@ pub fn cosim(
     on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimFailed> {
     let sensor = Sensor::new(scene);
-    let (sources, registers) = match &options.rtl {
-        Rtl::Folder(path) => {
-            let verilog = folder::read(path)?;
-            let registers = ScanRegisters::of(sensor.interface());
-            let registers = verilog.names(&registers).then_some(registers);
-            (verilog.sources, registers)
-        }
+    let design = match &options.rtl {
+        Rtl::Own(own) => own::read(own, sensor.interface())?,
         Rtl::Emitted { made_by } => {
             let emission = deliver::emit(&sensor, made_by)?;
-            (sources_of(&emission), Some(emission.scan_registers))
+            OwnDesign {
+                top: TOP.to_owned(),
+                sources: sources_of(&emission),
+                registers: Some(emission.scan_registers),
+                remarks: Vec::new(),
+            }
         }
     };
     let request = Request {
-        sources,
-        registers,
+        top: design.top,
+        sources: design.sources,
+        registers: design.registers,
         cache: cache_dir()?,
         stimulus: options.stimulus,
         clocks: options.clocks,
         seed: options.seed,
     };
-    Ok(cosimulate(&sensor, &request, on_progress)?)
+    let sensor = held_to(&sensor, options.latency, &request)?;
+    let mut done = cosimulate(&sensor, &request, on_progress)?;
+    done.report.remarks = design.remarks;
+    Ok(done)
 }
 
 /// Whose counts they are.

@@ -162,6 +162,7 @@ pub fn run(
 
 fn request(emission: &Emission, options: &RunOptions) -> Result<Request, CosimError> {
     Ok(Request {
+        top: cosim::TOP.to_owned(),
         sources: sources_of(emission),
         registers: None,
         cache: cache_dir()?,

@@ -5,18 +5,17 @@ pub mod build;
 pub(crate) mod cache;
 pub mod error;
 pub mod exercised;
-pub(crate) mod folder;
 pub(crate) mod image;
+pub mod latency;
 #[doc(hidden)]
 pub mod lockstep;
-#[doc(hidden)]
-pub mod manifest;
-pub(crate) mod needed;
+pub mod own;
 #[doc(hidden)]
 pub mod ports;
 mod rejected;
 #[doc(hidden)]
 pub mod sent;
+pub mod shift;
 pub(crate) mod tools;
 #[doc(hidden)]
 pub mod verilated;
@@ -26,12 +25,14 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use self::build::{Built, SourceFile};
+use self::build::{Built, SourceFile, is_users};
 use self::error::{CosimError, When};
 use self::exercised::Exercised;
+use self::latency::HeldLatency;
 use self::lockstep::{Lockstep, Outcome};
 use self::rejected::in_users_terms;
 use self::sent::SentCount;
+use self::shift::{PortDifference, differences};
 use self::verilated::Verilated;
 use crate::photons::DetectorModel;
 use crate::reference::adversarial::{Adversarial, LONGEST_DEFAULT, Means};
@@ -60,6 +61,8 @@ pub enum StimulusKind {
 /// What to co-simulate, and how long.
 #[derive(Debug, Clone)]
 pub struct Request {
+    /// Its top module, with exactly the interface's ports.
+    pub top: String,
     /// The Verilog.
     pub sources: Vec<SourceFile>,
     /// The scan's counters in it, if they may be moved on: with them the adversary
@@ -113,6 +116,15 @@ pub struct Report {
     pub stimulus: StimulusKind,
     /// Its seed.
     pub seed: u64,
+    /// How each port differs round the first mismatch.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub differences: Vec<PortDifference>,
+    /// The latency that the Verilog was held to, if not the emitted design's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub latency: Option<HeldLatency>,
+    /// What was ignored of the Verilog, or assumed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub remarks: Vec<String>,
     /// The waveform file, if one was written; bytes of its name that are no text are
     /// replaced in JSON.
     #[serde(serialize_with = "path_text")]
@@ -255,7 +267,13 @@ pub fn cosimulate(
         .registers
         .as_ref()
         .filter(|_| request.stimulus == StimulusKind::Adversarial);
-    let built = build::build_with(TOP, &request.sources, interface, registers, &request.cache)?;
+    let built = build::build_with(
+        &request.top,
+        &request.sources,
+        interface,
+        registers,
+        &request.cache,
+    )?;
     let run = run(sensor, reference, &built, request, on_progress);
     run.map_err(|error| match error {
         CosimError::Halted { when, reason } => CosimError::Halted {
@@ -406,6 +424,12 @@ fn report(
         peaks: Vec::new(),
         stimulus: request.stimulus,
         seed: request.seed,
+        differences: match &outcome.first {
+            Some(_) => differences(&outcome.records, layout, is_users(&request.sources)),
+            None => Vec::new(),
+        },
+        latency: HeldLatency::of(sensor),
+        remarks: Vec::new(),
         vcd: None,
     }
 }

@@ -64,6 +64,7 @@ fn cosimulated(scene: &Scene, edits: &[(&str, &str, &str)]) -> Cosimulation {
     }
     let cache = tempfile::tempdir().expect("a temporary folder");
     let request = Request {
+        top: goldtof::cosim::TOP.to_owned(),
         sources,
         registers: None,
         cache: cache.path().to_owned(),

@@ -19,6 +19,7 @@ fn match_under_hostile_inputs(scenes: u64, seed: u64) {
     for number in 0..scenes {
         let (scene, emission) = draw::emitted(&mut rng, Extent::SHORT, |_| ());
         let request = Request {
+            top: goldtof::cosim::TOP.to_owned(),
             sources: sources_of(&emission),
             // Shortened steps and scans, and whole ones.
             registers: (number % 2 == 0).then(|| emission.scan_registers.clone()),

@@ -21,5 +21,6 @@ mod hdl_parts_left_out_change_nothing;
 mod hdl_rust_simulation;
 mod hdl_snapshots;
 mod hdl_support;
+mod own_rtl;
 mod reference_model_equals_a_clock_by_clock_model;
 mod schema_takes_scenes;
