@@ -7,6 +7,7 @@
 //!
 //!     cargo bench --bench cosim
 
+use goldtof::scene::DetectorIndex;
 use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
@@ -35,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let interface = Interface::of(&scene);
     let layout = Layout::of(&interface);
     let library = build(TOP, &sources, &interface, &cache_dir()?)?;
-    let detectors = [DetectorModel::new(&Sensor::new(&scene), 0)];
+    let detectors = [DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0))];
 
     let mut ratios = Vec::new();
     for round in 0..ROUNDS {

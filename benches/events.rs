@@ -17,7 +17,7 @@ use std::time::Instant;
 use goldtof::photons::fast::{InstructionSet, StepCounter};
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::scan::Step;
-use goldtof::scene::{self, Scene};
+use goldtof::scene::{self, DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
 use rustix::time::{ClockId, clock_gettime};
 
@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// so it is found by counting.
 fn set_rate(scene: &mut Scene, rate: f64) {
     for _ in 0..12 {
-        let model = DetectorModel::new(&Sensor::new(scene), 0);
+        let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
         let mut counts = vec![StepCount::ZERO; 512];
         StepCounter::new(&model).count(1, 0..1, 0..512, &mut counts);
         let found = total(&counts) / sensor_s(scene, counts.len());
@@ -64,7 +64,7 @@ fn total(counts: &[StepCount]) -> f64 {
 
 /// Prints a line for each instruction set.
 fn measure(scene: &Scene) {
-    let model = DetectorModel::new(&Sensor::new(scene), 0);
+    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
     let mut counts = vec![StepCount::ZERO; 4096];
     StepCounter::new(&model).count(0, 0..1, 0..4096, &mut counts);
     let rate = total(&counts) / sensor_s(scene, counts.len());
@@ -107,7 +107,7 @@ fn measure(scene: &Scene) {
 
 /// Prints how much faster all cores are than one.
 fn scaling(scene: &Scene) {
-    let model = DetectorModel::new(&Sensor::new(scene), 0);
+    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
     let counter = StepCounter::new(&model);
     let cores = available_parallelism().unwrap_or(NonZero::<usize>::MIN);
     let steps = scene.scan.steps;

@@ -7,6 +7,7 @@
 //!
 //!     cargo bench --bench expected
 
+use goldtof::scene::{DetectorIndex, PathIndex};
 use std::error::Error;
 use std::hint::black_box;
 use std::path::Path;
@@ -28,10 +29,15 @@ const ROUNDS: usize = 15;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let scene = scene::load(Path::new("scenes/paper-single.toml"))?;
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     println!("whole tiers, {} phase steps", scene.scan.steps);
     measure("expected: prediction and bound", || {
-        theory(&Sensor::new(&scene), 0, &[0], CountingTier::Events)
+        theory(
+            &Sensor::new(&scene),
+            DetectorIndex(0),
+            &[PathIndex(0)],
+            CountingTier::Events,
+        )
     });
     measure("expected: as the command does", || {
         simulate(&Sensor::new(&scene), Tier::Expected, 1, 1)

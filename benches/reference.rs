@@ -7,6 +7,7 @@
 //!
 //!     cargo bench --bench reference
 
+use goldtof::scene::DetectorIndex;
 use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
@@ -35,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let interface = Interface::of(&scene);
         let layout = Layout::of(&interface);
-        let detectors = [DetectorModel::new(&Sensor::new(&scene), 0)];
+        let detectors = [DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0))];
         let mut reference = Reference::new(interface.clone())?;
         let mut photons = Photons::new(&detectors, &interface, round as u64);
         let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, CLOCKS);

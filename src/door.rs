@@ -5,11 +5,11 @@ use crate::cosim::build::{cache_dir, sources_of};
 use crate::cosim::error::CosimError;
 use crate::cosim::latency::{Latency, held_to};
 use crate::cosim::own::{self, OwnDesign, OwnRtl};
-use crate::cosim::{Cosimulation, Request, StimulusKind, TOP, cosimulate};
-use crate::deliver::{self, Emission, HdlError};
+use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate};
+use crate::deliver::{self, Emission, HdlError, Prefix};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::photons::StepCount;
-use crate::scene::Scene;
+use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::repeat::{self, Simulation};
@@ -20,6 +20,9 @@ use crate::simulate::scans::ScansError;
 pub struct EmitOptions {
     /// What the files say that they were made by: the command, as a rule.
     pub made_by: String,
+    /// What the names of modules, files and macros begin with, so that several sensors
+    /// can be in one design; none by default.
+    pub prefix: Prefix,
 }
 
 /// Makes the Verilog of a scene's sensor, and what goes with it;
@@ -31,17 +34,19 @@ pub struct EmitOptions {
 /// let scene = goldtof::scene::load(Path::new("scenes/paper-single.toml"))?;
 /// let options = goldtof::EmitOptions {
 ///     made_by: "goldtof emit paper-single.toml".to_owned(),
+///     prefix: "left_".parse()?,
 /// };
 /// let emission = goldtof::emit(&scene, &options)?;
 /// assert_eq!(emission.clock_hz, 125e6); // one clock is one chip of 8 ns
-/// assert!(emission.files.iter().any(|file| file.name == "gold_generator.v"));
+/// assert_eq!(emission.top, "left_sensor_top");
+/// assert!(emission.files.iter().any(|file| file.name == "left_gold_generator.v"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
 /// When the scene asks for more than the hardware takes.
 pub fn emit(scene: &Scene, options: &EmitOptions) -> Result<Emission, HdlError> {
-    deliver::emit(&Sensor::new(scene), &options.made_by)
+    deliver::emit_prefixed(&Sensor::new(scene), &options.prefix, &options.made_by)
 }
 
 /// What to simulate.
@@ -161,8 +166,8 @@ pub fn cosim(
         Rtl::Emitted { made_by } => {
             let emission = deliver::emit(&sensor, made_by)?;
             OwnDesign {
-                top: TOP.to_owned(),
                 sources: sources_of(&emission),
+                top: emission.top,
                 registers: Some(emission.scan_registers),
                 remarks: Vec::new(),
             }
@@ -244,7 +249,10 @@ pub fn estimate(
 ) -> Result<EstimateReport, EstimateError> {
     let name = &options.detector;
     let mut detectors = scene.detectors.iter();
-    let Some(detector) = detectors.position(|detector| detector.name == *name) else {
+    let Some(detector) = detectors
+        .position(|detector| detector.name == *name)
+        .map(DetectorIndex)
+    else {
         let known: Vec<String> = scene
             .detectors
             .iter()

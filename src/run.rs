@@ -25,7 +25,7 @@ use crate::report::provenance::Provenance;
 #[cfg(feature = "plots")]
 use crate::report::timing::waves;
 use crate::report::{DetectorCounts, counts_csv};
-use crate::scene::Scene;
+use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 
 /// The report page; written last.
@@ -162,7 +162,7 @@ pub fn run(
 
 fn request(emission: &Emission, options: &RunOptions) -> Result<Request, CosimError> {
     Ok(Request {
-        top: cosim::TOP.to_owned(),
+        top: emission.top.clone(),
         sources: sources_of(emission),
         registers: None,
         cache: cache_dir()?,
@@ -174,7 +174,7 @@ fn request(emission: &Emission, options: &RunOptions) -> Result<Request, CosimEr
 
 /// What the counts that the Verilog sent say of the distance, detector by detector.
 fn estimates(sensor: &Sensor, cosimulation: &Cosimulation) -> Vec<EstimateReport> {
-    let of_detector = |(detector, sent): (usize, &Vec<SentCount>)| {
+    let of_detector = |(detector, sent): (DetectorIndex, &Vec<SentCount>)| {
         let counts: Vec<StepCount> = sent.iter().map(SentCount::step_count).collect();
         let mut estimate = estimate_scan(sensor, detector, &counts);
         if cosimulation.report.verdict == Verdict::Mismatch {
@@ -182,7 +182,7 @@ fn estimates(sensor: &Sensor, cosimulation: &Cosimulation) -> Vec<EstimateReport
         }
         estimate
     };
-    let counts = cosimulation.counts.iter().enumerate();
+    let counts = DetectorIndex::all().zip(&cosimulation.counts);
     counts.map(of_detector).collect()
 }
 
@@ -195,10 +195,8 @@ fn write(
     options: &RunOptions,
     folder: &OutputFolder,
 ) -> Result<(), RunError> {
-    let counts: Vec<DetectorCounts> = sent
-        .iter()
-        .zip(&run.estimates)
-        .enumerate()
+    let counts: Vec<DetectorCounts> = DetectorIndex::all()
+        .zip(sent.iter().zip(&run.estimates))
         .map(|(detector, (counts, estimate))| {
             DetectorCounts::new(sensor, detector, estimate.calibration_offset_ps, counts)
         })

@@ -8,7 +8,7 @@ use goldtof::estimate::fit::{Fitter, OtherLight};
 use goldtof::estimate::{delay_error_ps, distance_m};
 use goldtof::photons::DetectorModel;
 use goldtof::response::{CountSampler, MeanResponse, SecondMoments};
-use goldtof::scene::{Path as LightPath, Scene, Source};
+use goldtof::scene::{DetectorIndex, Path as LightPath, PathIndex, Scene, Source, SourceIndex};
 use goldtof::sensor::Sensor;
 
 use crate::noiseless::gold;
@@ -42,7 +42,7 @@ fn with_paths(scene: &Scene, lit: &[Lit], power_w: f64, chips: u64) -> Outcome<S
             });
         }
         scene.paths.push(LightPath {
-            source: number,
+            source: SourceIndex(number),
             delay_ps: delay_chips * scene.chip_period_ps,
             transmission: share,
             ..path.clone()
@@ -54,12 +54,12 @@ fn with_paths(scene: &Scene, lit: &[Lit], power_w: f64, chips: u64) -> Outcome<S
 
 fn line(name: &str, scene: &Scene, other: OtherLight, scans: u64) -> Outcome {
     let sensor = Sensor::new(scene);
-    let model = DetectorModel::new(&sensor, 0);
+    let model = DetectorModel::new(&sensor, DetectorIndex(0));
     let response = MeanResponse::of_tier(&model, TIER)?;
     let second = SecondMoments::new(&response)?;
     let sampler = CountSampler::of(&model, &second);
-    let bound = bound(&sensor, 0, TIER)?;
-    let fitter = Fitter::new(&sensor, 0, TIER, other);
+    let bound = bound(&sensor, DetectorIndex(0), TIER)?;
+    let fitter = Fitter::new(&sensor, DetectorIndex(0), TIER, other);
     let period_ps = sensor.timing().code_period_ps();
     let mut errors = vec![Vec::new(); scene.paths.len()];
     let (mut refused, mut untold, mut more) = (0, 0, 0);
@@ -89,7 +89,7 @@ fn line(name: &str, scene: &Scene, other: OtherLight, scans: u64) -> Outcome {
         "  {name}: {scans} scans, {refused} refused, {untold} untold, {more} with more; {ms:.0} ms"
     );
     for (number, errors) in errors.iter().enumerate() {
-        let bound_m = bound.of_path(number).unwrap_or(f64::NAN);
+        let bound_m = bound.of_path(PathIndex(number)).unwrap_or(f64::NAN);
         let n = errors.len() as f64;
         let mean = errors.iter().sum::<f64>() / n;
         let squares = errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>();

@@ -22,7 +22,7 @@ use goldtof::estimate::{
 };
 use goldtof::photons::{DetectorModel, StepCount};
 use goldtof::response::MeanResponse;
-use goldtof::scene::{self, Scene};
+use goldtof::scene::{self, DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
 
 type Outcome<T = ()> = Result<T, Box<dyn Error>>;
@@ -59,7 +59,7 @@ fn main() -> Outcome {
 /// Sets the laser's power for a mean detection rate.
 fn set_detection_rate(scene: &mut Scene, rate_cps: f64) -> Outcome {
     for _ in 0..30 {
-        let model = DetectorModel::new(&Sensor::new(scene), 0);
+        let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
         let found = MeanResponse::of_tier(&model, TIER)?.detection_rate_hz();
         let dead = scene.detectors[0].dead_time_ps * 1e-12;
         // The rates before the dead time, roughly, as a ratio.
@@ -74,8 +74,9 @@ fn set_detection_rate(scene: &mut Scene, rate_cps: f64) -> Outcome {
 /// The steps round the first path.
 fn cut_scan(scene: &mut Scene, halfwidth: u64) {
     let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
-    let peak =
-        (scene.paths[0].delay_ps + calibration_offset_ps(&Sensor::new(scene), 0, TIER)) / step_ps;
+    let peak = (scene.paths[0].delay_ps
+        + calibration_offset_ps(&Sensor::new(scene), DetectorIndex(0), TIER))
+        / step_ps;
     let all = scene.scan.steps_per_period;
     scene.scan.first_step = (peak.round() as u64 + all - halfwidth) % all;
     scene.scan.steps = 2 * halfwidth;
@@ -89,7 +90,7 @@ fn error_mm(scene: &Scene, delay_ps: f64) -> f64 {
 
 fn phase_error_mm(scene: &Scene, counts: &[StepCount]) -> Outcome<f64> {
     let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
-    let offset_ps = calibration_offset_ps(&Sensor::new(scene), 0, TIER);
+    let offset_ps = calibration_offset_ps(&Sensor::new(scene), DetectorIndex(0), TIER);
     let found = estimate(&scene.timing(), &signed, offset_ps)?;
     Ok(error_mm(scene, found.delay_ps))
 }

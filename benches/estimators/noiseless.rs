@@ -7,7 +7,7 @@ use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::estimate::fit::{OtherLight, fit_means};
 use goldtof::photons::StepCount;
 use goldtof::response::MeanCount;
-use goldtof::scene::{Path as LightPath, Scene, Source};
+use goldtof::scene::{DetectorIndex, Path as LightPath, Scene, Source, SourceIndex};
 use goldtof::sensor::Sensor;
 
 use crate::optics_support::stepped::Stepped;
@@ -36,7 +36,7 @@ pub fn add_interferer(scene: &mut Scene, code: &Arc<Code>, chips: f64) {
     let delay_ps = scene.paths[0].delay_ps + chips * scene.chip_period_ps;
     let period_ps = code.len() as f64 * scene.chip_period_ps;
     scene.paths.push(LightPath {
-        source: 1,
+        source: SourceIndex(1),
         delay_ps: delay_ps.rem_euclid(period_ps),
         ..scene.paths[0].clone()
     });
@@ -69,7 +69,13 @@ pub fn walk(scene: &Scene) -> Outcome {
         cut_scan(&mut scene, 14);
         let stepped = Stepped::new(&scene, STEP_PS);
         let counts = stepped.counts();
-        let fitted = fit_means(&Sensor::new(&scene), 0, TIER, &counts, OtherLight::None)?;
+        let fitted = fit_means(
+            &Sensor::new(&scene),
+            DetectorIndex(0),
+            TIER,
+            &counts,
+            OtherLight::None,
+        )?;
         println!(
             "  {:13.3} | {:9.3} {:9.5}  ({} iterations, chi-square {:.1})",
             stepped.detection_rate_hz() / 1e6,
@@ -92,7 +98,13 @@ pub fn circular(scene: &Scene) -> Outcome {
         let mut scene = scene.clone();
         cut_scan(&mut scene, 14);
         let counts = Stepped::new(&scene, STEP_PS).counts();
-        let fitted = fit_means(&Sensor::new(&scene), 0, TIER, &counts, OtherLight::None)?;
+        let fitted = fit_means(
+            &Sensor::new(&scene),
+            DetectorIndex(0),
+            TIER,
+            &counts,
+            OtherLight::None,
+        )?;
         println!(
             "  {:16} ps | {:9.3} {:9.5}",
             50 * twentieth,
@@ -117,8 +129,20 @@ pub fn interference(scene: &Scene) -> Outcome {
         add_interferer(&mut scene, &code, chips);
         set_detection_rate(&mut scene, 10e6)?;
         let counts = Stepped::new(&scene, STEP_PS).counts();
-        let given = fit_means(&Sensor::new(&scene), 0, TIER, &counts, OtherLight::Given)?;
-        let found = fit_means(&Sensor::new(&scene), 0, TIER, &counts, OtherLight::Search)?;
+        let given = fit_means(
+            &Sensor::new(&scene),
+            DetectorIndex(0),
+            TIER,
+            &counts,
+            OtherLight::Given,
+        )?;
+        let found = fit_means(
+            &Sensor::new(&scene),
+            DetectorIndex(0),
+            TIER,
+            &counts,
+            OtherLight::Search,
+        )?;
         let right = found
             .paths
             .get(1)

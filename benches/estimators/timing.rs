@@ -5,7 +5,7 @@ use std::fs;
 use goldtof::estimate::fit::{Fitter, OtherLight, fit};
 use goldtof::photons::DetectorModel;
 use goldtof::response::{CountSampler, MeanResponse, SecondMoments};
-use goldtof::scene::Scene;
+use goldtof::scene::{DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
 
 use crate::{Outcome, TIER, cut_scan, set_detection_rate};
@@ -33,7 +33,7 @@ pub fn timing(scene: &Scene) -> Outcome {
         set_detection_rate(&mut scene, rate)?;
         cut_scan(&mut scene, 14);
         scene.scan.integration_chips = 130_000;
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let response = MeanResponse::of_tier(&model, TIER)?;
         let second = SecondMoments::new(&response)?;
         let sampler = CountSampler::of(&model, &second);
@@ -62,7 +62,7 @@ pub fn timing(scene: &Scene) -> Outcome {
             repetition += 1;
             fit(
                 &Sensor::new(&scene),
-                0,
+                DetectorIndex(0),
                 TIER,
                 &sampler.scan(3, repetition),
                 OtherLight::None,
@@ -70,7 +70,7 @@ pub fn timing(scene: &Scene) -> Outcome {
             Ok(())
         })?;
         let sensor = Sensor::new(&scene);
-        let fitter = Fitter::new(&sensor, 0, TIER, OtherLight::None);
+        let fitter = Fitter::new(&sensor, DetectorIndex(0), TIER, OtherLight::None);
         let one_of_many = milliseconds(400, || {
             repetition += 1;
             fitter.fit(&sampler.scan(3, repetition))?;

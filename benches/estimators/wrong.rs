@@ -2,7 +2,7 @@
 //! detector, fitted with wrong ones.
 
 use goldtof::estimate::fit::{OtherLight, fit_means};
-use goldtof::scene::Scene;
+use goldtof::scene::{DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
 
 use crate::optics_support::stepped::Stepped;
@@ -94,7 +94,13 @@ pub fn wrong(scene: &Scene) -> Outcome {
             let counts = Stepped::new(&scene, 25.0).counts();
             let mut believed = scene.clone();
             (mistake.belief)(&mut believed);
-            let fitted = fit_means(&Sensor::new(&believed), 0, TIER, &counts, OtherLight::None)?;
+            let fitted = fit_means(
+                &Sensor::new(&believed),
+                DetectorIndex(0),
+                TIER,
+                &counts,
+                OtherLight::None,
+            )?;
             let raised = fitted.chi_square / (2.0 * fitted.degrees_of_freedom as f64).sqrt();
             print!("  {:8.3} ({raised:4.1})", error_mm(&scene, fitted.delay_ps));
         }

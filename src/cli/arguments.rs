@@ -9,6 +9,7 @@ use super::new::Like;
 use crate::cosim::StimulusKind;
 use crate::cosim::latency::Latency;
 use crate::cosim::own::OwnRtl;
+use crate::deliver::Prefix;
 use crate::printable::{printable, printable_path};
 use crate::scene::{self, EstimatorKind, Scene, SceneErrors, Setting};
 use crate::simulate::Tier;
@@ -173,6 +174,11 @@ pub(super) struct EmitArguments {
     /// Folder for the Verilog and manifest.json; made when missing
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// What the names of all modules, files and macros begin with, so that several
+    /// sensors can be in one design: a letter, then letters, digits and single
+    /// underscores, at most 64 characters, for example left_ [default: none]
+    #[arg(long, value_name = "NAME")]
+    pub prefix: Option<Prefix>,
 }
 
 #[derive(Debug, Args)]

@@ -12,7 +12,12 @@ use crate::sensor::Sensor;
 
 pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Result<Ending> {
     let sensor = Sensor::new(&arguments.scene.load()?);
-    let emission = deliver::emit(&sensor, &command_line(&arguments.scene))?;
+    let mut command = command_line(&arguments.scene);
+    if let Some(prefix) = &arguments.prefix {
+        command += &format!(" --prefix {prefix}");
+    }
+    let prefix = arguments.prefix.clone().unwrap_or_default();
+    let emission = deliver::emit_prefixed(&sensor, &prefix, &command)?;
     deliver::write_into(&emission, &output.folder(&arguments.out)?)?;
     output.answer(&emission, &text(&emission, &arguments.out))?;
     Ok(Ending::Done)

@@ -4,11 +4,12 @@ use super::output::Output;
 use crate::code::{Family, Generator, MOST_HARDWARE_DEGREE};
 use crate::estimate::folded;
 use crate::light::distance_m;
+use crate::scene::PathIndex;
 use crate::sensor::Sensor;
 
 /// Says of every path beyond the unambiguous range that it is.
 pub(super) fn warn_of_far_paths(sensor: &Sensor, output: &Output) {
-    for path in 0..sensor.scene().paths.len() {
+    for path in PathIndex::of(&sensor.scene().paths) {
         if let Some(folded) = folded(sensor, path) {
             let advice = longer_code(sensor, path).map_or(String::new(), |degree| {
                 format!("; codes of degree {degree} reach that far")
@@ -20,7 +21,7 @@ pub(super) fn warn_of_far_paths(sensor: &Sensor, output: &Output) {
 
 /// The least degree of the path's code whose range has room for it, and which the
 /// hardware can make.
-fn longer_code(sensor: &Sensor, path: usize) -> Option<u32> {
+fn longer_code(sensor: &Sensor, path: PathIndex) -> Option<u32> {
     let path = &sensor.scene().paths[path];
     let code = &sensor.scene().sources[path.source].code;
     let family = match code.generator {

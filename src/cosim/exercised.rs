@@ -1,5 +1,6 @@
 //! What a co-simulation exercised: a match says no more than that.
 
+use crate::scene::DetectorIndex;
 use serde::Serialize;
 
 use super::StimulusKind;
@@ -79,7 +80,7 @@ impl Exercised {
                 ));
                 continue;
             }
-            let [ups, downs] = signs_reached(interface, number);
+            let [ups, downs] = signs_reached(interface, DetectorIndex(number));
             let counted = [
                 (ups && detector.hits_up == 0, "up"),
                 (downs && detector.hits_down == 0, "down"),
@@ -167,7 +168,7 @@ fn clocks_for_a_result(interface: &Interface) -> u64 {
 /// Whether a detector's reference has the sign of a hit that counts up, and one
 /// that counts down, in any phase step of a scan: with few chips per step it may
 /// not.
-fn signs_reached(interface: &Interface, detector: usize) -> [bool; 2] {
+fn signs_reached(interface: &Interface, detector: DetectorIndex) -> [bool; 2] {
     let code = &interface.reference_codes[detector];
     let lanes = u64::from(interface.lanes());
     let period = code.len() * lanes;
@@ -258,7 +259,7 @@ mod tests {
                         }
                         let window = format!("{{ first = {first}, count = {steps} }}");
                         let interface = interface(chips, samples, integration, &window, parallel);
-                        let reached = signs_reached(&interface, 0);
+                        let reached = signs_reached(&interface, DetectorIndex(0));
                         assert_eq!(
                             reached,
                             by_definition(&interface),

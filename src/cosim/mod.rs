@@ -21,6 +21,7 @@ pub(crate) mod tools;
 pub mod verilated;
 pub(crate) mod wave;
 
+use crate::scene::DetectorIndex;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -44,8 +45,8 @@ use crate::rtl::blocks::ScanRegisters;
 use crate::sensor::Sensor;
 use crate::sensor::layout::Layout;
 
-/// Name of the module that is compared.
-pub const TOP: &str = "sensor_top";
+/// Name of the module that is compared, unless a manifest says otherwise.
+pub const TOP: &str = crate::deliver::TOP;
 
 /// What drives a co-simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -267,13 +268,22 @@ pub fn cosimulate(
         .registers
         .as_ref()
         .filter(|_| request.stimulus == StimulusKind::Adversarial);
-    let built = build::build_with(
-        &request.top,
-        &request.sources,
-        interface,
-        registers,
-        &request.cache,
-    )?;
+    let build = |registers| {
+        build::build_with(
+            &request.top,
+            &request.sources,
+            interface,
+            registers,
+            &request.cache,
+        )
+    };
+    let built = match build(registers) {
+        // A manifest names counters that its Verilog has not, or no longer.
+        Err(CosimError::ToolFailed { .. }) if registers.is_some() && is_users(&request.sources) => {
+            build(None)?
+        }
+        built => built?,
+    };
     let run = run(sensor, reference, &built, request, on_progress);
     run.map_err(|error| match error {
         CosimError::Halted { when, reason } => CosimError::Halted {
@@ -294,7 +304,7 @@ fn run(
     let interface = sensor.interface();
     let layout = Layout::of(interface);
     let mut model = Verilated::load(built, &layout)?;
-    let detectors: Vec<DetectorModel> = (0..sensor.scene().detectors.len())
+    let detectors: Vec<DetectorModel> = DetectorIndex::of(&sensor.scene().detectors)
         .map(|detector| DetectorModel::new(sensor, detector))
         .collect();
     let means = Means::cosim(built.registers.is_some());

@@ -3,6 +3,7 @@
 use crate::photons::StepCount;
 use crate::reference::blocks::Records;
 use crate::scan::{Group, Grouping};
+use crate::scene::DetectorIndex;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Field, Layout, Record};
 
@@ -12,7 +13,7 @@ pub struct SentCount {
     /// Number of the scan since reset.
     pub scan: u64,
     /// The detector.
-    pub detector: usize,
+    pub detector: DetectorIndex,
     /// Number of the step within the scan, 0..steps.
     pub step: u64,
     /// The signed count.
@@ -164,7 +165,7 @@ impl SentReader {
         let in_group = self.taken % per_group;
         let sent = SentCount {
             scan: self.scan,
-            detector: (in_group / steps) as usize,
+            detector: DetectorIndex((in_group / steps) as usize),
             step: self.grouping.step_of(group, in_group % steps).0,
             signed,
             total,

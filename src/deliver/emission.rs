@@ -8,7 +8,7 @@ use super::formal::Formal;
 use crate::code::{Generator, Lfsr, MOST_HARDWARE_DEGREE};
 use crate::plan::{Part, hardware_left_out};
 use crate::printable::printable_ascii;
-use crate::rtl::back::verilog_of;
+use crate::rtl::back::{Prefix, verilog_of};
 use crate::rtl::blocks::{ScanRegisters, SensorTop};
 use crate::sensor::Sensor;
 use crate::sensor::interface::{Interface, Port};
@@ -21,8 +21,8 @@ pub struct Emission {
     pub scene: String,
     /// The command that made it.
     pub command: String,
-    /// Name of the top module.
-    pub top: &'static str,
+    /// Name of the top module: [`TOP`] after the prefix.
+    pub top: String,
     /// One file for each module, the top module's last.
     pub files: Vec<EmittedFile>,
     /// Ports of the top module, in the order of the Verilog.
@@ -43,6 +43,34 @@ pub struct Emission {
     pub flow: Flow,
     /// Proofs, in a folder of their own.
     pub formal: Formal,
+}
+
+/// A design for which more is written.
+pub(super) struct Design<'a> {
+    pub(super) sensor: &'a Sensor,
+    /// One file for each module, the top module's last.
+    pub(super) files: &'a [EmittedFile],
+    /// What the modules' names begin with.
+    pub(super) prefix: &'a Prefix,
+    /// What stands in every file's header.
+    pub(super) made_by: &'a str,
+}
+
+impl Design<'_> {
+    /// The name of the top module.
+    pub(super) fn top(&self) -> String {
+        self.prefix.of(TOP)
+    }
+
+    /// The name of a file that goes with the design.
+    pub(super) fn file_name(&self, ending: &str) -> String {
+        format!("{}{ending}", self.top())
+    }
+
+    /// What the design has to keep.
+    pub(super) fn interface(&self) -> &Interface {
+        self.sensor.interface()
+    }
 }
 
 /// A file that `emit` writes. In JSON it is its name.
@@ -129,36 +157,55 @@ pub struct PeakParameters {
     pub latency_clocks: u32,
 }
 
+/// Name of the top module, without a prefix; the files round the design begin with it.
+pub const TOP: &str = "sensor_top";
+
 /// Longest integration, as in a scene file.
 const MOST_DWELL_CHIPS: u64 = 1 << 60;
 
 /// Makes the Verilog that `scene` needs. `command` is what the user typed; it
 /// stands in every file, in characters that are no more than a comment there.
 pub fn emit(sensor: &Sensor, command: &str) -> Result<Emission, HdlError> {
+    emit_prefixed(sensor, &Prefix::default(), command)
+}
+
+/// [`emit`], with `prefix` before the name of every module, file and macro: designs
+/// with different prefixes can be parts of one.
+pub fn emit_prefixed(
+    sensor: &Sensor,
+    prefix: &Prefix,
+    command: &str,
+) -> Result<Emission, HdlError> {
     let interface = sensor.interface();
     check_limits(sensor, interface)?;
     let command = printable_ascii(command);
     let made_by = format!("{command} (goldtof {})", env!("CARGO_PKG_VERSION"));
-    let files: Vec<EmittedFile> = verilog_of(&SensorTop::new(interface), &made_by)?
+    let files: Vec<EmittedFile> = verilog_of(&SensorTop::new(interface), prefix, &made_by)?
         .into_iter()
         .map(|module| EmittedFile {
             name: format!("{}.v", module.name),
             text: module.text,
         })
         .collect();
-    let formal = Formal::of(interface, &files, &made_by);
-    let flow = Flow::of(sensor, interface, &files, &formal, &made_by)?;
+    let design = Design {
+        sensor,
+        files: &files,
+        prefix,
+        made_by: &made_by,
+    };
+    let formal = Formal::of(&design);
+    let flow = Flow::of(&design, &formal)?;
     Ok(Emission {
         scene: sensor.scene().name.clone(),
         command: command.into_owned(),
-        top: "sensor_top",
+        top: prefix.of(TOP),
         files,
         ports: interface.ports(),
         clock_hz: sensor.clock().frequency_hz(),
         left_out: left_out(sensor),
         result_latency_clocks: interface.result_latency_clocks,
         parameters: parameters(interface),
-        scan_registers: ScanRegisters::of(interface),
+        scan_registers: ScanRegisters::of(interface).in_design_of(prefix),
         flow,
         formal,
     })

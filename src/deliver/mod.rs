@@ -7,6 +7,9 @@ pub mod flow;
 pub mod formal;
 mod write;
 
-pub use emission::{Emission, EmittedFile, LeftOut, Parameters, PeakParameters, emit};
+pub use crate::rtl::back::{BadPrefix, Prefix};
+pub use emission::{
+    Emission, EmittedFile, LeftOut, Parameters, PeakParameters, TOP, emit, emit_prefixed,
+};
 pub use error::HdlError;
 pub use write::{write, write_into};

@@ -1,14 +1,42 @@
 //! Emitted files on disk, whole or not at all.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
 
-use super::emission::Emission;
+use serde_json::Value;
+
+use super::emission::{Emission, EmittedFile};
 use super::error::HdlError;
 use super::formal::Formal;
 use crate::files::{FileError, OutputFolder, Staged, read_regular};
 
 const MANIFEST: &str = "manifest.json";
+/// Where a manifest names the files of its folder.
+const FILES: &[&str] = &[
+    "/files",
+    "/testbench/files",
+    "/testbench/file_list",
+    "/testbench/vectors",
+    "/constraints/sdc",
+    "/constraints/lpf",
+    "/constraints/xdc",
+    "/header",
+    "/vhdl",
+    "/file_list",
+    "/core",
+];
+/// Where it names those of the folder with the proofs.
+const PROOFS: &[&str] = &[
+    "/formal/properties",
+    "/formal/emptied",
+    "/formal/registers",
+    "/formal/script",
+];
+/// Their endings.
+const ENDINGS: &[&str] = &[
+    "v", "vh", "vhd", "sv", "f", "hex", "sdc", "lpf", "xdc", "core", "sby",
+];
 /// Largest manifest that is read.
 const MOST_MANIFEST_BYTES: u64 = 16 << 20;
 
@@ -18,8 +46,7 @@ const MOST_MANIFEST_BYTES: u64 = 16 << 20;
 /// All files are complete under hidden names before the first gets its name, so
 /// a full disk leaves an older design as it was. The older manifest goes before
 /// that and the new one comes last: a folder with a manifest has all that it
-/// names. Verilog files of the design that an older manifest names and this one
-/// does not are removed; the other files have the same names for every scene.
+/// names. Files that an older manifest names and this one does not are removed.
 ///
 /// # Errors
 /// When a file cannot be written.
@@ -53,38 +80,76 @@ pub fn write_into(emission: &Emission, folder: &OutputFolder) -> Result<(), HdlE
         file.sync()?;
     }
 
-    let stale = stale_files(emission, &folder.join(MANIFEST));
+    let stale = Stale::of(emission, folder);
     // The older manifest must not come back after a power cut, among newer files.
     folder.remove(MANIFEST)?;
     folder.sync()?;
     folder.publish(staged)?;
     formal.publish(proofs)?;
-    for name in stale {
-        folder.remove(&name)?;
+    for name in &stale.files {
+        folder.remove(name)?;
+    }
+    for name in &stale.proofs {
+        formal.remove(name)?;
     }
     Ok(folder.publish(vec![manifest])?)
 }
 
-/// Verilog files of the older manifest's design that the new one has not.
-fn stale_files(emission: &Emission, older_manifest: &Path) -> Vec<String> {
-    let Ok(text) = read_regular(older_manifest, MOST_MANIFEST_BYTES) else {
-        return Vec::new();
-    };
-    let Ok(manifest) = serde_json::from_str::<serde_json::Value>(&text) else {
-        return Vec::new();
-    };
-    let is_stale = |name: &str| {
-        let is_plain_name = !name.contains(['/', '\\']) && name.ends_with(".v");
-        is_plain_name && !emission.files.iter().any(|file| file.name == name)
-    };
-    manifest["files"]
-        .as_array()
-        .into_iter()
-        .flatten()
-        .filter_map(|file| file.as_str())
-        .filter(|name| is_stale(name) && is_file(&older_manifest.with_file_name(name)))
+/// What stands in a folder since an earlier emission, by its manifest, and does not
+/// belong to the new one.
+#[derive(Default)]
+struct Stale {
+    files: Vec<String>,
+    proofs: Vec<String>,
+}
+
+impl Stale {
+    fn of(emission: &Emission, folder: &OutputFolder) -> Stale {
+        let path = folder.join(MANIFEST);
+        let Ok(text) = read_regular(&path, MOST_MANIFEST_BYTES) else {
+            return Stale::default();
+        };
+        let Ok(manifest) = serde_json::from_str::<Value>(&text) else {
+            return Stale::default();
+        };
+        let own = emission.files.iter().chain(emission.flow.files());
+        Stale {
+            files: stale(&manifest, FILES, own, folder.path()),
+            proofs: stale(
+                &manifest,
+                PROOFS,
+                emission.formal.files(),
+                &folder.join(Formal::FOLDER),
+            ),
+        }
+    }
+}
+
+/// The files that a manifest names in its `places`, that are there, and that are none of
+/// the new ones.
+fn stale<'f>(
+    manifest: &Value,
+    places: &[&str],
+    own: impl Iterator<Item = &'f EmittedFile>,
+    folder: &Path,
+) -> Vec<String> {
+    let own: HashSet<&str> = own.map(|file| file.name.as_str()).collect();
+    let named = places.iter().filter_map(|place| manifest.pointer(place));
+    let names = named.flat_map(|named| match named {
+        Value::Array(names) => names.iter().filter_map(Value::as_str).collect(),
+        name => Vec::from_iter(name.as_str()),
+    });
+    names
+        .filter(|name| is_ours(name) && !own.contains(name) && is_file(&folder.join(name)))
         .map(str::to_owned)
         .collect()
+}
+
+/// Whether a name is one that an emission may have given: that of a file in the folder
+/// itself, with one of our endings.
+fn is_ours(name: &str) -> bool {
+    let ending = name.rsplit_once('.').map(|(_, ending)| ending);
+    !name.contains(['/', '\\']) && ending.is_some_and(|ending| ENDINGS.contains(&ending))
 }
 
 fn is_file(path: &Path) -> bool {

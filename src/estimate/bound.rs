@@ -1,5 +1,6 @@
 //! The Cramer-Rao bound: how precise any unbiased estimator can be.
 
+use crate::scene::{DetectorIndex, PathIndex};
 use std::sync::Arc;
 
 use super::phase::first_maximum;
@@ -31,7 +32,7 @@ pub struct Bound {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathBound {
     /// Index of the path in the scene.
-    pub path: usize,
+    pub path: PathIndex,
     /// Least standard deviation of its distance, with delay and strength of
     /// every path and the background unknown.
     pub bound_m: f64,
@@ -39,7 +40,7 @@ pub struct PathBound {
 
 impl Bound {
     /// The bound of path `path` of the sensor, if it carries modulated light.
-    pub fn of_path(&self, path: usize) -> Option<f64> {
+    pub fn of_path(&self, path: PathIndex) -> Option<f64> {
         let entry = self.paths.iter().find(|entry| entry.path == path)?;
         Some(entry.bound_m)
     }
@@ -55,7 +56,11 @@ impl Bound {
 ///
 /// # Panics
 /// If the scene has no such detector.
-pub fn bound(sensor: &Sensor, detector: usize, tier: CountingTier) -> Result<Bound, FitError> {
+pub fn bound(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    tier: CountingTier,
+) -> Result<Bound, FitError> {
     check_independent(sensor, detector)?;
     TheoryEffort::of(sensor, detector)?.check_bound()?;
     let model = DetectorModel::new(sensor, detector);
@@ -72,7 +77,7 @@ pub fn bound(sensor: &Sensor, detector: usize, tier: CountingTier) -> Result<Bou
 /// The bound of the scene's own counts.
 pub(super) fn bound_of(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     tier: CountingTier,
     counts: &ExpectedCounts,
 ) -> Result<Bound, FitError> {
@@ -154,7 +159,7 @@ fn check_even(
 }
 
 /// The steps that the model estimator would use for the scene's light.
-fn steps(sensor: &Sensor, detector: usize, counts: &ExpectedCounts) -> Vec<Step> {
+fn steps(sensor: &Sensor, detector: DetectorIndex, counts: &ExpectedCounts) -> Vec<Step> {
     let own = sensor.scene().detectors[detector].reference;
     let mut sources = counts
         .model()

@@ -1,6 +1,7 @@
 //! The constant part of a measured delay that is not light.
 
 use crate::response::CountingTier;
+use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
 /// What the correlation's peak stands later than the light's delay, in ps.
@@ -14,7 +15,7 @@ use crate::sensor::Sensor;
 /// and the reference at sample s is that of the instant s T_s, the *first* of
 /// the T_s that it holds for, which is another T_s / 2. Of pulses shorter than a
 /// sample only those are seen that begin w at most before it: w / 2 late on average.
-pub fn calibration_offset_ps(sensor: &Sensor, detector: usize, tier: CountingTier) -> f64 {
+pub fn calibration_offset_ps(sensor: &Sensor, detector: DetectorIndex, tier: CountingTier) -> f64 {
     let spad = &sensor.scene().detectors[detector];
     match tier {
         CountingTier::Events => {

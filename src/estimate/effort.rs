@@ -2,6 +2,7 @@
 
 use crate::photons::DetectorModel;
 use crate::response::{Effort, Light, MeanResponseError};
+use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
 /// Predictions of all detectors of a scene take no longer than this on one core,
@@ -40,7 +41,7 @@ impl TheoryEffort {
     ///
     /// # Panics
     /// If the scene has no such detector.
-    pub fn of(sensor: &Sensor, detector: usize) -> Result<TheoryEffort, MeanResponseError> {
+    pub fn of(sensor: &Sensor, detector: DetectorIndex) -> Result<TheoryEffort, MeanResponseError> {
         let still = sensor.still_at(0.0);
         let model = DetectorModel::new(&still, detector);
         let light = Light::of(&model);

@@ -25,6 +25,7 @@ pub use prediction::{Prediction, PredictionError, predict};
 pub use theory::{Theory, theory};
 pub use truth::{TrueDelay, true_delay};
 
+use crate::scene::PathIndex;
 use crate::sensor::Sensor;
 
 /// `delay_ps` less `true_delay_ps`, the short way round the code period.
@@ -34,7 +35,7 @@ pub fn delay_error_ps(delay_ps: f64, true_delay_ps: f64, code_period_ps: f64) ->
 }
 
 /// What to say of a path that is longer than distances are unambiguous.
-pub(crate) fn folded(sensor: &Sensor, path: usize) -> Option<String> {
+pub(crate) fn folded(sensor: &Sensor, path: PathIndex) -> Option<String> {
     let range_m = distance_m(sensor.code_period_of_path_ps(path));
     let path_m = sensor.scene().paths[path].distance_m();
     (path_m >= range_m).then(|| {

@@ -2,6 +2,7 @@
 
 use super::NoEstimate;
 use crate::photons::DetectorModel;
+use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
 /// Checks that light with the code of a detector's reference reaches it.
@@ -15,7 +16,7 @@ use crate::sensor::Sensor;
 ///
 /// # Panics
 /// If the scene has no such detector.
-pub fn check_modulated(sensor: &Sensor, detector: usize) -> Result<(), NoEstimate> {
+pub fn check_modulated(sensor: &Sensor, detector: DetectorIndex) -> Result<(), NoEstimate> {
     let own = sensor.scene().detectors[detector].reference;
     let model = DetectorModel::new(sensor, detector);
     let is_modulated = model
@@ -39,7 +40,7 @@ mod tests {
         let verdict = |change: &dyn Fn(&mut Scene)| {
             let mut scene = bright.clone();
             change(&mut scene);
-            check_modulated(&Sensor::new(&scene), 0)
+            check_modulated(&Sensor::new(&scene), DetectorIndex(0))
         };
         let refused = Err(NoEstimate::NotModulated);
         assert_eq!(verdict(&|_| ()), Ok(()));

@@ -9,7 +9,7 @@ use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, tru
 use crate::photons::DetectorModel;
 use crate::response::{MeanResponse, SecondMoments};
 use crate::scan::Step;
-use crate::scene::Fluctuation;
+use crate::scene::{DetectorIndex, Fluctuation, PathIndex};
 use crate::sensor::Sensor;
 
 /// Within a phase step delays may move by at most this share of it.
@@ -26,8 +26,8 @@ const NUDGE_STEPS: f64 = 0.02;
 /// to the mean displacements of the steps.
 pub(super) fn predict(
     sensor: &Sensor,
-    detector: usize,
-    path: usize,
+    detector: DetectorIndex,
+    path: PathIndex,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
     let truth = true_delay(sensor, path, counting);
@@ -76,7 +76,7 @@ pub(super) fn predict(
         };
         let mut responses = Vec::with_capacity(window.len());
         for (&(_, step), weight) in window.iter().zip(&weights) {
-            let slope = slope_of_step(sensor, detector, counting, step, index)?;
+            let slope = slope_of_step(sensor, detector, counting, step, PathIndex(index))?;
             responses.push((Step::at(step), weight * slope));
         }
         for &(a, response_a) in &responses {
@@ -100,14 +100,14 @@ pub(super) fn predict(
 }
 
 /// Refuses movements that are not slow beside the phase steps.
-pub(super) fn check_speed(sensor: &Sensor, detector: usize) -> Result<(), PredictionError> {
+pub(super) fn check_speed(sensor: &Sensor, detector: DetectorIndex) -> Result<(), PredictionError> {
     let limit_ps = MOST_STEPS_MOVED * sensor.clock().sample_period_ps();
     for (path, of_path) in sensor.scene().paths.iter().enumerate() {
         let walk_ps = (of_path.delay_rate() * sensor.timing().integration_ps()).abs();
         let moved_ps = walk_ps + 2.0 * of_path.delay_std_ps();
         if of_path.detector == detector && moved_ps > limit_ps {
             return Err(PredictionError::MovesTooFast {
-                path,
+                path: PathIndex(path),
                 moved_ps,
                 limit_ps,
             });
@@ -130,10 +130,10 @@ fn sensor_in_step(sensor: &Sensor, step: usize) -> Sensor {
 /// d(count) / d(delay of a path) of a step, per ps.
 fn slope_of_step(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     counting: CountingTier,
     step: usize,
-    path: usize,
+    path: PathIndex,
 ) -> Result<f64, PredictionError> {
     let nudge_ps = NUDGE_STEPS * sensor.clock().sample_period_ps();
     let nudged = |by_ps: f64| -> Result<f64, PredictionError> {

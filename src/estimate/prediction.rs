@@ -12,7 +12,7 @@ use crate::math::normal_cdf;
 use crate::photons::DetectorModel;
 use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::{Group, Step, Timing};
-use crate::scene::Path;
+use crate::scene::{DetectorIndex, Path, PathIndex};
 use crate::sensor::Sensor;
 
 /// The estimate that the expected counts give.
@@ -63,7 +63,7 @@ pub enum PredictionError {
     )]
     MovesTooFast {
         /// Index of the path.
-        path: usize,
+        path: PathIndex,
         /// How far it moves.
         moved_ps: f64,
         /// How far it may.
@@ -85,8 +85,8 @@ pub enum PredictionError {
 /// If the scene has no such detector or path.
 pub fn predict(
     sensor: &Sensor,
-    detector: usize,
-    path: usize,
+    detector: DetectorIndex,
+    path: PathIndex,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
     if moves(sensor, detector) {
@@ -101,7 +101,7 @@ pub fn predict(
 }
 
 /// A path without modulated light has no peak, whatever other light peaks.
-fn check_path_is_modulated(model: &DetectorModel, path: usize) -> Result<(), PredictionError> {
+fn check_path_is_modulated(model: &DetectorModel, path: PathIndex) -> Result<(), PredictionError> {
     if model.modulated_paths().any(|modulated| modulated == path) {
         Ok(())
     } else {
@@ -110,7 +110,7 @@ fn check_path_is_modulated(model: &DetectorModel, path: usize) -> Result<(), Pre
 }
 
 /// Whether any path to the detector moves.
-pub(super) fn moves(sensor: &Sensor, detector: usize) -> bool {
+pub(super) fn moves(sensor: &Sensor, detector: DetectorIndex) -> bool {
     let moves = |p: &Path| p.detector == detector && p.movement.is_some();
     sensor.scene().paths.iter().any(moves)
 }
@@ -118,8 +118,8 @@ pub(super) fn moves(sensor: &Sensor, detector: usize) -> bool {
 /// The same for paths that stand still.
 pub(super) fn predict_still(
     sensor: &Sensor,
-    detector: usize,
-    path: usize,
+    detector: DetectorIndex,
+    path: PathIndex,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
     let model = DetectorModel::new(sensor, detector);
@@ -133,8 +133,8 @@ pub(super) fn predict_still(
 pub(super) fn predict_from(
     counts: &ExpectedCounts,
     sensor: &Sensor,
-    detector: usize,
-    path: usize,
+    detector: DetectorIndex,
+    path: PathIndex,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
     check_path_is_modulated(counts.model(), path)?;
@@ -182,8 +182,8 @@ pub(super) fn predict_from(
 pub(super) fn missed_from(
     counts: &ExpectedCounts,
     sensor: &Sensor,
-    detector: usize,
-    path: usize,
+    detector: DetectorIndex,
+    path: PathIndex,
     counting: CountingTier,
 ) -> Option<f64> {
     let expected = counts.signed();
@@ -266,7 +266,7 @@ fn within_a_chip(timing: &Timing, a: usize, b: usize) -> bool {
 /// Step with the largest expected count within a chip of where the path's
 /// light should peak: what the coarse stage answers when it answers with this
 /// path. Without any such step in the scan, the largest of all.
-fn peak_of_path(expected: &[f64], sensor: &Sensor, path: usize, offset_ps: f64) -> usize {
+fn peak_of_path(expected: &[f64], sensor: &Sensor, path: PathIndex, offset_ps: f64) -> usize {
     let scan = &sensor.timing().scan;
     let step_ps = sensor.clock().sample_period_ps();
     let peak_step = ((sensor.scene().paths[path].delay_ps + offset_ps) / step_ps).round() as i128;

@@ -12,7 +12,7 @@ use crate::estimate::fit::{
     ALARM_SIGMAS, FittedPath, ModelEstimate, expected_fit, fit, shared_light,
 };
 use crate::photons::StepCount;
-use crate::scene::{EstimatorKind, Path};
+use crate::scene::{DetectorIndex, EstimatorKind, Path, PathIndex};
 use crate::sensor::Sensor;
 
 /// Why counts cannot be fitted, and what would make it possible. Signed counts alone
@@ -32,7 +32,7 @@ pub struct EstimateReport {
     /// Index of the path that the estimate is held against: of all paths of its
     /// reference's source, the nearest to the estimate; without an estimate the
     /// first.
-    pub path: Option<usize>,
+    pub path: Option<PathIndex>,
     /// The estimate; none when the counts have no peak, or nothing modulated could
     /// have made it.
     pub distance_m: Option<f64>,
@@ -112,7 +112,11 @@ pub struct FittedPathReport {
 ///
 /// `counts` are those of the steps in order; fewer than the scan's steps give no
 /// estimate.
-pub fn estimate_scan(sensor: &Sensor, detector: usize, counts: &[StepCount]) -> EstimateReport {
+pub fn estimate_scan(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    counts: &[StepCount],
+) -> EstimateReport {
     let mut report = EstimateReport::without_estimate(sensor, detector);
     if (counts.len() as u64) < sensor.timing().scan.steps {
         report.remark = Some(format!(
@@ -135,7 +139,7 @@ pub fn estimate_scan(sensor: &Sensor, detector: usize, counts: &[StepCount]) -> 
 }
 
 /// The same without counts: what is expected of the estimator against the first path.
-pub fn expected_errors(sensor: &Sensor, detector: usize) -> EstimateReport {
+pub fn expected_errors(sensor: &Sensor, detector: DetectorIndex) -> EstimateReport {
     let mut report = EstimateReport::without_estimate(sensor, detector);
     match check_modulated(sensor, detector) {
         Err(reason) => report.remark = Some(format!("no estimate: {reason}")),
@@ -145,7 +149,7 @@ pub fn expected_errors(sensor: &Sensor, detector: usize) -> EstimateReport {
 }
 
 impl EstimateReport {
-    fn without_estimate(sensor: &Sensor, detector: usize) -> EstimateReport {
+    fn without_estimate(sensor: &Sensor, detector: DetectorIndex) -> EstimateReport {
         let spad = &sensor.scene().detectors[detector];
         let source = &sensor.scene().sources[spad.reference];
         EstimateReport {
@@ -192,7 +196,12 @@ impl EstimateReport {
     }
 
     /// The fit's answer; gives the time of flight.
-    fn take_fit(&mut self, sensor: &Sensor, detector: usize, counts: &[StepCount]) -> Option<f64> {
+    fn take_fit(
+        &mut self,
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        counts: &[StepCount],
+    ) -> Option<f64> {
         if !sensor.scene().sends_total_counts() {
             self.remark = Some(format!("no estimate: {SIGNED_ALONE}"));
             return None;
@@ -216,16 +225,16 @@ impl EstimateReport {
     }
 
     /// Puts truth and expectation beside the time of flight, if there is one.
-    fn compare(&mut self, sensor: &Sensor, detector: usize, measured_ps: Option<f64>) {
+    fn compare(&mut self, sensor: &Sensor, detector: DetectorIndex, measured_ps: Option<f64>) {
         let own = sensor.scene().detectors[detector].reference;
         let code_period_ps = sensor.timing().code_period_ps();
-        let truth = |p: usize| true_delay(sensor, p, CountingTier::Sampled);
-        let error_ps = |p: usize| {
+        let truth = |p: PathIndex| true_delay(sensor, p, CountingTier::Sampled);
+        let error_ps = |p: PathIndex| {
             let true_ps = truth(p).delay_ps;
             delay_error_ps(measured_ps.unwrap_or(true_ps), true_ps, code_period_ps)
         };
         let is_own = |path: &Path| path.detector == detector && path.source == own;
-        self.path = (0..sensor.scene().paths.len())
+        self.path = PathIndex::of(&sensor.scene().paths)
             .filter(|&p| is_own(&sensor.scene().paths[p]))
             .min_by(|&a, &b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
         let Some(path) = self.path else { return };
@@ -295,7 +304,11 @@ impl FitReport {
 
 /// Bias and standard deviation, in metres, that the scene's estimator is expected
 /// to have against a path.
-fn expectation(sensor: &Sensor, detector: usize, path: usize) -> Result<(f64, f64), String> {
+fn expectation(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    path: PathIndex,
+) -> Result<(f64, f64), String> {
     let tier = CountingTier::Sampled;
     if sensor.scene().estimator == EstimatorKind::Fft {
         let expected = predict(sensor, detector, path, tier).map_err(|e| e.to_string())?;

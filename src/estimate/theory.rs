@@ -6,6 +6,7 @@ use super::{CountingTier, Prediction, PredictionError, TheoryEffort, bound::boun
 use crate::estimate::fit::FitError;
 use crate::photons::DetectorModel;
 use crate::response::{MeanCount, MeanResponse, MeanResponseError, SecondMoments};
+use crate::scene::{DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
 /// Predictions and bound of one detector.
@@ -25,13 +26,18 @@ pub struct Theory {
 ///
 /// # Panics
 /// If the scene has no such detector or paths.
-pub fn theory(sensor: &Sensor, detector: usize, paths: &[usize], counting: CountingTier) -> Theory {
+pub fn theory(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    paths: &[PathIndex],
+    counting: CountingTier,
+) -> Theory {
     if moves(sensor, detector) {
         // Each phase step has a response of its own.
         if let Err(reason) = checked_effort(sensor, detector, paths.len()) {
             return Theory::refused(reason, paths.len());
         }
-        let predict = |&path: &usize| predict(sensor, detector, path, counting);
+        let predict = |&path: &PathIndex| predict(sensor, detector, path, counting);
         let predictions: Vec<_> = paths.iter().map(predict).collect();
         return Theory {
             missed: predictions
@@ -47,9 +53,9 @@ pub fn theory(sensor: &Sensor, detector: usize, paths: &[usize], counting: Count
         Err(reason) => return Theory::refused(reason, paths.len()),
     };
     let of_counts = |counts: &ExpectedCounts| {
-        let predict = |&path: &usize| predict_from(counts, sensor, detector, path, counting);
+        let predict = |&path: &PathIndex| predict_from(counts, sensor, detector, path, counting);
         let predictions: Vec<_> = paths.iter().map(predict).collect();
-        let missed = |(predicted, &path): (&Result<Prediction, _>, &usize)| match predicted {
+        let missed = |(predicted, &path): (&Result<Prediction, _>, &PathIndex)| match predicted {
             Ok(predicted) => predicted.missed_fraction,
             Err(PredictionError::CoarseOnly(_)) => {
                 missed_from(counts, sensor, detector, path, counting)
@@ -88,7 +94,7 @@ impl Theory {
 /// What theory takes, if predictions of so many paths do not take too long.
 fn checked_effort(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     paths: usize,
 ) -> Result<TheoryEffort, MeanResponseError> {
     let effort = TheoryEffort::of(sensor, detector)?;

@@ -2,6 +2,7 @@
 
 use super::{CountingTier, calibration_offset_ps};
 use crate::scan::Step;
+use crate::scene::PathIndex;
 use crate::sensor::Sensor;
 
 /// The delay of a path that a scan should find.
@@ -25,7 +26,7 @@ pub struct TrueDelay {
 ///
 /// # Panics
 /// If the scene has no such path.
-pub fn true_delay(sensor: &Sensor, path: usize, tier: CountingTier) -> TrueDelay {
+pub fn true_delay(sensor: &Sensor, path: PathIndex, tier: CountingTier) -> TrueDelay {
     let path = &sensor.scene().paths[path];
     if path.movement.is_none() {
         return TrueDelay {

@@ -13,7 +13,7 @@ use super::random::{Part, StreamKey};
 use super::step::StepDetections;
 use crate::code::Code;
 use crate::scan::{Group, Timing};
-use crate::scene::CounterTiming;
+use crate::scene::{CounterTiming, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
 /// The ready-made numbers behind every phase step of one detector.
@@ -50,7 +50,7 @@ impl DetectorModel {
     ///
     /// # Panics
     /// If the scene has no such detector.
-    pub fn new(sensor: &Sensor, detector: usize) -> DetectorModel {
+    pub fn new(sensor: &Sensor, detector: DetectorIndex) -> DetectorModel {
         let spad = &sensor.scene().detectors[detector];
         let clock = sensor.clock();
         let chips = |ps: f64| clock.chips(ps);
@@ -93,7 +93,7 @@ impl DetectorModel {
     }
 
     /// The scene's paths that carry modulated light to this detector, in order.
-    pub(crate) fn modulated_paths(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(crate) fn modulated_paths(&self) -> impl Iterator<Item = PathIndex> + '_ {
         self.excess.iter().map(|light| light.path)
     }
 

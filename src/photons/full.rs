@@ -5,6 +5,7 @@
 //! that come out must be the same, bit for bit, and what the part costs can be
 //! measured.
 
+use crate::scene::PathIndex;
 use std::sync::Arc;
 
 use super::afterpulsing::Afterpulsing;
@@ -61,7 +62,11 @@ impl DetectorModel {
                 };
                 let others = &model.excess;
                 let path = NumberedPath {
-                    index: others.iter().map(|o| o.path + 1).max().unwrap_or(0),
+                    index: others
+                        .iter()
+                        .map(|o| PathIndex(o.path.0 + 1))
+                        .max()
+                        .unwrap_or_default(),
                     number: others.iter().map(|o| o.number).fold(0, scatter),
                 };
                 // The reference's own code leaves the common period as it is.

@@ -11,7 +11,7 @@ use super::time::ChipTime;
 use crate::code::Code;
 use crate::light::SPEED_OF_LIGHT_M_PER_S;
 use crate::scan::Clock;
-use crate::scene::{Detector, Path, Source};
+use crate::scene::{Detector, Path, PathIndex, Source};
 
 /// Planck constant (exact, SI).
 const PLANCK_J_S: f64 = 6.626_070_15e-34;
@@ -95,7 +95,7 @@ pub struct ExcessLight {
     delay_chips: i64,
     delay_fraction: f64,
     /// Index of the path in the scene.
-    pub path: usize,
+    pub path: PathIndex,
     /// What its random streams are told apart by.
     pub number: u64,
     /// Rate during on-chips, per chip.
@@ -287,7 +287,7 @@ mod tests {
         };
         let delay_ps = 17.25;
         let path = NumberedPath {
-            index: 0,
+            index: PathIndex(0),
             number: 0,
         };
         let clock = Clock {

@@ -203,6 +203,7 @@ impl<'m> Trajectory<'m> {
 mod tests {
     use super::*;
     use crate::scan::Group;
+    use crate::scene::PathIndex;
 
     const KEY: StreamKey = StreamKey {
         seed: 5,
@@ -359,7 +360,7 @@ mod tests {
             off_hz: 6e6,
         };
         let path = NumberedPath {
-            index: 0,
+            index: PathIndex(0),
             number: 0,
         };
         let clock = Clock {

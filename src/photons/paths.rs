@@ -2,14 +2,14 @@
 //! nothing: neither which random numbers a part draws, nor how sums round.
 
 use super::random::scatter;
-use crate::scene::Path;
+use crate::scene::{DetectorIndex, Path, PathIndex};
 use crate::sensor::Sensor;
 
 /// A path that leads to a detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NumberedPath {
     /// Its index in the scene.
-    pub index: usize,
+    pub index: PathIndex,
     /// What its random streams are told apart by.
     pub number: u64,
 }
@@ -17,9 +17,9 @@ pub struct NumberedPath {
 /// The paths to a detector: by the name of their source, those of one source
 /// from the shortest to the longest. A path's number follows from both names
 /// and its place among the paths between the two.
-pub fn paths_to(sensor: &Sensor, detector: usize) -> Vec<NumberedPath> {
+pub fn paths_to(sensor: &Sensor, detector: DetectorIndex) -> Vec<NumberedPath> {
     let source_name = |path: &Path| &sensor.scene().sources[path.source].name[..];
-    let mut indices: Vec<usize> = (0..sensor.scene().paths.len())
+    let mut indices: Vec<PathIndex> = PathIndex::of(&sensor.scene().paths)
         .filter(|&index| sensor.scene().paths[index].detector == detector)
         .collect();
     // Those that carry nothing come last, so that they shift no number. Paths that
@@ -61,6 +61,7 @@ mod tests {
     use std::path::Path as FilePath;
 
     use super::*;
+    use crate::scene::SourceIndex;
     use crate::scene::{self, Scene};
 
     fn scene() -> Scene {
@@ -74,11 +75,11 @@ mod tests {
         let mut backwards = forwards.clone();
         backwards.paths.reverse();
         let last = forwards.paths.len() - 1;
-        let there = paths_to(&Sensor::new(&forwards), 0);
-        let back: Vec<NumberedPath> = paths_to(&Sensor::new(&backwards), 0)
+        let there = paths_to(&Sensor::new(&forwards), DetectorIndex(0));
+        let back: Vec<NumberedPath> = paths_to(&Sensor::new(&backwards), DetectorIndex(0))
             .into_iter()
             .map(|path| NumberedPath {
-                index: last - path.index,
+                index: PathIndex(last - path.index.0),
                 ..path
             })
             .collect();
@@ -95,10 +96,10 @@ mod tests {
         another.name = "a-source-that-comes-first".to_owned();
         with_another.sources.push(another);
         let mut path = alone.paths[0].clone();
-        path.source = 1;
+        path.source = SourceIndex(1);
         with_another.paths.insert(0, path);
         let numbers = |scene: &Scene| -> Vec<u64> {
-            paths_to(&Sensor::new(scene), 0)
+            paths_to(&Sensor::new(scene), DetectorIndex(0))
                 .iter()
                 .map(|path| path.number)
                 .collect()

@@ -2,13 +2,14 @@
 
 use super::part::{Part, kept, labelled, left_out};
 use crate::code::{Code, Generator};
+use crate::scene::SourceIndex;
 use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
 
 pub(super) fn parts(sensor: &Sensor) -> Vec<Part> {
     let interface = sensor.interface();
-    let mut parts: Vec<Part> = (0..sensor.scene().sources.len())
-        .flat_map(|source| generator_parts(sensor, source))
+    let mut parts: Vec<Part> = SourceIndex::of(&sensor.scene().sources)
+        .flat_map(|source| generator_parts(sensor, source.0))
         .collect();
     parts.extend([
         phase_stepper(sensor),

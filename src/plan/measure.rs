@@ -5,6 +5,7 @@
 //! that is put back does the same to the counts as one that is left out, so only
 //! the time differs.
 
+use crate::scene::DetectorIndex;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -37,7 +38,7 @@ pub fn with_savings(mut plan: Plan, sensor: &Sensor) -> Plan {
     let end = Instant::now() + MOST_TIME;
     let mut detectors: Vec<Option<Option<Bench>>> = Vec::new();
     detectors.resize_with(sensor.scene().detectors.len(), || None);
-    let mut known: Vec<(usize, OptionalPart, Saving)> = Vec::new();
+    let mut known: Vec<(DetectorIndex, OptionalPart, Saving)> = Vec::new();
     for part in plan.simulation.iter_mut().filter(|part| !part.kept) {
         let (name, label) = match part.part.split_once(" (") {
             Some((name, label)) => (name, label.strip_suffix(')')),
@@ -53,7 +54,7 @@ pub fn with_savings(mut plan: Plan, sensor: &Sensor) -> Plan {
             .detectors
             .iter()
             .position(labelled)
-            .unwrap_or(0);
+            .map_or(DetectorIndex(0), DetectorIndex);
         let saving = match known.iter().find(|k| (k.0, k.1) == (detector, optional)) {
             Some((_, _, saving)) => Some(saving.clone()),
             None if Instant::now() >= end => None,
@@ -92,7 +93,7 @@ struct Bench {
 
 impl Bench {
     /// `None` if its steps take too long.
-    fn new(sensor: &Sensor, detector: usize) -> Option<Bench> {
+    fn new(sensor: &Sensor, detector: DetectorIndex) -> Option<Bench> {
         let model = DetectorModel::new(sensor, detector);
         let light = Light::of(&model);
         let primary = light.brightest_per_chip();

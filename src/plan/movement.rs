@@ -1,14 +1,14 @@
 //! Paths that move: kept or left out.
 
 use super::part::{Part, kept, left_out};
-use crate::scene::Path;
+use crate::scene::{Path, PathIndex};
 use crate::sensor::Sensor;
 
 /// The movement of every path together, since one part follows them all.
 pub(super) fn part(sensor: &Sensor) -> Part {
     const PART: &str = "moving_paths";
-    let moving: Vec<String> = (0..sensor.scene().paths.len())
-        .filter_map(|index| describe(index, &sensor.scene().paths[index]))
+    let moving: Vec<String> = PathIndex::of(&sensor.scene().paths)
+        .filter_map(|index| describe(index.0, &sensor.scene().paths[index]))
         .collect();
     if moving.is_empty() {
         return left_out(

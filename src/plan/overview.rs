@@ -6,7 +6,7 @@ use super::figures::Figures;
 use super::resources::{Cells, Resources, resources, saved_by};
 use super::{Part, Plan, measure};
 use crate::estimate::report::expected_errors;
-use crate::scene::EstimatorKind;
+use crate::scene::{DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
 /// What `goldtof plan` gives.
@@ -76,12 +76,12 @@ pub fn with_cells(mut plan: Plan, sensor: &Sensor) -> Plan {
 pub fn expected(sensor: &Sensor) -> Vec<ExpectedError> {
     let estimators = [EstimatorKind::Fft, EstimatorKind::Model];
     let of_detector = |detector| estimators.map(|estimator| of(sensor, detector, estimator));
-    (0..sensor.scene().detectors.len())
+    DetectorIndex::of(&sensor.scene().detectors)
         .flat_map(of_detector)
         .collect()
 }
 
-fn of(sensor: &Sensor, detector: usize, estimator: EstimatorKind) -> ExpectedError {
+fn of(sensor: &Sensor, detector: DetectorIndex, estimator: EstimatorKind) -> ExpectedError {
     let report = expected_errors(&sensor.estimated_by(estimator), detector);
     ExpectedError {
         detector: report.detector,

@@ -5,19 +5,19 @@ use std::fmt::Write as _;
 use super::movement;
 use super::part::{Part, Saving, kept, labelled, left_out};
 use crate::response::check_merging;
-use crate::scene::{Detector, EstimatorKind, Path};
+use crate::scene::{Detector, DetectorIndex, EstimatorKind, Path, SourceIndex};
 use crate::sensor::Sensor;
 
 pub(super) fn parts(sensor: &Sensor) -> Vec<Part> {
     let mut parts = Vec::new();
-    for source in 0..sensor.scene().sources.len() {
-        parts.extend(source_parts(sensor, source));
+    for source in SourceIndex::of(&sensor.scene().sources) {
+        parts.extend(source_parts(sensor, source.0));
     }
     parts.push(movement::part(sensor));
-    for detector in 0..sensor.scene().detectors.len() {
-        parts.push(interference(sensor, detector));
-        parts.push(multipath(sensor, detector));
-        parts.extend(detector_parts(sensor, detector));
+    for detector in DetectorIndex::of(&sensor.scene().detectors) {
+        parts.push(interference(sensor, detector.0));
+        parts.push(multipath(sensor, detector.0));
+        parts.extend(detector_parts(sensor, detector.0));
     }
     parts.push(counter_edges(sensor));
     parts.push(full_scan(sensor));
@@ -26,7 +26,7 @@ pub(super) fn parts(sensor: &Sensor) -> Vec<Part> {
 }
 
 /// Paths of `detector` that carry light.
-fn lit_paths(sensor: &Sensor, detector: usize) -> impl Iterator<Item = &Path> {
+fn lit_paths(sensor: &Sensor, detector: DetectorIndex) -> impl Iterator<Item = &Path> {
     sensor.scene().paths.iter().filter(move |path| {
         path.detector == detector
             && path.transmission > 0.0
@@ -39,8 +39,8 @@ fn source_parts(sensor: &Sensor, index: usize) -> [Part; 2] {
     let source = &sensor.scene().sources[index];
     let name = |part| labelled(part, &source.name, sensor.scene().sources.len() > 1);
     let (modulated, off_state) = (name("modulated_light"), name("off_state_light"));
-    let reaches_any = (0..sensor.scene().detectors.len())
-        .any(|detector| lit_paths(sensor, detector).any(|path| path.source == index));
+    let reaches_any = DetectorIndex::of(&sensor.scene().detectors)
+        .any(|detector| lit_paths(sensor, detector).any(|path| path.source == SourceIndex(index)));
     if !reaches_any {
         let reason = format!("no light of \"{}\" reaches a detector", source.name);
         return [
@@ -87,7 +87,7 @@ fn interference(sensor: &Sensor, index: usize) -> Part {
         &detector.name,
         sensor.scene().detectors.len() > 1,
     );
-    let mut others: Vec<String> = lit_paths(sensor, index)
+    let mut others: Vec<String> = lit_paths(sensor, DetectorIndex(index))
         .filter(|path| path.source != detector.reference)
         .map(|path| format!("\"{}\"", sensor.scene().sources[path.source].name))
         .collect();
@@ -110,7 +110,7 @@ fn multipath(sensor: &Sensor, index: usize) -> Part {
         &detector.name,
         sensor.scene().detectors.len() > 1,
     );
-    let paths = lit_paths(sensor, index)
+    let paths = lit_paths(sensor, DetectorIndex(index))
         .filter(|path| path.source == detector.reference)
         .count();
     match paths {
@@ -165,7 +165,7 @@ fn pulse_sampling(sensor: &Sensor, index: usize, part: String) -> Part {
     if detector.pulse_width_ps < sample_ps {
         reason += ", and those between two samples not at all";
     }
-    if let Err(obstacle) = check_merging(sensor, index) {
+    if let Err(obstacle) = check_merging(sensor, DetectorIndex(index)) {
         let _ = write!(reason, "; no expectation, no bound and no fit: {obstacle}");
     }
     kept(part, reason)

@@ -9,7 +9,7 @@ use rustfft::num_complex::Complex64;
 use crate::code::{Code, Generator, GoldSet};
 use crate::photons::StepCount;
 use crate::scan::Step;
-use crate::scene::Scene;
+use crate::scene::{DetectorIndex, Scene};
 
 /// Most codes times chips that are searched: some ten seconds.
 const MOST_WORK: u64 = 1 << 27;
@@ -35,7 +35,7 @@ pub(super) struct Candidate {
 /// Why there is no search.
 pub(super) fn search(
     scene: &Scene,
-    detector: usize,
+    detector: DetectorIndex,
     counts: &[StepCount],
 ) -> Result<(Vec<Candidate>, usize), String> {
     if !scene.scan.is_full() {

@@ -11,7 +11,7 @@ use crate::files::read_text;
 use crate::photons::StepCount;
 use crate::printable::{printable, printable_path};
 use crate::scan::Step;
-use crate::scene::Scene;
+use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 
 /// Largest file that is read: 2^30 phase steps have some 30 bytes each, but no scan
@@ -159,7 +159,7 @@ impl Columns {
 
 /// A row, checked for itself.
 struct Row {
-    detector: usize,
+    detector: DetectorIndex,
     step: Step,
     count: StepCount,
 }
@@ -197,15 +197,20 @@ impl Row {
     }
 }
 
-fn detector_of(name: Option<&str>, scene: &Scene) -> Result<usize, String> {
-    let Some(name) = name else { return Ok(0) };
+fn detector_of(name: Option<&str>, scene: &Scene) -> Result<DetectorIndex, String> {
+    let Some(name) = name else {
+        return Ok(DetectorIndex(0));
+    };
     let names = || scene.detectors.iter().map(|detector| detector.name.trim());
-    names().position(|known| known == name).ok_or_else(|| {
-        format!(
-            "the scene has no detector \"{name}\"; it has \"{}\"",
-            names().collect::<Vec<_>>().join("\", \"")
-        )
-    })
+    names()
+        .position(|known| known == name)
+        .map(DetectorIndex)
+        .ok_or_else(|| {
+            format!(
+                "the scene has no detector \"{name}\"; it has \"{}\"",
+                names().collect::<Vec<_>>().join("\", \"")
+            )
+        })
 }
 
 /// A whole number, of any size that has a meaning somewhere.
@@ -234,7 +239,12 @@ fn step_of(phase_step: i128, scene: &Scene) -> Result<Step, String> {
         })
 }
 
-fn check_distance(field: &str, sensor: &Sensor, detector: usize, step: Step) -> Result<(), String> {
+fn check_distance(
+    field: &str,
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    step: Step,
+) -> Result<(), String> {
     let scene = sensor.scene();
     let given: f64 = field
         .parse()
@@ -321,7 +331,7 @@ impl<'s> Table<'s> {
 
     fn finish(self) -> Result<Vec<RecordedScan>, String> {
         let mut scans = Vec::new();
-        for (detector, found) in self.found.into_iter().enumerate() {
+        for (detector, found) in DetectorIndex::all().zip(self.found) {
             if found.is_empty() {
                 continue;
             }

@@ -18,7 +18,7 @@ use super::codes::{self, Candidate};
 use super::hypothesis::{Change, Fitted, NoFit, Unknown, fit};
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
 use crate::math::normal_cdf;
-use crate::scene::Scene;
+use crate::scene::{Scene, SourceIndex};
 use crate::sensor::Sensor;
 
 /// Chance of each test to be wrong about counts that are as the scene says.
@@ -287,7 +287,7 @@ impl Search<'_> {
             scene.sources.push(light);
             let last = scene.sources.len() - 1;
             for path in scene.paths.iter_mut().filter(|path| path.source == own) {
-                path.source = last;
+                path.source = SourceIndex(last);
             }
         }
         let sensor = Sensor::new(&scene);

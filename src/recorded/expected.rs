@@ -1,5 +1,6 @@
 //! What every step of a scan is expected to count, as a file.
 
+use crate::scene::DetectorIndex;
 use std::fmt::Write as _;
 
 use crate::estimate::{calibration_offset_ps, distance_m};
@@ -21,7 +22,7 @@ pub fn expected_csv(sensor: &Sensor, tier: CountingTier) -> Result<String, MeanR
         .to_owned();
     let scene = sensor.scene();
     let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
-    for (detector, spad) in scene.detectors.iter().enumerate() {
+    for (detector, spad) in DetectorIndex::all().zip(scene.detectors.iter()) {
         let model = DetectorModel::new(sensor, detector);
         let response = MeanResponse::of_tier(&model, tier)?;
         let moments = SecondMoments::new(&response)?.of_scan();

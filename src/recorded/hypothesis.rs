@@ -1,6 +1,7 @@
 //! What counts a scene lets one expect if something about it is otherwise, fitted to
 //! counts that were recorded.
 
+use crate::scene::DetectorIndex;
 use nalgebra::{DMatrix, DVector};
 
 use super::RecordedScan;
@@ -87,7 +88,7 @@ impl Unknown {
     }
 
     /// A step for its derivative, and the farthest that one step of a fit goes.
-    fn steps(self, sensor: &Sensor, detector: usize) -> [f64; 2] {
+    fn steps(self, sensor: &Sensor, detector: DetectorIndex) -> [f64; 2] {
         let chip_ps = sensor.scene().chip_period_ps;
         match self {
             Unknown::Delay => [2e-3 * chip_ps, 0.5 * chip_ps],
@@ -117,7 +118,7 @@ impl Change {
     }
 
     /// The sensor with this change, but for the delay.
-    fn applied(&self, sensor: &Sensor, detector: usize) -> Sensor {
+    fn applied(&self, sensor: &Sensor, detector: DetectorIndex) -> Sensor {
         sensor.with(|scene| {
             for source in &mut scene.sources {
                 source.mean_power_w *= self.ln_light.clamp(-MOST_LN_LIGHT, MOST_LN_LIGHT).exp();
@@ -135,7 +136,11 @@ impl Change {
         })
     }
 
-    fn means(&self, sensor: &Sensor, detector: usize) -> Result<Vec<MeanCount>, MeanResponseError> {
+    fn means(
+        &self,
+        sensor: &Sensor,
+        detector: DetectorIndex,
+    ) -> Result<Vec<MeanCount>, MeanResponseError> {
         let model = DetectorModel::new(&self.applied(sensor, detector), detector);
         let response = MeanResponse::of_tier(&model, CountingTier::Sampled)?;
         Ok(response.delayed(self.delay_ps)?.mean_counts())
@@ -144,7 +149,7 @@ impl Change {
     fn moments(
         &self,
         sensor: &Sensor,
-        detector: usize,
+        detector: DetectorIndex,
     ) -> Result<Vec<CountMoments>, MeanResponseError> {
         let model = DetectorModel::new(&self.applied(sensor, detector), detector);
         let response = MeanResponse::of_tier(&model, CountingTier::Sampled)?;

@@ -22,12 +22,13 @@ pub use plot::residual_plot;
 pub use report::{Assessment, StepResidual, assess};
 
 use crate::photons::StepCount;
+use crate::scene::DetectorIndex;
 
 /// One scan of one detector, as a file has it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RecordedScan {
     /// Index of the detector in the scene.
-    pub detector: usize,
+    pub detector: DetectorIndex,
     /// Counts of the scan's steps, in order; totals are 0 where there are none.
     pub counts: Vec<StepCount>,
     /// Whether the file has total counts.

@@ -11,7 +11,7 @@ use super::hypothesis::{NoFit, Unknown};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::estimate::{TheoryEffort, distance_m};
 use crate::scan::Step;
-use crate::scene::EstimatorKind;
+use crate::scene::{DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
 /// What one detector's recorded scan says.
@@ -96,7 +96,7 @@ pub fn assess(sensor: &Sensor, scan: &RecordedScan) -> Assessment {
 }
 
 /// Why counts cannot be held against their scene.
-fn check_testable(sensor: &Sensor, detector: usize) -> Result<(), String> {
+fn check_testable(sensor: &Sensor, detector: DetectorIndex) -> Result<(), String> {
     let parallel = sensor.scene().hardware.parallel;
     if parallel > 1 {
         return Err(format!(

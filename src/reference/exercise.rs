@@ -1,6 +1,7 @@
 //! What the outputs have shown so far: how much a comparison of them is worth.
 
 use super::coverage::Covered;
+use crate::scene::DetectorIndex;
 
 /// What has come to the outputs since the model was made, resets included.
 ///
@@ -42,14 +43,14 @@ pub struct DetectorExercise {
 /// What a result counted.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Counted {
-    pub(super) detector: usize,
+    pub(super) detector: DetectorIndex,
     pub(super) up: u64,
     pub(super) down: u64,
 }
 
 impl Counted {
     /// Of a detector's `total` hits whose signs add up to `sum`.
-    pub(super) fn new(detector: usize, sum: i64, total: u64) -> Counted {
+    pub(super) fn new(detector: DetectorIndex, sum: i64, total: u64) -> Counted {
         let up = total.saturating_add_signed(sum) / 2;
         Counted {
             detector,

@@ -1,5 +1,6 @@
 //! The ports of the peak detector: step and count of each scan's peak.
 
+use crate::scene::DetectorIndex;
 use std::collections::VecDeque;
 use std::ops::Range;
 
@@ -83,7 +84,7 @@ impl PeakPorts {
     /// It is that of step `place` of its group.
     pub(super) fn count(
         &mut self,
-        (detector, place): (usize, usize),
+        (detector, place): (DetectorIndex, usize),
         step: u64,
         count: i64,
         group: Group,
@@ -112,7 +113,7 @@ impl PeakPorts {
         table: &CoverTable,
     ) {
         let mut proves = std::mem::take(after_reset);
-        for (detector, best) in self.best.iter().enumerate() {
+        for (detector, best) in DetectorIndex::all().zip(self.best.iter()) {
             let Some(best) = best else {
                 continue;
             };
@@ -166,8 +167,8 @@ impl PeakPorts {
 
     fn show(&mut self, peaks: &[Peak]) {
         self.record.fill(0);
-        for (detector, peak) in peaks.iter().enumerate() {
-            let detector = detector as u32;
+        for (detector, peak) in DetectorIndex::all().zip(peaks.iter()) {
+            let detector = detector.0 as u32;
             let (steps, counts) = (self.plan.step_bits, self.plan.count_bits);
             self.step
                 .or_bits(&mut self.record, detector * steps, steps, peak.step);

@@ -4,6 +4,7 @@
 //! the code table, counts change only where there is a hit, and the result
 //! stream only where a result arrives or is taken.
 
+use crate::scene::{DetectorIndex, SourceIndex};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -75,7 +76,7 @@ pub struct StepResult {
     /// Number of the scan since the last reset.
     pub scan: u64,
     /// The detector.
-    pub detector: usize,
+    pub detector: DetectorIndex,
     /// Number of the step within the scan, 0..steps.
     pub step: u64,
     /// The count, saturated as the hardware does.
@@ -152,6 +153,29 @@ impl ScanState {
     }
 }
 
+/// The signs with which one group's correlators count hits, for one detector.
+#[derive(Debug, Clone, Copy)]
+pub struct GroupSigns<'a> {
+    /// Of each chip of the detector's code.
+    signs: &'a [i8],
+    /// log2 of the samples per chip.
+    lanes_log2: u32,
+    /// Sample of the code's period that the group's first step has at the group's first.
+    first: u64,
+}
+
+impl GroupSigns<'_> {
+    /// Whether the correlator of the group's step `step` counts a hit up at a sample,
+    /// numbered from the group's first.
+    pub fn counts_up(&self, step: u64, sample: u64) -> bool {
+        let period = (self.signs.len() as u64) << self.lanes_log2;
+        // Almost never: a division costs more than all the rest.
+        let step = if step < period { step } else { step % period };
+        let delayed = (self.first + sample + period - step) % period;
+        self.signs[(delayed >> self.lanes_log2) as usize] > 0
+    }
+}
+
 impl Reference {
     /// A model of the hardware with this interface.
     ///
@@ -225,16 +249,17 @@ impl Reference {
         }
     }
 
-    /// Whether the present group's correlator for step `lane` of it counts a hit up, in
-    /// the `chip`-th word of the group.
-    pub fn counts_up(&self, detector: usize, lane: u64, chip: u64, sample: u64) -> bool {
-        let signs = &self.signs[detector];
+    /// How the present group's correlators of a detector count.
+    pub fn group_signs(&self, detector: DetectorIndex) -> GroupSigns<'_> {
+        let signs = &self.signs[detector][..];
         let lanes = u64::from(self.interface.lanes());
         let period = signs.len() as u64 * lanes;
-        let cycle = (self.scan.from + chip) % signs.len() as u64;
-        let delay = (self.delay() + lane) % period;
-        let delayed = (cycle * lanes + sample + period - delay) % period;
-        signs[(delayed / lanes) as usize] > 0
+        let first = self.scan.from % signs.len() as u64 * lanes;
+        GroupSigns {
+            signs,
+            lanes_log2: lanes.ilog2(),
+            first: (first + period - self.delay() % period) % period,
+        }
     }
 
     /// What the outputs have shown in the blocks predicted so far.
@@ -348,7 +373,7 @@ impl Reference {
 
     /// So many cycles have shown.
     fn mark_codes(&mut self, cycles: u64) {
-        for (source, code) in self.interface.source_codes.iter().enumerate() {
+        for (source, code) in SourceIndex::all().zip(self.interface.source_codes.iter()) {
             if cycles > code.len()
                 && let Some(point) = self.table.number(CoverPoint::CodeWraps { source })
             {
@@ -383,7 +408,7 @@ impl Reference {
             let until = group_end.min(clocks.end);
             let from = counted.max(first_word + self.scan.from);
             if from < until {
-                for (detector, hits) in hits.iter().enumerate() {
+                for (detector, hits) in DetectorIndex::all().zip(hits.iter()) {
                     let first = hits.partition_point(|&s| s < from * lanes);
                     let end = first + hits[first..].partition_point(|&s| s < until * lanes);
                     self.count_detector(detector, &hits[first..end]);
@@ -398,7 +423,7 @@ impl Reference {
     }
 
     /// Counts one detector's hits up or down (eq. 11) in the present group.
-    fn count_detector(&mut self, detector: usize, hits: &[u64]) {
+    fn count_detector(&mut self, detector: DetectorIndex, hits: &[u64]) {
         let (Some(first_hit), Some(last_hit)) = (hits.first(), hits.last()) else {
             return;
         };
@@ -410,7 +435,7 @@ impl Reference {
         let parallel = u64::from(self.interface.parallel());
         let first_sample = (self.released + 1) << lanes_log2;
         self.totals[detector] += hits.len() as u64;
-        let counts = &mut self.counts[detector * parallel as usize..][..parallel as usize];
+        let counts = &mut self.counts[detector.0 * parallel as usize..][..parallel as usize];
         let mut words = hits.chunk_by(|a, b| a >> lanes_log2 == b >> lanes_log2);
         for word in &mut words {
             for &sample in word {
@@ -482,7 +507,7 @@ impl Reference {
             .map_or(u64::MAX, |total| mask(total.bits));
         let mut beats = Vec::with_capacity(self.counts.len());
         let mut clamps = Clamps::default();
-        for (detector, counts) in self.counts.chunks_exact(parallel).enumerate() {
+        for (detector, counts) in DetectorIndex::all().zip(self.counts.chunks_exact(parallel)) {
             let total = self.totals[detector].min(most);
             if total != self.totals[detector] {
                 clamps.totals += 1;
@@ -561,7 +586,7 @@ impl Reference {
         let mut points = self.running.end_group(&self.table, steps, begins_scan);
         let delay = self.delay();
         let mut add = |point| points.extend(self.table.number(point));
-        for (detector, seen) in self.before_scan.iter_mut().enumerate() {
+        for (detector, seen) in DetectorIndex::all().zip(self.before_scan.iter_mut()) {
             if std::mem::take(seen) {
                 add(CoverPoint::BeforeScan { detector });
             }
@@ -569,14 +594,14 @@ impl Reference {
         if self.interface.saturates() {
             let limit = 1i64 << (self.interface.count_bits - 1);
             for (at, &count) in self.counts.iter().enumerate() {
-                let detector = at / self.interface.parallel() as usize;
+                let detector = DetectorIndex(at / self.interface.parallel() as usize);
                 let step = at % self.interface.parallel() as usize;
                 if step < steps && (count == limit - 1 || count == -limit) {
                     let up = count > 0;
                     add(CoverPoint::Limit { detector, step, up });
                 }
             }
-            for (detector, &total) in self.totals.iter().enumerate() {
+            for (detector, &total) in DetectorIndex::all().zip(self.totals.iter()) {
                 if self.interface.total.is_some_and(|t| total == mask(t.bits)) {
                     let beyond = false;
                     add(CoverPoint::TotalSaturation { detector, beyond });
@@ -619,13 +644,13 @@ struct Clamps {
     totals: u32,
     absent: u32,
     /// The last of each kind: detector, step, whether beyond the largest count.
-    count: (usize, usize, bool),
-    absent_count: (usize, usize, bool),
-    total: usize,
+    count: (DetectorIndex, usize, bool),
+    absent_count: (DetectorIndex, usize, bool),
+    total: DetectorIndex,
 }
 
 impl Clamps {
-    fn count(&mut self, is_absent: bool, is_clamped: bool, which: (usize, usize, bool)) {
+    fn count(&mut self, is_absent: bool, is_clamped: bool, which: (DetectorIndex, usize, bool)) {
         if is_clamped && is_absent {
             self.absent += 1;
             self.absent_count = which;

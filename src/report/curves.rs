@@ -5,7 +5,7 @@ use super::figure::Figure;
 use super::line_plot::{LinePlot, Series};
 use crate::cosim;
 use crate::estimate::{CountingTier, TheoryEffort, theory};
-use crate::scene::EstimatorKind;
+use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
 use crate::sensor::Sensor;
 use crate::simulate::{Tier, forecast};
 
@@ -23,8 +23,8 @@ const MOST_SCANS: i32 = 5;
 /// Why it is not known.
 pub(super) fn integration(
     sensor: &Sensor,
-    detector: usize,
-    path: usize,
+    detector: DetectorIndex,
+    path: PathIndex,
     error_m: Option<f64>,
 ) -> Result<Figure, String> {
     let effort = TheoryEffort::of(sensor, detector).map_err(|reason| reason.to_string())?;

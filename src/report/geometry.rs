@@ -36,7 +36,7 @@ pub(super) fn figure(scene: &Scene) -> Figure {
                 (device(source_y(scene, number, height), &source.name, "laser", number))
             }
             @for (number, detector) in scene.detectors.iter().enumerate() {
-                (device(detector_y(scene, number, height), &detector.name, "SPAD", detector.reference))
+                (device(detector_y(scene, number, height), &detector.name, "SPAD", detector.reference.0))
             }
         },
     }
@@ -88,9 +88,9 @@ fn way(scene: &Scene, path: &Path, number: usize, height: f64) -> Markup {
     let x = TARGETS.0 + share * (TARGETS.1 - TARGETS.0);
     let drawn = scene.paths.len().min(MOST_PATHS) as f64;
     let y = height * (number as f64 + 0.5) / drawn;
-    let from = (4.0 + BOX.0, source_y(scene, path.source, height));
-    let to = (4.0 + BOX.0, detector_y(scene, path.detector, height));
-    let class = format!("curve s{}", path.source % 4);
+    let from = (4.0 + BOX.0, source_y(scene, path.source.0, height));
+    let to = (4.0 + BOX.0, detector_y(scene, path.detector.0, height));
+    let class = format!("curve s{}", path.source.0 % 4);
     html! {
         polyline class=(class) points=(points([from, (x, y - 3.0)])) {}
         polyline class={ (class) " back" } points=(points([(x, y + 3.0), to])) {}

@@ -28,6 +28,7 @@ mod quantities;
 #[cfg(feature = "plots")]
 pub(crate) mod timing;
 
+use crate::scene::DetectorIndex;
 use std::fmt::Write as _;
 
 use crate::cosim::sent::SentCount;
@@ -39,7 +40,7 @@ use crate::sensor::Sensor;
 #[derive(Debug, Clone)]
 pub struct DetectorCounts {
     /// Its index in the scene.
-    pub detector: usize,
+    pub detector: DetectorIndex,
     /// Distance of the light that each step stands for, calibrated; the steps
     /// before the calibration offset have negative ones.
     pub distances_m: Vec<f64>,
@@ -54,7 +55,7 @@ impl DetectorCounts {
     /// they belong.
     pub fn new(
         sensor: &Sensor,
-        detector: usize,
+        detector: DetectorIndex,
         calibration_offset_ps: f64,
         sent: &[SentCount],
     ) -> DetectorCounts {

@@ -1,5 +1,6 @@
 //! The ports clock by clock, as the reference model has them: WaveJSON and its drawing.
 
+use crate::scene::DetectorIndex;
 use std::ops::Range;
 
 use maud::{Markup, html};
@@ -96,7 +97,7 @@ fn record(
     wanted: impl Iterator<Item = Range<u64>>,
 ) -> Result<Vec<Vec<Row>>, ReferenceError> {
     let layout = Layout::of(sensor.interface());
-    let detectors = 0..sensor.scene().detectors.len();
+    let detectors = DetectorIndex::of(&sensor.scene().detectors);
     let models: Vec<_> = detectors.map(|d| DetectorModel::new(sensor, d)).collect();
     let mut reference = Reference::new(sensor.interface().clone())?;
     let mut photons = Photons::new(&models, sensor.interface(), seed);

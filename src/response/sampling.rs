@@ -20,6 +20,7 @@ use super::MeanResponseError;
 use super::light::Light;
 use super::tier::CountingTier;
 use crate::photons::DetectorModel;
+use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
 /// A smaller share of detections that merge than this is left out where it cannot be
@@ -153,7 +154,7 @@ impl Sampling {
 ///
 /// # Errors
 /// Why not.
-pub fn check_merging(sensor: &Sensor, detector: usize) -> Result<(), MeanResponseError> {
+pub fn check_merging(sensor: &Sensor, detector: DetectorIndex) -> Result<(), MeanResponseError> {
     let spad = &sensor.scene().detectors[detector];
     let reach_ps = spad.pulse_width_ps
         + sensor.clock().sample_period_ps()

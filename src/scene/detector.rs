@@ -3,6 +3,7 @@
 use super::reader::Section;
 use super::{CounterTiming, Detector, std_of_sum};
 use crate::scan::Clock;
+use crate::scene::SourceIndex;
 
 /// Largest jitter: detections of twenty of them are put in order.
 const LARGEST_JITTER_CHIPS: f64 = (1_u32 << 16) as f64;
@@ -37,7 +38,7 @@ pub(super) fn read(
     section.finish();
     Some(Detector {
         name: name?.to_owned(),
-        reference: reference?,
+        reference: SourceIndex(reference?),
         photon_detection_probability: photon_detection_probability.unwrap_or(1.0),
         dark_count_rate_cps,
         background_rate_cps,

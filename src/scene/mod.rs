@@ -30,6 +30,7 @@
 
 mod detector;
 mod error;
+mod index;
 mod keys;
 mod movement;
 mod names;
@@ -45,6 +46,7 @@ mod wording;
 use std::sync::Arc;
 
 pub use error::{SceneError, SceneErrors};
+pub use index::{DetectorIndex, PathIndex, SourceIndex};
 pub use keys::{reference, schema};
 pub use movement::{Fluctuation, Movement};
 pub use read::{load, load_with, load_with_text, parse, parse_with, read as read_scene_text};
@@ -122,7 +124,7 @@ pub struct Detector {
     /// Name that paths refer to.
     pub name: String,
     /// Index in [`Scene::sources`] of the source whose code the sign follows.
-    pub reference: usize,
+    pub reference: SourceIndex,
     /// Chance that an incident photon fires a ready detector, 0..=1.
     pub photon_detection_probability: f64,
     /// Avalanches without light.
@@ -172,9 +174,9 @@ pub struct CounterTiming {
 #[derive(Debug, Clone)]
 pub struct Path {
     /// Index in [`Scene::sources`].
-    pub source: usize,
+    pub source: SourceIndex,
     /// Index in [`Scene::detectors`].
-    pub detector: usize,
+    pub detector: DetectorIndex,
     /// Time of flight; of a path that moves, at the start of a scan.
     pub delay_ps: f64,
     /// Share of the source's photons that arrive, 0..=1.

@@ -1,5 +1,6 @@
 //! Tables `[[source]]`, with their codes, and `[[path]]`.
 
+use crate::scene::{DetectorIndex, SourceIndex};
 use std::sync::Arc;
 
 use toml::de::DeValue;
@@ -63,8 +64,8 @@ pub(super) fn read_path(
     let movement = movement::read(&section, clock);
     section.finish();
     Some(Path {
-        source: source?,
-        detector: detector?,
+        source: SourceIndex(source?),
+        detector: DetectorIndex(detector?),
         delay_ps: delay_ps.or(distance_m.map(round_trip_ps))?,
         transmission: transmission.unwrap_or(1.0),
         movement,

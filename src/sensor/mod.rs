@@ -12,7 +12,7 @@ pub mod peak;
 use self::interface::Interface;
 use crate::code::Code;
 use crate::scan::{Clock, Timing};
-use crate::scene::{EstimatorKind, Scene};
+use crate::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
 
 /// A scene, and what follows from it for every other part.
 #[derive(Debug, Clone)]
@@ -75,13 +75,13 @@ impl Sensor {
     }
 
     /// The code that a detector's sign follows.
-    pub fn reference(&self, detector: usize) -> &Code {
+    pub fn reference(&self, detector: DetectorIndex) -> &Code {
         let source = self.scene.detectors[detector].reference;
         &self.scene.sources[source].code
     }
 
     /// Period of the code that modulates the light of a path.
-    pub fn code_period_of_path_ps(&self, path: usize) -> f64 {
+    pub fn code_period_of_path_ps(&self, path: PathIndex) -> f64 {
         let source = self.scene.paths[path].source;
         self.clock()
             .ps(self.scene.sources[source].code.len() as f64)

@@ -7,7 +7,7 @@ use crate::photons::DetectorModel;
 use crate::photons::memory::Memory;
 use crate::response::{Light, MeanResponse, SecondMoments, merged_share};
 use crate::scan::{Group, Step};
-use crate::scene::EstimatorKind;
+use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
 use crate::sensor::Sensor;
 
 /// Coarse estimates more often wrong than this show in the statistics.
@@ -57,14 +57,14 @@ pub fn of(tier: Tier) -> &'static str {
 }
 
 /// A path of the sensor, and what is expected of it.
-pub type Predicted = (usize, Result<Prediction, PredictionError>);
+pub type Predicted = (PathIndex, Result<Prediction, PredictionError>);
 
 /// What of a detector in a scene is outside a tier's domain, and what that does
 /// to the answer. `predicted` is what the tier that draws nothing says of the
 /// detector's paths.
 pub fn warnings(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     tier: Tier,
     predicted: &[Predicted],
 ) -> Vec<String> {
@@ -107,7 +107,7 @@ pub fn warnings(
 /// One detector of a scene.
 struct View<'a> {
     sensor: &'a Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     model: &'a DetectorModel,
     brightest_per_chip: f64,
 }
@@ -215,7 +215,7 @@ impl View<'_> {
 
     fn scatter(&self, predicted: &[Predicted]) -> Vec<String> {
         let own = self.sensor.scene().detectors[self.detector].reference;
-        let is_own = |path: usize| self.sensor.scene().paths[path].source == own;
+        let is_own = |path: PathIndex| self.sensor.scene().paths[path].source == own;
         let expected = predicted.iter().filter(|(path, _)| is_own(*path));
         expected
             .filter_map(|(path, predicted)| Some((path, predicted.ok()?)))

@@ -6,6 +6,7 @@ use crate::estimate::unwrap::{check_normal, fold_distance};
 use crate::estimate::{PredictionError, Theory, distance_m};
 use crate::photons::DetectorModel;
 use crate::response::MeanResponse;
+use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 use crate::simulate::repeat::PathStatistics;
 
@@ -17,7 +18,7 @@ use crate::simulate::repeat::PathStatistics;
 /// When the expectations cannot be had.
 pub(super) fn answer(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     theory: &Theory,
     statistics: &mut [PathStatistics],
 ) -> Result<(), ScansError> {
@@ -59,7 +60,7 @@ impl PathStatistics {
     }
 }
 
-fn detection_rate_cps(sensor: &Sensor, detector: usize) -> Result<f64, ScansError> {
+fn detection_rate_cps(sensor: &Sensor, detector: DetectorIndex) -> Result<f64, ScansError> {
     let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::of_tier(&model, Tier::Expected.counting())?;
     Ok(response.detection_rate_hz())

@@ -8,7 +8,7 @@ use crate::estimate::TheoryEffort;
 use crate::photons::DetectorModel;
 use crate::reference::stimulus::clocks_for_scans;
 use crate::response::Light;
-use crate::scene::EstimatorKind;
+use crate::scene::{DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
 /// Detections of the short simulation, about, and phase steps that it has at most.
@@ -27,7 +27,7 @@ const DETECTION_S: f64 = 10e-9;
 /// them; `None` where that is soon done, or not known.
 pub fn seconds(sensor: &Sensor, tier: Tier, repetitions: u64) -> Option<f64> {
     let mut seconds = 0.0;
-    for detector in 0..sensor.scene().detectors.len() {
+    for detector in DetectorIndex::of(&sensor.scene().detectors) {
         let effort = TheoryEffort::of(sensor, detector).ok();
         seconds += match tier {
             Tier::Expected => 0.0,
@@ -44,7 +44,7 @@ pub fn seconds(sensor: &Sensor, tier: Tier, repetitions: u64) -> Option<f64> {
 }
 
 /// What one scan takes, by how long a short one of the same light does.
-fn scan_s(sensor: &Sensor, detector: usize, tier: Tier) -> Option<f64> {
+fn scan_s(sensor: &Sensor, detector: DetectorIndex, tier: Tier) -> Option<f64> {
     let model = DetectorModel::new(sensor, detector);
     let primary = Light::of(&model).brightest_per_chip();
     let per_chip = primary / (1.0 + primary * model.dead_time_chips());

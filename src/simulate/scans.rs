@@ -1,5 +1,6 @@
 //! Counts of whole scans, one tier or another.
 
+use crate::scene::DetectorIndex;
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::num::NonZero;
@@ -69,7 +70,7 @@ pub struct Prepared {
 /// When the tier cannot do the scene.
 pub fn scans(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     tier: Tier,
     seed: u64,
     repetitions: u64,
@@ -108,7 +109,7 @@ impl Prepared {
     pub fn scans(
         &self,
         sensor: &Sensor,
-        detector: usize,
+        detector: DetectorIndex,
         seed: u64,
         repetitions: u64,
         on_scan: impl FnMut(&[StepCount]),
@@ -128,7 +129,7 @@ impl Prepared {
 
 fn counts(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     seed: u64,
     repetitions: u64,
     mut on_scan: impl FnMut(&[StepCount]),
@@ -144,7 +145,7 @@ fn counts(
 
 fn events(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     seed: u64,
     repetitions: u64,
     mut on_scan: impl FnMut(&[StepCount]),
@@ -170,7 +171,7 @@ fn events(
 
 fn sampled(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     seed: u64,
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),
@@ -197,14 +198,14 @@ fn sampled(
 }
 
 fn models(sensor: &Sensor) -> Vec<DetectorModel> {
-    (0..sensor.scene().detectors.len())
+    DetectorIndex::of(&sensor.scene().detectors)
         .map(|detector| DetectorModel::new(sensor, detector))
         .collect()
 }
 
 fn rtl(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     library: &Built,
     seed: u64,
     repetitions: u64,

@@ -12,7 +12,7 @@ use goldtof::photons::StepCount;
 use goldtof::reference::adversarial::Adversarial;
 use goldtof::reference::blocks::{Block, BlockMaker};
 use goldtof::reference::predictor::Reference;
-use goldtof::scene::{self, Scene};
+use goldtof::scene::{self, DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::sensor::interface::Interface;
 use goldtof::sensor::layout::Layout;
@@ -79,8 +79,15 @@ fn cosimulated(scene: &Scene, edits: &[(&str, &str, &str)]) -> Cosimulation {
 fn reference_counts(scene: &Scene, tier: Tier, repetitions: u64) -> Vec<StepCount> {
     let mut counts = Vec::new();
     let gather = |scan: &[StepCount]| counts.extend_from_slice(scan);
-    scans(&Sensor::new(scene), 0, tier, SEED, repetitions, gather)
-        .expect("the tier can do the scene");
+    scans(
+        &Sensor::new(scene),
+        DetectorIndex(0),
+        tier,
+        SEED,
+        repetitions,
+        gather,
+    )
+    .expect("the tier can do the scene");
     counts
 }
 

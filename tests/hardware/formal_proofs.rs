@@ -1,5 +1,6 @@
 //! The emitted proofs hold for a design with every part, and refuse faults in it.
 
+use goldtof::scene::SourceIndex;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -16,7 +17,7 @@ fn rich() -> Emission {
     let mut scene = scene(&codes, 0, 4, 118, Some(22), 375, Some(6));
     let mut other = scene.detectors[0].clone();
     other.name = "other".into();
-    other.reference = 1;
+    other.reference = SourceIndex(1);
     scene.detectors.push(other);
     scene.hardware.parallel = 4;
     scene.hardware.peak_detector = true;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::hdl_support::{Family, code, scene};
 use goldtof::code::Generator;
 use goldtof::deliver::{emit, write};
-use goldtof::scene::Scene;
+use goldtof::scene::{Scene, SourceIndex};
 use goldtof::sensor::Sensor;
 
 fn plain() -> Scene {
@@ -24,7 +24,7 @@ fn references_of_different_lengths_are_refused() {
     let codes = [code(Family::Gold(5), 0, 3), code(Family::Gold(6), 0, 3)];
     let mut scene = scene(&codes, 0, 8, 0, None, 40, None);
     scene.detectors.push(scene.detectors[0].clone());
-    scene.detectors[1].reference = 1;
+    scene.detectors[1].reference = SourceIndex(1);
     assert_eq!(
         refusal(&scene),
         "the detectors' reference codes have [31, 63] chips per period; one scan walks all of \

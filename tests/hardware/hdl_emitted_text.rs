@@ -12,15 +12,16 @@ use goldtof::scene::Scene;
 use goldtof::sensor::Sensor;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
 
 const MOST_COLUMNS: usize = 100;
 
 #[test]
 fn no_line_of_a_module_is_longer_than_a_hundred_columns() {
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
-    let (mut commented, mut all) = (0, 0);
-    for _ in 0..300 {
+    let lines = (0..300).into_par_iter().map(|scene| {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(scene);
         let (_, emission) = draw::emitted(&mut rng, Extent::WHOLE, |_| ());
+        let (mut commented, mut all) = (0, 0);
         for file in &emission.files {
             for line in file.text.lines().filter(|line| !line.is_empty()) {
                 assert!(line.len() <= MOST_COLUMNS, "{}: {line}", file.name);
@@ -29,7 +30,9 @@ fn no_line_of_a_module_is_longer_than_a_hundred_columns() {
                 commented += usize::from(line.contains("//"));
             }
         }
-    }
+        (commented, all)
+    });
+    let (commented, all) = lines.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
     let share = commented as f64 / all as f64;
     assert!((0.15..0.33).contains(&share), "{share:.3} of all lines");
 }

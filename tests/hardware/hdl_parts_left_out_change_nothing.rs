@@ -9,7 +9,7 @@ use crate::hdl_support::{Family, code, icarus, scene, with_peak_if_possible};
 use goldtof::code::{Code, Generator};
 use goldtof::deliver::emit;
 use goldtof::scan::Step;
-use goldtof::scene::{Scene, Target};
+use goldtof::scene::{Scene, SourceIndex, Target};
 use goldtof::sensor::Sensor;
 use goldtof::sensor::interface::Interface;
 
@@ -232,7 +232,7 @@ fn several_detectors() {
         together.sources.push(other);
         let mut spad = together.detectors[0].clone();
         spad.name = "other".to_owned();
-        spad.reference = 1;
+        spad.reference = SourceIndex(1);
         together.detectors.push(spad);
 
         let inputs = endless(2 * lanes, 1_500, u64::from(case));

@@ -8,6 +8,7 @@ mod documents_commands_run;
 mod flow_fusesoc_and_testbench;
 mod flow_generated_files_are_current;
 mod flow_lint_matrix;
+mod flow_prefixed_designs;
 mod flow_vendor_wrappers;
 mod formal_proofs;
 mod hdl_blocks_agree;

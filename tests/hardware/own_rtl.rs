@@ -128,13 +128,13 @@ fn every_latency_is_found_and_the_wrong_one_is_told_by_its_clocks() {
             assert_eq!((status, &report["verdict"]), (Some(1), &"mismatch".into()));
             let late = stages as i64 + 2 - wrong as i64;
             let told = report["differences"].as_array().unwrap();
-            let of_port = |port: &str| told.iter().find(|d| d["port"] == port).unwrap();
-            for port in ["m_axis_tvalid", "m_axis_tdata"] {
-                assert_eq!(
-                    of_port(port)["clocks_late"],
-                    late,
-                    "{stages} {wrong} {told:?}"
-                );
+            // A count that stands already, or still, may make up for a late payload.
+            assert!(
+                told.iter().any(|d| d["port"] == "m_axis_tvalid"),
+                "{told:?}"
+            );
+            for difference in told {
+                assert_eq!(difference["clocks_late"], late, "{stages} {wrong} {told:?}");
             }
         }
     }
@@ -196,10 +196,13 @@ fn a_late_peak_is_held_to_its_own_latency() {
         let report: Value = serde_json::from_slice(&output.stdout).unwrap();
         (output.status.code(), report)
     };
-    let (status, report) = run(&[]);
+    // Some clocks more than a scan, so that what comes late comes.
+    let clocks = run(&[]).1["cycles"].as_u64().unwrap() + 1500;
+    let (status, report) = run(&["--cycles", &clocks.to_string()]);
     assert_eq!(status, Some(1));
-    assert_eq!(report["first_mismatch"]["port"], "o_peak_valid");
-    for difference in report["differences"].as_array().unwrap() {
+    let differences = report["differences"].as_array().unwrap();
+    assert!(differences.iter().any(|d| d["port"] == "o_peak_valid"));
+    for difference in differences {
         assert_eq!(difference["clocks_late"], 2, "{difference}");
     }
     let (status, report) = run(&["--latency", "auto"]);
@@ -218,17 +221,17 @@ const FAULTS: &[(&str, &str, &str)] = &[
         "31'b00000000101",
     ),
     ("include/sensor_defs.vh", "2500 ", "2499 "),
-    (
-        "rtl/code_rom.v",
-        "chip == `CODE_CHIPS - 1",
-        "chip == `CODE_CHIPS - 2",
-    ),
+    ("rtl/code_rom.v", "chip + 5'd1", "chip + 5'd2"),
     (
         "rtl/correlator.v",
         "`SAMPLES - step_ends",
         "`SAMPLES + step_ends",
     ),
-    ("rtl/correlator.v", "forward >= PLACES", "forward > PLACES"),
+    (
+        "rtl/correlator.v",
+        "forward - PLACES :",
+        "forward - PLACES + 1 :",
+    ),
     (
         "rtl/correlator.v",
         "level   <= samples[`SAMPLES-1];",
@@ -423,12 +426,9 @@ fn further_ports_are_remarked_and_others_refused() {
     let ports = "input wire [69:0] i_spare, output wire \\o+odd , output wire [69:0] o_wide,";
     let (status, report, stderr) = with(ports, "assign o_wide = ~i_spare; assign \\o+odd = 1'b1;");
     assert_eq!(status, Some(0), "{stderr}");
-    let remarks: Vec<&str> = report["remarks"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|r| r.as_str().unwrap())
-        .collect();
+    let remarks = report["remarks"].as_array().unwrap().iter();
+    let mut remarks: Vec<&str> = remarks.map(|r| r.as_str().unwrap()).collect();
+    remarks.sort_unstable();
     assert_eq!(
         remarks,
         [

@@ -6,7 +6,7 @@ use goldtof::reference::adversarial::{Adversarial, Means};
 use goldtof::reference::level::Level;
 use goldtof::reference::predictor::{Reference, Skip};
 use goldtof::reference::stimulus::{Drive, Stimulus};
-use goldtof::scene::{self, Scene};
+use goldtof::scene::{self, Scene, SourceIndex};
 use goldtof::sensor::interface::{Interface, TotalCount};
 use goldtof::sensor::layout::Layout;
 
@@ -345,7 +345,7 @@ fn with_detectors(mut scene: Scene, count: usize) -> Scene {
         scene.sources.push(source);
         let mut detector = scene.detectors[0].clone();
         detector.name = format!("spad-{number}");
-        detector.reference = scene.sources.len() - 1;
+        detector.reference = SourceIndex(scene.sources.len() - 1);
         scene.detectors.push(detector);
     }
     scene

@@ -1,5 +1,6 @@
 //! `goldtof estimate` and `simulate --expected` as a user has them.
 
+use goldtof::scene::DetectorIndex;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -150,7 +151,7 @@ fn expected_counts_are_written_and_counts_scatter_round_them() {
     let tier = goldtof::simulate::Tier::Sampled;
     let mut sums = vec![[0.0; 4]; 248];
     let scans = 400;
-    goldtof::simulate::scans::scans(&sensor, 0, tier, 2, scans, |counts| {
+    goldtof::simulate::scans::scans(&sensor, DetectorIndex(0), tier, 2, scans, |counts| {
         for ((sum, count), expected) in sums.iter_mut().zip(counts).zip(&expected) {
             let signed = (count.signed as f64 - expected[0]) / expected[1];
             let total = (count.total as f64 - expected[2]) / expected[3];

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use goldtof::code::Generator;
-use goldtof::scene::{CounterTiming, EstimatorKind, Scene, Target, load};
+use goldtof::scene::{CounterTiming, EstimatorKind, Scene, SourceIndex, Target, load};
 
 fn standard(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -56,7 +56,7 @@ fn paper_single_has_the_parameters_of_table_i() {
     let [spad] = scene.detectors.as_slice() else {
         panic!("one detector");
     };
-    assert_eq!(spad.reference, 0);
+    assert_eq!(spad.reference, SourceIndex(0));
     assert_eq!(spad.photon_detection_probability, 0.31);
     assert_eq!(spad.dark_count_rate_cps, 71e3);
     assert_eq!(spad.background_rate_cps, 0.0);

@@ -3,7 +3,7 @@
 use crate::optics_support::{code, table_i_scene};
 use goldtof::estimate::distance_m;
 use goldtof::estimate::report::estimate_scan;
-use goldtof::scene::{Path, Scene};
+use goldtof::scene::{DetectorIndex, Path, Scene, SourceIndex};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::{PathStatistics, simulate};
@@ -21,7 +21,7 @@ fn misled(delay_ps: f64) -> Scene {
     scene.sources.push(other);
     scene.paths[0].delay_ps = delay_ps;
     let strong = Path {
-        source: 1,
+        source: SourceIndex(1),
         delay_ps: delay_ps + 0.5 * RANGE_PS - 40.0,
         ..scene.paths[0].clone()
     };
@@ -75,12 +75,19 @@ fn the_errors_do_wrap() {
     let scene = misled(5_000.0);
     let mut signs = [0, 0];
     // As `run` does it, from sampled counts.
-    scans(&Sensor::new(&scene), 0, Tier::Sampled, 3, 100, |counts| {
-        let report = estimate_scan(&Sensor::new(&scene), 0, counts);
-        signs[usize::from(report.error_m.unwrap() > 0.0)] += 1;
-        // One scan against its expectation, the shorter way round.
-        assert!(report.deviation_in_std.unwrap().abs() < 6.0, "{report:?}");
-    })
+    scans(
+        &Sensor::new(&scene),
+        DetectorIndex(0),
+        Tier::Sampled,
+        3,
+        100,
+        |counts| {
+            let report = estimate_scan(&Sensor::new(&scene), DetectorIndex(0), counts);
+            signs[usize::from(report.error_m.unwrap() > 0.0)] += 1;
+            // One scan against its expectation, the shorter way round.
+            assert!(report.deviation_in_std.unwrap().abs() < 6.0, "{report:?}");
+        },
+    )
     .expect("the scene can be simulated");
     assert!(signs[0] > 0 && signs[1] > 0, "{signs:?}");
 }
@@ -109,17 +116,24 @@ fn estimates_all_round_the_period_have_no_mean() {
         assert!((missed - 0.5).abs() < 0.1, "{tier}: {missed}");
     }
     // No scan's error says more than it can, either.
-    scans(&Sensor::new(&scene), 0, Tier::Events, 3, 1, |counts| {
-        let report = estimate_scan(&Sensor::new(&scene), 0, counts);
-        assert_eq!(
-            (report.expected_bias_m, report.deviation_in_std),
-            (None, None)
-        );
-        assert!(
-            report
-                .remark
-                .is_some_and(|remark| remark.contains("no mean"))
-        );
-    })
+    scans(
+        &Sensor::new(&scene),
+        DetectorIndex(0),
+        Tier::Events,
+        3,
+        1,
+        |counts| {
+            let report = estimate_scan(&Sensor::new(&scene), DetectorIndex(0), counts);
+            assert_eq!(
+                (report.expected_bias_m, report.deviation_in_std),
+                (None, None)
+            );
+            assert!(
+                report
+                    .remark
+                    .is_some_and(|remark| remark.contains("no mean"))
+            );
+        },
+    )
     .expect("the scene can be simulated");
 }

@@ -10,7 +10,7 @@ use goldtof::estimate::{
 };
 use goldtof::photons::{DetectorModel, count_step};
 use goldtof::scan::Step;
-use goldtof::scene::Scene;
+use goldtof::scene::{DetectorIndex, PathIndex, Scene};
 use goldtof::sensor::Sensor;
 
 /// Cuts the scan down to the steps round the first path.
@@ -23,8 +23,8 @@ fn scan_around(scene: &mut Scene, steps: u64) {
 
 /// Errors in metres of the fine estimates of many scans.
 fn errors_m(scene: &Scene, tier: CountingTier, scans: u64) -> Moments {
-    let model = DetectorModel::new(&Sensor::new(scene), 0);
-    let offset_ps = calibration_offset_ps(&Sensor::new(scene), 0, tier);
+    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
+    let offset_ps = calibration_offset_ps(&Sensor::new(scene), DetectorIndex(0), tier);
     let period_ps = scene.scan.steps_per_period as f64 * 1000.0;
     Moments::of((0..scans).map(|repetition| {
         let counts: Vec<i64> = match tier {
@@ -56,7 +56,8 @@ fn either_tier_is_calibrated_by_its_own_offset() {
         scene.detectors[0].pulse_width_ps = 1001.0;
         scene.detectors[0].counter.rising_delay_ps = 340.0;
         scene.detectors[0].counter.falling_delay_ps = 390.0;
-        scene.paths[0].delay_ps = 40_000.0 - calibration_offset_ps(&Sensor::new(&scene), 0, tier);
+        scene.paths[0].delay_ps =
+            40_000.0 - calibration_offset_ps(&Sensor::new(&scene), DetectorIndex(0), tier);
         scan_around(&mut scene, 32);
         let errors = errors_m(&scene, tier, 300);
         assert!(errors.standard_error() < 2e-3);
@@ -70,8 +71,13 @@ fn the_table_i_sensor_errs_and_scatters_as_predicted() {
     for (rate, scans) in [(4.888e6, 200), (20e6, 60)] {
         let mut scene = table_i_scene(gold_11(), rate, 13_100);
         scan_around(&mut scene, 32);
-        let predicted =
-            predict(&Sensor::new(&scene), 0, 0, CountingTier::Sampled).expect("a prediction");
+        let predicted = predict(
+            &Sensor::new(&scene),
+            DetectorIndex(0),
+            PathIndex(0),
+            CountingTier::Sampled,
+        )
+        .expect("a prediction");
         let errors = errors_m(&scene, CountingTier::Sampled, scans);
         assert_within_standard_errors(errors.z(predicted.bias_m), 5.0, "bias");
         let z = errors.variance_z(predicted.std_m.powi(2));
@@ -83,8 +89,13 @@ fn the_table_i_sensor_errs_and_scatters_as_predicted() {
 fn strong_light_on_a_short_code_errs_and_scatters_as_predicted() {
     let mut scene = table_i_scene(gold_5(), 40e6, 31 * 40);
     scan_around(&mut scene, 32);
-    let predicted =
-        predict(&Sensor::new(&scene), 0, 0, CountingTier::Sampled).expect("a prediction");
+    let predicted = predict(
+        &Sensor::new(&scene),
+        DetectorIndex(0),
+        PathIndex(0),
+        CountingTier::Sampled,
+    )
+    .expect("a prediction");
     let errors = errors_m(&scene, CountingTier::Sampled, 1_000);
     assert!(
         predicted.bias_m.abs() > 10.0 * errors.standard_error(),
@@ -101,13 +112,23 @@ fn constant_light_alone_has_no_prediction() {
     // So little that hardly any of its pulses merge.
     scene.detectors[0].background_rate_cps = 1e4;
     assert_eq!(
-        predict(&Sensor::new(&scene), 0, 0, CountingTier::Sampled),
+        predict(
+            &Sensor::new(&scene),
+            DetectorIndex(0),
+            PathIndex(0),
+            CountingTier::Sampled
+        ),
         Err(PredictionError::Flat)
     );
     let mut scene = ideal_scene(code(&[1, 1, 0]), 0.0, 31);
     scene.detectors[0].dead_time_ps = 14e3;
     assert_eq!(
-        predict(&Sensor::new(&scene), 0, 0, CountingTier::Sampled),
+        predict(
+            &Sensor::new(&scene),
+            DetectorIndex(0),
+            PathIndex(0),
+            CountingTier::Sampled
+        ),
         Err(PredictionError::Flat)
     );
 }

@@ -13,20 +13,21 @@ use goldtof::estimate::{
 };
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::scan::Step;
-use goldtof::scene::{Path, Scene, Source};
+use goldtof::scene::{DetectorIndex, Path, PathIndex, Scene, Source, SourceIndex};
 use goldtof::sensor::Sensor;
 
 const TIER: CountingTier = CountingTier::Events;
 
 fn scan_around(scene: &mut Scene, halfwidth: u64) {
-    let peak_ps = scene.paths[0].delay_ps + calibration_offset_ps(&Sensor::new(scene), 0, TIER);
+    let peak_ps = scene.paths[0].delay_ps
+        + calibration_offset_ps(&Sensor::new(scene), DetectorIndex(0), TIER);
     let all = scene.scan.steps_per_period;
     scene.scan.first_step = ((peak_ps / 1000.0).round() as u64 + all - halfwidth) % all;
     scene.scan.steps = 2 * halfwidth;
 }
 
 fn photons(scene: &Scene, repetition: u64) -> Vec<StepCount> {
-    let model = DetectorModel::new(&Sensor::new(scene), 0);
+    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
     (0..scene.scan.steps)
         .map(|step| count_step(&model, 97, repetition, Step(step)))
         .collect()
@@ -39,13 +40,13 @@ fn error_m(scene: &Scene, delay_ps: f64) -> f64 {
 
 fn phase_error_m(scene: &Scene, counts: &[StepCount]) -> f64 {
     let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
-    let offset_ps = calibration_offset_ps(&Sensor::new(scene), 0, TIER);
+    let offset_ps = calibration_offset_ps(&Sensor::new(scene), DetectorIndex(0), TIER);
     let found = estimate(&scene.timing(), &signed, offset_ps).expect("a peak");
     error_m(scene, found.delay_ps)
 }
 
 fn fitted(scene: &Scene, counts: &[StepCount], other: OtherLight) -> ModelEstimate {
-    fit(&Sensor::new(scene), 0, TIER, counts, other).expect("it fits")
+    fit(&Sensor::new(scene), DetectorIndex(0), TIER, counts, other).expect("it fits")
 }
 
 #[test]
@@ -84,8 +85,8 @@ fn errors_are_unbiased_scatter_as_the_bound_says_and_match_their_own_deviation()
             stated.push(found.std_m);
             error_m(&scene, found.delay_ps)
         }));
-        let bound = bound(&Sensor::new(&scene), 0, TIER).expect("a bound");
-        let bound_m = bound.of_path(0).expect("the path is lit");
+        let bound = bound(&Sensor::new(&scene), DetectorIndex(0), TIER).expect("a bound");
+        let bound_m = bound.of_path(PathIndex(0)).expect("the path is lit");
         assert_within_standard_errors(errors.z(0.0), 4.0, "bias");
         let z = errors.variance_z(bound_m.powi(2));
         assert_within_standard_errors(z, 4.0, "variance beside the bound");
@@ -111,7 +112,7 @@ fn two_sources(relative_chips: f64) -> Scene {
         ..scene.sources[0].clone()
     });
     scene.paths.push(Path {
-        source: 1,
+        source: SourceIndex(1),
         delay_ps: scene.paths[0].delay_ps + relative_chips * 8000.0,
         ..scene.paths[0].clone()
     });
@@ -185,7 +186,7 @@ fn light_that_is_not_there_is_not_found() {
 #[test]
 fn two_paths_of_one_source_are_told_apart() {
     let mut scene = two_sources(3.4);
-    scene.paths[1].source = 0;
+    scene.paths[1].source = SourceIndex(0);
     scene.paths[1].transmission = 0.6;
     scene.sources.truncate(1);
     let found = fitted(&scene, &photons(&scene, 0), OtherLight::Given);
@@ -272,9 +273,9 @@ fn the_bound_of_poisson_counts_is_that_of_the_textbook() {
     let determinant =
         a[0] * minor - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
     let expected_m = distance_m((minor / determinant).sqrt() * 8000.0);
-    let found = bound(&Sensor::new(&scene), 0, TIER).expect("a bound");
+    let found = bound(&Sensor::new(&scene), DetectorIndex(0), TIER).expect("a bound");
     assert_eq!(found.steps, 24);
-    let bound_m = found.of_path(0).expect("the path is lit");
+    let bound_m = found.of_path(PathIndex(0)).expect("the path is lit");
     assert!(
         (bound_m / expected_m - 1.0).abs() < 1e-3,
         "{bound_m} {expected_m}"
@@ -289,7 +290,7 @@ fn what_cannot_be_fitted_says_why() {
         total: 0,
     };
     let refused = |scene: &Scene, counts: &[StepCount], other| {
-        fit(&Sensor::new(scene), 0, TIER, counts, other).expect_err("no fit")
+        fit(&Sensor::new(scene), DetectorIndex(0), TIER, counts, other).expect_err("no fit")
     };
     let empty = vec![none; 1016];
     assert_eq!(

@@ -13,7 +13,7 @@ use goldtof::estimate::{
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::response::MeanCount;
 use goldtof::scan::Step;
-use goldtof::scene::{EstimatorKind, Path, Scene, Source};
+use goldtof::scene::{DetectorIndex, EstimatorKind, Path, Scene, Source, SourceIndex};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::simulate;
@@ -22,7 +22,8 @@ const TIER: CountingTier = CountingTier::Events;
 const STEP_PS: f64 = 25.0;
 
 fn scan_around(scene: &mut Scene, halfwidth: u64) {
-    let peak_ps = scene.paths[0].delay_ps + calibration_offset_ps(&Sensor::new(scene), 0, TIER);
+    let peak_ps = scene.paths[0].delay_ps
+        + calibration_offset_ps(&Sensor::new(scene), DetectorIndex(0), TIER);
     let all = scene.scan.steps_per_period;
     scene.scan.first_step = ((peak_ps / 1000.0).round() as u64 + all - halfwidth) % all;
     scene.scan.steps = 2 * halfwidth;
@@ -35,13 +36,13 @@ fn error_mm(scene: &Scene, delay_ps: f64) -> f64 {
 
 fn phase_error_mm(scene: &Scene, counts: &[MeanCount]) -> f64 {
     let signed: Vec<i64> = counts.iter().map(|c| c.signed.round() as i64).collect();
-    let offset_ps = calibration_offset_ps(&Sensor::new(scene), 0, TIER);
+    let offset_ps = calibration_offset_ps(&Sensor::new(scene), DetectorIndex(0), TIER);
     let found = estimate(&scene.timing(), &signed, offset_ps).expect("a peak");
     error_mm(scene, found.delay_ps)
 }
 
 fn fitted(scene: &Scene, counts: &[MeanCount], other: OtherLight) -> ModelEstimate {
-    fit_means(&Sensor::new(scene), 0, TIER, counts, other).expect("it fits")
+    fit_means(&Sensor::new(scene), DetectorIndex(0), TIER, counts, other).expect("it fits")
 }
 
 #[test]
@@ -101,7 +102,7 @@ fn an_interferer_at_any_delay_moves_nothing_whether_its_code_is_given_or_found()
             ..scene.sources[0].clone()
         });
         scene.paths.push(Path {
-            source: 1,
+            source: SourceIndex(1),
             delay_ps: scene.paths[0].delay_ps + relative_ps,
             ..scene.paths[0].clone()
         });
@@ -121,7 +122,7 @@ fn an_interferer_at_any_delay_moves_nothing_whether_its_code_is_given_or_found()
 }
 
 fn photons(scene: &Scene, repetition: u64) -> Vec<StepCount> {
-    let model = DetectorModel::new(&Sensor::new(scene), 0);
+    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
     (0..scene.scan.steps)
         .map(|step| count_step(&model, 11, repetition, Step(step)))
         .collect()
@@ -133,9 +134,9 @@ fn photons(scene: &Scene, repetition: u64) -> Vec<StepCount> {
 fn the_shape_of_the_peak_is_found_where_its_largest_count_is_not() {
     let scene = table_i_scene(gold_7(0), 1.6e6, 127 * 6);
     let sensor = Sensor::new(&scene);
-    let fitter = Fitter::new(&sensor, 0, TIER, OtherLight::None);
+    let fitter = Fitter::new(&sensor, DetectorIndex(0), TIER, OtherLight::None);
     let is_off = |delay_ps: f64| error_mm(&scene, delay_ps).abs() > 1e3 * distance_m(8_000.0);
-    let offset_ps = calibration_offset_ps(&sensor, 0, TIER);
+    let offset_ps = calibration_offset_ps(&sensor, DetectorIndex(0), TIER);
     let (mut by_phase, mut by_model) = (0, 0);
     for repetition in 0..100 {
         let counts = photons(&scene, repetition);
@@ -155,13 +156,13 @@ fn what_a_scan_gives_does_not_depend_on_the_scans_before_it() {
     scan_around(&mut scene, 14);
     let scans: Vec<Vec<StepCount>> = (0..6).map(|number| photons(&scene, number)).collect();
     let sensor = Sensor::new(&scene);
-    let fitter = Fitter::new(&sensor, 0, TIER, OtherLight::None);
+    let fitter = Fitter::new(&sensor, DetectorIndex(0), TIER, OtherLight::None);
     let in_order: Vec<f64> = scans
         .iter()
         .map(|counts| fitter.fit(counts).expect("it fits").delay_ps)
         .collect();
     for (counts, delay_ps) in scans.iter().zip(in_order).rev() {
-        let alone = Fitter::new(&sensor, 0, TIER, OtherLight::None);
+        let alone = Fitter::new(&sensor, DetectorIndex(0), TIER, OtherLight::None);
         assert_eq!(alone.fit(counts).expect("it fits").delay_ps, delay_ps);
     }
 }

@@ -7,7 +7,7 @@ use goldtof::estimate::report::estimate_scan;
 use goldtof::photons::{DetectorModel, StepCount};
 use goldtof::report::estimates::BothEstimates;
 use goldtof::response::MeanResponse;
-use goldtof::scene::{EstimatorKind, Scene};
+use goldtof::scene::{DetectorIndex, EstimatorKind, Scene};
 use goldtof::sensor::Sensor;
 
 /// The weight-3 code of the issue: a largest count of 1 in 2 means no light of the
@@ -35,7 +35,7 @@ fn a_count_that_shows_no_light_of_the_path_gives_a_fit_or_words() {
     assert_finite(&scene, &counts, "half");
     let fitted = Fitter::new(
         &Sensor::new(&scene),
-        0,
+        DetectorIndex(0),
         CountingTier::Sampled,
         OtherLight::None,
     )
@@ -48,7 +48,13 @@ fn a_count_that_shows_no_light_of_the_path_gives_a_fit_or_words() {
 /// Fits, by the library and for the report: no number of it may be infinite or none.
 fn assert_finite(scene: &Scene, counts: &[StepCount], name: &str) -> bool {
     let tier = CountingTier::Sampled;
-    let fitted = Fitter::new(&Sensor::new(scene), 0, tier, OtherLight::None).fit(counts);
+    let fitted = Fitter::new(
+        &Sensor::new(scene),
+        DetectorIndex(0),
+        tier,
+        OtherLight::None,
+    )
+    .fit(counts);
     let fits = fitted.is_ok();
     let text = match fitted {
         // Codes say "infinite" nowhere; numbers would as "inf" or "NaN".
@@ -74,7 +80,7 @@ fn assert_finite(scene: &Scene, counts: &[StepCount], name: &str) -> bool {
         ),
         Err(reason) => reason.to_string(),
     };
-    let report = estimate_scan(&Sensor::new(scene), 0, counts);
+    let report = estimate_scan(&Sensor::new(scene), DetectorIndex(0), counts);
     let (own, other) = (&report, &report);
     let told = BothEstimates { own, other }.text(None);
     for text in [text, format!("{report:?}"), told] {
@@ -148,7 +154,7 @@ fn random_counts(draw: &mut Draw, steps: u64) -> Vec<StepCount> {
 
 /// What is expected, rounded, one more or less.
 fn likely_counts(draw: &mut Draw, scene: &Scene) -> Vec<StepCount> {
-    let model = DetectorModel::new(&Sensor::new(scene), 0);
+    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
     let Ok(response) = MeanResponse::new(&model) else {
         return random_counts(draw, scene.scan.steps);
     };

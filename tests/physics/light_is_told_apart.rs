@@ -12,7 +12,7 @@ use goldtof::estimate::fit::{FitError, Fitter, ModelEstimate, OtherLight};
 use goldtof::estimate::{CountingTier, delay_error_ps, distance_m};
 use goldtof::photons::DetectorModel;
 use goldtof::response::{CountSampler, MeanResponse, SecondMoments};
-use goldtof::scene::{Path, Scene, Source};
+use goldtof::scene::{DetectorIndex, Path, PathIndex, Scene, Source, SourceIndex};
 use goldtof::sensor::Sensor;
 
 const TIER: CountingTier = CountingTier::Events;
@@ -48,7 +48,7 @@ fn scene(mean_rate_cps: f64, integration_chips: u64, paths: &[(i64, f64, f64)]) 
             scene.sources.len() - 1
         });
         scene.paths.push(Path {
-            source: number,
+            source: SourceIndex(number),
             delay_ps: delay_chips * 8000.0,
             transmission: share,
             ..path.clone()
@@ -59,11 +59,11 @@ fn scene(mean_rate_cps: f64, integration_chips: u64, paths: &[(i64, f64, f64)]) 
 
 fn fits(scene: &Scene, other: OtherLight, scans: u64) -> Vec<Result<ModelEstimate, FitError>> {
     let sensor = Sensor::new(scene);
-    let model = DetectorModel::new(&sensor, 0);
+    let model = DetectorModel::new(&sensor, DetectorIndex(0));
     let response = MeanResponse::of_tier(&model, TIER).expect("a response");
     let second = SecondMoments::new(&response).expect("second moments");
     let sampler = CountSampler::of(&model, &second);
-    let fitter = Fitter::new(&sensor, 0, TIER, other);
+    let fitter = Fitter::new(&sensor, DetectorIndex(0), TIER, other);
     (0..scans)
         .map(|scan| fitter.fit(&sampler.scan(11, scan)))
         .collect()
@@ -75,7 +75,7 @@ fn errors_in_bounds(
     scene: &Scene,
     fits: &[Result<ModelEstimate, FitError>],
 ) -> (Vec<Vec<f64>>, f64) {
-    let bound = bound(&Sensor::new(scene), 0, TIER).expect("a bound");
+    let bound = bound(&Sensor::new(scene), DetectorIndex(0), TIER).expect("a bound");
     let mut errors = vec![Vec::new(); scene.paths.len()];
     let mut largest: f64 = 0.0;
     for fitted in fits.iter().flatten() {
@@ -94,7 +94,7 @@ fn errors_in_bounds(
             .collect();
         if errors_ps.iter().all(Option::is_some) {
             for (number, (error, std)) in errors_ps.into_iter().flatten().enumerate() {
-                let bound_m = bound.of_path(number).expect("a lit path");
+                let bound_m = bound.of_path(PathIndex(number)).expect("a lit path");
                 errors[number].push(distance_m(error) / bound_m);
                 largest = largest.max((error / std).abs());
             }

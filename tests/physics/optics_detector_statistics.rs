@@ -8,13 +8,13 @@ use crate::optics_support::{
 };
 use goldtof::photons::{Detection, DetectorModel};
 use goldtof::scan::Group;
-use goldtof::scene::Scene;
+use goldtof::scene::{DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 fn counts_per_step(scene: &Scene, seed: u64, steps: u64) -> Moments {
-    let model = DetectorModel::new(&Sensor::new(scene), 0);
+    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
     Moments::of((0..steps).map(|step| model.step(seed, 0, Group(step)).count() as f64))
 }
 
@@ -55,7 +55,7 @@ fn without_dead_time_counts_follow_the_delayed_code_as_a_poisson_process() {
     let mut scene = ideal_scene(code(&chips), 20e6, 7 * 500);
     scene.sources[0].extinction_ratio = 4.0;
     scene.paths[0].delay_ps = 8000.0 * (9.0 + 0.3);
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
 
     // Ten bins per chip, so that the delay's 0.3 chips are a bin border.
     let mut bins = [0.0_f64; 70];
@@ -150,7 +150,7 @@ fn modulated_light_with_dead_time_and_afterpulses_agrees_with_a_naive_simulator(
     let length = 7 * 40;
     let mut scene = table_i_scene(code(&chips), 40e6, length);
     scene.detectors[0].jitter_ps.clear();
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let steps = 6_000;
 
     // Columns: four bins per chip of the code, and the total.
@@ -199,7 +199,7 @@ fn delay_and_jitter_shift_registered_times_as_independent_gaussians() {
     bare.detectors[0].jitter_ps.clear();
     bare.detectors[0].delay_ps = 0.0;
     let times = |scene: &Scene| -> Vec<(u64, f64)> {
-        let model = DetectorModel::new(&Sensor::new(scene), 0);
+        let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
         let times = model.step(31, 0, Group(0)).map(|d| (d.chip, d.fraction));
         times.collect()
     };
@@ -224,11 +224,11 @@ fn delay_and_jitter_shift_registered_times_as_independent_gaussians() {
 #[test]
 fn strong_jitter_still_gives_ordered_times_and_loses_none() {
     let mut scene = ideal_scene(code(&[1]), 200e6, 100_000);
-    let without = DetectorModel::new(&Sensor::new(&scene), 0)
+    let without = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0))
         .step(41, 0, Group(0))
         .count() as f64;
     scene.detectors[0].jitter_ps = vec![20e3];
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let times: Vec<(u64, f64)> = model
         .step(41, 0, Group(0))
         .map(|d| (d.chip, d.fraction))
@@ -249,7 +249,7 @@ fn steps_of_a_blinded_detector_start_anywhere_in_its_dead_time() {
     let mut scene = ideal_scene(gold_5(), 1e13, 20);
     scene.sources[0].extinction_ratio = 1.0;
     scene.detectors[0].dead_time_ps = 1_000.0;
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let steps = 200;
     let mut eighths = [0.0; 8];
     for step in 0..steps {

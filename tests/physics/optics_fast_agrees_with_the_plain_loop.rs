@@ -8,7 +8,7 @@ use goldtof::code::Code;
 use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::scan::Step;
-use goldtof::scene::{Path, Scan, Scene};
+use goldtof::scene::{DetectorIndex, Path, Scan, Scene, SourceIndex};
 use goldtof::sensor::Sensor;
 
 /// Counts of both, by step and scan.
@@ -20,7 +20,7 @@ struct Comparison {
 impl Comparison {
     /// Simulates the steps of a scene's scan in `scans` scans.
     fn of(scene: &Scene, scans: u64) -> Comparison {
-        let model = DetectorModel::new(&Sensor::new(scene), 0);
+        let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
         let steps = scene.scan.steps;
         let counter = StepCounter::new(&model);
         assert_eq!(counter.outside_domain(), None, "the lanes must be used");
@@ -159,8 +159,8 @@ fn every_path_and_code_adds_its_light() {
     scene.sources.push(other);
     for (source, delay_ps, transmission) in [(0, 91_234.5, 0.4), (1, 4_321.0, 0.7)] {
         scene.paths.push(Path {
-            source,
-            detector: 0,
+            source: SourceIndex(source),
+            detector: DetectorIndex(0),
             delay_ps,
             transmission,
             movement: None,
@@ -232,7 +232,7 @@ fn repeating_a_code_twice_changes_nothing() {
             steps_per_period: 8 * 62,
             ..scene.scan
         };
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let mut counts = vec![StepCount::ZERO; 100];
         StepCounter::new(&model).count(1, 0..1, 0..100, &mut counts);
         counts

@@ -8,7 +8,7 @@ use goldtof::photons::fast::{
 };
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::scan::Step;
-use goldtof::scene::Scene;
+use goldtof::scene::{DetectorIndex, Scene, SourceIndex};
 use goldtof::sensor::Sensor;
 
 fn scene() -> Scene {
@@ -24,7 +24,7 @@ fn counts(model: &DetectorModel, seed: u64, steps: std::ops::Range<u64>) -> Vec<
 #[test]
 fn every_instruction_set_gives_the_same_counts() {
     let scene = scene();
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let expected = counts(&model, 9, 0..300);
     for set in InstructionSet::available() {
         let mut found = vec![StepCount::ZERO; 300];
@@ -37,7 +37,7 @@ fn every_instruction_set_gives_the_same_counts() {
 #[test]
 fn neither_threads_nor_parts_change_a_count() {
     let scene = scene();
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let expected = counts(&model, 9, 0..300);
     for threads in 2..5 {
         let mut found = vec![StepCount::ZERO; 300];
@@ -57,7 +57,7 @@ fn neither_threads_nor_parts_change_a_count() {
 #[test]
 fn scans_follow_one_another_in_the_results() {
     let scene = scene();
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let mut found = vec![StepCount::ZERO; 3 * 50];
     StepCounter::new(&model).count(9, 3..6, 100..150, &mut found);
     for (scan, counts) in (3..).zip(found.chunks(50)) {
@@ -70,7 +70,7 @@ fn scans_follow_one_another_in_the_results() {
 #[test]
 fn other_seeds_scans_and_steps_give_other_counts() {
     let scene = scene();
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let these = counts(&model, 9, 0..50);
     assert_ne!(these, counts(&model, 10, 0..50));
     assert_ne!(these, counts(&model, 9, 50..100));
@@ -79,7 +79,7 @@ fn other_seeds_scans_and_steps_give_other_counts() {
 #[test]
 fn no_steps_are_no_work() {
     let scene = scene();
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     assert_eq!(counts(&model, 9, 7..7), []);
 }
 
@@ -89,7 +89,7 @@ fn models_beyond_the_lanes_go_through_the_plain_loop() {
     let outside = |change: &dyn Fn(&mut Scene)| {
         let mut scene = bare();
         change(&mut scene);
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let plain: Vec<StepCount> = (0..5)
             .map(|step| count_step(&model, 3, 4, Step(step)))
             .collect();
@@ -112,7 +112,7 @@ fn models_beyond_the_lanes_go_through_the_plain_loop() {
         other.code = code(&chips);
         scene.sources.push(other);
         let mut path = scene.paths[0].clone();
-        path.source = 1;
+        path.source = SourceIndex(1);
         scene.paths.push(path);
     });
     assert!(matches!(long, Some(OutsideDomain::PeriodTooLong { .. })));

@@ -9,7 +9,7 @@ use crate::optics_support::{
 use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, StepCount};
 use goldtof::response::MeanResponse;
-use goldtof::scene::{Scan, Scene};
+use goldtof::scene::{DetectorIndex, Scan, Scene};
 use goldtof::sensor::Sensor;
 
 const STEP_CHIPS: u64 = 13_100;
@@ -17,7 +17,7 @@ const STEP_S: f64 = STEP_CHIPS as f64 * 8e-9;
 
 /// Total counts of so many steps.
 fn totals(scene: &Scene, steps: u64) -> Moments {
-    let model = DetectorModel::new(&Sensor::new(scene), 0);
+    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
     let counter = StepCounter::new(&model);
     assert_eq!(counter.outside_domain(), None, "the lanes must be used");
     let mut counts = vec![StepCount::ZERO; steps as usize];
@@ -191,7 +191,7 @@ fn assert_table_i(scale: u64) {
         let mut scene = table_i_scene(code(&[1, 1, 1, 0, 1, 0, 0]), 0.0, STEP_CHIPS);
         scene.detectors[0].background_rate_cps = (rate - 71e3) / 0.31;
         let (mean, variance) = markov_renewal(rate, 14e-9, 0.137, 5e-9);
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let response = MeanResponse::new(&model).expect("it can be solved");
         let of_chain = response.detection_rate_hz() * STEP_S;
         assert!((of_chain / mean - 1.0).abs() < 2e-6, "{of_chain} {mean}");
@@ -222,7 +222,7 @@ fn share_that_counts_up(change: impl Fn(&mut Scene)) -> (f64, f64) {
     scene.detectors[0].counter.rising_delay_ps = 1_750.0;
     scene.detectors[0].counter.falling_delay_ps = 1_750.0;
     change(&mut scene);
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let counter = StepCounter::new(&model);
     assert_eq!(counter.outside_domain(), None, "the lanes must be used");
     let mut counts = vec![StepCount::ZERO; 2500];

@@ -11,7 +11,7 @@ use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::response::{CountingTier, Light, MeanResponse, MeanResponseError, SecondMoments};
 use goldtof::scan::Step;
-use goldtof::scene::Scene;
+use goldtof::scene::{DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
 
 /// A one-chip code that is always on: background, counted upwards.
@@ -26,7 +26,7 @@ fn constant_light_gives_the_renewal_rate_and_variance() {
     for dead_time_ps in [14e3, 9_300.0, 500.0] {
         for rate in [1e6, 20e6, 100e6] {
             let scene = constant_light(rate, dead_time_ps);
-            let model = DetectorModel::new(&Sensor::new(&scene), 0);
+            let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
             let response = MeanResponse::of_tier(&model, CountingTier::Events).expect("solved");
             let slowdown = 1.0 + rate * dead_time_ps * 1e-12;
             let mean = rate * 8e-6 / slowdown;
@@ -50,7 +50,7 @@ fn without_dead_time_expected_counts_are_the_interpolated_code_correlation() {
     let mut scene = ideal_scene(code(&chips), 10e6, 7 * 100);
     let delay_samples = 18.0;
     scene.paths[0].delay_ps = delay_samples * 1000.0;
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let response = MeanResponse::of_tier(&model, CountingTier::Events).expect("solved");
     let correlation = |lag: i64| -> f64 {
         (0..7_i64)
@@ -102,7 +102,7 @@ fn fast_afterpulses_after_a_short_dead_time_count_as_the_mean_response_says() {
 }
 
 fn compare_with_photons(scene: &Scene) {
-    let model = DetectorModel::new(&Sensor::new(scene), 0);
+    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
     let response = MeanResponse::new(&model).expect("it can be solved");
 
     let scans = 400;
@@ -151,7 +151,7 @@ fn the_continuous_time_counter_counts_as_the_mean_response_says() {
     scene.detectors[0].counter.rising_delay_ps = 340.0;
     scene.detectors[0].counter.falling_delay_ps = 1_290.0;
     scene.detectors[0].counter.transition_ps = 400.0;
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let response = MeanResponse::of_tier(&model, CountingTier::Events).expect("it can be solved");
     let second = SecondMoments::new(&response).expect("it can be solved");
     let means = response.mean_counts();
@@ -288,7 +288,7 @@ fn means_agree_with_a_time_stepped_detector_to_a_hundred_thousandth_of_the_peak(
         scene.detectors[0].jitter_ps.clear();
         scene.detectors[0].delay_ps = 0.0;
         scene.paths[0].delay_ps = 16_500.0;
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let light = Light::of(&model);
         let code = &light.paths[0].code;
         let lit: Vec<f64> = code
@@ -332,7 +332,7 @@ fn means_agree_with_a_time_stepped_detector_to_a_hundred_thousandth_of_the_peak(
 fn moments_of_a_scan_are_those_of_its_steps_within_two_per_cent() {
     for rate in [2e6, 20e6, 80e6] {
         let scene = table_i_scene(gold_11(), rate, 13_100);
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let response = MeanResponse::of_tier(&model, CountingTier::Events).expect("solved");
         let second = SecondMoments::new(&response).expect("it can be solved");
         let scan = second.of_scan();
@@ -353,7 +353,7 @@ fn moments_of_a_scan_are_those_of_its_steps_within_two_per_cent() {
 #[test]
 fn what_cannot_be_solved_says_what_would_be_right() {
     let refused = |scene: &Scene| {
-        let model = DetectorModel::new(&Sensor::new(scene), 0);
+        let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
         MeanResponse::new(&model).err()
     };
     let too_short = refused(&constant_light(1e6, 10.0));
@@ -409,7 +409,7 @@ fn assert_moments_of_table_i(detections: f64, chips: u64) {
         let mut scene = table_i_scene(gold_11(), primary, chips);
         scene.scan.first_step = 8;
         scene.scan.steps = 32;
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let response = MeanResponse::of_tier(&model, CountingTier::Events).expect("solved");
         let second = SecondMoments::new(&response).expect("it can be solved");
         let per_scan = 32.0 * chips as f64 * 8e-9 * rate;

@@ -10,7 +10,7 @@ use goldtof::photons::fast::{OutsideDomain, StepCounter};
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::response::{MeanResponse, MeanResponseError};
 use goldtof::scan::{Group, Step};
-use goldtof::scene::{Fluctuation, Movement, Scene};
+use goldtof::scene::{DetectorIndex, Fluctuation, Movement, PathIndex, Scene};
 use goldtof::sensor::Sensor;
 
 const LIGHT_M_PER_S: f64 = 299_792_458.0;
@@ -45,7 +45,7 @@ fn neither_speed_nor_fluctuation_is_no_movement_at_all() {
     let still = table_i_scene(gold_5(), 20e6, 500);
     let neutral = fluctuating(still.clone(), 0.0, 1e9);
     let [still, neutral] =
-        [&still, &neutral].map(|scene| DetectorModel::new(&Sensor::new(scene), 0));
+        [&still, &neutral].map(|scene| DetectorModel::new(&Sensor::new(scene), DetectorIndex(0)));
     assert_eq!(scan(&still, 3, 0), scan(&neutral, 3, 0));
     assert_eq!(StepCounter::new(&neutral).outside_domain(), None);
 }
@@ -53,11 +53,11 @@ fn neither_speed_nor_fluctuation_is_no_movement_at_all() {
 #[test]
 fn the_lanes_leave_paths_that_move_to_the_plain_loop() {
     let scene = at_speed(table_i_scene(gold_5(), 20e6, 500), 100.0);
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let counter = StepCounter::new(&model);
     assert_eq!(
         counter.outside_domain(),
-        Some(OutsideDomain::MovingPath { path: 0 })
+        Some(OutsideDomain::MovingPath { path: PathIndex(0) })
     );
     let mut counts = vec![StepCount::ZERO; scene.scan.steps as usize];
     counter.count(3, 0..1, 0..scene.scan.steps, &mut counts);
@@ -75,7 +75,7 @@ fn the_code_is_seen_with_its_doppler_shift() {
     scene.paths[0].delay_ps = 21_000.0;
     let rate = 2.0 * velocity / LIGHT_M_PER_S;
     let code = &scene.sources[0].code.chips;
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let (mut total, mut last_chip) = (0_u64, [0_u64; 2]);
     let mut per_quarter = [0_u64; 4];
     for detection in model.step(1, 0, Group(0)) {
@@ -116,7 +116,7 @@ fn the_peak_walks_by_two_v_t_over_c() {
     // 24.4 mm per step of 20 us, 0.163 T_s; strong light, so that walks show.
     let velocity = 1_221.0;
     let scene = at_speed(ideal_scene(gold_5(), 50e6, 2_511), velocity);
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let chips = &scene.sources[0].code.chips;
     let on: f64 = chips.iter().map(|&chip| f64::from(chip)).sum();
     let correlation = |lag: i64| -> f64 {
@@ -161,7 +161,7 @@ fn the_peak_walks_by_two_v_t_over_c() {
 fn detection_statistics_do_not_depend_on_slow_movement() {
     let scene = table_i_scene(gold_5(), 30e6, 1_550);
     let [still, moving] = [scene.clone(), at_speed(scene, 30.0)].map(|scene| {
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let totals = (0..8)
             .flat_map(|r| scan(&model, 4, r))
             .map(|count| count.total as f64);
@@ -176,9 +176,10 @@ fn detection_statistics_do_not_depend_on_slow_movement() {
 
 /// Errors of the phase estimates of scans in the events tier against the truth.
 fn errors_m(scene: &Scene, scans: u64) -> Moments {
-    let model = DetectorModel::new(&Sensor::new(scene), 0);
-    let offset_ps = calibration_offset_ps(&Sensor::new(scene), 0, CountingTier::Events);
-    let truth = true_delay(&Sensor::new(scene), 0, CountingTier::Events);
+    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
+    let offset_ps =
+        calibration_offset_ps(&Sensor::new(scene), DetectorIndex(0), CountingTier::Events);
+    let truth = true_delay(&Sensor::new(scene), PathIndex(0), CountingTier::Events);
     let period_ps = 31.0 * 8000.0;
     Moments::of((0..scans).map(|repetition| {
         let counts: Vec<i64> = scan(&model, 17, repetition)
@@ -205,7 +206,7 @@ fn windowed(mut scene: Scene, integration_chips: u64) -> Scene {
 fn the_true_distance_is_that_of_the_moment_when_the_scan_comes_by() {
     for velocity in [-600.0, 0.5, 900.0] {
         let scene = at_speed(windowed(table_i_scene(gold_5(), 20e6, 1), 3_100), velocity);
-        let found = true_delay(&Sensor::new(&scene), 0, CountingTier::Events);
+        let found = true_delay(&Sensor::new(&scene), PathIndex(0), CountingTier::Events);
         let walk_ps = 2.0 * velocity * 3_100.0 * 8e-9 / LIGHT_M_PER_S * 1e12;
         let offset_ps = 1750.0 - 365.0;
         let start_ps = scene.paths[0].delay_ps;
@@ -228,7 +229,7 @@ fn the_bias_of_a_moving_path_is_that_of_a_stretched_triangle() {
         let mut still = windowed(ideal_scene(gold_5(), 40e6, 1), 3_100);
         still.paths[0].delay_ps = 21_400.0;
         let scene = at_speed(still, velocity);
-        let truth = true_delay(&Sensor::new(&scene), 0, CountingTier::Events);
+        let truth = true_delay(&Sensor::new(&scene), PathIndex(0), CountingTier::Events);
         let walk_ps = 2.0 * velocity * 3_100.0 * 8e-9 / LIGHT_M_PER_S * 1e12;
         // About a quarter of a phase step, as far as predictions go.
         assert!((240.0..250.0).contains(&walk_ps.abs()), "{walk_ps}");
@@ -268,8 +269,13 @@ fn the_bias_of_a_moving_path_is_that_of_a_stretched_triangle() {
         let phase_ps = -im.atan2(re) / std::f64::consts::PI * 8_000.0;
         let expected_ps = (peak + 10.0) * 1_000.0 + phase_ps - truth.delay_ps;
 
-        let predicted =
-            predict(&Sensor::new(&scene), 0, 0, CountingTier::Events).expect("slow enough");
+        let predicted = predict(
+            &Sensor::new(&scene),
+            DetectorIndex(0),
+            PathIndex(0),
+            CountingTier::Events,
+        )
+        .expect("slow enough");
         let error_m = predicted.bias_m - distance_m(expected_ps);
         assert!(error_m.abs() < 0.1e-3, "{velocity}: {error_m}");
         let found = errors_m(&scene, 300);
@@ -294,12 +300,22 @@ fn moving_scenes_scatter_and_err_as_predicted() {
         ("slow fluctuation", fluctuating(still.clone(), 15e-3, 1e12)),
         ("quick fluctuation", fluctuating(still.clone(), 18e-3, 50e6)),
     ];
-    let still_std_m = predict(&Sensor::new(&still), 0, 0, CountingTier::Events)
-        .expect("a peak")
-        .std_m;
+    let still_std_m = predict(
+        &Sensor::new(&still),
+        DetectorIndex(0),
+        PathIndex(0),
+        CountingTier::Events,
+    )
+    .expect("a peak")
+    .std_m;
     for (name, scene) in scenes {
-        let predicted =
-            predict(&Sensor::new(&scene), 0, 0, CountingTier::Events).expect("slow enough");
+        let predicted = predict(
+            &Sensor::new(&scene),
+            DetectorIndex(0),
+            PathIndex(0),
+            CountingTier::Events,
+        )
+        .expect("slow enough");
         let found = errors_m(&scene, 400);
         assert_within_standard_errors(found.z(predicted.bias_m), 5.0, &format!("bias, {name}"));
         let z = found.variance_z(predicted.std_m.powi(2));
@@ -328,8 +344,9 @@ fn moving_scenes_scatter_and_err_as_predicted() {
 #[test]
 fn what_is_too_fast_for_a_mean_response_is_refused() {
     let still = windowed(table_i_scene(gold_5(), 25e6, 1), 3_100);
-    let refused =
-        |scene: &Scene| MeanResponse::new(&DetectorModel::new(&Sensor::new(scene), 0)).err();
+    let refused = |scene: &Scene| {
+        MeanResponse::new(&DetectorModel::new(&Sensor::new(scene), DetectorIndex(0))).err()
+    };
     // 1 ps in 25 steps of 24.8 us: 0.24 m/s.
     assert_eq!(refused(&at_speed(still.clone(), 0.24)), None);
     assert!(matches!(
@@ -337,7 +354,13 @@ fn what_is_too_fast_for_a_mean_response_is_refused() {
         Some(MeanResponseError::Moving { .. })
     ));
     let message = |scene: Scene| {
-        let error = predict(&Sensor::new(&scene), 0, 0, CountingTier::Events).err();
+        let error = predict(
+            &Sensor::new(&scene),
+            DetectorIndex(0),
+            PathIndex(0),
+            CountingTier::Events,
+        )
+        .err();
         error.map(|error| error.to_string()).unwrap_or_default()
     };
     insta::assert_snapshot!(

@@ -12,7 +12,7 @@ use goldtof::response::{
     CountMoments, CountingTier, MeanResponse, MeanResponseError, SecondMoments,
 };
 use goldtof::scan::Step;
-use goldtof::scene::{EstimatorKind, Scene};
+use goldtof::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::simulate;
@@ -57,7 +57,7 @@ fn painted_counts(
 
 /// Holds what the mean response of the sampled hardware says against photons.
 fn compare(name: &str, scene: &Scene, scans: u64) {
-    let model = DetectorModel::new(&Sensor::new(scene), 0);
+    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
     let response = MeanResponse::new(&model).expect("it can be solved");
     let second = SecondMoments::new(&response).expect("it can be solved");
     let expected: Vec<CountMoments> = Step::all(scene.scan.steps)
@@ -401,7 +401,7 @@ fn what_is_not_worked_out_is_refused_by_name() {
         ),
     ] {
         let mut scene = case.scene();
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let refused = MeanResponse::new(&model).expect_err(words);
         assert!(
             matches!(refused, MeanResponseError::PulsesMerge { .. }),
@@ -409,7 +409,14 @@ fn what_is_not_worked_out_is_refused_by_name() {
         );
         assert!(refused.to_string().contains(words), "{refused}");
         assert!(MeanResponse::of_tier(&model, CountingTier::Events).is_ok());
-        assert!(bound(&Sensor::new(&scene), 0, CountingTier::Sampled).is_err());
+        assert!(
+            bound(
+                &Sensor::new(&scene),
+                DetectorIndex(0),
+                CountingTier::Sampled
+            )
+            .is_err()
+        );
         for tier in [Tier::Expected, Tier::Counts] {
             assert!(
                 simulate(&Sensor::new(&scene), tier, 1, 2).is_err(),
@@ -437,10 +444,10 @@ fn what_is_not_worked_out_is_refused_by_name() {
 /// Errors of many scans, phase and fit, beside what is expected of them.
 fn assert_errors_are_as_expected(name: &str, scene: &Scene, scans: u64) {
     let sensor = Sensor::new(scene);
-    let model = DetectorModel::new(&sensor, 0);
+    let model = DetectorModel::new(&sensor, DetectorIndex(0));
     let tier = CountingTier::Sampled;
-    let fitter = Fitter::new(&sensor, 0, tier, OtherLight::Given);
-    let offset_ps = calibration_offset_ps(&sensor, 0, tier);
+    let fitter = Fitter::new(&sensor, DetectorIndex(0), tier, OtherLight::Given);
+    let offset_ps = calibration_offset_ps(&sensor, DetectorIndex(0), tier);
     let true_m = distance_m(scene.paths[0].delay_ps);
     let (mut phases, mut fits) = (Vec::new(), Vec::new());
     for seed in 0..scans {
@@ -457,9 +464,13 @@ fn assert_errors_are_as_expected(name: &str, scene: &Scene, scans: u64) {
             .collect();
         fits.push(fitter.fit(&counts).expect("it fits").distance_m - true_m);
     }
-    let predicted = predict(&Sensor::new(scene), 0, 0, tier).expect("it can be predicted");
-    let fitted = expected_fit(&Sensor::new(scene), 0, tier).expect("it fits");
-    let bound_m = bound(&Sensor::new(scene), 0, tier).expect("a bound").paths[0].bound_m;
+    let predicted = predict(&Sensor::new(scene), DetectorIndex(0), PathIndex(0), tier)
+        .expect("it can be predicted");
+    let fitted = expected_fit(&Sensor::new(scene), DetectorIndex(0), tier).expect("it fits");
+    let bound_m = bound(&Sensor::new(scene), DetectorIndex(0), tier)
+        .expect("a bound")
+        .paths[0]
+        .bound_m;
     let fit_bias_m = fitted.distance_m - true_m;
     for (what, errors, bias_m, std_m) in [
         ("phase", phases, predicted.bias_m, predicted.std_m),
@@ -527,11 +538,26 @@ fn there_is_no_bound_between_two_samples() {
     let spad_ps = scene.detectors[0].delay_ps;
     // Pulses are seen from 0.6 to 1 ns after a sample.
     scene.paths[0].delay_ps = 21_300.0 - spad_ps;
-    let refused =
-        bound(&Sensor::new(&scene), 0, CountingTier::Sampled).map(|bound| bound.paths[0].bound_m);
+    let refused = bound(
+        &Sensor::new(&scene),
+        DetectorIndex(0),
+        CountingTier::Sampled,
+    )
+    .map(|bound| bound.paths[0].bound_m);
     assert!(refused.is_err(), "{refused:?}");
-    assert!(expected_fit(&Sensor::new(&scene), 0, CountingTier::Sampled).is_err());
+    assert!(
+        expected_fit(
+            &Sensor::new(&scene),
+            DetectorIndex(0),
+            CountingTier::Sampled
+        )
+        .is_err()
+    );
     scene.paths[0].delay_ps = 21_800.0 - spad_ps;
-    bound(&Sensor::new(&scene), 0, CountingTier::Sampled)
-        .expect("within what is seen there is one");
+    bound(
+        &Sensor::new(&scene),
+        DetectorIndex(0),
+        CountingTier::Sampled,
+    )
+    .expect("within what is seen there is one");
 }

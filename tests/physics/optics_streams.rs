@@ -5,12 +5,12 @@ use crate::optics_support::{
 };
 use goldtof::photons::{Detection, DetectorModel, Pulse, PulseStream, count_step};
 use goldtof::scan::{Group, Step};
-use goldtof::scene::{CounterTiming, Path, Scene, Source};
+use goldtof::scene::{CounterTiming, DetectorIndex, Path, Scene, Source, SourceIndex};
 use goldtof::sensor::Sensor;
 use proptest::prelude::*;
 
 fn detections(scene: &Scene, seed: u64, repetition: u64, step: u64) -> Vec<Detection> {
-    DetectorModel::new(&Sensor::new(scene), 0)
+    DetectorModel::new(&Sensor::new(scene), DetectorIndex(0))
         .step(seed, repetition, Group(step))
         .collect()
 }
@@ -33,7 +33,7 @@ fn the_same_numbers_give_the_same_detections_and_others_do_not() {
 #[test]
 fn the_order_of_steps_does_not_matter() {
     let scene = table_i_scene(gold_5(), 20e6, 500);
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let forwards: Vec<Vec<Detection>> = (0..20)
         .map(|j| model.step(1, 0, Group(j)).collect())
         .collect();
@@ -76,8 +76,8 @@ fn neutral_parts_change_nothing() {
     });
     for (source, transmission) in [(1, 1.0), (0, 0.0)] {
         neutral.paths.push(Path {
-            source,
-            detector: 0,
+            source: SourceIndex(source),
+            detector: DetectorIndex(0),
             delay_ps: 5e3,
             transmission,
             movement: None,
@@ -131,7 +131,7 @@ fn pulses_follow_the_definition_and_run_on_into_the_next_scan() {
     let mut scene = table_i_scene(code(&[1, 1, 0]), 60e6, 40);
     for width_ps in [7e3, 300.0] {
         scene.detectors[0].pulse_width_ps = width_ps;
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let steps: Vec<(u64, u64)> = (0..2).flat_map(|r| (0..24).map(move |j| (r, j))).collect();
         let mut pulses = Vec::new();
         PulseStream::new(&model, 1, 0).advance(48 * 40 * 8, &mut pulses);
@@ -149,7 +149,7 @@ fn a_window_scan_ends_after_its_last_step() {
     let mut scene = table_i_scene(gold_5(), 60e6, 50);
     scene.scan.first_step = 10;
     scene.scan.steps = 5;
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let mut pulses = Vec::new();
     PulseStream::new(&model, 1, 0).advance(u64::MAX, &mut pulses);
     let steps: Vec<(u64, u64)> = (0..5).map(|j| (0, j)).collect();
@@ -167,7 +167,7 @@ proptest! {
         blocks in prop::collection::vec(1_u64..3_000, 1..40),
     ) {
         let scene = table_i_scene(gold_5(), 30e6, 100);
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let end: u64 = blocks.iter().sum();
         let mut whole = Vec::new();
         PulseStream::new(&model, seed, 0).advance(end, &mut whole);
@@ -220,7 +220,7 @@ fn the_counter_correlates_with_the_delayed_reference_and_its_late_edges() {
             falling_delay_ps: falling_ps,
             transition_ps: 1.5,
         };
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         for k in [0, 5, 17, 18, 19, 30, 44] {
             let count = count_step(&model, 51, 0, Step(k));
             let timing = [rising_ps / 8000.0, falling_ps / 8000.0];
@@ -240,7 +240,7 @@ fn the_counter_correlates_with_the_delayed_reference_and_its_late_edges() {
 fn near_an_edge_either_sign_is_equally_likely() {
     let mut scene = ideal_scene(code(&[1, 0]), 40e6, 20_000);
     scene.detectors[0].counter.transition_ps = 2000.0;
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let shares = Moments::of((0..16).map(|j| {
         // A quarter chip on either side of every edge is drawn at random, which
         // cuts the triangle 1 - 2 |lag| off at a half.

@@ -7,7 +7,7 @@ use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::response::{CountingTier, MeanResponse, SecondMoments};
 use goldtof::scan::{Group, Step};
-use goldtof::scene::Scene;
+use goldtof::scene::{DetectorIndex, PathIndex, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::{PathStatistics, simulate};
@@ -51,9 +51,14 @@ fn step_means(all: &[Vec<StepCount>]) -> Vec<(f64, f64)> {
 
 fn collect(scene: &Scene, tier: Tier, repetitions: u64) -> Vec<Vec<StepCount>> {
     let mut all = Vec::new();
-    scans(&Sensor::new(scene), 0, tier, 3, repetitions, |scan| {
-        all.push(scan.to_vec())
-    })
+    scans(
+        &Sensor::new(scene),
+        DetectorIndex(0),
+        tier,
+        3,
+        repetitions,
+        |scan| all.push(scan.to_vec()),
+    )
     .unwrap();
     all
 }
@@ -111,7 +116,7 @@ fn the_tiers_agree_step_by_step() {
     assert_same_means(&sampled, &events, "events");
     let counts = step_means(&collect(&hardware, Tier::Counts, 400));
     assert_same_means(&sampled, &counts, "counts");
-    let model = DetectorModel::new(&Sensor::new(&hardware), 0);
+    let model = DetectorModel::new(&Sensor::new(&hardware), DetectorIndex(0));
     let response = MeanResponse::of_tier(&model, CountingTier::Sampled).unwrap();
     let expected: Vec<(f64, f64)> = response
         .mean_counts()
@@ -139,7 +144,7 @@ fn lanes_and_plain_loop_agree_and_the_lanes_know_their_limit() {
     let mut scene = scene();
     scene.scan.steps = 16;
     let all = |scene: &Scene, fast: bool| -> Vec<Vec<StepCount>> {
-        let model = DetectorModel::new(&Sensor::new(scene), 0);
+        let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
         let counter = StepCounter::new(&model);
         (0..300)
             .map(|repetition| {
@@ -159,14 +164,14 @@ fn lanes_and_plain_loop_agree_and_the_lanes_know_their_limit() {
     assert_same_means(&step_means(&fast), &step_means(&plain), "lanes");
     // Jitter that reaches from one step's edge to the next one's.
     scene.detectors[0].jitter_ps = vec![90.0];
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let outside = StepCounter::new(&model).outside_domain().unwrap();
     assert!(
         outside.to_string().contains("4 phase steps at once"),
         "{outside}"
     );
     scene.hardware.parallel = 1;
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     assert!(StepCounter::new(&model).outside_domain().is_none());
 }
 
@@ -175,7 +180,7 @@ fn covariances_of_a_group_are_those_of_its_counts() {
     let mut scene = scene();
     scene.scan.first_step = 160;
     scene.scan.steps = u64::from(PARALLEL);
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let response = MeanResponse::of_tier(&model, CountingTier::Events).unwrap();
     let moments = SecondMoments::new(&response).unwrap().of_group(Group(0));
     let scans = collect(&scene, Tier::Events, 20_000);
@@ -215,16 +220,27 @@ fn the_predicted_scatter_knows_that_steps_of_a_group_go_together() {
             .estimates[0]
             .clone()
     };
-    let independent = predict(&Sensor::new(&alone), 0, 0, CountingTier::Events)
-        .unwrap()
-        .std_m;
+    let independent = predict(
+        &Sensor::new(&alone),
+        DetectorIndex(0),
+        PathIndex(0),
+        CountingTier::Events,
+    )
+    .unwrap()
+    .std_m;
     for (tier, repetitions) in [
         (Tier::Counts, 3_000),
         (Tier::Events, 1_500),
         (Tier::Sampled, 1_500),
     ] {
         let found = of(tier, repetitions);
-        let expected = predict(&Sensor::new(&scene), 0, 0, tier.counting()).unwrap();
+        let expected = predict(
+            &Sensor::new(&scene),
+            DetectorIndex(0),
+            PathIndex(0),
+            tier.counting(),
+        )
+        .unwrap();
         let (std, error) = (found.std_m.unwrap(), found.std_std_error_m.unwrap());
         assert_within_standard_errors((std - expected.std_m) / error, 4.5, &format!("{tier} std"));
         let z = (found.bias_m.unwrap() - expected.bias_m) / found.std_error_m.unwrap();
@@ -258,7 +274,7 @@ fn steps_of_a_group_share_the_start_of_a_detector_that_is_nearly_always_blind() 
     let step_ps = 1_249.0 * scene.chip_period_ps;
     let turns = step_ps / (spad.dead_time_ps + wait_ps);
 
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let counter = StepCounter::new(&model);
     assert_eq!(counter.outside_domain(), None, "the lanes must be used");
     let lanes = |repetition: u64| {

@@ -5,7 +5,7 @@ use crate::optics_support::{code, gold_5, m_sequence, table_i_scene};
 use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, OptionalPart, Pulse, PulseStream, StepCount, count_step};
 use goldtof::scan::Step;
-use goldtof::scene::{Path, Scene};
+use goldtof::scene::{DetectorIndex, Path, Scene};
 use goldtof::sensor::Sensor;
 use proptest::prelude::*;
 
@@ -125,7 +125,7 @@ proptest! {
 
     #[test]
     fn specialised_and_full_path_agree_bit_for_bit(choice in choices(), seed: u64) {
-        let specialised = DetectorModel::new(&Sensor::new(&scene_of(&choice)), 0);
+        let specialised = DetectorModel::new(&Sensor::new(&scene_of(&choice)), DetectorIndex(0));
         let expected = (pulses(&specialised, seed), plain_counts(&specialised, seed));
         let full = specialised.full();
         prop_assert_eq!(&(pulses(&full, seed), plain_counts(&full, seed)), &expected);
@@ -156,7 +156,7 @@ fn a_part_that_is_put_back_is_at_work() {
     spad.dark_count_rate_cps = 0.0;
     spad.afterpulsing_probability = 0.0;
     spad.jitter_ps.clear();
-    let specialised = DetectorModel::new(&Sensor::new(&scene), 0);
+    let specialised = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     for part in OptionalPart::ALL {
         let with = specialised.with_neutral(part);
         assert_ne!(format!("{with:?}"), format!("{specialised:?}"), "{part:?}");

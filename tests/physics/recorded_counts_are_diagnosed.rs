@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use goldtof::recorded::{Cause, RecordedScan, assess};
-use goldtof::scene::{self, Setting};
+use goldtof::scene::{self, DetectorIndex, Setting};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::scans::scans;
@@ -27,15 +27,22 @@ fn scans_or(default: u64) -> u64 {
 /// who has the scene `written`.
 fn causes(built: &Sensor, written: &Sensor, has_totals: bool, repetitions: u64) -> Vec<Vec<Cause>> {
     let mut found = Vec::new();
-    scans(built, 0, Tier::Sampled, 11, repetitions, |counts| {
-        let scan = RecordedScan {
-            detector: 0,
-            counts: counts.to_vec(),
-            has_totals,
-        };
-        let diagnosis = assess(written, &scan).diagnosis;
-        found.push(diagnosis.expect("there are residuals").causes);
-    })
+    scans(
+        built,
+        DetectorIndex(0),
+        Tier::Sampled,
+        11,
+        repetitions,
+        |counts| {
+            let scan = RecordedScan {
+                detector: DetectorIndex(0),
+                counts: counts.to_vec(),
+                has_totals,
+            };
+            let diagnosis = assess(written, &scan).diagnosis;
+            found.push(diagnosis.expect("there are residuals").causes);
+        },
+    )
     .unwrap();
     found
 }
@@ -84,9 +91,9 @@ fn a_sensor_that_is_as_its_scene_says_is_seldom_accused() {
 #[test]
 fn of_few_hits_nothing_is_said() {
     let scene = quick(&["scan.integration=400 ns"]);
-    scans(&scene, 0, Tier::Sampled, 11, 3, |counts| {
+    scans(&scene, DetectorIndex(0), Tier::Sampled, 11, 3, |counts| {
         let scan = RecordedScan {
-            detector: 0,
+            detector: DetectorIndex(0),
             counts: counts.to_vec(),
             has_totals: true,
         };
@@ -188,14 +195,14 @@ fn what_is_wrong_with_a_sensor_is_named() {
 fn counts_that_are_no_counts_are_told() {
     let scene = quick(&[]);
     let mut sum = vec![0_i64; scene.scene().scan.steps as usize];
-    scans(&scene, 0, Tier::Sampled, 3, 16, |counts| {
+    scans(&scene, DetectorIndex(0), Tier::Sampled, 3, 16, |counts| {
         for (sum, count) in sum.iter_mut().zip(counts) {
             *sum += count.signed;
         }
     })
     .unwrap();
     let scan = RecordedScan {
-        detector: 0,
+        detector: DetectorIndex(0),
         counts: sum
             .iter()
             .map(|sum| goldtof::photons::StepCount {
@@ -215,19 +222,26 @@ fn counts_that_are_no_counts_are_told() {
 fn the_fitted_distance_scatters_as_it_says_and_is_unbiased() {
     let scene = quick(&[]);
     let mut pulls = Vec::new();
-    scans(&scene, 0, Tier::Sampled, 5, scans_or(100), |counts| {
-        let scan = RecordedScan {
-            detector: 0,
-            counts: counts.to_vec(),
-            has_totals: true,
-        };
-        let found = assess(&scene, &scan);
-        let (distance_m, std_m) = (
-            found.fitted_distance_m.unwrap(),
-            found.fitted_std_m.unwrap(),
-        );
-        pulls.push((distance_m - 3.2) / std_m);
-    })
+    scans(
+        &scene,
+        DetectorIndex(0),
+        Tier::Sampled,
+        5,
+        scans_or(100),
+        |counts| {
+            let scan = RecordedScan {
+                detector: DetectorIndex(0),
+                counts: counts.to_vec(),
+                has_totals: true,
+            };
+            let found = assess(&scene, &scan);
+            let (distance_m, std_m) = (
+                found.fitted_distance_m.unwrap(),
+                found.fitted_std_m.unwrap(),
+            );
+            pulls.push((distance_m - 3.2) / std_m);
+        },
+    )
     .unwrap();
     let n = pulls.len() as f64;
     let mean = pulls.iter().sum::<f64>() / n;

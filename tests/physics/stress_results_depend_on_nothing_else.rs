@@ -9,7 +9,7 @@ use goldtof::estimate::{CountingTier, predict};
 use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, PulseStream, StepCount};
 use goldtof::response::MeanResponse;
-use goldtof::scene::{Scene, parse};
+use goldtof::scene::{DetectorIndex, PathIndex, Scene, SourceIndex, parse};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::simulate;
@@ -118,7 +118,7 @@ fn detector(scene: &Scene, name: &str) -> usize {
 }
 
 fn events(scene: &Scene, name: &str) -> Vec<StepCount> {
-    let model = DetectorModel::new(&Sensor::new(scene), detector(scene, name));
+    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(detector(scene, name)));
     let mut counts = vec![StepCount::ZERO; 248];
     StepCounter::new(&model).count(5, 0..1, 0..248, &mut counts);
     counts
@@ -131,7 +131,8 @@ fn the_order_of_tables_changes_no_count_and_no_pulse() {
         for name in ["left", "right"] {
             assert_eq!(events(&reference, name), events(&other, name), "{name}");
             let pulses = |scene: &Scene| {
-                let model = DetectorModel::new(&Sensor::new(scene), detector(scene, name));
+                let model =
+                    DetectorModel::new(&Sensor::new(scene), DetectorIndex(detector(scene, name)));
                 let mut pulses = Vec::new();
                 PulseStream::new(&model, 5, 0).advance(200_000, &mut pulses);
                 assert!(pulses.len() > 100);
@@ -148,7 +149,8 @@ fn the_order_of_tables_changes_no_expected_count() {
     for other in orders() {
         for name in ["left", "right"] {
             let means = |scene: &Scene| {
-                let model = DetectorModel::new(&Sensor::new(scene), detector(scene, name));
+                let model =
+                    DetectorModel::new(&Sensor::new(scene), DetectorIndex(detector(scene, name)));
                 MeanResponse::new(&model).unwrap().mean_counts()
             };
             assert_eq!(means(&reference), means(&other), "{name}");
@@ -194,15 +196,15 @@ fn a_further_source_detector_or_dark_path_changes_no_other_number() {
     first.name = "a-first-detector".to_owned();
     more.detectors.insert(0, first);
     for path in &mut more.paths {
-        path.detector += 1;
+        path.detector.0 += 1;
     }
     let mut dark = more.sources[0].clone();
     dark.name = "a-first-source".to_owned();
     dark.mean_power_w = 0.0;
     more.sources.push(dark);
     let mut path = more.paths[0].clone();
-    path.source = more.sources.len() - 1;
-    path.detector = detector(&more, "right");
+    path.source = SourceIndex(more.sources.len() - 1);
+    path.detector = DetectorIndex(detector(&more, "right"));
     more.paths.insert(0, path);
     assert_eq!(events(&more, "right"), expected);
 }
@@ -210,7 +212,7 @@ fn a_further_source_detector_or_dark_path_changes_no_other_number() {
 #[test]
 fn threads_do_not_change_a_count() {
     let scene = in_order();
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let counts = |threads: usize| {
         let mut counts = vec![StepCount::ZERO; 3 * 248];
         let threads = NonZero::new(threads).unwrap();
@@ -271,7 +273,13 @@ fn simulate_twice(scene: &Scene, tiers: &[Tier]) -> Vec<(Option<f64>, Option<f64
     tiers
         .iter()
         .map(|&tier| {
-            let expected = predict(&Sensor::new(scene), 0, 0, CountingTier::Sampled).unwrap();
+            let expected = predict(
+                &Sensor::new(scene),
+                DetectorIndex(0),
+                PathIndex(0),
+                CountingTier::Sampled,
+            )
+            .unwrap();
             assert!(expected.std_m > 0.0);
             let path = simulate(&Sensor::new(scene), tier, 9, 4)
                 .unwrap()
@@ -306,7 +314,7 @@ fn fluctuations(model: &DetectorModel, seed: u64, scans: u64, steps: u64) -> Vec
 #[test]
 fn neighbouring_streams_are_not_correlated() {
     let scene = table_i_scene(gold_5(), 20e6, 1_000);
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let (scans, steps) = (200, 248);
     let of_seed = |seed| fluctuations(&model, seed, scans, steps);
     let one = of_seed(1);
@@ -328,12 +336,15 @@ fn detectors_under_the_same_light_are_not_correlated() {
     twin.name = "twin".to_owned();
     scene.detectors.push(twin);
     let mut path = scene.paths[0].clone();
-    path.detector = 1;
+    path.detector = DetectorIndex(1);
     scene.paths.push(path);
     let of_detector = |detector| {
         let model = DetectorModel::new(&Sensor::new(&scene), detector);
         fluctuations(&model, 1, 80, 248)
     };
-    let z = correlation_z(&of_detector(0), &of_detector(1));
+    let z = correlation_z(
+        &of_detector(DetectorIndex(0)),
+        &of_detector(DetectorIndex(1)),
+    );
     assert!(z.abs() < 4.0, "{z:.2} standard errors");
 }

@@ -6,15 +6,17 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
 use super::folder::check_size;
+use super::manifest::{Named as Manifest, check_top};
 use super::preprocessed::{Preprocessed, joined};
 use super::roots::Roots;
 use super::wrapper::wrapper;
-use super::{Named, OwnDesign, OwnRtl, bad_option, check_define, filelist, folder, is_identifier};
+use super::{Named, OwnDesign, OwnRtl, bad_option, check_define, filelist, folder};
 use crate::cosim::TOP;
 use crate::cosim::build::{SourceFile, VERILATOR_FLAGS};
 use crate::cosim::error::CosimError;
 use crate::cosim::ports::{self, FoundPort};
 use crate::cosim::tools::Tools;
+use crate::rtl::back::Prefix;
 use crate::rtl::blocks::ScanRegisters;
 use crate::sensor::interface::Interface;
 
@@ -32,10 +34,8 @@ const TEXT: &str = "design.sv";
 /// When a file is missing or cannot be read, when Verilator does not take the Verilog, or
 /// when the top module's ports are not the interface's.
 pub(crate) fn read(own: &OwnRtl, interface: &Interface) -> Result<OwnDesign, CosimError> {
-    let top = own.top.as_deref().unwrap_or(TOP);
-    if !is_identifier(top) {
-        let reason = format!("{top:?} is no name of a module; write it as in the Verilog");
-        return Err(bad_option("--top", reason));
+    if let Some(top) = &own.top {
+        check_top(top).map_err(|reason| bad_option("--top", reason))?;
     }
     let mut named = Named::default();
     named
@@ -48,10 +48,12 @@ pub(crate) fn read(own: &OwnRtl, interface: &Interface) -> Result<OwnDesign, Cos
     for list in &own.file_lists {
         filelist::read(list, &mut named)?;
     }
-    let counters = match &own.folder {
+    let manifest = match &own.folder {
         Some(path) => folder::read(path, &mut named)?,
-        None => serde_json::Value::Null,
+        None => Manifest::default(),
     };
+    let top = own.top.as_deref().or(manifest.top.as_deref());
+    let top = top.unwrap_or(TOP);
     check_folders(&named.include_folders)?;
     let tools = Tools::find()?;
     let (taken, ports) = Search::new(&tools, top, named)?.find()?;
@@ -67,14 +69,28 @@ pub(crate) fn read(own: &OwnRtl, interface: &Interface) -> Result<OwnDesign, Cos
         remarks.extend(wrapper.remarks);
         design_top = wrapper.name;
     }
-    let registers = ScanRegisters::of(interface);
-    let is_emitted = serde_json::to_value(&registers).is_ok_and(|wanted| wanted == counters);
+    let registers = match design_top == top {
+        true => registers(top, &manifest, interface),
+        false => None,
+    };
     Ok(OwnDesign {
-        registers: (is_emitted && design_top == TOP).then_some(registers),
+        registers,
         top: design_top,
         sources,
         remarks,
     })
+}
+
+/// The scan's counters, if the manifest names those that a design emitted for `interface`
+/// has.
+fn registers(top: &str, manifest: &Manifest, interface: &Interface) -> Option<ScanRegisters> {
+    let registers = ScanRegisters::of(interface);
+    let wanted = serde_json::to_value(&registers).ok()?;
+    let prefix = match top.strip_suffix(TOP)? {
+        "" => Prefix::default(),
+        prefix => prefix.parse().ok()?,
+    };
+    (wanted == manifest.scan_registers).then(|| registers.in_design_of(&prefix))
 }
 
 /// Refuses a folder that is not there: a tool would say nothing of it.
@@ -131,8 +147,7 @@ impl<'a> Search<'a> {
     ///
     /// Modules of a folder that is searched are first looked for by the names of its
     /// files, as `-y` does: what is not needed is then not even read. If that does not
-    /// lead to a design, all files are taken as libraries, but for those that cannot be
-    /// read as Verilog.
+    /// lead to a design, all files are taken, but for those that cannot be read as Verilog.
     fn find(mut self) -> Result<(Taken, Vec<FoundPort>), CosimError> {
         let mut given = Given {
             files: self.named.files.clone(),
@@ -159,7 +174,7 @@ impl<'a> Search<'a> {
             Some(Err(error)) => return Err(error),
             None => None,
         };
-        match (self.as_libraries(given), refused) {
+        match (self.with_all(given), refused) {
             // A needed file that is no Verilog is what is wrong, and not that it is missing.
             (Err(CosimError::Rejected { .. } | CosimError::NoTop { .. }), Some(first)) => {
                 Err(first)
@@ -235,9 +250,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// All files as libraries, packages first; without those that Verilator cannot parse,
-    /// as long as it does without them.
-    fn as_libraries(mut self, given: Given) -> Result<(Taken, Vec<FoundPort>), CosimError> {
+    /// All files, packages first; without those that Verilator cannot parse, as long as it
+    /// does without them.
+    fn with_all(mut self, given: Given) -> Result<(Taken, Vec<FoundPort>), CosimError> {
         let mut searched = self.named.searched.clone();
         searched.sort_by_key(|path| {
             let name = path
@@ -250,7 +265,9 @@ impl<'a> Search<'a> {
         let mut first_refusal = None;
         loop {
             let mut tried = given.clone();
-            tried.libraries.extend(searched.iter().cloned());
+            // In their order, which Verilator does not keep of libraries. What the top module
+            // does not need is not elaborated.
+            tried.files.extend(searched.iter().cloned());
             match self.verilate(&tried) {
                 Ok(ports) => {
                     let mut taken = self.take(&tried)?;

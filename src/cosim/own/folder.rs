@@ -8,7 +8,7 @@ use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
 use super::Named;
-use super::manifest::file_names;
+use super::manifest::{Named as Manifest, file_names};
 use crate::cosim::error::CosimError;
 use crate::files::read_regular;
 
@@ -22,15 +22,15 @@ const MOST_ENTRIES: usize = 100_000;
 const ENDINGS: [&str; 2] = [".v", ".sv"];
 
 /// Adds what a folder holds: the files that its manifest names, or else all files of it
-/// and its subfolders, to be searched. Gives the scan's counters that a manifest names.
+/// and its subfolders, to be searched. Gives what a manifest says.
 ///
 /// # Errors
 /// When the folder or its manifest cannot be read, or there is no Verilog in it.
-pub(super) fn read(folder: &Path, named: &mut Named) -> Result<serde_json::Value, CosimError> {
+pub(super) fn read(folder: &Path, named: &mut Named) -> Result<Manifest, CosimError> {
     let path = folder.join("manifest.json");
     if !path.exists() {
         search(folder, named)?;
-        return Ok(serde_json::Value::Null);
+        return Ok(Manifest::default());
     }
     let text = read_regular(&path, MOST_BYTES).map_err(unreadable(&path))?;
     let manifest = file_names(&text).map_err(|reason| CosimError::Manifest { path, reason })?;
@@ -42,7 +42,7 @@ pub(super) fn read(folder: &Path, named: &mut Named) -> Result<serde_json::Value
     check_size(folder, &files)?;
     named.files.extend(files);
     named.include_folders.push(folder.to_owned());
-    Ok(manifest.scan_registers)
+    Ok(manifest)
 }
 
 /// Adds all files of a folder and its subfolders, the folder's own first, by name.

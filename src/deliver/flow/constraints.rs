@@ -1,19 +1,22 @@
 //! The scene's clock for the timing analysis of three families of tools.
 
 use super::Constraints;
-use crate::deliver::emission::EmittedFile;
+use crate::deliver::emission::{Design, EmittedFile};
 
-/// Name of the design, which names its files.
-const DESIGN: &str = "sensor_top";
+/// Constraint files of a design.
+pub(super) fn constraints(design: &Design) -> Constraints {
+    let chip_period_ps = design.sensor.clock().chip_period_ps;
+    of_period(&design.top(), chip_period_ps, design.made_by)
+}
 
 /// Constraint files for a chip period.
-pub(super) fn constraints(chip_period_ps: f64, made_by: &str) -> Constraints {
+fn of_period(top: &str, chip_period_ps: f64, made_by: &str) -> Constraints {
     let period_ns = chip_period_ps / 1e3;
     let mhz = 1e6 / chip_period_ps;
     let file = |extension: &str, comment: &str, command: String| EmittedFile {
-        name: format!("{DESIGN}.{extension}"),
+        name: format!("{top}.{extension}"),
         text: format!(
-            "{comment} Clock of {DESIGN}: one cycle is one chip of {period_ns} ns. Pins and the \
+            "{comment} Clock of {top}: one cycle is one chip of {period_ns} ns. Pins and the \
              timing of other ports\n{comment} are the board's.\n{comment}\n{comment} Made by  \
              {made_by}\n\n{command}\n"
         ),
@@ -40,7 +43,7 @@ mod tests {
 
     #[test]
     fn a_chip_of_8_ns_is_a_clock_of_125_mhz() {
-        let files = constraints(8000.0, "a test");
+        let files = of_period("sensor_top", 8000.0, "a test");
         let clock = "create_clock -name i_clk -period 8 [get_ports i_clk]";
         assert_eq!(last_line(&files.sdc), clock);
         assert_eq!(last_line(&files.xdc), clock);
@@ -52,7 +55,7 @@ mod tests {
 
     #[test]
     fn a_period_in_picoseconds_keeps_its_digits() {
-        let files = constraints(3333.25, "a test");
+        let files = of_period("sensor_top", 3333.25, "a test");
         assert_eq!(
             last_line(&files.sdc),
             "create_clock -name i_clk -period 3.33325 [get_ports i_clk]"

@@ -3,37 +3,29 @@
 use std::fmt::Write as _;
 
 use super::{Constraints, Testbench};
-use crate::deliver::emission::EmittedFile;
+use crate::deliver::emission::{Design, EmittedFile};
 use crate::deliver::formal::Formal;
-use crate::sensor::Sensor;
-
-/// Name of the file list.
-pub(super) const FILE_LIST: &str = "sensor_top.f";
-/// Name of the file list with the testbench.
-pub(super) const BENCH_FILE_LIST: &str = "sensor_top_tb.f";
-/// Name of the core description.
-const CORE: &str = "sensor_top.core";
 
 /// The design's files, one a line.
-pub(super) fn file_list(files: &[EmittedFile], made_by: &str) -> EmittedFile {
+pub(super) fn file_list(design: &Design) -> EmittedFile {
     EmittedFile {
-        name: FILE_LIST.to_owned(),
-        text: listed("sensor_top", files.iter(), made_by),
+        name: design.file_name(".f"),
+        text: listed(&design.top(), design.files.iter(), design.made_by),
     }
 }
 
-/// The design's files and the testbench's, one a line.
+/// The design's files and those of the testbench, whose top module is `top`, one a line.
 pub(super) fn testbench_file_list(
-    files: &[EmittedFile],
+    design: &Design,
+    top: &str,
     testbench_files: &[EmittedFile],
-    made_by: &str,
 ) -> EmittedFile {
     EmittedFile {
-        name: BENCH_FILE_LIST.to_owned(),
+        name: format!("{top}.f"),
         text: listed(
-            "sensor_top_tb",
-            files.iter().chain(testbench_files),
-            made_by,
+            top,
+            design.files.iter().chain(testbench_files),
+            design.made_by,
         ),
     }
 }
@@ -80,12 +72,7 @@ fn proofs(files: &[EmittedFile], formal: &Formal) -> String {
 }
 
 /// FuseSoC core with lint, simulation and synthesis targets.
-pub(super) fn core(
-    sensor: &Sensor,
-    files: &[EmittedFile],
-    parts: &Parts,
-    made_by: &str,
-) -> EmittedFile {
+pub(super) fn core(design: &Design, parts: &Parts) -> EmittedFile {
     let Parts {
         header,
         testbench,
@@ -99,11 +86,11 @@ pub(super) fn core(
             .collect()
     };
     let Constraints { sdc, lpf, xdc } = constraints;
-    let vlnv_name = vlnv_name(&sensor.scene().name);
+    let vlnv_name = vlnv_name(&design.prefix.of(&design.sensor.scene().name));
     let text = format!(
         "\
 CAPI=2:
-# FuseSoC core of sensor_top. In this folder, or with it as a library:
+# FuseSoC core of {top}. In this folder, or with it as a library:
 #   fusesoc --cores-root . run --target=TARGET goldtof:sensor:{vlnv_name}
 # where TARGET is lint (Verilator), sim (Icarus), sim_verilator, formal (sby), or synth (ECP5:
 # Yosys, nextpnr-ecp5, ecppack).
@@ -143,7 +130,7 @@ filesets:
 targets:
   default: &default
     filesets: [rtl, \"tool_vivado? (clock_xdc)\", \"tool_quartus? (clock_sdc)\"]
-    toplevel: sensor_top
+    toplevel: {top}
 
   lint:
     <<: *default
@@ -184,10 +171,12 @@ targets:
       yosys_synth_options: [-abc9]
       nextpnr_options: [--25k, --package, CABGA381, --speed, 6, --lpf-allow-unconstrained]
 ",
+        top = design.top(),
+        made_by = design.made_by,
         version = env!("CARGO_PKG_VERSION"),
-        rtl = listed(files),
+        rtl = listed(design.files),
         header = header.name,
-        proofs = proofs(files, formal),
+        proofs = proofs(design.files, formal),
         testbench_files = listed(&testbench.files),
         vectors = testbench
             .vectors
@@ -200,7 +189,7 @@ targets:
         testbench_top = testbench.top,
     );
     EmittedFile {
-        name: CORE.to_owned(),
+        name: design.file_name(".core"),
         text,
     }
 }

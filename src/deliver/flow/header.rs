@@ -2,25 +2,24 @@
 
 use std::fmt::Write as _;
 
-use crate::deliver::emission::EmittedFile;
-use crate::sensor::interface::Interface;
-
-/// Its name.
-const HEADER: &str = "sensor_top.vh";
+use crate::deliver::emission::{Design, EmittedFile};
 
 /// A macro with the width of each port: `SENSOR_TOP_M_AXIS_TDATA_BITS`.
-pub(super) fn header(interface: &Interface, made_by: &str) -> EmittedFile {
+pub(super) fn header(design: &Design) -> EmittedFile {
+    let macros = design.prefix.of_macro("SENSOR_TOP");
     let mut text = format!(
-        "// Bits of each port of sensor_top, for what is written round it\n// Made by  {made_by}\n\n\
-         `ifndef SENSOR_TOP_VH\n`define SENSOR_TOP_VH\n\n"
+        "// Bits of each port of {top}, for what is written round it\n// Made by  {made_by}\n\n\
+         `ifndef {macros}_VH\n`define {macros}_VH\n\n",
+        top = design.top(),
+        made_by = design.made_by,
     );
-    for port in interface.ports() {
+    for port in design.interface().ports() {
         let name = port.name.to_uppercase();
-        let _ = writeln!(text, "`define SENSOR_TOP_{name}_BITS {}", port.width);
+        let _ = writeln!(text, "`define {macros}_{name}_BITS {}", port.width);
     }
     text += "\n`endif\n";
     EmittedFile {
-        name: HEADER.to_owned(),
+        name: design.file_name(".vh"),
         text,
     }
 }

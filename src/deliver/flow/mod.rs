@@ -7,15 +7,14 @@ mod header;
 mod run_length;
 mod stimulus;
 mod testbench;
+mod vhdl;
 
 use serde::Serialize;
 
-use super::emission::EmittedFile;
+use super::emission::{Design, EmittedFile};
 use super::error::HdlError;
 use super::formal::Formal;
 use crate::reference::cover_report::Coverage;
-use crate::sensor::Sensor;
-use crate::sensor::interface::Interface;
 
 /// Files round the design, by role. In JSON a file is its name.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -26,6 +25,8 @@ pub struct Flow {
     pub constraints: Constraints,
     /// The widths of the ports as macros, for Verilog round the design.
     pub header: EmittedFile,
+    /// The top module as a component, for VHDL round the design.
+    pub vhdl: EmittedFile,
     /// The design's files, for `-f` of simulators and linters.
     pub file_list: EmittedFile,
     /// FuseSoC core description (CAPI2).
@@ -36,7 +37,7 @@ pub struct Flow {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Testbench {
     /// Its top module.
-    pub top: &'static str,
+    pub top: String,
     /// Its Verilog.
     pub files: Vec<EmittedFile>,
     /// The design's files and the testbench's, for `-f`.
@@ -70,36 +71,27 @@ pub struct Constraints {
 }
 
 impl Flow {
-    /// All that goes with the design `files` of a scene.
-    ///
-    /// `made_by` stands in every file's header.
+    /// All that goes with a design.
     ///
     /// # Errors
     /// When the reference model cannot predict the ports of this interface.
-    pub(super) fn of(
-        sensor: &Sensor,
-        interface: &Interface,
-        files: &[EmittedFile],
-        formal: &Formal,
-        made_by: &str,
-    ) -> Result<Flow, HdlError> {
-        let detectors = sensor.scene().detectors.iter();
-        let names: Vec<String> = detectors.map(|detector| detector.name.clone()).collect();
-        let testbench = testbench::testbench(interface, &names, files, made_by)?;
-        let constraints = constraints::constraints(sensor.clock().chip_period_ps, made_by);
-        let header = header::header(interface, made_by);
-        let file_list = core::file_list(files, made_by);
+    pub(super) fn of(design: &Design, formal: &Formal) -> Result<Flow, HdlError> {
+        let testbench = testbench::testbench(design)?;
+        let constraints = constraints::constraints(design);
+        let header = header::header(design);
+        let file_list = core::file_list(design);
         let parts = core::Parts {
             header: &header,
             testbench: &testbench,
             constraints: &constraints,
             formal,
         };
-        let core = core::core(sensor, files, &parts, made_by);
+        let core = core::core(design, &parts);
         Ok(Flow {
             testbench,
             constraints,
             header,
+            vhdl: vhdl::package(design),
             file_list,
             core,
         })
@@ -113,7 +105,7 @@ impl Flow {
             .iter()
             .chain(&self.testbench.vectors)
             .chain([&constraints.sdc, &constraints.lpf, &constraints.xdc])
-            .chain([&self.header, &self.file_list])
+            .chain([&self.header, &self.vhdl, &self.file_list])
             .chain([&self.testbench.file_list, &self.core])
     }
 }

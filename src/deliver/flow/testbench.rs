@@ -3,29 +3,46 @@
 use std::fmt::Write as _;
 
 use super::Testbench;
-use super::core::{BENCH_FILE_LIST, testbench_file_list};
+use super::core::testbench_file_list;
 use super::run_length::Words;
 use super::stimulus::{Group, Recording, record};
-use crate::deliver::emission::EmittedFile;
+use crate::deliver::emission::{Design, EmittedFile};
 use crate::reference::cover_report::Missed;
 use crate::reference::predictor::ReferenceError;
-use crate::sensor::interface::{Interface, Port};
-
-/// The testbench's module.
-pub const TOP: &str = "sensor_top_tb";
-/// The module that unpacks a vector file.
-const READER: &str = "sensor_top_tb_vectors";
+use crate::sensor::interface::Port;
 
 /// Name of the vectors that drive the sensor; all others but the next are expected
 /// values.
 const INPUTS: &str = "inputs";
 /// Name of those that move the scan's counters on.
 const SKIPS: &str = "skips";
-/// The macro for a design that has not these counters.
-const WHOLE: &str = "SENSOR_TOP_TB_WHOLE";
 
 /// Cover points that the header names at most.
 const MOST_NAMED: usize = 4;
+
+/// What the testbench and its parts are called.
+struct Names {
+    /// The design's top module.
+    design: String,
+    /// The testbench's module.
+    top: String,
+    /// The module that unpacks a vector file.
+    reader: String,
+    /// The macro for a design that has not the scan's counters.
+    whole: String,
+}
+
+impl Names {
+    fn of(design: &Design) -> Names {
+        let name = design.top();
+        Names {
+            top: format!("{name}_tb"),
+            reader: format!("{name}_tb_vectors"),
+            whole: design.prefix.of_macro("SENSOR_TOP_TB_WHOLE"),
+            design: name,
+        }
+    }
+}
 
 /// A group of ports with its vector file.
 struct VectorFile<'a> {
@@ -35,8 +52,8 @@ struct VectorFile<'a> {
 }
 
 impl VectorFile<'_> {
-    fn file_name(&self) -> String {
-        format!("{TOP}_{}.hex", self.name)
+    fn file_name(&self, names: &Names) -> String {
+        format!("{}_{}.hex", names.top, self.name)
     }
 
     /// Nets of the ports, from bit 0 up.
@@ -58,13 +75,11 @@ fn skip_net(register: &str) -> String {
 ///
 /// # Errors
 /// When the reference model cannot predict the ports.
-pub(super) fn testbench(
-    interface: &Interface,
-    names: &[String],
-    design_files: &[EmittedFile],
-    made_by: &str,
-) -> Result<Testbench, ReferenceError> {
-    let recording = record(interface, names)?;
+pub(super) fn testbench(design: &Design) -> Result<Testbench, ReferenceError> {
+    let names = Names::of(design);
+    let detectors = design.sensor.scene().detectors.iter();
+    let detectors: Vec<String> = detectors.map(|detector| detector.name.clone()).collect();
+    let recording = record(design.interface(), &detectors)?;
     let skips = recording.skips.as_ref().map(|skips| (SKIPS, &skips.values));
     let vectors: Vec<VectorFile> = [
         (INPUTS, &recording.inputs),
@@ -81,12 +96,17 @@ pub(super) fn testbench(
     .collect();
     let file = |name: String, text| EmittedFile { name, text };
     let files = vec![
-        file(format!("{READER}.v"), reader(made_by)),
-        file(format!("{TOP}.v"), top(&recording, &vectors, made_by)),
+        file(
+            format!("{}.v", names.reader),
+            reader(&names, design.made_by),
+        ),
+        file(
+            format!("{}.v", names.top),
+            top(&names, &recording, &vectors, design.made_by),
+        ),
     ];
     Ok(Testbench {
-        top: TOP,
-        file_list: testbench_file_list(design_files, &files, made_by),
+        file_list: testbench_file_list(design, &names.top, &files),
         files,
         clocks: recording.clocks,
         phase_steps: recording.phase_steps,
@@ -96,8 +116,9 @@ pub(super) fn testbench(
         coverage: recording.coverage,
         vectors: vectors
             .into_iter()
-            .map(|v| file(v.file_name(), v.words.text))
+            .map(|v| file(v.file_name(&names), v.words.text))
             .collect(),
+        top: names.top,
     })
 }
 
@@ -111,14 +132,15 @@ fn declared(kind: &str, width: u32, name: &str) -> String {
     format!("    {kind} {range:<7} {name};\n")
 }
 
-fn top(recording: &Recording, vectors: &[VectorFile], made_by: &str) -> String {
-    let mut text = header(recording, made_by);
+fn top(names: &Names, recording: &Recording, vectors: &[VectorFile], made_by: &str) -> String {
+    let mut text = header(names, recording, made_by);
     let inputs = &recording.inputs.ports;
     let outputs = || recording.chips.ports.iter().chain(&recording.results.ports);
     let _ = write!(
         text,
-        "`default_nettype none\n\nmodule {TOP};\n\n{}\n",
-        length(recording)
+        "`default_nettype none\n\nmodule {};\n\n{}\n",
+        names.top,
+        length(names, recording)
     );
     text += "    // Inputs of the sensor, and its outputs\n    reg          i_clk;\n";
     for port in inputs {
@@ -144,27 +166,27 @@ fn top(recording: &Recording, vectors: &[VectorFile], made_by: &str) -> String {
         text += &format!("    integer      {name};\n");
     }
     text += "    reg          in_reset;\n";
-    text += &instance(inputs.iter().chain(outputs()));
+    text += &instance(names, inputs.iter().chain(outputs()));
     for vector in vectors {
-        text += &reader_instance(vector);
+        text += &reader_instance(names, vector);
     }
-    text += &check(recording, vectors, outputs());
+    text += &check(names, recording, vectors, outputs());
     text
 }
 
 /// The number of clocks: all of them, or those before a counter is moved on.
-fn length(recording: &Recording) -> String {
+fn length(names: &Names, recording: &Recording) -> String {
     match &recording.skips {
         None => format!("    localparam CLOCKS = {};\n", recording.clocks),
         Some(skips) => format!(
-            "`ifdef {WHOLE}\n    localparam CLOCKS = {};\n`else\n    localparam CLOCKS = {};\n`endif\n",
-            skips.first_clock, recording.clocks
+            "`ifdef {}\n    localparam CLOCKS = {};\n`else\n    localparam CLOCKS = {};\n`endif\n",
+            names.whole, skips.first_clock, recording.clocks
         ),
     }
 }
 
 /// What moves the scan's counters on, before a rising edge.
-fn moves(recording: &Recording) -> String {
+fn moves(names: &Names, recording: &Recording) -> String {
     let Some(skips) = &recording.skips else {
         return String::new();
     };
@@ -179,8 +201,9 @@ fn moves(recording: &Recording) -> String {
             )
         })
         .collect();
+    let whole = &names.whole;
     format!(
-        "`ifndef {WHOLE}
+        "`ifndef {whole}
             // Steps and scans are cut short: nothing else in the design is touched.
             /* verilator lint_off INITIALDLY */
 {lines}            /* verilator lint_on INITIALDLY */
@@ -189,11 +212,14 @@ fn moves(recording: &Recording) -> String {
     )
 }
 
-fn header(recording: &Recording, made_by: &str) -> String {
+fn header(names: &Names, recording: &Recording, made_by: &str) -> String {
+    let Names {
+        design, top, whole, ..
+    } = names;
     let coverage = &recording.coverage;
     let mut text = format!(
         "\
-// {TOP}: self-checking testbench of sensor_top
+// {top}: self-checking testbench of {design}
 //
 // Drives recorded inputs and compares every output port, after every rising edge of i_clk, with
 // what goldtof's reference model gives. The model takes chips from the code's table and hits from
@@ -229,7 +255,7 @@ fn header(recording: &Recording, made_by: &str) -> String {
             "steps and scans are cut short, so that their ends and many more of them come in this \
              length: between two clocks the testbench XORs a constant into the counters of the scan \
              controller ({}), which moves them on and touches nothing else. A design without them \
-             is checked for the first {} clocks, before the first such move, with {WHOLE} defined",
+             is checked for the first {} clocks, before the first such move, with {whole} defined",
             paths.join(", "),
             skips.first_clock
         );
@@ -245,12 +271,12 @@ fn header(recording: &Recording, made_by: &str) -> String {
 // Made by  {made_by}
 //
 // Run it in this folder with
-//   $ iverilog -g2005 -s {TOP} -o {TOP}.vvp -f {BENCH_FILE_LIST}
-//   $ vvp {TOP}.vvp
+//   $ iverilog -g2005 -s {top} -o {top}.vvp -f {top}.f
+//   $ vvp {top}.vvp
 // or
-//   $ verilator --binary --top-module {TOP} -f {BENCH_FILE_LIST}
-//   $ obj_dir/V{TOP}
-// With +vcd it writes waves to {TOP}.vcd (Verilator: build with --trace). Time has no unit here:
+//   $ verilator --binary --top-module {top} -f {top}.f
+//   $ obj_dir/V{top}
+// With +vcd it writes waves to {top}.vcd (Verilator: build with --trace). Time has no unit here:
 // a clock takes two ticks.
 
 "
@@ -278,27 +304,26 @@ fn comment(title: &str, text: &str) -> String {
         .collect()
 }
 
-fn instance<'a>(ports: impl Iterator<Item = &'a Port>) -> String {
-    let names: Vec<&str> = std::iter::once("i_clk")
+fn instance<'a>(names: &Names, ports: impl Iterator<Item = &'a Port>) -> String {
+    let connections: Vec<String> = std::iter::once("i_clk")
         .chain(ports.map(|port| port.name.as_str()))
-        .collect();
-    let connections: Vec<String> = names
-        .iter()
         .map(|name| format!("        .{name:<13} ({name})"))
         .collect();
     format!(
-        "\n    sensor_top dut (\n{}\n    );\n",
+        "\n    {} dut (\n{}\n    );\n",
+        names.design,
         connections.join(",\n")
     )
 }
 
-fn reader_instance(vector: &VectorFile) -> String {
+fn reader_instance(names: &Names, vector: &VectorFile) -> String {
+    let reader = &names.reader;
     let name = vector.name;
     let parts: Vec<String> = vector.nets().rev().collect();
-    let file_name = vector.file_name();
+    let file_name = vector.file_name(names);
     format!(
         "
-    {READER} #(
+    {reader} #(
         .FILE      (\"{file_name}\"),
         .WORDS     ({words}),
         .W_REPEATS ({repeat_bits}),
@@ -353,6 +378,7 @@ endmodule
 ";
 
 fn check<'a>(
+    names: &Names,
     recording: &Recording,
     vectors: &[VectorFile],
     outputs: impl Iterator<Item = &'a Port>,
@@ -366,8 +392,8 @@ fn check<'a>(
     );
     let _ = write!(
         text,
-        "            $dumpfile(\"{TOP}.vcd\");
-            $dumpvars(0, {TOP});
+        "            $dumpfile(\"{top}.vcd\");
+            $dumpvars(0, {top});
         end
         failed    = 1'b0;
         i_clk     = 1'b0;
@@ -381,7 +407,8 @@ fn check<'a>(
 {moves}            #1 i_clk = 1'b1;
             #1;
 ",
-        moves = moves(recording),
+        top = names.top,
+        moves = moves(names, recording),
     );
     for vector in vectors {
         // A simulator with two states reads a missing file as zeros.
@@ -398,13 +425,13 @@ fn check<'a>(
             end
 ",
             name = vector.name,
-            file = vector.file_name(),
+            file = vector.file_name(names),
         );
     }
     for port in outputs {
-        // The interface promises payload for a result, and zeros in reset.
+        // Without a result the interface promises nothing of its payload.
         let counts = match port.name.as_str() {
-            "m_axis_tdata" | "m_axis_tlast" => "(expected_m_axis_tvalid || i_rst) && ",
+            "m_axis_tdata" | "m_axis_tlast" => "expected_m_axis_tvalid && ",
             _ => "",
         };
         let _ = write!(
@@ -422,10 +449,11 @@ fn check<'a>(
     text
 }
 
-fn reader(made_by: &str) -> String {
+fn reader(names: &Names, made_by: &str) -> String {
+    let reader = &names.reader;
     format!(
         "\
-// {READER}: values of a vector file, clock by clock
+// {reader}: values of a vector file, clock by clock
 //
 // A word of the file is {{value, repeats}}: value holds for repeats + 1 clocks. It changes with the
 // rising edge of i_clk.
@@ -434,7 +462,7 @@ fn reader(made_by: &str) -> String {
 
 `default_nettype none
 
-module {READER} #(
+module {reader} #(
     parameter FILE      = \"\", // file for $readmemh
     parameter WORDS     = 1,  // words in it
     parameter W_REPEATS = 4,  // bits of repeats

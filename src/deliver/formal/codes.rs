@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::harness::{Harness, constant, range};
 use crate::code::{Code, Generator, Lfsr};
+use crate::rtl::back::Prefix;
 use crate::sensor::interface::Interface;
 
 /// Specification of a code that starts with its chip `start`: a module `name`
@@ -167,7 +168,7 @@ impl State {
 }
 
 /// The lasers show their codes, and the epoch is where the reference's starts.
-pub(super) fn harness(interface: &Interface) -> (Harness, String) {
+pub(super) fn harness(interface: &Interface, prefix: &Prefix) -> (Harness, String) {
     let mut harness = Harness::new(
         interface,
         "codes",
@@ -179,23 +180,19 @@ pub(super) fn harness(interface: &Interface) -> (Harness, String) {
     let sources = interface.source_codes.len() as u32;
     harness.line(&format!("wire {}chips;", range(sources)));
     for (m, code) in interface.source_codes.iter().enumerate() {
-        modules += &module(&format!("code_of_source_{m}"), code, 0);
+        let name = prefix.of(&format!("code_of_source_{m}"));
+        modules += &module(&name, code, 0);
         let chip = if sources == 1 {
             "chips".to_owned()
         } else {
             format!("chips[{m}]")
         };
-        harness.line(&instance(
-            &format!("code_of_source_{m}"),
-            "1'b1",
-            "1'b0",
-            &chip,
-            "",
-        ));
+        harness.line(&instance(&name, "1'b1", "1'b0", &chip, ""));
     }
-    modules += &module("code_of_reference", &interface.reference_codes[0], 0);
+    let name = of_reference(prefix);
+    modules += &module(&name, &interface.reference_codes[0], 0);
     harness.line("wire epoch;");
-    harness.line(&instance("code_of_reference", "1'b1", "1'b0", "", "epoch"));
+    harness.line(&instance(&name, "1'b1", "1'b0", "", "epoch"));
     harness.line(&format!("reg {}laser;", range(sources)));
     harness.lines(
         "reg first;\n\
@@ -207,6 +204,11 @@ pub(super) fn harness(interface: &Interface) -> (Harness, String) {
          always @* assert (o_epoch == first);",
     );
     (harness, modules)
+}
+
+/// The module with the reference's code.
+pub(super) fn of_reference(prefix: &Prefix) -> String {
+    prefix.of("code_of_reference")
 }
 
 /// An instance of a code's specification, `spec_<module>`.

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use crate::deliver::emission::Design;
 use crate::sensor::interface::{Direction, Interface, Port};
 
 /// A proof: the design, some of its inner ports seen or cut, and what is to hold.
@@ -139,12 +140,12 @@ impl Harness {
     }
 
     /// Name of its top module.
-    pub(super) fn top(&self) -> String {
-        format!("prove_{}", self.name)
+    pub(super) fn top(&self, design: &Design) -> String {
+        design.prefix.of(&format!("prove_{}", self.name))
     }
 
     /// Its Verilog.
-    pub(super) fn text(&self) -> String {
+    pub(super) fn text(&self, design: &Design) -> String {
         let mut text = String::new();
         for line in self.about.lines() {
             let _ = writeln!(text, "// {line}");
@@ -156,7 +157,12 @@ impl Harness {
         let inputs: Vec<String> = inputs
             .map(|port| format!("    input wire {}{}", range(port.width), port.name))
             .collect();
-        let _ = writeln!(text, "module {} (\n{}\n);", self.top(), inputs.join(",\n"));
+        let _ = writeln!(
+            text,
+            "module {} (\n{}\n);",
+            self.top(design),
+            inputs.join(",\n")
+        );
         for port in self
             .ports
             .iter()
@@ -176,17 +182,22 @@ impl Harness {
                 name => format!("        .{name}({name})"),
             })
             .collect();
-        let _ = writeln!(text, "    sensor_top dut (\n{}\n    );\n", pins.join(",\n"));
+        let _ = writeln!(
+            text,
+            "    {} dut (\n{}\n    );\n",
+            design.top(),
+            pins.join(",\n")
+        );
         text.push_str(&self.body);
         text.push_str("endmodule\n");
         text
     }
 
     /// Its lines of the `.sby` script, once the design is flat.
-    pub(super) fn script(&self) -> Vec<String> {
+    pub(super) fn script(&self, design: &Design) -> Vec<String> {
         let mut lines = Vec::new();
         if !self.seen.is_empty() || !self.cut.is_empty() {
-            lines.push(format!("cd {}", self.top()));
+            lines.push(format!("cd {}", self.top(design)));
         }
         for inner in &self.seen {
             lines.push(format!(

@@ -12,10 +12,9 @@ mod stream;
 
 use serde::Serialize;
 
-use super::emission::EmittedFile;
-use crate::sensor::interface::Interface;
+use super::emission::{Design, EmittedFile};
 
-/// Files of the folder `formal`, all with the same names for every scene.
+/// Files of the folder `formal`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Formal {
     /// The properties, a module round the design for each proof.
@@ -34,15 +33,16 @@ impl Formal {
     /// The folder's name.
     pub const FOLDER: &'static str = "formal";
 
-    /// The proofs of the design `files`.
-    pub(super) fn of(interface: &Interface, files: &[EmittedFile], made_by: &str) -> Formal {
-        let (codes, mut modules) = codes::harness(interface);
-        let (reference, of_reference) = reference::harness(interface);
+    /// The proofs of a design.
+    pub(super) fn of(design: &Design) -> Formal {
+        let interface = design.interface();
+        let (codes, mut modules) = codes::harness(interface, design.prefix);
+        let (reference, of_reference) = reference::harness(interface, design.prefix);
         modules += &of_reference;
         let mut harnesses = vec![
             rules::reset(interface),
             codes,
-            scan::harness(interface),
+            scan::harness(interface, design.prefix),
             reference,
             counts::harness(interface),
             stream::harness(interface),
@@ -55,10 +55,10 @@ impl Formal {
         );
         harnesses.push(rules::axis(interface));
         Formal {
-            properties: script::properties(&harnesses, &modules, made_by),
-            emptied: script::emptied(&harnesses, files, made_by),
-            registers: script::registers(made_by),
-            script: script::script(&harnesses, files, made_by),
+            properties: script::properties(design, &harnesses, &modules),
+            emptied: script::emptied(design, &harnesses),
+            registers: script::registers(design.made_by),
+            script: script::script(design, &harnesses),
             proofs: harnesses.iter().map(|harness| harness.name).collect(),
         }
     }

@@ -2,10 +2,11 @@
 
 use super::codes;
 use super::harness::{Harness, numbered, range};
+use crate::rtl::back::Prefix;
 use crate::sensor::interface::Interface;
 
 /// Each sample is counted by the chip that the phase step gives it.
-pub(super) fn harness(interface: &Interface) -> (Harness, String) {
+pub(super) fn harness(interface: &Interface, prefix: &Prefix) -> (Harness, String) {
     let mut harness = Harness::new(
         interface,
         "reference",
@@ -26,7 +27,8 @@ pub(super) fn harness(interface: &Interface) -> (Harness, String) {
     for d in 0..detectors {
         let path = format!("{}.stepper.o_window", numbered("channel", d, detectors));
         harness.see(&format!("window_{d}"), &path, delay.window());
-        modules += &delay.detector(interface, d, &mut harness);
+        let code = prefix.of(&format!("code_of_detector_{d}"));
+        modules += &delay.detector(interface, d, &code, &mut harness);
     }
     (harness, modules)
 }
@@ -127,8 +129,14 @@ impl Delay {
         ));
     }
 
-    /// The reference of a detector.
-    fn detector(&self, interface: &Interface, d: u32, harness: &mut Harness) -> String {
+    /// The reference of a detector, whose code the module `module` has.
+    fn detector(
+        &self,
+        interface: &Interface,
+        d: u32,
+        module: &str,
+        harness: &mut Harness,
+    ) -> String {
         let code = &interface.reference_codes[d as usize];
         // Reset stands a clock before a scan's first, a scan's start in it.
         let present = if interface.realigns() { 0 } else { -1 };
@@ -144,9 +152,8 @@ impl Delay {
              reg {}chips_{d};\nwire next_{d};\nwire waits_{d};",
             range(kept)
         ));
-        let module = format!("code_of_detector_{d}");
         harness.line(&codes::instance(
-            &module,
+            module,
             &format!("~waits_{d}"),
             "start",
             &format!("next_{d}"),
@@ -175,7 +182,7 @@ impl Delay {
         }
         harness.line("end");
         harness.line(&format!("always @* assert (window_{d} == expected_{d});"));
-        codes::module(&module, code, chip_of(present + 1))
+        codes::module(module, code, chip_of(present + 1))
     }
 
     /// The chips that come again after the reference went back.

@@ -1,12 +1,13 @@
 //! When a scan's steps begin and end.
 
 use super::harness::{Harness, constant, range};
+use crate::rtl::back::Prefix;
 use crate::rtl::blocks::SequenceCounter;
 use crate::sensor::interface::Interface;
 
 /// Every step has the asked number of chips, every scan the asked number of
 /// steps, and nothing lies between them but the wait for an epoch.
-pub(super) fn harness(interface: &Interface) -> Harness {
+pub(super) fn harness(interface: &Interface, prefix: &Prefix) -> Harness {
     let (chips, groups) = (interface.timing.scan.integration_chips, interface.groups());
     let mut harness = Harness::new(
         interface,
@@ -34,7 +35,7 @@ pub(super) fn harness(interface: &Interface) -> Harness {
     ] {
         harness.see(signal, &format!("controller.{port}"), width);
     }
-    begins(interface, &mut harness);
+    begins(interface, prefix, &mut harness);
     chip_counter(chips, interface.realigns(), &mut harness);
     step_counter(groups, &mut harness);
     reports(interface, &mut harness);
@@ -42,12 +43,12 @@ pub(super) fn harness(interface: &Interface) -> Harness {
 }
 
 /// When a scan runs.
-fn begins(interface: &Interface, harness: &mut Harness) {
+fn begins(interface: &Interface, prefix: &Prefix, harness: &mut Harness) {
     harness.lines("reg running;\nwire ends_step;\nwire ends_scan;");
     if interface.realigns() {
         harness.line("wire epoch;");
         harness.line(&super::codes::instance(
-            "code_of_reference",
+            &super::codes::of_reference(prefix),
             "1'b1",
             "1'b0",
             "",

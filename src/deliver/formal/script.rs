@@ -4,32 +4,43 @@ use std::fmt::Write as _;
 
 use super::Formal;
 use super::harness::Harness;
-use crate::deliver::emission::EmittedFile;
+use crate::deliver::emission::{Design, EmittedFile};
 
-const PROPERTIES: &str = "sensor_top_formal.sv";
 const REGISTERS: &str = "registers.v";
 const EMPTIED: &str = "emptied.v";
-const SCRIPT: &str = "sensor_top.sby";
+
+/// Name of the file with the properties.
+fn properties_name(design: &Design) -> String {
+    design.file_name("_formal.sv")
+}
+
+/// Name of sby's file.
+fn script_name(design: &Design) -> String {
+    design.file_name(".sby")
+}
 
 /// The properties of all proofs.
-pub(super) fn properties(harnesses: &[Harness], modules: &str, made_by: &str) -> EmittedFile {
+pub(super) fn properties(design: &Design, harnesses: &[Harness], modules: &str) -> EmittedFile {
     let mut text = format!(
-        "// What sensor_top has to do: a module for each proof of {SCRIPT}\n\
+        "// What {top} has to do: a module for each proof of {script}\n\
          //\n\
          // Each has the design, a specification of its own, and assertions. Registers start as one clock\n\
          // of reset leaves them, which the proof `reset` shows to be one state; i_rst may come again at any\n\
-         // time. Outputs of modules inside are seen, or cut and driven by the proof, by {SCRIPT}.\n\
+         // time. Outputs of modules inside are seen, or cut and driven by the proof, by {script}.\n\
          //\n\
-         // Made by  {made_by}\n\n`default_nettype none\n\n"
+         // Made by  {made_by}\n\n`default_nettype none\n\n",
+        top = design.top(),
+        script = script_name(design),
+        made_by = design.made_by,
     );
     text += &modules.replace("endmodule\n", "endmodule\n\n");
     for harness in harnesses {
-        text += &harness.text();
+        text += &harness.text(design);
         text.push('\n');
     }
     text += "`default_nettype wire\n";
     EmittedFile {
-        name: PROPERTIES.to_owned(),
+        name: properties_name(design),
         text,
     }
 }
@@ -112,14 +123,17 @@ endmodule
 ";
 
 /// Modules that a proof empties: ports without anything behind them.
-pub(super) fn emptied(harnesses: &[Harness], files: &[EmittedFile], made_by: &str) -> EmittedFile {
+pub(super) fn emptied(design: &Design, harnesses: &[Harness]) -> EmittedFile {
     let mut text = format!(
-        "// Modules of sensor_top of which a proof drives the outputs: their ports and no more\n\
-         // Made by  {made_by}\n\n`default_nettype none\n"
+        "// Modules of {} of which a proof drives the outputs: their ports and no more\n\
+         // Made by  {}\n\n`default_nettype none\n",
+        design.top(),
+        design.made_by,
     );
     for harness in harnesses.iter().filter(|harness| harness.is_cut()) {
         let _ = writeln!(text, "\n`ifdef PROVE_{}", harness.name.to_uppercase());
-        for file in files.iter().filter(|file| harness.empties(module(file))) {
+        let files = design.files.iter();
+        for file in files.filter(|file| harness.empties(module(design, file))) {
             text.push_str(&ports_only(&file.text));
         }
         text += "`endif\n";
@@ -145,24 +159,31 @@ fn ports_only(text: &str) -> String {
     ports + "    wire nothing = 1'b0;\nendmodule\n"
 }
 
-fn module(file: &EmittedFile) -> &str {
-    file.name.trim_end_matches(".v")
+/// The module of a file, without the prefix.
+fn module<'f>(design: &Design, file: &'f EmittedFile) -> &'f str {
+    let name = file.name.trim_end_matches(".v");
+    design.prefix.strip(name).unwrap_or(name)
 }
 
 /// The files of the design that a proof reads.
-fn names(harness: &Harness, files: &[EmittedFile]) -> String {
-    let read = files.iter().filter(|file| !harness.empties(module(file)));
+fn names(design: &Design, harness: &Harness) -> String {
+    let files = design.files.iter();
+    let read = files.filter(|file| !harness.empties(module(design, file)));
     let names: Vec<&str> = read.map(|file| file.name.as_str()).collect();
     names.join(" ")
 }
 
 /// sby's tasks.
-pub(super) fn script(harnesses: &[Harness], files: &[EmittedFile], made_by: &str) -> EmittedFile {
+pub(super) fn script(design: &Design, harnesses: &[Harness]) -> EmittedFile {
+    let properties = properties_name(design);
     let mut text = format!(
-        "# Proofs of sensor_top, for sby (SymbiYosys). In the folder of sensor_top.v:\n\
-         #   sby -f {folder}/{SCRIPT}         all of them\n\
-         #   sby -f {folder}/{SCRIPT} counts  one; {PROPERTIES} says what each of them proves\n\
+        "# Proofs of {top}, for sby (SymbiYosys). In the folder of {top}.v:\n\
+         #   sby -f {folder}/{script}         all of them\n\
+         #   sby -f {folder}/{script} counts  one; {properties} says what each of them proves\n\
          # Made by  {made_by}\n\n[tasks]\n",
+        top = design.top(),
+        script = script_name(design),
+        made_by = design.made_by,
         folder = Formal::FOLDER
     );
     for harness in harnesses {
@@ -184,25 +205,25 @@ pub(super) fn script(harnesses: &[Harness], files: &[EmittedFile], made_by: &str
             text,
             "{}: read_verilog {}",
             harness.name,
-            names(harness, files)
+            names(design, harness)
         );
         if harness.is_cut() {
             let macros = format!("-D PROVE_{}", harness.name.to_uppercase());
             let _ = writeln!(text, "{}: read_verilog {macros} {EMPTIED}", harness.name);
         }
     }
-    let _ = writeln!(text, "read_verilog -formal -sv {PROPERTIES}");
+    let _ = writeln!(text, "read_verilog -formal -sv {properties}");
     for harness in harnesses {
         let _ = writeln!(
             text,
             "{}: hierarchy -check -top {}",
             harness.name,
-            harness.top()
+            harness.top(design)
         );
     }
     text += "proc -noopt\nflatten\n";
     for harness in harnesses {
-        for line in harness.script() {
+        for line in harness.script(design) {
             let _ = writeln!(text, "{}: {line}", harness.name);
         }
     }
@@ -220,14 +241,14 @@ pub(super) fn script(harnesses: &[Harness], files: &[EmittedFile], made_by: &str
         );
     }
     text += "opt_expr\nopt_clean\n\n[files]\n";
-    for name in files.iter().map(|file| &file.name) {
+    for name in design.files.iter().map(|file| &file.name) {
         let _ = writeln!(text, "{name}");
     }
-    for name in [PROPERTIES, EMPTIED, REGISTERS] {
+    for name in [properties.as_str(), EMPTIED, REGISTERS] {
         let _ = writeln!(text, "{}/{name}", Formal::FOLDER);
     }
     EmittedFile {
-        name: SCRIPT.to_owned(),
+        name: script_name(design),
         text,
     }
 }

@@ -1,5 +1,6 @@
 //! What light a detector's fit looks for.
 
+use crate::scene::DetectorIndex;
 use std::sync::Arc;
 
 use super::hadamard::CodeSet;
@@ -11,7 +12,11 @@ use crate::code::Code;
 use crate::sensor::Sensor;
 
 /// Codes that a fit knows, the detector's own first, and of how many paths each.
-pub fn known(sensor: &Sensor, detector: usize, other: OtherLight) -> Vec<(Arc<Code>, usize)> {
+pub fn known(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    other: OtherLight,
+) -> Vec<(Arc<Code>, usize)> {
     let scene = sensor.scene();
     let own = scene.detectors[detector].reference;
     let own_code = Arc::clone(&scene.sources[own].code);
@@ -49,7 +54,7 @@ pub fn known(sensor: &Sensor, detector: usize, other: OtherLight) -> Vec<(Arc<Co
 /// light of other codes.
 pub fn air(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     other: OtherLight,
     problem: &Problem,
 ) -> Result<Air, FitError> {

@@ -1,5 +1,6 @@
 //! From counts to a fit: of one path in a window, or of all light in a scan.
 
+use crate::scene::DetectorIndex;
 use std::sync::{Arc, OnceLock};
 
 use super::gauss_newton::Fitted;
@@ -18,7 +19,7 @@ use crate::sensor::Sensor;
 #[derive(Debug)]
 pub struct Fitter<'s> {
     sensor: &'s Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     tier: CountingTier,
     other: OtherLight,
     model: DetectorModel,
@@ -33,7 +34,7 @@ impl<'s> Fitter<'s> {
     /// If the scene has no such detector.
     pub fn new(
         sensor: &'s Sensor,
-        detector: usize,
+        detector: DetectorIndex,
         tier: CountingTier,
         other: OtherLight,
     ) -> Fitter<'s> {

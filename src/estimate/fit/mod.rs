@@ -29,6 +29,7 @@ mod problem;
 mod start;
 mod template;
 
+use crate::scene::{DetectorIndex, PathIndex};
 use std::sync::Arc;
 
 pub(super) use coarse::best_match;
@@ -175,7 +176,7 @@ pub enum FitError {
     )]
     Moves {
         /// Index of the path.
-        path: usize,
+        path: PathIndex,
     },
     /// There is nothing to range.
     #[error("nothing modulated reaches the detector")]
@@ -228,7 +229,7 @@ pub enum FitError {
 /// If the scene has no such detector.
 pub fn fit(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     tier: CountingTier,
     counts: &[StepCount],
     other: OtherLight,
@@ -245,7 +246,7 @@ pub fn fit(
 /// If the scene has no such detector.
 pub fn fit_means(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     tier: CountingTier,
     counts: &[MeanCount],
     other: OtherLight,
@@ -263,7 +264,7 @@ pub fn fit_means(
 /// If the scene has no such detector.
 pub fn expected_fit(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     tier: CountingTier,
 ) -> Result<ModelEstimate, FitError> {
     check_independent(sensor, detector)?;
@@ -292,17 +293,17 @@ pub fn shared_light(sensor: &Sensor) -> Option<String> {
 
 /// Whether standard deviations of a fit mean anything: steps must be independent,
 /// and their light the same.
-pub(super) fn check_independent(sensor: &Sensor, detector: usize) -> Result<(), FitError> {
+pub(super) fn check_independent(sensor: &Sensor, detector: DetectorIndex) -> Result<(), FitError> {
     if sensor.timing().parallel > 1 {
         return Err(FitError::SharedLight {
             parallel: sensor.timing().parallel,
         });
     }
-    let moves = |p: &usize| {
+    let moves = |p: &PathIndex| {
         let path = &sensor.scene().paths[*p];
         path.detector == detector && path.movement.is_some()
     };
-    match (0..sensor.scene().paths.len()).find(moves) {
+    match PathIndex::of(&sensor.scene().paths).find(moves) {
         Some(path) => Err(FitError::Moves { path }),
         None => Ok(()),
     }

@@ -6,6 +6,7 @@ use crate::estimate::phase::estimate_at;
 use crate::estimate::{CountingTier, NoEstimate, calibration_offset_ps};
 use crate::response::MeanCount;
 use crate::scan::Step;
+use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
 /// A start, and the number of the step where the peak is.
@@ -29,7 +30,7 @@ const MOST_SHARE: f64 = 0.999;
 /// number, or more than there is, start from a little light, or nearly all.
 pub fn start(
     sensor: &Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     tier: CountingTier,
     counts: &[MeanCount],
 ) -> Result<Start, NoEstimate> {

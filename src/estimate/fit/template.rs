@@ -1,5 +1,6 @@
 //! What light of a code adds to the signed counts of a scan, to first order.
 
+use crate::scene::DetectorIndex;
 use rustfft::num_complex::Complex64;
 
 use goldtof_fft::Planner;
@@ -77,7 +78,7 @@ pub struct Axis {
 }
 
 impl Axis {
-    pub fn new(sensor: &Sensor, detector: usize, problem: &Problem) -> Axis {
+    pub fn new(sensor: &Sensor, detector: DetectorIndex, problem: &Problem) -> Axis {
         let scan = &sensor.timing().scan;
         let own = sensor.reference(detector);
         let chips = scan.integration_chips as f64;

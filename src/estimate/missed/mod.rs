@@ -15,7 +15,7 @@ mod wedge;
 use super::theory::ExpectedCounts;
 use super::{CountingTier, calibration_offset_ps, true_delay};
 use crate::scan::Step;
-use crate::scene::EstimatorKind;
+use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
 use crate::sensor::Sensor;
 
 /// Shares of misses below this are not worked out any further than the sum of the
@@ -39,7 +39,7 @@ struct Accepted {
 
 impl Accepted {
     /// The tolerance, up to half-way to the next path of the same source.
-    fn of(sensor: &Sensor, path: usize, counting: CountingTier) -> Accepted {
+    fn of(sensor: &Sensor, path: PathIndex, counting: CountingTier) -> Accepted {
         let own = &sensor.scene().paths[path];
         let code_period_ps = sensor.code_period_of_path_ps(path);
         let tolerance_ps = tolerance_ps(sensor.clock().chip_period_ps, code_period_ps);
@@ -48,7 +48,7 @@ impl Accepted {
             high_ps: tolerance_ps,
         };
         let truth_ps = true_delay(sensor, path, counting).delay_ps;
-        for (index, other) in sensor.scene().paths.iter().enumerate() {
+        for (index, other) in PathIndex::of(&sensor.scene().paths).zip(&sensor.scene().paths) {
             if index == path || (other.source, other.detector) != (own.source, own.detector) {
                 continue;
             }
@@ -69,7 +69,7 @@ impl Accepted {
 /// What the chance of a miss depends on, beside the counts.
 struct Target<'a> {
     sensor: &'a Sensor,
-    detector: usize,
+    detector: DetectorIndex,
     /// Delay that the estimate is held against, with everything constant that is
     /// measured with it.
     measured_ps: f64,
@@ -100,8 +100,8 @@ impl Target<'_> {
 pub(super) fn missed_fraction(
     counts: &ExpectedCounts,
     sensor: &Sensor,
-    detector: usize,
-    path: usize,
+    detector: DetectorIndex,
+    path: PathIndex,
     counting: CountingTier,
     (peak, bound): (usize, f64),
 ) -> Option<f64> {

@@ -5,6 +5,7 @@ use super::grid::{Grid, LONGEST_PERIOD_CHIPS};
 use super::normal::NORMAL_REACH;
 use super::sign::{EdgeTiming, SignTable};
 use crate::photons::DetectorModel;
+use crate::scene::PathIndex;
 
 /// Why a model is left to the plain loop.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -13,7 +14,7 @@ pub enum OutsideDomain {
     #[error("path {path} of the scene moves; the lanes take paths that stand still")]
     MovingPath {
         /// Its index.
-        path: usize,
+        path: PathIndex,
     },
     /// The codes repeat together too late for the tables.
     #[error("the codes repeat together after more than {limit} chips")]

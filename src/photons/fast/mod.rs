@@ -186,13 +186,14 @@ mod tests {
     use crate::photons::light::LightRates;
     use crate::photons::paths::NumberedPath;
     use crate::scene;
+    use crate::scene::{DetectorIndex, PathIndex};
     use crate::sensor::Sensor;
 
     fn table_i() -> DetectorModel {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper-single.toml");
         let mut scene = scene::load(&file).expect("the scene is sound");
         scene.sources[0].mean_power_w *= 3.0;
-        DetectorModel::new(&Sensor::new(&scene), 0)
+        DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0))
     }
 
     fn counts(counter: &StepCounter) -> Vec<StepCount> {
@@ -246,7 +247,7 @@ mod tests {
         };
         // Of the period 2047 = 23 x 89, so that the grid stays as it is.
         let other = NumberedPath {
-            index: 1,
+            index: PathIndex(1),
             number: 1,
         };
         let dark = ExcessLight::new(other, rates, &code, 333.0, neutral.timing.clock, &[]);

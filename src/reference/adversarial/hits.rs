@@ -1,12 +1,13 @@
 //! Pulses for a group of phase steps, sample by sample.
 
+use crate::scene::DetectorIndex;
 use std::ops::Range;
 
 use rand::{Rng, RngExt};
 
 use super::plan::Hits;
 use crate::photons::Pulse;
-use crate::reference::predictor::Reference;
+use crate::reference::predictor::{GroupSigns, Reference};
 
 /// Most chips of a group that hits with an aim are looked for in.
 const MOST_CHIPS: u64 = 1 << 16;
@@ -66,23 +67,37 @@ impl Pattern {
 
 /// Samples of some words of a group, as seen by the correlators.
 pub(super) struct Words<'a> {
-    pub reference: &'a Reference,
-    pub detector: usize,
+    reference: &'a Reference,
+    signs: GroupSigns<'a>,
     /// Clock of the group's first word.
-    pub origin: u64,
+    origin: u64,
     /// Words, counted from there.
-    pub chips: Range<u64>,
+    chips: Range<u64>,
 }
 
-impl Words<'_> {
+impl<'a> Words<'a> {
+    /// Of one detector: `chips` are counted from the group's first word, at clock `origin`.
+    pub fn new(
+        reference: &'a Reference,
+        detector: DetectorIndex,
+        origin: u64,
+        chips: Range<u64>,
+    ) -> Self {
+        Words {
+            reference,
+            signs: reference.group_signs(detector),
+            origin,
+            chips,
+        }
+    }
+
     fn lanes(&self) -> u64 {
         u64::from(self.reference.interface().lanes())
     }
 
     /// Whether a step counts a hit on a sample, counted from the group's first, up.
     fn counts_up(&self, step: u64, sample: u64) -> bool {
-        let (chip, lane) = (sample / self.lanes(), sample % self.lanes());
-        self.reference.counts_up(self.detector, step, chip, lane)
+        self.signs.counts_up(step, sample)
     }
 
     /// A pulse of one sample, counted from the group's first.
@@ -196,8 +211,8 @@ impl Words<'_> {
     fn count(&self, step: u64, count: i64) -> Option<Vec<u64>> {
         let up = count > 0;
         let parallel = u64::from(self.reference.interface().parallel());
-        // By how much each other step lags behind.
-        let mut behind = vec![0u64; parallel as usize];
+        // Other steps that would have the same count.
+        let mut alike: Vec<u64> = (0..parallel).filter(|&other| other != step).collect();
         let mut chosen = Vec::new();
         let mut next = 2;
         let samples = self.samples();
@@ -209,26 +224,16 @@ impl Words<'_> {
             if sample < next || self.counts_up(step, sample) != up {
                 continue;
             }
-            let differs: Vec<bool> = (0..parallel)
-                .map(|other| self.counts_up(other, sample) != up)
-                .collect();
-            let is_useful = |other: usize| other as u64 != step && behind[other] == 0;
-            let lacks = (0..behind.len()).any(is_useful);
-            let helps = (0..behind.len()).any(|other| is_useful(other) && differs[other]);
-            if lacks && !helps && sample < half {
+            let differs = |other: &u64| self.counts_up(*other, sample) != up;
+            let helps = alike.is_empty() || alike.iter().any(differs);
+            if !helps && sample < half {
                 continue;
             }
-            for (behind, differs) in behind.iter_mut().zip(differs) {
-                *behind += u64::from(differs);
-            }
+            alike.retain(|other| !differs(other));
             chosen.push(sample);
             next = sample + 2;
         }
-        let others = (0..parallel)
-            .zip(&behind)
-            .filter(|&(other, _)| other != step);
-        let is_alone = others.into_iter().all(|(_, &behind)| behind > 0);
-        (is_alone && chosen.len() as u64 == count.unsigned_abs()).then_some(chosen)
+        (alike.is_empty() && chosen.len() as u64 == count.unsigned_abs()).then_some(chosen)
     }
 
     /// Samples of so many hits that no step's count comes near its limit.
@@ -242,11 +247,14 @@ impl Words<'_> {
             if chosen.len() as u64 == hits {
                 break;
             }
+            if sample < next {
+                continue;
+            }
             let after = |(step, count): (u64, &i64)| {
                 count + if self.counts_up(step, sample) { 1 } else { -1 }
             };
             let counted: Vec<i64> = (0..).zip(&counts).map(after).collect();
-            if sample >= next && counted.iter().all(|count| count.abs() <= most) {
+            if counted.iter().all(|count| count.abs() <= most) {
                 counts = counted;
                 chosen.push(sample);
                 next = sample + 2;
@@ -258,7 +266,7 @@ impl Words<'_> {
 
 impl Hits {
     /// The detector that has them, if the others have none.
-    pub fn detector(self) -> Option<usize> {
+    pub fn detector(self) -> Option<DetectorIndex> {
         match self {
             Hits::One { detector, .. }
             | Hits::Count { detector, .. }
@@ -272,12 +280,7 @@ impl Hits {
         let Some(detector) = self.detector() else {
             return 0;
         };
-        let words = Words {
-            reference,
-            detector,
-            origin,
-            chips: 0..chips.min(MOST_CHIPS),
-        };
+        let words = Words::new(reference, detector, origin, 0..chips.min(MOST_CHIPS));
         let mut pulses = Vec::new();
         let lanes = words.lanes();
         match words.aimed(self, &mut pulses) {

@@ -9,6 +9,7 @@ mod hits;
 mod plan;
 mod recipes;
 
+use crate::scene::DetectorIndex;
 use std::collections::VecDeque;
 use std::ops::Range;
 
@@ -350,13 +351,8 @@ impl Adversarial {
             u64::from(self.interface.lanes()),
             u64::from(self.interface.parallel()),
         );
-        for (detector, pulses) in pulses.iter_mut().enumerate() {
-            let words = Words {
-                reference: &self.scout,
-                detector,
-                origin: group.origin,
-                chips: chips.clone(),
-            };
+        for (detector, pulses) in DetectorIndex::all().zip(pulses.iter_mut()) {
+            let words = Words::new(&self.scout, detector, group.origin, chips.clone());
             match group.plan.hits {
                 Hits::Random => {
                     let pattern = Pattern::random(&mut self.rng, lanes, parallel);
@@ -391,13 +387,8 @@ impl Adversarial {
         while self.decided < until {
             let end = (self.decided + MOST_CLOCKS_AT_ONCE).min(until);
             let mut pulses = vec![Vec::new(); self.pulses.len()];
-            for (detector, pulses) in pulses.iter_mut().enumerate() {
-                let words = Words {
-                    reference: &self.scout,
-                    detector,
-                    origin: self.decided,
-                    chips: 0..end - self.decided,
-                };
+            for (detector, pulses) in DetectorIndex::all().zip(pulses.iter_mut()) {
+                let words = Words::new(&self.scout, detector, self.decided, 0..end - self.decided);
                 match lead {
                     Lead::Random => {
                         let pattern = Pattern::random(&mut self.rng, lanes, parallel);

@@ -1,5 +1,6 @@
 //! What the adversary means to do with a group of phase steps.
 
+use crate::scene::DetectorIndex;
 use crate::sensor::interface::Interface;
 
 /// One group of phase steps, and what comes before it.
@@ -69,7 +70,7 @@ pub(super) enum Hits {
     },
     /// A single one, where a step counts it so.
     One {
-        detector: usize,
+        detector: DetectorIndex,
         step: u64,
         lane: u64,
         up: bool,
@@ -84,13 +85,13 @@ pub(super) enum Hits {
     },
     /// As many of one sign as make this count, in one step more than in any other.
     Count {
-        detector: usize,
+        detector: DetectorIndex,
         step: u64,
         count: i64,
     },
     /// As many as make this total, with counts near zero.
     Total {
-        detector: usize,
+        detector: DetectorIndex,
         hits: u64,
     },
 }

@@ -2,6 +2,7 @@
 
 use super::plan::{GroupPlan, Hits, Lead, Length, Reach, Receiver};
 use crate::reference::coverage::{CoverPoint, PeakKind, Place, ResetState};
+use crate::scene::DetectorIndex;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::mask;
 
@@ -291,7 +292,7 @@ impl Kitchen<'_> {
                 ],
                 ResetState::Saturated => {
                     let count = 1i64 << (self.interface.count_bits - 1);
-                    let (detector, step) = (0, 0);
+                    let (detector, step) = (DetectorIndex(0), 0);
                     let clamp = Hits::Count {
                         detector,
                         step,

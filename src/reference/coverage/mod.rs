@@ -8,6 +8,7 @@
 mod reach;
 mod running;
 
+use crate::scene::{DetectorIndex, SourceIndex};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -24,7 +25,7 @@ pub enum CoverPoint {
     /// A result counts a hit of this lane, with this sign.
     Hit {
         /// Detector.
-        detector: usize,
+        detector: DetectorIndex,
         /// Step of the group.
         step: usize,
         /// Sample of the word.
@@ -35,24 +36,24 @@ pub enum CoverPoint {
     /// A word with as many hits as it can hold, all of one sign.
     FullWord {
         /// Detector.
-        detector: usize,
+        detector: DetectorIndex,
         /// Counted up.
         up: bool,
     },
     /// A hit on the very first sample of a scan.
     FirstSample {
         /// Detector.
-        detector: usize,
+        detector: DetectorIndex,
     },
     /// A hit on the last sample before a scan, which does not count.
     BeforeScan {
         /// Detector.
-        detector: usize,
+        detector: DetectorIndex,
     },
     /// A hit on the last sample of a step, or on the first of one that follows another.
     StepBorder {
         /// Detector.
-        detector: usize,
+        detector: DetectorIndex,
         /// The first sample, and not the last.
         first: bool,
     },
@@ -60,7 +61,7 @@ pub enum CoverPoint {
     /// segment of the counter.
     Carry {
         /// Detector.
-        detector: usize,
+        detector: DetectorIndex,
         /// Step of the group.
         step: usize,
         /// Bits below.
@@ -71,7 +72,7 @@ pub enum CoverPoint {
     /// A step's count borrows across this bit.
     Borrow {
         /// Detector.
-        detector: usize,
+        detector: DetectorIndex,
         /// Step of the group.
         step: usize,
         /// Bits below.
@@ -80,7 +81,7 @@ pub enum CoverPoint {
     /// The same of the total of all hits: a carry, or a borrow of its difference.
     TotalCarry {
         /// Detector.
-        detector: usize,
+        detector: DetectorIndex,
         /// Bits below.
         bit: u32,
         /// A borrow, and not a carry.
@@ -89,7 +90,7 @@ pub enum CoverPoint {
     /// A count exactly at the end of its range, which is not saturated.
     Limit {
         /// Detector.
-        detector: usize,
+        detector: DetectorIndex,
         /// Step of the group.
         step: usize,
         /// The largest count, and not the smallest.
@@ -98,7 +99,7 @@ pub enum CoverPoint {
     /// This count is saturated, alone, and `o_saturated` rises for it.
     Saturation {
         /// Detector.
-        detector: usize,
+        detector: DetectorIndex,
         /// Step of the group.
         step: usize,
         /// Beyond the largest count.
@@ -108,7 +109,7 @@ pub enum CoverPoint {
     /// stays low.
     AbsentSaturation {
         /// Detector.
-        detector: usize,
+        detector: DetectorIndex,
         /// Step of the group.
         step: usize,
         /// Beyond the largest count.
@@ -117,14 +118,14 @@ pub enum CoverPoint {
     /// A total of hits at its limit, or beyond it with no count saturated.
     TotalSaturation {
         /// Detector.
-        detector: usize,
+        detector: DetectorIndex,
         /// Beyond, and not at it.
         beyond: bool,
     },
     /// A scan's largest count.
     Peak {
         /// Detector.
-        detector: usize,
+        detector: DetectorIndex,
         /// Which.
         kind: PeakKind,
     },
@@ -193,7 +194,7 @@ pub enum CoverPoint {
     /// A source's code begins anew.
     CodeWraps {
         /// The source.
-        source: usize,
+        source: SourceIndex,
     },
 }
 
@@ -359,7 +360,7 @@ impl CoverPoint {
     /// In words, with the detectors' names.
     pub fn text(&self, names: &[String]) -> String {
         use CoverPoint::*;
-        let of = |detector: usize| names.get(detector).map_or("?", String::as_str);
+        let of = |detector: DetectorIndex| names.get(detector.0).map_or("?", String::as_str);
         let sign = |up: bool| if up { "up" } else { "down" };
         match *self {
             Hit {

@@ -2,6 +2,7 @@
 
 use super::{CoverPoint, CoverTable, PeakKind, Place, ResetState};
 use crate::scan::Step;
+use crate::scene::{DetectorIndex, SourceIndex};
 use crate::sensor::interface::Interface;
 
 /// Most phase steps that are looked at for a sign: a code that has none in these has
@@ -17,7 +18,7 @@ const SHORT_STEPS: &str =
 /// Fills the table.
 pub(super) fn fill(interface: &Interface, table: &mut CoverTable) {
     let detectors = interface.reference_codes.len();
-    for detector in 0..detectors {
+    for detector in DetectorIndex::first(detectors) {
         hits(interface, table, detector);
         counting(interface, table, detector);
         if interface.peak.is_some() {
@@ -34,7 +35,7 @@ fn steps(interface: &Interface) -> std::ops::Range<usize> {
     0..u64::from(interface.parallel()).min(interface.timing.scan.steps) as usize
 }
 
-fn hits(interface: &Interface, table: &mut CoverTable, detector: usize) {
+fn hits(interface: &Interface, table: &mut CoverTable, detector: DetectorIndex) {
     let signs = Signs::of(interface, detector);
     for step in steps(interface) {
         for lane in 0..interface.lanes() {
@@ -67,7 +68,7 @@ fn hits(interface: &Interface, table: &mut CoverTable, detector: usize) {
     }
 }
 
-fn counting(interface: &Interface, table: &mut CoverTable, detector: usize) {
+fn counting(interface: &Interface, table: &mut CoverTable, detector: DetectorIndex) {
     let segments = interface.count_segments;
     let borders = || (1..segments.count).map(|segment| segment * segments.lower_bits);
     for step in steps(interface) {
@@ -119,7 +120,7 @@ fn counting(interface: &Interface, table: &mut CoverTable, detector: usize) {
     }
 }
 
-fn peaks(interface: &Interface, table: &mut CoverTable, detector: usize) {
+fn peaks(interface: &Interface, table: &mut CoverTable, detector: DetectorIndex) {
     let single = interface.timing.scan.steps == 1;
     if interface.parallel() > 1 {
         for step in steps(interface) {
@@ -236,7 +237,7 @@ fn scans(interface: &Interface, table: &mut CoverTable) {
     table.add_or(point, (!past_period).then_some(reason));
     table.add(CoverPoint::WholeStep);
     table.add(CoverPoint::WholeScan);
-    for source in 0..interface.source_codes.len() {
+    for source in SourceIndex::of(&interface.source_codes) {
         table.add(CoverPoint::CodeWraps { source });
     }
 }
@@ -250,7 +251,7 @@ struct Signs {
 }
 
 impl Signs {
-    fn of(interface: &Interface, detector: usize) -> Signs {
+    fn of(interface: &Interface, detector: DetectorIndex) -> Signs {
         let code = &interface.reference_codes[detector];
         let mut sum = 0;
         let ones = std::iter::once(0).chain(code.chips.iter().map(|&chip| {

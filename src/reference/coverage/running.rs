@@ -1,6 +1,7 @@
 //! What the counters have gone through: which hits, which carries.
 
 use super::{CoverPoint, CoverTable};
+use crate::scene::DetectorIndex;
 use crate::sensor::interface::Interface;
 
 /// The counters of all detectors, as far as cover points need them.
@@ -72,17 +73,23 @@ impl Running {
     }
 
     /// A hit, with its sign in each step.
-    pub(in crate::reference) fn hit(&mut self, detector: usize, step: usize, lane: u32, up: bool) {
-        let counter = &mut self.steps[detector * self.parallel + step];
+    pub(in crate::reference) fn hit(
+        &mut self,
+        detector: DetectorIndex,
+        step: usize,
+        lane: u32,
+        up: bool,
+    ) {
+        let counter = &mut self.steps[detector.0 * self.parallel + step];
         counter.lanes[usize::from(up)] |= 1 << lane;
         counter.word += if up { 1 } else { -1 };
     }
 
     /// The last hit of a word has been counted: it had so many.
-    pub(in crate::reference) fn word_ends(&mut self, detector: usize, hits: u32) {
+    pub(in crate::reference) fn word_ends(&mut self, detector: DetectorIndex, hits: u32) {
         let seen = &mut self.detectors[detector];
         seen.total += u64::from(hits);
-        let counters = &mut self.steps[detector * self.parallel..][..self.parallel];
+        let counters = &mut self.steps[detector.0 * self.parallel..][..self.parallel];
         if hits * 2 == self.lanes && self.lanes >= 4 {
             let sum = counters[0].word;
             seen.full[0] |= sum == -i64::from(hits);
@@ -102,7 +109,12 @@ impl Running {
     }
 
     /// Hits on the first and on the last sample of a step.
-    pub(in crate::reference) fn border(&mut self, detector: usize, first: bool, last: bool) {
+    pub(in crate::reference) fn border(
+        &mut self,
+        detector: DetectorIndex,
+        first: bool,
+        last: bool,
+    ) {
         self.detectors[detector].first_sample |= first;
         self.detectors[detector].last_sample |= last;
     }
@@ -118,7 +130,7 @@ impl Running {
         let mut points = Vec::new();
         let mut add = |point| points.extend(table.number(point));
         let parallel = self.parallel;
-        for (detector, seen) in self.detectors.iter_mut().enumerate() {
+        for (detector, seen) in DetectorIndex::all().zip(self.detectors.iter_mut()) {
             for up in [false, true] {
                 if std::mem::take(&mut seen.full[usize::from(up)]) {
                     add(CoverPoint::FullWord { detector, up });
@@ -158,7 +170,7 @@ impl Running {
                 }
             }
             seen.base = seen.total;
-            let counters = &mut self.steps[detector * parallel..][..parallel];
+            let counters = &mut self.steps[detector.0 * parallel..][..parallel];
             for (step, counter) in counters.iter_mut().enumerate() {
                 if step < steps {
                     counter.end(detector, step, &self.borders, &mut add);
@@ -173,7 +185,13 @@ impl Running {
 }
 
 impl Counter {
-    fn end(&self, detector: usize, step: usize, borders: &[u32], add: &mut impl FnMut(CoverPoint)) {
+    fn end(
+        &self,
+        detector: DetectorIndex,
+        step: usize,
+        borders: &[u32],
+        add: &mut impl FnMut(CoverPoint),
+    ) {
         for up in [false, true] {
             let mut lanes = self.lanes[usize::from(up)];
             while lanes != 0 {

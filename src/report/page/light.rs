@@ -7,7 +7,7 @@ use crate::report::chart::Scale;
 use crate::report::figure::Figure;
 use crate::report::line_plot::{LinePlot, Series, decimate};
 use crate::report::{DetectorCounts, curves, geometry};
-use crate::scene::EstimatorKind;
+use crate::scene::{DetectorIndex, EstimatorKind};
 
 /// Chips on either side of the largest count in the zoom.
 const ZOOM_CHIPS: usize = 4;
@@ -85,7 +85,7 @@ fn correlation(page: &Page, counts: &DetectorCounts) -> Vec<Figure> {
 }
 
 /// Estimates and truth, as far as they lie in the zoom.
-fn marks(page: &Page, detector: usize, near: &[(f64, f64)]) -> Vec<(f64, &'static str)> {
+fn marks(page: &Page, detector: DetectorIndex, near: &[(f64, f64)]) -> Vec<(f64, &'static str)> {
     let estimates = [&page.estimates[detector], &page.other_estimates[detector]];
     let by = |kind: EstimatorKind| {
         let estimate = estimates
@@ -108,7 +108,7 @@ fn marks(page: &Page, detector: usize, near: &[(f64, f64)]) -> Vec<(f64, &'stati
 
 /// Error against integration time, and against run time.
 pub(super) fn trades(page: &Page) -> Markup {
-    let detectors = 0..page.estimates.len();
+    let detectors = DetectorIndex::of(page.estimates);
     let std_m = page
         .estimates
         .iter()
@@ -141,7 +141,7 @@ pub(super) fn trades(page: &Page) -> Markup {
     }
 }
 
-fn phase_error(page: &Page, detector: usize) -> Option<f64> {
+fn phase_error(page: &Page, detector: DetectorIndex) -> Option<f64> {
     let estimates = [&page.estimates[detector], &page.other_estimates[detector]];
     let phase = estimates
         .into_iter()

@@ -15,6 +15,7 @@ mod fault;
 mod lower;
 mod module;
 mod names;
+mod prefix;
 mod print;
 #[cfg(test)]
 mod refusals;
@@ -26,10 +27,16 @@ mod text;
 use rust_hdl::core::block::Block;
 
 pub use fault::{Fault, Refusal};
+pub use prefix::{BadPrefix, Prefix};
 pub use share::ModuleText;
 
 /// Verilog of `top` and every block in it, one text for each module, the top
-/// module last. `made_by` ends up in each header.
-pub fn verilog_of(top: &dyn Block, made_by: &str) -> Result<Vec<ModuleText>, Refusal> {
-    share::modules_of(&scope::scopes_of(top)?, made_by)
+/// module last. The names of all modules begin with `prefix`; `made_by` ends up in
+/// each header.
+pub fn verilog_of(
+    top: &dyn Block,
+    prefix: &Prefix,
+    made_by: &str,
+) -> Result<Vec<ModuleText>, Refusal> {
+    share::modules_of(&scope::scopes_of(top)?, prefix, made_by)
 }

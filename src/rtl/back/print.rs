@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::module::{Assign, Module};
+use super::prefix::Prefix;
 use super::share::{ModuleType, Parameter};
 use super::signals::{Role, Signal};
 use super::text::{
@@ -10,8 +11,11 @@ use super::text::{
 };
 use crate::rtl::front::StateCheck;
 
+/// The module that checks LFSRs' constants.
+pub const LFSR_CHECK: &str = "lfsr_check";
+
 /// The whole file of one module.
-pub fn module_text(types: &[ModuleType], index: usize, made_by: &str) -> String {
+pub fn module_text(types: &[ModuleType], index: usize, prefix: &Prefix, made_by: &str) -> String {
     let this = &types[index];
     let mut out = header(this, made_by);
     out.push_str("`default_nettype none\n\n");
@@ -25,7 +29,7 @@ pub fn module_text(types: &[ModuleType], index: usize, made_by: &str) -> String 
     }));
     out.push('\n');
     out.push_str(body.trim_start_matches('\n'));
-    out.push_str(&checks(this));
+    out.push_str(&checks(this, prefix));
     out.push_str("\nendmodule\n\n`default_nettype wire\n");
     out
 }
@@ -212,7 +216,7 @@ fn constants(this: &ModuleType) -> String {
 }
 
 /// The checks of constants, which synthesis does not see.
-fn checks(this: &ModuleType) -> String {
+fn checks(this: &ModuleType, prefix: &Prefix) -> String {
     let checks = &this.module.description.checks;
     if checks.is_empty() {
         return String::new();
@@ -230,8 +234,9 @@ fn checks(this: &ModuleType) -> String {
         let width = own.map_or(0, |p| p.width);
         let _ = writeln!(
             out,
-            "    lfsr_check #(\n        .WIDTH({width}), .TAPS({taps}), .SHIFTS(64'd{shifts}),\n        \
+            "    {} #(\n        .WIDTH({width}), .TAPS({taps}), .SHIFTS(64'd{shifts}),\n        \
              .FIRST({}), .LAST({})\n    ) {last}_check ();",
+            prefix.of(LFSR_CHECK),
             first.to_uppercase(),
             last.to_uppercase(),
         );

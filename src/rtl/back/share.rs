@@ -7,7 +7,8 @@ use std::collections::HashSet;
 
 use super::fault::Refusal;
 use super::module::Module;
-use super::print::{module_body, module_text};
+use super::prefix::Prefix;
+use super::print::{LFSR_CHECK, module_body, module_text};
 use super::scope::{AtomInfo, Content, Scope};
 use rust_hdl::core::atom::AtomKind;
 
@@ -67,30 +68,31 @@ pub struct ModuleType {
 }
 
 /// Translates and prints a design, the top module last.
-pub fn modules_of(top: &Scope, made_by: &str) -> Result<Vec<ModuleText>, Refusal> {
+pub fn modules_of(top: &Scope, prefix: &Prefix, made_by: &str) -> Result<Vec<ModuleText>, Refusal> {
     let mut types = Vec::new();
     register(top, &mut types)?;
     make_names_unique(&mut types);
+    for module in &mut types {
+        module.name = prefix.of(&module.name);
+    }
     let checks = types
         .iter()
         .any(|t| !t.module.description.checks.is_empty());
-    let lfsr_check = checks.then(|| lfsr_check(made_by));
+    let lfsr_check = checks.then(|| lfsr_check(prefix, made_by));
     let own = (0..types.len()).map(|index| ModuleText {
         name: types[index].name.clone(),
-        text: module_text(&types, index, made_by),
+        text: module_text(&types, index, prefix, made_by),
     });
     Ok(lfsr_check.into_iter().chain(own).collect())
 }
 
 /// The module that the checks of LFSRs' states are instances of.
-fn lfsr_check(made_by: &str) -> ModuleText {
+fn lfsr_check(prefix: &Prefix, made_by: &str) -> ModuleText {
+    let name = prefix.of(LFSR_CHECK);
+    let text = include_str!("lfsr_check.v").replace(LFSR_CHECK, &name);
     ModuleText {
-        name: "lfsr_check".to_owned(),
-        text: include_str!("lfsr_check.v").replacen(
-            "//\n\n",
-            &format!("//\n// Made by  {made_by}\n\n"),
-            1,
-        ),
+        name,
+        text: text.replacen("//\n\n", &format!("//\n// Made by  {made_by}\n\n"), 1),
     }
 }
 

@@ -11,6 +11,7 @@ use serde::ser::{SerializeMap as _, Serializer};
 
 use super::scan_controller::ScanPlan;
 use super::sequence_counter::SequenceCounter;
+use crate::rtl::back::Prefix;
 use crate::sensor::interface::Interface;
 
 /// Instance of the scan controller in the top module.
@@ -30,6 +31,7 @@ pub struct ScanRegisters {
 /// A register that counts.
 #[derive(Debug, Clone)]
 pub struct CountRegister {
+    module: String,
     name: &'static str,
     counter: SequenceCounter,
     /// States that have been asked for.
@@ -41,6 +43,7 @@ impl ScanRegisters {
     pub fn of(interface: &Interface) -> ScanRegisters {
         let plan = ScanPlan::of(interface);
         let register = |name, counter| CountRegister {
+            module: MODULE.to_owned(),
             name,
             counter,
             states: HashMap::new(),
@@ -53,6 +56,14 @@ impl ScanRegisters {
                 .counts_steps()
                 .then(|| register("step_count_r", plan.step_counter())),
         }
+    }
+
+    /// The same in a design whose modules' names begin with `prefix`.
+    pub fn in_design_of(mut self, prefix: &Prefix) -> ScanRegisters {
+        for register in self.chips.iter_mut().chain(&mut self.groups) {
+            register.module = prefix.of(MODULE);
+        }
+        self
     }
 
     /// Those that there are: chips first.
@@ -85,8 +96,8 @@ impl Serialize for ScanRegisters {
 
 impl CountRegister {
     /// Its module.
-    pub fn module(&self) -> &'static str {
-        MODULE
+    pub fn module(&self) -> &str {
+        &self.module
     }
 
     /// Its name there.

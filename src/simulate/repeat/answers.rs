@@ -9,7 +9,7 @@ use crate::estimate::{
     distance_m, estimate, tolerance_ps, true_delay,
 };
 use crate::photons::{DetectorModel, StepCount};
-use crate::scene::{EstimatorKind, OtherLight};
+use crate::scene::{DetectorIndex, EstimatorKind, OtherLight, PathIndex};
 use crate::sensor::Sensor;
 
 /// Most paths of a fit that are matched to the scene's.
@@ -18,10 +18,10 @@ const MOST_MATCHED: usize = 12;
 /// One detector's way from counts to distances.
 pub struct Ranging<'a> {
     pub sensor: &'a Sensor,
-    pub detector: usize,
+    pub detector: DetectorIndex,
     pub counting: CountingTier,
     /// Paths that the estimator can speak of.
-    pub paths: Vec<usize>,
+    pub paths: Vec<PathIndex>,
     /// What each of them should be found at.
     pub truths: Vec<TrueDelay>,
     pub code_period_ps: f64,
@@ -53,9 +53,9 @@ impl Answer {
 }
 
 impl<'a> Ranging<'a> {
-    pub fn new(sensor: &'a Sensor, detector: usize, counting: CountingTier) -> Ranging<'a> {
+    pub fn new(sensor: &'a Sensor, detector: DetectorIndex, counting: CountingTier) -> Ranging<'a> {
         let own = sensor.scene().detectors[detector].reference;
-        let mut paths: Vec<usize> = (0..sensor.scene().paths.len())
+        let mut paths: Vec<PathIndex> = PathIndex::of(&sensor.scene().paths)
             .filter(|&p| {
                 sensor.scene().paths[p].detector == detector
                     && sensor.scene().paths[p].source == own

@@ -13,7 +13,7 @@ use super::scans::{Prepared, ScansError};
 use super::{Tier, domain, expected};
 use crate::estimate::{TheoryEffort, theory};
 use crate::photons::StepCount;
-use crate::scene::EstimatorKind;
+use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
 use crate::sensor::Sensor;
 
 use answers::{Answers, Ranging};
@@ -57,7 +57,7 @@ pub struct PathStatistics {
     /// Name of the source whose light the path carries.
     pub source: String,
     /// Index of the path in the scene.
-    pub path: usize,
+    pub path: PathIndex,
     /// True distance, folded into the unambiguous range; without a fluctuation,
     /// whose effect belongs to the scatter.
     pub true_m: f64,
@@ -149,7 +149,7 @@ pub(crate) fn simulate_prepared(
     let tier = prepared.tier();
     let mut estimates = Vec::new();
     let mut warnings = Vec::new();
-    for detector in 0..sensor.scene().detectors.len() {
+    for detector in DetectorIndex::of(&sensor.scene().detectors) {
         if !tier.draws() {
             // Before anything that takes as long as there are steps or paths.
             TheoryEffort::of(sensor, detector)?.check_predictions(1)?;
@@ -167,7 +167,7 @@ pub(crate) fn simulate_prepared(
             }
         })?;
         // Every detector's scans run the whole hardware.
-        if detector == 0 {
+        if detector == DetectorIndex(0) {
             warnings.extend(remarks);
         }
         answers.take(&waiting);

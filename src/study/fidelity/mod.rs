@@ -20,7 +20,7 @@ use serde::Serialize;
 
 use crate::estimate::{NoEstimate, check_modulated, predict};
 use crate::plan::{self, Part};
-use crate::scene::Scene;
+use crate::scene::{DetectorIndex, PathIndex, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::scans::{Prepared, ScansError};
 use crate::simulate::{Tier, domain};
@@ -249,11 +249,11 @@ pub fn compare(
     target_error: f64,
 ) -> Result<FidelityReport, FidelityError> {
     let own = scene.detectors[0].reference;
-    let path = (0..scene.paths.len())
-        .find(|&p| scene.paths[p].detector == 0 && scene.paths[p].source == own)
+    let path = PathIndex::of(&scene.paths)
+        .find(|&p| scene.paths[p].detector == DetectorIndex(0) && scene.paths[p].source == own)
         .ok_or(FidelityError::NoPath)?;
     let sensor = Sensor::new(scene);
-    check_modulated(&sensor, 0)?;
+    check_modulated(&sensor, DetectorIndex(0))?;
     let (windowed, unscanned) = window::round_peak(&sensor, path, target_error);
     let share = (budget.div_f64(5.0), target_error);
     let of_reference = (budget.mul_f64(choice::REFERENCE_SHARE), target_error);
@@ -263,11 +263,11 @@ pub fn compare(
     let reference = points::reference(sampled.last())?;
     let refusal = choice::refuse(&sampled, &reference, target_error);
     let counting = Tier::Expected.counting();
-    let predicted = [(path, predict(&windowed, 0, path, counting))];
+    let predicted = [(path, predict(&windowed, DetectorIndex(0), path, counting))];
     let mut tiers = Vec::new();
     let mut domains = Vec::new();
     for tier in Tier::ALL {
-        let mut warnings = domain::warnings(&windowed, 0, tier, &predicted);
+        let mut warnings = domain::warnings(&windowed, DetectorIndex(0), tier, &predicted);
         let started = Instant::now();
         let prepared = Prepared::new(&windowed, tier)?;
         let build_time_s = (tier == Tier::Rtl).then(|| started.elapsed().as_secs_f64());

@@ -1,6 +1,7 @@
 //! Runs of the tiers, and how they compare with the reference.
 
 use crate::math::NORMAL_95;
+use crate::scene::PathIndex;
 use std::time::{Duration, Instant};
 
 use super::{FidelityError, Reference, TierPoint, Verdict};
@@ -35,7 +36,7 @@ pub struct Run {
 pub fn grow(
     sensor: &Sensor,
     prepared: &Prepared,
-    path: usize,
+    path: PathIndex,
     seed: u64,
     (budget, target_error): (Duration, f64),
 ) -> Result<Vec<Run>, FidelityError> {

@@ -2,7 +2,7 @@
 
 use super::SensorPoint;
 use crate::estimate::{CountingTier, predict};
-use crate::scene::{EstimatorKind, Scene};
+use crate::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
 use crate::sensor::Sensor;
 
 /// Powers and integration times, relative to the scene's.
@@ -11,7 +11,7 @@ const INTEGRATIONS: [f64; 5] = [0.1, 0.3, 1.0, 3.0, 10.0];
 
 /// Expected error of the distance over integration time at several light levels.
 /// Where the counts have no expected peak there is no point.
-pub fn trade(scene: &Scene, path: usize) -> Vec<SensorPoint> {
+pub fn trade(scene: &Scene, path: PathIndex) -> Vec<SensorPoint> {
     let mut points = Vec::new();
     for relative_power in POWERS {
         for factor in INTEGRATIONS {
@@ -25,7 +25,12 @@ pub fn trade(scene: &Scene, path: usize) -> Vec<SensorPoint> {
                 .round()
                 .max(1.0);
             other.scan.integration_chips = chips as u64;
-            let Ok(expected) = predict(&Sensor::new(&other), 0, path, CountingTier::Sampled) else {
+            let Ok(expected) = predict(
+                &Sensor::new(&other),
+                DetectorIndex(0),
+                path,
+                CountingTier::Sampled,
+            ) else {
                 continue;
             };
             points.push(SensorPoint {

@@ -2,6 +2,7 @@
 
 use crate::estimate::{CountingTier, calibration_offset_ps, predict};
 use crate::plan::{Part, Saving};
+use crate::scene::{DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
 /// Expected misses of the whole scan that a window may leave out, in target errors.
@@ -13,10 +14,10 @@ const LEFT_OUT: f64 = 0.01;
 /// Steps elsewhere decide how many scans miss the peak. They are left out only where
 /// that is expected to be next to nothing beside the target error, by the sum of the
 /// chances of all of them.
-pub fn round_peak(sensor: &Sensor, path: usize, target_error: f64) -> (Sensor, Option<Part>) {
+pub fn round_peak(sensor: &Sensor, path: PathIndex, target_error: f64) -> (Sensor, Option<Part>) {
     let scene = sensor.scene();
     let step_ps = sensor.clock().sample_period_ps();
-    let offset_ps = calibration_offset_ps(sensor, 0, CountingTier::Sampled);
+    let offset_ps = calibration_offset_ps(sensor, DetectorIndex(0), CountingTier::Sampled);
     let period = scene.scan.steps_per_period;
     let peak = ((scene.paths[path].delay_ps + offset_ps) / step_ps).round() as u64 % period;
     let half = 2 * u64::from(scene.samples_per_chip);
@@ -24,7 +25,7 @@ pub fn round_peak(sensor: &Sensor, path: usize, target_error: f64) -> (Sensor, O
     if !scene.scan.is_full() || steps >= period {
         return (sensor.clone(), None);
     }
-    let missed = match predict(sensor, 0, path, CountingTier::Sampled) {
+    let missed = match predict(sensor, DetectorIndex(0), path, CountingTier::Sampled) {
         Ok(expected) if expected.coarse_failure_bound <= LEFT_OUT * target_error => {
             expected.coarse_failure_bound
         }

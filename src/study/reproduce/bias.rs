@@ -6,7 +6,7 @@ use super::run::{Run, RunError};
 use super::statistics::Measured;
 use crate::estimate::{CountingTier, predict};
 use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
-use crate::scene::{EstimatorKind, Scene};
+use crate::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 
@@ -43,7 +43,13 @@ impl Bias {
             .map(|&x| {
                 Ok((
                     x,
-                    predict(&Sensor::new(&scene(x)), 0, 0, CountingTier::Events)?.bias_m,
+                    predict(
+                        &Sensor::new(&scene(x)),
+                        DetectorIndex(0),
+                        PathIndex(0),
+                        CountingTier::Events,
+                    )?
+                    .bias_m,
                 ))
             })
             .collect::<Result<_, RunError>>()?;

@@ -14,7 +14,7 @@ use crate::photons::DetectorModel;
 use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
 use crate::response::MeanResponse;
 use crate::scan::Step;
-use crate::scene::{EstimatorKind, Scene};
+use crate::scene::{DetectorIndex, EstimatorKind, Scene};
 use crate::sensor::Sensor;
 
 /// Degree of the code.
@@ -139,14 +139,14 @@ fn phase_error_m(
 ) -> Result<Option<f64>, RunError> {
     let scene = ideal_scene(code, samples_per_chip, delay, PERIODS_WITHOUT_NOISE);
     let sensor = Sensor::new(&scene);
-    let model = DetectorModel::new(&sensor, 0);
+    let model = DetectorModel::new(&sensor, DetectorIndex(0));
     // Of an ideal counter: samples would let pulses merge.
     let tier = CountingTier::Events;
     let response = MeanResponse::of_tier(&model, tier)?;
     let counts: Vec<i64> = Step::all(scene.scan.steps)
         .map(|step| response.expected_count(step).round() as i64)
         .collect();
-    let offset_ps = calibration_offset_ps(&sensor, 0, tier);
+    let offset_ps = calibration_offset_ps(&sensor, DetectorIndex(0), tier);
     let period_ps = sensor.timing().code_period_ps();
     let estimate = estimate(sensor.timing(), &counts, offset_ps).ok();
     let delay_ps = scene.paths[0].delay_ps;
@@ -229,8 +229,14 @@ mod tests {
                     })
                     .collect();
                 let tier = CountingTier::Events;
-                let found = fit_means(&Sensor::new(&scene), 0, tier, &counts, OtherLight::None)
-                    .expect("it fits");
+                let found = fit_means(
+                    &Sensor::new(&scene),
+                    DetectorIndex(0),
+                    tier,
+                    &counts,
+                    OtherLight::None,
+                )
+                .expect("it fits");
                 let error_ps = found.delay_ps - scene.paths[0].delay_ps;
                 let error_mm = 1e3 * distance_m(error_ps);
                 assert!(error_mm.abs() < 1e-3, "S = {samples}, {delay}: {error_mm}");

@@ -1,6 +1,7 @@
 //! The relative delays at which another code's light moves the phase estimate
 //! most, of all that there are.
 
+use crate::scene::{DetectorIndex, PathIndex};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -68,7 +69,13 @@ impl Candidates {
             let scene = window(sensor(&lights, integration_s), TARGET_PS, 3);
             Ok(Extreme {
                 relative_delay_chips,
-                bias_m: predict(&Sensor::new(&scene), 0, 0, CountingTier::Events)?.bias_m,
+                bias_m: predict(
+                    &Sensor::new(&scene),
+                    DetectorIndex(0),
+                    PathIndex(0),
+                    CountingTier::Events,
+                )?
+                .bias_m,
             })
         };
         let all = self.earliest.iter().chain(&self.latest);

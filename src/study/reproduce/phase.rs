@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::run::RunError;
 use super::statistics::{Measured, rate, sample_mean_of, sample_std};
 use crate::estimate::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, estimate};
-use crate::scene::Scene;
+use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::scans::scans;
@@ -41,25 +41,32 @@ impl Errors {
 pub fn phase_errors(scene: &Scene, seed: u64, repetitions: u64) -> Result<Errors, RunError> {
     let sensor = Sensor::new(scene);
     let timing = sensor.timing();
-    let offset_ps = calibration_offset_ps(&sensor, 0, CountingTier::Events);
+    let offset_ps = calibration_offset_ps(&sensor, DetectorIndex(0), CountingTier::Events);
     let period_ps = timing.code_period_ps();
     let mut errors_m = Vec::new();
     let mut coarse_steps: BTreeMap<u64, u64> = BTreeMap::new();
     let mut detections = 0;
     let mut signed = Vec::new();
-    scans(&sensor, 0, Tier::Events, seed, repetitions, |counts| {
-        signed.clear();
-        signed.extend(counts.iter().map(|count| count.signed));
-        detections += counts.iter().map(|count| count.total).sum::<u64>();
-        let Ok(found) = estimate(timing, &signed, offset_ps) else {
-            return;
-        };
-        let error_ps = delay_error_ps(found.delay_ps, scene.paths[0].delay_ps, period_ps);
-        if error_ps.abs() <= timing.clock.chip_period_ps {
-            errors_m.push(distance_m(error_ps));
-            *coarse_steps.entry(found.coarse_step).or_default() += 1;
-        }
-    })?;
+    scans(
+        &sensor,
+        DetectorIndex(0),
+        Tier::Events,
+        seed,
+        repetitions,
+        |counts| {
+            signed.clear();
+            signed.extend(counts.iter().map(|count| count.signed));
+            detections += counts.iter().map(|count| count.total).sum::<u64>();
+            let Ok(found) = estimate(timing, &signed, offset_ps) else {
+                return;
+            };
+            let error_ps = delay_error_ps(found.delay_ps, scene.paths[0].delay_ps, period_ps);
+            if error_ps.abs() <= timing.clock.chip_period_ps {
+                errors_m.push(distance_m(error_ps));
+                *coarse_steps.entry(found.coarse_step).or_default() += 1;
+            }
+        },
+    )?;
     if errors_m.len() < 2 {
         return Err(RunError::NoStatistics { scans: repetitions });
     }

@@ -11,7 +11,7 @@ use crate::estimate::unwrap::unwrap;
 use crate::estimate::{CountingTier, PredictionError, delay_error_ps, distance_m};
 use crate::photons::DetectorModel;
 use crate::response::{CountSampler, MeanResponse, MeanResponseError, SecondMoments};
-use crate::scene::{EstimatorKind, Scene};
+use crate::scene::{DetectorIndex, EstimatorKind, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::repeat::simulate;
@@ -126,10 +126,10 @@ impl Run {
     ) -> Result<Measured, RunError> {
         let tier = CountingTier::Events;
         let sensor = Sensor::new(scene);
-        let model = DetectorModel::new(&sensor, 0);
+        let model = DetectorModel::new(&sensor, DetectorIndex(0));
         let response = MeanResponse::of_tier(&model, tier)?;
         let sampler = CountSampler::of(&model, &SecondMoments::new(&response)?);
-        let fitter = Fitter::new(&sensor, 0, tier, scene.other_light);
+        let fitter = Fitter::new(&sensor, DetectorIndex(0), tier, scene.other_light);
         let period_ps = sensor.timing().code_period_ps();
         let seed = self.next_seed();
         let errors_m: Vec<f64> = (0..scans)
@@ -197,11 +197,18 @@ impl Run {
     ) -> Result<(), RunError> {
         let seed = self.next_seed();
         let mut signed = Vec::new();
-        scans(&Sensor::new(scene), 0, Tier::Events, seed, n, |counts| {
-            signed.clear();
-            signed.extend(counts.iter().map(|count| count.signed));
-            on_scan(&signed);
-        })?;
+        scans(
+            &Sensor::new(scene),
+            DetectorIndex(0),
+            Tier::Events,
+            seed,
+            n,
+            |counts| {
+                signed.clear();
+                signed.extend(counts.iter().map(|count| count.signed));
+                on_scan(&signed);
+            },
+        )?;
         Ok(())
     }
 }

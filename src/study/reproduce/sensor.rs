@@ -5,7 +5,8 @@ use std::sync::Arc;
 use crate::code::{Code, CodeError, CodeSpec, Family};
 use crate::estimate::{CountingTier, calibration_offset_ps};
 use crate::scene::{
-    CounterTiming, Detector, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, Source, Target,
+    CounterTiming, Detector, DetectorIndex, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene,
+    Source, SourceIndex, Target,
 };
 use crate::sensor::Sensor;
 
@@ -100,8 +101,8 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
         extinction_ratio: 10.0,
     };
     let path = |(number, light): (usize, &Light)| Path {
-        source: number,
-        detector: 0,
+        source: SourceIndex(number),
+        detector: DetectorIndex(0),
         delay_ps: light.delay_ps,
         transmission: 1.0,
         movement: None,
@@ -137,7 +138,7 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
 fn table_i() -> Detector {
     Detector {
         name: "spad".to_owned(),
-        reference: 0,
+        reference: SourceIndex(0),
         photon_detection_probability: 0.31,
         dark_count_rate_cps: 71e3,
         background_rate_cps: 0.0,
@@ -162,7 +163,8 @@ pub fn window(mut scene: Scene, delay_ps: f64, half_chips: u64) -> Scene {
     let steps = 2 * half_chips * samples + 1;
     let period = scene.scan.steps_per_period;
     if steps < period {
-        let offset_ps = calibration_offset_ps(&Sensor::new(&scene), 0, CountingTier::Events);
+        let offset_ps =
+            calibration_offset_ps(&Sensor::new(&scene), DetectorIndex(0), CountingTier::Events);
         let step_ps = scene.clock().sample_period_ps();
         let peak = ((delay_ps + offset_ps) / step_ps).round() as i64;
         let first = peak - (half_chips * samples) as i64;
@@ -175,7 +177,8 @@ pub fn window(mut scene: Scene, delay_ps: f64, half_chips: u64) -> Scene {
 /// Calibrated time of flight, in chips, that each step of the scan stands for,
 /// growing from step to step.
 pub fn delays_chips(scene: &Scene) -> Vec<f64> {
-    let offset_ps = calibration_offset_ps(&Sensor::new(scene), 0, CountingTier::Events);
+    let offset_ps =
+        calibration_offset_ps(&Sensor::new(scene), DetectorIndex(0), CountingTier::Events);
     let samples = f64::from(scene.samples_per_chip);
     let period = scene.scan.steps_per_period as f64;
     let first = scene.scan.first_step as f64;
@@ -217,7 +220,7 @@ mod tests {
             let code = balanced_gold(number, 0).expect("a Gold code");
             let mut scene = sensor(&[Light::new(&code, POWER_PW)], 1e-3);
             scene.scan.integration_chips = 60 * code.len();
-            let model = DetectorModel::new(&Sensor::new(&scene), 0);
+            let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
             let response = MeanResponse::new(&model).expect("a mean response");
             let counts = response.mean_counts();
             let signed: f64 = counts.iter().map(|count| count.signed).sum();

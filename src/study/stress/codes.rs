@@ -10,7 +10,7 @@ use crate::photons::DetectorModel;
 use crate::photons::fast::StepCounter;
 use crate::response::MeanResponse;
 use crate::scan::Step;
-use crate::scene::{self, Scene};
+use crate::scene::{self, DetectorIndex, Scene};
 use crate::sensor::Sensor;
 
 pub(super) const CASES: &[Case] = &[
@@ -192,7 +192,7 @@ fn simulated_m_sequence(
 
 /// The signed counts of 100 scans of one phase step.
 fn signed_counts(scene: &Scene, seed: u64) -> Sample {
-    let model = DetectorModel::new(&Sensor::new(scene), 0);
+    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
     let mut found = vec![Default::default(); 100];
     StepCounter::new(&model).count(seed, 0..100, 0..1, &mut found);
     Sample::of(found.iter().map(|count| count.signed as f64))
@@ -346,7 +346,7 @@ fn wrapping_scan() -> Result<Measured, CaseError> {
     let mut wrapped = full.clone();
     window(&mut wrapped, 240, 30);
     let [full_model, wrapped_model] =
-        [&full, &wrapped].map(|scene| DetectorModel::new(&Sensor::new(scene), 0));
+        [&full, &wrapped].map(|scene| DetectorModel::new(&Sensor::new(scene), DetectorIndex(0)));
     let full_means = MeanResponse::new(&full_model)?.mean_counts();
     let means = MeanResponse::new(&wrapped_model)?.mean_counts();
     let differences = means.iter().enumerate().map(|(j, mean)| {
@@ -411,7 +411,11 @@ fn folded_delays(seed: u64) -> Result<Measured, CaseError> {
 
 fn folding_is_said(seed: u64) -> Result<Measured, CaseError> {
     let scene = folded(3)?;
-    let report = estimate_scan(&Sensor::new(&scene), 0, &counts(&scene, 248, seed));
+    let report = estimate_scan(
+        &Sensor::new(&scene),
+        DetectorIndex(0),
+        &counts(&scene, 248, seed),
+    );
     let says_so = report
         .folded
         .is_some_and(|folded| folded.contains("unambiguous range"));

@@ -9,7 +9,7 @@ use crate::photons::fast::StepCounter;
 use crate::photons::{DetectorModel, photon_rate_hz};
 use crate::response::MeanResponse;
 use crate::scan::Step;
-use crate::scene::{self, Scene};
+use crate::scene::{self, DetectorIndex, Scene};
 use crate::sensor::Sensor;
 
 pub(super) const CASES: &[Case] = &[
@@ -204,7 +204,7 @@ fn smeared(seed: u64) -> Result<Smeared, CaseError> {
         window(&mut scene, step, 1);
         let photons = 20e6 * step_s(&scene);
         let mean = photons * smeared_correlation(&scene, step as f64 / 8.0);
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let mut found = vec![Default::default(); 400];
         StepCounter::new(&model).count(seed, 0..400, 0..1, &mut found);
         let signed = Sample::of(found.iter().map(|count| count.signed as f64));

@@ -5,7 +5,7 @@ use super::scenes::{ideal, window};
 use super::testbench::{Script, Testbench};
 use crate::photons::Pulse;
 use crate::scan::Step;
-use crate::scene::{Scene, Target};
+use crate::scene::{Scene, SourceIndex, Target};
 
 const BOTH_AGREE: &str = "Verilog and reference model are two constructions of one interface: every \
                           output port at every clock";
@@ -316,7 +316,7 @@ fn everything_at_once(seed: u64) -> Result<Measured, CaseError> {
     scene.sources.push(other);
     let mut spad = scene.detectors[0].clone();
     spad.name = "other".to_owned();
-    spad.reference = 1;
+    spad.reference = SourceIndex(1);
     scene.detectors.push(spad);
     window(&mut scene, 211, 43);
     scene.hardware.parallel = 5;

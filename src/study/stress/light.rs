@@ -7,7 +7,7 @@ use crate::estimate::{CountingTier, Estimate, NoEstimate, estimate};
 use crate::photons::DetectorModel;
 use crate::photons::fast::StepCounter;
 use crate::response::MeanResponse;
-use crate::scene::Scene;
+use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::repeat::simulate;
@@ -179,7 +179,7 @@ fn photons_against_state_equation(seed: u64) -> Result<Measured, CaseError> {
     let mut deviations = Vec::new();
     for incident_cps in [1e6, 1e8, 1e9, 1e10] {
         let scene = table_i(GOLD_5, 0.31 * incident_cps, 3_100)?;
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let means = MeanResponse::of_tier(&model, CountingTier::Events)?.mean_counts();
         let counter = StepCounter::new(&model);
         let (repetitions, steps) = (400, 40);
@@ -218,7 +218,7 @@ fn too_much_light() -> Result<Measured, CaseError> {
             let mut scene = constant_light(rate_cps, 31)?;
             scene.chip_period_ps = chip_period_ps;
             scene.detectors[0].dead_time_ps = dead_time_ps;
-            let model = DetectorModel::new(&Sensor::new(&scene), 0);
+            let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
             let response = MeanResponse::of_tier(&model, CountingTier::Events);
             let is_right = match response.map(|_| ()).map_err(|reason| reason.to_string()) {
                 Ok(()) => share < 1.0,
@@ -232,7 +232,7 @@ fn too_much_light() -> Result<Measured, CaseError> {
     }
     let mut scene = constant_light(200e3, 31)?;
     scene.detectors[0].dead_time_ps = 1e9;
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let response = MeanResponse::of_tier(&model, CountingTier::Events);
     // 10^5 dead times of 125,000 chips.
     let says_so = response.is_err_and(|reason| reason.to_string().contains("1.250e10 chips"));
@@ -243,7 +243,7 @@ fn too_little_light() -> Result<Measured, CaseError> {
     let mut wrong = 0;
     for wait_chips in [10_500.0, 10_600.0, 1e12, f64::INFINITY] {
         let scene = constant_light(1.0 / (8e-9 * wait_chips), 31)?;
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let reason = StepCounter::new(&model).outside_domain();
         let reason = reason.map(|reason| reason.to_string());
         let is_right = match (&reason, wait_chips.is_finite()) {

@@ -8,7 +8,7 @@ use crate::estimate::{CountingTier, PredictionError, predict};
 use crate::photons::fast::StepCounter;
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::{CountMoments, CountSampler, MeanResponse};
-use crate::scene::{EstimatorKind, Scene};
+use crate::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::repeat::simulate;
@@ -73,14 +73,17 @@ fn unmodulated_prediction() -> Result<Measured, CaseError> {
     let scene = unmodulated()?;
     let predicted = [CountingTier::Events, CountingTier::Sampled]
         .into_iter()
-        .filter(|&tier| predict(&Sensor::new(&scene), 0, 0, tier) != Err(PredictionError::Flat))
+        .filter(|&tier| {
+            predict(&Sensor::new(&scene), DetectorIndex(0), PathIndex(0), tier)
+                != Err(PredictionError::Flat)
+        })
         .count();
     Measured::none(predicted, "predictions")
 }
 
 fn unmodulated_estimate(seed: u64) -> Result<Measured, CaseError> {
     let mut scene = unmodulated()?;
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let counter = StepCounter::new(&model);
     let mut estimates = 0;
     for repetition in 0..10 {
@@ -93,7 +96,7 @@ fn unmodulated_estimate(seed: u64) -> Result<Measured, CaseError> {
         );
         for estimator in [EstimatorKind::Fft, EstimatorKind::Model] {
             scene.estimator = estimator;
-            let report = estimate_scan(&Sensor::new(&scene), 0, &found);
+            let report = estimate_scan(&Sensor::new(&scene), DetectorIndex(0), &found);
             estimates += usize::from(report.distance_m.is_some());
         }
     }
@@ -137,7 +140,7 @@ fn infinite_extinction_ratio(seed: u64) -> Result<Measured, CaseError> {
         let photons = 10e6 * step_s(&scene);
         let correlated = on_chips_against_reference(&code.chips, lag, 8);
         let expected = photons * correlated / code.weight() as f64;
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let mut found = vec![Default::default(); 1_000];
         StepCounter::new(&model).count(seed, 0..1_000, 0..1, &mut found);
         if lag == 0 {
@@ -160,7 +163,7 @@ fn dazzled() -> Result<Scene, CaseError> {
 fn overwhelming_background() -> Result<Measured, CaseError> {
     let scene = dazzled()?;
     let code = scene.sources[0].code.clone();
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let means = MeanResponse::of_tier(&model, CountingTier::Events)?.mean_counts();
     let (length, weight) = (code.len() as f64, code.weight() as f64);
     let background = 1e9 * step_s(&scene) * (2.0 * weight - length) / length;
@@ -182,7 +185,7 @@ fn overwhelming_background_counts(seed: u64) -> Result<Measured, CaseError> {
     let mean = 10.0 * seconds + 1e7 * seconds * (2.0 * weight - length) / length;
     // Both signs are Poisson, so the variance of r is the mean of N.
     let variance = (10.0 + 1e7) * seconds;
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let moments = CountMoments {
         signed_mean: mean,
         total_mean: variance,

@@ -15,7 +15,7 @@ use crate::estimate::{CountingTier, estimate};
 use crate::photons::DetectorModel;
 use crate::response::{CountSampler, MeanResponse, SecondMoments};
 use crate::scan::Step;
-use crate::scene::Scene;
+use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 
 pub(super) const CASES: &[Case] = &[
@@ -192,7 +192,7 @@ fn near_cancelling() -> Result<Measured, CaseError> {
 fn drawn_totals(seed: u64) -> Result<Measured, CaseError> {
     let scene = constant_light(1e8, 1_250_000_000_000)?;
     let mean = 1e8 * step_s(&scene);
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
     let moments = SecondMoments::new(&response)?.of_step(Step(0));
     let sampler = CountSampler::new(&model, &[moments]);
@@ -204,7 +204,7 @@ fn drawn_totals(seed: u64) -> Result<Measured, CaseError> {
 fn expected_counts(chips: u64) -> Result<Vec<f64>, CaseError> {
     let mut scene = table_i(GOLD_11, 10e6, chips)?;
     window(&mut scene, 0, 40);
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let means = MeanResponse::of_tier(&model, CountingTier::Events)?.mean_counts();
     Ok(means.iter().flat_map(|m| [m.signed, m.total]).collect())
 }
@@ -266,7 +266,7 @@ fn rates_apart() -> Result<Measured, CaseError> {
     let total = |light_cps: f64, dark_cps: f64| -> Result<f64, CaseError> {
         let mut scene = ideal(GOLD_5, 8, light_cps, 31 * 1_000)?;
         scene.detectors[0].dark_count_rate_cps = dark_cps;
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
         Ok(response.mean_count(Step(0)).total / step_s(&scene))
     };

@@ -2,12 +2,12 @@
 
 use crate::photons::fast::StepCounter;
 use crate::photons::{DetectorModel, StepCount};
-use crate::scene::Scene;
+use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 
 /// Counts of the first `steps` steps of the first scan, each photon simulated.
 pub(super) fn counts(scene: &Scene, steps: u64, seed: u64) -> Vec<StepCount> {
-    let model = DetectorModel::new(&Sensor::new(scene), 0);
+    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
     let mut counts = vec![StepCount::ZERO; steps as usize];
     StepCounter::new(&model).count(seed, 0..1, 0..steps, &mut counts);
     counts

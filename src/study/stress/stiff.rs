@@ -8,7 +8,7 @@ use crate::photons::fast::StepCounter;
 use crate::photons::{Detection, DetectorModel, StepCount, count_step};
 use crate::scan;
 use crate::scan::Step;
-use crate::scene::Scene;
+use crate::scene::{DetectorIndex, PathIndex, Scene};
 use crate::sensor::Sensor;
 
 const NO_DRIFT: &str = "time is whole chips and an offset, and the code's position is taken modulo \
@@ -146,7 +146,7 @@ fn detections_moved_by(periods: u64, seed: u64) -> Result<usize, CaseError> {
     const COMPARED_PERIODS: u64 = 1_000;
     let start_of_step_1 = |periods: u64| -> Result<Vec<Detection>, CaseError> {
         let scene = stiff_sensor(31 * periods)?;
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let step = model.step(seed, 0, scan::Group(1));
         Ok(step
             .take_while(|detection| detection.chip < 31 * (COMPARED_PERIODS - 10))
@@ -167,7 +167,7 @@ fn counts_after_1e12_periods(seed: u64) -> Result<Measured, CaseError> {
         scene.scan.integration_chips = 31;
         scene.scan.steps = periods;
         scene.scan.steps_per_period = 31 * 8;
-        let model = DetectorModel::new(&Sensor::new(&scene), 0);
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let mut found = vec![StepCount::ZERO; 200];
         StepCounter::new(&model).count(seed, 1..2, 0..200, &mut found);
         found.extend((0..200).map(|step| count_step(&model, seed, 1, Step(step))));
@@ -196,7 +196,7 @@ fn edge_after_1e12_periods(seed: u64) -> Result<Measured, CaseError> {
     let delay_chips = 0.3;
     scene.paths[0].delay_ps = delay_chips * 8e3;
     window(&mut scene, 0, 2);
-    let model = DetectorModel::new(&Sensor::new(&scene), 0);
+    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let offsets_fs = model
         .step(seed, 0, scan::Group(1))
         .take(20_000)
@@ -336,7 +336,12 @@ fn scaled(scene: &Scene, factor: f64) -> Scene {
 fn chip_periods() -> Result<Measured, CaseError> {
     let scene = table_i(GOLD_5, 20e6, 13_100)?;
     let in_chips = |scene: &Scene| -> Result<[f64; 2], CaseError> {
-        let expected = predict(&Sensor::new(scene), 0, 0, CountingTier::Events)?;
+        let expected = predict(
+            &Sensor::new(scene),
+            DetectorIndex(0),
+            PathIndex(0),
+            CountingTier::Events,
+        )?;
         Ok([expected.bias_m, expected.std_m].map(|metres| metres / scene.chip_period_ps))
     };
     let expected = in_chips(&scene)?;
@@ -368,7 +373,8 @@ mod tests {
     #[test]
     fn a_late_step_of_another_phase_is_found_to_differ() {
         // One chip more than a whole number of periods.
-        let model = |late| DetectorModel::new(&Sensor::new(&stiff_sensor(late).unwrap()), 0);
+        let model =
+            |late| DetectorModel::new(&Sensor::new(&stiff_sensor(late).unwrap()), DetectorIndex(0));
         let (early, late) = (model(31_000), model(31_001));
         let first = |model: &DetectorModel| {
             model

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::fs;
 
-use goldtof::rtl::back::{ModuleText, verilog_of};
+use goldtof::rtl::back::{ModuleText, Prefix, verilog_of};
 use rust_hdl::core::block::Block;
 use rust_hdl::core::simulate::simulate;
 
@@ -56,7 +56,7 @@ impl Case {
         get: impl Fn(&B) -> Vec<u128>,
     ) -> Case {
         block.connect_all();
-        let modules = verilog_of(&block, "a test").expect("the block is sound");
+        let modules = verilog_of(&block, &Prefix::default(), "a test").expect("the block is sound");
         let simulated = inputs
             .iter()
             .enumerate()

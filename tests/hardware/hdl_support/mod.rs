@@ -14,7 +14,8 @@ use std::sync::Arc;
 use goldtof::code::{Code, Generator, Lfsr};
 use goldtof::deliver::{HdlError, emit};
 use goldtof::scene::{
-    CounterTiming, Detector, EstimatorKind, Hardware, OtherLight, Scan, Scene, Source, Target,
+    CounterTiming, Detector, EstimatorKind, Hardware, OtherLight, Scan, Scene, Source, SourceIndex,
+    Target,
 };
 use goldtof::sensor::Sensor;
 
@@ -139,7 +140,7 @@ pub fn scene(
             .collect(),
         detectors: vec![Detector {
             name: "spad".into(),
-            reference,
+            reference: SourceIndex(reference),
             photon_detection_probability: 0.31,
             dark_count_rate_cps: 71e3,
             background_rate_cps: 0.0,
@@ -254,7 +255,7 @@ pub fn random_scene(noise: &mut stimulus::Noise, case: u32) -> Scene {
         });
         scene.detectors.push(Detector {
             name: format!("spad-{number}"),
-            reference: scene.sources.len() - 1,
+            reference: SourceIndex(scene.sources.len() - 1),
             ..scene.detectors[0].clone()
         });
     }

@@ -9,7 +9,8 @@ use goldtof::code::{Code, Generator};
 use goldtof::photons::{DetectorModel, Pulse, PulseStream};
 use goldtof::scan::Step;
 use goldtof::scene::{
-    CounterTiming, Detector, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, Source, Target,
+    CounterTiming, Detector, DetectorIndex, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene,
+    Source, SourceIndex, Target,
 };
 
 pub fn code(chips: &[u8]) -> Arc<Code> {
@@ -79,7 +80,7 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
         }],
         detectors: vec![Detector {
             name: "spad".to_owned(),
-            reference: 0,
+            reference: SourceIndex(0),
             photon_detection_probability: 1.0,
             dark_count_rate_cps: 0.0,
             background_rate_cps: 0.0,
@@ -96,8 +97,8 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
             },
         }],
         paths: vec![Path {
-            source: 0,
-            detector: 0,
+            source: SourceIndex(0),
+            detector: DetectorIndex(0),
             delay_ps: 0.0,
             transmission: 1.0,
             movement: None,

@@ -3,11 +3,11 @@
 
 mod by_hand;
 
-use super::{Fault, verilog_of};
+use super::{Fault, Prefix, verilog_of};
 use crate::rtl::front::prelude::*;
 
 fn fault_of(block: &dyn Block) -> Fault {
-    match verilog_of(block, "a test") {
+    match verilog_of(block, &Prefix::default(), "a test") {
         Ok(modules) => panic!("written though unsound:\n{}", modules[0].text),
         Err(refusal) => refusal.fault,
     }
@@ -69,7 +69,8 @@ impl Logic for Sound {
 
 #[test]
 fn the_block_that_the_others_spoil_is_sound() {
-    let modules = verilog_of(&Sound::new(4, 4, 4), "a test").expect("nothing is wrong with it");
+    let modules = verilog_of(&Sound::new(4, 4, 4), &Prefix::default(), "a test")
+        .expect("nothing is wrong with it");
     assert_eq!(modules.len(), 1);
     assert_eq!(modules[0].name, "unsound");
 }
@@ -143,7 +144,7 @@ fn an_oversize_literal_is_refused() {
             width: 4
         }
     );
-    assert!(verilog_of(&Oversize::new(5, 5, 5), "a test").is_ok());
+    assert!(verilog_of(&Oversize::new(5, 5, 5), &Prefix::default(), "a test").is_ok());
 }
 
 block!(Undriven);

@@ -2,7 +2,7 @@
 //! phase step.
 
 use crate::estimate::{CountingTier, predict};
-use crate::scene::Scene;
+use crate::scene::{DetectorIndex, PathIndex, Scene};
 use crate::sensor::Sensor;
 use crate::study::reproduce::figure::{Table, cells};
 use crate::study::reproduce::phase::Errors;
@@ -37,7 +37,13 @@ pub fn at_position(mut scene: Scene, position: f64) -> Scene {
 /// Standard deviation that the exact moments give for a coarse stage that stands
 /// still, in metres.
 pub fn steady_std_m(scene: &Scene) -> Result<f64, RunError> {
-    Ok(predict(&Sensor::new(scene), 0, 0, CountingTier::Events)?.std_m)
+    Ok(predict(
+        &Sensor::new(scene),
+        DetectorIndex(0),
+        PathIndex(0),
+        CountingTier::Events,
+    )?
+    .std_m)
 }
 
 /// Errors at one of [`POSITIONS`].
