@@ -2,6 +2,7 @@
 //! options and its errors.
 
 use crate::cosim::build::{cache_dir, sources_of};
+use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::latency::{Latency, held_to};
 use crate::cosim::own::{self, OwnDesign, OwnRtl};
@@ -56,6 +57,8 @@ pub struct SimulateOptions {
     pub fidelity: Tier,
     /// Scans of each detector, at least 1; the tier that draws nothing takes none.
     pub repetitions: u64,
+    /// How the Verilog is clocked, in the tier that does.
+    pub engine: Engine,
     /// Seed of all random numbers.
     pub seed: u64,
 }
@@ -69,6 +72,7 @@ pub struct SimulateOptions {
 /// let options = goldtof::SimulateOptions {
 ///     fidelity: goldtof::simulate::Tier::Events,
 ///     repetitions: 20,
+///     engine: goldtof::cosim::engine::Engine::Auto,
 ///     seed: 1,
 /// };
 /// let simulation = goldtof::simulate(&scene, &options)?;
@@ -83,9 +87,10 @@ pub fn simulate(scene: &Scene, options: &SimulateOptions) -> Result<Simulation, 
     let SimulateOptions {
         fidelity,
         repetitions,
+        engine,
         seed,
     } = *options;
-    repeat::simulate(&Sensor::new(scene), fidelity, seed, repetitions)
+    repeat::simulate_with(&Sensor::new(scene), fidelity, engine, seed, repetitions)
 }
 
 /// Which Verilog is compared with the reference model.
@@ -115,6 +120,8 @@ pub struct CosimOptions {
     pub seed: u64,
     /// How late results may come.
     pub latency: Latency,
+    /// How both sides are clocked.
+    pub engine: Engine,
 }
 
 /// Why nothing was compared.
@@ -144,6 +151,7 @@ pub enum CosimFailed {
 ///     clocks: None,
 ///     seed: 1,
 ///     latency: goldtof::cosim::latency::Latency::Auto,
+///     engine: goldtof::cosim::engine::Engine::Auto,
 /// };
 /// let mut found = goldtof::cosim(&scene, &options, |_, _| ())?;
 /// if found.report.verdict == Verdict::Mismatch {
@@ -181,6 +189,7 @@ pub fn cosim(
         stimulus: options.stimulus,
         clocks: options.clocks,
         seed: options.seed,
+        engine: options.engine,
     };
     let sensor = held_to(&sensor, options.latency, &request)?;
     let mut done = cosimulate(&sensor, &request, on_progress)?;

@@ -29,6 +29,7 @@
 //! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
 //! let options = goldtof::SimulateOptions {
 //!     fidelity: goldtof::simulate::Tier::Expected,
+//!     engine: goldtof::cosim::engine::Engine::Auto,
 //!     repetitions: 1,
 //!     seed: 1,
 //! };

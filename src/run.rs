@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::cosim::build::{cache_dir, sources_of};
+use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::sent::SentCount;
 use crate::cosim::{self, Cosimulation, Request, StimulusKind, Verdict, cosimulate};
@@ -45,6 +46,8 @@ pub struct RunOptions {
     pub out: PathBuf,
     /// Seed of all random numbers.
     pub seed: u64,
+    /// How Verilog and reference model are clocked.
+    pub engine: Engine,
     /// What emitted files say that they were made by.
     pub made_by: String,
     /// What the report says of where it comes from; may be left empty.
@@ -110,6 +113,7 @@ pub enum RunError {
 /// let options = goldtof::RunOptions {
 ///     out: "out/quick".into(),
 ///     seed: 1,
+///     engine: goldtof::cosim::engine::Engine::Auto,
 ///     made_by: "goldtof emit quick.toml".to_owned(),
 ///     provenance: goldtof::Provenance::default(),
 /// };
@@ -164,11 +168,12 @@ fn request(emission: &Emission, options: &RunOptions) -> Result<Request, CosimEr
     Ok(Request {
         top: emission.top.clone(),
         sources: sources_of(emission),
-        registers: None,
+        registers: Some(emission.scan_registers.clone()),
         cache: cache_dir()?,
         stimulus: StimulusKind::Photons,
         clocks: None,
         seed: options.seed,
+        engine: options.engine,
     })
 }
 

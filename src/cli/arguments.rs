@@ -7,6 +7,7 @@ use clap::{ArgGroup, Args, Parser, Subcommand};
 
 use super::new::Like;
 use crate::cosim::StimulusKind;
+use crate::cosim::engine::Engine;
 use crate::cosim::latency::Latency;
 use crate::cosim::own::OwnRtl;
 use crate::deliver::Prefix;
@@ -164,6 +165,9 @@ pub(super) struct RunArguments {
     /// How counts become distances [default: the scene's]
     #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
+    /// How Verilog and reference model are clocked
+    #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
+    pub engine: Engine,
 }
 
 #[derive(Debug, Args)]
@@ -200,6 +204,10 @@ pub(super) struct CosimArguments {
     /// What drives both sides
     #[arg(long, value_enum, default_value_t = StimulusKind::Photons)]
     pub stimulus: StimulusKind,
+    /// How both sides are clocked: long runs of photons in lanes, that is 64 time slices
+    /// of the scan and more at once, else in lock-step
+    #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
+    pub engine: Engine,
     /// Write waveforms of all ports, both sides, round the first mismatch (or of
     /// the first clocks when there is none)
     #[arg(long, value_name = "FILE")]
@@ -263,6 +271,9 @@ pub(super) struct SimulateArguments {
     /// How much of the sensor to simulate
     #[arg(long, value_name = "T", value_enum, default_value_t = Tier::Events)]
     pub fidelity: Tier,
+    /// How the Verilog is clocked, where it is (rtl)
+    #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
+    pub engine: Engine,
     /// Write what each phase step is expected to count, with its standard deviation,
     /// as CSV
     #[arg(long, value_name = "FILE")]

@@ -5,6 +5,7 @@ use super::arguments::CosimArguments;
 use super::emit::command_line;
 use super::forecast::Forecast;
 use super::output::{Output, Progress};
+use crate::cosim::engine;
 use crate::cosim::shift::PortDifference;
 use crate::cosim::{Report, StimulusKind, Verdict};
 use crate::door::{CosimOptions, Rtl, cosim};
@@ -32,6 +33,7 @@ pub(super) fn run(
         clocks: arguments.cycles,
         seed,
         latency: arguments.latency,
+        engine: arguments.engine,
     };
     let mut progress = CosimProgress::new(output);
     progress.build();
@@ -146,7 +148,8 @@ fn differences(report: &Report) -> String {
 
 /// What the verdict rests on, and what it lacks.
 pub(super) fn exercised(report: &Report) -> String {
-    let mut text = format!("exercised: {}\n", report.exercised.text());
+    let mut text = format!("clocked: {}\n", engine::text(report));
+    text += &format!("exercised: {}\n", report.exercised.text());
     for missing in &report.missing {
         text += &format!("inconclusive: {missing}\n");
     }

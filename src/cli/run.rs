@@ -27,6 +27,7 @@ pub(super) fn run(
     let options = RunOptions {
         out: arguments.out.clone(),
         seed,
+        engine: arguments.engine,
         made_by: command_line(&arguments.scene),
         provenance: provenance(scene_text)?,
     };

@@ -9,7 +9,7 @@ use crate::files;
 use crate::recorded::expected_csv;
 use crate::sensor::Sensor;
 use crate::simulate::forecast;
-use crate::simulate::repeat::simulate;
+use crate::simulate::repeat::simulate_with;
 
 pub(super) fn run(
     arguments: &SimulateArguments,
@@ -26,7 +26,13 @@ pub(super) fn run(
         let expected = expected_csv(&sensor, arguments.fidelity.counting())?;
         files::write(path, &expected)?;
     }
-    let simulation = simulate(&sensor, arguments.fidelity, seed, arguments.repeat)?;
+    let simulation = simulate_with(
+        &sensor,
+        arguments.fidelity,
+        arguments.engine,
+        seed,
+        arguments.repeat,
+    )?;
     for warning in &simulation.warnings {
         output.note(&format!("warning: {warning}"));
     }

@@ -21,6 +21,8 @@ use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
 
 const BENCH: &str = include_str!("../../testbench/cosim.cpp");
+/// What every testbench includes: the talk with its caller.
+const PROCESS: &str = include_str!("../../testbench/process.h");
 const PROGRAM: &str = "sensor";
 const RUNTIME_OBJECT: &str = "runtime.o";
 /// The one unit that the compiler gets.
@@ -144,6 +146,7 @@ pub fn build_with(
     let mut parts = vec![
         tools.versions.as_str(),
         BENCH,
+        PROCESS,
         &header,
         top,
         env!("CARGO_PKG_VERSION"),
@@ -158,6 +161,7 @@ pub fn build_with(
         let runtime = runtime(&tools, cache)?;
         verilate(&tools, top, sources, interface, registers, folder)?;
         write(&folder.join(ports::HEADER), &header)?;
+        write(&folder.join("process.h"), PROCESS)?;
         write(&folder.join("cosim.cpp"), BENCH)?;
         link(&tools, folder, &runtime).map_err(|error| rejection(error, sources))
     })?;
@@ -169,6 +173,61 @@ pub fn build_with(
         is_users: is_users(sources),
         registers: registers.cloned(),
     })
+}
+
+/// A module of lanes and what drives it.
+pub(super) struct LanesUnit<'a> {
+    /// Name of the module.
+    pub(super) module: &'a str,
+    /// Its text.
+    pub(super) verilog: &'a str,
+    /// The testbench.
+    pub(super) testbench: &'a str,
+    /// Name and text of the header that the testbench includes.
+    pub(super) header: (&'a str, &'a str),
+}
+
+/// Builds a module of lanes, or finds it built; gives its identity too.
+pub(super) fn build_lanes(unit: &LanesUnit, cache: &Path) -> Result<(Built, String), CosimError> {
+    let tools = Tools::find()?;
+    let mut parts = vec![
+        tools.versions.as_str(),
+        unit.testbench,
+        PROCESS,
+        unit.header.1,
+        unit.verilog,
+        env!("CARGO_PKG_VERSION"),
+    ];
+    parts.extend(VERILATOR_FLAGS);
+    parts.extend(COMPILER_FLAGS);
+    let identity = hash(&parts);
+    let name = format!("lanes-{identity}");
+    let bytes = once(cache, &name, PROGRAM, |folder| {
+        let runtime = runtime(&tools, cache)?;
+        let file = format!("{}.v", unit.module);
+        write(&folder.join(&file), unit.verilog)?;
+        tools.verilator.run(|command| {
+            command
+                .current_dir(folder)
+                .args(VERILATOR_FLAGS)
+                .args(["--top-module", unit.module, "--Mdir", "."])
+                .arg(&file)
+        })?;
+        write(&folder.join(unit.header.0), unit.header.1)?;
+        write(&folder.join("process.h"), PROCESS)?;
+        write(&folder.join("lanes.cpp"), unit.testbench)?;
+        link(&tools, folder, &runtime)
+    })?;
+    let path = cache.join(name).join(PROGRAM);
+    let image = Image::new(&bytes).map_err(CosimError::memory(&path))?;
+    let built = Built {
+        path,
+        image: Arc::new(image),
+        // Lanes that halt say so in their own words.
+        is_users: false,
+        registers: None,
+    };
+    Ok((built, identity))
 }
 
 /// Verilator's run-time library as object files: the same for every model, and

@@ -215,6 +215,9 @@ pub enum CosimError {
         /// `$finish`, `$stop` or `$fatal`, and where; or how its process ended.
         reason: String,
     },
+    /// What was to be done in lanes cannot be.
+    #[error("this has no place in lanes: {0}; --engine auto takes lock-step for it")]
+    NoLanes(String),
     /// The hardware is not modelled.
     #[error(transparent)]
     Reference(#[from] crate::reference::predictor::ReferenceError),

@@ -9,6 +9,7 @@ use std::str::FromStr;
 
 use serde::Serialize;
 
+use super::engine::Engine;
 use super::error::CosimError;
 use super::shift::PortDifference;
 use super::{Cosimulation, Request, StimulusKind, cosimulate};
@@ -150,6 +151,7 @@ fn found(sensor: &Sensor, request: &Request) -> Result<Sensor, CosimError> {
         let request = Request {
             stimulus: StimulusKind::Photons,
             registers: None,
+            engine: Engine::Lockstep,
             clocks: Some(clocks_to_see(held.interface())),
             ..request.clone()
         };

@@ -3,15 +3,19 @@
 #[doc(hidden)]
 pub mod build;
 pub(crate) mod cache;
+pub mod engine;
 pub mod error;
 pub mod exercised;
 pub(crate) mod image;
+#[doc(hidden)]
+pub mod lanes;
 pub mod latency;
 #[doc(hidden)]
 pub mod lockstep;
 pub mod own;
 #[doc(hidden)]
 pub mod ports;
+mod process;
 mod rejected;
 #[doc(hidden)]
 pub mod sent;
@@ -27,8 +31,10 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use self::build::{Built, SourceFile, is_users};
+use self::engine::{Engine, EnginePart};
 use self::error::{CosimError, When};
 use self::exercised::Exercised;
+use self::lanes::Refusal;
 use self::latency::HeldLatency;
 use self::lockstep::{Lockstep, Outcome};
 use self::rejected::in_users_terms;
@@ -38,6 +44,7 @@ use self::verilated::Verilated;
 use crate::photons::DetectorModel;
 use crate::reference::adversarial::{Adversarial, LONGEST_DEFAULT, Means};
 use crate::reference::cover_report::Coverage;
+use crate::reference::coverage::CoverTable;
 use crate::reference::photons::Photons;
 use crate::reference::predictor::Reference;
 use crate::reference::stimulus::{Stimulus, clocks_for_scans};
@@ -78,6 +85,8 @@ pub struct Request {
     pub clocks: Option<u64>,
     /// Seed of the stimulus.
     pub seed: u64,
+    /// How both sides are clocked.
+    pub engine: Engine,
 }
 
 /// What a co-simulation found; the JSON of `goldtof cosim`.
@@ -126,6 +135,11 @@ pub struct Report {
     /// What was ignored of the Verilog, or assumed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub remarks: Vec<String>,
+    /// What was done in lanes and what in lock-step.
+    pub engines: Vec<EnginePart>,
+    /// Why nothing was done in lanes, if that was asked for or left to goldtof.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub not_in_lanes: Option<String>,
     /// The waveform file, if one was written; bytes of its name that are no text are
     /// replaced in JSON.
     #[serde(serialize_with = "path_text")]
@@ -222,6 +236,9 @@ pub struct Cosimulation {
     /// Verilog sent them ([`sent::SentReader`]); complete when the run was long
     /// enough, and the two sides did not differ before.
     pub counts: Vec<Vec<SentCount>>,
+    /// For each detector the hits of the first scan's steps, in order, as the reference
+    /// model counts them.
+    pub(crate) hits: Vec<Vec<u64>>,
     outcome: Outcome,
     layout: Layout,
     chip_period_ps: f64,
@@ -262,6 +279,31 @@ pub fn cosimulate(
     request: &Request,
     on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimError> {
+    cosimulate_by_engine(sensor, request, on_progress).map_err(|error| match error {
+        CosimError::Halted { when, reason } => CosimError::Halted {
+            when,
+            reason: in_users_terms(&reason, &request.sources),
+        },
+        other => other,
+    })
+}
+
+fn cosimulate_by_engine(
+    sensor: &Sensor,
+    request: &Request,
+    mut on_progress: impl FnMut(u64, u64),
+) -> Result<Cosimulation, CosimError> {
+    let mut not_in_lanes = None;
+    if request.engine != Engine::Lockstep {
+        match engine::in_lanes(sensor, request, &mut on_progress) {
+            Ok(done) => return Ok(done),
+            Err(Refusal::Unfit(reason)) if request.engine == Engine::Lanes => {
+                return Err(CosimError::NoLanes(reason.to_string()));
+            }
+            Err(Refusal::Unfit(reason)) => not_in_lanes = Some(reason.to_string()),
+            Err(Refusal::Failed(error)) => return Err(error),
+        }
+    }
     let interface = sensor.interface();
     let reference = Reference::new(interface.clone())?;
     let registers = request
@@ -284,14 +326,9 @@ pub fn cosimulate(
         }
         built => built?,
     };
-    let run = run(sensor, reference, &built, request, on_progress);
-    run.map_err(|error| match error {
-        CosimError::Halted { when, reason } => CosimError::Halted {
-            when,
-            reason: in_users_terms(&reason, &request.sources),
-        },
-        other => other,
-    })
+    let mut done = run(sensor, reference, &built, request, on_progress)?;
+    done.report.not_in_lanes = not_in_lanes;
+    Ok(done)
 }
 
 fn run(
@@ -325,6 +362,7 @@ fn run(
     };
     let clocks = request.clocks.unwrap_or(default_clocks);
     let mut counts: Vec<Vec<SentCount>> = vec![Vec::new(); sensor.scene().detectors.len()];
+    let mut hits: Vec<Vec<u64>> = vec![Vec::new(); counts.len()];
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut reference,
@@ -333,7 +371,11 @@ fn run(
     }
     .run_and_read(
         clocks,
-        |_| (),
+        |result| {
+            if result.scan == 0 {
+                hits[result.detector].push(result.total);
+            }
+        },
         |sent| {
             if sent.scan == 0 {
                 counts[sent.detector].push(sent);
@@ -343,11 +385,7 @@ fn run(
     )?;
     finish(&mut model, &outcome)?;
     let means = (request.stimulus == StimulusKind::Adversarial).then_some(means);
-    let table = reference.cover_table();
-    let detectors = sensor.scene().detectors.iter();
-    let names: Vec<String> = detectors.map(|detector| detector.name.clone()).collect();
-    let covered = &outcome.exercise.covered;
-    let coverage = Coverage::new(interface, table, covered, &names, means);
+    let coverage = coverage(sensor, reference.cover_table(), &outcome, means);
     let mut report = report(sensor, request, &outcome, &layout, coverage);
     if request.stimulus == StimulusKind::Photons && outcome.clocks >= clocks_for_scans(interface, 1)
     {
@@ -356,10 +394,24 @@ fn run(
     Ok(Cosimulation {
         report,
         counts,
+        hits,
         outcome,
         layout,
         chip_period_ps: sensor.clock().chip_period_ps,
     })
+}
+
+/// How much of what can be covered an outcome has shown; `means` of an adversary.
+fn coverage(
+    sensor: &Sensor,
+    table: &CoverTable,
+    outcome: &Outcome,
+    means: Option<Means>,
+) -> Coverage {
+    let detectors = sensor.scene().detectors.iter();
+    let names: Vec<String> = detectors.map(|detector| detector.name.clone()).collect();
+    let covered = &outcome.exercise.covered;
+    Coverage::new(sensor.interface(), table, covered, &names, means)
 }
 
 /// Runs the final blocks; they have no say where a port differs already.
@@ -409,7 +461,7 @@ fn report(
         Some(_) => Vec::new(),
         None => exercised.missing(sensor.interface(), request.stimulus),
     };
-    Report {
+    let mut report = Report {
         verdict: match &outcome.first {
             Some(_) => Verdict::Mismatch,
             None if missing.is_empty() => Verdict::Match,
@@ -440,6 +492,10 @@ fn report(
         },
         latency: HeldLatency::of(sensor),
         remarks: Vec::new(),
+        engines: Vec::new(),
+        not_in_lanes: None,
         vcd: None,
-    }
+    };
+    report.engines.push(engine::part_of(&report));
+    report
 }

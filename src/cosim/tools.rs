@@ -69,6 +69,15 @@ impl Tools {
 }
 
 impl Tool {
+    /// Yosys: `$YOSYS` or `yosys`. Nobody has asked yet whether it is there.
+    pub fn yosys() -> Tool {
+        Tool {
+            name: "Yosys",
+            install: "apt-get install yosys",
+            program: program("YOSYS", "yosys"),
+        }
+    }
+
     fn ask(&self, arguments: &[&str]) -> Result<String, CosimError> {
         self.run(|command| command.args(arguments))
     }

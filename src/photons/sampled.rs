@@ -36,6 +36,8 @@ pub struct PulseStream<'m> {
     group_start: u64,
     /// Found, but not asked for yet.
     pending: Option<Pulse>,
+    /// The group before which it ends, if it is to end before the scan does.
+    last: Option<Group>,
     ended: bool,
 }
 
@@ -50,7 +52,29 @@ impl<'m> PulseStream<'m> {
             detections: model.step(seed, repetition, Group(0)),
             group_start: 0,
             pending: None,
+            last: None,
             ended: false,
+        }
+    }
+
+    /// The same stream from a group's first pulse on, with the same sample numbers;
+    /// `until` is the group before which it ends, none for where it always does.
+    pub fn of_groups(
+        model: &'m DetectorModel,
+        seed: u64,
+        repetition: u64,
+        first: Group,
+        until: Option<Group>,
+    ) -> PulseStream<'m> {
+        let timing = &model.timing;
+        let group_samples =
+            timing.scan.integration_chips * u64::from(timing.clock.samples_per_chip);
+        PulseStream {
+            group: first,
+            detections: model.step(seed, repetition, first),
+            group_start: first.0 * group_samples,
+            last: until,
+            ..PulseStream::new(model, seed, repetition)
         }
     }
 
@@ -95,6 +119,10 @@ impl<'m> PulseStream<'m> {
     fn start_next_group(&mut self) {
         let scan = &self.model.timing.scan;
         self.group.0 += 1;
+        if self.last == Some(self.group) {
+            self.ended = true;
+            return;
+        }
         if self.group.0 == self.model.timing.groups() {
             if !self.model.timing.is_gapless() {
                 self.ended = true;

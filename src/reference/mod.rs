@@ -7,6 +7,7 @@
 
 pub mod adversarial;
 pub mod blocks;
+pub mod canvas;
 pub mod cover_report;
 pub mod coverage;
 pub mod exercise;

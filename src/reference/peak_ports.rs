@@ -4,6 +4,7 @@ use crate::scene::DetectorIndex;
 use std::collections::VecDeque;
 use std::ops::Range;
 
+use super::canvas::Canvas;
 use super::coverage::{CoverPoint, CoverTable, Covered, PeakKind};
 use crate::scan::Group;
 use crate::sensor::interface::Interface;
@@ -45,7 +46,6 @@ pub(super) struct PeakPorts {
     step: Field,
     count: Field,
     valid: Field,
-    words: usize,
     /// Largest count of the present scan so far, detector by detector.
     best: Vec<Option<Best>>,
     /// The present scan's last group.
@@ -65,7 +65,6 @@ impl PeakPorts {
             step: field("o_peak_step"),
             count: field("o_peak_count"),
             valid: field("o_peak_valid"),
-            words: layout.outputs.words,
             best: vec![None; detectors],
             last_group: Group(interface.groups() - 1),
             arriving: VecDeque::new(),
@@ -148,21 +147,21 @@ impl PeakPorts {
     pub(super) fn predict(
         &mut self,
         clocks: Range<u64>,
-        expected: &mut [u64],
+        expected: &mut impl Canvas,
         covered: &mut Covered,
     ) {
         let mut filled = clocks.start;
         while let Some(arrival) = self.arriving.pop_front_if(|a| a.clock < clocks.end) {
-            self.fill(clocks.start, filled..arrival.clock, expected);
-            filled = arrival.clock;
+            let clock = arrival.clock;
+            self.fill(filled..clock, expected);
+            filled = clock;
             self.show(&arrival.peaks);
             for point in arrival.proves {
                 covered.mark(point);
             }
-            let record = (arrival.clock - clocks.start) as usize * self.words;
-            expected[record + self.valid.word] |= 1 << self.valid.shift;
+            expected.or(clock..clock + 1, self.valid.word, 1 << self.valid.shift);
         }
-        self.fill(clocks.start, filled..clocks.end, expected);
+        self.fill(filled..clocks.end, expected);
     }
 
     fn show(&mut self, peaks: &[Peak]) {
@@ -181,15 +180,10 @@ impl PeakPorts {
         }
     }
 
-    fn fill(&self, first_clock: u64, clocks: Range<u64>, expected: &mut [u64]) {
-        if self.record.iter().all(|&word| word == 0) {
-            return;
-        }
-        let from = (clocks.start - first_clock) as usize * self.words;
-        let to = (clocks.end - first_clock) as usize * self.words;
-        for record in expected[from..to].chunks_exact_mut(self.words) {
-            for (word, bits) in record.iter_mut().zip(&self.record) {
-                *word |= bits;
+    fn fill(&self, clocks: Range<u64>, expected: &mut impl Canvas) {
+        for (word, &bits) in self.record.iter().enumerate() {
+            if bits != 0 {
+                expected.or(clocks.clone(), word, bits);
             }
         }
     }

@@ -8,6 +8,7 @@ use crate::scene::{DetectorIndex, SourceIndex};
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::canvas::{Canvas, Changes, EveryClock};
 use super::coverage::{CoverPoint, CoverTable, Place, Running};
 use super::exercise::{Counted, Exercise};
 use super::pattern::{ChipPattern, chip_patterns};
@@ -84,6 +85,10 @@ pub struct StepResult {
     /// The hits that were counted, up and down together; saturated as the hardware
     /// does where it sends them.
     pub total: u64,
+    /// The count before it is saturated.
+    pub exact: i64,
+    /// The total before it is saturated.
+    pub exact_total: u64,
 }
 
 /// Why a interface cannot be predicted.
@@ -275,6 +280,32 @@ impl Reference {
     /// clock and is overwritten.
     pub fn predict(&mut self, block: &Surroundings, hits: &[Vec<u64>], expected: &mut [u64]) {
         expected.fill(0);
+        let mut every_clock = EveryClock {
+            first_clock: block.clocks.start,
+            words: self.words,
+            records: expected,
+        };
+        self.predict_into(block, hits, &mut every_clock);
+    }
+
+    /// [`Reference::predict`], of blocks of any length, and only where outputs change
+    /// that do not follow a code. What holds at a block's end changes there, and back
+    /// at the next one's start.
+    pub fn predict_changes(
+        &mut self,
+        block: &Surroundings,
+        hits: &[Vec<u64>],
+        changes: &mut Changes,
+    ) {
+        self.predict_into(block, hits, changes);
+    }
+
+    fn predict_into(
+        &mut self,
+        block: &Surroundings,
+        hits: &[Vec<u64>],
+        expected: &mut impl Canvas,
+    ) {
         let mut clock = block.clocks.start;
         let mut resets = block.resets.iter().peekable();
         let mut skips = block.skips.iter().peekable();
@@ -356,12 +387,10 @@ impl Reference {
         clocks: Range<u64>,
         block: &Surroundings,
         hits: &[Vec<u64>],
-        expected: &mut [u64],
+        expected: &mut impl Canvas,
     ) {
-        let at = (clocks.start - block.clocks.start) as usize * self.words;
-        let expected = &mut expected[at..at + (clocks.end - clocks.start) as usize * self.words];
         for pattern in &self.chips {
-            pattern.or_into(expected, self.words, clocks.start - self.released);
+            expected.or_code(pattern, clocks.clone(), clocks.start - self.released);
         }
         self.mark_codes(clocks.end - self.released);
         self.count(clocks.clone(), hits);
@@ -542,6 +571,8 @@ impl Reference {
                     step: number,
                     count,
                     total,
+                    exact,
+                    exact_total: self.totals[detector],
                 });
             }
         }

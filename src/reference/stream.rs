@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::canvas::Canvas;
 use super::coverage::{CoverPoint, CoverTable, Place};
 use super::exercise::{Counted, Exercise};
 use super::resets::PortState;
@@ -14,7 +15,6 @@ use crate::sensor::layout::{Layout, mask};
 #[derive(Debug, Clone)]
 pub(super) struct ResultStream {
     fields: StreamFields,
-    words: usize,
     arriving: VecDeque<Arrival>,
     axis: AxisState,
     table: Arc<CoverTable>,
@@ -190,7 +190,6 @@ impl ResultStream {
                 overrun: place("o_overrun"),
                 saturated: interface.saturates().then(|| place("o_saturated")),
             },
-            words: layout.outputs.words,
             arriving: VecDeque::new(),
             axis: AxisState::default(),
             table,
@@ -224,7 +223,7 @@ impl ResultStream {
         &mut self,
         clocks: Range<u64>,
         stalls: &[Range<u64>],
-        expected: &mut [u64],
+        expected: &mut impl Canvas,
     ) {
         let mut ready = Ready::new(stalls);
         // Clocks before `filled` carry their result ports already; `next` is
@@ -241,7 +240,7 @@ impl ResultStream {
             if event >= clocks.end {
                 break;
             }
-            self.fill(clocks.start, filled..event, expected);
+            self.fill(filled..event, expected);
             filled = event;
             next = event + 1;
             let blocked = self.axis.valid && (taken != event || !self.axis.waiting.is_empty());
@@ -261,7 +260,7 @@ impl ResultStream {
             self.arrives(results, event, blocked);
         }
         self.axis.stands_until(clocks.end, &mut self.exercise);
-        self.fill(clocks.start, filled..clocks.end, expected);
+        self.fill(filled..clocks.end, expected);
     }
 
     fn mark(&mut self, point: CoverPoint) {
@@ -309,26 +308,17 @@ impl ResultStream {
     }
 
     /// ORs the result ports' present values into a range of clocks.
-    fn fill(&self, first_clock: u64, clocks: Range<u64>, expected: &mut [u64]) {
+    fn fill(&self, clocks: Range<u64>, expected: &mut impl Canvas) {
         let (axis, fields) = (&self.axis, &self.fields);
         let mut or = |(word, shift): (usize, u32), value: u64| {
             if value == 0 {
                 return;
             }
+            expected.or(clocks.clone(), word, value << shift);
             // What a port wider than a word has beyond the word's end.
             let beyond = value.unbounded_shr(64 - shift);
-            let from = (clocks.start - first_clock) as usize * self.words;
-            let to = (clocks.end - first_clock) as usize * self.words;
-            let bits = value << shift;
-            if self.words == 1 {
-                expected[from..to].iter_mut().for_each(|w| *w |= bits);
-            } else {
-                for record in expected[from..to].chunks_exact_mut(self.words) {
-                    record[word] |= bits;
-                    if beyond != 0 {
-                        record[word + 1] |= beyond;
-                    }
-                }
+            if beyond != 0 {
+                expected.or(clocks.clone(), word + 1, beyond);
             }
         };
         or(

@@ -7,12 +7,13 @@ use std::num::NonZero;
 use std::thread::available_parallelism;
 
 use super::Tier;
-use crate::cosim::build::{Built, build, cache_dir, sources_of};
+use crate::cosim::build::{Built, SourceFile, build, cache_dir, sources_of};
+use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::exercised::Exercised;
 use crate::cosim::lockstep::Lockstep;
 use crate::cosim::verilated::Verilated;
-use crate::cosim::{StimulusKind, TOP};
+use crate::cosim::{Cosimulation, Request, StimulusKind, TOP, Verdict, cosimulate};
 use crate::deliver;
 use crate::deliver::HdlError;
 use crate::estimate::PredictionError;
@@ -29,6 +30,9 @@ use crate::sensor::layout::Layout;
 
 /// Phase steps whose counts are held at once, about.
 const STEPS_AT_ONCE: u64 = 1 << 20;
+
+/// Why there are no lanes for more.
+const ONE_SCAN: &str = "several scans follow one another, and lanes share out one";
 
 /// Why scans could not be simulated.
 #[derive(Debug, thiserror::Error)]
@@ -61,7 +65,15 @@ pub enum ScansError {
 #[derive(Debug, Clone)]
 pub struct Prepared {
     tier: Tier,
-    library: Option<Built>,
+    rtl: Option<Rtl>,
+}
+
+/// The Verilog, and how it is clocked.
+#[derive(Debug, Clone)]
+struct Rtl {
+    sources: Vec<SourceFile>,
+    library: Built,
+    engine: Engine,
 }
 
 /// [`Prepared::scans`] of a tier that is prepared for them alone.
@@ -85,13 +97,29 @@ impl Prepared {
     /// # Errors
     /// When the Verilog cannot be emitted or built.
     pub fn new(sensor: &Sensor, tier: Tier) -> Result<Prepared, ScansError> {
-        let library = if tier == Tier::Rtl {
+        Prepared::with_engine(sensor, tier, Engine::Auto)
+    }
+
+    /// [`Prepared::new`], with a way to clock the Verilog where the tier does.
+    ///
+    /// # Errors
+    /// When the Verilog cannot be emitted or built.
+    pub fn with_engine(
+        sensor: &Sensor,
+        tier: Tier,
+        engine: Engine,
+    ) -> Result<Prepared, ScansError> {
+        let rtl = if tier == Tier::Rtl {
             let sources = sources_of(&deliver::emit(sensor, "goldtof simulate")?);
-            Some(build(TOP, &sources, sensor.interface(), &cache_dir()?)?)
+            Some(Rtl {
+                library: build(TOP, &sources, sensor.interface(), &cache_dir()?)?,
+                sources,
+                engine,
+            })
         } else {
             None
         };
-        Ok(Prepared { tier, library })
+        Ok(Prepared { tier, rtl })
     }
 
     /// The tier.
@@ -114,17 +142,72 @@ impl Prepared {
         repetitions: u64,
         on_scan: impl FnMut(&[StepCount]),
     ) -> Result<Vec<String>, ScansError> {
-        match (self.tier, &self.library) {
+        match (self.tier, &self.rtl) {
             (Tier::Expected, _) => {}
             (Tier::Counts, _) => counts(sensor, detector, seed, repetitions, on_scan)?,
             (Tier::Events, _) => events(sensor, detector, seed, repetitions, on_scan),
             (_, None) => sampled(sensor, detector, seed, repetitions, on_scan)?,
-            (_, Some(library)) => {
-                return rtl(sensor, detector, library, seed, repetitions, on_scan);
+            (_, Some(rtl)) if repetitions == 1 && rtl.engine != Engine::Lockstep => {
+                return rtl.one_scan(sensor, detector, seed, on_scan);
+            }
+            (_, Some(rtl)) if rtl.engine == Engine::Lanes => {
+                return Err(CosimError::NoLanes(ONE_SCAN.to_owned()).into());
+            }
+            (_, Some(rtl)) => {
+                return lockstep(sensor, detector, &rtl.library, seed, repetitions, on_scan);
             }
         }
         Ok(Vec::new())
     }
+}
+
+impl Rtl {
+    /// One scan, in lanes where it has a place there.
+    fn one_scan(
+        &self,
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        seed: u64,
+        on_scan: impl FnMut(&[StepCount]),
+    ) -> Result<Vec<String>, ScansError> {
+        let request = Request {
+            top: TOP.to_owned(),
+            sources: self.sources.clone(),
+            registers: None,
+            cache: cache_dir()?,
+            stimulus: StimulusKind::Photons,
+            clocks: None,
+            seed,
+            engine: self.engine,
+        };
+        let Cosimulation {
+            report,
+            counts,
+            hits,
+            ..
+        } = cosimulate(sensor, &request, |_, _| ())?;
+        if report.verdict == Verdict::Mismatch {
+            return Err(ScansError::Mismatch);
+        }
+        let mut collector = Collector::new(sensor.interface(), 1, on_scan);
+        for (sent, hits) in counts[detector].iter().zip(&hits[detector]) {
+            let count = StepCount {
+                signed: sent.signed,
+                total: sent.total.unwrap_or(*hits),
+            };
+            collector.take(sent.scan, count);
+        }
+        Ok(report
+            .missing
+            .iter()
+            .map(|missing| remark(missing))
+            .collect())
+    }
+}
+
+/// That the Verilog was not made to show something.
+fn remark(missing: &str) -> String {
+    format!("the Verilog is not shown to count as the model does: {missing}")
 }
 
 fn counts(
@@ -203,7 +286,8 @@ fn models(sensor: &Sensor) -> Vec<DetectorModel> {
         .collect()
 }
 
-fn rtl(
+/// Any number of scans.
+fn lockstep(
     sensor: &Sensor,
     detector: DetectorIndex,
     library: &Built,
@@ -252,9 +336,7 @@ fn rtl(
     let names = detectors.map(|detector| detector.name.as_str());
     let missing =
         Exercised::new(&outcome.exercise, names).missing(interface, StimulusKind::Photons);
-    let remark =
-        |missing| format!("the Verilog is not shown to count as the model does: {missing}");
-    Ok(missing.into_iter().map(remark).collect())
+    Ok(missing.iter().map(|missing| remark(missing)).collect())
 }
 
 /// Gathers a detector's counts, which come in order, into scans.

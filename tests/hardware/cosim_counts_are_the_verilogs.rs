@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use goldtof::cosim::Verdict;
 use goldtof::cosim::build::{SourceFile, sources_of};
+use goldtof::cosim::engine::Engine;
 use goldtof::cosim::sent::SentReader;
 use goldtof::cosim::{Cosimulation, Request, StimulusKind, cosimulate};
 use goldtof::deliver::emit;
@@ -71,6 +72,7 @@ fn cosimulated(scene: &Scene, edits: &[(&str, &str, &str)]) -> Cosimulation {
         stimulus: StimulusKind::Photons,
         clocks: None,
         seed: SEED,
+        engine: Engine::Lockstep,
     };
     cosimulate(&Sensor::new(scene), &request, |_, _| ()).expect("the tools are there")
 }

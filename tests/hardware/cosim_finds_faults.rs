@@ -5,9 +5,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
+use rayon::prelude::*;
 use serde_json::Value;
 
 /// One edit: file, what stands there (once), what is put in its place.
@@ -469,29 +468,15 @@ fn all_are_found(scene: &str, faults: &[Fault]) {
     assert!(missed.is_empty(), "{}", missed.join("\n"));
 }
 
-/// Looks for every fault, two at a time; gives the reasons of those that fail.
+/// Looks for every fault, several at a time; gives the reasons of those that fail.
 fn missed_by(
     faults: &[Fault],
     find: impl Fn(usize, &Fault) -> Result<(), String> + Sync,
 ) -> Vec<String> {
-    let next = AtomicUsize::new(0);
-    let missed = Mutex::new(Vec::new());
-    std::thread::scope(|scope| {
-        for _ in 0..2 {
-            scope.spawn(|| {
-                loop {
-                    let number = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(fault) = faults.get(number) else {
-                        return;
-                    };
-                    if let Err(reason) = find(number, fault) {
-                        missed.lock().unwrap().push(reason);
-                    }
-                }
-            });
-        }
-    });
-    missed.into_inner().unwrap()
+    let faults = faults.par_iter().enumerate();
+    faults
+        .filter_map(|(number, fault)| find(number, fault).err())
+        .collect()
 }
 
 /// Runs the testbench of an emitted folder in Icarus Verilog.

@@ -4,19 +4,20 @@
 
 use crate::hdl_support::draw::{self, Extent};
 use goldtof::cosim::build::sources_of;
+use goldtof::cosim::engine::Engine;
 use goldtof::cosim::{Request, StimulusKind, Verdict, cosimulate};
 use goldtof::sensor::Sensor;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
 
 /// Longest run; a scan of most scenes is shorter.
 const MOST_CLOCKS: u64 = 400_000;
 
 fn match_under_hostile_inputs(scenes: u64, seed: u64) {
     let cache = tempfile::tempdir().expect("a temporary folder");
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let (mut with_results, mut with_peak, mut with_totals) = (0, 0, 0);
-    for number in 0..scenes {
+    let shown = (0..scenes).into_par_iter().map(|number| {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64((seed << 32) + number);
         let (scene, emission) = draw::emitted(&mut rng, Extent::SHORT, |_| ());
         let request = Request {
             top: goldtof::cosim::TOP.to_owned(),
@@ -27,6 +28,7 @@ fn match_under_hostile_inputs(scenes: u64, seed: u64) {
             stimulus: StimulusKind::Adversarial,
             clocks: Some(MOST_CLOCKS),
             seed: number,
+            engine: Engine::Lockstep,
         };
         let report = cosimulate(&Sensor::new(&scene), &request, |_, _| ())
             .expect("the tools are there")
@@ -40,10 +42,15 @@ fn match_under_hostile_inputs(scenes: u64, seed: u64) {
             report.missing
         );
         assert_eq!(report.cycles, MOST_CLOCKS, "scene {number}");
-        with_results += u64::from(report.phase_steps > 0);
-        with_peak += u64::from(scene.hardware.peak_detector);
-        with_totals += u64::from(scene.sends_total_counts());
-    }
+        let has = |is: bool| u64::from(is);
+        [
+            has(report.phase_steps > 0),
+            has(scene.hardware.peak_detector),
+            has(scene.sends_total_counts()),
+        ]
+    });
+    let [with_results, with_peak, with_totals] =
+        shown.reduce(|| [0; 3], |a, b| std::array::from_fn(|i| a[i] + b[i]));
     assert_eq!(with_results, scenes, "every run shows results");
     assert!(with_peak * 5 > scenes, "{with_peak} have a peak detector");
     assert!(with_totals * 5 > scenes, "{with_totals} send totals");

@@ -230,6 +230,7 @@ fn a_prefixed_folder_is_co_simulated_by_its_manifest() {
         rtl,
         stimulus: StimulusKind::Adversarial,
         clocks: None,
+        engine: goldtof::cosim::engine::Engine::Auto,
         seed: 1,
         latency: goldtof::cosim::latency::Latency::Emitted,
     };

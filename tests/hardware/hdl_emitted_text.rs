@@ -37,6 +37,10 @@ fn no_line_of_a_module_is_longer_than_a_hundred_columns() {
     assert!((0.15..0.33).contains(&share), "{share:.3} of all lines");
 }
 
+fn names_of(emission: &Emission) -> Vec<&str> {
+    emission.files.iter().map(|f| f.name.as_str()).collect()
+}
+
 /// What Icarus says of the design before any clock: the words of its checks.
 fn said_by_checks(folder: &Path, files: &[&str]) -> String {
     let mut arguments = vec!["-g2005", "-s", "sensor_top", "-o", "checks.vvp"];
@@ -84,34 +88,48 @@ fn scenes() -> Vec<Scene> {
 
 #[test]
 fn a_wrong_bit_in_a_constant_of_an_lfsr_is_caught_before_the_first_clock() {
-    let mut tried = BTreeMap::<String, u32>::new();
-    for scene in scenes() {
+    let constants = scenes().into_iter().flat_map(|scene| {
         let emission =
             emit(&Sensor::new(&scene), "goldtof emit test.toml").expect("the scene is fine");
         let folder = tempfile::tempdir().expect("a temporary folder");
         write(&emission, folder.path()).expect("the files can be written");
-        let files: Vec<&str> = emission.files.iter().map(|f| f.name.as_str()).collect();
-        assert_eq!(said_by_checks(folder.path(), &files), "");
-        for file in &emission.files {
-            for (name, place, width, value) in states(&file.text) {
-                for bit in 0..width {
-                    let wrong = format!("{width}'h{:x}", value ^ 1 << bit);
-                    let mut text = file.text.clone();
-                    text.replace_range(place.clone(), &wrong);
-                    fs::write(folder.path().join(&file.name), text).expect("it can be written");
-                    let said = said_by_checks(folder.path(), &files);
-                    let stem = name.to_lowercase();
-                    let stem = stem.rsplit_once('_').expect("two words").0;
-                    assert!(
-                        said.contains(stem) && said.contains("shifts lead from"),
-                        "{name}, bit {bit} wrong, in {}: {said:?}",
-                        file.name
-                    );
-                    *tried.entry(name.clone()).or_default() += 1;
-                }
+        assert_eq!(said_by_checks(folder.path(), &names_of(&emission)), "");
+        let of_file = |at: usize| {
+            states(&emission.files[at].text)
+                .into_iter()
+                .map(move |s| (at, s))
+        };
+        let all: Vec<_> = (0..emission.files.len()).flat_map(of_file).collect();
+        all.into_iter()
+            .map(move |(at, state)| (emission.clone(), at, state))
+    });
+    let constants: Vec<_> = constants.collect();
+    let tried: Vec<(String, u32)> = constants
+        .into_par_iter()
+        .map(|(emission, at, (name, place, width, value))| {
+            let folder = tempfile::tempdir().expect("a temporary folder");
+            write(&emission, folder.path()).expect("the files can be written");
+            let file = &emission.files[at];
+            for bit in 0..width {
+                let wrong = format!("{width}'h{:x}", value ^ 1 << bit);
+                let mut text = file.text.clone();
+                text.replace_range(place.clone(), &wrong);
+                fs::write(folder.path().join(&file.name), text).expect("it can be written");
+                let said = said_by_checks(folder.path(), &names_of(&emission));
+                let stem = name.to_lowercase();
+                let stem = stem.rsplit_once('_').expect("two words").0;
+                assert!(
+                    said.contains(stem) && said.contains("shifts lead from"),
+                    "{name}, bit {bit} wrong, in {}: {said:?}",
+                    file.name
+                );
             }
-            fs::write(folder.path().join(&file.name), &file.text).expect("it can be written");
-        }
+            (name, width)
+        })
+        .collect();
+    let mut bits = BTreeMap::<String, u32>::new();
+    for (name, width) in tried {
+        *bits.entry(name).or_default() += width;
     }
     let names = [
         "CHIP_COUNT_END",
@@ -125,8 +143,8 @@ fn a_wrong_bit_in_a_constant_of_an_lfsr_is_caught_before_the_first_clock() {
         "U_LOAD",
         "U_TAPS",
     ];
-    assert!(tried.keys().eq(names), "{tried:?}");
-    println!("every wrong bit caught: {tried:?}");
+    assert!(bits.keys().eq(names), "{bits:?}");
+    println!("every wrong bit caught: {bits:?}");
 }
 
 #[test]

@@ -73,19 +73,6 @@ fn proofs(files: &[EmittedFile], formal: &Formal) -> String {
 
 /// FuseSoC core with lint, simulation and synthesis targets.
 pub(super) fn core(design: &Design, parts: &Parts) -> EmittedFile {
-    let Parts {
-        header,
-        testbench,
-        constraints,
-        formal,
-    } = parts;
-    let listed = |files: &[EmittedFile]| -> String {
-        files
-            .iter()
-            .map(|file| format!("      - {}\n", file.name))
-            .collect()
-    };
-    let Constraints { sdc, lpf, xdc } = constraints;
     let vlnv_name = vlnv_name(&design.prefix.of(&design.sensor.scene().name));
     let text = format!(
         "\
@@ -98,6 +85,31 @@ CAPI=2:
 name: goldtof:sensor:{vlnv_name}:{version}
 description: DS-CDMA indirect time-of-flight sensor
 
+{filesets}
+{targets}",
+        top = design.top(),
+        made_by = design.made_by,
+        version = env!("CARGO_PKG_VERSION"),
+        filesets = filesets(design, parts),
+        targets = targets(&design.top(), &parts.testbench.top),
+    );
+    EmittedFile {
+        name: design.file_name(".core"),
+        text,
+    }
+}
+
+fn filesets(design: &Design, parts: &Parts) -> String {
+    let listed = |files: &[EmittedFile]| -> String {
+        files
+            .iter()
+            .map(|file| format!("      - {}\n", file.name))
+            .collect()
+    };
+    let vectors = parts.testbench.vectors.iter();
+    let Constraints { sdc, lpf, xdc } = parts.constraints;
+    format!(
+        "\
 filesets:
   rtl:
     file_type: verilogSource-2005
@@ -107,7 +119,7 @@ filesets:
   testbench:
     file_type: verilogSource-2005
     files:
-{testbench_files}
+{testbench}
   vectors:
     file_type: user
     files:
@@ -126,7 +138,23 @@ filesets:
   clock_lpf:
     files:
       - {lpf}: {{file_type: LPF}}
+",
+        rtl = listed(design.files),
+        header = parts.header.name,
+        testbench = listed(&parts.testbench.files),
+        vectors = vectors
+            .map(|file| format!("      - {0}: {{copyto: {0}}}\n", file.name))
+            .collect::<String>(),
+        proofs = proofs(design.files, parts.formal),
+        sdc = sdc.name,
+        xdc = xdc.name,
+        lpf = lpf.name,
+    )
+}
 
+fn targets(top: &str, testbench_top: &str) -> String {
+    format!(
+        "\
 targets:
   default: &default
     filesets: [rtl, \"tool_vivado? (clock_xdc)\", \"tool_quartus? (clock_sdc)\"]
@@ -170,28 +198,8 @@ targets:
     flow_options:
       yosys_synth_options: [-abc9]
       nextpnr_options: [--25k, --package, CABGA381, --speed, 6, --lpf-allow-unconstrained]
-",
-        top = design.top(),
-        made_by = design.made_by,
-        version = env!("CARGO_PKG_VERSION"),
-        rtl = listed(design.files),
-        header = header.name,
-        proofs = proofs(design.files, formal),
-        testbench_files = listed(&testbench.files),
-        vectors = testbench
-            .vectors
-            .iter()
-            .map(|file| format!("      - {0}: {{copyto: {0}}}\n", file.name))
-            .collect::<String>(),
-        sdc = sdc.name,
-        xdc = xdc.name,
-        lpf = lpf.name,
-        testbench_top = testbench.top,
-    );
-    EmittedFile {
-        name: design.file_name(".core"),
-        text,
-    }
+"
+    )
 }
 
 /// The scene's name with nothing that a core's name cannot have.

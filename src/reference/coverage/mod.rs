@@ -7,6 +7,7 @@
 
 mod reach;
 mod running;
+mod wording;
 
 use crate::scene::{DetectorIndex, SourceIndex};
 use std::collections::HashMap;
@@ -331,6 +332,27 @@ impl CoverTable {
 }
 
 impl CoverPoint {
+    /// The detector that it is about; none of what concerns the sensor as a whole.
+    fn detector(&self) -> Option<DetectorIndex> {
+        use CoverPoint::*;
+        match *self {
+            Hit { detector, .. }
+            | FullWord { detector, .. }
+            | FirstSample { detector }
+            | BeforeScan { detector }
+            | StepBorder { detector, .. }
+            | Carry { detector, .. }
+            | Borrow { detector, .. }
+            | TotalCarry { detector, .. }
+            | Limit { detector, .. }
+            | Saturation { detector, .. }
+            | AbsentSaturation { detector, .. }
+            | TotalSaturation { detector, .. }
+            | Peak { detector, .. } => Some(detector),
+            _ => None,
+        }
+    }
+
     /// What it belongs to.
     pub fn family(&self) -> &'static str {
         use CoverPoint::*;
@@ -356,123 +378,6 @@ impl CoverPoint {
             Result { .. } | WholeStep | WholeScan | DelayWraps { .. } | CodeWraps { .. } => "scans",
         }
     }
-
-    /// In words, with the detectors' names.
-    pub fn text(&self, names: &[String]) -> String {
-        use CoverPoint::*;
-        let of = |detector: DetectorIndex| names.get(detector.0).map_or("?", String::as_str);
-        let sign = |up: bool| if up { "up" } else { "down" };
-        match *self {
-            Hit {
-                detector,
-                step,
-                lane,
-                up,
-            } => format!(
-                "{}: a hit of lane {lane} counted {} in step {step} of a group",
-                of(detector),
-                sign(up)
-            ),
-            FullWord { detector, up } => format!(
-                "{}: a word full of hits, all counted {}",
-                of(detector),
-                sign(up)
-            ),
-            FirstSample { detector } => format!("{}: a hit on a scan's first sample", of(detector)),
-            BeforeScan { detector } => {
-                format!("{}: a hit on the last sample before a scan", of(detector))
-            }
-            StepBorder { detector, first } => format!(
-                "{}: a hit on the {} sample of a step",
-                of(detector),
-                if first { "first" } else { "last" }
-            ),
-            Carry {
-                detector,
-                step,
-                bit,
-                up,
-            } => format!(
-                "{}: a {} out of bit {} of the total of step {step} of a group",
-                of(detector),
-                if up { "carry" } else { "borrow" },
-                bit - 1
-            ),
-            Borrow {
-                detector,
-                step,
-                bit,
-            } => format!(
-                "{}: a count that borrows from bit {bit} in step {step} of a group",
-                of(detector)
-            ),
-            TotalCarry {
-                detector,
-                bit,
-                borrow,
-            } => format!(
-                "{}: a {} bit {bit} of the total of all hits",
-                of(detector),
-                if borrow {
-                    "difference that borrows from"
-                } else {
-                    "carry into"
-                }
-            ),
-            Limit { detector, step, up } => format!(
-                "{}: the {} count, not saturated, in step {step} of a group",
-                of(detector),
-                if up { "largest" } else { "smallest" }
-            ),
-            Saturation { detector, step, up } => format!(
-                "{}: step {step} of a group alone saturated at the {} count",
-                of(detector),
-                if up { "largest" } else { "smallest" }
-            ),
-            AbsentSaturation { detector, step, up } => format!(
-                "{}: step {step}, which a scan's last group has not, alone beyond the {} count",
-                of(detector),
-                if up { "largest" } else { "smallest" }
-            ),
-            TotalSaturation { detector, beyond } => format!(
-                "{}: a total of hits {} its limit, no count clamped",
-                of(detector),
-                if beyond { "beyond" } else { "at" }
-            ),
-            Peak { detector, kind } => format!("{}: {}", of(detector), kind.text()),
-            Held { beat } => format!("beat {beat} of a group held by the receiver"),
-            HeldAcross { beat } => format!("beat {beat} of a group held while a group is lost"),
-            Lost { place } => format!("the {} group of a scan lost", place.text()),
-            LastHeldAcross => "a scan's last beat held while a group is lost".to_owned(),
-            BackToBack => "a group that arrives as the last beat before it is taken".to_owned(),
-            TooLate => "a group lost by a single clock".to_owned(),
-            Burst => "a group taken in successive clocks".to_owned(),
-            ResetAge { age } => {
-                format!("a reset of one clock {age} clocks after a group's last word")
-            }
-            ResetHit { age } => format!("a reset of one clock {age} clocks after a lone hit"),
-            PeakReset { age } => {
-                format!("a reset of one clock {age} clocks after a scan's last word")
-            }
-            Reset { state } => format!("a reset {}", state.text()),
-            Result { place, later_scan } => format!(
-                "a result of the {} group of {}",
-                place.text(),
-                if later_scan {
-                    "a scan behind another"
-                } else {
-                    "the first scan"
-                }
-            ),
-            WholeStep => "a step of its whole length".to_owned(),
-            WholeScan => "a scan with all its steps".to_owned(),
-            DelayWraps { period } => format!(
-                "the delay grows past a whole {}",
-                if period { "code period" } else { "chip" }
-            ),
-            CodeWraps { source } => format!("the code of source {source} begins anew"),
-        }
-    }
 }
 
 impl PeakKind {
@@ -484,18 +389,6 @@ impl PeakKind {
         PeakKind::Last,
         PeakKind::Equal,
     ];
-
-    fn text(self) -> String {
-        let text = match self {
-            PeakKind::Negative => "a scan's largest count below zero",
-            PeakKind::Positive => "a scan's largest count above zero",
-            PeakKind::First => "the peak in a scan's first group",
-            PeakKind::Last => "the peak in a scan's last group",
-            PeakKind::Equal => "the first of equal peaks",
-            PeakKind::Step(step) => return format!("the peak in step {step} of a group"),
-        };
-        text.to_owned()
-    }
 }
 
 impl Place {
@@ -505,29 +398,6 @@ impl Place {
             _ if group + 1 == groups => Place::Last,
             0 => Place::First,
             _ => Place::Middle,
-        }
-    }
-
-    fn text(self) -> &'static str {
-        match self {
-            Place::First => "first",
-            Place::Middle => "middle",
-            Place::Last => "last",
-        }
-    }
-}
-
-impl ResetState {
-    fn text(self) -> &'static str {
-        match self {
-            ResetState::OneClock => "of one clock",
-            ResetState::TwoClocks => "of two clocks",
-            ResetState::Long => "longer than all pipelines",
-            ResetState::Waiting => "while a result waits",
-            ResetState::Overrun => "while o_overrun is high",
-            ResetState::Saturated => "while o_saturated is high",
-            ResetState::Pause => "between two scans",
-            ResetState::Hit => "of one clock with a hit in its word",
         }
     }
 }

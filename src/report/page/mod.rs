@@ -197,6 +197,7 @@ impl Page<'_> {
         let mut rows = vec![
             row("verdict", report.verdict.to_string()),
             row("clocks compared", number(report.cycles)),
+            row("clocked", cosim::engine::text(report)),
             row(
                 "ports compared at every clock",
                 report.compared_ports.join(", "),

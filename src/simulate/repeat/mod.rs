@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::scans::{Prepared, ScansError};
 use super::{Tier, domain, expected};
+use crate::cosim::engine::Engine;
 use crate::estimate::{TheoryEffort, theory};
 use crate::photons::StepCount;
 use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
@@ -125,8 +126,22 @@ pub fn simulate(
     seed: u64,
     repetitions: u64,
 ) -> Result<Simulation, ScansError> {
+    simulate_with(sensor, tier, Engine::Auto, seed, repetitions)
+}
+
+/// [`simulate`], with a way to clock the Verilog where the tier does.
+///
+/// # Errors
+/// When the tier cannot do the scene.
+pub fn simulate_with(
+    sensor: &Sensor,
+    tier: Tier,
+    engine: Engine,
+    seed: u64,
+    repetitions: u64,
+) -> Result<Simulation, ScansError> {
     let started = Instant::now();
-    let prepared = Prepared::new(sensor, tier)?;
+    let prepared = Prepared::with_engine(sensor, tier, engine)?;
     let simulation = simulate_prepared(sensor, &prepared, seed, repetitions)?;
     Ok(Simulation {
         run_time_s: started.elapsed().as_secs_f64(),

@@ -7,8 +7,23 @@ use super::FidelityReport;
 impl FidelityReport {
     /// The report in words.
     pub fn to_text(&self) -> String {
+        let mut text = self.heading();
+        self.write_tiers(&mut text);
+        self.write_recommendation(&mut text);
+        self.write_sensor(&mut text);
+        text.push('\n');
+        for part in &self.left_out {
+            let saving = part.saving.as_ref().map_or(String::new(), |saving| {
+                format!(", saves {:.1} % of the time", saving.share * 100.0)
+            });
+            let _ = writeln!(text, "left out: {}{saving} ({})", part.part, part.reason);
+        }
+        text
+    }
+
+    fn heading(&self) -> String {
         let r = &self.reference;
-        let mut text = format!(
+        format!(
             "{}, seed {}; reference: {} with {} scans, standard deviation {:.3} +- {:.3} mm, bias \
              {:.3} +- {:.3} mm, peak missed in {:.2} % [{:.2}, {:.2}]\n\n",
             self.scene,
@@ -22,7 +37,10 @@ impl FidelityReport {
             r.missed_fraction * 100.0,
             r.missed_fraction_ci[0] * 100.0,
             r.missed_fraction_ci[1] * 100.0,
-        );
+        )
+    }
+
+    fn write_tiers(&self, text: &mut String) {
         let _ = writeln!(
             text,
             "{:10} {:>7} {:>10} {:>9} {:>9} {:>8}  {:>24}  {:>24}  {:>24}",
@@ -36,18 +54,6 @@ impl FidelityReport {
             "of bias, in std",
             "of missed, of all scans"
         );
-        let percent = |share: Option<f64>| match share {
-            Some(share) => format!("{:.2}", share * 100.0),
-            None => "unknown".to_owned(),
-        };
-        let interval = |error: f64, ci: [f64; 2]| {
-            format!(
-                "{:+.2} % [{:+.2}, {:+.2}]",
-                error * 100.0,
-                ci[0] * 100.0,
-                ci[1] * 100.0
-            )
-        };
         for tier in &self.tiers {
             let missed = tier.missed_error_vs_reference.zip(tier.missed_error_ci);
             let scans = tier.repetitions.map_or("-".to_owned(), |n| n.to_string());
@@ -76,23 +82,30 @@ impl FidelityReport {
                 );
             }
         }
+    }
+
+    fn write_recommendation(&self, text: &mut String) {
         if let Some(refusal) = &self.refusal {
             let _ = writeln!(text, "\nno tier is recommended: {refusal}");
         }
-        if let Some(best) = &self.recommended {
-            let scans = best
-                .repetitions
-                .map_or(String::new(), |n| format!(" with {n} scans"));
-            let _ = writeln!(
-                text,
-                "\nfor an error of {} % (of standard deviation, bias and missed peaks): {}{scans}, {:.3} s (seen \
-                 to agree within {:.2} %)",
-                best.target_error * 100.0,
-                best.name,
-                best.run_time_s,
-                best.shown_error * 100.0
-            );
-        }
+        let Some(best) = &self.recommended else {
+            return;
+        };
+        let scans = best
+            .repetitions
+            .map_or(String::new(), |n| format!(" with {n} scans"));
+        let _ = writeln!(
+            text,
+            "\nfor an error of {} % (of standard deviation, bias and missed peaks): {}{scans}, {:.3} s (seen \
+             to agree within {:.2} %)",
+            best.target_error * 100.0,
+            best.name,
+            best.run_time_s,
+            best.shown_error * 100.0
+        );
+    }
+
+    fn write_sensor(&self, text: &mut String) {
         let _ = writeln!(
             text,
             "\n{:>10} {:>12} {:>16} {:>9} {:>9} {:>9}",
@@ -110,13 +123,21 @@ impl FidelityReport {
                 percent(point.missed_fraction)
             );
         }
-        text.push('\n');
-        for part in &self.left_out {
-            let saving = part.saving.as_ref().map_or(String::new(), |saving| {
-                format!(", saves {:.1} % of the time", saving.share * 100.0)
-            });
-            let _ = writeln!(text, "left out: {}{saving} ({})", part.part, part.reason);
-        }
-        text
     }
+}
+
+fn percent(share: Option<f64>) -> String {
+    match share {
+        Some(share) => format!("{:.2}", share * 100.0),
+        None => "unknown".to_owned(),
+    }
+}
+
+fn interval(error: f64, ci: [f64; 2]) -> String {
+    format!(
+        "{:+.2} % [{:+.2}, {:+.2}]",
+        error * 100.0,
+        ci[0] * 100.0,
+        ci[1] * 100.0
+    )
 }

@@ -5,10 +5,11 @@ use std::sync::Arc;
 use crate::code::{Code, CodeError, CodeSpec, Family};
 use crate::estimate::{CountingTier, calibration_offset_ps};
 use crate::scene::{
-    CounterTiming, Detector, DetectorIndex, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene,
-    Source, SourceIndex, Target,
+    DetectorIndex, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, Source, SourceIndex,
+    Target,
 };
 use crate::sensor::Sensor;
+use crate::study::article;
 
 /// Chip period of the article.
 pub const CHIP_PERIOD_PS: f64 = 8000.0;
@@ -113,7 +114,7 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
         chip_period_ps: CHIP_PERIOD_PS,
         samples_per_chip: SAMPLES_PER_CHIP,
         sources: lights.iter().enumerate().map(source).collect(),
-        detectors: vec![table_i()],
+        detectors: vec![article::detector()],
         paths: lights.iter().enumerate().map(path).collect(),
         scan: Scan {
             first_step: 0,
@@ -130,28 +131,6 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
             counter_width: None,
             total_counts: None,
             peak_detector: false,
-        },
-    }
-}
-
-/// Table I, with an afterpulse's delay counted from the end of the dead time.
-fn table_i() -> Detector {
-    Detector {
-        name: "spad".to_owned(),
-        reference: SourceIndex(0),
-        photon_detection_probability: 0.31,
-        dark_count_rate_cps: 71e3,
-        background_rate_cps: 0.0,
-        dead_time_ps: 14_000.0,
-        afterpulsing_probability: 0.137,
-        afterpulsing_time_constant_ps: 5000.0,
-        pulse_width_ps: 7000.0,
-        delay_ps: 1750.0,
-        jitter_ps: vec![53.5, 4.0],
-        counter: CounterTiming {
-            rising_delay_ps: 340.0,
-            falling_delay_ps: 390.0,
-            transition_ps: 1.5,
         },
     }
 }

@@ -3,6 +3,7 @@
 use crate::light::round_trip_ps;
 use crate::photons::photon_rate_hz;
 use crate::scene::{self, Scene, SceneErrors};
+use crate::study::article;
 
 /// A sensor that adds nothing of its own: no dead time, no afterpulses, no
 /// delay, no jitter, no edges; one path without delay, every photon detected.
@@ -50,21 +51,12 @@ pub(super) fn table_i(
     rate_cps: f64,
     integration_chips: u64,
 ) -> Result<Scene, SceneErrors> {
-    let mut scene = ideal(code, 8, rate_cps / 0.31, integration_chips)?;
+    let detector = article::detector();
+    let photons_cps = rate_cps / detector.photon_detection_probability;
+    let mut scene = ideal(code, 8, photons_cps, integration_chips)?;
     scene.sources[0].extinction_ratio = 10.0;
     scene.paths[0].delay_ps = round_trip_ps(3.2);
-    let spad = &mut scene.detectors[0];
-    spad.photon_detection_probability = 0.31;
-    spad.dark_count_rate_cps = 71e3;
-    spad.dead_time_ps = 14e3;
-    spad.afterpulsing_probability = 0.137;
-    spad.afterpulsing_time_constant_ps = 5e3;
-    spad.pulse_width_ps = 7e3;
-    spad.delay_ps = 1750.0;
-    spad.jitter_ps = vec![53.5, 4.0];
-    spad.counter.rising_delay_ps = 340.0;
-    spad.counter.falling_delay_ps = 390.0;
-    spad.counter.transition_ps = 1.5;
+    scene.detectors[0] = detector;
     Ok(scene)
 }
 

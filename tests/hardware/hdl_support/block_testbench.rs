@@ -267,7 +267,7 @@ pub fn run_in_verilator(cases: &[Case]) -> Vec<Vec<Vec<u128>>> {
         "bench.v",
     ];
     run(folder.path(), "verilator", &arguments);
-    let said = run(folder.path(), "./obj_dir/Vbench", &[]);
+    let said = run(folder.path(), "./obj_dir/Vtestbench", &[]);
     let mut outputs = vec![Vec::new(); cases.len()];
     for line in said.lines().filter(|line| !line.starts_with("- ")) {
         for ((case, outputs), word) in cases.iter().zip(&mut outputs).zip(line.split_whitespace()) {

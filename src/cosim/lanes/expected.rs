@@ -1,0 +1,141 @@
+//! What the reference model expects of a whole run, as changes; and what it counted
+//! by the start of every slice.
+
+use super::Refusal;
+use super::pulses::{Chunk, Light, Packed};
+use super::slices::Slices;
+use super::tally::Tally;
+use crate::cosim::error::CosimError;
+use crate::photons::Pulse;
+use crate::reference::canvas::{Change, Changes};
+use crate::reference::exercise::Exercise;
+use crate::reference::level::Level;
+use crate::reference::predictor::{Reference, Surroundings};
+use crate::reference::stimulus::RESET_CLOCKS;
+
+/// Stimulus and expectations of a run.
+pub(super) struct Expected {
+    /// For each detector.
+    pub(super) pulses: Vec<Vec<Packed>>,
+    /// In order.
+    pub(super) changes: Vec<Change>,
+    /// For each slice what had been counted where its warm-up begins.
+    pub(super) counted: Vec<Vec<i64>>,
+    /// For each detector the hits of each step.
+    pub(super) hits: Vec<Vec<u64>>,
+    /// What the outputs show in the whole run.
+    pub(super) exercise: Exercise,
+}
+
+impl Expected {
+    /// Runs photons and reference model.
+    ///
+    /// # Errors
+    /// When it is more than can be kept.
+    pub(super) fn of(light: &Light, slices: &Slices, threads: usize) -> Result<Expected, Refusal> {
+        let interface = light.interface;
+        let reference = Reference::new(interface.clone()).map_err(CosimError::from)?;
+        let mut follower = Follower {
+            levels: vec![Level::new(interface.lanes()); light.models.len()],
+            early: vec![Vec::new(); light.models.len()],
+            hits: vec![Vec::new(); light.models.len()],
+            totals: vec![Vec::new(); light.models.len()],
+            reference,
+            changes: Changes::default(),
+            list: Vec::new(),
+            tally: Tally::new(interface),
+            clock: 0,
+            lanes: u64::from(interface.lanes()),
+            // Groups before which the counted numbers are wanted, last first.
+            wanted: slices
+                .list
+                .iter()
+                .rev()
+                .map(|slice| slice.group.saturating_sub(slices.warm_up_groups))
+                .collect(),
+            counted: Vec::new(),
+            results_of_group: light.models.len() as u64 * u64::from(interface.parallel()),
+            results: 0,
+        };
+        let clocks = slices.list.last().map_or(0, |slice| slice.clocks.end);
+        follower.note();
+        let pulses = light.pulses(clocks, threads, |chunk| follower.follow(chunk))?;
+        Ok(Expected {
+            pulses,
+            exercise: follower.reference.exercise().clone(),
+            changes: follower.list,
+            counted: follower.counted,
+            hits: follower.totals,
+        })
+    }
+}
+
+/// The reference model, fed chunk by chunk.
+struct Follower {
+    levels: Vec<Level>,
+    /// Pulses of the chunk before that begin in this one.
+    early: Vec<Vec<Pulse>>,
+    hits: Vec<Vec<u64>>,
+    /// For each detector the hits of each step so far.
+    totals: Vec<Vec<u64>>,
+    reference: Reference,
+    changes: Changes,
+    list: Vec<Change>,
+    tally: Tally,
+    clock: u64,
+    lanes: u64,
+    wanted: Vec<u64>,
+    counted: Vec<Vec<i64>>,
+    results_of_group: u64,
+    results: u64,
+}
+
+impl Follower {
+    fn follow(&mut self, chunk: &Chunk) {
+        let clocks = self.clock..chunk.until_clock;
+        for (detector, pulses) in chunk.pulses.iter().enumerate() {
+            let hits = &mut self.hits[detector];
+            hits.clear();
+            let end = clocks.end * self.lanes;
+            let now = pulses.partition_point(|pulse| pulse.first < end);
+            let level = &mut self.levels[detector];
+            for part in [&self.early[detector][..], &pulses[..now]] {
+                level.paint(clocks.clone(), part, |_, _| (), hits);
+            }
+            self.early[detector].clear();
+            self.early[detector].extend(&pulses[now..]);
+        }
+        let surroundings = Surroundings {
+            clocks: clocks.clone(),
+            resets: std::iter::once(0..RESET_CLOCKS).collect(),
+            stalls: Vec::new(),
+            skips: Vec::new(),
+        };
+        self.reference
+            .predict_changes(&surroundings, &self.hits, &mut self.changes);
+        self.clock = clocks.end;
+        // What ends with the chunk goes on in the next: its end is no change.
+        self.list.extend(self.changes.take_before(clocks.end));
+        let results: Vec<_> = self.reference.take_finished().collect();
+        for result in results {
+            if self.results.is_multiple_of(self.results_of_group) {
+                self.note();
+            }
+            self.results += 1;
+            self.tally.add(&result);
+            self.totals[result.detector].push(result.total);
+        }
+        if self.results.is_multiple_of(self.results_of_group) {
+            self.note();
+        }
+    }
+
+    /// Notes the numbers for the slices that want those of the groups so far.
+    fn note(&mut self) {
+        let groups = self.results / self.results_of_group;
+        while self.wanted.last() == Some(&groups) {
+            self.wanted.pop();
+            self.counted.push(self.tally.values());
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! The same RTL, many copies at once: *lanes*.
+//!
+//! Yosys turns the RTL into gates and registers of one bit ([`yosys`], [`netlist`]).
+//! Written as Verilog in which every net is a word of 64 bits ([`verilog`]), one pass
+//! through them clocks 64 independent copies; Verilator compiles it ([`model`]).
+
+mod expected;
+pub mod model;
+pub mod netlist;
+mod pulses;
+mod recurrence;
+pub mod run;
+mod slices;
+mod starts;
+mod tally;
+#[cfg(test)]
+mod tests;
+pub mod verilog;
+mod yosys;
+
+use std::num::NonZero;
+use std::path::Path;
+use std::thread::available_parallelism;
+
+use self::model::Design;
+use self::pulses::Light;
+use self::run::{LanesOutcome, LanesRun};
+use self::slices::Slices;
+use self::starts::Starts;
+use self::verilog::LANES;
+use super::build::SourceFile;
+use super::error::CosimError;
+use crate::photons::DetectorModel;
+use crate::sensor::interface::Interface;
+
+/// Why a design or a run has no place in lanes.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Unfit(String);
+
+impl Unfit {
+    pub(crate) fn new(reason: impl Into<String>) -> Unfit {
+        Unfit(reason.into())
+    }
+}
+
+/// Why lanes gave no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum Refusal {
+    /// It has no place in lanes: lock-step does it.
+    #[error(transparent)]
+    Unfit(#[from] Unfit),
+    /// Something fails.
+    #[error(transparent)]
+    Failed(#[from] CosimError),
+}
+
+impl Refusal {
+    pub(crate) fn unfit(reason: impl Into<String>) -> Refusal {
+        Refusal::Unfit(Unfit::new(reason))
+    }
+}
+
+/// A design that can run a scene's photons in lanes.
+#[derive(Debug, Clone)]
+pub struct Prepared {
+    design: Design,
+    starts: Starts,
+    interface: Interface,
+}
+
+impl Prepared {
+    /// Builds a design, and finds the states in which lanes start; both are kept.
+    ///
+    /// # Errors
+    /// What of it has no place in lanes; or a tool fails.
+    pub fn new(
+        top: &str,
+        sources: &[SourceFile],
+        interface: &Interface,
+        clocks: u64,
+        cache: &Path,
+    ) -> Result<Prepared, Refusal> {
+        Slices::of(interface, clocks, lanes())?;
+        let design = Design::build(top, sources, interface, cache)?;
+        Ok(Prepared {
+            starts: Starts::of(&design, interface, cache)?,
+            design,
+            interface: interface.clone(),
+        })
+    }
+
+    /// Runs the first `clocks` clocks of a scan's photons in lanes, and compares every
+    /// output at every clock with the reference model. `on_progress` gets the number
+    /// of clocks compared so far.
+    ///
+    /// # Errors
+    /// When the run has no place in lanes, its registers do not stitch, or a model
+    /// fails.
+    pub fn run(
+        &self,
+        models: &[DetectorModel],
+        seed: u64,
+        clocks: u64,
+        on_progress: impl Fn(u64) + Sync,
+    ) -> Result<LanesOutcome, Refusal> {
+        let run = LanesRun {
+            design: &self.design,
+            interface: &self.interface,
+            starts: &self.starts,
+            slices: Slices::of(&self.interface, clocks, lanes())?,
+            light: Light {
+                models,
+                interface: &self.interface,
+                seed,
+            },
+            threads: threads(),
+        };
+        run.run(on_progress)
+    }
+}
+
+fn threads() -> usize {
+    available_parallelism().map_or(1, NonZero::get)
+}
+
+/// Lanes that this machine clocks at once: 64 for each of its cores.
+fn lanes() -> u64 {
+    (threads() * LANES) as u64
+}

@@ -1,0 +1,383 @@
+//! A design as single-bit gates and registers on one clock.
+
+use std::collections::HashMap;
+
+/// A one-bit net. The first two are the constants 0 and 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Net(pub u32);
+
+impl Net {
+    /// Constant 0.
+    pub const ZERO: Net = Net(0);
+    /// Constant 1.
+    pub const ONE: Net = Net(1);
+
+    /// The constant.
+    pub fn constant(value: bool) -> Net {
+        Net(u32::from(value))
+    }
+
+    /// Its value if it is a constant.
+    pub fn as_constant(self) -> Option<bool> {
+        (self.0 < 2).then_some(self.0 == 1)
+    }
+
+    /// Its place in a list of all nets.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// What a gate does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Function {
+    /// Two inputs: bit a + 2 b of the table is the output.
+    Table(u8),
+    /// Inputs a, b, s: s ? b : a.
+    Mux,
+}
+
+impl Function {
+    /// The inverse of its first input.
+    pub const NOT: Function = Function::Table(0b0101);
+    /// Its first input.
+    pub const BUFFER: Function = Function::Table(0b1010);
+}
+
+/// A gate; a table of two inputs has a constant as its third.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Gate {
+    /// What it does.
+    pub function: Function,
+    /// Its inputs.
+    pub inputs: [Net; 3],
+    /// Its output.
+    pub output: Net,
+}
+
+/// A synchronous reset: at a rising edge at which `when` is high the register takes
+/// `value`, whatever its enable says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reset {
+    /// Its net.
+    pub when: Net,
+    /// What it sets.
+    pub value: bool,
+}
+
+/// A flip-flop on the rising edge of the clock.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Register {
+    /// Name of its word in the Verilog, and its bit there.
+    pub name: (String, u32),
+    /// Its output.
+    pub q: Net,
+    /// Its input.
+    pub d: Net,
+    /// Takes its input only where this is high.
+    pub enable: Option<Net>,
+    /// Its reset.
+    pub reset: Option<Reset>,
+    /// Its value at power-up, if the Verilog says so.
+    pub initial: Option<bool>,
+}
+
+/// A port's bits, least significant first.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PortNets {
+    /// Its name.
+    pub name: String,
+    /// Its nets.
+    pub nets: Vec<Net>,
+}
+
+/// A design.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Netlist {
+    /// All inputs but the clock.
+    pub inputs: Vec<PortNets>,
+    /// All outputs.
+    pub outputs: Vec<PortNets>,
+    /// Gates; inputs of each come before it.
+    pub gates: Vec<Gate>,
+    /// Registers.
+    pub registers: Vec<Register>,
+    /// Number of nets, the constants included.
+    pub nets: usize,
+}
+
+/// What drives a net.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Driver {
+    /// Nothing, or an input, or a constant.
+    Outside,
+    /// The register of this number.
+    Register(usize),
+    /// The gate of this number.
+    Gate(usize),
+}
+
+impl Netlist {
+    /// What drives each net.
+    pub fn drivers(&self) -> Vec<Driver> {
+        let mut drivers = vec![Driver::Outside; self.nets];
+        for (i, register) in self.registers.iter().enumerate() {
+            drivers[register.q.index()] = Driver::Register(i);
+        }
+        for (i, gate) in self.gates.iter().enumerate() {
+            drivers[gate.output.index()] = Driver::Gate(i);
+        }
+        drivers
+    }
+
+    /// The nets of a port.
+    pub fn input(&self, name: &str) -> Option<&[Net]> {
+        let port = self.inputs.iter().find(|port| port.name == name)?;
+        Some(&port.nets)
+    }
+
+    /// Puts the gates into an order in which inputs come before outputs.
+    ///
+    /// # Errors
+    /// A net of a combinational loop.
+    pub fn sort(&mut self) -> Result<(), Net> {
+        let drivers = self.drivers();
+        let mut sorted = Vec::with_capacity(self.gates.len());
+        // 0 not seen, 1 begun, 2 done.
+        let mut state = vec![0u8; self.gates.len()];
+        for root in 0..self.gates.len() {
+            let mut stack = vec![root];
+            while let Some(&gate) = stack.last() {
+                if state[gate] == 2 {
+                    stack.pop();
+                    continue;
+                }
+                let inputs = self.gates[gate].inputs.iter();
+                let below = inputs.filter_map(|net| match drivers[net.index()] {
+                    Driver::Gate(below) if state[below] < 2 => Some(below),
+                    _ => None,
+                });
+                let below: Vec<usize> = below.collect();
+                if below.is_empty() {
+                    state[gate] = 2;
+                    sorted.push(self.gates[gate]);
+                    stack.pop();
+                } else if state[gate] == 1 {
+                    return Err(self.gates[gate].output);
+                } else {
+                    state[gate] = 1;
+                    stack.extend(below);
+                }
+            }
+        }
+        self.gates = sorted;
+        Ok(())
+    }
+
+    /// Whether each net follows an input without a register between.
+    pub fn follows_inputs(&self) -> Vec<bool> {
+        let mut follows = vec![false; self.nets];
+        for net in self.inputs.iter().flat_map(|port| &port.nets) {
+            follows[net.index()] = true;
+        }
+        for gate in &self.gates {
+            follows[gate.output.index()] = gate.inputs.iter().any(|net| follows[net.index()]);
+        }
+        follows
+    }
+
+    /// Whether each register follows an input other than the reset, however late.
+    pub fn registers_that_follow_inputs(&self) -> Vec<bool> {
+        let mut follows = vec![false; self.nets];
+        let others = self.inputs.iter().filter(|port| port.name != "i_rst");
+        for net in others.flat_map(|port| &port.nets) {
+            follows[net.index()] = true;
+        }
+        loop {
+            for gate in &self.gates {
+                follows[gate.output.index()] = gate.inputs.iter().any(|net| follows[net.index()]);
+            }
+            let mut has_changed = false;
+            for register in &self.registers {
+                let reset = register.reset.map(|reset| reset.when);
+                let mut nets = [Some(register.d), register.enable, reset]
+                    .into_iter()
+                    .flatten();
+                let now = nets.any(|net| follows[net.index()]);
+                has_changed |= now && !follows[register.q.index()];
+                follows[register.q.index()] |= now;
+            }
+            if !has_changed {
+                let registers = self.registers.iter();
+                return registers
+                    .map(|register| follows[register.q.index()])
+                    .collect();
+            }
+        }
+    }
+
+    /// The same design with nets tied to constants, and what follows from it. Ports
+    /// and registers stay; registers' resets and enables that never happen, or
+    /// always, go.
+    pub fn with_tied(&self, tied: &HashMap<Net, bool>) -> Netlist {
+        let mut same: Vec<Net> = (0..self.nets as u32).map(Net).collect();
+        for (net, &value) in tied {
+            same[net.index()] = Net::constant(value);
+        }
+        let mut folded = self.clone();
+        folded.gates.clear();
+        for gate in &self.gates {
+            let inputs = gate.inputs.map(|net| same[net.index()]);
+            match simplified(gate.function, inputs) {
+                Simplified::Net(net) => same[gate.output.index()] = net,
+                Simplified::Gate(function, inputs) => folded.gates.push(Gate {
+                    function,
+                    inputs,
+                    output: gate.output,
+                }),
+            }
+        }
+        for register in &mut folded.registers {
+            register.d = same[register.d.index()];
+            register.enable = register
+                .enable
+                .map(|net| same[net.index()])
+                .filter(|&net| net != Net::ONE);
+            register.reset = register
+                .reset
+                .map(|reset| Reset {
+                    when: same[reset.when.index()],
+                    ..reset
+                })
+                .filter(|reset| reset.when != Net::ZERO);
+        }
+        for net in folded.outputs.iter_mut().flat_map(|port| &mut port.nets) {
+            *net = same[net.index()];
+        }
+        folded.remove_dead();
+        folded
+    }
+
+    /// Removes gates that feed nothing.
+    fn remove_dead(&mut self) {
+        let mut wanted = vec![false; self.nets];
+        let mut want = |net: Net| wanted[net.index()] = true;
+        self.outputs
+            .iter()
+            .flat_map(|port| &port.nets)
+            .for_each(|&net| want(net));
+        for register in &self.registers {
+            want(register.d);
+            register.enable.into_iter().for_each(&mut want);
+            register
+                .reset
+                .into_iter()
+                .for_each(|reset| want(reset.when));
+        }
+        for gate in self.gates.iter().rev() {
+            if wanted[gate.output.index()] {
+                for net in gate.inputs {
+                    wanted[net.index()] = true;
+                }
+            }
+        }
+        self.gates.retain(|gate| wanted[gate.output.index()]);
+    }
+}
+
+enum Simplified {
+    Net(Net),
+    Gate(Function, [Net; 3]),
+}
+
+/// What a gate is when some of its inputs are constants.
+fn simplified(function: Function, inputs: [Net; 3]) -> Simplified {
+    let [a, b, s] = inputs;
+    match function {
+        Function::Mux => match s.as_constant() {
+            Some(true) => Simplified::Net(b),
+            Some(false) => Simplified::Net(a),
+            None if a == b => Simplified::Net(a),
+            None => Simplified::Gate(function, inputs),
+        },
+        Function::Table(table) => {
+            let bit = |at: u8| u8::from(table >> at & 1 == 1);
+            // The table of one input that is left: bit 0 for 0, bit 1 for 1.
+            let (rest, net) = match (a.as_constant(), b.as_constant()) {
+                (Some(a), Some(b)) => {
+                    let value = bit(u8::from(a) + 2 * u8::from(b));
+                    return Simplified::Net(Net::constant(value == 1));
+                }
+                (Some(a), None) => (bit(u8::from(a)) | bit(u8::from(a) + 2) << 1, b),
+                (None, Some(b)) => (bit(2 * u8::from(b)) | bit(2 * u8::from(b) + 1) << 1, a),
+                (None, None) => return Simplified::Gate(function, inputs),
+            };
+            match rest {
+                0b00 => Simplified::Net(Net::ZERO),
+                0b11 => Simplified::Net(Net::ONE),
+                0b10 => Simplified::Net(net),
+                _ => Simplified::Gate(Function::NOT, [net, Net::ZERO, Net::ZERO]),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(function: Function, values: [bool; 3]) -> bool {
+        match function {
+            Function::Mux => values[usize::from(values[2])],
+            Function::Table(table) => {
+                table >> (u8::from(values[0]) + 2 * u8::from(values[1])) & 1 == 1
+            }
+        }
+    }
+
+    #[test]
+    fn a_gate_with_constant_inputs_keeps_its_function() {
+        let functions = (0..16).map(Function::Table).chain([Function::Mux]);
+        for function in functions {
+            for tied in 0..27u32 {
+                // Each input: 0, 1, or a net of its own.
+                let choice = |i: u32| tied / 3u32.pow(i) % 3;
+                let inputs = [0, 1, 2].map(|i| match choice(i) {
+                    2 => Net(2 + i),
+                    constant => Net(constant),
+                });
+                for free in 0..8u32 {
+                    let of = |net: Net| match net.as_constant() {
+                        Some(value) => value,
+                        None => free >> (net.0 - 2) & 1 == 1,
+                    };
+                    let expected = value(function, inputs.map(of));
+                    let got = match simplified(function, inputs) {
+                        Simplified::Net(net) => of(net),
+                        Simplified::Gate(function, inputs) => value(function, inputs.map(of)),
+                    };
+                    assert_eq!(got, expected, "{function:?} {inputs:?} {free}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn gates_are_sorted_and_loops_named() {
+        let gate = |a: u32, b: u32, output: u32| Gate {
+            function: Function::Table(0b1000),
+            inputs: [Net(a), Net(b), Net::ZERO],
+            output: Net(output),
+        };
+        let mut netlist = Netlist {
+            gates: vec![gate(4, 3, 5), gate(3, 2, 4), gate(2, 2, 3)],
+            nets: 6,
+            ..Netlist::default()
+        };
+        netlist.sort().unwrap();
+        let outputs: Vec<u32> = netlist.gates.iter().map(|gate| gate.output.0).collect();
+        assert_eq!(outputs, [3, 4, 5]);
+        netlist.gates[0] = gate(5, 2, 3);
+        assert!(netlist.sort().is_err());
+    }
+}

@@ -1,0 +1,154 @@
+//! The pulses of a run, made by several threads and kept.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::sync_channel;
+use std::thread;
+
+use super::Unfit;
+use crate::photons::{DetectorModel, Pulse, PulseStream};
+use crate::reference::stimulus::{RESET_CLOCKS, first_sample};
+use crate::scan::Group;
+use crate::sensor::interface::Interface;
+
+/// Groups that a thread makes at once.
+const GROUPS_AT_ONCE: u64 = 32;
+/// Most pulses that are kept, 8 bytes each.
+const MOST_PULSES: usize = 1 << 27;
+
+/// A pulse in one word: first sample, and how many are high.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Packed(u64);
+
+impl Packed {
+    const LENGTH_BITS: u32 = 16;
+
+    fn new(pulse: Pulse) -> Option<Packed> {
+        let length = pulse.end - pulse.first;
+        (length < 1 << Self::LENGTH_BITS && pulse.first < 1 << (64 - Self::LENGTH_BITS))
+            .then_some(Packed(pulse.first << Self::LENGTH_BITS | length))
+    }
+
+    /// The samples that are high.
+    pub(super) fn samples(self) -> Range<u64> {
+        let first = self.0 >> Self::LENGTH_BITS;
+        first..first + (self.0 & ((1 << Self::LENGTH_BITS) - 1))
+    }
+}
+
+/// What drives a run in lanes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Light<'a> {
+    /// The detectors.
+    pub(super) models: &'a [DetectorModel],
+    /// The sensor.
+    pub(super) interface: &'a Interface,
+    /// The seed.
+    pub(super) seed: u64,
+}
+
+/// The pulses of some groups, detector by detector, numbered as the run's samples.
+pub(super) struct Chunk {
+    /// Clock before which the pulses begin.
+    pub(super) until_clock: u64,
+    /// For each detector.
+    pub(super) pulses: Vec<Vec<Pulse>>,
+}
+
+impl Light<'_> {
+    /// Makes the pulses of the first `clocks` clocks on several threads; gives them to
+    /// `on_chunk` in order, and keeps them, detector by detector.
+    ///
+    /// # Errors
+    /// When there are too many to keep, or one is too long.
+    pub(super) fn pulses(
+        &self,
+        clocks: u64,
+        threads: usize,
+        mut on_chunk: impl FnMut(&Chunk),
+    ) -> Result<Vec<Vec<Packed>>, Unfit> {
+        let groups = self.interface.groups();
+        let needed = clocks.div_ceil(self.interface.timing.scan.integration_chips);
+        let chunks = needed.min(groups).div_ceil(GROUPS_AT_ONCE);
+        let next = AtomicU64::new(0);
+        let mut kept: Vec<Vec<Packed>> = vec![Vec::new(); self.models.len()];
+        thread::scope(|scope| {
+            let (done, made) = sync_channel(2 * threads);
+            for _ in 0..threads {
+                let (done, next) = (done.clone(), &next);
+                scope.spawn(move || {
+                    loop {
+                        let number = next.fetch_add(1, Ordering::Relaxed);
+                        if number >= chunks {
+                            return;
+                        }
+                        let chunk = self.chunk(number, number + 1 == chunks, clocks);
+                        if done.send((number, chunk)).is_err() {
+                            return;
+                        }
+                    }
+                });
+            }
+            drop(done);
+            let mut early = BTreeMap::new();
+            let mut wanted = 0;
+            for (number, chunk) in made {
+                early.insert(number, chunk);
+                while let Some(chunk) = early.remove(&wanted) {
+                    keep(&chunk, &mut kept)?;
+                    on_chunk(&chunk);
+                    wanted += 1;
+                }
+            }
+            Ok(kept)
+        })
+    }
+
+    fn chunk(&self, number: u64, is_last: bool, clocks: u64) -> Chunk {
+        let lanes = u64::from(self.interface.lanes());
+        let origin = first_sample(self.interface, RESET_CLOCKS);
+        let first = Group(number * GROUPS_AT_ONCE);
+        let end = Group(first.0 + GROUPS_AT_ONCE);
+        let until_clock = if is_last {
+            clocks
+        } else {
+            end.0 * self.interface.timing.scan.integration_chips + origin / lanes
+        };
+        let until_sample = match is_last {
+            true => (clocks * lanes).saturating_sub(origin),
+            false => u64::MAX,
+        };
+        let of_detector = |model| {
+            let stop = (!is_last).then_some(end);
+            let mut stream = PulseStream::of_groups(model, self.seed, 0, first, stop);
+            let mut pulses = Vec::new();
+            stream.advance(until_sample, &mut pulses);
+            for pulse in &mut pulses {
+                pulse.first += origin;
+                pulse.end += origin;
+            }
+            pulses
+        };
+        Chunk {
+            until_clock,
+            pulses: self.models.iter().map(of_detector).collect(),
+        }
+    }
+}
+
+fn keep(chunk: &Chunk, kept: &mut [Vec<Packed>]) -> Result<(), Unfit> {
+    for (pulses, kept) in chunk.pulses.iter().zip(kept) {
+        if kept.len() + pulses.len() > MOST_PULSES {
+            return Err(Unfit::new(format!(
+                "the scan has more than {MOST_PULSES} pulses, which lanes keep in memory"
+            )));
+        }
+        for &pulse in pulses {
+            let packed =
+                Packed::new(pulse).ok_or_else(|| Unfit::new("a pulse is 65,536 samples long"))?;
+            kept.push(packed);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,246 @@
+//! Lanes against lock-step, and what has to be caught.
+
+use std::path::Path;
+
+use super::*;
+use crate::cosim::TOP;
+use crate::cosim::build::{build, cache_dir, sources_of};
+use crate::cosim::lockstep::Lockstep;
+use crate::cosim::sent::SentCount;
+use crate::cosim::verilated::Verilated;
+use crate::deliver;
+use crate::reference::photons::Photons;
+use crate::reference::predictor::Reference;
+use crate::reference::stimulus::clocks_for_scans;
+use crate::scene::{self, DetectorIndex, Scene, SourceIndex};
+use crate::sensor::Sensor;
+use crate::sensor::layout::Layout;
+
+const SEED: u64 = 7;
+
+/// A standard scene with phase steps of few chips, and at most so many of them.
+fn small(name: &str, steps: u64, change: impl FnOnce(&mut Scene)) -> Sensor {
+    let path = format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let mut scene = scene::load(Path::new(&path)).unwrap();
+    scene.scan.integration_chips = 300;
+    if scene.scan.steps > steps {
+        scene.scan.steps = steps;
+    }
+    for source in &mut scene.sources {
+        source.mean_power_w *= 20.0;
+    }
+    change(&mut scene);
+    Sensor::new(&scene)
+}
+
+fn sources(sensor: &Sensor) -> Vec<SourceFile> {
+    sources_of(&deliver::emit(sensor, "goldtof test").unwrap())
+}
+
+fn models(sensor: &Sensor) -> Vec<DetectorModel> {
+    DetectorIndex::of(&sensor.scene().detectors)
+        .map(|detector| DetectorModel::new(sensor, detector))
+        .collect()
+}
+
+fn prepared(sensor: &Sensor, sources: &[SourceFile]) -> Prepared {
+    let interface = sensor.interface();
+    let clocks = clocks_for_scans(interface, 1);
+    Prepared::new(TOP, sources, interface, clocks, &cache_dir().unwrap()).unwrap()
+}
+
+fn run(sensor: &Sensor, prepared: &Prepared) -> Result<LanesOutcome, Refusal> {
+    let clocks = clocks_for_scans(sensor.interface(), 1);
+    prepared.run(&models(sensor), SEED, clocks, |_| ())
+}
+
+/// What the RTL sends in lock-step, which has to be a match.
+fn in_lockstep(sensor: &Sensor) -> (Vec<SentCount>, crate::reference::exercise::Exercise) {
+    let interface = sensor.interface();
+    let layout = Layout::of(interface);
+    let cache = cache_dir().unwrap();
+    let built = build(TOP, &sources(sensor), interface, &cache).unwrap();
+    let mut sent = Vec::new();
+    let outcome = Lockstep {
+        model: &mut Verilated::load(&built, &layout).unwrap(),
+        reference: &mut Reference::new(interface.clone()).unwrap(),
+        stimulus: &mut Photons::new(&models(sensor), interface, SEED),
+        layout: &layout,
+    }
+    .run_and_read(
+        clocks_for_scans(interface, 1),
+        |_| (),
+        |count| sent.push(count),
+        |_| (),
+    )
+    .unwrap();
+    assert_eq!(outcome.first, None);
+    (sent, outcome.exercise)
+}
+
+/// Both engines compare every output at every clock with the same expectations; so
+/// they are equal at every clock where both match.
+fn assert_lanes_equal_lockstep(name: &str, sensor: &Sensor) {
+    let outcome = run(sensor, &prepared(sensor, &sources(sensor)))
+        .unwrap_or_else(|refusal| panic!("{name}: {refusal}"));
+    assert_eq!(outcome.differs, None, "{name}");
+    assert!(outcome.lanes >= 2, "{name}: {} lanes", outcome.lanes);
+    let (sent, exercise) = in_lockstep(sensor);
+    assert_eq!(outcome.sent, sent, "{name}");
+    assert_eq!(outcome.exercise, exercise, "{name}");
+    assert!(exercise.detectors.iter().all(|d| d.hits_up > 100), "{name}");
+}
+
+#[test]
+fn lanes_equal_lockstep_on_standard_scenes() {
+    for name in ["paper-single", "paper-square", "paper-interleaved"] {
+        assert_lanes_equal_lockstep(name, &small(name, 600, |_| ()));
+    }
+}
+
+#[test]
+fn lanes_equal_lockstep_on_several_paths_codes_and_windows() {
+    for name in ["dual-view", "multipath", "moving", "quick"] {
+        assert_lanes_equal_lockstep(name, &small(name, 600, |_| ()));
+    }
+}
+
+#[test]
+fn lanes_equal_lockstep_on_several_detectors_steps_at_once_and_windows() {
+    let sensor = small("dual-view", 601, |scene| {
+        let mut second = scene.detectors[0].clone();
+        second.name = "second".to_owned();
+        second.reference = SourceIndex(1);
+        scene.detectors.push(second);
+        for mut path in scene.paths.clone() {
+            path.detector = DetectorIndex(1);
+            scene.paths.push(path);
+        }
+        scene.hardware.parallel = 4;
+        scene.hardware.peak_detector = true;
+        scene.hardware.counter_width = Some(7);
+        scene.scan.first_step = 37;
+    });
+    assert_lanes_equal_lockstep("rich", &sensor);
+}
+
+#[test]
+fn a_flipped_register_and_a_scan_one_step_short_differ() {
+    let sensor = small("paper-single", 300, |_| ());
+    let interface = sensor.interface();
+    let cache = cache_dir().unwrap();
+    let good = prepared(&sensor, &sources(&sensor));
+    let short = small("paper-single", 299, |_| ());
+    let bad = Design::build(TOP, &sources(&short), interface, &cache).unwrap();
+    let with = |design: Design| Prepared {
+        starts: Starts::of(&design, interface, &cache).unwrap(),
+        design,
+        interface: interface.clone(),
+    };
+    let outcome = run(&sensor, &with(bad));
+    let caught = |outcome: Result<LanesOutcome, Refusal>| match outcome {
+        Ok(outcome) => outcome.differs.is_some(),
+        Err(Refusal::Unfit(_)) => true,
+        Err(error) => panic!("{error}"),
+    };
+    assert!(caught(outcome), "a step short");
+    let mut netlist = Design::netlist(TOP, &sources(&sensor), &cache).unwrap();
+    let chosen = netlist.registers.len() / 2;
+    let register = &mut netlist.registers[chosen];
+    let (d, inverted) = (register.d, super::netlist::Net(netlist.nets as u32));
+    register.d = inverted;
+    netlist.nets += 1;
+    netlist.gates.push(super::netlist::Gate {
+        function: super::netlist::Function::NOT,
+        inputs: [d, super::netlist::Net::ZERO, super::netlist::Net::ZERO],
+        output: inverted,
+    });
+    let flipped = Design::of(&netlist, interface, &cache).unwrap();
+    assert!(caught(run(&sensor, &with(flipped))), "a flipped register");
+    assert!(!caught(run(&sensor, &good)), "neither");
+}
+
+#[test]
+fn a_start_state_that_is_wrong_in_one_bit_does_not_stitch() {
+    let sensor = small("paper-single", 300, |_| ());
+    let mut prepared = prepared(&sensor, &sources(&sensor));
+    let told = |outcome: Result<LanesOutcome, Refusal>| match outcome {
+        Err(Refusal::Unfit(reason)) => reason.to_string(),
+        Err(error) => panic!("{error}"),
+        Ok(outcome) => format!("differs: {:?}", outcome.differs),
+    };
+    assert_eq!(told(run(&sensor, &prepared)), "differs: None");
+    // A total is never cleared and shows nowhere but in the stitch.
+    assert!(prepared.starts.spoil_a_count());
+    let reason = told(run(&sensor, &prepared));
+    assert!(
+        reason.contains("do not begin a lane as the lane before ends"),
+        "{reason}"
+    );
+}
+
+#[test]
+fn what_has_no_place_in_lanes_is_named() {
+    let sensor = small("paper-single", 300, |_| ());
+    let interface = sensor.interface();
+    let cache = cache_dir().unwrap();
+    let refused = |body: &str| {
+        let ports: Vec<String> = interface
+            .ports()
+            .iter()
+            .map(|port| {
+                let direction = match port.direction {
+                    crate::sensor::interface::Direction::Input => "input",
+                    crate::sensor::interface::Direction::Output => "output reg",
+                };
+                format!("{direction} [{}:0] {}", port.width - 1, port.name)
+            })
+            .collect();
+        let text = format!(
+            "module sensor_top({});\n{body}\nendmodule\n",
+            ports.join(", ")
+        );
+        let source = SourceFile {
+            name: "sensor_top.v".to_owned(),
+            text,
+            origin: None,
+        };
+        match Design::build(TOP, &[source], interface, &cache) {
+            Err(Refusal::Unfit(reason)) => reason.to_string(),
+            Err(error) => panic!("{error}"),
+            Ok(_) => "taken".to_owned(),
+        }
+    };
+    let rest = "always @(posedge i_clk) {o_laser, o_epoch, m_axis_tdata, m_axis_tvalid, \
+                m_axis_tlast} <= 0;";
+    let cases = [
+        ("always @(posedge i_clk) o_overrun <= i_rst;", "taken"),
+        (
+            "always @* o_overrun = i_samples[0];",
+            "o_overrun follows an input within a clock",
+        ),
+        (
+            "always @* if (i_samples[0]) o_overrun = i_samples[1];",
+            "latch",
+        ),
+        (
+            "always @(negedge i_clk) o_overrun <= i_rst;",
+            "rising edge of i_clk",
+        ),
+        (
+            "always @(posedge i_samples[0]) o_overrun <= i_rst;",
+            "rising edge of i_clk",
+        ),
+        (
+            "reg [7:0] m [0:4095]; reg [11:0] a; always @(posedge i_clk) begin a <= a + 1; \
+             m[a] <= i_samples; o_overrun <= m[a + 5][0]; end",
+            "a memory",
+        ),
+        ("assign o_overrun = ;", "Yosys does not take it"),
+    ];
+    for (body, told) in cases {
+        let reason = refused(&format!("{body}\n{rest}"));
+        let reason = reason.to_lowercase();
+        assert!(reason.contains(&told.to_lowercase()), "{body}: {reason}");
+    }
+}
