@@ -73,6 +73,7 @@ pub mod simulate;
 pub mod study;
 pub mod version;
 
+pub use cosim::own::OwnRtl;
 pub use door::{
     CosimFailed, CosimOptions, EmitOptions, EstimateError, EstimateOptions, Rtl, SimulateOptions,
     cosim, emit, estimate, simulate,

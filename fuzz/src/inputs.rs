@@ -7,7 +7,8 @@
 use std::path::{Component, Path};
 
 use goldtof::code::{CodeSpec, parse_polynomials, parse_seeds, report as codes_report};
-use goldtof::cosim::{manifest as rtl_manifest, ports as rtl_ports};
+use goldtof::cosim::own::manifest as rtl_manifest;
+use goldtof::cosim::ports as rtl_ports;
 use goldtof::scene::{Scene, SceneErrors, parse};
 use goldtof::sensor::Sensor;
 use goldtof::sensor::interface::Port;

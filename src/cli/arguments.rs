@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{ArgGroup, Args, Parser, Subcommand};
 
 use super::new::Like;
 use crate::code::Family;
 use crate::cosim::StimulusKind;
 use crate::cosim::engine::Engine;
+use crate::cosim::latency::Latency;
+use crate::cosim::own::OwnRtl;
 use crate::deliver::Prefix;
 use crate::printable::{printable, printable_path};
 use crate::scene::{self, EstimatorKind, Scene, SceneErrors, Setting};
@@ -71,6 +73,13 @@ fn parse_time(text: &str) -> Result<Duration, String> {
             "write a time from 0.001 s to {} h",
             MOST_SECONDS / 3600.0
         ))
+    }
+}
+
+fn parse_latency(text: &str) -> Result<Latency, String> {
+    match text {
+        "" => Ok(Latency::Emitted),
+        text => text.parse(),
     }
 }
 
@@ -186,11 +195,13 @@ pub(super) struct EmitArguments {
 pub(super) struct CosimArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Folder of Verilog to check in place of the emitted one: the same top
-    /// module and ports (a manifest.json there names its files, else those that
-    /// the top module needs are taken), for example --rtl my_rtl
-    #[arg(long, value_name = "DIR")]
-    pub rtl: Option<PathBuf>,
+    #[command(flatten)]
+    pub own: OwnArguments,
+    /// Clocks after which the Verilog's results come: "auto" for its own, N, or N,P with
+    /// those of the peak [default: the emitted design's]
+    #[arg(long, value_name = "L", default_value = "", hide_default_value = true,
+          value_parser = parse_latency)]
+    pub latency: Latency,
     /// Clocks to run, reset included, 1 to 2^50, for example --clocks 100000 [default: one
     /// whole scan of photons, or as long as the adversary needs]
     #[arg(long, alias = "cycles", value_name = "N",
@@ -207,6 +218,49 @@ pub(super) struct CosimArguments {
     /// the first clocks when there is none), for example --vcd ports.vcd
     #[arg(long, value_name = "FILE")]
     pub vcd: Option<PathBuf>,
+}
+
+/// Verilog to check in place of the emitted one.
+#[derive(Debug, Args)]
+#[command(group = ArgGroup::new("own").args(["rtl", "filelist"]).multiple(true))]
+pub(super) struct OwnArguments {
+    /// Folder of Verilog to check in place of the emitted one, with the same ports: a
+    /// manifest.json there names its files, else those of it and its subfolders that the
+    /// top module needs are taken
+    #[arg(long, value_name = "DIR")]
+    pub rtl: Option<PathBuf>,
+    /// List of files and options of the Verilog to check, as simulators take it with -f;
+    /// may be repeated. Paths are relative to the list's folder
+    #[arg(long, value_name = "FILE")]
+    pub filelist: Vec<PathBuf>,
+    /// Top module of the Verilog to check [default: sensor_top]
+    #[arg(long, value_name = "NAME", requires = "own")]
+    pub top: Option<String>,
+    /// Folder in which files that the Verilog includes are looked for first; may be
+    /// repeated
+    #[arg(short = 'I', long = "include", value_name = "DIR", requires = "own")]
+    pub include: Vec<PathBuf>,
+    /// Macro for the Verilog to check; may be repeated
+    #[arg(
+        short = 'D',
+        long = "define",
+        value_name = "NAME[=VALUE]",
+        requires = "own"
+    )]
+    pub define: Vec<String>,
+}
+
+impl OwnArguments {
+    /// The Verilog to check, if it is not the emitted one.
+    pub fn rtl(&self) -> Option<OwnRtl> {
+        (self.rtl.is_some() || !self.filelist.is_empty()).then(|| OwnRtl {
+            folder: self.rtl.clone(),
+            file_lists: self.filelist.clone(),
+            top: self.top.clone(),
+            include_folders: self.include.clone(),
+            defines: self.define.clone(),
+        })
+    }
 }
 
 #[derive(Debug, Args)]

@@ -7,6 +7,7 @@ use super::forecast::Forecast;
 use super::output::{Output, Progress};
 use super::warnings::warn_of_far_paths;
 use crate::cosim::engine;
+use crate::cosim::shift::PortDifference;
 use crate::cosim::{Report, StimulusKind, Verdict};
 use crate::door::{CosimOptions, Rtl, cosim};
 use crate::files::check_target;
@@ -25,8 +26,8 @@ pub(super) fn run(
         check_target(path)?;
     }
     let options = CosimOptions {
-        rtl: match &arguments.rtl {
-            Some(folder) => Rtl::Folder(folder.clone()),
+        rtl: match arguments.own.rtl() {
+            Some(own) => Rtl::Own(own),
             None => Rtl::Emitted {
                 made_by: command_line(&arguments.scene),
             },
@@ -34,6 +35,7 @@ pub(super) fn run(
         stimulus: arguments.stimulus,
         clocks: arguments.clocks,
         seed,
+        latency: arguments.latency,
         engine: arguments.engine,
     };
     let mut progress = CosimProgress::new(output);
@@ -107,6 +109,12 @@ pub(super) fn text(report: &Report) -> String {
         report.compared_ports.len(),
         report.clocks_per_s / 1e6,
     );
+    if let Some(latency) = &report.latency {
+        text += &format!("latency: {}\n", latency.text());
+    }
+    for remark in &report.remarks {
+        text += &format!("remark: {remark}\n");
+    }
     text += &exercised(report);
     if report.stimulus == StimulusKind::Adversarial {
         text += &report.coverage.text();
@@ -119,9 +127,25 @@ pub(super) fn text(report: &Report) -> String {
             first.text(),
             report.mismatches,
         );
+        text += &differences(report);
     }
     if let Some(vcd) = &report.vcd {
         text += &format!("waveforms: {}\n", printable_path(vcd));
+    }
+    text
+}
+
+/// How each port differs, and what would take a design that is late.
+fn differences(report: &Report) -> String {
+    let mut text = String::new();
+    for difference in &report.differences {
+        text += &format!("  {}: {}\n", difference.port, difference.text);
+    }
+    let depends = |difference: &&PortDifference| {
+        matches!(difference.port.as_str(), "m_axis_tvalid" | "o_peak_valid")
+    };
+    if report.differences.iter().any(|d| depends(&d)) {
+        text += "  (--latency auto holds a design to its own latency)\n";
     }
     text
 }

@@ -25,22 +25,21 @@ pub(crate) mod cache;
 pub mod engine;
 pub mod error;
 pub mod exercised;
-pub(crate) mod folder;
 pub(crate) mod image;
 #[doc(hidden)]
 pub mod lanes;
+pub mod latency;
 #[doc(hidden)]
 pub mod lockstep;
-#[doc(hidden)]
-pub mod manifest;
 pub mod mismatch;
-pub(crate) mod needed;
+pub mod own;
 #[doc(hidden)]
 pub mod ports;
 mod process;
 mod rejected;
 #[doc(hidden)]
 pub mod sent;
+pub mod shift;
 pub(crate) mod tools;
 #[doc(hidden)]
 pub mod verilated;
@@ -51,15 +50,17 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use self::build::{Built, SourceFile};
+use self::build::{Built, SourceFile, is_users};
 use self::engine::{Engine, EnginePart};
 use self::error::{CosimError, When};
 use self::exercised::Exercised;
 use self::lanes::Refusal;
+use self::latency::HeldLatency;
 use self::lockstep::{Lockstep, Outcome};
 use self::mismatch::FirstMismatch;
 use self::rejected::in_users_terms;
 use self::sent::SentCount;
+use self::shift::{PortDifference, differences};
 use self::verilated::Verilated;
 use crate::document::Body;
 use crate::photons::DetectorModel;
@@ -91,7 +92,7 @@ pub enum StimulusKind {
 /// What to co-simulate, and how long.
 #[derive(Debug, Clone)]
 pub struct Request {
-    /// Name of the module that is compared.
+    /// Its top module, with exactly the interface's ports.
     pub top: String,
     /// The Verilog.
     pub sources: Vec<SourceFile>,
@@ -147,6 +148,15 @@ pub struct Report {
     pub stimulus: StimulusKind,
     /// Its seed.
     pub seed: u64,
+    /// How each port differs round the first mismatch.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub differences: Vec<PortDifference>,
+    /// The latency that the Verilog was held to, if not the emitted design's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub latency: Option<HeldLatency>,
+    /// What was ignored of the Verilog, or assumed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub remarks: Vec<String>,
     /// What was done in lanes and what in lock-step.
     pub engines: Vec<EnginePart>,
     /// Why nothing was done in lanes, if that was asked for or left to goldtof.
@@ -280,13 +290,22 @@ fn cosimulate_by_engine(
         .registers
         .as_ref()
         .filter(|_| request.stimulus == StimulusKind::Adversarial);
-    let built = build::build_with(
-        &request.top,
-        &request.sources,
-        interface,
-        registers,
-        &request.cache,
-    )?;
+    let build = |registers| {
+        build::build_with(
+            &request.top,
+            &request.sources,
+            interface,
+            registers,
+            &request.cache,
+        )
+    };
+    let built = match build(registers) {
+        // A manifest names counters that its Verilog has not, or no longer.
+        Err(CosimError::ToolFailed { .. }) if registers.is_some() && is_users(&request.sources) => {
+            build(None)?
+        }
+        built => built?,
+    };
     let mut done = run(sensor, reference, &built, request, on_progress)?;
     done.report.not_in_lanes = not_in_lanes;
     Ok(done)
@@ -444,6 +463,12 @@ fn report(
         peaks: Vec::new(),
         stimulus: request.stimulus,
         seed: request.seed,
+        differences: match &outcome.first {
+            Some(_) => differences(&outcome.records, layout, is_users(&request.sources)),
+            None => Vec::new(),
+        },
+        latency: HeldLatency::of(sensor),
+        remarks: Vec::new(),
         engines: Vec::new(),
         not_in_lanes: None,
         vcd: None,

@@ -52,6 +52,16 @@ impl Sensor {
         Sensor::new(&scene)
     }
 
+    /// The same sensor with hardware whose results, and peaks, come after so many clocks.
+    pub fn with_latency(&self, result_clocks: u32, peak_clocks: u32) -> Sensor {
+        let mut sensor = self.clone();
+        sensor.interface.result_latency_clocks = result_clocks;
+        if let Some(peak) = &mut sensor.interface.peak {
+            peak.latency_clocks = peak_clocks;
+        }
+        sensor
+    }
+
     /// The same hardware and light with another estimator.
     pub fn estimated_by(&self, estimator: EstimatorKind) -> Sensor {
         Sensor::new(&self.scene.estimated_by(estimator))

@@ -235,8 +235,18 @@ fn names_that_tools_cannot_be_given_are_refused() {
     assert!(told.contains("holds no .v or .sv file"), "{told}");
     fs::create_dir(folder.path().join("folder.v")).unwrap();
     let told = ends_with(2, &mut cosim(folder.path()));
+    assert!(told.contains("holds no .v or .sv file"), "{told}");
+    let pipe = folder.path().join("pipe.v");
     assert!(
-        told.contains("folder.v: cannot read it: it is not a regular file"),
+        Command::new("mkfifo")
+            .arg(&pipe)
+            .status()
+            .unwrap()
+            .success()
+    );
+    let told = ends_with(2, &mut cosim(folder.path()));
+    assert!(
+        told.contains("pipe.v: cannot read it: it is not a regular file"),
         "{told}"
     );
 }

@@ -232,9 +232,10 @@ fn a_prefixed_folder_is_co_simulated_by_its_manifest() {
         clocks: None,
         engine: goldtof::cosim::engine::Engine::Auto,
         seed: 1,
+        latency: goldtof::cosim::latency::Latency::Emitted,
     };
     let of_folder = || {
-        let options = options(goldtof::Rtl::Folder(folder.to_owned()));
+        let options = options(goldtof::Rtl::Own(goldtof::OwnRtl::folder(folder)));
         goldtof::cosim(&rich(), &options, |_, _| ())
             .expect("it can be run")
             .report
