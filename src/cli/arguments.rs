@@ -198,7 +198,7 @@ pub(super) struct CosimArguments {
     #[command(flatten)]
     pub own: OwnArguments,
     /// Clocks after which the Verilog's results come: "auto" for its own, N, or N,P with
-    /// those of the peak [default: the emitted design's]
+    /// those of the peak, for example --latency 7 [default: the emitted design's]
     #[arg(long, value_name = "L", default_value = "", hide_default_value = true,
           value_parser = parse_latency)]
     pub latency: Latency,
@@ -226,21 +226,22 @@ pub(super) struct CosimArguments {
 pub(super) struct OwnArguments {
     /// Folder of Verilog to check in place of the emitted one, with the same ports: a
     /// manifest.json there names its files, else those of it and its subfolders that the
-    /// top module needs are taken
+    /// top module needs are taken, for example --rtl my_rtl
     #[arg(long, value_name = "DIR")]
     pub rtl: Option<PathBuf>,
     /// List of files and options of the Verilog to check, as simulators take it with -f;
-    /// may be repeated. Paths are relative to the list's folder
+    /// may be repeated. Paths are relative to the list's folder, for example
+    /// --filelist my_rtl/files.f
     #[arg(long, value_name = "FILE")]
     pub filelist: Vec<PathBuf>,
-    /// Top module of the Verilog to check [default: sensor_top]
+    /// Top module of the Verilog to check, for example --top my_top [default: sensor_top]
     #[arg(long, value_name = "NAME", requires = "own")]
     pub top: Option<String>,
     /// Folder in which files that the Verilog includes are looked for first; may be
-    /// repeated
+    /// repeated, for example --include my_rtl/include
     #[arg(short = 'I', long = "include", value_name = "DIR", requires = "own")]
     pub include: Vec<PathBuf>,
-    /// Macro for the Verilog to check; may be repeated
+    /// Macro for the Verilog to check; may be repeated, for example --define WIDTH=8
     #[arg(
         short = 'D',
         long = "define",
