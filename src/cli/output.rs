@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rustix::termios::tcgetwinsize;
 use serde::Serialize;
 
+use super::failure::Failure;
 use crate::files::{FileError, OutputFolder};
 use crate::printable::{printable_json, printable_lines, printable_path};
 
@@ -92,9 +93,13 @@ impl Output {
         }
     }
 
-    /// An error, with its causes.
-    pub fn error(&self, error: &anyhow::Error) {
-        to_stderr(&format!("error: {}", with_causes(error)));
+    /// An error, with its causes; with `--json` as the document on stdout, too.
+    pub fn error(&self, error: &anyhow::Error, exit_status: u8) {
+        let text = with_causes(error);
+        to_stderr(&format!("error: {text}"));
+        if self.json {
+            failure(&Failure::new(error, &text, exit_status));
+        }
     }
 }
 
@@ -161,8 +166,15 @@ pub(super) fn terminal_width() -> Option<usize> {
     told.or_else(size).filter(|&columns| columns > 0)
 }
 
+/// Writes the document of a failure to stdout. Whether anyone reads it changes nothing.
+pub(super) fn failure(failure: &Failure) {
+    if let Ok(document) = serde_json::to_string_pretty(failure) {
+        let _ = writeln!(io::stdout(), "{}", printable_json(&document));
+    }
+}
+
 /// The error's words and those of its causes that it does not repeat itself.
-fn with_causes(error: &anyhow::Error) -> String {
+pub(super) fn with_causes(error: &anyhow::Error) -> String {
     error.chain().fold(String::new(), |text, cause| {
         let cause = cause.to_string();
         match text.as_str() {
