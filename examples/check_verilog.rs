@@ -9,6 +9,8 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use goldtof::cosim::engine::Engine;
+use goldtof::cosim::latency::Latency;
+use goldtof::cosim::own::OwnRtl;
 use goldtof::cosim::{StimulusKind, Verdict};
 use goldtof::{CosimOptions, EmitOptions, Rtl};
 
@@ -35,9 +37,10 @@ fn check(scene: PathBuf, folder: PathBuf) -> Result<(), Box<dyn Error>> {
 
     // What is in the folder, not what was just made: an edited file is found out.
     let options = CosimOptions {
-        rtl: Rtl::Folder(folder.clone()),
+        rtl: Rtl::Own(OwnRtl::folder(&folder)),
         stimulus: StimulusKind::Adversarial,
         engine: Engine::Auto,
+        latency: Latency::default(),
         clocks: None,
         seed: 1,
     };

@@ -41,6 +41,10 @@ pub(super) struct Cli {
     #[arg(long, global = true, value_name = "TIME", default_value = "10min",
           value_parser = parse_time)]
     pub tool_timeout: Duration,
+    /// Folder for built models, which later runs find again [default: $GOLDTOF_CACHE_DIR, or
+    /// goldtof in the user's folder for caches]
+    #[arg(long, global = true, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
     #[command(subcommand)]
     pub command: Command,
 }
@@ -172,6 +176,9 @@ pub(super) struct RunArguments {
     /// How Verilog and reference model are clocked
     #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
     pub engine: Engine,
+    /// Write what the co-simulation found as a JUnit report, too
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -218,6 +225,10 @@ pub(super) struct CosimArguments {
     /// the first clocks when there is none), for example --vcd ports.vcd
     #[arg(long, value_name = "FILE")]
     pub vcd: Option<PathBuf>,
+    /// Write the verdict as a JUnit report, too: a case for each output port, each family
+    /// of cover points and the stimulus
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
 }
 
 /// Verilog to check in place of the emitted one.

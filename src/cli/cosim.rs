@@ -4,7 +4,8 @@ use super::Ending;
 use super::arguments::CosimArguments;
 use super::emit::command_line;
 use super::forecast::Forecast;
-use super::output::{Output, Progress};
+use super::junit;
+use super::output::{Output, Progress, with_causes};
 use super::warnings::warn_of_far_paths;
 use crate::cosim::engine;
 use crate::cosim::shift::PortDifference;
@@ -13,6 +14,7 @@ use crate::door::{CosimOptions, Rtl, cosim};
 use crate::files::check_target;
 use crate::printable::printable_path;
 use crate::sensor::Sensor;
+use std::path::Path;
 
 pub(super) fn run(
     arguments: &CosimArguments,
@@ -21,7 +23,7 @@ pub(super) fn run(
 ) -> anyhow::Result<Ending> {
     let scene = arguments.scene.load()?;
     warn_of_far_paths(&Sensor::new(&scene), output);
-    if let Some(path) = &arguments.vcd {
+    for path in [&arguments.vcd, &arguments.junit].into_iter().flatten() {
         // Better now than after a long run.
         check_target(path)?;
     }
@@ -42,7 +44,10 @@ pub(super) fn run(
     progress.build();
     let found = cosim(&scene, &options, |done, of| progress.take(done, of));
     progress.end();
-    let mut cosimulation = found?;
+    let mut cosimulation = with_junit(arguments.junit.as_deref(), &scene.name, found)?;
+    if let Some(path) = &arguments.junit {
+        junit::write_report(path, &scene.name, &cosimulation.report)?;
+    }
     if let Some(path) = &arguments.vcd {
         cosimulation.write_vcd(path)?;
     }
@@ -52,6 +57,22 @@ pub(super) fn run(
         &text(&cosimulation.report),
     )?;
     Ok(ending(&cosimulation.report))
+}
+
+/// A result; if it is an error, the JUnit report says so before the program ends.
+pub(super) fn with_junit<T, E: Into<anyhow::Error>>(
+    junit: Option<&Path>,
+    scene: &str,
+    found: Result<T, E>,
+) -> anyhow::Result<T> {
+    found.map_err(|error| {
+        let error = error.into();
+        if let Some(path) = junit {
+            // The error itself is what matters.
+            let _ = junit::write_error(path, scene, &with_causes(&error));
+        }
+        error
+    })
 }
 
 /// Shows how far a co-simulation is.
@@ -132,7 +153,15 @@ pub(super) fn text(report: &Report) -> String {
     if let Some(vcd) = &report.vcd {
         text += &format!("waveforms: {}\n", printable_path(vcd));
     }
-    text
+    text + &score(report)
+}
+
+/// The verdict with its score, in one line.
+pub(super) fn score(report: &Report) -> String {
+    format!(
+        "score: {}, {} of {} cover points reached, {} clocks\n",
+        report.verdict, report.coverage.covered, report.coverage.points, report.clocks
+    )
 }
 
 /// How each port differs, and what would take a design that is late.

@@ -7,6 +7,7 @@ use schemars::{Schema, SchemaGenerator};
 use serde_json::{Value, json};
 
 use super::estimate::Estimates;
+use super::failure::Failure;
 use super::manual::Pages;
 use super::new::Made;
 use super::stress::CaseList;
@@ -30,6 +31,7 @@ pub fn schemas() -> Vec<(&'static str, String)> {
         schema::<cosim::Report>(),
         schema::<Emission>(),
         schema::<Estimates>(),
+        schema::<Failure>(),
         schema::<FidelityReport>(),
         schema::<Pages>(),
         schema::<Made>(),

@@ -9,6 +9,7 @@ use anyhow::Context as _;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rustix::termios::tcgetwinsize;
 
+use super::failure::Failure;
 use super::provenance::typed_command;
 use crate::document::{Body, Document};
 use crate::files::{FileError, OutputFolder};
@@ -109,9 +110,13 @@ impl Output {
         }
     }
 
-    /// An error, with its causes.
-    pub fn error(&self, error: &anyhow::Error) {
-        to_stderr(&format!("error: {}", with_causes(error)));
+    /// An error, with its causes; with `--json` as the document on stdout, too.
+    pub fn error(&self, error: &anyhow::Error, exit_status: u8) {
+        let text = with_causes(error);
+        to_stderr(&format!("error: {text}"));
+        if self.json {
+            failure(&Failure::new(error, &text, exit_status));
+        }
     }
 }
 
@@ -178,8 +183,17 @@ pub(super) fn terminal_width() -> Option<usize> {
     told.or_else(size).filter(|&columns| columns > 0)
 }
 
+/// Writes the document of a failure to stdout. Whether anyone reads it changes nothing.
+pub(super) fn failure(failure: &Failure) {
+    // Which scene it would have been of may be just what is wrong.
+    let document = Document::new(failure, typed_command(), None);
+    if let Ok(document) = serde_json::to_string_pretty(&document) {
+        let _ = writeln!(io::stdout(), "{}", printable_json(&document));
+    }
+}
+
 /// The error's words and those of its causes that it does not repeat itself.
-fn with_causes(error: &anyhow::Error) -> String {
+pub(super) fn with_causes(error: &anyhow::Error) -> String {
     error.chain().fold(String::new(), |text, cause| {
         let cause = cause.to_string();
         match text.as_str() {

@@ -149,13 +149,10 @@ pub struct Report {
     /// Its seed.
     pub seed: u64,
     /// How each port differs round the first mismatch.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub differences: Vec<PortDifference>,
     /// The latency that the Verilog was held to, if not the emitted design's.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub latency: Option<HeldLatency>,
     /// What was ignored of the Verilog, or assumed.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub remarks: Vec<String>,
     /// What was done in lanes and what in lock-step.
     pub engines: Vec<EnginePart>,

@@ -82,7 +82,7 @@ fn blocks(document: &str) -> (Vec<(String, String)>, String) {
 /// A copy of what commands name, with `my_rtl` for a user's own Verilog.
 fn workplace() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for name in ["scenes", "hdl", "scripts"] {
+    for name in ["scenes", "hdl", "scripts", "examples"] {
         let copied = Command::new("cp")
             .arg("-R")
             .arg(root().join(name))

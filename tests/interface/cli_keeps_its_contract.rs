@@ -417,7 +417,7 @@ fn of_a_folder_without_a_manifest_the_bench_is_left_out() {
     fs::write(folder.path().join("stranger.v"), stranger).unwrap();
     assert!(folder.path().join("sensor_top_tb.v").exists());
     let rtl = folder.path().to_str().unwrap();
-    let report = json(&["cosim", QUICK, "--json", "--cycles", "5000", "--rtl", rtl]);
+    let report = json(&["cosim", QUICK, "--json", "--clocks", "5000", "--rtl", rtl]);
     assert_eq!(report["verdict"], "match");
 }
 
