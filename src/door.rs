@@ -1,13 +1,13 @@
 //! The library's doors beside [`run`](crate::run): one function for each job, with its
 //! options and its errors.
 
-use std::path::PathBuf;
-
 use crate::cosim::build::{cache_dir, sources_of};
 use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
+use crate::cosim::latency::{Latency, held_to};
+use crate::cosim::own::{self, OwnDesign, OwnRtl};
 use crate::cosim::window::Window;
-use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate, folder};
+use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate};
 use crate::deliver::{self, Emission, HdlError, Prefix};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::photons::StepCount;
@@ -103,9 +103,8 @@ pub enum Rtl {
         /// files, so that the same words spare another one.
         made_by: String,
     },
-    /// The files of a folder that have the same top module and ports: those that a
-    /// `manifest.json` there names, or else those that the top module needs.
-    Folder(PathBuf),
+    /// Verilog of one's own with the same ports.
+    Own(OwnRtl),
 }
 
 /// What to compare, and how.
@@ -122,6 +121,8 @@ pub struct CosimOptions {
     pub seed: u64,
     /// The clocks to keep for waveforms.
     pub window: Window,
+    /// How late results may come.
+    pub latency: Latency,
     /// How both sides are clocked.
     pub engine: Engine,
 }
@@ -149,11 +150,12 @@ pub enum CosimFailed {
 ///
 /// let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
 /// let options = goldtof::CosimOptions {
-///     rtl: goldtof::Rtl::Folder("my_rtl".into()),
+///     rtl: goldtof::Rtl::Own(goldtof::OwnRtl::folder("my_rtl")),
 ///     stimulus: StimulusKind::Adversarial,
 ///     clocks: None,
 ///     seed: 1,
-///     window: Window::Found,
+///     window: goldtof::cosim::window::Window::Found,
+///     latency: goldtof::cosim::latency::Latency::Auto,
 ///     engine: goldtof::cosim::engine::Engine::Auto,
 /// };
 /// let mut found = goldtof::cosim(&scene, &options, |_, _| ())?;
@@ -172,22 +174,22 @@ pub fn cosim(
     on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimFailed> {
     let sensor = Sensor::new(scene);
-    let (top, sources, registers) = match &options.rtl {
-        Rtl::Folder(path) => {
-            let verilog = folder::read(path)?;
-            let registers = verilog.registers(sensor.interface());
-            (verilog.top, verilog.sources, registers)
-        }
+    let design = match &options.rtl {
+        Rtl::Own(own) => own::read(own, sensor.interface())?,
         Rtl::Emitted { made_by } => {
             let emission = deliver::emit(&sensor, made_by)?;
-            let sources = sources_of(&emission);
-            (emission.top, sources, Some(emission.scan_registers))
+            OwnDesign {
+                sources: sources_of(&emission),
+                top: emission.top,
+                registers: Some(emission.scan_registers),
+                remarks: Vec::new(),
+            }
         }
     };
     let request = Request {
-        top,
-        sources,
-        registers,
+        top: design.top,
+        sources: design.sources,
+        registers: design.registers,
         cache: cache_dir()?,
         stimulus: options.stimulus,
         clocks: options.clocks,
@@ -195,7 +197,10 @@ pub fn cosim(
         window: options.window.clone(),
         engine: options.engine,
     };
-    Ok(cosimulate(&sensor, &request, on_progress)?)
+    let sensor = held_to(&sensor, options.latency, &request)?;
+    let mut done = cosimulate(&sensor, &request, on_progress)?;
+    done.report.remarks = design.remarks;
+    Ok(done)
 }
 
 /// Whose counts they are.
@@ -245,7 +250,7 @@ pub enum EstimateError {
 ///     detector: scene.detectors[0].name.clone(),
 /// };
 /// let estimate = goldtof::estimate(&scene, &options, &counts)?;
-/// assert_eq!(estimate.coarse_step, Some(40));
+/// assert_eq!(estimate.coarse_phase_step, Some(40));
 /// assert!(estimate.distance_m.is_some());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -47,14 +47,15 @@ pub struct Finished {
 }
 
 /// Runs a program to its end, or to the end of its time. Its children end with
-/// it, and all of them with this program when that is interrupted.
+/// it, and all of them with this program when that is interrupted. What it writes to its
+/// standard output goes to `stdout`, and is in [`Finished`] if that is a pipe.
 ///
 /// # Errors
 /// When it cannot be started or watched.
-pub fn run(command: &mut Command) -> io::Result<Finished> {
+pub fn run(command: &mut Command, stdout: Stdio) -> io::Result<Finished> {
     let piped = command
         .stdin(Stdio::null())
-        .stdout(Stdio::piped())
+        .stdout(stdout)
         .stderr(Stdio::piped());
     let mut program = Program::start(piped)?;
     let (closed, closings) = channel();
@@ -159,7 +160,7 @@ mod tests {
     use super::*;
 
     fn shell(lines: &str) -> Finished {
-        run(Command::new("sh").args(["-c", lines])).unwrap()
+        run(Command::new("sh").args(["-c", lines]), Stdio::piped()).unwrap()
     }
 
     #[test]
@@ -167,7 +168,7 @@ mod tests {
         let finished = shell("echo a; echo b >&2; exit 7");
         assert_eq!(finished.status.unwrap().code(), Some(7));
         assert_eq!((&*finished.stdout, &*finished.stderr), ("a\n", "b\n"));
-        assert!(run(&mut Command::new("/nonexistent/tool")).is_err());
+        assert!(run(&mut Command::new("/nonexistent/tool"), Stdio::piped()).is_err());
     }
 
     #[test]

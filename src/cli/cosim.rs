@@ -4,13 +4,18 @@ use super::Ending;
 use super::arguments::CosimArguments;
 use super::emit::command_line;
 use super::forecast::Forecast;
-use super::output::{Output, Progress};
+use super::junit;
+use super::output::{Output, Progress, with_causes};
+use super::warnings::warn_of_far_paths;
 use crate::cosim::engine;
+use crate::cosim::shift::PortDifference;
 use crate::cosim::window::Window;
 use crate::cosim::{Report, StimulusKind, VcdClocks, Verdict};
 use crate::door::{CosimOptions, Rtl, cosim};
 use crate::files::check_target;
 use crate::printable::printable_path;
+use crate::sensor::Sensor;
+use std::path::Path;
 
 pub(super) fn run(
     arguments: &CosimArguments,
@@ -18,32 +23,41 @@ pub(super) fn run(
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
     let scene = arguments.scene.load()?;
-    if let Some(path) = &arguments.vcd {
+    warn_of_far_paths(&Sensor::new(&scene), output);
+    for path in [&arguments.vcd, &arguments.junit].into_iter().flatten() {
         // Better now than after a long run.
         check_target(path)?;
     }
     let options = CosimOptions {
-        rtl: match &arguments.rtl {
-            Some(folder) => Rtl::Folder(folder.clone()),
+        rtl: match arguments.own.rtl() {
+            Some(own) => Rtl::Own(own),
             None => Rtl::Emitted {
                 made_by: command_line(&arguments.scene),
             },
         },
         stimulus: arguments.stimulus,
-        clocks: arguments.cycles,
+        clocks: arguments.clocks,
         seed,
         window: window(arguments)?,
+        latency: arguments.latency,
         engine: arguments.engine,
     };
     let mut progress = CosimProgress::new(output);
     progress.build();
     let found = cosim(&scene, &options, |done, of| progress.take(done, of));
     progress.end();
-    let mut cosimulation = found?;
+    let mut cosimulation = with_junit(arguments.junit.as_deref(), &scene.name, found)?;
+    if let Some(path) = &arguments.junit {
+        junit::write_report(path, &scene.name, &cosimulation.report)?;
+    }
     if let Some(path) = &arguments.vcd {
         cosimulation.write_vcd(path)?;
     }
-    output.answer(&cosimulation.report, &text(&cosimulation.report))?;
+    output.answer(
+        Some(&scene),
+        &cosimulation.report,
+        &text(&cosimulation.report),
+    )?;
     Ok(ending(&cosimulation.report))
 }
 
@@ -56,6 +70,22 @@ fn window(arguments: &CosimArguments) -> anyhow::Result<Window> {
          --vcd FILE"
     );
     Ok(asked.map_or(Window::Found, Window::Clocks))
+}
+
+/// A result; if it is an error, the JUnit report says so before the program ends.
+pub(super) fn with_junit<T, E: Into<anyhow::Error>>(
+    junit: Option<&Path>,
+    scene: &str,
+    found: Result<T, E>,
+) -> anyhow::Result<T> {
+    found.map_err(|error| {
+        let error = error.into();
+        if let Some(path) = junit {
+            // The error itself is what matters.
+            let _ = junit::write_error(path, scene, &with_causes(&error));
+        }
+        error
+    })
 }
 
 /// Shows how far a co-simulation is.
@@ -108,26 +138,30 @@ pub(super) fn text(report: &Report) -> String {
         "{}: {} clocks, {} phase steps, {} output ports at every clock, {:.1} million clocks per \
          second\n",
         report.verdict,
-        report.cycles,
+        report.clocks,
         report.phase_steps,
         report.compared_ports.len(),
-        report.cycles_per_second / 1e6,
+        report.clocks_per_s / 1e6,
     );
+    if let Some(latency) = &report.latency {
+        text += &format!("latency: {}\n", latency.text());
+    }
+    for remark in &report.remarks {
+        text += &format!("remark: {remark}\n");
+    }
     text += &exercised(report);
     if report.stimulus == StimulusKind::Adversarial {
         text += &report.coverage.text();
     }
     if let Some(first) = &report.first_mismatch {
         text += &format!(
-            "first mismatch at clock {} ({:.3} ns): port {} should be {} and is {}; {} clock(s) \
-             differ in all that was compared\n",
-            first.cycle,
+            "first mismatch at clock {} ({:.3} ns): {}; {} clock(s) differ in all that was compared\n",
+            first.clock,
             first.time_ps / 1e3,
-            first.port,
-            first.expected,
-            first.got,
+            first.text(),
             report.mismatches,
         );
+        text += &differences(report);
     }
     if let Some(vcd) = &report.vcd {
         text += &format!("waveforms: {}", printable_path(vcd));
@@ -135,6 +169,29 @@ pub(super) fn text(report: &Report) -> String {
             text += &format!(", clocks {from} to {}", from + clocks - 1);
         }
         text.push('\n');
+    }
+    text + &score(report)
+}
+
+/// The verdict with its score, in one line.
+pub(super) fn score(report: &Report) -> String {
+    format!(
+        "score: {}, {} of {} cover points reached, {} clocks\n",
+        report.verdict, report.coverage.covered, report.coverage.points, report.clocks
+    )
+}
+
+/// How each port differs, and what would take a design that is late.
+fn differences(report: &Report) -> String {
+    let mut text = String::new();
+    for difference in &report.differences {
+        text += &format!("  {}: {}\n", difference.port, difference.text);
+    }
+    let depends = |difference: &&PortDifference| {
+        matches!(difference.port.as_str(), "m_axis_tvalid" | "o_peak_valid")
+    };
+    if report.differences.iter().any(|d| depends(&d)) {
+        text += "  (--latency auto holds a design to its own latency)\n";
     }
     text
 }
@@ -150,7 +207,7 @@ pub(super) fn exercised(report: &Report) -> String {
         text += &format!("not exercised: {}", report.not_exercised.join(", "));
         text += match report.stimulus {
             StimulusKind::Photons => " (`goldtof cosim --stimulus adversarial` drives it)\n",
-            StimulusKind::Adversarial => " (more --cycles bring it)\n",
+            StimulusKind::Adversarial => " (more --clocks bring it)\n",
         };
     }
     text

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-pub use super::cache::cache_dir;
+pub use super::cache::{cache_dir, set_cache_dir};
 use super::cache::{hash, once, write};
 use super::error::CosimError;
 use super::image::Image;
@@ -36,7 +36,7 @@ pub(super) const RTL: &str = "rtl";
 /// a mismatch and not luck. Lint is the emitter's own tests' business; a user's
 /// RTL is judged by what it does. But what fails when it is elaborated has failed,
 /// and of two modules with one name nobody knows which was meant.
-const VERILATOR_FLAGS: &[&str] = &[
+pub(super) const VERILATOR_FLAGS: &[&str] = &[
     "--cc",
     "-O3",
     "--no-timing",
@@ -83,6 +83,11 @@ impl SourceFile {
     pub fn is_compiled(&self) -> bool {
         self.name.ends_with(".v") || self.name.ends_with(".sv")
     }
+}
+
+/// Whether the Verilog is the user's own.
+pub fn is_users(sources: &[SourceFile]) -> bool {
+    sources.iter().any(|source| source.origin.is_some())
 }
 
 /// The Verilog of an emission.
@@ -165,7 +170,7 @@ pub fn build_with(
     Ok(Built {
         path,
         image: Arc::new(image),
-        is_users: sources.iter().any(|source| source.origin.is_some()),
+        is_users: is_users(sources),
         registers: registers.cloned(),
     })
 }

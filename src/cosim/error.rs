@@ -93,13 +93,56 @@ pub enum CosimError {
         /// One sentence per difference.
         differences: Vec<String>,
     },
+    /// No file declares the module to check.
+    #[error(
+        "no module {top} is in the Verilog to check; --top names another one, and a --filelist says \
+         which files belong to it"
+    )]
+    NoTop {
+        /// The module's name.
+        top: String,
+    },
+    /// Two files may be meant.
+    #[error(
+        "{what}: it may be {} or {}; a --filelist says which (with +incdir+ for included files)",
+        printable_path(first),
+        printable_path(second)
+    )]
+    Ambiguous {
+        /// What is asked for.
+        what: String,
+        /// One file.
+        first: PathBuf,
+        /// The other.
+        second: PathBuf,
+    },
+    /// An option cannot be meant.
+    #[error("{option}: {reason}")]
+    Option {
+        /// The option.
+        option: &'static str,
+        /// What is wrong with it and what would be right.
+        reason: String,
+    },
+    /// A list of files says what is not understood.
+    #[error("{}:{line}:{column}: {reason}", printable_path(path))]
+    FileList {
+        /// The list.
+        path: PathBuf,
+        /// Its line, from 1.
+        line: usize,
+        /// Its column in characters, from 1.
+        column: usize,
+        /// What is wrong and what would be right.
+        reason: String,
+    },
     /// `--rtl` names a folder without Verilog.
     #[error("{} holds no .v or .sv file; --rtl wants the folder of the Verilog to check", printable_path(.0))]
     NoVerilog(PathBuf),
     /// `--rtl` names a folder with more than anyone's sensor has.
     #[error(
         "{}: more than {most_mib} MiB of Verilog in all; --rtl wants the folder of one sensor",
-        folder.display()
+        printable_path(folder)
     )]
     TooMuchVerilog {
         /// The folder.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::build::{RTL, SourceFile};
+use super::build::{RTL, SourceFile, is_users};
 use super::error::CosimError;
 
 /// A source's name as the tools see it, and as it stands in what they and the
@@ -22,12 +22,11 @@ pub(super) fn rejection(error: CosimError, sources: &[SourceFile]) -> CosimError
     else {
         return error;
     };
-    let is_users = sources.iter().any(|source| source.origin.is_some());
     // A tool that was killed or broke down says nothing of what it was given.
     let is_said = status.code().is_some()
         && !output.contains("Internal Error")
         && output.lines().any(|line| blames(line, sources));
-    if !(is_users && is_said) {
+    if !(is_users(sources) && is_said) {
         return error;
     }
     CosimError::Rejected {

@@ -1,7 +1,7 @@
 //! Verilator and the C++ compiler as external programs.
 
 use std::path::PathBuf;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use super::error::CosimError;
 use crate::programs;
@@ -90,15 +90,28 @@ impl Tool {
         &self,
         arguments: impl FnOnce(&mut Command) -> &mut Command,
     ) -> Result<String, CosimError> {
+        self.run_into(arguments, Stdio::piped())
+    }
+
+    /// [`Tool::run`] with another place for its stdout, which may then be long.
+    ///
+    /// # Errors
+    /// As [`Tool::run`].
+    pub fn run_into(
+        &self,
+        arguments: impl FnOnce(&mut Command) -> &mut Command,
+        stdout: Stdio,
+    ) -> Result<String, CosimError> {
         let mut command = Command::new(&self.program);
         arguments(&mut command);
         let limit = programs::time_limit();
-        let finished = programs::run(&mut command).map_err(|reason| CosimError::MissingTool {
-            tool: self.name,
-            program: self.program.clone(),
-            reason,
-            install: self.install,
-        })?;
+        let finished =
+            programs::run(&mut command, stdout).map_err(|reason| CosimError::MissingTool {
+                tool: self.name,
+                program: self.program.clone(),
+                reason,
+                install: self.install,
+            })?;
         let tool = self.name;
         let command = format!("{command:?}");
         match finished.status {

@@ -75,6 +75,11 @@ impl Setting {
         &self.origin
     }
 
+    /// Key and value, without the option that they stood behind.
+    pub(super) fn assignment(&self) -> &str {
+        self.origin.split_once(' ').map_or("", |(_, rest)| rest)
+    }
+
     /// Its value as a line of TOML.
     pub(super) fn line(&self) -> String {
         format!("v = {}", self.value)

@@ -43,7 +43,16 @@ fn cosim(rtl: &Path) -> Command {
 fn run(command: &mut Command) -> (Option<i32>, String, String) {
     let output: Output = command.output().unwrap();
     let stdout = String::from_utf8(output.stdout.clone()).unwrap();
-    (output.status.code(), stdout, stderr(&output))
+    let (status, said) = (output.status.code(), stderr(&output));
+    let document: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    // Nothing but the error is on stdout then, in the same words.
+    if let Some(error) = document.get("error") {
+        assert_eq!(error["exit_status"].as_i64(), status.map(i64::from));
+        let first = error["text"].as_str().unwrap().lines().next().unwrap();
+        assert!(said.contains(first), "{first} is not in {said}");
+        return (status, String::new(), said);
+    }
+    (status, stdout, said)
 }
 
 #[test]
@@ -235,8 +244,18 @@ fn names_that_tools_cannot_be_given_are_refused() {
     assert!(told.contains("holds no .v or .sv file"), "{told}");
     fs::create_dir(folder.path().join("folder.v")).unwrap();
     let told = ends_with(2, &mut cosim(folder.path()));
+    assert!(told.contains("holds no .v or .sv file"), "{told}");
+    let pipe = folder.path().join("pipe.v");
     assert!(
-        told.contains("folder.v: cannot read it: it is not a regular file"),
+        Command::new("mkfifo")
+            .arg(&pipe)
+            .status()
+            .unwrap()
+            .success()
+    );
+    let told = ends_with(2, &mut cosim(folder.path()));
+    assert!(
+        told.contains("pipe.v: cannot read it: it is not a regular file"),
         "{told}"
     );
 }

@@ -233,9 +233,10 @@ fn a_prefixed_folder_is_co_simulated_by_its_manifest() {
         engine: goldtof::cosim::engine::Engine::Auto,
         seed: 1,
         window: goldtof::cosim::window::Window::Found,
+        latency: goldtof::cosim::latency::Latency::Emitted,
     };
     let of_folder = || {
-        let options = options(goldtof::Rtl::Folder(folder.to_owned()));
+        let options = options(goldtof::Rtl::Own(goldtof::OwnRtl::folder(folder)));
         goldtof::cosim(&rich(), &options, |_, _| ())
             .expect("it can be run")
             .report
@@ -247,7 +248,7 @@ fn a_prefixed_folder_is_co_simulated_by_its_manifest() {
     let made_by = "goldtof emit test.toml".to_owned();
     let emitted = options(goldtof::Rtl::Emitted { made_by });
     let bare = goldtof::cosim(&rich(), &emitted, |_, _| ()).expect("it can be run");
-    assert_eq!(found.cycles, bare.report.cycles);
+    assert_eq!(found.clocks, bare.report.clocks);
     assert_eq!(found.coverage, bare.report.coverage);
 
     let path = folder.join("right_sensor_top.v");

@@ -18,6 +18,7 @@ use crate::reference::cover_report::Coverage;
 
 /// Files round the design, by role. In JSON a file is its name.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Flow {
     /// The testbench that compares every output port at every clock.
     pub testbench: Testbench,
@@ -35,6 +36,7 @@ pub struct Flow {
 
 /// The testbench and how much it covers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Testbench {
     /// Its top module.
     pub top: String,
@@ -61,6 +63,7 @@ pub struct Testbench {
 
 /// Clock constraints.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Constraints {
     /// Synopsys Design Constraints.
     pub sdc: EmittedFile,

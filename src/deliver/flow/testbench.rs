@@ -470,9 +470,14 @@ fn check<'a>(
         );
     }
     for port in outputs {
+        // Without a result the interface promises nothing of its payload.
+        let counts = match port.name.as_str() {
+            "m_axis_tdata" | "m_axis_tlast" => "expected_m_axis_tvalid && ",
+            _ => "",
+        };
         let _ = write!(
             text,
-            "            if ({name} !== expected_{name}) begin
+            "            if ({counts}{name} !== expected_{name}) begin
                 $display(\"FAIL clock %0d: {name} expected %h got %h\", clock,
                          expected_{name}, {name});
                 failed = 1'b1;

@@ -71,7 +71,7 @@ pub fn file_names(text: &str) -> Result<Named, String> {
 }
 
 /// The name goes into command lines and C++.
-fn check_top(top: &str) -> Result<(), String> {
+pub(super) fn check_top(top: &str) -> Result<(), String> {
     let is_plain = top.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
         && top.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
         && top.len() <= MOST_TOP_CHARACTERS;
@@ -79,7 +79,7 @@ fn check_top(top: &str) -> Result<(), String> {
         return Ok(());
     }
     Err(format!(
-        "top is {top:?}; write the name of a module: letters, digits and underscores, at most \
+        "the top module is {top:?}; write the name of a module: letters, digits and underscores, at most \
          {MOST_TOP_CHARACTERS}, as \"sensor_top\""
     ))
 }
