@@ -43,7 +43,7 @@ pub(super) struct Cli {
           value_parser = parse_time)]
     pub tool_timeout: Duration,
     /// Folder for built models, which later runs find again [default: $GOLDTOF_CACHE_DIR, or
-    /// goldtof in the user's folder for caches]
+    /// goldtof in the user's folder for caches], for example --cache target/models
     #[arg(long, global = true, value_name = "DIR")]
     pub cache: Option<PathBuf>,
     #[command(subcommand)]
@@ -180,7 +180,8 @@ pub(super) struct RunArguments {
     /// How Verilog and reference model are clocked
     #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
     pub engine: Engine,
-    /// Write what the co-simulation found as a JUnit report, too
+    /// Write what the co-simulation found as a JUnit report, too, for example
+    /// --junit run.xml
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
 }
@@ -233,7 +234,7 @@ pub(super) struct CosimArguments {
     #[command(flatten)]
     pub vcd_window: VcdWindow,
     /// Write the verdict as a JUnit report, too: a case for each output port, each family
-    /// of cover points and the stimulus
+    /// of cover points and the stimulus, for example --junit cosim.xml
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
 }
