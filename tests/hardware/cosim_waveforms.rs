@@ -37,6 +37,7 @@ fn co_simulated(scene: &Scene, rtl: goldtof::Rtl, window: Window) -> Cosimulatio
         clocks: None,
         seed: 1,
         engine: Engine::Auto,
+        latency: goldtof::cosim::latency::Latency::default(),
         window,
     };
     goldtof::cosim(scene, &options, |_, _| ()).expect("it can be run")
@@ -178,7 +179,7 @@ fn both_sides_show_the_code_and_the_counts_that_follow_from_the_samples() {
     assert_eq!(found.report.verdict, Verdict::Match);
     let waves = Waves::of(&mut found);
     // A whole scan of 248 steps of 40 chips, all of it in the file.
-    let clocks = found.report.cycles;
+    let clocks = found.report.clocks;
     assert!(clocks < 20_000);
     let expected = VcdClocks { from: 0, clocks };
     assert_eq!(found.report.vcd_clocks, Some(expected));
@@ -243,7 +244,7 @@ fn a_match_shows_its_first_result_and_what_is_asked_for_is_what_is_there() {
         let waves = Waves::of(&mut found);
         assert_eq!(
             clocks(&waves),
-            asked.start..asked.end.min(found.report.cycles)
+            asked.start..asked.end.min(found.report.clocks)
         );
     }
     let made_by = "goldtof emit test.toml".to_owned();
@@ -253,6 +254,7 @@ fn a_match_shows_its_first_result_and_what_is_asked_for_is_what_is_there() {
         clocks: Some(300),
         seed: 1,
         engine: Engine::Auto,
+        latency: goldtof::cosim::latency::Latency::default(),
         window: Window::Clocks(300..400),
     };
     let error = goldtof::cosim(&plain(), &options, |_, _| ()).expect_err("it ends before");
@@ -273,14 +275,14 @@ fn a_mismatch_shows_where_the_sides_part() {
     let faulty = text.replacen("o_data = {", "o_data = 16'd1 ^ {", 1);
     assert_ne!(faulty, text);
     fs::write(&path, faulty).expect("it can be written");
-    let rtl = || goldtof::Rtl::Folder(folder.path().to_owned());
+    let rtl = || goldtof::Rtl::Own(goldtof::cosim::own::OwnRtl::folder(folder.path()));
     let mut found = co_simulated(&plain(), rtl(), Window::Found);
     let first = found.report.first_mismatch.clone().expect("they differ");
     assert_eq!(first.port, "m_axis_tdata");
     let waves = Waves::of(&mut found);
     let shown = clocks(&waves);
-    assert!(shown.contains(&first.cycle));
-    let at = (first.cycle - shown.start) as usize;
+    assert!(shown.contains(&first.clock));
+    let at = (first.clock - shown.start) as usize;
     let any = waves.values("cosim.differs.any");
     assert_eq!(any.iter().position(|&differs| differs == 1), Some(at));
     assert_eq!(waves.values("cosim.differs.m_axis_tdata")[at], 1);
@@ -294,8 +296,8 @@ fn a_mismatch_shows_where_the_sides_part() {
 
     // Of clocks that the run does not come to, those round the mismatch are shown.
     let mut early = co_simulated(&plain(), rtl(), Window::Clocks(9900..9910));
-    if early.report.cycles < 9900 {
-        assert!(clocks(&Waves::of(&mut early)).contains(&first.cycle));
+    if early.report.clocks < 9900 {
+        assert!(clocks(&Waves::of(&mut early)).contains(&first.clock));
     }
 }
 
