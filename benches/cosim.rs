@@ -13,8 +13,9 @@ use std::path::Path;
 use std::time::Instant;
 
 use goldtof::cosim::TOP;
-use goldtof::cosim::build::{build, cache_dir, sources_of};
+use goldtof::cosim::build::{build, cache_dir};
 use goldtof::cosim::lockstep::Lockstep;
+use goldtof::cosim::source::sources_of;
 use goldtof::cosim::verilated::Verilated;
 use goldtof::cosim::window::Window;
 use goldtof::photons::DetectorModel;

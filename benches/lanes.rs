@@ -14,9 +14,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use goldtof::cosim::TOP;
-use goldtof::cosim::build::{build, cache_dir, sources_of};
+use goldtof::cosim::build::{build, cache_dir};
 use goldtof::cosim::lanes::Prepared;
 use goldtof::cosim::lockstep::Lockstep;
+use goldtof::cosim::source::sources_of;
 use goldtof::cosim::verilated::Verilated;
 use goldtof::photons::DetectorModel;
 use goldtof::reference::photons::Photons;

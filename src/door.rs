@@ -1,11 +1,12 @@
 //! The library's doors beside [`run`](crate::run): one function for each job, with its
 //! options and its errors.
 
-use crate::cosim::build::{cache_dir, sources_of};
+use crate::cosim::build::cache_dir;
 use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::latency::{Latency, held_to};
 use crate::cosim::own::{self, OwnDesign, OwnRtl};
+use crate::cosim::source::sources_of;
 use crate::cosim::window::Window;
 use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate};
 use crate::deliver::{self, Emission, HdlError, Prefix};

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::cosim::build::{cache_dir, sources_of};
+use crate::cosim::build::cache_dir;
 use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::sent::SentCount;
+use crate::cosim::source::sources_of;
 use crate::cosim::window::Window;
 use crate::cosim::{self, Cosimulation, Request, StimulusKind, Verdict, cosimulate};
 use crate::deliver::{self, Emission, HdlError};

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use clap::{ArgGroup, Args, Parser, Subcommand};
 
-use super::new::Like;
+use super::values::{Like, parse_error};
 use crate::code::Family;
 use crate::cosim::StimulusKind;
 use crate::cosim::engine::Engine;
@@ -421,7 +421,7 @@ pub(super) struct FidelityArguments {
     /// Error of standard deviation, bias (in standard deviations) and share of missed
     /// peaks to recommend a tier for, 0.01% to 99%: --target-error 5%, or 0.05
     #[arg(long, value_name = "E", default_value = "5%",
-          value_parser = super::fidelity::parse_error)]
+          value_parser = parse_error)]
     pub target_error: f64,
     /// Folder for fidelity.svg, sensor-trade.svg and their data as CSV; made when
     /// missing, for example --out out/fidelity

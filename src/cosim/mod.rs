@@ -5,12 +5,17 @@
 //!
 //! use goldtof::cosim::StimulusKind;
 //! use goldtof::cosim::engine::Engine;
+//! use goldtof::cosim::latency::Latency;
+//! use goldtof::cosim::own::OwnRtl;
+//! use goldtof::cosim::window::Window;
 //!
 //! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
 //! let options = goldtof::CosimOptions {
-//!     rtl: goldtof::Rtl::Folder("my_rtl".into()),
+//!     rtl: goldtof::Rtl::Own(OwnRtl::folder("my_rtl")),
 //!     stimulus: StimulusKind::Photons,
 //!     engine: Engine::Auto,
+//!     latency: Latency::Auto,
+//!     window: Window::Found,
 //!     clocks: Some(100_000),
 //!     seed: 1,
 //! };
@@ -41,6 +46,7 @@ mod rejected;
 #[doc(hidden)]
 pub mod sent;
 pub mod shift;
+pub mod source;
 pub(crate) mod tools;
 #[doc(hidden)]
 pub mod verilated;
@@ -54,7 +60,7 @@ use std::path::{Path, PathBuf};
 pub(crate) use self::viewers::views_beside;
 use serde::Serialize;
 
-use self::build::{Built, SourceFile, is_users};
+use self::build::Built;
 use self::comparison::Comparison;
 use self::engine::{Engine, EnginePart};
 use self::error::{CosimError, When};
@@ -66,6 +72,7 @@ use self::mismatch::FirstMismatch;
 use self::rejected::in_users_terms;
 use self::sent::SentCount;
 use self::shift::{PortDifference, differences};
+use self::source::{SourceFile, is_users};
 use self::verilated::Verilated;
 use self::window::{Shown, Window};
 use crate::document::Body;

@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-use super::Clock;
+use super::timing::Clock;
 
 /// Femtoseconds of the units that simulators know, from the longest that is of use; any
 /// of them may be taken once, ten or a hundred times.

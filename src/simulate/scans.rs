@@ -7,11 +7,12 @@ use std::num::NonZero;
 use std::thread::available_parallelism;
 
 use super::Tier;
-use crate::cosim::build::{Built, SourceFile, build, cache_dir, sources_of};
+use crate::cosim::build::{Built, build, cache_dir};
 use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::exercised::Exercised;
 use crate::cosim::lockstep::Lockstep;
+use crate::cosim::source::{SourceFile, sources_of};
 use crate::cosim::verilated::Verilated;
 use crate::cosim::window::Window;
 use crate::cosim::{Cosimulation, Request, StimulusKind, TOP, Verdict, cosimulate};

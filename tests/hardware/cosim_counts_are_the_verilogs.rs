@@ -4,9 +4,9 @@
 use std::collections::HashMap;
 
 use goldtof::cosim::Verdict;
-use goldtof::cosim::build::{SourceFile, sources_of};
 use goldtof::cosim::engine::Engine;
 use goldtof::cosim::sent::SentReader;
+use goldtof::cosim::source::{SourceFile, sources_of};
 use goldtof::cosim::{Cosimulation, Request, StimulusKind, cosimulate};
 use goldtof::deliver::emit;
 use goldtof::photons::StepCount;

@@ -3,8 +3,8 @@
 //! clock.
 
 use crate::hdl_support::draw::{self, Extent};
-use goldtof::cosim::build::sources_of;
 use goldtof::cosim::engine::Engine;
+use goldtof::cosim::source::sources_of;
 use goldtof::cosim::{Request, StimulusKind, Verdict, cosimulate};
 use goldtof::sensor::Sensor;
 use rand::SeedableRng;

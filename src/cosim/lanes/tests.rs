@@ -4,9 +4,10 @@ use std::path::Path;
 
 use super::*;
 use crate::cosim::TOP;
-use crate::cosim::build::{build, cache_dir, sources_of};
+use crate::cosim::build::{build, cache_dir};
 use crate::cosim::lockstep::Lockstep;
 use crate::cosim::sent::SentCount;
+use crate::cosim::source::sources_of;
 use crate::cosim::verilated::Verilated;
 use crate::deliver;
 use crate::reference::photons::Photons;

@@ -2,15 +2,43 @@
 
 use std::fmt::Write as _;
 
-use super::Testbench;
-use super::core::testbench_file_list;
+use serde::Serialize;
+
+use super::file_list::testbench_file_list;
 use super::run_length::Words;
 use super::stimulus::{Group, MOST_CLOCKS, Recording, record};
-use crate::deliver::emission::{Design, EmittedFile};
-use crate::reference::cover_report::Missed;
+use crate::deliver::design::{Design, EmittedFile};
+use crate::reference::cover_report::{Coverage, Missed};
 use crate::reference::predictor::ReferenceError;
 use crate::scan::{Clock, Timescale};
 use crate::sensor::interface::Port;
+
+/// The testbench and how much it covers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Testbench {
+    /// Its top module.
+    pub top: String,
+    /// Its Verilog.
+    pub files: Vec<EmittedFile>,
+    /// The design's files and the testbench's, for `-f`.
+    pub file_list: EmittedFile,
+    /// What its Verilog reads at run time, from the folder it runs in.
+    pub vectors: Vec<EmittedFile>,
+    /// Clocks that it runs and compares.
+    pub clocks: u64,
+    /// Phase steps whose integration ends within these clocks.
+    pub phase_steps: u64,
+    /// Scans whose last phase step ends within these clocks.
+    pub scans: u64,
+    /// Hits that count up in the results that come to the stream, each once for
+    /// every phase step that sees it.
+    pub hits_up: u64,
+    /// Hits that count down.
+    pub hits_down: u64,
+    /// How much of what the sensor can be made to do it covers.
+    pub coverage: Coverage,
+}
 
 /// Name of the vectors that drive the sensor; all others but the next are expected
 /// values.

@@ -3,9 +3,10 @@
 use super::case::{CaseError, ensure};
 use std::ops::Range;
 
-use crate::cosim::build::{build, cache_dir, sources_of};
+use crate::cosim::build::{build, cache_dir};
 use crate::cosim::exercised::Exercised;
 use crate::cosim::lockstep::Lockstep;
+use crate::cosim::source::sources_of;
 use crate::cosim::verilated::Verilated;
 use crate::cosim::window::Window;
 use crate::cosim::{StimulusKind, TOP};
