@@ -49,6 +49,8 @@ pub mod deliver;
 mod door;
 pub mod estimate;
 pub(crate) mod files;
+#[doc(hidden)]
+pub mod grade;
 pub(crate) mod interrupt;
 pub(crate) mod light;
 pub(crate) mod math;
@@ -74,8 +76,8 @@ pub mod version;
 
 pub use cosim::own::OwnRtl;
 pub use door::{
-    CosimFailed, CosimOptions, EmitOptions, EstimateError, EstimateOptions, Rtl, SimulateOptions,
-    cosim, emit, estimate, simulate,
+    CosimFailed, CosimOptions, EmitOptions, EstimateError, EstimateOptions, GradeOptions, Rtl,
+    SimulateOptions, cosim, emit, estimate, grade, simulate,
 };
 pub use files::{FileError, OutputFolder};
 pub use interrupt::watch as watch_signals;

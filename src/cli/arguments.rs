@@ -11,6 +11,7 @@ use crate::cosim::engine::Engine;
 use crate::cosim::latency::Latency;
 use crate::cosim::own::OwnRtl;
 use crate::deliver::Prefix;
+use crate::grade::GradeStimulus;
 use crate::printable::{printable, printable_path};
 use crate::scene::{self, EstimatorKind, Scene, SceneErrors, Setting};
 use crate::simulate::Tier;
@@ -93,6 +94,8 @@ pub(super) enum Command {
     Emit(EmitArguments),
     /// Run Verilog and the reference model in lock-step
     Cosim(CosimArguments),
+    /// How many faults and mutants of a design a stimulus would find
+    Grade(GradeArguments),
     /// Photons to distance, many times: bias and standard deviation
     Simulate(SimulateArguments),
     /// A scene over and over, with some of its keys otherwise: a table and a plot
@@ -255,6 +258,36 @@ impl OwnArguments {
             defines: self.define.clone(),
         })
     }
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: goldtof grade scenes/quick.toml --stimulus testbench --at-least 98%"
+)]
+pub(super) struct GradeArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    #[command(flatten)]
+    pub own: OwnArguments,
+    /// What is graded: the first 4 million clocks of photons, the inputs chosen to hurt
+    /// of `cosim`, or those of the emitted testbench
+    #[arg(long, value_enum, default_value_t = GradeStimulus::Adversarial)]
+    pub stimulus: GradeStimulus,
+    /// Its clocks, reset included [default: as many as it takes]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(16..=MOST_CYCLES))]
+    pub cycles: Option<u64>,
+    /// Mutants beside the stuck-at faults; 0 for none
+    #[arg(long, value_name = "N", default_value_t = 1_000,
+          value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    pub mutants: u32,
+    /// Seconds to prove that one that is not caught is equivalent
+    #[arg(long, value_name = "S", default_value_t = 5,
+          value_parser = clap::value_parser!(u32).range(1..=3_600))]
+    pub proof_time: u32,
+    /// End with exit status 1 if fewer are caught, of those not proven equivalent: 99% or
+    /// 0.99
+    #[arg(long, value_name = "SHARE", value_parser = super::grade::parse_share)]
+    pub at_least: Option<f64>,
 }
 
 #[derive(Debug, Args)]

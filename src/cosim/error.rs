@@ -218,6 +218,9 @@ pub enum CosimError {
     /// What was to be done in lanes cannot be.
     #[error("this has no place in lanes: {0}; --engine auto takes lock-step for it")]
     NoLanes(String),
+    /// A design whose faults cannot be told.
+    #[error("this cannot be graded: {0}")]
+    NotGraded(String),
     /// The hardware is not modelled.
     #[error(transparent)]
     Reference(#[from] crate::reference::predictor::ReferenceError),

@@ -78,6 +78,15 @@ impl Tool {
         }
     }
 
+    /// Yosys's ABC: `$ABC` or `yosys-abc`.
+    pub fn abc() -> Tool {
+        Tool {
+            name: "Yosys's ABC",
+            install: "apt-get install yosys",
+            program: program("ABC", "yosys-abc"),
+        }
+    }
+
     fn ask(&self, arguments: &[&str]) -> Result<String, CosimError> {
         self.run(|command| command.args(arguments))
     }

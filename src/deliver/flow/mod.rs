@@ -9,6 +9,8 @@ mod stimulus;
 mod testbench;
 mod vhdl;
 
+pub(crate) use stimulus::adversary as testbench_adversary;
+
 use serde::Serialize;
 
 use super::emission::{Design, EmittedFile};

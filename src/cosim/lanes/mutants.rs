@@ -1,0 +1,160 @@
+//! Mutants of a design in one netlist: an input chooses which one it is.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use super::Refusal;
+use super::model::{failed_in_yosys, script_of_sources, write_sources, yosys_version};
+use super::netlist::Netlist;
+use super::variants::CHOICE;
+use super::yosys::{self, TO_WORDS, WORDS_TO_GATES};
+use crate::cosim::build::SourceFile;
+use crate::cosim::cache::{hash, once, write};
+use crate::cosim::error::CosimError;
+use crate::cosim::tools::Tool;
+
+/// Mutants beyond a share of those that are asked for, since some are of clocks.
+const SPARE_MUTANTS: u32 = 20;
+const LIST: &str = "mutants.txt";
+const NETLIST: &str = "netlist.json";
+
+/// A change of one bit of one cell.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mutant {
+    /// Yosys's name of what is done: inv, const0, const1, cnot0, cnot1.
+    pub mode: String,
+    /// The wire and its bit, or the cell and its port.
+    pub place: String,
+    /// The line in the Verilog that lies closest.
+    pub source: String,
+}
+
+/// A design and `count` mutants of it, chosen by Yosys with `seed`: the choice k > 0 is
+/// the k-th, 0 the design itself. Words that are `kept` can be found in the netlist.
+///
+/// # Errors
+/// What of it has no place in lanes; or a tool fails.
+pub fn mutants(
+    top: &str,
+    sources: &[SourceFile],
+    count: u32,
+    seed: u64,
+    kept: &[String],
+    cache: &Path,
+) -> Result<(Netlist, Vec<Mutant>), Refusal> {
+    let yosys = Tool::yosys();
+    let version = yosys_version(&yosys)?;
+    let (count_text, seed_text) = (count.to_string(), seed.to_string());
+    let mut parts = vec!["mutants", version.as_str(), TO_WORDS, WORDS_TO_GATES, top];
+    parts.extend([count_text.as_str(), seed_text.as_str()]);
+    parts.extend(kept.iter().map(String::as_str));
+    for source in sources {
+        parts.extend([source.name.as_str(), source.text.as_str()]);
+    }
+    let identity = hash(&parts);
+    let mut unfit = None;
+    let list = once(cache, &format!("mutants-{identity}"), LIST, |folder| {
+        write_sources(folder, sources)?;
+        let script = format!(
+            "{}{TO_WORDS}\nmutate -list {} -seed {} -o {LIST}\n",
+            script_of_sources(top, sources),
+            count + count / 2 + SPARE_MUTANTS,
+            seed % (1 << 31),
+        );
+        run(&yosys, folder, &script, &mut unfit)
+    });
+    let list = failed_in_yosys(list, unfit.take())?;
+    let list = without_clocks(&list, count as usize);
+    let json = once(cache, &format!("mutated-{identity}"), NETLIST, |folder| {
+        write_sources(folder, sources)?;
+        let bits = bits_of_choice(list.len());
+        let mut script = format!("{}{TO_WORDS}\n", script_of_sources(top, sources));
+        for word in kept {
+            let _ = writeln!(script, "setattr -set keep 1 w:{word}");
+        }
+        for (number, line) in list.iter().enumerate() {
+            let _ = writeln!(script, "{line} -ctrl {CHOICE} {bits} {}", number + 1);
+        }
+        let _ = writeln!(script, "{WORDS_TO_GATES}\nwrite_json {NETLIST}");
+        run(&yosys, folder, &script, &mut unfit)
+    });
+    let json = failed_in_yosys(json, unfit)?;
+    let mutants = list.iter().map(|line| mutant(line)).collect();
+    Ok((yosys::read(&json, top)?, mutants))
+}
+
+/// Of Yosys's mutants `count`, evenly, or all if there are fewer, but none of a clock:
+/// a register that is not on the clock has no place in lanes.
+fn without_clocks(list: &str, count: usize) -> Vec<&str> {
+    let is_of_data = |line: &&str| {
+        let mut words = line.split_whitespace();
+        words.all(|word| word.trim_start_matches('\\') != "CLK")
+    };
+    let all: Vec<&str> = list.lines().filter(is_of_data).collect();
+    let taken = count.min(all.len());
+    (0..taken).map(|i| all[i * all.len() / taken]).collect()
+}
+
+/// Bits that hold the numbers 0 to `count`.
+fn bits_of_choice(count: usize) -> u32 {
+    usize::BITS - count.leading_zeros()
+}
+
+fn run(
+    yosys: &Tool,
+    folder: &Path,
+    script: &str,
+    unfit: &mut Option<String>,
+) -> Result<(), CosimError> {
+    write(&folder.join("script.ys"), script)?;
+    let done = yosys.run(|command| command.current_dir(folder).args(["-q", "-s", "script.ys"]));
+    done.map(|_| ()).inspect_err(|error| {
+        *unfit = Some(super::model::first_error(error));
+    })
+}
+
+/// Reads a line of the list.
+fn mutant(line: &str) -> Mutant {
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let after = |option: &str| {
+        let place = words.iter().position(|word| *word == option)?;
+        words.get(place + 1).copied()
+    };
+    let place = match (after("-wire"), after("-wirebit")) {
+        (Some(wire), Some(bit)) => format!("{wire}[{bit}]"),
+        _ => format!(
+            "{} port {}[{}]",
+            after("-cell").unwrap_or_default(),
+            after("-port").unwrap_or_default(),
+            after("-portbit").unwrap_or_default()
+        ),
+    };
+    Mutant {
+        mode: after("-mode").unwrap_or_default().to_owned(),
+        place,
+        source: after("-src").unwrap_or_default().to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mutants_of_clocks_are_left_out_and_the_rest_is_taken_evenly() {
+        let line = |port: &str, bit: usize| {
+            format!("mutate -mode inv -module \\top -cell $dff -port \\{port} -portbit {bit}\n")
+        };
+        let list: String = (0..9)
+            .map(|bit| line(if bit % 3 == 0 { "CLK" } else { "D" }, bit))
+            .collect();
+        let bits = |count| -> Vec<String> {
+            let lines = without_clocks(&list, count);
+            let last = |line: &str| line.split(' ').next_back().unwrap_or_default().to_owned();
+            lines.into_iter().map(last).collect()
+        };
+        assert_eq!(bits(3), ["1", "4", "7"]);
+        assert_eq!(bits(100), ["1", "2", "4", "5", "7", "8"]);
+        assert_eq!(bits(0), [""; 0]);
+    }
+}
