@@ -301,7 +301,7 @@ pub enum EstimateError {
 ///     detector: scene.detectors[0].name.clone(),
 /// };
 /// let estimate = goldtof::estimate(&scene, &options, &counts)?;
-/// assert_eq!(estimate.coarse_step, Some(40));
+/// assert_eq!(estimate.coarse_phase_step, Some(40));
 /// assert!(estimate.distance_m.is_some());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

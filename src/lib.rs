@@ -34,7 +34,7 @@
 //!     seed: 1,
 //! };
 //! let simulation = goldtof::simulate(&scene, &options)?;
-//! assert!((simulation.estimates[0].true_m - 3.2).abs() < 1e-9);
+//! assert!((simulation.estimates[0].true_distance_m - 3.2).abs() < 1e-9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -46,6 +46,7 @@ pub mod cli;
 pub mod code;
 pub mod cosim;
 pub mod deliver;
+pub mod document;
 mod door;
 pub mod estimate;
 pub(crate) mod files;

@@ -10,6 +10,7 @@ use crate::cosim::error::CosimError;
 use crate::cosim::sent::SentCount;
 use crate::cosim::{self, Cosimulation, Request, StimulusKind, Verdict, cosimulate};
 use crate::deliver::{self, Emission, HdlError};
+use crate::document::Body;
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::files::{FileError, OutputFolder};
 use crate::photons::StepCount;
@@ -69,8 +70,10 @@ pub enum RunEvent<'a> {
 
 /// What a run found; as JSON the document of `goldtof run`.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Run {
     /// The scene's name.
+    #[serde(skip)]
     pub scene: String,
     /// Seed of all random numbers.
     pub seed: u64,
@@ -85,6 +88,10 @@ pub struct Run {
     pub estimates: Vec<EstimateReport>,
     /// The same by the other estimator, on the same counts.
     pub other_estimates: Vec<EstimateReport>,
+}
+
+impl Body for Run {
+    const NAME: &'static str = "run";
 }
 
 /// Why a run has no result.

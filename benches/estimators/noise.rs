@@ -45,7 +45,7 @@ pub fn walk(scene: &Scene) -> Outcome {
                 mm(phase.bias_m),
                 mm(phase.std_m),
                 mm(model.bias_m),
-                mm(model.std_error_m),
+                mm(model.bias_std_error_m),
                 mm(model.std_m),
                 mm(model.bound_m),
                 ratio * relative,
@@ -83,10 +83,10 @@ pub fn interference(scene: &Scene) -> Outcome {
             "  {chips:8.2} chips | {:10.3} | {:9.3} {:7.3}  {:.3} | {:9.3} {:7.3}  {}",
             mm(phase.bias_m),
             mm(given.bias_m),
-            mm(given.std_error_m),
+            mm(given.bias_std_error_m),
             given.std_over_bound.unwrap_or(f64::NAN),
             mm(found.bias_m),
-            mm(found.std_error_m),
+            mm(found.bias_std_error_m),
             found.estimates,
         );
     }

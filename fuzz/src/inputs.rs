@@ -192,12 +192,12 @@ pub fn codes(data: &[u8]) {
     match codes_report(&spec) {
         Err(error) => assert!(!error.to_string().is_empty()),
         Ok(report) => {
-            assert_eq!(report.chips.len() as u64, report.length);
+            assert_eq!(report.chips.len() as u64, report.length_chips);
             let ones = report.chips.bytes().filter(|&chip| chip == b'1').count();
-            assert_eq!(ones as u64, report.weight);
+            assert_eq!(ones as u64, report.weight_chips);
             let lags: u64 = report.autocorrelation.counts.iter().sum();
-            assert_eq!(lags + 1, report.length);
-            assert_eq!(report.autocorrelation.peak as u64, report.length);
+            assert_eq!(lags + 1, report.length_chips);
+            assert_eq!(report.autocorrelation.peak as u64, report.length_chips);
             assert!(!report.to_text().is_empty());
         }
     }

@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::{ArgGroup, Args, Parser, Subcommand};
 
 use super::new::Like;
+use crate::code::Family;
 use crate::cosim::StimulusKind;
 use crate::cosim::engine::Engine;
 use crate::cosim::latency::Latency;
@@ -19,7 +20,7 @@ use crate::study::reproduce::FigureId;
 use crate::study::sweep::Axis;
 
 /// Most clocks of a co-simulation: years of them, whose samples 64 bits number.
-const MOST_CYCLES: u64 = 1 << 50;
+const MOST_CLOCKS: u64 = 1 << 50;
 
 /// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
 /// time-of-flight sensors.
@@ -29,17 +30,22 @@ pub(super) struct Cli {
     /// Print one JSON document on stdout, and nothing else there
     #[arg(long, global = true)]
     pub json: bool,
-    /// Seed of all random numbers, 0 to 18446744073709551615
+    /// Seed of all random numbers, 0 to 18446744073709551615, for example --seed 7
     #[arg(long, global = true, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     /// Print no progress and no summary
     #[arg(long, global = true)]
     pub quiet: bool,
     /// Longest time that an external tool, or a block of clocks of the Verilog, may
-    /// take: a number with its unit, "90 s", "10min" or "2h", 0.001 s to 24000 h
+    /// take: a number with its unit (s, min or h), 0.001 s to 24000 h, for example
+    /// --tool-timeout 90s
     #[arg(long, global = true, value_name = "TIME", default_value = "10min",
           value_parser = parse_time)]
     pub tool_timeout: Duration,
+    /// Folder for built models, which later runs find again [default: $GOLDTOF_CACHE_DIR, or
+    /// goldtof in the user's folder for caches], for example --cache target/models
+    #[arg(long, global = true, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
     #[command(subcommand)]
     pub command: Command,
 }
@@ -87,6 +93,7 @@ pub(super) enum Command {
     /// The main job: plan, emit, simulate photons, co-simulate, estimate, report
     Run(RunArguments),
     /// What is kept and what is left out for a scene, and why
+    #[command(after_help = "Example: goldtof plan scenes/quick.toml")]
     Plan(SceneArgument),
     /// A code and its correlation properties
     Codes(CodesArguments),
@@ -162,7 +169,8 @@ impl SceneArgument {
 pub(super) struct RunArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Folder for the Verilog, counts.csv and report.html; made when missing
+    /// Folder for the Verilog, counts.csv and report.html; made when missing,
+    /// for example --out out/quick
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// How counts become distances [default: the scene's]
@@ -171,6 +179,10 @@ pub(super) struct RunArguments {
     /// How Verilog and reference model are clocked
     #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
     pub engine: Engine,
+    /// Write what the co-simulation found as a JUnit report, too, for example
+    /// --junit run.xml
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -178,12 +190,13 @@ pub(super) struct RunArguments {
 pub(super) struct EmitArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Folder for the Verilog and manifest.json; made when missing
+    /// Folder for the Verilog and manifest.json; made when missing, for example
+    /// --out rtl
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// What the names of all modules, files and macros begin with, so that several
     /// sensors can be in one design: a letter, then letters, digits and single
-    /// underscores, at most 64 characters, for example left_ [default: none]
+    /// underscores, at most 64 characters, for example --prefix left_ [default: none]
     #[arg(long, value_name = "NAME")]
     pub prefix: Option<Prefix>,
 }
@@ -196,14 +209,15 @@ pub(super) struct CosimArguments {
     #[command(flatten)]
     pub own: OwnArguments,
     /// Clocks after which the Verilog's results come: "auto" for its own, N, or N,P with
-    /// those of the peak [default: the emitted design's]
+    /// those of the peak, for example --latency 7 [default: the emitted design's]
     #[arg(long, value_name = "L", default_value = "", hide_default_value = true,
           value_parser = parse_latency)]
     pub latency: Latency,
-    /// Clocks to run, reset included, 1 to 2^50 [default: one whole scan of photons, or as
-    /// long as the adversary needs]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MOST_CYCLES))]
-    pub cycles: Option<u64>,
+    /// Clocks to run, reset included, 1 to 2^50, for example --clocks 100000 [default: one
+    /// whole scan of photons, or as long as the adversary needs]
+    #[arg(long, alias = "cycles", value_name = "N",
+          value_parser = clap::value_parser!(u64).range(1..=MOST_CLOCKS))]
+    pub clocks: Option<u64>,
     /// What drives both sides
     #[arg(long, value_enum, default_value_t = StimulusKind::Photons)]
     pub stimulus: StimulusKind,
@@ -212,9 +226,13 @@ pub(super) struct CosimArguments {
     #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
     pub engine: Engine,
     /// Write waveforms of all ports, both sides, round the first mismatch (or of
-    /// the first clocks when there is none)
+    /// the first clocks when there is none), for example --vcd ports.vcd
     #[arg(long, value_name = "FILE")]
     pub vcd: Option<PathBuf>,
+    /// Write the verdict as a JUnit report, too: a case for each output port, each family
+    /// of cover points and the stimulus, for example --junit cosim.xml
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
 }
 
 /// Verilog to check in place of the emitted one.
@@ -223,21 +241,22 @@ pub(super) struct CosimArguments {
 pub(super) struct OwnArguments {
     /// Folder of Verilog to check in place of the emitted one, with the same ports: a
     /// manifest.json there names its files, else those of it and its subfolders that the
-    /// top module needs are taken
+    /// top module needs are taken, for example --rtl my_rtl
     #[arg(long, value_name = "DIR")]
     pub rtl: Option<PathBuf>,
     /// List of files and options of the Verilog to check, as simulators take it with -f;
-    /// may be repeated. Paths are relative to the list's folder
+    /// may be repeated. Paths are relative to the list's folder, for example
+    /// --filelist my_rtl/files.f
     #[arg(long, value_name = "FILE")]
     pub filelist: Vec<PathBuf>,
-    /// Top module of the Verilog to check [default: sensor_top]
+    /// Top module of the Verilog to check, for example --top my_top [default: sensor_top]
     #[arg(long, value_name = "NAME", requires = "own")]
     pub top: Option<String>,
     /// Folder in which files that the Verilog includes are looked for first; may be
-    /// repeated
+    /// repeated, for example --include my_rtl/include
     #[arg(short = 'I', long = "include", value_name = "DIR", requires = "own")]
     pub include: Vec<PathBuf>,
-    /// Macro for the Verilog to check; may be repeated
+    /// Macro for the Verilog to check; may be repeated, for example --define WIDTH=8
     #[arg(
         short = 'D',
         long = "define",
@@ -297,7 +316,7 @@ pub(super) struct GradeArguments {
 pub(super) struct SimulateArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Scans to simulate, 1 to 1000000
+    /// Scans to simulate, 1 to 1000000, for example --repeat 1000
     #[arg(long, value_name = "R", default_value_t = 100,
           value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub repeat: u64,
@@ -308,7 +327,7 @@ pub(super) struct SimulateArguments {
     #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
     pub engine: Engine,
     /// Write what each phase step is expected to count, with its standard deviation,
-    /// as CSV
+    /// as CSV, for example --expected expected.csv
     #[arg(long, value_name = "FILE")]
     pub expected: Option<PathBuf>,
     /// How counts become distances [default: the scene's]
@@ -323,12 +342,12 @@ pub(super) struct SimulateArguments {
 pub(super) struct SweepArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// A key and its values: a list, 'path.distance=1 m, 2 m, 5 m'; values spaced evenly
+    /// A key and its values: a list, as --over 'path.distance=1 m, 2 m, 5 m'; values spaced evenly
     /// by ratio, 'source[0].mean_power=1 pW..64 pW x7'; or by difference,
     /// 'path.distance=1 m..10 m +10'. Repeated, every combination is taken
     #[arg(long, value_name = "KEY=VALUES", required = true)]
     pub over: Vec<Axis>,
-    /// Scans of each point, 1 to 1000000
+    /// Scans of each point, 1 to 1000000, for example --repeat 1000
     #[arg(long, value_name = "R", default_value_t = 100,
           value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub repeat: u64,
@@ -338,7 +357,8 @@ pub(super) struct SweepArguments {
     /// How counts become distances [default: the scene's]
     #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
-    /// Folder for sweep.csv, sweep.svg and the finished points; made when missing
+    /// Folder for sweep.csv, sweep.svg and the finished points; made when missing,
+    /// for example --out out/sweep
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
 }
@@ -366,7 +386,8 @@ pub(super) struct CompletionsArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof man --out ~/.local/share/man/man1")]
 pub(super) struct ManArguments {
-    /// Folder for goldtof.1 and a page for each command; made when missing
+    /// Folder for goldtof.1 and a page for each command; made when missing, for example
+    /// --out man
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
 }
@@ -385,7 +406,7 @@ pub(super) struct EstimateArguments {
     #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
     /// Folder for the residuals as CSV and as a plot, a file for each detector; made
-    /// when missing
+    /// when missing, for example --out out/residuals
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }
@@ -398,15 +419,15 @@ pub(super) struct FidelityArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
     /// Error of standard deviation, bias (in standard deviations) and share of missed
-    /// peaks to recommend a tier for, 0.01% to 99%: 5% or 0.05
+    /// peaks to recommend a tier for, 0.01% to 99%: --target-error 5%, or 0.05
     #[arg(long, value_name = "E", default_value = "5%",
           value_parser = super::fidelity::parse_error)]
     pub target_error: f64,
     /// Folder for fidelity.svg, sensor-trade.svg and their data as CSV; made when
-    /// missing
+    /// missing, for example --out out/fidelity
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Seconds to spend, about, 1 to 86400
+    /// Seconds to spend, about, 1 to 86400, for example --budget-s 300
     #[arg(long, value_name = "S", default_value_t = 60,
           value_parser = clap::value_parser!(u64).range(1..=86_400))]
     pub budget_s: u64,
@@ -418,10 +439,12 @@ pub(super) struct ReproduceArguments {
     /// The one figure to make, with the claims that it decides [default: all]
     #[arg(long, value_name = "N", value_enum)]
     pub figure: Option<FigureId>,
-    /// Folder for the figures (SVG) and their data (CSV); made when missing
+    /// Folder for the figures (SVG) and their data (CSV); made when missing, for
+    /// example --out out/article
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Scans of 1.04 ms per phase step behind each standard deviation and bias, 2 to 1000000
+    /// Scans of 1.04 ms per phase step behind each standard deviation and bias, 2 to
+    /// 1000000, for example --repeat 2000
     #[arg(long, value_name = "R", default_value_t = 500,
           value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     pub repeat: u64,
@@ -430,7 +453,7 @@ pub(super) struct ReproduceArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof stress --quick")]
 pub(super) struct StressArguments {
-    /// The one case to run [default: all]
+    /// The one case to run, for example --case no-light-at-all [default: all]
     #[arg(long, value_name = "NAME", conflicts_with = "quick")]
     pub case: Option<String>,
     /// The fast subset
@@ -444,27 +467,30 @@ pub(super) struct StressArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof codes --degree 11 --index 3 --interleave 1")]
 pub(super) struct CodesArguments {
-    /// Degree n of the polynomials; the code has 2^n - 1 chips before
-    /// interleaving
+    /// Degree n of the polynomials, 2 to 20, for example --degree 11; the code has
+    /// 2^n - 1 chips before interleaving
     #[arg(long, value_name = "N")]
     pub degree: Option<u32>,
-    /// Family: gold, m-sequence, square or chips
-    #[arg(long, value_name = "F", default_value = "gold")]
-    pub family: String,
+    /// Family, for example --family m-sequence
+    #[arg(long, value_name = "F", value_enum, default_value_t = Family::Gold)]
+    pub family: Family,
     /// Exponents in descending order, the two polynomials of a Gold pair
-    /// separated by a semicolon: "11,2,0;11,8,5,2,0"
+    /// separated by a semicolon: --polynomials "11,2,0;11,8,5,2,0"
+    /// [default: a preferred pair]
     #[arg(long, value_name = "LIST")]
     pub polynomials: Option<String>,
-    /// First chips of each m-sequence, separated by a comma: 11111,11111
+    /// First chips of each m-sequence, separated by a comma: --seeds
+    /// 11111,11111 [default: all ones]
     #[arg(long, value_name = "A,B")]
     pub seeds: Option<String>,
-    /// Index in the Gold set: -2 is u, -1 is v, i is u XOR v advanced by i chips
+    /// Index in the Gold set: -2 is u, -1 is v, i is u XOR v advanced by i chips,
+    /// up to 2^n - 2, for example --index 3 [default: 0]
     #[arg(long, value_name = "I", allow_negative_numbers = true)]
     pub index: Option<i64>,
-    /// Interleaving depth nu
+    /// Interleaving depth nu, 0 to 8, for example --interleave 1
     #[arg(long, value_name = "V", default_value_t = 0)]
     pub interleave: u32,
-    /// Chips of family chips, first chip first: 0110100
+    /// Chips of family chips, first chip first: --chips 0110100
     #[arg(long, value_name = "BITS")]
     pub chips: Option<String>,
     /// Permit a Gold set from a pair that is not preferred
@@ -496,6 +522,41 @@ mod tests {
         ] {
             assert!(time(text).is_err(), "{text}");
         }
+    }
+
+    /// Each option that takes what is not in a list says how it is written.
+    #[test]
+    fn every_option_and_every_command_has_an_example() {
+        let mut command = super::Cli::command();
+        command.build();
+        let mut checked = 0;
+        for sub in command
+            .get_subcommands()
+            .filter(|sub| sub.get_name() != "help")
+        {
+            let more = sub.get_after_help().map(ToString::to_string);
+            let example = format!("Example: goldtof {} ", sub.get_name());
+            assert!(more.unwrap_or_default().starts_with(&example), "{example}");
+            let options = sub
+                .get_arguments()
+                .filter(|option| option.get_long().is_some());
+            for option in options.filter(|option| option.get_action().takes_values()) {
+                let name = format!("--{}", option.get_long().unwrap_or_default());
+                let help = option
+                    .get_help()
+                    .map(ToString::to_string)
+                    .unwrap_or_default();
+                let has_example = help.contains(&format!("{name} "));
+                let is_choice = !option.get_possible_values().is_empty();
+                assert!(
+                    has_example || is_choice,
+                    "{} {name}: {help}",
+                    sub.get_name()
+                );
+                checked += 1;
+            }
+        }
+        assert!(checked > 60, "{checked}");
     }
 
     #[test]

@@ -7,12 +7,12 @@ use crate::code::{CodeSpec, parse_polynomials, parse_seeds, report};
 
 pub(super) fn run(arguments: &CodesArguments, output: &mut Output) -> anyhow::Result<Ending> {
     let report = report(&spec(arguments)?)?;
-    output.answer(&report, &report.to_text())?;
+    output.answer(None, &report, &report.to_text())?;
     Ok(Ending::Done)
 }
 
 fn spec(arguments: &CodesArguments) -> anyhow::Result<CodeSpec> {
-    let mut spec = CodeSpec::new(arguments.family.parse()?);
+    let mut spec = CodeSpec::new(arguments.family);
     spec.degree = arguments.degree;
     spec.index = arguments.index;
     spec.interleave = arguments.interleave;

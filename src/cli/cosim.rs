@@ -4,13 +4,17 @@ use super::Ending;
 use super::arguments::CosimArguments;
 use super::emit::command_line;
 use super::forecast::Forecast;
-use super::output::{Output, Progress};
+use super::junit;
+use super::output::{Output, Progress, with_causes};
+use super::warnings::warn_of_far_paths;
 use crate::cosim::engine;
 use crate::cosim::shift::PortDifference;
 use crate::cosim::{Report, StimulusKind, Verdict};
 use crate::door::{CosimOptions, Rtl, cosim};
 use crate::files::check_target;
 use crate::printable::printable_path;
+use crate::sensor::Sensor;
+use std::path::Path;
 
 pub(super) fn run(
     arguments: &CosimArguments,
@@ -18,7 +22,8 @@ pub(super) fn run(
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
     let scene = arguments.scene.load()?;
-    if let Some(path) = &arguments.vcd {
+    warn_of_far_paths(&Sensor::new(&scene), output);
+    for path in [&arguments.vcd, &arguments.junit].into_iter().flatten() {
         // Better now than after a long run.
         check_target(path)?;
     }
@@ -30,7 +35,7 @@ pub(super) fn run(
             },
         },
         stimulus: arguments.stimulus,
-        clocks: arguments.cycles,
+        clocks: arguments.clocks,
         seed,
         latency: arguments.latency,
         engine: arguments.engine,
@@ -39,12 +44,35 @@ pub(super) fn run(
     progress.build();
     let found = cosim(&scene, &options, |done, of| progress.take(done, of));
     progress.end();
-    let mut cosimulation = found?;
+    let mut cosimulation = with_junit(arguments.junit.as_deref(), &scene.name, found)?;
+    if let Some(path) = &arguments.junit {
+        junit::write_report(path, &scene.name, &cosimulation.report)?;
+    }
     if let Some(path) = &arguments.vcd {
         cosimulation.write_vcd(path)?;
     }
-    output.answer(&cosimulation.report, &text(&cosimulation.report))?;
+    output.answer(
+        Some(&scene),
+        &cosimulation.report,
+        &text(&cosimulation.report),
+    )?;
     Ok(ending(&cosimulation.report))
+}
+
+/// A result; if it is an error, the JUnit report says so before the program ends.
+pub(super) fn with_junit<T, E: Into<anyhow::Error>>(
+    junit: Option<&Path>,
+    scene: &str,
+    found: Result<T, E>,
+) -> anyhow::Result<T> {
+    found.map_err(|error| {
+        let error = error.into();
+        if let Some(path) = junit {
+            // The error itself is what matters.
+            let _ = junit::write_error(path, scene, &with_causes(&error));
+        }
+        error
+    })
 }
 
 /// Shows how far a co-simulation is.
@@ -97,10 +125,10 @@ pub(super) fn text(report: &Report) -> String {
         "{}: {} clocks, {} phase steps, {} output ports at every clock, {:.1} million clocks per \
          second\n",
         report.verdict,
-        report.cycles,
+        report.clocks,
         report.phase_steps,
         report.compared_ports.len(),
-        report.cycles_per_second / 1e6,
+        report.clocks_per_s / 1e6,
     );
     if let Some(latency) = &report.latency {
         text += &format!("latency: {}\n", latency.text());
@@ -114,13 +142,10 @@ pub(super) fn text(report: &Report) -> String {
     }
     if let Some(first) = &report.first_mismatch {
         text += &format!(
-            "first mismatch at clock {} ({:.3} ns): port {} should be {} and is {}; {} clock(s) \
-             differ in all that was compared\n",
-            first.cycle,
+            "first mismatch at clock {} ({:.3} ns): {}; {} clock(s) differ in all that was compared\n",
+            first.clock,
             first.time_ps / 1e3,
-            first.port,
-            first.expected,
-            first.got,
+            first.text(),
             report.mismatches,
         );
         text += &differences(report);
@@ -128,7 +153,15 @@ pub(super) fn text(report: &Report) -> String {
     if let Some(vcd) = &report.vcd {
         text += &format!("waveforms: {}\n", printable_path(vcd));
     }
-    text
+    text + &score(report)
+}
+
+/// The verdict with its score, in one line.
+pub(super) fn score(report: &Report) -> String {
+    format!(
+        "score: {}, {} of {} cover points reached, {} clocks\n",
+        report.verdict, report.coverage.covered, report.coverage.points, report.clocks
+    )
 }
 
 /// How each port differs, and what would take a design that is late.
@@ -157,7 +190,7 @@ pub(super) fn exercised(report: &Report) -> String {
         text += &format!("not exercised: {}", report.not_exercised.join(", "));
         text += match report.stimulus {
             StimulusKind::Photons => " (`goldtof cosim --stimulus adversarial` drives it)\n",
-            StimulusKind::Adversarial => " (more --cycles bring it)\n",
+            StimulusKind::Adversarial => " (more --clocks bring it)\n",
         };
     }
     text

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::Ending;
 use super::arguments::{EmitArguments, SceneArgument};
 use super::output::Output;
+use super::warnings::warn_of_far_paths;
 use crate::deliver;
 use crate::deliver::Emission;
 use crate::printable::printable_path;
@@ -17,9 +18,10 @@ pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Res
         command += &format!(" --prefix {prefix}");
     }
     let prefix = arguments.prefix.clone().unwrap_or_default();
+    warn_of_far_paths(&sensor, output);
     let emission = deliver::emit_prefixed(&sensor, &prefix, &command)?;
     deliver::write_into(&emission, &output.folder(&arguments.out)?)?;
-    output.answer(&emission, &text(&emission, &arguments.out))?;
+    output.answer_document(&emission.document(), &text(&emission, &arguments.out))?;
     Ok(Ending::Done)
 }
 

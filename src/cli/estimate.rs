@@ -5,14 +5,21 @@ use serde::Serialize;
 use super::Ending;
 use super::arguments::EstimateArguments;
 use super::output::Output;
+use super::warnings::warn_of_far_paths;
+use crate::document::Body;
 use crate::recorded::{Assessment, assess, read_counts, residual_plot};
 use crate::sensor::Sensor;
 
 /// The JSON of `goldtof estimate`.
 #[derive(Serialize)]
-struct Estimates<'a> {
-    scene: &'a str,
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub(super) struct Estimates<'a> {
+    /// What each detector's scan says.
     assessments: &'a [Assessment],
+}
+
+impl Body for Estimates<'_> {
+    const NAME: &'static str = "estimate";
 }
 
 pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow::Result<Ending> {
@@ -21,6 +28,7 @@ pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow:
         .load()?
         .with_estimator(arguments.estimator)?;
     let sensor = Sensor::new(&scene);
+    warn_of_far_paths(&sensor, output);
     let scans = read_counts(&arguments.counts, &sensor)?;
     let assessments: Vec<Assessment> = scans.iter().map(|scan| assess(&sensor, scan)).collect();
     if let Some(out) = &arguments.out {
@@ -39,9 +47,8 @@ pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow:
     }
     let text: String = assessments.iter().map(Assessment::to_string).collect();
     let document = Estimates {
-        scene: &scene.name,
         assessments: &assessments,
     };
-    output.answer(&document, &text)?;
+    output.answer(Some(&scene), &document, &text)?;
     Ok(Ending::Done)
 }

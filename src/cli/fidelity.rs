@@ -6,7 +6,9 @@ use super::Ending;
 use super::arguments::FidelityArguments;
 use super::forecast::announce;
 use super::output::Output;
+use super::warnings::warn_of_far_paths;
 use crate::printable::printable_path;
+use crate::sensor::Sensor;
 use crate::study::fidelity::compare;
 
 pub(super) fn run(
@@ -15,6 +17,7 @@ pub(super) fn run(
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
     let scene = arguments.scene.load()?;
+    warn_of_far_paths(&Sensor::new(&scene), output);
     let budget = Duration::from_secs(arguments.budget_s);
     // Before the long work, so that a folder that cannot be had is told at once.
     let folder = match &arguments.out {
@@ -25,7 +28,7 @@ pub(super) fn run(
     let report = compare(&scene, seed, budget, arguments.target_error)?;
     for tier in &report.domains {
         for warning in &tier.warnings {
-            output.note(&format!("warning: {}: {warning}", tier.name));
+            output.note(&format!("warning: {}: {warning}", tier.fidelity));
         }
     }
     if let Some(folder) = folder {
@@ -33,7 +36,7 @@ pub(super) fn run(
             output.note(&format!("wrote {}", printable_path(&folder.join(name))));
         }
     }
-    output.answer(&report, &report.to_text())?;
+    output.answer(Some(&scene), &report, &report.to_text())?;
     if let Some(refusal) = &report.refusal {
         output.note(&format!("refused: {refusal}"));
         return Ok(Ending::DoesNotHold);

@@ -5,11 +5,25 @@ use std::io::{self, Write as _};
 
 use anyhow::Context as _;
 use clap::CommandFactory as _;
+use serde::Serialize;
 
 use super::Ending;
 use super::arguments::{Cli, CompletionsArguments, ManArguments};
 use super::output::Output;
+use crate::document::Body;
 use crate::printable::printable_path;
+
+/// The JSON of `goldtof man`.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub(super) struct Pages {
+    /// Names of the pages' files, in the folder that was asked for.
+    files: Vec<String>,
+}
+
+impl Body for Pages {
+    const NAME: &'static str = "man";
+}
 
 pub(super) fn completions(arguments: &CompletionsArguments) -> anyhow::Result<Ending> {
     let mut script = Vec::new();
@@ -49,6 +63,6 @@ pub(super) fn pages(arguments: &ManArguments, output: &Output) -> anyhow::Result
         names.len(),
         printable_path(folder.path())
     );
-    output.answer(&names, &text)?;
+    output.answer(None, &Pages { files: names }, &text)?;
     Ok(Ending::Done)
 }

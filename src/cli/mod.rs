@@ -2,15 +2,25 @@
 //!
 //! With `--json` one JSON document goes to stdout and nothing else; progress
 //! and summaries go to stderr.
+//!
+//! ```no_run
+//! fn main() -> std::process::ExitCode {
+//!     goldtof::cli::main()
+//! }
+//! ```
 
 mod arguments;
 pub mod codes;
 mod cosim;
+#[doc(hidden)]
+pub mod documents;
 mod emit;
 mod estimate;
+mod failure;
 mod fidelity;
 mod forecast;
 mod grade;
+mod junit;
 mod manual;
 mod new;
 mod output;
@@ -28,7 +38,9 @@ use std::process::ExitCode;
 use clap::Parser as _;
 
 use self::arguments::{Cli, Command};
+use self::failure::Failure;
 use self::output::Output;
+use crate::cosim::build::set_cache_dir;
 use crate::cosim::error::CosimError;
 use crate::door::CosimFailed;
 use crate::interrupt;
@@ -55,6 +67,10 @@ pub fn main() -> ExitCode {
             // Help and version are answers, not errors.
             let status = if error.use_stderr() { 2 } else { 0 };
             print_usage(&error);
+            let asks = |argument: std::ffi::OsString| argument == "--json";
+            if status == 2 && std::env::args_os().any(asks) {
+                output::failure(&Failure::of_usage(&error.render().to_string()));
+            }
             return ExitCode::from(status);
         }
     };
@@ -63,6 +79,9 @@ pub fn main() -> ExitCode {
         output.note(&format!("signals are not watched: {error}"));
     }
     programs::set_time_limit(cli.tool_timeout);
+    if let Some(cache) = cli.cache {
+        set_cache_dir(cache);
+    }
     let ending = match cli.command {
         Command::Run(arguments) => run::run(&arguments, cli.seed, &mut output),
         Command::Plan(arguments) => plan::run(&arguments, &mut output),
@@ -84,8 +103,9 @@ pub fn main() -> ExitCode {
         Ok(Ending::Done) => ExitCode::SUCCESS,
         Ok(Ending::DoesNotHold) => ExitCode::from(1),
         Err(error) => {
-            output.error(&error);
-            ExitCode::from(status_of(&error))
+            let status = status_of(&error);
+            output.error(&error, status);
+            ExitCode::from(status)
         }
     }
 }

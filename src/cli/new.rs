@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::Ending;
 use super::arguments::NewArguments;
 use super::output::Output;
+use crate::document::Body;
 use crate::files;
 use crate::printable::printable_path;
 
@@ -49,8 +50,14 @@ impl Like {
 
 /// The JSON of `goldtof new`.
 #[derive(Serialize)]
-struct Made {
-    scene: String,
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub(super) struct Made {
+    /// The scene's file.
+    file: String,
+}
+
+impl Body for Made {
+    const NAME: &'static str = "new";
 }
 
 pub(super) fn run(arguments: &NewArguments, output: &Output) -> anyhow::Result<Ending> {
@@ -68,7 +75,7 @@ pub(super) fn run(arguments: &NewArguments, output: &Output) -> anyhow::Result<E
     files::write(&path, text.trim_start_matches('\n'))?;
     let shown = printable_path(&path);
     let text = format!("{shown}: try goldtof plan {shown}\n");
-    output.answer(&Made { scene: shown }, &text)?;
+    output.answer(None, &Made { file: shown }, &text)?;
     Ok(Ending::Done)
 }
 

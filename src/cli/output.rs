@@ -8,10 +8,13 @@ use std::time::Duration;
 use anyhow::Context as _;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rustix::termios::tcgetwinsize;
-use serde::Serialize;
 
+use super::failure::Failure;
+use super::provenance::typed_command;
+use crate::document::{Body, Document};
 use crate::files::{FileError, OutputFolder};
 use crate::printable::{printable_json, printable_lines, printable_path};
+use crate::scene::Scene;
 
 /// The outputs of a command.
 pub(super) struct Output {
@@ -24,11 +27,26 @@ impl Output {
         Output { json, quiet }
     }
 
-    /// The command's answer: `value` with `--json`, else `text`.
-    pub fn answer(&self, value: &impl Serialize, text: &str) -> anyhow::Result<()> {
+    /// The command's answer: a document with `--json`, else `text`. `scene` is what it is
+    /// of, if it is of one.
+    pub fn answer<B: Body>(
+        &self,
+        scene: Option<&Scene>,
+        body: &B,
+        text: &str,
+    ) -> anyhow::Result<()> {
+        self.answer_document(&Document::new(body, typed_command(), scene), text)
+    }
+
+    /// The same with a document that has its head.
+    pub fn answer_document<B: Body>(
+        &self,
+        document: &Document<B>,
+        text: &str,
+    ) -> anyhow::Result<()> {
         let mut stdout = io::stdout().lock();
         let written = if self.json {
-            let document = serde_json::to_string_pretty(value).context("cannot make JSON")?;
+            let document = serde_json::to_string_pretty(document).context("cannot make JSON")?;
             writeln!(stdout, "{}", printable_json(&document))
         } else if self.quiet {
             Ok(())
@@ -92,9 +110,13 @@ impl Output {
         }
     }
 
-    /// An error, with its causes.
-    pub fn error(&self, error: &anyhow::Error) {
-        to_stderr(&format!("error: {}", with_causes(error)));
+    /// An error, with its causes; with `--json` as the document on stdout, too.
+    pub fn error(&self, error: &anyhow::Error, exit_status: u8) {
+        let text = with_causes(error);
+        to_stderr(&format!("error: {text}"));
+        if self.json {
+            failure(&Failure::new(error, &text, exit_status));
+        }
     }
 }
 
@@ -161,8 +183,17 @@ pub(super) fn terminal_width() -> Option<usize> {
     told.or_else(size).filter(|&columns| columns > 0)
 }
 
+/// Writes the document of a failure to stdout. Whether anyone reads it changes nothing.
+pub(super) fn failure(failure: &Failure) {
+    // Which scene it would have been of may be just what is wrong.
+    let document = Document::new(failure, typed_command(), None);
+    if let Ok(document) = serde_json::to_string_pretty(&document) {
+        let _ = writeln!(io::stdout(), "{}", printable_json(&document));
+    }
+}
+
 /// The error's words and those of its causes that it does not repeat itself.
-fn with_causes(error: &anyhow::Error) -> String {
+pub(super) fn with_causes(error: &anyhow::Error) -> String {
     error.chain().fold(String::new(), |text, cause| {
         let cause = cause.to_string();
         match text.as_str() {

@@ -9,9 +9,10 @@ use crate::report::plan::text;
 use crate::sensor::Sensor;
 
 pub(super) fn run(arguments: &SceneArgument, output: &mut Output) -> anyhow::Result<Ending> {
-    let sensor = Sensor::new(&arguments.load()?);
+    let scene = arguments.load()?;
+    let sensor = Sensor::new(&scene);
     warn_of_far_paths(&sensor, output);
     let overview = overview(&sensor);
-    output.answer(&overview, &text(&overview, terminal_width()))?;
+    output.answer(Some(&scene), &overview, &text(&overview, terminal_width()))?;
     Ok(Ending::Done)
 }

@@ -33,17 +33,39 @@ pub(super) fn provenance(scene_text: String) -> anyhow::Result<Provenance> {
         Some(seconds) => SystemTime::UNIX_EPOCH + Duration::from_secs(seconds),
         None => SystemTime::now(),
     };
-    let words = std::env::args_os().skip(1);
-    let words = words.map(|word| printable_path(Path::new(&word)));
-    let command = std::iter::once("goldtof".to_owned())
-        .chain(words)
-        .collect::<Vec<_>>()
-        .join(" ");
     Ok(Provenance {
         version: format!("goldtof {VERSION}"),
-        command,
+        command: typed_command(),
         date: humantime::format_rfc3339_seconds(time).to_string(),
         reproducible: told.is_some(),
         scene_text,
     })
+}
+
+/// The command as it was typed; words that a shell would take apart are in quotation marks.
+pub(super) fn typed_command() -> String {
+    let words = std::env::args_os().skip(1);
+    let words = words.map(|word| quoted(&printable_path(Path::new(&word))));
+    let all = std::iter::once("goldtof".to_owned()).chain(words);
+    all.collect::<Vec<_>>().join(" ")
+}
+
+/// A word as a shell reads it back.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "-_./=:,@%+".contains(c);
+    match !word.is_empty() && word.chars().all(is_plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn a_word_is_what_a_shell_reads_back() {
+        assert_eq!(super::quoted("--out"), "--out");
+        assert_eq!(super::quoted("path.distance=5 m"), "'path.distance=5 m'");
+        assert_eq!(super::quoted("it's"), r"'it'\''s'");
+        assert_eq!(super::quoted(""), "''");
+    }
 }

@@ -30,7 +30,7 @@ pub(super) fn run(
         forecast.progress(*done, figures);
         output.note(title);
     })?;
-    output.answer(&made, &made.to_text())?;
+    output.answer(None, &made, &made.to_text())?;
     Ok(if made.holds() {
         Ending::Done
     } else {

@@ -5,8 +5,9 @@ use std::path::Path;
 
 use super::Ending;
 use super::arguments::RunArguments;
-use super::cosim::{CosimProgress, ending, exercised, text as cosim_text};
+use super::cosim::{CosimProgress, ending, exercised, score, text as cosim_text, with_junit};
 use super::emit::{command_line, text as emit_text};
+use super::junit;
 use super::output::{Output, terminal_width};
 use super::provenance::provenance;
 use super::warnings::warn_of_far_paths;
@@ -50,9 +51,12 @@ pub(super) fn run(
         }
     });
     progress.end();
-    let run = ended?;
+    let run = with_junit(arguments.junit.as_deref(), &scene.name, ended)?;
+    if let Some(path) = &arguments.junit {
+        junit::write_report(path, &scene.name, &run.cosim)?;
+    }
     let chips = scene.scan.integration_chips;
-    output.answer(&run, &summary(&run, chips, &arguments.out))?;
+    output.answer(Some(&scene), &run, &summary(&run, chips, &arguments.out))?;
     Ok(ending(&run.cosim))
 }
 
@@ -64,7 +68,7 @@ fn first_line(text: &str) -> &str {
 fn summary(run: &Run, chips: u64, out: &Path) -> String {
     let mut text = format!(
         "{}: co-simulation {}: {} clocks, {} phase steps of {} chips\n",
-        run.scene, run.cosim.verdict, run.cosim.cycles, run.cosim.phase_steps, chips,
+        run.scene, run.cosim.verdict, run.cosim.clocks, run.cosim.phase_steps, chips,
     );
     text += &exercised(&run.cosim);
     let both = run.estimates.iter().zip(&run.other_estimates);
@@ -74,10 +78,11 @@ fn summary(run: &Run, chips: u64, out: &Path) -> String {
             let _ = writeln!(
                 text,
                 "{}: peak of the hardware at phase step {}, count {}",
-                peak.detector, peak.step, peak.count
+                peak.detector, peak.phase_step, peak.count
             );
         }
     }
     let _ = writeln!(text, "report: {}", printable_path(&out.join(REPORT)));
+    text += &score(&run.cosim);
     text
 }

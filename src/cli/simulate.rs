@@ -17,7 +17,8 @@ pub(super) fn run(
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
     let scene = arguments.scene.load()?;
-    let sensor = Sensor::new(&scene.with_estimator(arguments.estimator)?);
+    let scene = scene.with_estimator(arguments.estimator)?;
+    let sensor = Sensor::new(&scene);
     warn_of_far_paths(&sensor, output);
     if let Some(seconds) = forecast::seconds(&sensor, arguments.fidelity, arguments.repeat) {
         announce(output, "the simulation", seconds);
@@ -36,6 +37,6 @@ pub(super) fn run(
     for warning in &simulation.warnings {
         output.note(&format!("warning: {warning}"));
     }
-    output.answer(&simulation, &simulation.to_text())?;
+    output.answer(Some(&scene), &simulation, &simulation.to_text())?;
     Ok(Ending::Done)
 }

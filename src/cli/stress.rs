@@ -2,11 +2,48 @@
 
 use std::fmt::Write as _;
 
+use serde::Serialize;
+
 use super::Ending;
 use super::arguments::StressArguments;
 use super::forecast::Forecast;
 use super::output::Output;
-use crate::study::stress::{Case, cases, run as run_cases};
+use crate::document::Body;
+use crate::study::stress::{Case, Group, cases, run as run_cases};
+
+/// The JSON of `goldtof stress --list`.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub(super) struct CaseList {
+    /// The cases, in their order.
+    cases: Vec<ListedCase>,
+}
+
+impl Body for CaseList {
+    const NAME: &'static str = "stress-list";
+}
+
+/// A case that is named.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+struct ListedCase {
+    /// Its name.
+    name: &'static str,
+    /// What it is about.
+    group: Group,
+    /// What is measured.
+    what: &'static str,
+}
+
+impl ListedCase {
+    fn of(case: &Case) -> ListedCase {
+        ListedCase {
+            name: case.name,
+            group: case.group,
+            what: case.what,
+        }
+    }
+}
 
 pub(super) fn run(
     arguments: &StressArguments,
@@ -15,12 +52,12 @@ pub(super) fn run(
 ) -> anyhow::Result<Ending> {
     let chosen = choose(arguments)?;
     if arguments.list {
-        let names: Vec<&str> = chosen.iter().map(|case| case.name).collect();
+        let cases = chosen.iter().map(ListedCase::of).collect();
         let mut text = String::new();
         for case in &chosen {
             let _ = writeln!(text, "{:<52} {}", case.name, case.what);
         }
-        output.answer(&names, &text)?;
+        output.answer(None, &CaseList { cases }, &text)?;
         return Ok(Ending::Done);
     }
     let mut forecast = Forecast::new(output, "all cases");
@@ -30,7 +67,7 @@ pub(super) fn run(
         forecast.progress(done, chosen.len() as u64);
         output.note(&format!("{:>6.2} s  {}", case.run_time_s, case.name));
     })?;
-    output.answer(&report, &report.to_text())?;
+    output.answer(None, &report, &report.to_text())?;
     Ok(if report.all_hold() {
         Ending::Done
     } else {

@@ -5,22 +5,33 @@ use serde::Serialize;
 use super::Ending;
 use super::arguments::SweepArguments;
 use super::output::Output;
+use super::provenance::typed_command;
+use super::warnings::warn_of_far_paths;
+use crate::document::{Body, Document};
 use crate::printable::printable_path;
 use crate::scene;
 use crate::study::sweep::{self, Definition, Store, Sweep};
-use crate::version::VERSION;
 
 const CSV: &str = "sweep.csv";
 const PLOT: &str = "sweep.svg";
 
 /// The JSON of `goldtof sweep`.
 #[derive(Serialize)]
-struct SweepReport<'a> {
-    scene: &'a str,
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub(super) struct SweepReport {
+    /// Points of the sweep: combinations of values.
     points: usize,
-    done_before: usize,
+    /// Points that were done when this run began.
+    points_done_before: usize,
+    /// Seed of every point.
     seed: u64,
+    /// The rows of sweep.csv: a field for each column, one row for each point, detector
+    /// and path.
     rows: Vec<serde_json::Map<String, serde_json::Value>>,
+}
+
+impl Body for SweepReport {
+    const NAME: &'static str = "sweep";
 }
 
 pub(super) fn run(
@@ -39,9 +50,15 @@ pub(super) fn run(
         seed,
     };
     sweep.check()?;
+    // One warning is enough: that of the first point that is too far.
+    for number in 0..sweep.len() {
+        if warn_of_far_paths(&sweep.point(number)?.sensor, output) {
+            break;
+        }
+    }
     let folder = output.folder(&arguments.out)?;
     let points = folder.subfolder("points", |path| output.waits(path))?;
-    let store = Store::open(&folder, points, &Definition::of(&sweep, VERSION))?;
+    let store = Store::open(&folder, points, &Definition::of(&sweep, &typed_command()))?;
     let done_before = store.done()?.len();
     if done_before > 0 {
         let all = sweep.len();
@@ -66,12 +83,15 @@ pub(super) fn run(
         printable_path(&folder.join(CSV))
     );
     let report = SweepReport {
-        scene: &name,
         points: sweep.len(),
-        done_before,
+        points_done_before: done_before,
         seed,
         rows: table.json(),
     };
-    output.answer(&report, &text)?;
+    let document = Document {
+        scene: Some(sweep.scene()),
+        ..Document::new(report, typed_command(), None)
+    };
+    output.answer_document(&document, &text)?;
     Ok(Ending::Done)
 }

@@ -7,16 +7,19 @@ use crate::light::distance_m;
 use crate::scene::PathIndex;
 use crate::sensor::Sensor;
 
-/// Says of every path beyond the unambiguous range that it is.
-pub(super) fn warn_of_far_paths(sensor: &Sensor, output: &Output) {
+/// Says of every path beyond the unambiguous range that it is, and whether there is one.
+pub(super) fn warn_of_far_paths(sensor: &Sensor, output: &Output) -> bool {
+    let mut is_far = false;
     for path in PathIndex::of(&sensor.scene().paths) {
         if let Some(folded) = folded(sensor, path) {
             let advice = longer_code(sensor, path).map_or(String::new(), |degree| {
                 format!("; codes of degree {degree} reach that far")
             });
             output.note(&format!("warning: path {path}: {folded}{advice}"));
+            is_far = true;
         }
     }
+    is_far
 }
 
 /// The least degree of the path's code whose range has room for it, and which the

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 /// Families of codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Family {
     /// A code of a Gold set.
     Gold,

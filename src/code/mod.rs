@@ -3,6 +3,18 @@
 //!
 //! [`CodeSpec`] is what a user asks for, [`Code`] what comes of it, with the
 //! [`Generator`] from which hardware makes the same chips.
+//!
+//! ```
+//! use goldtof::code::{CodeSpec, Family};
+//!
+//! let mut spec = CodeSpec::new(Family::Gold);
+//! spec.degree = Some(5);
+//! let code = spec.build()?;
+//! assert_eq!(code.len(), 31);
+//! // Off the peak a Gold code of degree 5 takes three values: -1 and -1 +- 2^3.
+//! assert!(code.autocorrelation().skip(1).all(|value| [-9, -1, 7].contains(&value)));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod correlation;
 mod error;

@@ -8,6 +8,7 @@ use super::{
     CodeError, CodeSpec, Family, Generator, GoldSet, Lfsr, chips_text, polynomial_text,
     value_counts,
 };
+use crate::document::Body;
 
 /// A text that is not what a command line option takes.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -37,23 +38,22 @@ pub fn parse_seeds(text: &str) -> Vec<String> {
 
 /// A code and its correlation properties.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct CodesReport {
     /// Family, as scenes name it.
     pub family: String,
-    /// Degree n of the polynomials; absent without LFSRs.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Degree n of the polynomials; none without LFSRs.
     pub degree: Option<u32>,
-    /// Code of the Gold set; absent for other families.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Code of the Gold set; none for other families.
     pub index: Option<i64>,
     /// Interleaving depth nu.
-    pub interleave: u32,
+    pub interleaving_depth: u32,
     /// Chips per period, L'.
-    pub length: u64,
+    pub length_chips: u64,
     /// One period, first chip first.
     pub chips: String,
     /// Number of chips that are 1.
-    pub weight: u64,
+    pub weight_chips: u64,
     /// Whether ones and zeros are as equal in number as the length allows.
     pub balanced: bool,
     /// Periodic autocorrelation.
@@ -63,13 +63,17 @@ pub struct CodesReport {
     pub polynomials: Vec<Vec<u32>>,
     /// Seed of each polynomial, first chip first, before the index advances v.
     pub seeds: Vec<String>,
-    /// The Gold set that the code is from.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// The Gold set that the code is from; none for other families.
     pub gold_set: Option<GoldSetReport>,
+}
+
+impl Body for CodesReport {
+    const NAME: &'static str = "codes";
 }
 
 /// Periodic autocorrelation over one period.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Autocorrelation {
     /// Value without delay, L'.
     pub peak: i64,
@@ -81,6 +85,7 @@ pub struct Autocorrelation {
 
 /// Properties of a Gold set.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct GoldSetReport {
     /// Codes in the set, 2^n + 1.
     pub members: u64,
@@ -118,10 +123,10 @@ pub fn report(spec: &CodeSpec) -> Result<CodesReport, CodeError> {
         family: spec.family.to_string(),
         degree: registers.first().map(|lfsr| lfsr.degree),
         index: gold_set.as_ref().map(|_| spec.index.unwrap_or(0)),
-        interleave: code.interleave,
-        length: code.len(),
+        interleaving_depth: code.interleave,
+        length_chips: code.len(),
         chips: chips_text(&code.chips),
-        weight: code.weight(),
+        weight_chips: code.weight(),
         balanced: code.is_balanced(),
         autocorrelation: Autocorrelation {
             peak,
@@ -152,15 +157,15 @@ impl CodesReport {
     /// The report for people.
     pub fn to_text(&self) -> String {
         const MOST_CHIPS_SHOWN: usize = 64;
-        let mut text = format!("{} code of {} chips", self.family, self.length);
+        let mut text = format!("{} code of {} chips", self.family, self.length_chips);
         if let Some(degree) = self.degree {
             let _ = write!(text, ", degree {degree}");
         }
         if let Some(index) = self.index {
             let _ = write!(text, ", index {index}");
         }
-        if self.interleave > 0 {
-            let _ = write!(text, ", interleaved to depth {}", self.interleave);
+        if self.interleaving_depth > 0 {
+            let _ = write!(text, ", interleaved to depth {}", self.interleaving_depth);
         }
         text.push('\n');
         for (polynomial, seed) in self.polynomials.iter().zip(&self.seeds) {
@@ -179,7 +184,7 @@ impl CodesReport {
         } else {
             "not balanced"
         };
-        let _ = writeln!(text, "weight           {} ({balanced})", self.weight);
+        let _ = writeln!(text, "weight           {} ({balanced})", self.weight_chips);
         let _ = writeln!(
             text,
             "autocorrelation  peak {}, elsewhere {}",

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-pub use super::cache::cache_dir;
+pub use super::cache::{cache_dir, set_cache_dir};
 use super::cache::{hash, once, write};
 use super::error::CosimError;
 use super::image::Image;

@@ -13,6 +13,7 @@ use std::fs::{self, OpenOptions};
 use std::io::{self, Read as _};
 use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use rustix::fs::OFlags;
 use rustix::process::geteuid;
@@ -25,12 +26,23 @@ use crate::interrupt::Unfinished;
 /// Holds the digest of the file that counts.
 const DIGEST: &str = "sensor.sha256";
 
-/// Where builds are kept: `$GOLDTOF_CACHE_DIR`, or `goldtof` in the platform's
+/// Where this program was told to keep builds.
+static CHOSEN: OnceLock<PathBuf> = OnceLock::new();
+
+/// Says where builds are kept from now on. The first to say so is right.
+pub fn set_cache_dir(path: PathBuf) {
+    let _ = CHOSEN.set(path);
+}
+
+/// Where builds are kept: where [`set_cache_dir`] says, or `$GOLDTOF_CACHE_DIR`, or `goldtof` in the platform's
 /// folder for caches (`$XDG_CACHE_HOME`, else `.cache` in the user's home).
 ///
 /// # Errors
 /// When the user has no home.
 pub fn cache_dir() -> Result<PathBuf, CosimError> {
+    if let Some(chosen) = CHOSEN.get() {
+        return Ok(chosen.clone());
+    }
     std::env::var_os("GOLDTOF_CACHE_DIR")
         .filter(|given| !given.is_empty())
         .map(PathBuf::from)

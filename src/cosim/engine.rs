@@ -27,6 +27,7 @@ const WITNESSED_CLOCKS: u64 = 500_000;
 
 /// How Verilog and reference model are clocked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Engine {
@@ -41,6 +42,7 @@ pub enum Engine {
 
 /// What an engine did of a run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct EnginePart {
     /// The engine.
     pub engine: Engine,
@@ -49,7 +51,6 @@ pub struct EnginePart {
     /// Clocks from the start on.
     pub clocks: u64,
     /// Lanes that shared them.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub lanes: Option<usize>,
 }
 
@@ -196,7 +197,7 @@ pub(super) fn part_of(report: &Report) -> EnginePart {
     EnginePart {
         engine: Engine::Lockstep,
         stimulus: report.stimulus,
-        clocks: report.cycles,
+        clocks: report.clocks,
         lanes: None,
     }
 }

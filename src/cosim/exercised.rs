@@ -11,6 +11,7 @@ use crate::sensor::interface::Interface;
 
 /// What the compared outputs have shown.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Exercised {
     /// Detector by detector.
     pub detectors: Vec<DetectorExercised>,
@@ -32,6 +33,7 @@ pub struct Exercised {
 
 /// What the results of one detector have shown.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct DetectorExercised {
     /// The detector's name.
     pub detector: String,
@@ -75,7 +77,7 @@ impl Exercised {
             if detector.results == 0 {
                 missing.push(format!(
                     "no result of detector {name} came to the stream: the first can stand there after \
-                     {} clocks (--cycles)",
+                     {} clocks (--clocks)",
                     clocks_for_a_result(interface)
                 ));
                 continue;
@@ -96,15 +98,15 @@ impl Exercised {
                     lacking.join(" or "),
                     match stimulus {
                         StimulusKind::Photons =>
-                            "more light, more --cycles or `--stimulus adversarial` brings such hits",
-                        StimulusKind::Adversarial => "more --cycles bring such hits",
+                            "more light, more --clocks or `--stimulus adversarial` brings such hits",
+                        StimulusKind::Adversarial => "more --clocks bring such hits",
                     }
                 ));
             }
         }
         if missing.is_empty() && self.results_taken == 0 {
             missing.push(
-                "the receiver took no result: more --cycles, or another --seed, bring it to do so"
+                "the receiver took no result: more --clocks, or another --seed, bring it to do so"
                     .to_owned(),
             );
         }

@@ -1,4 +1,23 @@
 //! Co-simulation: Verilog in Verilator, beside the reference model, clock by clock.
+//!
+//! ```no_run
+//! use std::path::Path;
+//!
+//! use goldtof::cosim::StimulusKind;
+//! use goldtof::cosim::engine::Engine;
+//!
+//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+//! let options = goldtof::CosimOptions {
+//!     rtl: goldtof::Rtl::Folder("my_rtl".into()),
+//!     stimulus: StimulusKind::Photons,
+//!     engine: Engine::Auto,
+//!     clocks: Some(100_000),
+//!     seed: 1,
+//! };
+//! let found = goldtof::cosim(&scene, &options, |done, of| eprintln!("{done} of {of} clocks"))?;
+//! println!("{}: {} phase steps", found.report.verdict, found.report.phase_steps);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #[doc(hidden)]
 pub mod build;
@@ -12,6 +31,7 @@ pub mod lanes;
 pub mod latency;
 #[doc(hidden)]
 pub mod lockstep;
+pub mod mismatch;
 pub mod own;
 #[doc(hidden)]
 pub mod ports;
@@ -37,10 +57,12 @@ use self::exercised::Exercised;
 use self::lanes::Refusal;
 use self::latency::HeldLatency;
 use self::lockstep::{Lockstep, Outcome};
+use self::mismatch::FirstMismatch;
 use self::rejected::in_users_terms;
 use self::sent::SentCount;
 use self::shift::{PortDifference, differences};
 use self::verilated::Verilated;
+use crate::document::Body;
 use crate::photons::DetectorModel;
 use crate::reference::adversarial::{Adversarial, LONGEST_DEFAULT, Means};
 use crate::reference::cover_report::Coverage;
@@ -57,6 +79,7 @@ pub const TOP: &str = crate::deliver::TOP;
 
 /// What drives a co-simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum StimulusKind {
@@ -91,11 +114,12 @@ pub struct Request {
 
 /// What a co-simulation found; the JSON of `goldtof cosim`.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Report {
     /// What the comparison says.
     pub verdict: Verdict,
     /// Clocks compared.
-    pub cycles: u64,
+    pub clocks: u64,
     /// Output ports compared at every clock.
     pub compared_ports: Vec<String>,
     /// Phase steps that ended within these clocks.
@@ -104,7 +128,6 @@ pub struct Report {
     pub exercised: Exercised,
     /// Why equal outputs say nothing of the sensor, and what would; with an
     /// inconclusive verdict.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
     /// How much of what the sensor can be made to do has shown.
     pub coverage: Coverage,
@@ -116,38 +139,39 @@ pub struct Report {
     pub first_mismatch: Option<FirstMismatch>,
     /// Clocks per second of wall time, photons, reference model and comparison
     /// included, building excluded.
-    pub cycles_per_second: f64,
+    pub clocks_per_s: f64,
     /// What the peak detector's ports showed at the end, detector by detector;
     /// none without a peak detector, or if no scan of a run without resets had
     /// come to its peak.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub peaks: Vec<PortPeak>,
     /// What drove both sides.
     pub stimulus: StimulusKind,
     /// Its seed.
     pub seed: u64,
     /// How each port differs round the first mismatch.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub differences: Vec<PortDifference>,
     /// The latency that the Verilog was held to, if not the emitted design's.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub latency: Option<HeldLatency>,
     /// What was ignored of the Verilog, or assumed.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub remarks: Vec<String>,
     /// What was done in lanes and what in lock-step.
     pub engines: Vec<EnginePart>,
     /// Why nothing was done in lanes, if that was asked for or left to goldtof.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub not_in_lanes: Option<String>,
     /// The waveform file, if one was written; bytes of its name that are no text are
     /// replaced in JSON.
     #[serde(serialize_with = "path_text")]
+    #[cfg_attr(feature = "schemas", schemars(with = "Option<String>"))]
     pub vcd: Option<PathBuf>,
+}
+
+impl Body for Report {
+    const NAME: &'static str = "cosim";
 }
 
 /// What a comparison says of the Verilog.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// Every output was as expected at every clock, and the sensor has worked.
@@ -170,61 +194,14 @@ impl std::fmt::Display for Verdict {
 
 /// A peak as the hardware's ports show it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PortPeak {
     /// The detector's name.
     pub detector: String,
     /// Phase step k of a scan's largest count.
-    pub step: u64,
+    pub phase_step: u64,
     /// That count.
     pub count: i64,
-}
-
-/// The first difference between Verilog and reference model.
-#[derive(Debug, Clone, Serialize)]
-pub struct FirstMismatch {
-    /// Clock since the start of the run, reset included.
-    pub cycle: u64,
-    /// Time of that clock's start.
-    pub time_ps: f64,
-    /// Port that differs; the first one when several do.
-    pub port: String,
-    /// The reference model's value.
-    pub expected: PortValue,
-    /// The Verilog's value.
-    pub got: PortValue,
-}
-
-/// Value of a port: a number, or hexadecimal text beyond 64 bits.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[serde(untagged)]
-pub enum PortValue {
-    /// Up to 64 bits.
-    Number(u64),
-    /// More.
-    Hexadecimal(String),
-}
-
-impl PortValue {
-    fn new(words: &[u64]) -> PortValue {
-        match words {
-            [word] => PortValue::Number(*word),
-            _ => PortValue::Hexadecimal(
-                words
-                    .iter()
-                    .rev()
-                    .fold("0x".to_owned(), |text, word| text + &format!("{word:016x}")),
-            ),
-        }
-    }
-}
-
-impl std::fmt::Display for PortValue {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            PortValue::Number(number) => write!(f, "{number:#x}"),
-            PortValue::Hexadecimal(text) => f.write_str(text),
-        }
-    }
 }
 
 /// A finished co-simulation.
@@ -439,7 +416,7 @@ fn peaks(sensor: &Sensor, layout: &Layout, outputs: &[u64]) -> Vec<PortPeak> {
             let unused = u64::BITS - peak.count_bits;
             PortPeak {
                 detector: detector.name.clone(),
-                step: steps.bits(outputs, number * peak.step_bits, peak.step_bits),
+                phase_step: steps.bits(outputs, number * peak.step_bits, peak.step_bits),
                 count: (unsigned << unused).cast_signed() >> unused,
             }
         })
@@ -467,7 +444,7 @@ fn report(
             None if missing.is_empty() => Verdict::Match,
             None => Verdict::Inconclusive,
         },
-        cycles: outcome.clocks,
+        clocks: outcome.clocks,
         compared_ports: fields.iter().map(|field| field.port.name.clone()).collect(),
         phase_steps: exercised.phase_steps,
         not_exercised: exercised.not_reached(sensor.interface()),
@@ -475,14 +452,11 @@ fn report(
         coverage,
         missing,
         mismatches: outcome.mismatches,
-        first_mismatch: outcome.first.as_ref().map(|first| FirstMismatch {
-            cycle: first.clock,
-            time_ps: sensor.clock().ps(first.clock as f64),
-            port: fields[first.field].port.name.clone(),
-            expected: PortValue::new(&first.expected),
-            got: PortValue::new(&first.got),
+        first_mismatch: outcome.first.as_ref().map(|first| {
+            let words = [&first.expected[..], &first.got[..]];
+            FirstMismatch::new(sensor, first.clock, &fields[first.field], words)
         }),
-        cycles_per_second: outcome.clocks as f64 / outcome.elapsed.as_secs_f64(),
+        clocks_per_s: outcome.clocks as f64 / outcome.elapsed.as_secs_f64(),
         peaks: Vec::new(),
         stimulus: request.stimulus,
         seed: request.seed,

@@ -10,6 +10,7 @@ const FARTHEST: i64 = 1_000;
 
 /// How a port differs round the first mismatch.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PortDifference {
     /// The port.
     pub port: String,

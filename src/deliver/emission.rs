@@ -6,20 +6,25 @@ use super::error::HdlError;
 use super::flow::Flow;
 use super::formal::Formal;
 use crate::code::{Generator, Lfsr, MOST_HARDWARE_DEGREE};
+use crate::document::{Body, Document};
 use crate::plan::{Part, hardware_left_out};
 use crate::printable::printable_ascii;
 use crate::rtl::back::{Prefix, verilog_of};
 use crate::rtl::blocks::{ScanRegisters, SensorTop};
+use crate::scene::SceneReference;
 use crate::sensor::Sensor;
 use crate::sensor::interface::{Interface, Port};
 use crate::sensor::peak::PeakPlan;
 
 /// Everything that `emit` makes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Emission {
-    /// The scene's name.
-    pub scene: String,
+    /// The scene.
+    #[serde(skip)]
+    pub scene: SceneReference,
     /// The command that made it.
+    #[serde(skip)]
     pub command: String,
     /// Name of the top module: [`TOP`] after the prefix.
     pub top: String,
@@ -43,6 +48,20 @@ pub struct Emission {
     pub flow: Flow,
     /// Proofs, in a folder of their own.
     pub formal: Formal,
+}
+
+impl Emission {
+    /// The document of `goldtof emit`, which is the manifest.
+    pub fn document(&self) -> Document<&Emission> {
+        Document {
+            scene: Some(self.scene.clone()),
+            ..Document::new(self, self.command.clone(), None)
+        }
+    }
+}
+
+impl Body for Emission {
+    const NAME: &'static str = "emit";
 }
 
 /// A design for which more is written.
@@ -75,6 +94,11 @@ impl Design<'_> {
 
 /// A file that `emit` writes. In JSON it is its name.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "schemas",
+    derive(schemars::JsonSchema),
+    schemars(with = "String")
+)]
 pub struct EmittedFile {
     /// File name.
     pub name: String,
@@ -90,6 +114,7 @@ impl Serialize for EmittedFile {
 
 /// A part that a scene does without.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct LeftOut {
     /// The part.
     pub part: String,
@@ -99,6 +124,7 @@ pub struct LeftOut {
 
 /// What the hardware was built for.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Parameters {
     /// Light sources.
     pub sources: usize,
@@ -109,11 +135,11 @@ pub struct Parameters {
     /// Chips of the reference's code period, L'.
     pub code_period_chips: u64,
     /// Phase steps per code period, K.
-    pub steps_per_period: u64,
+    pub phase_steps_per_period: u64,
     /// First phase step of a scan.
-    pub first_step: u64,
+    pub first_phase_step: u64,
     /// Phase steps of a scan.
-    pub steps: u64,
+    pub phase_steps: u64,
     /// Chips per phase step, D.
     pub integration_chips: u64,
     /// Whether a scan waits for the code's epoch.
@@ -125,16 +151,15 @@ pub struct Parameters {
     /// Bits of a count that nothing can overflow.
     pub exact_count_bits: u32,
     /// The total counts in `m_axis_tdata`, if they are sent.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub total: Option<TotalParameters>,
+    pub total_count: Option<TotalParameters>,
     /// The peak detector's ports, if it has one.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub peak: Option<PeakParameters>,
 }
 
 /// Where `m_axis_tdata` has a phase step's total count: the hits up and down
 /// together. The signed count lies below it, in whole bytes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct TotalParameters {
     /// Its lowest bit.
     pub first_bit: u32,
@@ -147,6 +172,7 @@ pub struct TotalParameters {
 /// What the peak detector's ports hold: detector d's value in bits d b .. (d + 1) b
 /// of a port, b bits wide.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PeakParameters {
     /// Bits of a detector's phase step in `o_peak_step`, unsigned.
     pub step_bits: u32,
@@ -196,7 +222,7 @@ pub fn emit_prefixed(
     let formal = Formal::of(&design);
     let flow = Flow::of(&design, &formal)?;
     Ok(Emission {
-        scene: sensor.scene().name.clone(),
+        scene: sensor.scene().reference(),
         command: command.into_owned(),
         top: prefix.of(TOP),
         files,
@@ -217,15 +243,15 @@ fn parameters(interface: &Interface) -> Parameters {
         detectors: interface.reference_codes.len(),
         samples_per_chip: interface.lanes(),
         code_period_chips: interface.reference_codes[0].len(),
-        steps_per_period: interface.timing.scan.steps_per_period,
-        first_step: interface.timing.scan.first_step,
-        steps: interface.timing.scan.steps,
+        phase_steps_per_period: interface.timing.scan.steps_per_period,
+        first_phase_step: interface.timing.scan.first_step,
+        phase_steps: interface.timing.scan.steps,
         integration_chips: interface.timing.scan.integration_chips,
         realigns: interface.realigns(),
         parallel: interface.parallel(),
         count_bits: interface.count_bits,
         exact_count_bits: interface.exact_count_bits,
-        total: interface.total.map(|total| TotalParameters {
+        total_count: interface.total.map(|total| TotalParameters {
             first_bit: total.first_bit,
             bits: total.bits,
             exact_bits: total.exact_bits,

@@ -1,5 +1,19 @@
 //! What a user gets: the Verilog of a scene ([`emit`]), with what [`flow`] puts beside
 //! it for an FPGA team's tools.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use goldtof::sensor::Sensor;
+//!
+//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+//! let emission = goldtof::deliver::emit(&Sensor::new(&scene), "my-program")?;
+//! assert_eq!(emission.top, "sensor_top");
+//! let folder = tempfile::tempdir()?;
+//! goldtof::deliver::write(&emission, folder.path())?;
+//! assert!(folder.path().join("sensor_top.v").is_file());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod emission;
 mod error;

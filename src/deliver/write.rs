@@ -61,7 +61,8 @@ pub fn write(emission: &Emission, folder: &Path) -> Result<(), HdlError> {
 pub fn write_into(emission: &Emission, folder: &OutputFolder) -> Result<(), HdlError> {
     let stage_text =
         |name: &str, text: &str| folder.stage(name, |out| out.write_all(text.as_bytes()));
-    let mut manifest = serde_json::to_string_pretty(emission).map_err(HdlError::Manifest)?;
+    let mut manifest =
+        serde_json::to_string_pretty(&emission.document()).map_err(HdlError::Manifest)?;
     manifest.push('\n');
     let staged = emission
         .files

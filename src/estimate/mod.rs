@@ -1,4 +1,19 @@
 //! From the counts of a scan to a distance.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use goldtof::estimate::{CountingTier, predict};
+//! use goldtof::scene::{DetectorIndex, PathIndex};
+//! use goldtof::sensor::Sensor;
+//!
+//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+//! let sensor = Sensor::new(&scene);
+//! let expected = predict(&sensor, DetectorIndex(0), PathIndex(0), CountingTier::Sampled)?;
+//! // Dead time hides the end of bright chips: the phase comes early.
+//! assert!(expected.bias_m < 0.0 && expected.std_m > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod bound;
 mod calibration;

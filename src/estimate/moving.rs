@@ -93,7 +93,7 @@ pub(super) fn predict(
         estimate,
         detection_rate_hz: still.detection_rate_hz,
         phase_std_rad: PI * variance_ps2.sqrt() / sensor.clock().chip_period_ps,
-        coarse_failure_bound: still.coarse_failure_bound,
+        coarse_failure_bound_fraction: still.coarse_failure_bound_fraction,
         missed_fraction: still.missed_fraction,
         coarse_spread_m: still.coarse_spread_m,
     })

@@ -33,7 +33,7 @@ pub struct Prediction {
     pub phase_std_rad: f64,
     /// No more than this share of scans has its largest count more than a chip
     /// from the path's peak: the sum of the chances of all steps there.
-    pub coarse_failure_bound: f64,
+    pub coarse_failure_bound_fraction: f64,
     /// Share of scans that miss the path: whose estimate, by the scene's estimator,
     /// is more than [`tolerance_ps`](super::tolerance_ps) off, or nearer to another
     /// path. None where it cannot be told (the model estimator with several paths).
@@ -161,7 +161,7 @@ pub(super) fn predict_from(
     let peak_variance = counts.second.of_steps(&[Step::at(peak)])[0].signed_variance;
     let code_period_ps = sensor.timing().code_period_ps();
     let true_delay_ps = sensor.scene().paths[path].delay_ps;
-    let failures = coarse_failure_bound(&expected, peak, peak_variance, sensor);
+    let failures = coarse_failure_bound_fraction(&expected, peak, peak_variance, sensor);
     Ok(Prediction {
         bias_m: distance_m(delay_error_ps(
             estimate.delay_ps,
@@ -172,7 +172,7 @@ pub(super) fn predict_from(
         estimate,
         detection_rate_hz: counts.response.detection_rate_hz(),
         phase_std_rad: phase_std,
-        coarse_failure_bound: failures,
+        coarse_failure_bound_fraction: failures,
         missed_fraction: missed_from(counts, sensor, detector, path, counting),
         coarse_spread_m: coarse_spread_m(&expected, peak, peak_variance, timing),
     })
@@ -190,7 +190,7 @@ pub(super) fn missed_from(
     let offset_ps = calibration_offset_ps(sensor, detector, counting);
     let peak = peak_of_path(&expected, sensor, path, offset_ps);
     let variance = counts.second.of_steps(&[Step::at(peak)])[0].signed_variance;
-    let bound = coarse_failure_bound(&expected, peak, variance, sensor);
+    let bound = coarse_failure_bound_fraction(&expected, peak, variance, sensor);
     missed::missed_fraction(counts, sensor, detector, path, counting, (peak, bound))
 }
 
@@ -221,7 +221,12 @@ fn variance_of_sum(counts: &ExpectedCounts, weighted: &[(Step, f64)]) -> f64 {
 
 /// Sum over all steps more than a chip from the peak of the chance that they
 /// count more than it, for normal counts that all scatter as the peak's does.
-fn coarse_failure_bound(expected: &[f64], peak: usize, variance: f64, sensor: &Sensor) -> f64 {
+fn coarse_failure_bound_fraction(
+    expected: &[f64],
+    peak: usize,
+    variance: f64,
+    sensor: &Sensor,
+) -> f64 {
     let failures = (0..expected.len())
         .filter(|&step| !within_a_chip(sensor.timing(), step, peak))
         .map(|step| normal_cdf((expected[step] - expected[peak]) / (2.0 * variance).sqrt()));

@@ -22,6 +22,7 @@ const SIGNED_ALONE: &str = "the fit needs total counts, and this hardware sends 
 
 /// What a scan's counts say about the distance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct EstimateReport {
     /// The detector's name.
     pub detector: String,
@@ -40,7 +41,7 @@ pub struct EstimateReport {
     pub true_distance_m: Option<f64>,
     /// When a path that moves has it, from the start of the scan: as the scan comes
     /// by the path. None for a path that stands still.
-    pub true_at_s: Option<f64>,
+    pub true_distance_at_s: Option<f64>,
     /// Estimate less truth, the shorter way round the unambiguous range.
     pub error_m: Option<f64>,
     /// The estimator's bias on the exact mean counts of this scene (for the
@@ -61,7 +62,7 @@ pub struct EstimateReport {
     /// The fit behind the estimate; none for the phase estimator.
     pub fit: Option<FitReport>,
     /// Phase step of the largest count.
-    pub coarse_step: Option<u64>,
+    pub coarse_phase_step: Option<u64>,
     /// Subtracted from the measured delay: everything constant that is not light.
     pub calibration_offset_ps: f64,
     /// Distance beyond which the code repeats.
@@ -74,37 +75,39 @@ pub struct EstimateReport {
 
 /// What the model estimator says beside the distance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct FitReport {
     /// Every path that was fitted, the strongest of the detector's source first.
     pub paths: Vec<FittedPathReport>,
     /// Primary rate of all light that is not modulated, dark counts included.
-    pub constant_rate_cps: f64,
+    pub unmodulated_primary_rate_cps: f64,
     /// Weighted sum of squared residuals.
     pub chi_square: f64,
     /// What it is expected to be.
     pub degrees_of_freedom: usize,
     /// How many standard deviations it is above that.
-    pub alarm_sigmas: f64,
+    pub chi_square_excess_in_std: f64,
     /// Whether that is too much: the light or the detector is not as modelled
     /// (never with phase steps that share their light, whose counts go together).
     pub alarm: bool,
     /// Phase steps that took part.
-    pub steps: usize,
+    pub phase_steps: usize,
 }
 
 /// One path of a fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct FittedPathReport {
     /// The source with this path's code; none if the scene has no such source.
     pub source: Option<String>,
     /// Distance, folded into the unambiguous range.
     pub distance_m: f64,
     /// Its standard deviation, by the fit itself.
-    pub std_m: f64,
+    pub distance_std_m: f64,
     /// Primary rate that on-chips add.
-    pub rate_cps: f64,
+    pub primary_rate_cps: f64,
     /// How many standard deviations that is above none.
-    pub significance: f64,
+    pub significance_in_std: f64,
 }
 
 /// Estimates the distance that a detector's counts of one scan give, with the
@@ -159,7 +162,7 @@ impl EstimateReport {
             path: None,
             distance_m: None,
             true_distance_m: None,
-            true_at_s: None,
+            true_distance_at_s: None,
             error_m: None,
             expected_bias_m: None,
             expected_std_m: None,
@@ -168,7 +171,7 @@ impl EstimateReport {
             std_over_bound: None,
             bound_remark: None,
             fit: None,
-            coarse_step: None,
+            coarse_phase_step: None,
             calibration_offset_ps: calibration_offset_ps(sensor, detector, CountingTier::Sampled),
             unambiguous_range_m: distance_m(sensor.timing().code_period_ps()),
             remark: None,
@@ -186,7 +189,7 @@ impl EstimateReport {
             }
             Ok(estimate) => {
                 self.distance_m = Some(estimate.distance_m);
-                self.coarse_step = Some(estimate.coarse_step);
+                self.coarse_phase_step = Some(estimate.coarse_step);
                 self.remark = estimate
                     .coarse_only
                     .map(|reason| format!("coarse estimate only: {reason}"));
@@ -241,20 +244,20 @@ impl EstimateReport {
         let truth = truth(path);
         let true_ps = fold_distance(truth.delay_ps, code_period_ps);
         self.true_distance_m = Some(distance_m(true_ps));
-        self.true_at_s = truth.at_ps.map(|ps| ps * 1e-12);
+        self.true_distance_at_s = truth.at_ps.map(|ps| ps * 1e-12);
         self.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
         match bound(sensor, detector, CountingTier::Sampled) {
             Ok(bound) => self.bound_m = bound.of_path(path),
             Err(reason) => self.bound_remark = Some(format!("no bound: {reason}")),
         }
         match expectation(sensor, detector, path) {
-            Ok((bias_m, fitted_std_m)) => {
+            Ok((bias_m, fitted_distance_std_m)) => {
                 // The fit weighs with second moments of light near its own; the bound
                 // of the same unknowns and steps has this light's.
                 let of_fit = self
                     .bound_m
                     .filter(|_| self.estimator == EstimatorKind::Model);
-                let std_m = of_fit.unwrap_or(fitted_std_m);
+                let std_m = of_fit.unwrap_or(fitted_distance_std_m);
                 self.expected_bias_m = Some(bias_m);
                 self.expected_std_m = Some(std_m);
                 let range_m = self.unambiguous_range_m;
@@ -286,18 +289,18 @@ impl FitReport {
                 .find(|source| source.code.chips == path.code.chips)
                 .map(|source| source.name.clone()),
             distance_m: distance_m(path.delay_ps),
-            std_m: distance_m(path.delay_std_ps),
-            rate_cps: path.rate_hz,
-            significance: path.significance(),
+            distance_std_m: distance_m(path.delay_std_ps),
+            primary_rate_cps: path.rate_hz,
+            significance_in_std: path.significance(),
         };
         FitReport {
             paths: fitted.paths.iter().map(of_path).collect(),
-            constant_rate_cps: fitted.constant_rate_hz,
+            unmodulated_primary_rate_cps: fitted.constant_rate_hz,
             chi_square: fitted.chi_square,
             degrees_of_freedom: fitted.degrees_of_freedom,
-            alarm_sigmas: fitted.alarm_sigmas(),
+            chi_square_excess_in_std: fitted.alarm_sigmas(),
             alarm: sensor.timing().parallel == 1 && fitted.alarm_sigmas() > ALARM_SIGMAS,
-            steps: fitted.steps,
+            phase_steps: fitted.steps,
         }
     }
 }

@@ -9,6 +9,23 @@
 //!
 //! Every step depends on nothing but the sensor, the seed and its own number, so
 //! steps may be made in any order, on any thread, or many side by side.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use goldtof::photons::{DetectorModel, count_step};
+//! use goldtof::scan::Step;
+//! use goldtof::scene::DetectorIndex;
+//! use goldtof::sensor::Sensor;
+//!
+//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+//! let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
+//! let (seed, scan) = (1, 0);
+//! let count = count_step(&model, seed, scan, Step::at(21));
+//! assert!(count.total > 0);
+//! assert_eq!(count, count_step(&model, seed, scan, Step::at(21)));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub(crate) mod afterpulsing;
 pub(crate) mod counter;

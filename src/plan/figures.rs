@@ -7,15 +7,16 @@ use crate::sensor::Sensor;
 
 /// What the hardware does in time and in space.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Figures {
     /// One clock cycle is one chip.
     pub clock_hz: f64,
     /// Chips of the reference's code period.
     pub code_period_chips: u64,
     /// Phase steps of a scan.
-    pub steps: u64,
+    pub phase_steps: u64,
     /// Phase steps of the code period.
-    pub steps_per_period: u64,
+    pub phase_steps_per_period: u64,
     /// Integration time of a phase step.
     pub integration_s: f64,
     /// From the start of one scan to that of the next: one distance of each detector.
@@ -25,7 +26,7 @@ pub struct Figures {
     /// The same in seconds.
     pub result_latency_s: f64,
     /// Distance of a phase step: what the coarse stage tells apart.
-    pub phase_step_m: f64,
+    pub phase_step_distance_m: f64,
     /// Distance beyond which the code repeats.
     pub unambiguous_range_m: f64,
     /// Bits of a result.
@@ -43,13 +44,13 @@ impl Figures {
         Figures {
             clock_hz: clock.frequency_hz(),
             code_period_chips: timing.code_chips(),
-            steps: timing.scan.steps,
-            steps_per_period: timing.scan.steps_per_period,
+            phase_steps: timing.scan.steps,
+            phase_steps_per_period: timing.scan.steps_per_period,
             integration_s: seconds(timing.scan.integration_chips as f64),
             frame_time_s: seconds(timing.scan_pitch_chips() as f64),
             result_latency_clocks: latency,
             result_latency_s: seconds(f64::from(latency)),
-            phase_step_m: distance_m(clock.sample_period_ps()),
+            phase_step_distance_m: distance_m(clock.sample_period_ps()),
             unambiguous_range_m: distance_m(timing.code_period_ps()),
             result_bits: interface.tdata_bits,
             results: timing.scan.steps * interface.reference_codes.len() as u64,

@@ -18,7 +18,7 @@ pub(super) fn parts(sensor: &Sensor) -> Vec<Part> {
         updown_correlator(sensor, interface),
         parallel_correlators(sensor),
         count_segments(interface),
-        saturation_clamp(interface),
+        saturation(interface),
         total_counts(sensor, interface),
         scan_controller(sensor),
         scan_realignment(sensor, interface),
@@ -164,11 +164,11 @@ fn count_segments(interface: &Interface) -> Part {
     }
 }
 
-fn saturation_clamp(interface: &Interface) -> Part {
+fn saturation(interface: &Interface) -> Part {
     let (count, exact) = (interface.count_bits, interface.exact_count_bits);
     if interface.saturates() {
         kept(
-            "saturation_clamp",
+            "saturation",
             format!(
                 "counter_width = {count} is narrower than the {exact} bits that no stimulus \
                  overflows: counts are saturated, and flagged at o_saturated"
@@ -176,7 +176,7 @@ fn saturation_clamp(interface: &Interface) -> Part {
         )
     } else {
         left_out(
-            "saturation_clamp",
+            "saturation",
             format!("no stimulus can overflow {exact} bits; saves a pipeline stage and a port"),
         )
     }

@@ -116,7 +116,7 @@ impl Bench {
     fn saving_of(&self, part: OptionalPart, end: Instant) -> Option<Saving> {
         if part == OptionalPart::ConstantLight && self.has_constant_light {
             return Some(Saving {
-                share: 0.0,
+                time_fraction: 0.0,
                 basis: "all background is one process, which the scene has".to_owned(),
             });
         }
@@ -145,7 +145,7 @@ impl Bench {
         }
         let [without_s, with_s] = least_s;
         Some(Saving {
-            share: (1.0 - without_s / with_s).max(0.0),
+            time_fraction: (1.0 - without_s / with_s).max(0.0),
             basis: format!(
                 "measured over {detections} detections of the events tier: {:.3} ms in place of \
                  {:.3} ms",

@@ -2,6 +2,19 @@
 //!
 //! Each scene runs through only the parts it needs. The plan names every part,
 //! so that what was left out is never a surprise.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use goldtof::sensor::Sensor;
+//!
+//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+//! let plan = goldtof::plan::plan(&Sensor::new(&scene));
+//! let interleaver = plan.hardware.iter().find(|part| part.part == "interleaver").unwrap();
+//! assert!(!interleaver.kept);
+//! assert!(interleaver.reason.contains("not interleaved"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod figures;
 mod hardware;

@@ -5,14 +5,17 @@ use serde::Serialize;
 use super::figures::Figures;
 use super::resources::{Cells, Resources, resources, saved_by};
 use super::{Part, Plan, measure};
+use crate::document::Body;
 use crate::estimate::report::expected_errors;
 use crate::scene::{DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
 /// What `goldtof plan` gives.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Overview {
     /// The scene's name.
+    #[serde(skip)]
     pub scene: String,
     /// Every part, kept or left out.
     #[serde(flatten)]
@@ -25,8 +28,13 @@ pub struct Overview {
     pub expected: Vec<ExpectedError>,
 }
 
+impl Body for Overview {
+    const NAME: &'static str = "plan";
+}
+
 /// What theory expects of an estimator.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ExpectedError {
     /// The detector's name.
     pub detector: String,

@@ -6,6 +6,7 @@ use super::resources::Cells;
 
 /// A part of the hardware or of the simulation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Part {
     /// Its name.
     pub part: String,
@@ -14,25 +15,25 @@ pub struct Part {
     /// Why, with the scene's numbers.
     pub reason: String,
     /// What leaving it out saves in time, where that was found out.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub saving: Option<Saving>,
     /// What leaving a part of the hardware out saves of an FPGA, by the fit of
     /// [`resources`](super::resources), where that was found out.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub saved_cells: Option<Cells>,
 }
 
 /// What leaving a part out saves.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Saving {
     /// Share of the simulation's time with the part.
-    pub share: f64,
+    pub time_fraction: f64,
     /// How that was found out.
     pub basis: String,
 }
 
 /// Every part of the hardware and of the simulation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Plan {
     /// Parts of the hardware, along the way of the data.
     pub hardware: Vec<Part>,
@@ -40,12 +41,7 @@ pub struct Plan {
     pub simulation: Vec<Part>,
     /// Parts left out whose saving was to be measured, but would have taken too
     /// long.
-    #[serde(skip_serializing_if = "is_zero")]
     pub not_measured: usize,
-}
-
-fn is_zero(number: &usize) -> bool {
-    *number == 0
 }
 
 /// A part that is kept, because of `reason`.

@@ -291,7 +291,7 @@ fn full_scan(sensor: &Sensor) -> Part {
     );
     Part {
         saving: Some(Saving {
-            share: (period - steps) as f64 / period as f64,
+            time_fraction: (period - steps) as f64 / period as f64,
             basis: "share of the phase steps: photons and clocks".to_owned(),
         }),
         ..part

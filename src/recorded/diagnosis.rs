@@ -31,7 +31,8 @@ pub const FEWEST_HITS: f64 = 300.0;
 
 /// What may be wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
 pub enum Cause {
     /// The sources' power, the transmission, or the detection probability.
     LightLevel,
@@ -51,6 +52,7 @@ pub enum Cause {
 
 /// A test, and what it found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct TestOutcome {
     /// What is tested.
     pub cause: Cause,
@@ -66,13 +68,14 @@ pub struct TestOutcome {
     /// What the counts say.
     pub fitted_value: Option<f64>,
     /// Its standard deviation.
-    pub std: Option<f64>,
+    pub fitted_value_std: Option<f64>,
     /// Unit of the values.
     pub unit: &'static str,
 }
 
 /// What the counts say of the scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Diagnosis {
     /// What fits the counts better than the scene, the strongest first; none if nothing
     /// does. Those that the counts do not tell apart are all there.
@@ -234,7 +237,7 @@ impl Search<'_> {
             rejects: statistic > critical(),
             scene_value: Some(scene_value),
             fitted_value: Some(fitted_value),
-            std,
+            fitted_value_std: std,
             unit,
         }
     }
@@ -269,7 +272,7 @@ impl Search<'_> {
             rejects: gain > needed,
             scene_value: None,
             fitted_value: None,
-            std: None,
+            fitted_value_std: None,
             unit: "",
         });
         (gain > needed).then_some(best)
@@ -399,7 +402,7 @@ impl Search<'_> {
             rejects,
             scene_value: Some(self.fitted.degrees as f64),
             fitted_value: Some(self.fitted.chi_square),
-            std: None,
+            fitted_value_std: None,
             unit: "chi-square",
         });
         rejects.then(|| {
@@ -418,7 +421,7 @@ impl Search<'_> {
                     .iter()
                     .find(|test| test.cause == cause_of(*unknown))?;
                 let value = test.fitted_value?;
-                let std = test.std.unwrap_or(0.0);
+                let std = test.fitted_value_std.unwrap_or(0.0);
                 let scene = test.scene_value?;
                 Some(match unknown {
                     Unknown::Light => {

@@ -3,6 +3,23 @@
 //!
 //! `docs/recorded-counts.md` has the file's format and the tests with their measured
 //! power.
+//!
+//! ```no_run
+//! use std::path::Path;
+//!
+//! use goldtof::recorded::{assess, read_counts};
+//! use goldtof::sensor::Sensor;
+//!
+//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+//! let sensor = Sensor::new(&scene);
+//! for scan in read_counts(Path::new("counts.csv"), &sensor)? {
+//!     let assessment = assess(&sensor, &scan);
+//!     if let Some(diagnosis) = &assessment.diagnosis {
+//!         println!("{}: {}", assessment.detector, diagnosis.sentence);
+//!     }
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod codes;
 mod csv_file;

@@ -12,7 +12,7 @@ const MOST_POINTS: usize = 400;
 /// # Errors
 /// When the drawing library gives up.
 pub fn residual_plot(assessment: &Assessment) -> Result<String, ChartError> {
-    let steps = &assessment.steps;
+    let steps = &assessment.phase_steps;
     let largest = (0..steps.len()).max_by_key(|&j| steps[j].count);
     let first = largest.unwrap_or(0).saturating_sub(MOST_POINTS / 2);
     let first = first.min(steps.len().saturating_sub(MOST_POINTS));
@@ -39,7 +39,7 @@ pub fn residual_plot(assessment: &Assessment) -> Result<String, ChartError> {
         x: axis("distance of the phase step (m)"),
         y: axis("count"),
         series: vec![
-            series("expected", Mark::Line, 0, of(|s| s.expected)),
+            series("expected", Mark::Line, 0, of(|s| s.expected_count)),
             series("recorded", Mark::Dots, 1, of(|s| s.count as f64)),
         ],
         legend: Legend::UpperRight,
@@ -48,7 +48,7 @@ pub fn residual_plot(assessment: &Assessment) -> Result<String, ChartError> {
     let residuals = Panel {
         x: axis("distance of the phase step (m)"),
         y: axis("residual (standard deviations)"),
-        series: vec![series("", Mark::Dots, 1, of(|s| s.residual_sigmas))],
+        series: vec![series("", Mark::Dots, 1, of(|s| s.residual_in_std))],
         legend: Legend::UpperRight,
         headroom: 0.0,
     };

@@ -16,6 +16,7 @@ use crate::sensor::Sensor;
 
 /// What one detector's recorded scan says.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Assessment {
     /// The detector's name.
     pub detector: String,
@@ -24,7 +25,7 @@ pub struct Assessment {
     /// The distance at which the scene's expected counts fit best.
     pub fitted_distance_m: Option<f64>,
     /// Its standard deviation.
-    pub fitted_std_m: Option<f64>,
+    pub fitted_distance_std_m: Option<f64>,
     /// Weighted sum of squared residuals of all steps.
     pub chi_square: Option<f64>,
     /// What it is expected to be.
@@ -36,11 +37,12 @@ pub struct Assessment {
     /// Why there are no residuals, where that is so.
     pub remark: Option<String>,
     /// The residual of every step.
-    pub steps: Vec<StepResidual>,
+    pub phase_steps: Vec<StepResidual>,
 }
 
 /// One phase step of an assessment.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct StepResidual {
     /// The phase step.
     pub phase_step: u64,
@@ -49,13 +51,13 @@ pub struct StepResidual {
     /// The recorded signed count.
     pub count: i64,
     /// What the fitted scene expects.
-    pub expected: f64,
+    pub expected_count: f64,
     /// Its standard deviation.
-    pub expected_std: f64,
+    pub expected_count_std: f64,
     /// Recorded less expected, in standard deviations.
-    pub residual_sigmas: f64,
+    pub residual_in_std: f64,
     /// The same of what the total count has beyond the signed one; none without totals.
-    pub total_residual_sigmas: Option<f64>,
+    pub total_residual_in_std: Option<f64>,
 }
 
 /// Ranges a recorded scan with the scene's estimator, and holds it against what the
@@ -80,13 +82,13 @@ pub fn assess(sensor: &Sensor, scan: &RecordedScan) -> Assessment {
         detector: scene.detectors[scan.detector].name.clone(),
         estimate,
         fitted_distance_m: None,
-        fitted_std_m: None,
+        fitted_distance_std_m: None,
         chi_square: None,
         degrees_of_freedom: None,
         p_value: None,
         diagnosis: None,
         remark: None,
-        steps: Vec::new(),
+        phase_steps: Vec::new(),
     };
     match found {
         Ok(found) => assessment.take(sensor, scan, found),
@@ -136,20 +138,20 @@ impl Assessment {
                 phase_step,
                 distance_m: distance_m(phase_step as f64 * step_ps - offset_ps),
                 count: count.signed,
-                expected: moment.signed_mean,
-                expected_std: moment.signed_variance.max(0.0).sqrt(),
-                residual_sigmas: residuals[0],
-                total_residual_sigmas: residuals.get(1).copied(),
+                expected_count: moment.signed_mean,
+                expected_count_std: moment.signed_variance.max(0.0).sqrt(),
+                residual_in_std: residuals[0],
+                total_residual_in_std: residuals.get(1).copied(),
             }
         };
-        self.steps = scan.counts.iter().enumerate().map(of_step).collect();
+        self.phase_steps = scan.counts.iter().enumerate().map(of_step).collect();
         let delay_std = fitted.errors.iter().find(|(of, _)| *of == Unknown::Delay);
         if let (Some((_, std_ps)), Some(path)) = (delay_std, self.estimate.path) {
             let code = &scene.sources[scene.paths[path].source].code;
             let period_ps = scene.chip_period_ps * code.len() as f64;
             let delay_ps = scene.paths[path].delay_ps + fitted.change.delay_ps;
             self.fitted_distance_m = Some(distance_m(delay_ps.rem_euclid(period_ps)));
-            self.fitted_std_m = Some(distance_m(*std_ps));
+            self.fitted_distance_std_m = Some(distance_m(*std_ps));
         }
         self.chi_square = Some(fitted.chi_square);
         self.degrees_of_freedom = Some(fitted.degrees);
@@ -159,20 +161,20 @@ impl Assessment {
 
     /// The residuals as CSV.
     pub fn residuals_csv(&self) -> String {
-        let mut text = "phase_step,distance_m,count,expected,expected_std,residual_sigmas,\
-                        total_residual_sigmas\n"
+        let mut text = "phase_step,distance_m,count,expected,expected_std,residual_in_std,\
+                        total_residual_in_std\n"
             .to_owned();
-        for step in &self.steps {
-            let total = step.total_residual_sigmas;
+        for step in &self.phase_steps {
+            let total = step.total_residual_in_std;
             let _ = writeln!(
                 text,
                 "{},{:.6},{},{:.6},{:.6},{:.4},{}",
                 step.phase_step,
                 step.distance_m,
                 step.count,
-                step.expected,
-                step.expected_std,
-                step.residual_sigmas,
+                step.expected_count,
+                step.expected_count_std,
+                step.residual_in_std,
                 total.map_or_else(String::new, |total| format!("{total:.4}"))
             );
         }
@@ -199,7 +201,9 @@ impl fmt::Display for Assessment {
             write!(f, "; the scene's path: {truth_m:.4} m")?;
         }
         writeln!(f)?;
-        if let (Some(distance_m), Some(std_m)) = (self.fitted_distance_m, self.fitted_std_m) {
+        if let (Some(distance_m), Some(std_m)) =
+            (self.fitted_distance_m, self.fitted_distance_std_m)
+        {
             let std_mm = std_m * 1e3;
             writeln!(
                 f,

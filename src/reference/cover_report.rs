@@ -11,6 +11,7 @@ const MOST_NAMED: usize = 6;
 
 /// Cover points of a scene, and which of them were covered.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Coverage {
     /// Points that can be reached.
     pub points: usize,
@@ -26,6 +27,7 @@ pub struct Coverage {
 
 /// Cover points of one kind.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct FamilyCoverage {
     /// Their kind.
     pub family: &'static str,
@@ -37,11 +39,11 @@ pub struct FamilyCoverage {
 
 /// A cover point that was not covered.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Missed {
     /// What it is.
     pub point: String,
     /// Why; none where a longer run may cover it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
 }
 

@@ -120,8 +120,8 @@ pub(super) fn run_time(sensor: &Sensor, cosim: &cosim::Report, std_m: f64) -> Op
         let seconds = forecast::seconds(sensor, tier, 1);
         series.extend(seconds.map(|scan_s| of_tier(name, class, scan_s, std_m)));
     }
-    if cosim.cycles_per_second > 0.0 && cosim.verdict == cosim::Verdict::Match {
-        let scan_s = cosim.cycles as f64 / cosim.cycles_per_second;
+    if cosim.clocks_per_s > 0.0 && cosim.verdict == cosim::Verdict::Match {
+        let scan_s = cosim.clocks as f64 / cosim.clocks_per_s;
         series.push(of_tier("Verilog (this run)", "s1", scan_s, std_m));
     }
     let description = series

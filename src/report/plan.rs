@@ -87,8 +87,8 @@ pub(super) fn figures(figures: &Figures) -> Vec<Row> {
             format!(
                 "{}: {} phase step{} of {}",
                 time(figures.frame_time_s),
-                number(figures.steps),
-                if figures.steps == 1 { "" } else { "s" },
+                number(figures.phase_steps),
+                if figures.phase_steps == 1 { "" } else { "s" },
                 time(figures.integration_s)
             ),
         ),
@@ -106,7 +106,7 @@ pub(super) fn figures(figures: &Figures) -> Vec<Row> {
                 "{} unambiguous (a code of {} chips), in phase steps of {}",
                 length(figures.unambiguous_range_m),
                 number(figures.code_period_chips),
-                length(figures.phase_step_m)
+                length(figures.phase_step_distance_m)
             ),
         ),
         row(
@@ -198,13 +198,13 @@ fn basis(basis: &Basis) -> String {
         Basis::Measured => "this sensor was synthesized (docs/resources.md)".to_owned(),
         Basis::Fitted {
             builds,
-            largest_error,
-            error_of_others,
+            largest_relative_error,
+            cross_validation_relative_error,
         } => format!(
             "fitted to {builds} synthesized sensors (docs/resources.md): off by {:.0} % at most for \
              these, {:.0} % rms for one that the fit has not seen",
-            largest_error * 100.0,
-            error_of_others * 100.0
+            largest_relative_error * 100.0,
+            cross_validation_relative_error * 100.0
         ),
     }
 }
@@ -222,12 +222,14 @@ pub(super) fn saving(part: &Part) -> Option<String> {
     let cells = part
         .saved_cells
         .map(|cells| format!("about {} LUTs, {} flip-flops", cells.luts, cells.flip_flops));
-    let time = part
-        .saving
-        .as_ref()
-        .map(|Saving { share, .. }| match *share {
+    let time = part.saving.as_ref().map(
+        |Saving {
+             time_fraction: share,
+             ..
+         }| match *share {
             share if share < LEAST_SHARE => "no time".to_owned(),
             share => format!("{:.0} % of the time", share * 100.0),
-        });
+        },
+    );
     cells.or(time)
 }

@@ -3,6 +3,17 @@
 //!
 //! The numbers of steps and of groups are types of their own. With one phase step
 //! at a time they are equal, and a wrong one would show only with several.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+//! let timing = scene.timing();
+//! assert_eq!(timing.code_chips(), 31);
+//! assert_eq!(timing.clock.sample_period_ps(), 1000.0); // 8 samples in a chip of 8 ns
+//! assert_eq!(timing.groups(), 248); // one phase step at a time
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod timing;
 

@@ -27,6 +27,18 @@
 //! | `hardware.counter_width` | as wide as no stimulus can overflow |
 //! | `hardware.total_counts` | true with `estimator = "model"`, which needs them, else false |
 //! | `hardware.peak_detector` | false: the host finds the peak |
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+//! assert_eq!(scene.chip_period_ps, 8000.0);
+//! assert_eq!(scene.paths[0].distance_m(), 3.2);
+//!
+//! let error = goldtof::scene::parse("my.toml", "clock.chip_period = 8").unwrap_err();
+//! assert!(error.to_string().contains("8 has no unit; write for example"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod detector;
 mod error;
@@ -34,6 +46,7 @@ mod index;
 mod keys;
 mod movement;
 mod names;
+mod origin;
 mod read;
 mod reader;
 mod scan;
@@ -49,6 +62,7 @@ pub use error::{SceneError, SceneErrors};
 pub use index::{DetectorIndex, PathIndex, SourceIndex};
 pub use keys::{reference, schema};
 pub use movement::{Fluctuation, Movement};
+pub use origin::{Origin, SceneReference};
 pub use read::{load, load_with, load_with_text, parse, parse_with, read as read_scene_text};
 pub use setting::Setting;
 pub use totals::TotalsMissing;
@@ -64,6 +78,8 @@ use crate::scan::{Clock, Timing};
 pub struct Scene {
     /// The file's stem, `paper-single` for `scenes/paper-single.toml`.
     pub name: String,
+    /// The text that it was read from.
+    pub origin: Origin,
     /// Chip period T_c; one clock cycle of the hardware.
     pub chip_period_ps: f64,
     /// Samples (phase steps) per chip, S = 2^zeta: 1, 2, 4, ...
@@ -91,6 +107,11 @@ impl Scene {
             chip_period_ps: self.chip_period_ps,
             samples_per_chip: self.samples_per_chip,
         }
+    }
+
+    /// What documents name it by.
+    pub fn reference(&self) -> SceneReference {
+        SceneReference::new(&self.name, &self.origin)
     }
 
     /// What follows from clock and scan.
@@ -194,6 +215,7 @@ impl Path {
 
 /// Turns counts into distance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum EstimatorKind {

@@ -10,8 +10,8 @@ use super::names::Names;
 use super::reader::Section;
 use super::setting::Setting;
 use super::{
-    Detector, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, SceneErrors, Source, Target,
-    TotalsMissing,
+    Detector, EstimatorKind, Hardware, Origin, OtherLight, Path, Scan, Scene, SceneErrors,
+    SceneReference, Source, Target, TotalsMissing,
 };
 use super::{detector, movement, scan, source};
 use crate::code::MAX_CODE_CHIPS;
@@ -105,11 +105,9 @@ pub fn parse_with(file_name: &str, text: &str, settings: &[Setting]) -> Result<S
             diagnostics.report(place.clone(), message);
         }
     }
-    let name = FilePath::new(file_name)
-        .file_stem()
-        .map_or_else(String::new, |stem| printable_path(FilePath::new(stem)));
+    let reference = SceneReference::of_text(file_name, text, settings);
     let root = Section::new(&diagnostics, document.get_ref(), 0..0, String::new());
-    let scene = read_scene(&root, name);
+    let scene = read_scene(&root, reference);
     root.finish();
     diagnostics.finish(scene)
 }
@@ -164,7 +162,7 @@ fn with_advice(message: &str) -> String {
     format!("{message}: {advice}")
 }
 
-fn read_scene(root: &Section, name: String) -> Option<Scene> {
+fn read_scene(root: &Section, reference: SceneReference) -> Option<Scene> {
     for (key, header) in [
         ("clock", "[clock]"),
         ("source", "[[source]]"),
@@ -214,7 +212,12 @@ fn read_scene(root: &Section, name: String) -> Option<Scene> {
 
     let clock = clock?;
     let scene = Scene {
-        name,
+        name: reference.name,
+        origin: Origin {
+            file: reference.file,
+            sha256: reference.sha256,
+            settings: reference.settings,
+        },
         chip_period_ps: clock.chip_period_ps,
         samples_per_chip: clock.samples_per_chip,
         sources: sources?,

@@ -75,6 +75,11 @@ impl Setting {
         &self.origin
     }
 
+    /// Key and value, without the option that they stood behind.
+    pub(super) fn assignment(&self) -> &str {
+        self.origin.split_once(' ').map_or("", |(_, rest)| rest)
+    }
+
     /// Its value as a line of TOML.
     pub(super) fn line(&self) -> String {
         format!("v = {}", self.value)
@@ -290,7 +295,10 @@ mod tests {
         ] {
             assert!(TWO.contains(from), "{from}");
             let expected = parse("two.toml", &TWO.replacen(from, to, 1)).unwrap();
-            let found = set(TWO, &[setting]).unwrap();
+            let mut found = set(TWO, &[setting]).unwrap();
+            assert_eq!(found.origin.settings, [setting]);
+            // Where it comes from is the one thing that differs.
+            found.origin = expected.origin.clone();
             assert_eq!(format!("{found:?}"), format!("{expected:?}"), "{setting}");
         }
         let without = TWO.split("[estimate]").next().unwrap();

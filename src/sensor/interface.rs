@@ -152,17 +152,20 @@ fn longest_carry_chain(target: Target) -> u32 {
 
 /// A port of `sensor_top`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Port {
     /// Name in the Verilog.
     pub name: String,
     /// `input` or `output`.
     pub direction: Direction,
     /// Bits.
+    #[serde(rename = "width_bits")]
     pub width: u32,
 }
 
 /// Direction of a port, seen from the hardware.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Direction {
     /// Driven from outside.

@@ -4,6 +4,19 @@
 //!
 //! Every part that emits, predicts, simulates or estimates is handed a [`Sensor`].
 //! Of all that, emitter and reference model share the interface and nothing else.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use goldtof::sensor::Sensor;
+//!
+//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+//! let sensor = Sensor::new(&scene);
+//! let ports = sensor.interface().ports();
+//! let samples = ports.iter().find(|port| port.name == "i_samples").unwrap();
+//! assert_eq!(samples.width, 8); // all samples of a chip in one clock
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod interface;
 pub mod layout;

@@ -1,4 +1,19 @@
 //! Ways of simulating a sensor, from exact to cheap, and what they say.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use goldtof::sensor::Sensor;
+//! use goldtof::simulate::Tier;
+//! use goldtof::simulate::repeat::simulate;
+//!
+//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+//! // Without random numbers, so that one repetition says it all.
+//! let simulation = simulate(&Sensor::new(&scene), Tier::Expected, 1, 1)?;
+//! let path = &simulation.estimates[0];
+//! assert_eq!(path.bias_m, path.expected_bias_m);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub(crate) mod domain;
 mod expected;
@@ -12,6 +27,7 @@ use crate::estimate::CountingTier;
 
 /// How much of the sensor a simulation goes through, from least to most.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Tier {

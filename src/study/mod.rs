@@ -1,5 +1,14 @@
 //! Studies made of many simulations: the fidelity of the tiers, the article's
 //! figures and claims, stiff and extreme cases, sweeps over a scene's keys.
+//!
+//! ```
+//! use goldtof::study::sweep::Axis;
+//!
+//! let axis: Axis = "path.distance=1 m..10 m +10".parse()?;
+//! assert_eq!(axis.values.len(), 10);
+//! assert_eq!(axis.column(), "path.distance (m)");
+//! # Ok::<(), String>(())
+//! ```
 
 mod article;
 pub mod fidelity;

@@ -97,7 +97,12 @@ fn a_run_of_a_hostile_name_shows_it_escaped() {
     let output = run(&json);
     said(&output);
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert!(report["scene"].as_str().unwrap().starts_with("q\\ninitial"));
+    assert!(
+        report["scene"]["name"]
+            .as_str()
+            .unwrap()
+            .starts_with("q\\ninitial")
+    );
 }
 
 #[test]

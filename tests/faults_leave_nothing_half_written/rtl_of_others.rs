@@ -43,7 +43,16 @@ fn cosim(rtl: &Path) -> Command {
 fn run(command: &mut Command) -> (Option<i32>, String, String) {
     let output: Output = command.output().unwrap();
     let stdout = String::from_utf8(output.stdout.clone()).unwrap();
-    (output.status.code(), stdout, stderr(&output))
+    let (status, said) = (output.status.code(), stderr(&output));
+    let document: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    // Nothing but the error is on stdout then, in the same words.
+    if let Some(error) = document.get("error") {
+        assert_eq!(error["exit_status"].as_i64(), status.map(i64::from));
+        let first = error["text"].as_str().unwrap().lines().next().unwrap();
+        assert!(said.contains(first), "{first} is not in {said}");
+        return (status, String::new(), said);
+    }
+    (status, stdout, said)
 }
 
 #[test]

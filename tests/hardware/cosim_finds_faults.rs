@@ -426,7 +426,7 @@ fn find(work: &Path, scene: &str, rtl: &Path, fault: &Fault, number: usize) -> R
         // It is the first clock: a run that ends just before it matches, and
         // one that ends with it does not.
         let first = &report["first_mismatch"];
-        let clock = first["cycle"].as_u64().unwrap();
+        let clock = first["clock"].as_u64().unwrap();
         assert_ne!(first["expected"], first["got"], "{name}");
         let verdict_after = |clocks: u64| {
             let clocks = clocks.to_string();

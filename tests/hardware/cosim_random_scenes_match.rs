@@ -41,7 +41,7 @@ fn match_under_hostile_inputs(scenes: u64, seed: u64) {
             report.first_mismatch,
             report.missing
         );
-        assert_eq!(report.cycles, MOST_CLOCKS, "scene {number}");
+        assert_eq!(report.clocks, MOST_CLOCKS, "scene {number}");
         let has = |is: bool| u64::from(is);
         [
             has(report.phase_steps > 0),

@@ -130,7 +130,7 @@ fn a_run_in_the_dark_and_one_with_a_dark_detector_are_inconclusive() {
     assert!(two.1["exercised"]["detectors"][0]["hits_down"].as_u64() > Some(0));
 }
 
-/// What the ports show, clock by clock: of the definition in DESIGN.md and nothing
+/// What the ports show, clock by clock: of the definition in docs/conventions.md and nothing
 /// else.
 #[derive(Default)]
 struct Watcher {

@@ -64,7 +64,7 @@ fn a_hundred_random_scenes_are_clean_under_four_tools() {
     let (emissions, refused): (Vec<Emission>, Vec<Vec<String>>) = drawn.into_iter().unzip();
     let has_peak = |emission: &&Emission| emission.parameters.peak.is_some();
     assert!(emissions.iter().filter(has_peak).count() > SCENES / 5);
-    let has_totals = |emission: &&Emission| emission.parameters.total.is_some();
+    let has_totals = |emission: &&Emission| emission.parameters.total_count.is_some();
     assert!(emissions.iter().filter(has_totals).count() > SCENES / 5);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder_of = |number: usize| folder.path().join(format!("scene-{number}"));

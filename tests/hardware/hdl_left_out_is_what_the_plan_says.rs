@@ -44,7 +44,7 @@ fn traces(emission: &Emission) -> [(&'static str, bool); 7] {
     [
         ("second_lfsr", has_module("gold_generator")),
         ("interleaver", has_module("interleaver")),
-        ("saturation_clamp", has_port("o_saturated")),
+        ("saturation", has_port("o_saturated")),
         ("peak_detector", has_port("o_peak_valid")),
         (
             "scan_realignment",

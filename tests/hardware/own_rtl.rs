@@ -112,7 +112,7 @@ fn every_latency_is_found_and_the_wrong_one_is_told_by_its_clocks() {
             "range_top",
             "-D",
             &define,
-            "--cycles",
+            "--clocks",
             "9000",
         ];
         cosim(&[&all[..], &["--latency", latency]].concat())
@@ -158,7 +158,7 @@ fn a_late_peak_is_held_to_its_own_latency() {
     for port in manifest["ports"].as_array().unwrap() {
         let (name, width) = (
             port["name"].as_str().unwrap(),
-            port["width"].as_u64().unwrap(),
+            port["width_bits"].as_u64().unwrap(),
         );
         let direction = port["direction"].as_str().unwrap();
         ports.push(format!("{direction} [{}:0] {name}", width - 1));
@@ -197,8 +197,8 @@ fn a_late_peak_is_held_to_its_own_latency() {
         (output.status.code(), report)
     };
     // Some clocks more than a scan, so that what comes late comes.
-    let clocks = run(&[]).1["cycles"].as_u64().unwrap() + 1500;
-    let (status, report) = run(&["--cycles", &clocks.to_string()]);
+    let clocks = run(&[]).1["clocks"].as_u64().unwrap() + 1500;
+    let (status, report) = run(&["--clocks", &clocks.to_string()]);
     assert_eq!(status, Some(1));
     let differences = report["differences"].as_array().unwrap();
     assert!(differences.iter().any(|d| d["port"] == "o_peak_valid"));
@@ -396,7 +396,7 @@ fn a_design_is_found_in_whatever_form_it_is() {
         let folder = tempfile::tempdir().unwrap();
         let options = in_another_form(form, folder.path());
         let mut all: Vec<&str> = options.iter().map(String::as_str).collect();
-        all.extend(["--top", "range_top", "--latency", "3", "--cycles", "6000"]);
+        all.extend(["--top", "range_top", "--latency", "3", "--clocks", "6000"]);
         let (status, report, stderr) = cosim(&all);
         let found = (status, &report["verdict"]);
         assert_eq!(found, (Some(0), &"match".into()), "{form}: {stderr}");
@@ -421,7 +421,7 @@ fn further_ports_are_remarked_and_others_refused() {
             format!("{}{lines}\n{}", &changed[..at], &changed[at..]),
         )
         .unwrap();
-        cosim(&["--cycles", "6000", "--rtl", text(folder.path())])
+        cosim(&["--clocks", "6000", "--rtl", text(folder.path())])
     };
     let ports = "input wire [69:0] i_spare, output wire \\o+odd , output wire [69:0] o_wide,";
     let (status, report, stderr) = with(ports, "assign o_wide = ~i_spare; assign \\o+odd = 1'b1;");
@@ -593,7 +593,7 @@ fn what_is_wrong_with_a_design_is_told_with_its_place() {
                 text(&scene),
                 "--top",
                 "range_top",
-                "--cycles",
+                "--clocks",
                 "3000",
             ])
             .args(*options)

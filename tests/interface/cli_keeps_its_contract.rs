@@ -61,7 +61,7 @@ fn a_run_with_the_model_estimator_fits_totals_that_the_verilog_sends() {
     let out = folder.path().to_str().unwrap();
     let report = json(&["run", QUICK, "--estimator", "model", "--json", "--out", out]);
     assert_eq!(report["cosim"]["verdict"], "match");
-    let total = &report["emit"]["parameters"]["total"];
+    let total = &report["emit"]["parameters"]["total_count"];
     let signed_bits = most_hits_bits(&report) + 1;
     assert_eq!(total["first_bit"], signed_bits.div_ceil(8) * 8, "{total}");
     assert_eq!(total["bits"], most_hits_bits(&report), "{total}");
@@ -106,7 +106,7 @@ fn the_phase_estimator_has_no_totals_and_the_model_estimator_does_not_go_without
     let out = folder.path().join("out");
     let out = out.to_str().unwrap();
     let emission = json(&["emit", QUICK, "--json", "--out", out]);
-    assert!(emission["parameters"]["total"].is_null());
+    assert!(emission["parameters"]["total_count"].is_null());
     let scene = folder.path().join("without.toml");
     let text = fs::read_to_string(QUICK).unwrap();
     fs::write(
@@ -260,7 +260,7 @@ fn a_run_shows_every_detector() {
         // Its counts, and not the other one's: the largest is where it says.
         let estimates = report["estimates"].as_array().unwrap();
         let estimate = estimates.iter().find(|e| e["detector"] == name).unwrap();
-        let coarse = estimate["coarse_step"].as_u64().unwrap() as usize;
+        let coarse = estimate["coarse_phase_step"].as_u64().unwrap() as usize;
         assert_eq!(of_detector.iter().max(), Some(&of_detector[coarse]));
     }
     let page = fs::read_to_string(out.join("report.html")).unwrap();
@@ -300,7 +300,7 @@ fn emit_names_ports_clock_and_what_it_left_out() {
     assert_eq!(emission["clock_hz"], 125e6);
     assert_eq!(emission["ports"][0]["name"], "i_clk");
     assert_eq!(emission["ports"][0]["direction"], "input");
-    assert_eq!(emission["ports"][0]["width"], 1);
+    assert_eq!(emission["ports"][0]["width_bits"], 1);
     assert!(!emission["left_out"].as_array().unwrap().is_empty());
     for file in emission["files"].as_array().unwrap() {
         assert!(
@@ -326,7 +326,7 @@ fn codes_gives_the_first_chips_of_gps_satellite_1() {
     ]);
     // Octal 1440, as the interface specification prints it.
     assert!(report["chips"].as_str().unwrap().starts_with("1100100000"));
-    assert_eq!(report["length"], 1023);
+    assert_eq!(report["length_chips"], 1023);
     assert_eq!(report["autocorrelation"]["peak"], 1023);
     assert_eq!(
         report["autocorrelation"]["values"],
@@ -417,7 +417,7 @@ fn of_a_folder_without_a_manifest_the_bench_is_left_out() {
     fs::write(folder.path().join("stranger.v"), stranger).unwrap();
     assert!(folder.path().join("sensor_top_tb.v").exists());
     let rtl = folder.path().to_str().unwrap();
-    let report = json(&["cosim", QUICK, "--json", "--cycles", "5000", "--rtl", rtl]);
+    let report = json(&["cosim", QUICK, "--json", "--clocks", "5000", "--rtl", rtl]);
     assert_eq!(report["verdict"], "match");
 }
 
@@ -438,7 +438,13 @@ fn light_without_its_code_gives_no_estimate() {
         );
     };
     let simulated = &json(&["simulate", flat, "--json", "--repeat", "5"])["estimates"][0];
-    for key in ["mean_m", "bias_m", "std_m", "expected_bias_m", "bound_m"] {
+    for key in [
+        "mean_distance_m",
+        "bias_m",
+        "std_m",
+        "expected_bias_m",
+        "bound_m",
+    ] {
         assert!(simulated[key].is_null(), "{key}: {simulated}");
     }
     assert_eq!(simulated["estimates"], 0);
@@ -506,7 +512,7 @@ fn a_mismatch_ends_with_1_and_leaves_waveforms_of_both_sides() {
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
     let first = &report["first_mismatch"];
     // The first clock after four clocks of reset shows the first chip.
-    assert_eq!(first["cycle"], 4);
+    assert_eq!(first["clock"], 4);
     assert_eq!(first["time_ps"], 32_000.0);
     assert_eq!(first["port"], "o_laser");
     let mut parser = vcd::Parser::new(std::io::BufReader::new(fs::File::open(vcd).unwrap()));

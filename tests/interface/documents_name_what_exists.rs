@@ -1,4 +1,5 @@
-//! What DESIGN.md says of the code is there: modules, equations and their tests.
+//! What documents say of the code and of each other is there: modules, equations and
+//! their tests, pages and their headings.
 
 use std::fs;
 use std::path::Path;
@@ -8,13 +9,13 @@ fn read(path: &str) -> String {
     fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The section of DESIGN.md under a heading, to the next one.
-fn section(heading: &str) -> String {
-    let design = read("DESIGN.md");
-    let from = design
+/// The section of a document under a heading, to the next one.
+fn section(document: &str, heading: &str) -> String {
+    let document = read(document);
+    let from = document
         .find(heading)
         .unwrap_or_else(|| panic!("no {heading}"));
-    let text = &design[from + heading.len()..];
+    let text = &document[from + heading.len()..];
     text[..text.find("\n## ").unwrap_or(text.len())].to_owned()
 }
 
@@ -97,7 +98,10 @@ fn names_equation(text: &str, number: u32) -> bool {
 
 #[test]
 fn every_equation_is_where_the_index_says_and_has_its_test() {
-    let index = rows(&section("## Where the article's equations are"));
+    let index = rows(&section(
+        "docs/physics.md",
+        "## Where the article's equations are",
+    ));
     assert!(index.len() > 10, "{index:?}");
     let mut indexed = Vec::new();
     for row in &index {
@@ -171,7 +175,7 @@ fn is_package(folder: &str) -> bool {
 
 #[test]
 fn every_module_is_in_the_table_and_every_row_is_a_module() {
-    let table = rows(&section("## The way of a scene"));
+    let table = rows(&section("DESIGN.md", "## The way of a scene"));
     let named: Vec<String> = table
         .iter()
         .flat_map(|row| quoted(&row[0]).map(str::to_owned).collect::<Vec<_>>())
@@ -198,5 +202,85 @@ fn every_module_is_in_the_table_and_every_row_is_a_module() {
             named.iter().any(is_named),
             "{module} is not in DESIGN's table"
         );
+    }
+}
+
+/// Every page of the guide, README, DESIGN and the rest, by its path.
+fn documents() -> Vec<String> {
+    let mut names: Vec<String> = ["README.md", "DESIGN.md", "CHANGELOG.md", "CONTRIBUTING.md"]
+        .map(str::to_owned)
+        .into();
+    names.push("hdl/README.md".to_owned());
+    names.extend(pages().into_iter().map(|page| format!("docs/{page}")));
+    names
+}
+
+/// The files of docs/ that are Markdown.
+fn pages() -> Vec<String> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let files = fs::read_dir(folder).unwrap();
+    let names = files.map(|file| file.unwrap().file_name().into_string().unwrap());
+    names.filter(|name| name.ends_with(".md")).collect()
+}
+
+/// Targets of the links of a text, outside of its fenced blocks.
+fn links(text: &str) -> Vec<String> {
+    let outside = text.split("```").step_by(2).collect::<String>();
+    let targets = outside.split("](").skip(1);
+    let targets = targets.filter_map(|rest| rest.split_once(')').map(|(target, _)| target));
+    targets.map(str::to_owned).collect()
+}
+
+/// What a heading's link is, as GitHub and mdBook make it.
+fn anchor(heading: &str) -> String {
+    let kept = heading.trim_start_matches('#').trim().to_lowercase();
+    let kept = kept.chars().filter_map(|c| match c {
+        ' ' | '-' => Some('-'),
+        c if c.is_alphanumeric() || c == '_' => Some(c),
+        _ => None,
+    });
+    kept.collect()
+}
+
+#[test]
+fn links_between_documents_lead_somewhere() {
+    let mut followed = 0;
+    for name in documents() {
+        let folder = Path::new(&name).parent().unwrap().to_owned();
+        for link in links(&read(&name)) {
+            if link.starts_with("http") {
+                continue;
+            }
+            let (file, heading) = link.split_once('#').unwrap_or((&link, ""));
+            let target = match file {
+                "" => Path::new(&name).to_owned(),
+                file => folder.join(file),
+            };
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(&target);
+            assert!(path.exists(), "{name}: {link}");
+            if !heading.is_empty() {
+                let text = read(target.to_str().unwrap());
+                let headings = text.lines().filter(|line| line.starts_with('#'));
+                let is_there = headings.map(anchor).any(|anchor| anchor == heading);
+                assert!(is_there, "{name}: {link}");
+            }
+            followed += 1;
+        }
+    }
+    assert!(followed > 60, "{followed}");
+}
+
+/// mdBook makes no page of a file that its summary does not name.
+#[test]
+fn the_summary_has_every_page_once() {
+    let mut named = links(&read("docs/SUMMARY.md"));
+    let mut there = pages();
+    there.retain(|page| page != "SUMMARY.md");
+    named.sort();
+    there.sort();
+    assert_eq!(named, there);
+    for page in there {
+        let text = read(&format!("docs/{page}"));
+        assert!(text.starts_with("# "), "{page} has no title");
     }
 }

@@ -200,7 +200,7 @@ fn a_key_is_set_on_the_command_line_and_named_in_what_is_made() {
     );
     // 63 chips, 8 samples each.
     assert_eq!(
-        emission["parameters"]["steps"], 504,
+        emission["parameters"]["phase_steps"], 504,
         "{}",
         emission["parameters"]
     );

@@ -1,5 +1,6 @@
 //! Scenes, codes and the command line.
 
+mod ci_reads_reports;
 mod cli_keeps_its_contract;
 mod code_correlations_obey_their_theorems;
 mod code_gps_ca_chips_are_the_published_ones;

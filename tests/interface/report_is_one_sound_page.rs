@@ -59,7 +59,7 @@ fn its_numbers_are_those_of_the_json() {
             assert!(page.contains(&words), "{words}");
         }
     }
-    assert_eq!(json["cosim"]["cycles"], 620_012);
+    assert_eq!(json["cosim"]["clocks"], 620_012);
     assert!(page.contains("620,012") && page.contains("4.96 ms"));
     for part in json["plan"]["hardware"].as_array().unwrap() {
         let name = part["part"].as_str().unwrap().replace('_', " ");

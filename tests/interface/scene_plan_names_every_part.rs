@@ -45,7 +45,7 @@ fn the_plan_of_paper_single() {
       interleaver           about 3 LUTs, 3 flip-flops    the code is not interleaved (nu = 0)
       parallel_correlators  about 74 LUTs, 82 flip-flops  parallel = 1: phase steps are correlated one after another
       count_segments        about 8 LUTs, 21 flip-flops   one carry chain holds 17 bits at full clock; saves pipeline stages
-      saturation_clamp                                    no stimulus can overflow 17 bits; saves a pipeline stage and a port
+      saturation                                          no stimulus can overflow 17 bits; saves a pipeline stage and a port
       total_counts          about 31 LUTs, 65 flip-flops  the estimator "fft" uses the signed counts alone
       scan_realignment                                    a scan of all 16376 phase steps ends where it began
       peak_detector         about 32 LUTs, 74 flip-flops  the host receives all 16376 counts and finds their maximum
@@ -115,17 +115,17 @@ fn a_window_scan_realigns_and_names_what_it_saves() {
         "the scan asks for 33 of 16376 phase steps, from step 5 on"
     );
     let saving = full_scan.saving.expect("it saves time");
-    assert!((saving.share - (1.0 - 33.0 / 16_376.0)).abs() < 1e-12);
+    assert!((saving.time_fraction - (1.0 - 33.0 / 16_376.0)).abs() < 1e-12);
 }
 
 #[test]
 fn a_narrow_counter_is_clamped() {
     let mut scene = standard("paper-single");
     scene.hardware.counter_width = Some(12);
-    assert!(part(&scene, "saturation_clamp").kept);
+    assert!(part(&scene, "saturation").kept);
     // 13,100 chips with 4 edges each are 52,400 counts: 16 bits and a sign.
     scene.hardware.counter_width = Some(17);
-    assert!(!part(&scene, "saturation_clamp").kept);
+    assert!(!part(&scene, "saturation").kept);
 }
 
 #[test]
@@ -246,7 +246,7 @@ fn what_people_read_of_a_plan_has_the_numbers_of_its_json() {
     let json = serde_json::to_value(&overview).unwrap();
     let text = text(&overview, None);
     // 31 chips of 8 ns, 8 steps each, 2500 chips a step.
-    assert_eq!(json["figures"]["steps"], 248);
+    assert_eq!(json["figures"]["phase_steps"], 248);
     assert!((json["figures"]["frame_time_s"].as_f64().unwrap() - 248.0 * 20e-6).abs() < 1e-12);
     for words in [
         "4.96 ms: 248 phase steps of 20 \u{b5}s",

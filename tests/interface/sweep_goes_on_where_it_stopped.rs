@@ -58,7 +58,10 @@ fn every_point_is_what_simulate_gives_of_it() {
     let folder = tempfile::tempdir().unwrap();
     let report = json(&sweep(folder.path(), &[]));
     assert_eq!(
-        (report["points"].as_u64(), report["done_before"].as_u64()),
+        (
+            report["points"].as_u64(),
+            report["points_done_before"].as_u64()
+        ),
         (Some(6), Some(0))
     );
     let text = csv(folder.path());
@@ -158,7 +161,7 @@ fn a_sweep_that_was_killed_goes_on_and_ends_with_the_same_bytes() {
     assert!(kills >= 1, "it was never cut off");
     assert_eq!(csv(&whole), csv(&cut));
     let again = json(&arguments(&cut));
-    assert_eq!(again["done_before"], 6);
+    assert_eq!(again["points_done_before"], 6);
     assert_eq!(csv(&whole), csv(&cut));
 }
 
@@ -176,7 +179,7 @@ fn neither_threads_nor_a_point_made_alone_change_a_number() {
     // A point taken away is made again, after all others.
     fs::remove_file(one.join("points/000001.csv")).unwrap();
     let report = json(&sweep(&one, &[]));
-    assert_eq!(report["done_before"], 5);
+    assert_eq!(report["points_done_before"], 5);
     assert_eq!(csv(&all), csv(&one));
 }
 

@@ -62,9 +62,12 @@ fn a_bias_of_half_the_period_is_what_was_expected() {
                 found.correct_coarse_fraction.map(|right| right < 0.01),
                 Some(true)
             );
-            let mean_m = found.mean_m.unwrap();
-            assert!((0.0..range_m).contains(&mean_m) && (0.0..range_m).contains(&found.true_m));
-            assert!(fold(mean_m - found.true_m - bias_m).abs() < 1e-9);
+            let mean_distance_m = found.mean_distance_m.unwrap();
+            assert!(
+                (0.0..range_m).contains(&mean_distance_m)
+                    && (0.0..range_m).contains(&found.true_distance_m)
+            );
+            assert!(fold(mean_distance_m - found.true_distance_m - bias_m).abs() < 1e-9);
         }
     }
 }
@@ -99,7 +102,7 @@ fn estimates_all_round_the_period_have_no_mean() {
     for tier in [Tier::Events, Tier::Expected] {
         let found = statistics(&scene, tier, 400);
         for value in [
-            found.mean_m,
+            found.mean_distance_m,
             found.bias_m,
             found.std_m,
             found.expected_bias_m,

@@ -55,14 +55,14 @@ fn a_target_that_the_budget_cannot_resolve_is_refused_with_the_one_that_would() 
     // Every tier with its share of missed peaks, and an interval that holds it.
     for tier in report["tiers"].as_array().unwrap() {
         let missed = tier["missed_fraction"].as_f64().unwrap();
-        let error = tier["missed_error_vs_reference"].as_f64().unwrap();
-        let [low, high] = [0, 1].map(|i| tier["missed_error_ci"][i].as_f64().unwrap());
+        let error = tier["missed_fraction_error"].as_f64().unwrap();
+        let [low, high] = [0, 1].map(|i| tier["missed_fraction_error_ci95"][i].as_f64().unwrap());
         assert!(
             (0.0..=1.0).contains(&missed) && low <= error && error <= high,
             "{tier}"
         );
         // Only the reference holds, by what it is.
-        let is_reference = tier["name"] == "sampled";
+        let is_reference = tier["fidelity"] == "sampled";
         assert_eq!(tier["verdict"] == "holds", is_reference, "{tier}");
         // Wide as they are, they should hold the truth: no tier is that wrong.
         assert!(low - 0.15 < 0.0 && high + 0.15 > 0.0, "{tier}");

@@ -448,13 +448,13 @@ fn assert_errors_are_as_expected(name: &str, scene: &Scene, scans: u64) {
     let tier = CountingTier::Sampled;
     let fitter = Fitter::new(&sensor, DetectorIndex(0), tier, OtherLight::Given);
     let offset_ps = calibration_offset_ps(&sensor, DetectorIndex(0), tier);
-    let true_m = distance_m(scene.paths[0].delay_ps);
+    let true_distance_m = distance_m(scene.paths[0].delay_ps);
     let (mut phases, mut fits) = (Vec::new(), Vec::new());
     for seed in 0..scans {
         let counts = painted_counts(scene, &model, 1_000 + seed, &mut [0.0]);
         let signed: Vec<i64> = counts.iter().map(|count| count[0] as i64).collect();
         let phase = estimate(&scene.timing(), &signed, offset_ps).expect("a peak");
-        phases.push(phase.distance_m - true_m);
+        phases.push(phase.distance_m - true_distance_m);
         let counts: Vec<StepCount> = counts
             .iter()
             .map(|count| StepCount {
@@ -462,7 +462,7 @@ fn assert_errors_are_as_expected(name: &str, scene: &Scene, scans: u64) {
                 total: count[1] as u64,
             })
             .collect();
-        fits.push(fitter.fit(&counts).expect("it fits").distance_m - true_m);
+        fits.push(fitter.fit(&counts).expect("it fits").distance_m - true_distance_m);
     }
     let predicted = predict(&Sensor::new(scene), DetectorIndex(0), PathIndex(0), tier)
         .expect("it can be predicted");
@@ -471,7 +471,7 @@ fn assert_errors_are_as_expected(name: &str, scene: &Scene, scans: u64) {
         .expect("a bound")
         .paths[0]
         .bound_m;
-    let fit_bias_m = fitted.distance_m - true_m;
+    let fit_bias_m = fitted.distance_m - true_distance_m;
     for (what, errors, bias_m, std_m) in [
         ("phase", phases, predicted.bias_m, predicted.std_m),
         ("fit", fits, fit_bias_m, fitted.std_m),

@@ -243,7 +243,7 @@ fn the_predicted_scatter_knows_that_steps_of_a_group_go_together() {
         .unwrap();
         let (std, error) = (found.std_m.unwrap(), found.std_std_error_m.unwrap());
         assert_within_standard_errors((std - expected.std_m) / error, 4.5, &format!("{tier} std"));
-        let z = (found.bias_m.unwrap() - expected.bias_m) / found.std_error_m.unwrap();
+        let z = (found.bias_m.unwrap() - expected.bias_m) / found.bias_std_error_m.unwrap();
         assert_within_standard_errors(z, 4.5, &format!("{tier} bias"));
         // Independent steps would scatter by something else altogether.
         assert!(

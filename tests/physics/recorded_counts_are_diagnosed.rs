@@ -237,7 +237,7 @@ fn the_fitted_distance_scatters_as_it_says_and_is_unbiased() {
             let found = assess(&scene, &scan);
             let (distance_m, std_m) = (
                 found.fitted_distance_m.unwrap(),
-                found.fitted_std_m.unwrap(),
+                found.fitted_distance_std_m.unwrap(),
             );
             pulls.push((distance_m - 3.2) / std_m);
         },

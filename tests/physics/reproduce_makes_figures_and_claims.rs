@@ -63,7 +63,7 @@ fn a_figure_comes_with_its_data_and_the_claim_that_it_decides() {
     // noise differs by up to a decibel at high light.
     let measured = claim["measured"].as_f64().unwrap();
     assert!((2.0..4.0).contains(&measured), "{measured}");
-    let [low, high] = [0, 1].map(|end| claim["ci"][end].as_f64().unwrap());
+    let [low, high] = [0, 1].map(|end| claim["measured_ci95"][end].as_f64().unwrap());
     assert!(low < measured && measured < high);
     // The verdict is that of the whole interval, and nothing but "holds" is success.
     let inside = |db: f64| (2.94..=3.54).contains(&db);

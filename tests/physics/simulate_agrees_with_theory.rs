@@ -50,7 +50,7 @@ fn bias_and_scatter_of_the_sampled_tier_are_those_of_the_exact_mean_response() {
     let estimate = &report["estimates"][0];
     let bias = number(estimate, "bias_m") - number(estimate, "expected_bias_m");
     assert!(
-        bias.abs() < 4.0 * number(estimate, "std_error_m"),
+        bias.abs() < 4.0 * number(estimate, "bias_std_error_m"),
         "{estimate}"
     );
     let std = number(estimate, "std_m") - number(estimate, "expected_std_m");
@@ -60,7 +60,7 @@ fn bias_and_scatter_of_the_sampled_tier_are_those_of_the_exact_mean_response() {
     );
     assert_eq!(number(estimate, "correct_coarse_fraction"), 1.0);
     assert_eq!(number(estimate, "missed_scans"), 0.0);
-    let mean = number(estimate, "mean_m") - number(estimate, "bias_m");
+    let mean = number(estimate, "mean_distance_m") - number(estimate, "bias_m");
     assert!((mean - 3.2).abs() < 1e-9);
 }
 
@@ -86,7 +86,7 @@ fn events_and_sampled_tiers_differ_by_no_more_than_chance() {
         let value = |key| number(&estimate, key);
         (
             [value("bias_m"), value("std_m")],
-            [value("std_error_m"), value("std_std_error_m")],
+            [value("bias_std_error_m"), value("std_std_error_m")],
             value("detected_rate_cps"),
         )
     };

@@ -167,8 +167,8 @@ fn the_order_of_tables_changes_no_estimate() {
             .estimates
             .into_iter()
             .map(|e| {
-                let true_um = (e.true_m * 1e6).round() as i64;
-                (e.detector, true_um, e.estimates, e.mean_m, e.std_m)
+                let true_um = (e.true_distance_m * 1e6).round() as i64;
+                (e.detector, true_um, e.estimates, e.mean_distance_m, e.std_m)
             })
             .collect();
         found.sort_by(|a, b| (&a.0, a.1).cmp(&(&b.0, b.1)));

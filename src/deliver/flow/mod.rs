@@ -20,6 +20,7 @@ use crate::reference::cover_report::Coverage;
 
 /// Files round the design, by role. In JSON a file is its name.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Flow {
     /// The testbench that compares every output port at every clock.
     pub testbench: Testbench,
@@ -37,6 +38,7 @@ pub struct Flow {
 
 /// The testbench and how much it covers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Testbench {
     /// Its top module.
     pub top: String,
@@ -63,6 +65,7 @@ pub struct Testbench {
 
 /// Clock constraints.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Constraints {
     /// Synopsys Design Constraints.
     pub sdc: EmittedFile,

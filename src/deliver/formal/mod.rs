@@ -16,6 +16,7 @@ use super::emission::{Design, EmittedFile};
 
 /// Files of the folder `formal`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Formal {
     /// The properties, a module round the design for each proof.
     pub properties: EmittedFile,

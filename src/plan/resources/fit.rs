@@ -86,8 +86,8 @@ impl Fit {
         let squares: f64 = others.iter().map(|error| error * error).sum();
         Basis::Fitted {
             builds: builds.len(),
-            largest_error: errors.map(f64::abs).fold(0.0, f64::max),
-            error_of_others: (squares / others.len().max(1) as f64).sqrt(),
+            largest_relative_error: errors.map(f64::abs).fold(0.0, f64::max),
+            cross_validation_relative_error: (squares / others.len().max(1) as f64).sqrt(),
         }
     }
 
@@ -112,15 +112,21 @@ mod tests {
         for target in [Target::Ecp525k6, Target::Ice40Hx8k, Target::Xc7] {
             let builds = builds(target);
             let Basis::Fitted {
-                largest_error,
-                error_of_others,
+                largest_relative_error,
+                cross_validation_relative_error,
                 ..
             } = Fit::of(&builds).basis(&builds)
             else {
                 unreachable!()
             };
-            assert!(largest_error < 0.12, "{target:?}: {largest_error}");
-            assert!(error_of_others < 0.08, "{target:?}: {error_of_others}");
+            assert!(
+                largest_relative_error < 0.12,
+                "{target:?}: {largest_relative_error}"
+            );
+            assert!(
+                cross_validation_relative_error < 0.08,
+                "{target:?}: {cross_validation_relative_error}"
+            );
         }
     }
 }

@@ -15,6 +15,7 @@ use crate::sensor::Sensor;
 
 /// Cells of one family of FPGAs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Cells {
     /// Look-up tables, those of carry chains included.
     pub luts: u64,
@@ -24,6 +25,7 @@ pub struct Cells {
 
 /// What the hardware of a sensor takes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Resources {
     /// The family and the tools' options that stand behind the numbers.
     pub family: &'static str,
@@ -40,6 +42,7 @@ pub struct Resources {
 
 /// Where numbers of cells come from.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", tag = "kind")]
 pub enum Basis {
     /// This sensor was synthesized.
@@ -49,10 +52,10 @@ pub enum Basis {
         /// Sensors that were synthesized.
         builds: usize,
         /// The fit is off by no more than this share at any of them.
-        largest_error: f64,
+        largest_relative_error: f64,
         /// Root mean square of the share by which it is off at each of them when
         /// fitted to the others.
-        error_of_others: f64,
+        cross_validation_relative_error: f64,
     },
 }
 

@@ -99,7 +99,7 @@ impl Page<'_> {
                     h1 { (name) }
                     span class={ "verdict " (verdict) } { (verdict) }
                 }
-                p.lead { "Verilog against its reference model, over " (number(self.cosim.cycles)) " clocks" }
+                p.lead { "Verilog against its reference model, over " (number(self.cosim.clocks)) " clocks" }
                 dl.tiles { @for (name, value, remark) in self.tiles() {
                     div { dt { (name) } dd { (value) @if !remark.is_empty() { small { (remark) } } } }
                 } }
@@ -137,14 +137,14 @@ impl Page<'_> {
             time(figures.frame_time_s),
             format!(
                 "{} steps of {}",
-                number(figures.steps),
+                number(figures.phase_steps),
                 time(figures.integration_s)
             ),
         ));
         tiles.push(tile(
             "Unambiguous range",
             length(figures.unambiguous_range_m),
-            format!("steps of {}", length(figures.phase_step_m)),
+            format!("steps of {}", length(figures.phase_step_distance_m)),
         ));
         tiles.push(tile(
             "Clock",
@@ -196,7 +196,7 @@ impl Page<'_> {
         let row = |name: &str, value: String| vec![name.to_owned(), value];
         let mut rows = vec![
             row("verdict", report.verdict.to_string()),
-            row("clocks compared", number(report.cycles)),
+            row("clocks compared", number(report.clocks)),
             row("clocked", cosim::engine::text(report)),
             row(
                 "ports compared at every clock",
@@ -217,14 +217,11 @@ impl Page<'_> {
         if let Some(first) = &report.first_mismatch {
             rows.push(row(
                 "first mismatch",
-                format!(
-                    "clock {}, port {}: expected {}, got {}",
-                    first.cycle, first.port, first.expected, first.got
-                ),
+                format!("clock {}: {}", first.clock, first.text()),
             ));
         }
         if !self.provenance.reproducible {
-            let speed = report.cycles_per_second / 1e6;
+            let speed = report.clocks_per_s / 1e6;
             rows.push(row(
                 "speed",
                 format!("{speed:.1} million clocks per second"),
@@ -280,7 +277,7 @@ fn details_of(both: &BothEstimates) -> Markup {
     for estimate in both.in_order() {
         rows.extend(
             estimate
-                .coarse_step
+                .coarse_phase_step
                 .map(|step| row("phase step of the largest count", step.to_string())),
         );
         let Some(fit) = &estimate.fit else { continue };
@@ -295,7 +292,7 @@ fn details_of(both: &BothEstimates) -> Markup {
             let value = format!(
                 "{name} at {:.4} m, +- {}",
                 path.distance_m,
-                millimetres(path.std_m, false)
+                millimetres(path.distance_std_m, false)
             );
             rows.push(row("other light", value));
         }
@@ -308,7 +305,7 @@ fn details_of(both: &BothEstimates) -> Markup {
         "unambiguous range",
         format!("{:.4} m", own.unambiguous_range_m),
     ));
-    if let Some(at_s) = own.true_at_s {
+    if let Some(at_s) = own.true_distance_at_s {
         let value = format!("{:.4} ms after the start of the scan", at_s * 1e3);
         rows.push(row("true distance is that of", value));
     }

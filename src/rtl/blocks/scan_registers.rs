@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 
 use serde::Serialize;
-use serde::ser::{SerializeMap as _, Serializer};
+use serde::ser::Serializer;
 
 use super::scan_controller::ScanPlan;
 use super::sequence_counter::SequenceCounter;
@@ -21,6 +21,11 @@ const MODULE: &str = "scan_controller";
 
 /// The counters of a scan controller; one that a scan does without is not there.
 #[derive(Debug, Clone)]
+#[cfg_attr(
+    feature = "schemas",
+    derive(schemars::JsonSchema),
+    schemars(with = "RegisterNames")
+)]
 pub struct ScanRegisters {
     /// Chips of the present group.
     pub chips: Option<CountRegister>,
@@ -83,14 +88,27 @@ impl PartialEq for ScanRegisters {
 impl Serialize for ScanRegisters {
     /// As the registers' names, from the top module down.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(None)?;
-        let named = [("chips", &self.chips), ("groups", &self.groups)];
-        for (key, register) in named {
-            if let Some(register) = register {
-                map.serialize_entry(key, &register.path("."))?;
-            }
+        RegisterNames::of(self).serialize(serializer)
+    }
+}
+
+/// The registers' names, from the top module down.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+struct RegisterNames {
+    /// Counts the chips of a group of phase steps.
+    chips: Option<String>,
+    /// Counts the groups of a scan.
+    groups: Option<String>,
+}
+
+impl RegisterNames {
+    fn of(registers: &ScanRegisters) -> RegisterNames {
+        let path = |register: &Option<CountRegister>| register.as_ref().map(|r| r.path("."));
+        RegisterNames {
+            chips: path(&registers.chips),
+            groups: path(&registers.groups),
         }
-        map.end()
     }
 }
 

@@ -12,6 +12,7 @@ use serde::Serialize;
 use super::scans::{Prepared, ScansError};
 use super::{Tier, domain, expected};
 use crate::cosim::engine::Engine;
+use crate::document::Body;
 use crate::estimate::{TheoryEffort, theory};
 use crate::photons::StepCount;
 use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
@@ -25,8 +26,10 @@ const COUNTS_AT_ONCE: usize = 1 << 21;
 
 /// What a simulation gives.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Simulation {
     /// The scene's name.
+    #[serde(skip)]
     pub scene: String,
     /// Seed of all random numbers.
     pub seed: u64,
@@ -47,11 +50,16 @@ pub struct Simulation {
     pub run_time_s: f64,
 }
 
+impl Body for Simulation {
+    const NAME: &'static str = "simulate";
+}
+
 /// Statistics of the estimates that a detector's scans give of one path.
 ///
 /// A repetition counts for the path nearest to its estimate, if that is within a
 /// chip of it; mean and scatter are over the repetitions that count for the path.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PathStatistics {
     /// Name of the detector.
     pub detector: String,
@@ -61,10 +69,10 @@ pub struct PathStatistics {
     pub path: PathIndex,
     /// True distance, folded into the unambiguous range; without a fluctuation,
     /// whose effect belongs to the scatter.
-    pub true_m: f64,
+    pub true_distance_m: f64,
     /// When a path that moves has it, from the start of the scan: as the scan comes
     /// by the path. None for a path that stands still.
-    pub true_at_s: Option<f64>,
+    pub true_distance_at_s: Option<f64>,
     /// Repetitions that count for the path.
     pub estimates: u64,
     /// Repetitions that miss the path: no estimate within a chip of it (of a code of
@@ -75,7 +83,7 @@ pub struct PathStatistics {
     /// share. None where that cannot be told.
     pub missed_fraction: Option<f64>,
     /// Its 95 % confidence interval (Wilson); none without repetitions.
-    pub missed_fraction_ci: Option<[f64; 2]>,
+    pub missed_fraction_ci95: Option<[f64; 2]>,
     /// The share that the exact moments of the counts give, by the same definition.
     /// None where it cannot be told (the model estimator with several paths).
     pub expected_missed_fraction: Option<f64>,
@@ -83,14 +91,14 @@ pub struct PathStatistics {
     pub correct_coarse_fraction: Option<f64>,
     /// Mean estimate, folded into the unambiguous range; none without estimates, or
     /// where they are spread all over the range ([`crate::estimate::unwrap`]).
-    pub mean_m: Option<f64>,
+    pub mean_distance_m: Option<f64>,
     /// Mean error, the shorter way round the unambiguous range. Errors are taken
     /// round their circular mean, and so is `std_m`.
     pub bias_m: Option<f64>,
     /// Standard deviation of one scan's estimate; none below two estimates.
     pub std_m: Option<f64>,
-    /// Standard error of `mean_m` and `bias_m`.
-    pub std_error_m: Option<f64>,
+    /// Standard error of `mean_distance_m` and `bias_m`.
+    pub bias_std_error_m: Option<f64>,
     /// Standard error of `std_m`, for normal errors, or larger where their fourth
     /// moment says so.
     pub std_std_error_m: Option<f64>,

@@ -28,7 +28,7 @@ pub fn statistics(
         let path = ranging.paths[place];
         let truth = &ranging.truths[place];
         let range_m = distance_m(ranging.code_period_ps);
-        let true_m = fold_distance(distance_m(truth.delay_ps), range_m);
+        let true_distance_m = fold_distance(distance_m(truth.delay_ps), range_m);
         let errors_m = &answers.errors_m[place];
         let (moments, spread) = match unwrap(errors_m, range_m) {
             Ok(unwrapped) => (Moments::of(&unwrapped), None),
@@ -51,19 +51,19 @@ pub fn statistics(
             detector: scene.detectors[ranging.detector].name.clone(),
             source: scene.sources[scene.paths[path].source].name.clone(),
             path,
-            true_m,
-            true_at_s: truth.at_ps.map(|ps| ps * 1e-12),
+            true_distance_m,
+            true_distance_at_s: truth.at_ps.map(|ps| ps * 1e-12),
             estimates: errors_m.len() as u64,
             missed_scans,
             missed_fraction: of_scans(missed_scans),
-            missed_fraction_ci: (answers.scans > 0)
+            missed_fraction_ci95: (answers.scans > 0)
                 .then(|| share_interval(missed_scans, answers.scans)),
             expected_missed_fraction: theory.missed[place],
             correct_coarse_fraction: of_scans(found),
-            mean_m: bias_m.map(|bias_m| fold_distance(true_m + bias_m, range_m)),
+            mean_distance_m: bias_m.map(|bias_m| fold_distance(true_distance_m + bias_m, range_m)),
             bias_m,
             std_m: moments.std,
-            std_error_m: moments.std_error,
+            bias_std_error_m: moments.std_error,
             std_std_error_m: moments.std_std_error,
             expected_bias_m: expected[place].as_ref().ok().map(|(bias_m, _)| *bias_m),
             expected_std_m: expected[place].as_ref().ok().map(|(_, std_m)| *std_m),

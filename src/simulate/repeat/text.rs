@@ -54,11 +54,11 @@ impl PathStatistics {
             self.detector,
             self.path,
             self.source,
-            self.true_m,
-            with_error(self.bias_m, self.std_error_m),
+            self.true_distance_m,
+            with_error(self.bias_m, self.bias_std_error_m),
             with_error(self.std_m, self.std_std_error_m),
         );
-        if let Some(at_s) = self.true_at_s {
+        if let Some(at_s) = self.true_distance_at_s {
             let _ = writeln!(
                 text,
                 "  moving: the distance is that of {:.4} ms after the start of the scan",

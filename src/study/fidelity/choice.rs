@@ -14,7 +14,7 @@ const MARGIN: f64 = 2.0;
 pub fn mark_pareto(tiers: &mut [TierPoint]) {
     let points: Vec<(f64, f64)> = tiers
         .iter()
-        .map(|tier| (tier.run_time_s, worst(tier.error_ci)))
+        .map(|tier| (tier.run_time_s, worst(tier.std_relative_error_ci95)))
         .collect();
     for (tier, &(time, error)) in tiers.iter_mut().zip(&points) {
         tier.pareto = !points
@@ -27,11 +27,11 @@ pub fn mark_pareto(tiers: &mut [TierPoint]) {
 /// intervals no tier could be seen to hold.
 pub fn refuse(runs: &[Run], reference: &Reference, target_error: f64) -> Option<Refusal> {
     let of_missed = reference
-        .missed_fraction_ci
+        .missed_fraction_ci95
         .map(|end| (end - reference.missed_fraction).abs());
     let half_width = [
         NORMAL_95 * reference.std_std_error_m / reference.std_m,
-        NORMAL_95 * reference.std_error_m / reference.std_m,
+        NORMAL_95 * reference.bias_std_error_m / reference.std_m,
         of_missed[0].max(of_missed[1]),
     ]
     .into_iter()
@@ -63,7 +63,7 @@ pub fn recommend(tiers: &[TierPoint], target_error: f64) -> Option<Recommendatio
     let largest = |tier: &&TierPoint| {
         !tiers
             .iter()
-            .any(|other| other.name == tier.name && other.repetitions > tier.repetitions)
+            .any(|other| other.fidelity == tier.fidelity && other.repetitions > tier.repetitions)
     };
     tiers
         .iter()
@@ -73,7 +73,7 @@ pub fn recommend(tiers: &[TierPoint], target_error: f64) -> Option<Recommendatio
         .min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b))
         .map(|(tier, (repetitions, run_time_s))| Recommendation {
             target_error,
-            name: tier.name.clone(),
+            fidelity: tier.fidelity.clone(),
             repetitions,
             run_time_s,
             shown_error: tier.shown_error(),
@@ -91,7 +91,7 @@ fn time_of(tiers: &[TierPoint], tier: &TierPoint, target_error: f64) -> (Option<
     let of_bias = 1.0 / (1.0 - missed).max(0.01);
     let needed = (NORMAL_95 / target_error).powi(2) * of_bias.max(missed * (1.0 - missed));
     let needed = needed.ceil() as u64;
-    let runs = tiers.iter().filter(|other| other.name == tier.name);
+    let runs = tiers.iter().filter(|other| other.fidelity == tier.fidelity);
     let runs = runs.filter_map(|run| Some((run.repetitions?, run.run_time_s)));
     let (set_up_s, per_scan_s) = cost(&runs.collect::<Vec<_>>()).unwrap_or_default();
     (Some(needed), set_up_s + per_scan_s * needed as f64)
@@ -100,13 +100,13 @@ fn time_of(tiers: &[TierPoint], tier: &TierPoint, target_error: f64) -> (Option<
 impl TierPoint {
     /// The largest error that its intervals hold; of the reference nothing.
     fn shown_error(&self) -> f64 {
-        if self.name == super::REFERENCE_NAME {
+        if self.fidelity == super::REFERENCE_NAME {
             return 0.0;
         }
         let intervals = [
-            Some(self.error_ci),
-            Some(self.bias_error_ci),
-            self.missed_error_ci,
+            Some(self.std_relative_error_ci95),
+            Some(self.bias_error_in_std_ci95),
+            self.missed_fraction_error_ci95,
         ];
         intervals
             .into_iter()
@@ -122,19 +122,19 @@ mod tests {
 
     fn point(name: &str, scans: Option<u64>, run_time_s: f64, verdict: Verdict) -> TierPoint {
         TierPoint {
-            name: name.to_owned(),
+            fidelity: name.to_owned(),
             repetitions: scans,
             run_time_s,
             std_m: 0.01,
             bias_m: 0.0,
             missed_fraction: Some(0.0),
-            missed_fraction_ci: None,
-            error_vs_reference: 0.0,
-            error_ci: [-0.01, 0.02],
-            bias_error_vs_reference: 0.0,
-            bias_error_ci: [-0.03, 0.01],
-            missed_error_vs_reference: Some(0.0),
-            missed_error_ci: Some([-0.01, 0.01]),
+            missed_fraction_ci95: None,
+            std_relative_error: 0.0,
+            std_relative_error_ci95: [-0.01, 0.02],
+            bias_error_in_std: 0.0,
+            bias_error_in_std_ci95: [-0.03, 0.01],
+            missed_fraction_error: Some(0.0),
+            missed_fraction_error_ci95: Some([-0.01, 0.01]),
             verdict,
             pareto: false,
         }
@@ -143,7 +143,7 @@ mod tests {
     #[test]
     fn a_point_that_another_beats_in_time_and_error_is_not_on_the_front() {
         let of = |name, run_time_s, error: f64| TierPoint {
-            error_ci: [-error, error],
+            std_relative_error_ci95: [-error, error],
             ..point(name, Some(10), run_time_s, Verdict::Holds)
         };
         let mut tiers = [of("a", 1.0, 0.4), of("b", 2.0, 0.5), of("c", 3.0, 0.1)];
@@ -160,7 +160,7 @@ mod tests {
             point("rtl", Some(100), 5.0, Verdict::Holds),
         ];
         let best = recommend(&tiers, 0.05).expect("one holds");
-        assert_eq!(best.name, "events");
+        assert_eq!(best.fidelity, "events");
         // (1.96 / 0.05)^2 = 1536.6.
         assert_eq!(best.repetitions, Some(1537));
         assert!((best.run_time_s - 1.537).abs() < 1e-12);
@@ -177,7 +177,7 @@ mod tests {
             point("counts", Some(100_000), 0.120, Verdict::Holds),
         ];
         let best = recommend(&tiers, 0.05).expect("both hold");
-        assert_eq!(best.name, "expected");
+        assert_eq!(best.fidelity, "expected");
         let best = recommend(&tiers[1..], 0.05).expect("it holds");
         assert_eq!(best.repetitions, Some(1537));
         assert!((best.run_time_s - 0.021_537).abs() < 1e-9);

@@ -46,12 +46,12 @@ impl FidelityReport {
 
     /// Error against run time: of the standard deviation, and of the bias.
     fn tiers_chart(&self) -> Chart {
-        let of_std = |tier: &TierPoint| (tier.error_vs_reference, tier.error_ci);
-        let of_bias = |tier: &TierPoint| (tier.bias_error_vs_reference, tier.bias_error_ci);
+        let of_std = |tier: &TierPoint| (tier.std_relative_error, tier.std_relative_error_ci95);
+        let of_bias = |tier: &TierPoint| (tier.bias_error_in_std, tier.bias_error_in_std_ci95);
         let of_missed = |tier: &TierPoint| {
             (
-                tier.missed_error_vs_reference.unwrap_or(f64::NAN),
-                tier.missed_error_ci.unwrap_or([f64::NAN; 2]),
+                tier.missed_fraction_error.unwrap_or(f64::NAN),
+                tier.missed_fraction_error_ci95.unwrap_or([f64::NAN; 2]),
             )
         };
         let mut missed = self.tier_series(of_missed);
@@ -62,7 +62,9 @@ impl FidelityReport {
         let mut std_series = self.tier_series(of_std);
         let mut front: Vec<&TierPoint> = self.tiers.iter().filter(|tier| tier.pareto).collect();
         front.sort_by(|a, b| a.run_time_s.total_cmp(&b.run_time_s));
-        let corner = |tier: &&TierPoint| Point::new(tier.run_time_s, 100.0 * worst(tier.error_ci));
+        let corner = |tier: &&TierPoint| {
+            Point::new(tier.run_time_s, 100.0 * worst(tier.std_relative_error_ci95))
+        };
         std_series.insert(
             0,
             Series {
@@ -104,7 +106,7 @@ impl FidelityReport {
     fn tier_series(&self, error: impl Fn(&TierPoint) -> (f64, [f64; 2])) -> Vec<Series> {
         let series = |(colour, tier): (usize, &Tier)| {
             let name = tier.to_string();
-            let points = self.tiers.iter().filter(|point| point.name == name);
+            let points = self.tiers.iter().filter(|point| point.fidelity == name);
             Series {
                 mark: Mark::Dots,
                 colour,
@@ -178,22 +180,22 @@ impl FidelityReport {
             let _ = writeln!(
                 text,
                 "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
-                tier.name,
+                tier.fidelity,
                 tier.repetitions.map_or(String::new(), |n| n.to_string()),
                 tier.run_time_s,
                 tier.std_m,
                 tier.bias_m,
-                tier.error_vs_reference,
-                tier.error_ci[0],
-                tier.error_ci[1],
-                tier.bias_error_vs_reference,
-                tier.bias_error_ci[0],
-                tier.bias_error_ci[1],
+                tier.std_relative_error,
+                tier.std_relative_error_ci95[0],
+                tier.std_relative_error_ci95[1],
+                tier.bias_error_in_std,
+                tier.bias_error_in_std_ci95[0],
+                tier.bias_error_in_std_ci95[1],
                 tier.pareto,
                 cell(tier.missed_fraction),
-                cell(tier.missed_error_vs_reference),
-                cell(tier.missed_error_ci.map(|ci| ci[0])),
-                cell(tier.missed_error_ci.map(|ci| ci[1])),
+                cell(tier.missed_fraction_error),
+                cell(tier.missed_fraction_error_ci95.map(|ci| ci[0])),
+                cell(tier.missed_fraction_error_ci95.map(|ci| ci[1])),
                 tier.verdict
             );
         }
@@ -202,7 +204,7 @@ impl FidelityReport {
 
     fn sensor_csv(&self) -> String {
         let mut text = "relative_power,detected_rate_cps,integration_s,std_m,bias_m,\
-                        coarse_failure_bound,missed_fraction\n"
+                        coarse_failure_bound_fraction,missed_fraction\n"
             .to_owned();
         for p in &self.sensor {
             let _ = writeln!(
@@ -213,7 +215,7 @@ impl FidelityReport {
                 p.integration_s,
                 p.std_m,
                 p.bias_m,
-                p.coarse_failure_bound,
+                p.coarse_failure_bound_fraction,
                 cell(p.missed_fraction)
             );
         }

@@ -18,6 +18,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
+use crate::document::Body;
 use crate::estimate::{NoEstimate, check_modulated, predict};
 use crate::plan::{self, Part};
 use crate::scene::{DetectorIndex, PathIndex, Scene};
@@ -30,8 +31,10 @@ const REFERENCE_NAME: &str = "sampled";
 
 /// What `goldtof fidelity` gives.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct FidelityReport {
     /// The scene's name.
+    #[serde(skip)]
     pub scene: String,
     /// Seed of all random numbers.
     pub seed: u64,
@@ -53,11 +56,16 @@ pub struct FidelityReport {
     pub left_out: Vec<Part>,
 }
 
+impl Body for FidelityReport {
+    const NAME: &'static str = "fidelity";
+}
+
 /// The reference.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Reference {
-    /// Its name.
-    pub name: &'static str,
+    /// Its tier.
+    pub fidelity: &'static str,
     /// Scans.
     pub repetitions: u64,
     /// Wall time.
@@ -69,20 +77,21 @@ pub struct Reference {
     /// Mean error.
     pub bias_m: f64,
     /// Standard error of that.
-    pub std_error_m: f64,
+    pub bias_std_error_m: f64,
     /// Share of scans that miss the peak ([`PathStatistics::missed_fraction`]).
     ///
     /// [`PathStatistics::missed_fraction`]: crate::simulate::repeat::PathStatistics
     pub missed_fraction: f64,
     /// Its 95 % confidence interval.
-    pub missed_fraction_ci: [f64; 2],
+    pub missed_fraction_ci95: [f64; 2],
 }
 
 /// One tier at one number of scans.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct TierPoint {
-    /// Name of the tier.
-    pub name: String,
+    /// The tier.
+    pub fidelity: String,
     /// Scans; none for the tier that draws no random numbers.
     pub repetitions: Option<u64>,
     /// Wall time.
@@ -92,21 +101,21 @@ pub struct TierPoint {
     /// Mean error.
     pub bias_m: f64,
     /// (standard deviation - reference's) / reference's.
-    pub error_vs_reference: f64,
+    pub std_relative_error: f64,
     /// Its 95 % confidence interval, from the standard errors of both.
-    pub error_ci: [f64; 2],
+    pub std_relative_error_ci95: [f64; 2],
     /// (bias - reference's) / reference's standard deviation.
-    pub bias_error_vs_reference: f64,
+    pub bias_error_in_std: f64,
     /// Its 95 % confidence interval.
-    pub bias_error_ci: [f64; 2],
+    pub bias_error_in_std_ci95: [f64; 2],
     /// Share of scans that miss the peak; none where the tier cannot tell.
     pub missed_fraction: Option<f64>,
     /// Its 95 % confidence interval; none of the tier that draws nothing.
-    pub missed_fraction_ci: Option<[f64; 2]>,
+    pub missed_fraction_ci95: Option<[f64; 2]>,
     /// Share of scans that miss the peak, less the reference's.
-    pub missed_error_vs_reference: Option<f64>,
+    pub missed_fraction_error: Option<f64>,
     /// Its 95 % confidence interval.
-    pub missed_error_ci: Option<[f64; 2]>,
+    pub missed_fraction_error_ci95: Option<[f64; 2]>,
     /// Whether all three errors are within the target.
     pub verdict: Verdict,
     /// No other point is both faster and surer of the standard deviation.
@@ -116,6 +125,7 @@ pub struct TierPoint {
 /// Whether a tier's errors of standard deviation (relative), bias (in standard
 /// deviations) and share of missed peaks (of all scans) are within the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// The 95 % intervals of all three are within it.
@@ -138,6 +148,7 @@ impl std::fmt::Display for Verdict {
 
 /// Why no tier can be recommended: the reference's own intervals are too wide.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Refusal {
     /// The error that was asked for.
     pub target_error: f64,
@@ -165,9 +176,10 @@ impl std::fmt::Display for Refusal {
 
 /// For which scenes a tier's answers hold.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct TierDomain {
-    /// Name of the tier.
-    pub name: String,
+    /// The tier.
+    pub fidelity: String,
     /// The domain.
     pub domain: &'static str,
     /// Wall time of what is done once and for all scans to come, and is in no
@@ -179,12 +191,13 @@ pub struct TierDomain {
 
 /// The cheapest tier for an error.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Recommendation {
     /// The error that was asked for: of the standard deviation, relative; of the bias,
     /// in standard deviations; of the share of missed peaks, in shares of all scans.
     pub target_error: f64,
-    /// Name of the tier.
-    pub name: String,
+    /// The tier.
+    pub fidelity: String,
     /// Scans to run; none for the tier that draws no random numbers.
     pub repetitions: Option<u64>,
     /// Wall time that they take.
@@ -196,6 +209,7 @@ pub struct Recommendation {
 
 /// The sensor at one light level and integration time.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SensorPoint {
     /// Power of every source, relative to the scene's.
     pub relative_power: f64,
@@ -208,7 +222,7 @@ pub struct SensorPoint {
     /// Expected bias, which no integration removes.
     pub bias_m: f64,
     /// At most this share of scans takes a wrong step for the peak.
-    pub coarse_failure_bound: f64,
+    pub coarse_failure_bound_fraction: f64,
     /// Expected share of scans that miss the peak.
     pub missed_fraction: Option<f64>,
 }
@@ -298,7 +312,7 @@ pub fn compare(
         }
         tiers.extend(known);
         domains.push(TierDomain {
-            name: tier.to_string(),
+            fidelity: tier.to_string(),
             domain: domain::of(tier),
             build_time_s,
             warnings,

@@ -84,12 +84,13 @@ pub fn grow(
 /// `half_width`; none without a scatter to go by.
 pub fn needed_scans(run: &Run, half_width: f64) -> Option<u64> {
     let s = &run.statistics;
-    let (std_m, std_error_m, std_std_error_m) = (s.std_m?, s.std_error_m?, s.std_std_error_m?);
+    let (std_m, bias_std_error_m, std_std_error_m) =
+        (s.std_m?, s.bias_std_error_m?, s.std_std_error_m?);
     if s.estimates < 10 || std_m <= 0.0 {
         return None;
     }
     let n = run.repetitions as f64;
-    let standard_error = std_error_m.max(std_std_error_m) / std_m;
+    let standard_error = bias_std_error_m.max(std_std_error_m) / std_m;
     let of_moments = n * (NORMAL_95 * standard_error / half_width).powi(2);
     let missed = s.missed_fraction?;
     // Wilson's interval of none of n is z^2 / n wide.
@@ -112,23 +113,31 @@ pub fn cost(runs: &[(u64, f64)]) -> Option<(f64, f64)> {
 pub fn reference(run: Option<&Run>) -> Result<Reference, FidelityError> {
     let run = run.ok_or(FidelityError::NoPath)?;
     let s = &run.statistics;
-    let missed = s.missed_fraction.zip(s.missed_fraction_ci);
-    match (s.std_m, s.std_std_error_m, s.bias_m, s.std_error_m, missed) {
-        (Some(std_m), Some(std_std_error_m), Some(bias_m), Some(std_error_m), Some(missed))
-            if std_m > 0.0 =>
-        {
-            Ok(Reference {
-                name: super::REFERENCE_NAME,
-                repetitions: run.repetitions,
-                run_time_s: run.run_time_s,
-                std_m,
-                std_std_error_m,
-                bias_m,
-                std_error_m,
-                missed_fraction: missed.0,
-                missed_fraction_ci: missed.1,
-            })
-        }
+    let missed = s.missed_fraction.zip(s.missed_fraction_ci95);
+    match (
+        s.std_m,
+        s.std_std_error_m,
+        s.bias_m,
+        s.bias_std_error_m,
+        missed,
+    ) {
+        (
+            Some(std_m),
+            Some(std_std_error_m),
+            Some(bias_m),
+            Some(bias_std_error_m),
+            Some(missed),
+        ) if std_m > 0.0 => Ok(Reference {
+            fidelity: super::REFERENCE_NAME,
+            repetitions: run.repetitions,
+            run_time_s: run.run_time_s,
+            std_m,
+            std_std_error_m,
+            bias_m,
+            bias_std_error_m,
+            missed_fraction: missed.0,
+            missed_fraction_ci95: missed.1,
+        }),
         _ => Err(match &s.remark {
             Some(remark) if s.estimates > 1 => FidelityError::NoScatter(remark.clone()),
             _ => FidelityError::NoEstimates(run.repetitions),
@@ -143,8 +152,8 @@ pub fn point(run: &Run, reference: &Reference, target_error: f64) -> Option<Tier
     let s = &run.statistics;
     let (std_m, bias_m) = (s.std_m?, s.bias_m?);
     // What draws nothing has no errors of its own.
-    let [std_std_error_m, std_error_m] = if run.tier.draws() {
-        [s.std_std_error_m?, s.std_error_m?]
+    let [std_std_error_m, bias_std_error_m] = if run.tier.draws() {
+        [s.std_std_error_m?, s.bias_std_error_m?]
     } else {
         [0.0, 0.0]
     };
@@ -157,28 +166,28 @@ pub fn point(run: &Run, reference: &Reference, target_error: f64) -> Option<Tier
     let std_error = (std_m - reference.std_m) / reference.std_m;
     let bias_error = (bias_m - reference.bias_m) / reference.std_m;
     let of_std = std_std_error_m.hypot(reference.std_std_error_m) / reference.std_m;
-    let of_bias = std_error_m.hypot(reference.std_error_m) / reference.std_m;
+    let of_bias = bias_std_error_m.hypot(reference.bias_std_error_m) / reference.std_m;
     let missed_ci = s.missed_fraction.map(|missed| {
-        let own = s.missed_fraction_ci.unwrap_or([missed; 2]);
+        let own = s.missed_fraction_ci95.unwrap_or([missed; 2]);
         difference(
             (missed, own),
-            (reference.missed_fraction, reference.missed_fraction_ci),
+            (reference.missed_fraction, reference.missed_fraction_ci95),
         )
     });
     let mut point = TierPoint {
-        name: run.tier.to_string(),
+        fidelity: run.tier.to_string(),
         repetitions: run.tier.draws().then_some(run.repetitions),
         run_time_s: run.run_time_s,
         std_m,
         bias_m,
         missed_fraction: s.missed_fraction,
-        missed_fraction_ci: s.missed_fraction_ci,
-        error_vs_reference: std_error,
-        error_ci: interval(std_error, of_std),
-        bias_error_vs_reference: bias_error,
-        bias_error_ci: interval(bias_error, of_bias),
-        missed_error_vs_reference: s.missed_fraction.map(|m| m - reference.missed_fraction),
-        missed_error_ci: missed_ci,
+        missed_fraction_ci95: s.missed_fraction_ci95,
+        std_relative_error: std_error,
+        std_relative_error_ci95: interval(std_error, of_std),
+        bias_error_in_std: bias_error,
+        bias_error_in_std_ci95: interval(bias_error, of_bias),
+        missed_fraction_error: s.missed_fraction.map(|m| m - reference.missed_fraction),
+        missed_fraction_error_ci95: missed_ci,
         verdict: Verdict::Unresolved,
         pareto: false,
     };
@@ -193,10 +202,14 @@ pub fn point(run: &Run, reference: &Reference, target_error: f64) -> Option<Tier
 impl TierPoint {
     /// Whether all three errors are seen to be within the target.
     fn judge(&self, target_error: f64) -> Verdict {
-        let Some(missed_ci) = self.missed_error_ci else {
+        let Some(missed_ci) = self.missed_fraction_error_ci95 else {
             return Verdict::Unresolved;
         };
-        let intervals = [self.error_ci, self.bias_error_ci, missed_ci];
+        let intervals = [
+            self.std_relative_error_ci95,
+            self.bias_error_in_std_ci95,
+            missed_ci,
+        ];
         if intervals.iter().all(|&ci| worst(ci) <= target_error) {
             Verdict::Holds
         } else if intervals.iter().any(|&ci| least(ci) > target_error) {

@@ -39,7 +39,7 @@ pub fn trade(scene: &Scene, path: PathIndex) -> Vec<SensorPoint> {
                 integration_s: scene.clock().ps(chips) * 1e-12,
                 std_m: expected.std_m,
                 bias_m: expected.bias_m,
-                coarse_failure_bound: expected.coarse_failure_bound,
+                coarse_failure_bound_fraction: expected.coarse_failure_bound_fraction,
                 missed_fraction: expected.missed_fraction,
             });
         }

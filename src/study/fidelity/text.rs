@@ -14,7 +14,7 @@ impl FidelityReport {
         text.push('\n');
         for part in &self.left_out {
             let saving = part.saving.as_ref().map_or(String::new(), |saving| {
-                format!(", saves {:.1} % of the time", saving.share * 100.0)
+                format!(", saves {:.1} % of the time", saving.time_fraction * 100.0)
             });
             let _ = writeln!(text, "left out: {}{saving} ({})", part.part, part.reason);
         }
@@ -28,15 +28,15 @@ impl FidelityReport {
              {:.3} +- {:.3} mm, peak missed in {:.2} % [{:.2}, {:.2}]\n\n",
             self.scene,
             self.seed,
-            r.name,
+            r.fidelity,
             r.repetitions,
             r.std_m * 1e3,
             r.std_std_error_m * 1e3,
             r.bias_m * 1e3,
-            r.std_error_m * 1e3,
+            r.bias_std_error_m * 1e3,
             r.missed_fraction * 100.0,
-            r.missed_fraction_ci[0] * 100.0,
-            r.missed_fraction_ci[1] * 100.0,
+            r.missed_fraction_ci95[0] * 100.0,
+            r.missed_fraction_ci95[1] * 100.0,
         )
     }
 
@@ -55,19 +55,21 @@ impl FidelityReport {
             "of missed, of all scans"
         );
         for tier in &self.tiers {
-            let missed = tier.missed_error_vs_reference.zip(tier.missed_error_ci);
+            let missed = tier
+                .missed_fraction_error
+                .zip(tier.missed_fraction_error_ci95);
             let scans = tier.repetitions.map_or("-".to_owned(), |n| n.to_string());
             let _ = writeln!(
                 text,
                 "{:10} {:>7} {:>10.4} {:>9.3} {:>9.3} {:>8}  {:>24}  {:>24}  {:>24}  {}{}",
-                tier.name,
+                tier.fidelity,
                 scans,
                 tier.run_time_s,
                 tier.std_m * 1e3,
                 tier.bias_m * 1e3,
                 percent(tier.missed_fraction),
-                interval(tier.error_vs_reference, tier.error_ci),
-                interval(tier.bias_error_vs_reference, tier.bias_error_ci),
+                interval(tier.std_relative_error, tier.std_relative_error_ci95),
+                interval(tier.bias_error_in_std, tier.bias_error_in_std_ci95),
                 missed.map_or("unknown".to_owned(), |(error, ci)| interval(error, ci)),
                 tier.verdict,
                 if tier.pareto { ", Pareto" } else { "" },
@@ -78,7 +80,7 @@ impl FidelityReport {
                 let _ = writeln!(
                     text,
                     "{}: built in {build_time_s:.2} s, once for all scans of this scene",
-                    tier.name
+                    tier.fidelity
                 );
             }
         }
@@ -99,7 +101,7 @@ impl FidelityReport {
             "\nfor an error of {} % (of standard deviation, bias and missed peaks): {}{scans}, {:.3} s (seen \
              to agree within {:.2} %)",
             best.target_error * 100.0,
-            best.name,
+            best.fidelity,
             best.run_time_s,
             best.shown_error * 100.0
         );

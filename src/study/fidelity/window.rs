@@ -26,8 +26,8 @@ pub fn round_peak(sensor: &Sensor, path: PathIndex, target_error: f64) -> (Senso
         return (sensor.clone(), None);
     }
     let missed = match predict(sensor, DetectorIndex(0), path, CountingTier::Sampled) {
-        Ok(expected) if expected.coarse_failure_bound <= LEFT_OUT * target_error => {
-            expected.coarse_failure_bound
+        Ok(expected) if expected.coarse_failure_bound_fraction <= LEFT_OUT * target_error => {
+            expected.coarse_failure_bound_fraction
         }
         _ => return (sensor.clone(), None),
     };
@@ -44,7 +44,7 @@ pub fn round_peak(sensor: &Sensor, path: PathIndex, target_error: f64) -> (Senso
             missed
         ),
         saving: Some(Saving {
-            share: 1.0 - steps as f64 / period as f64,
+            time_fraction: 1.0 - steps as f64 / period as f64,
             basis: "share of the phase steps: photons and clocks".to_owned(),
         }),
         saved_cells: None,

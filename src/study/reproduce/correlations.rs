@@ -189,7 +189,7 @@ fn resolution(dips: &[(usize, Measured)]) -> Option<Claim> {
                     in at least 99 % of the cases, interval included",
         measured: resolved.value,
         unit: "of the scans",
-        ci: Some(resolved.interval()),
+        measured_ci95: Some(resolved.interval()),
         verdict: Verdict::at_least(resolved, 0.99),
         remark: format!(
             "scans with a dip, by phase steps between the paths: {others}. Equal triangles up to \

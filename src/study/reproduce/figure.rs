@@ -161,6 +161,7 @@ impl Table {
 
 /// A claim of the article, as measured.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Claim {
     /// C1 to C8; with a letter, a second criterion of ours for the same claim.
     pub id: &'static str,
@@ -173,7 +174,7 @@ pub struct Claim {
     /// Its unit.
     pub unit: &'static str,
     /// 95 % confidence interval; none for what is exact.
-    pub ci: Option<[f64; 2]>,
+    pub measured_ci95: Option<[f64; 2]>,
     /// Whether the criterion is met; `holds` and `verdict` in JSON.
     #[serde(flatten)]
     pub verdict: Verdict,
@@ -184,7 +185,7 @@ pub struct Claim {
 impl Claim {
     /// Value and interval in words.
     pub fn measured_text(&self) -> String {
-        match self.ci {
+        match self.measured_ci95 {
             Some([low, high]) => {
                 format!("{:.3} {} ({low:.3} to {high:.3})", self.measured, self.unit)
             }

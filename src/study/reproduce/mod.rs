@@ -37,6 +37,7 @@ pub use self::figure::{Claim, FigureId};
 use self::run::Run;
 pub use self::run::RunError;
 pub use self::verdict::Verdict;
+use crate::document::Body;
 use crate::files::{FileError, OutputFolder};
 use crate::report::chart::ChartError;
 
@@ -70,6 +71,7 @@ pub enum ReproduceError {
 
 /// What was made.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Reproduction {
     /// Seed of all random numbers.
     pub seed: u64,
@@ -85,8 +87,13 @@ pub struct Reproduction {
     pub run_time_s: f64,
 }
 
+impl Body for Reproduction {
+    const NAME: &'static str = "reproduce";
+}
+
 /// A figure's files.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct FigureFiles {
     /// The article's number; none for the errors that it leaves out.
     pub number: Option<u32>,

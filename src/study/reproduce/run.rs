@@ -111,7 +111,7 @@ impl Run {
         scans: u64,
     ) -> Result<Measured, RunError> {
         let path = &simulate(&Sensor::new(scene), tier, self.next_seed(), scans)?.estimates[0];
-        let (Some(bias_m), Some(error_m)) = (path.bias_m, path.std_error_m) else {
+        let (Some(bias_m), Some(error_m)) = (path.bias_m, path.bias_std_error_m) else {
             return Err(RunError::NoStatistics { scans });
         };
         Ok(Measured::normal(bias_m, error_m))

@@ -111,6 +111,7 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
     let steps = u64::from(SAMPLES_PER_CHIP) * lights[0].code.len();
     Scene {
         name: "article".to_owned(),
+        origin: Default::default(),
         chip_period_ps: CHIP_PERIOD_PS,
         samples_per_chip: SAMPLES_PER_CHIP,
         sources: lights.iter().enumerate().map(source).collect(),

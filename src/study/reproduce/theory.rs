@@ -108,7 +108,7 @@ fn unambiguous_range(run: &mut Run) -> Result<Claim, RunError> {
                     the square wave's; every scan finds a target at 2.4 km",
         measured: range_m(&code),
         unit: "m",
-        ci: None,
+        measured_ci95: None,
         verdict: Verdict::exact(
             (range_m(&code) - 2450.0).abs() < 5.0 && times >= 1000.0 && found.value >= 1.0,
         ),
@@ -151,7 +151,7 @@ fn side_lobes() -> Result<Claim, CodeError> {
                     of the figures' code with another, is any other value than -1, -65, 63",
         measured: outside as f64,
         unit: "other values",
-        ci: None,
+        measured_ci95: None,
         verdict: Verdict::exact(outside == 0),
         remark: format!(
             "{lobes} side lobes of {codes} codes; the largest is {largest}, {:.1} % of the peak. \

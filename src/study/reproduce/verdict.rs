@@ -1,11 +1,16 @@
 //! What a measurement with its interval says of a claim.
 
-use serde::ser::{Serialize, SerializeStruct, Serializer};
+use serde::{Serialize, Serializer};
 
 use super::statistics::Measured;
 
 /// Whether a claim's criterion is met.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "schemas",
+    derive(schemars::JsonSchema),
+    schemars(with = "VerdictFields")
+)]
 pub enum Verdict {
     /// The whole interval meets it.
     Holds,
@@ -78,11 +83,22 @@ impl Verdict {
 /// Two fields: `holds`, whether it is known to hold, and `verdict`.
 impl Serialize for Verdict {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut fields = serializer.serialize_struct("Verdict", 2)?;
-        fields.serialize_field("holds", &(*self == Verdict::Holds))?;
-        fields.serialize_field("verdict", self.name())?;
-        fields.end()
+        let verdict = VerdictFields {
+            holds: *self == Verdict::Holds,
+            verdict: self.name(),
+        };
+        verdict.serialize(serializer)
     }
+}
+
+/// A verdict in JSON.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+struct VerdictFields {
+    /// Whether the criterion is known to be met.
+    holds: bool,
+    /// `holds`, `does_not_hold` or `undecided`.
+    verdict: &'static str,
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ use crate::simulate::scans::ScansError;
 
 /// What a case is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Group {
     /// Time scales many decades apart.
@@ -105,6 +106,7 @@ pub struct Measured {
 
 /// What a number must keep. NaN keeps nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Bound {
     /// Smallest value allowed.
     pub at_least: Option<f64>,

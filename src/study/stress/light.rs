@@ -106,7 +106,12 @@ fn no_light(seed: u64) -> Result<Measured, CaseError> {
         let simulation = simulate(&Sensor::new(&scene), tier, seed, 20)?;
         for path in simulation.estimates {
             estimates += path.estimates;
-            for value in [path.mean_m, path.bias_m, path.std_m, path.expected_bias_m] {
+            for value in [
+                path.mean_distance_m,
+                path.bias_m,
+                path.std_m,
+                path.expected_bias_m,
+            ] {
                 estimates += u64::from(value.is_some());
             }
         }
@@ -202,7 +207,7 @@ fn estimate_in_saturation(seed: u64) -> Result<Measured, CaseError> {
     let simulation = simulate(&Sensor::new(&scene), Tier::Events, seed, 60)?;
     let path = &simulation.estimates[0];
     let (Some(bias_m), Some(error_m), Some(expected_m)) =
-        (path.bias_m, path.std_error_m, path.expected_bias_m)
+        (path.bias_m, path.bias_std_error_m, path.expected_bias_m)
     else {
         return Err(CaseError::Unmet(format!("no estimates: {:?}", path.remark)));
     };

@@ -104,7 +104,12 @@ fn unmodulated_estimate(seed: u64) -> Result<Measured, CaseError> {
         scene.estimator = estimator;
         for tier in [Tier::Expected, Tier::Counts, Tier::Events, Tier::Sampled] {
             for path in simulate(&Sensor::new(&scene), tier, seed, 10)?.estimates {
-                let numbers = [path.mean_m, path.bias_m, path.std_m, path.expected_bias_m];
+                let numbers = [
+                    path.mean_distance_m,
+                    path.bias_m,
+                    path.std_m,
+                    path.expected_bias_m,
+                ];
                 estimates += numbers.iter().flatten().count() + path.estimates as usize;
                 ensure!(path.remark.is_some(), "{tier}: no reason is given");
             }

@@ -5,9 +5,11 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::case::{Bound, Case, CaseError, Group, Measured};
+use crate::document::Body;
 
 /// The JSON of `goldtof stress`.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct StressReport {
     /// Seed of all random numbers.
     pub seed: u64,
@@ -15,8 +17,13 @@ pub struct StressReport {
     pub cases: Vec<CaseReport>,
 }
 
+impl Body for StressReport {
+    const NAME: &'static str = "stress";
+}
+
 /// One case's verdict.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct CaseReport {
     /// Its name.
     pub name: &'static str,

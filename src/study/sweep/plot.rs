@@ -54,7 +54,7 @@ impl Table {
             legend: Legend::UpperRight,
             headroom: 0.3,
         };
-        let bias = ["bias_m", "std_error_m", "expected_bias_m"];
+        let bias = ["bias_m", "bias_std_error_m", "expected_bias_m"];
         let std = ["std_m", "std_std_error_m", "expected_std_m"];
         let chart = Chart {
             title: format!("{title} (dots: simulated, with 95 % intervals; lines: expected)"),

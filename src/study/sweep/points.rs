@@ -1,7 +1,7 @@
 //! The points of a sweep.
 
 use super::axis::{Axis, Value};
-use crate::scene::{self, EstimatorKind, SceneErrors, Setting, TotalsMissing};
+use crate::scene::{self, EstimatorKind, SceneErrors, SceneReference, Setting, TotalsMissing};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 
@@ -73,6 +73,11 @@ impl Sweep {
     /// A sweep has at least one point.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// What documents name the scene by.
+    pub fn scene(&self) -> SceneReference {
+        SceneReference::of_text(&self.file, &self.text, &self.settings)
     }
 
     /// Whether every point is a scene, before the first is simulated.

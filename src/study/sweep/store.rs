@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use super::points::Sweep;
+use crate::document::{Body, Document};
 use crate::files::{FileError, OutputFolder, read_regular};
 use crate::printable::printable_path;
 
@@ -17,19 +17,12 @@ const MOST_BYTES: u64 = 64 << 20;
 
 /// What a sweep's numbers depend on.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Definition {
-    /// Version of the program.
-    pub goldtof: String,
-    /// Name of the scene.
-    pub scene: String,
-    /// SHA-256 of its text, in hexadecimal digits.
-    pub scene_sha256: String,
-    /// Settings of all points.
-    pub settings: Vec<String>,
     /// What differs from point to point.
     pub over: Vec<String>,
     /// Scans of each point.
-    pub repeat: u64,
+    pub repetitions: u64,
     /// How they are simulated.
     pub fidelity: String,
     /// The estimator, if it is not the scene's.
@@ -68,55 +61,75 @@ pub enum StoreError {
 }
 
 impl Definition {
-    /// What the numbers of `sweep` depend on; `version` is the program's.
-    pub fn of(sweep: &Sweep, version: &str) -> Definition {
-        let digest = Sha256::digest(sweep.text.as_bytes());
-        let origins = sweep
-            .settings
-            .iter()
-            .map(|setting| setting.origin().to_owned());
-        Definition {
-            goldtof: version.to_owned(),
-            scene: sweep.file.clone(),
-            scene_sha256: digest.iter().map(|byte| format!("{byte:02x}")).collect(),
-            settings: origins.collect(),
+    /// What the numbers of `sweep` depend on, beside the version and the scene in the
+    /// document's head. `command` is that of the run that begins it.
+    pub fn of(sweep: &Sweep, command: &str) -> Document<Definition> {
+        let definition = Definition {
             over: sweep.axes.iter().map(|axis| axis.text.clone()).collect(),
-            repeat: sweep.repeat,
+            repetitions: sweep.repeat,
             fidelity: sweep.fidelity.to_string(),
             estimator: sweep.estimator.map(|estimator| estimator.to_string()),
             seed: sweep.seed,
+        };
+        Document {
+            scene: Some(sweep.scene()),
+            ..Document::new(definition, command, None)
         }
     }
+}
 
+impl Body for Definition {
+    const NAME: &'static str = "sweep-definition";
+}
+
+impl Document<Definition> {
     /// What another sweep has otherwise, in words.
-    fn differences(&self, other: &Definition) -> String {
+    fn differences(&self, other: &Document<Definition>) -> String {
+        let settings = |document: &Document<Definition>| {
+            let scene = document.scene.as_ref();
+            scene.map_or_else(Vec::new, |scene| scene.settings.clone())
+        };
         let list = |texts: &[String]| match texts {
             [] => "none".to_owned(),
             _ => texts.join(" "),
         };
         let none = || "the scene's".to_owned();
         let pairs = [
-            ("version", self.goldtof.clone(), other.goldtof.clone()),
-            ("settings", list(&self.settings), list(&other.settings)),
-            ("--over", list(&self.over), list(&other.over)),
+            (
+                "version",
+                self.goldtof.to_string(),
+                other.goldtof.to_string(),
+            ),
+            ("--set", list(&settings(self)), list(&settings(other))),
+            ("--over", list(&self.body.over), list(&other.body.over)),
             (
                 "--repeat",
-                self.repeat.to_string(),
-                other.repeat.to_string(),
+                self.body.repetitions.to_string(),
+                other.body.repetitions.to_string(),
             ),
-            ("--fidelity", self.fidelity.clone(), other.fidelity.clone()),
+            (
+                "--fidelity",
+                self.body.fidelity.clone(),
+                other.body.fidelity.clone(),
+            ),
             (
                 "--estimator",
-                self.estimator.clone().unwrap_or_else(none),
-                other.estimator.clone().unwrap_or_else(none),
+                self.body.estimator.clone().unwrap_or_else(none),
+                other.body.estimator.clone().unwrap_or_else(none),
             ),
-            ("--seed", self.seed.to_string(), other.seed.to_string()),
+            (
+                "--seed",
+                self.body.seed.to_string(),
+                other.body.seed.to_string(),
+            ),
         ];
         let differing = pairs.into_iter().filter(|(_, here, there)| here != there);
         let mut differences: Vec<String> = differing
             .map(|(what, here, there)| format!("{what} was {there}, now {here}"))
             .collect();
-        if self.scene_sha256 != other.scene_sha256 {
+        let text =
+            |document: &Document<Definition>| document.scene.as_ref().map(|s| s.sha256.clone());
+        if text(self) != text(other) {
             differences.push("the scene's file has changed since".to_owned());
         }
         differences.join("; ")
@@ -137,12 +150,12 @@ impl Store {
     pub fn open(
         folder: &OutputFolder,
         points: OutputFolder,
-        definition: &Definition,
+        definition: &Document<Definition>,
     ) -> Result<Store, StoreError> {
         let path = folder.join(DEFINITION);
         if path.exists() {
             let text = read(&path)?;
-            let there: Definition =
+            let there: Document<Definition> =
                 serde_json::from_str(&text).map_err(|reason| unreadable(&path, &reason))?;
             let differences = definition.differences(&there);
             if !differences.is_empty() {

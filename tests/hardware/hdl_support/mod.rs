@@ -125,6 +125,7 @@ pub fn scene(
     let steps_per_period = u64::from(samples_per_chip) * codes[reference].len();
     Scene {
         name: "test".into(),
+        origin: Default::default(),
         chip_period_ps: 8000.0,
         samples_per_chip,
         sources: codes

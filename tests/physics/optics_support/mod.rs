@@ -69,6 +69,7 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
     let scan = full_scan(8, &code, integration_chips);
     Scene {
         name: "ideal".to_owned(),
+        origin: Default::default(),
         chip_period_ps: 8000.0,
         samples_per_chip: 8,
         sources: vec![Source {

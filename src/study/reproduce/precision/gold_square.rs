@@ -169,7 +169,7 @@ fn degradation(losses: &[(f64, Measured)], range_pw: f64, reasons: &str) -> Opti
                     5 mm",
         measured: loss.value,
         unit: "dB",
-        ci: Some(loss.interval()),
+        measured_ci95: Some(loss.interval()),
         verdict: verdict(loss),
         remark: format!(
             "the article's powers end at {range_pw} pW. The verdict depends on them: mean loss in \
@@ -200,7 +200,7 @@ mod tests {
         assert_eq!(claim.verdict, Verdict::Holds);
         assert!((claim.measured - 3.24).abs() < 1e-12);
         // Two independent errors of 0.05 dB average to 0.05 / sqrt(2).
-        let [low, high] = claim.ci.expect("it is measured");
+        let [low, high] = claim.measured_ci95.expect("it is measured");
         assert!(((high - low) / 2.0 - 1.959_964 * 0.05 / 2f64.sqrt()).abs() < 1e-6);
 
         let verdict = |losses: &[(f64, Measured)], range_pw| {

@@ -85,7 +85,7 @@ fn recovery(curves: &[Curve], by_amplitude: &str) -> Option<Claim> {
                     interval), and nu = 3 wins less than half as much again, intervals included",
         measured: share.value,
         unit: "of the loss",
-        ci: Some(share.interval()),
+        measured_ci95: Some(share.interval()),
         verdict: Verdict::at_least(share, 0.5).and(little_more),
         remark: format!(
             "means in dB over the powers where the coarse stage is right in 99 % of the scans, nu \

@@ -68,7 +68,7 @@ fn decide(single: &Curve, best: &Best) -> [Claim; 2] {
         criterion,
         measured: std.value,
         unit: "mm",
-        ci: Some(std.interval()),
+        measured_ci95: Some(std.interval()),
         verdict: Verdict::below(std, limit_mm),
         remark: remark(single, best, limit_mm),
     };

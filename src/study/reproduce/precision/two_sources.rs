@@ -115,7 +115,7 @@ fn multi_view(
         criterion,
         measured: loss.value,
         unit: "dB",
-        ci: Some(loss.interval()),
+        measured_ci95: Some(loss.interval()),
         verdict: Verdict::below(loss, limit_db).and(found),
         remark,
     };

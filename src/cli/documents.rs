@@ -1,0 +1,86 @@
+//! JSON Schemas of every document, in `docs/json`, made from the types that are printed.
+
+use schemars::JsonSchema;
+use schemars::generate::SchemaSettings;
+use schemars::transform::transform_subschemas;
+use schemars::{Schema, SchemaGenerator};
+use serde_json::{Value, json};
+
+use super::estimate::Estimates;
+use super::failure::Failure;
+use super::manual::Pages;
+use super::new::Made;
+use super::stress::CaseList;
+use super::sweep::SweepReport;
+use crate::code::CodesReport;
+use crate::cosim;
+use crate::deliver::Emission;
+use crate::document::{Body, Document};
+use crate::plan::overview::Overview;
+use crate::run::Run;
+use crate::simulate::repeat::Simulation;
+use crate::study::fidelity::FidelityReport;
+use crate::study::reproduce::Reproduction;
+use crate::study::stress::StressReport;
+use crate::study::sweep::Definition;
+
+/// Name and text of the schema of each document.
+pub fn schemas() -> Vec<(&'static str, String)> {
+    vec![
+        schema::<CodesReport>(),
+        schema::<cosim::Report>(),
+        schema::<Emission>(),
+        schema::<Estimates>(),
+        schema::<Failure>(),
+        schema::<FidelityReport>(),
+        schema::<Pages>(),
+        schema::<Made>(),
+        schema::<Overview>(),
+        schema::<Reproduction>(),
+        schema::<Run>(),
+        schema::<Simulation>(),
+        schema::<StressReport>(),
+        schema::<CaseList>(),
+        schema::<SweepReport>(),
+        schema::<Definition>(),
+    ]
+}
+
+fn schema<B: Body + JsonSchema>() -> (&'static str, String) {
+    let generator: SchemaGenerator = SchemaSettings::draft2020_12()
+        .for_serialize()
+        .into_generator();
+    let mut schema = generator.into_root_schema_for::<Document<B>>();
+    close(&mut schema);
+    schema.insert("title".to_owned(), json!(format!("goldtof: {}", B::NAME)));
+    if let Some(name) = schema.pointer_mut("/properties/document") {
+        *name = json!({
+            "const": B::NAME,
+            "description": "Which document this is: the schema's name.",
+        });
+    }
+    // Neither numbers without a value nor keys that are no text are in a schema.
+    let text = serde_json::to_string_pretty(&schema).unwrap_or_default();
+    (B::NAME, text + "\n")
+}
+
+/// Objects have no properties but those that are named, and descriptions no links that
+/// lead into the source.
+fn close(schema: &mut Schema) {
+    let has_names = schema.get("properties").is_some_and(Value::is_object);
+    if has_names && schema.get("additionalProperties").is_none() {
+        schema.insert("additionalProperties".to_owned(), json!(false));
+    }
+    if let Some(description) = schema.get("description").and_then(Value::as_str) {
+        let plain = without_links(description);
+        schema.insert("description".to_owned(), json!(plain));
+    }
+    transform_subschemas(&mut close, schema);
+}
+
+/// Rustdoc's `[`path`]` as `path`, and its link definitions left out.
+fn without_links(text: &str) -> String {
+    let lines = text.lines().filter(|line| !line.starts_with("[`"));
+    let text = lines.collect::<Vec<_>>().join("\n");
+    text.replace("[`", "`").replace("`]", "`").trim().to_owned()
+}

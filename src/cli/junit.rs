@@ -1,0 +1,152 @@
+//! A co-simulation as a JUnit report, as continuous integration reads it.
+//!
+//! One suite for the scene; a case for each output port, for each family of cover points
+//! and for the stimulus. Cases fail exactly when the command's exit status is not 0.
+
+use std::path::Path;
+
+use maud::{Markup, PreEscaped, html};
+
+use crate::cosim::{Report, StimulusKind, Verdict};
+use crate::files::{self, FileError};
+use crate::printable::printable;
+
+/// A case of the report.
+struct Case {
+    class: &'static str,
+    name: String,
+    outcome: Outcome,
+}
+
+enum Outcome {
+    Passed,
+    /// What was checked does not hold.
+    Failed(String),
+    /// It could not be checked.
+    Error(String),
+    /// It was not asked for, or not reached.
+    Skipped(String),
+}
+
+/// Writes what a co-simulation found.
+pub(super) fn write_report(path: &Path, scene: &str, report: &Report) -> Result<(), FileError> {
+    let seconds = report.clocks as f64 / report.clocks_per_s.max(1.0);
+    files::write(path, &document(scene, &cases(report), seconds))
+}
+
+/// Writes that nothing could be compared.
+pub(super) fn write_error(path: &Path, scene: &str, text: &str) -> Result<(), FileError> {
+    let case = Case {
+        class: "goldtof.stimulus",
+        name: "co-simulation".to_owned(),
+        outcome: Outcome::Error(text.to_owned()),
+    };
+    files::write(path, &document(scene, &[case], 0.0))
+}
+
+fn cases(report: &Report) -> Vec<Case> {
+    let mut cases: Vec<Case> = report
+        .compared_ports
+        .iter()
+        .map(|port| of_port(report, port))
+        .collect();
+    let families = report.coverage.families.iter();
+    cases.extend(families.map(|family| Case {
+        class: "goldtof.coverage",
+        name: family.family.to_owned(),
+        outcome: match family.covered == family.points {
+            true => Outcome::Passed,
+            false => Outcome::Skipped(format!(
+                "{} of {} cover points reached",
+                family.covered, family.points
+            )),
+        },
+    }));
+    cases.push(Case {
+        class: "goldtof.stimulus",
+        name: match report.stimulus {
+            StimulusKind::Photons => "photons".to_owned(),
+            StimulusKind::Adversarial => "adversarial".to_owned(),
+        },
+        outcome: match report.verdict {
+            Verdict::Match => Outcome::Passed,
+            Verdict::Mismatch => Outcome::Failed(first_mismatch(report)),
+            Verdict::Inconclusive => Outcome::Failed(report.missing.join("; ")),
+        },
+    });
+    cases
+}
+
+fn of_port(report: &Report, port: &str) -> Case {
+    let first = report
+        .first_mismatch
+        .as_ref()
+        .filter(|first| first.port == port);
+    let told = report.differences.iter().find(|told| told.port == port);
+    Case {
+        class: "goldtof.ports",
+        name: port.to_owned(),
+        outcome: match (first, told) {
+            (Some(_), told) => Outcome::Failed(match told {
+                Some(told) => format!("{}; {}", first_mismatch(report), told.text),
+                None => first_mismatch(report),
+            }),
+            (None, Some(told)) => Outcome::Failed(told.text.clone()),
+            (None, None) => Outcome::Passed,
+        },
+    }
+}
+
+fn first_mismatch(report: &Report) -> String {
+    report
+        .first_mismatch
+        .as_ref()
+        .map_or_else(String::new, |first| {
+            format!(
+                "clock {} ({:.3} ns): port {} should be {} and is {}",
+                first.clock,
+                first.time_ps / 1e3,
+                first.port,
+                first.expected,
+                first.got
+            )
+        })
+}
+
+fn document(scene: &str, cases: &[Case], seconds: f64) -> String {
+    let count = |is: fn(&Outcome) -> bool| cases.iter().filter(|case| is(&case.outcome)).count();
+    let failures = count(|outcome| matches!(outcome, Outcome::Failed(_)));
+    let errors = count(|outcome| matches!(outcome, Outcome::Error(_)));
+    let skipped = count(|outcome| matches!(outcome, Outcome::Skipped(_)));
+    let time = format!("{seconds:.3}");
+    let told = html! {
+        testsuites name="goldtof" tests=(cases.len()) failures=(failures) errors=(errors) time=(time) {
+            testsuite name=(printable(scene)) tests=(cases.len()) failures=(failures) errors=(errors)
+                skipped=(skipped) time=(time) {
+                @for case in cases {
+                    testcase classname=(case.class) name=(case.name) { (outcome(&case.outcome)) }
+                }
+            }
+        }
+    };
+    let head = PreEscaped("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
+    html! { (head) (told) "\n" }.into_string()
+}
+
+fn outcome(outcome: &Outcome) -> Markup {
+    // What XML cannot hold is shown, not written.
+    match outcome {
+        Outcome::Passed => html! {},
+        Outcome::Failed(text) => {
+            html! { failure message=(first_line(text)) type="mismatch" { (crate::printable::printable_lines(text)) } }
+        }
+        Outcome::Error(text) => {
+            html! { error message=(first_line(text)) type="error" { (crate::printable::printable_lines(text)) } }
+        }
+        Outcome::Skipped(text) => html! { skipped message=(printable(text)) {} },
+    }
+}
+
+fn first_line(text: &str) -> String {
+    printable(text.lines().next().unwrap_or_default()).into_owned()
+}
