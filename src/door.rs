@@ -10,7 +10,7 @@ use crate::cosim::own::{self, OwnDesign, OwnRtl};
 use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate};
 use crate::deliver::{self, Emission, HdlError, Prefix};
 use crate::estimate::report::{EstimateReport, estimate_scan};
-use crate::grade::{Grade, GradeRequest, GradeStimulus};
+use crate::grade::{Bounds, Grade, GradeRequest, GradeStimulus};
 use crate::photons::StepCount;
 use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
@@ -219,8 +219,8 @@ pub struct GradeOptions {
     pub seed: u64,
     /// Mutants beside the stuck-at faults; 0 for none.
     pub mutants: u32,
-    /// Longest time to prove that one that is not caught is equivalent, in seconds.
-    pub proof_s: u32,
+    /// How long the model checker may take.
+    pub bounds: Bounds,
 }
 
 /// How many faults and mutants of a design a stimulus finds. `on_stage` is told what is
@@ -245,7 +245,7 @@ pub fn grade(
         clocks: options.clocks,
         seed: options.seed,
         mutants: options.mutants,
-        proof_s: options.proof_s,
+        bounds: options.bounds,
     };
     let graded = crate::grade::grade(&sensor, &request, on_stage);
     Ok(graded.map_err(|refusal| match refusal {

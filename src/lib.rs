@@ -50,7 +50,6 @@ pub mod document;
 mod door;
 pub mod estimate;
 pub(crate) mod files;
-#[doc(hidden)]
 pub mod grade;
 pub(crate) mod interrupt;
 pub(crate) mod light;
@@ -81,6 +80,7 @@ pub use door::{
     SimulateOptions, cosim, emit, estimate, grade, simulate,
 };
 pub use files::{FileError, OutputFolder};
+pub use grade::{Bounds as ProofBounds, GradeStimulus};
 pub use interrupt::watch as watch_signals;
 pub use light::SPEED_OF_LIGHT_M_PER_S;
 pub use programs::set_time_limit as set_tool_time_limit;

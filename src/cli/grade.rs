@@ -7,7 +7,7 @@ use super::arguments::GradeArguments;
 use super::emit::command_line;
 use super::output::Output;
 use crate::door::{GradeOptions, Rtl, grade};
-use crate::grade::{Grade, GradeStimulus, Score};
+use crate::grade::{Bounds, Grade, GradeStimulus, Score};
 use crate::printable::printable_lines;
 
 /// Survivors that are printed; the JSON has all.
@@ -16,7 +16,7 @@ const SHOWN: usize = 20;
 pub(super) fn run(
     arguments: &GradeArguments,
     seed: u64,
-    output: &mut Output,
+    output: &Output,
 ) -> anyhow::Result<Ending> {
     let scene = arguments.scene.load()?;
     let options = GradeOptions {
@@ -27,26 +27,24 @@ pub(super) fn run(
             },
         },
         stimulus: arguments.stimulus,
-        clocks: arguments.cycles,
+        clocks: arguments.clocks,
         seed,
         mutants: arguments.mutants,
-        proof_s: arguments.proof_time,
+        bounds: Bounds {
+            each_s: arguments.proof_time,
+            all_s: arguments.proof_budget,
+        },
     };
     let progress = output.progress();
     let graded = grade(&scene, &options, |stage| progress.stage(stage));
     progress.end();
-    let grade = graded?;
-    output.answer(&grade, &text(&grade))?;
-    let wanted = arguments.at_least.unwrap_or(0.0);
-    if grade.share() >= wanted {
-        return Ok(Ending::Done);
-    }
-    output.note(&format!(
-        "{:.2} % are caught, {:.2} % are asked for",
-        grade.share() * 100.0,
-        wanted * 100.0
-    ));
-    Ok(Ending::DoesNotHold)
+    let mut grade = graded?;
+    grade.asked_fraction = arguments.at_least;
+    output.answer(Some(&scene), &grade, &text(&grade))?;
+    Ok(match arguments.at_least {
+        Some(asked) if grade.caught_fraction < asked => Ending::BelowThreshold,
+        _ => Ending::Done,
+    })
 }
 
 fn text(grade: &Grade) -> String {
@@ -63,17 +61,27 @@ fn text(grade: &Grade) -> String {
     if let Some(mutants) = &grade.mutants {
         text += &of_kind("mutants", mutants);
     }
-    text
+    let _ = write!(text, "score: {}", percent(grade.caught_fraction));
+    if let Some(asked) = grade.asked_fraction {
+        let verdict = match grade.caught_fraction < asked {
+            true => "less than",
+            false => "at least",
+        };
+        let _ = write!(text, ", {verdict} the {} asked for", percent(asked));
+    }
+    text + "\n"
 }
 
 fn of_kind(name: &str, score: &Score) -> String {
     let mut text = format!(
-        "{name}: {} of {} caught, {} proven equivalent: {:.2} %; the last by clock {}\n",
+        "{name}: {} of {} caught, {} not caught, {} undecided, {} proven equivalent: {} of those \
+         that are not\n",
         score.caught,
         score.total,
-        score.equivalent,
-        score.share * 100.0,
-        score.last_caught_at
+        score.not_caught,
+        score.undecided,
+        score.proven_equivalent,
+        percent(score.caught_fraction),
     );
     for survivor in score.survivors.iter().take(SHOWN) {
         let line = format!(
@@ -83,13 +91,15 @@ fn of_kind(name: &str, score: &Score) -> String {
         let _ = writeln!(text, "{}", printable_lines(&line));
     }
     if score.survivors.len() > SHOWN {
-        let _ = writeln!(
-            text,
-            "  and {} more (--json has all)",
-            score.survivors.len() - SHOWN
-        );
+        let more = score.survivors.len() - SHOWN;
+        let _ = writeln!(text, "  and {more} more (--json has all)");
     }
     text
+}
+
+/// Rounded down: what is not whole is not shown as whole.
+fn percent(share: f64) -> String {
+    format!("{:.2} %", (share * 1e4).floor() / 1e2)
 }
 
 /// A share of all: `99%` or `0.99`.

@@ -221,6 +221,15 @@ pub enum CosimError {
     /// A design whose faults cannot be told.
     #[error("this cannot be graded: {0}")]
     NotGraded(String),
+    /// A design whose outputs are no measure of faults.
+    #[error(
+        "the Verilog differs from the reference model at clock {clock}, and so its faults cannot \
+         be told; goldtof cosim shows how it differs"
+    )]
+    Differs {
+        /// The first such clock.
+        clock: u64,
+    },
     /// The hardware is not modelled.
     #[error(transparent)]
     Reference(#[from] crate::reference::predictor::ReferenceError),

@@ -3,6 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
+use super::family::Family;
 use super::{GradeRequest, GradeStimulus};
 use crate::cosim::build::build_with;
 use crate::cosim::error::CosimError;
@@ -22,21 +23,13 @@ use crate::reference::stimulus::{RESET_CLOCKS, Stimulus, clocks_for_scans};
 use crate::rtl::blocks::ScanRegisters;
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
+use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
 
 /// Seed of the registers at power-up.
 const POWER_UP_SEED: u64 = 1;
 /// Most clocks of photons that are taken where no number is given.
 const MOST_PHOTON_CLOCKS: u64 = 4_000_000;
-
-/// How the bits of the choice make a variant of lane.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Kind {
-    /// Bit i alone makes variant i.
-    OneBitEach,
-    /// The number i + 1 makes variant i.
-    Number,
-}
 
 /// A stimulus of so many clocks.
 pub(super) struct Stream<'a> {
@@ -56,13 +49,16 @@ pub(super) struct Caught {
     pub(super) at: Vec<Option<u64>>,
     /// The good design's registers after reset.
     pub(super) after_reset_good: Vec<bool>,
-    after_reset: Vec<Vec<bool>>,
+    /// Each variant's registers after reset.
+    pub(super) after_reset: Vec<Vec<bool>>,
 }
 
 impl Caught {
-    /// A variant's registers after reset.
-    pub(super) fn after_reset(&self, number: usize) -> Vec<bool> {
-        self.after_reset[number].clone()
+    /// Those that were not caught, in order.
+    pub(super) fn missed(&self) -> Vec<usize> {
+        let all = self.at.iter().enumerate();
+        all.filter_map(|(number, at)| at.is_none().then_some(number))
+            .collect()
     }
 }
 
@@ -86,9 +82,7 @@ impl<'a> Stream<'a> {
                 (None, scan.min(MOST_PHOTON_CLOCKS))
             }
             GradeStimulus::Adversarial => {
-                let means = Means::cosim(registers.is_some());
-                let adversary = Adversarial::with_means(interface, request.seed, means)
-                    .map_err(CosimError::from)?;
+                let adversary = hostile(interface, request, registers.as_ref())?;
                 let clocks = match request.clocks {
                     Some(clocks) => clocks,
                     None => adversary.clone().clocks_to_cover(LONGEST_DEFAULT),
@@ -151,45 +145,68 @@ impl<'a> Stream<'a> {
         .run(self.clocks, |_| (), |_| ())?;
         match outcome.first {
             None => Ok(()),
-            Some(first) => Err(Refusal::unfit(format!(
-                "the design differs from the reference model at clock {}; `goldtof cosim` shows \
-                 how",
-                first.clock
-            ))),
+            Some(first) => Err(CosimError::Differs { clock: first.clock }.into()),
         }
     }
 
-    /// Runs all variants of a netlist. Those that are caught make room for others.
-    /// `tied` is the netlist with the choice tied to none.
-    pub(super) fn run(
-        &self,
-        netlist: &Netlist,
-        tied: &Netlist,
-        kind: Kind,
-        count: usize,
-    ) -> Result<Caught, Refusal> {
+    /// The adversary that looks at what another stimulus has not caught.
+    ///
+    /// # Errors
+    /// When the hardware is not modelled.
+    pub(super) fn witness(&self) -> Result<Option<Stream<'a>>, Refusal> {
+        if self.request.stimulus == GradeStimulus::Adversarial {
+            return Ok(None);
+        }
+        let interface = self.sensor.interface();
+        let adversary = hostile(interface, self.request, self.registers.as_ref())?;
+        let clocks = adversary.clone().clocks_to_cover(LONGEST_DEFAULT);
+        Ok(Some(Stream {
+            clocks,
+            sensor: self.sensor,
+            request: self.request,
+            models: Vec::new(),
+            adversary: Some(adversary),
+            registers: self.registers.clone(),
+        }))
+    }
+
+    /// The variants, ready to run.
+    ///
+    /// # Errors
+    /// What of the design has no place in lanes; or a tool fails.
+    pub(super) fn machines(&self, family: &Family) -> Result<Machines, Refusal> {
         let interface = self.sensor.interface();
         let counters = match &self.registers {
-            Some(registers) => Counters::find(tied, registers).ok_or_else(|| {
+            Some(registers) => Counters::find(&family.good, registers).ok_or_else(|| {
                 Refusal::unfit("the scan's counters are not found among the variants")
             })?,
             None => Counters::default(),
         };
         let built = build_variants(
-            netlist,
+            &family.all,
             &counters,
             interface,
             self.request.is_users(),
             &self.request.cache,
         )?;
-        let mut machines = Machines {
-            model: Variants::load(&built, netlist, interface)?,
-            choice_bits: netlist.input(CHOICE).map_or(0, <[_]>::len),
-            kind,
-            states: vec![power_up(netlist); count + 1],
-            alive: (0..count).collect(),
-            at: vec![None; count],
-        };
+        Ok(Machines {
+            model: Variants::load(&built, &family.all, interface)?,
+            choice_bits: family.all.input(CHOICE).map_or(0, <[_]>::len),
+            power_up: power_up(&family.all),
+            states: vec![Vec::new(); family.count() + 1],
+            alive: Vec::new(),
+            at: Vec::new(),
+        })
+    }
+
+    /// Runs some of the variants from power-up. Those that are caught make room for
+    /// others.
+    ///
+    /// # Errors
+    /// When the model has ended.
+    pub(super) fn run(&self, machines: &mut Machines, chosen: &[usize]) -> Result<Caught, Refusal> {
+        let interface = self.sensor.interface();
+        machines.start(chosen);
         let layout = Layout::of(interface);
         let mut reference = Reference::new(interface.clone()).map_err(CosimError::from)?;
         let mut stimulus = self.stimulus();
@@ -214,11 +231,21 @@ impl<'a> Stream<'a> {
         let mut after_reset = after_reset.unwrap_or_default();
         let after_reset_good = after_reset.pop().unwrap_or_default();
         Ok(Caught {
-            at: machines.at,
+            at: std::mem::take(&mut machines.at),
             after_reset_good,
             after_reset,
         })
     }
+}
+
+/// The adversary of a co-simulation.
+fn hostile(
+    interface: &Interface,
+    request: &GradeRequest,
+    registers: Option<&ScanRegisters>,
+) -> Result<Adversarial, CosimError> {
+    let means = Means::cosim(registers.is_some());
+    Ok(Adversarial::with_means(interface, request.seed, means)?)
 }
 
 /// What moves the counters on in clocks from `first_clock` on.
@@ -250,10 +277,11 @@ fn power_up(netlist: &Netlist) -> Vec<bool> {
         .collect()
 }
 
-struct Machines {
+/// All variants of a family.
+pub(super) struct Machines {
     model: Variants,
     choice_bits: usize,
-    kind: Kind,
+    power_up: Vec<bool>,
     /// Registers of every variant, and behind them those of the good design.
     states: Vec<Vec<bool>>,
     alive: Vec<usize>,
@@ -261,6 +289,16 @@ struct Machines {
 }
 
 impl Machines {
+    /// Puts some variants, and the good design, to where they are at power-up.
+    fn start(&mut self, chosen: &[usize]) {
+        let good = self.states.len() - 1;
+        self.at = vec![None; good];
+        self.alive = chosen.to_vec();
+        for &variant in chosen.iter().chain([&good]) {
+            self.states[variant].clone_from(&self.power_up);
+        }
+    }
+
     /// Runs all that have not been caught, 63 at once.
     fn run(
         &mut self,
@@ -296,7 +334,7 @@ impl Machines {
 
     /// One plane for each register.
     fn planes(&self, lanes: &[usize]) -> Vec<u64> {
-        let registers = self.states[0].len();
+        let registers = self.power_up.len();
         let plane = |register: usize| {
             let lanes = lanes.iter().enumerate();
             lanes.fold(0, |plane, (lane, &variant)| {
@@ -310,14 +348,7 @@ impl Machines {
     fn choice(&self, variants: &[usize]) -> Vec<u64> {
         let mut planes = vec![0u64; self.choice_bits];
         for (variant, lane) in variants.iter().zip(1u32..) {
-            match self.kind {
-                Kind::OneBitEach => planes[*variant] |= 1 << lane,
-                Kind::Number => {
-                    for (bit, plane) in planes.iter_mut().enumerate() {
-                        *plane |= ((variant + 1) as u64 >> bit & 1) << lane;
-                    }
-                }
-            }
+            planes[*variant] |= 1 << lane;
         }
         planes
     }

@@ -122,7 +122,8 @@ impl Prepared {
     }
 }
 
-fn threads() -> usize {
+/// Threads that work at once.
+pub(crate) fn threads() -> usize {
     available_parallelism().map_or(1, NonZero::get)
 }
 

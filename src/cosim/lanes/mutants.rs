@@ -1,11 +1,11 @@
-//! Mutants of a design in one netlist: an input chooses which one it is.
+//! Mutants of a design in one netlist: an input for each turns it on.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
 use super::Refusal;
 use super::model::{failed_in_yosys, script_of_sources, write_sources, yosys_version};
-use super::netlist::Netlist;
+use super::netlist::{Net, Netlist, PortNets};
 use super::variants::CHOICE;
 use super::yosys::{self, TO_WORDS, WORDS_TO_GATES};
 use crate::cosim::build::SourceFile;
@@ -29,8 +29,8 @@ pub struct Mutant {
     pub source: String,
 }
 
-/// A design and `count` mutants of it, chosen by Yosys with `seed`: the choice k > 0 is
-/// the k-th, 0 the design itself. Words that are `kept` can be found in the netlist.
+/// A design and `count` mutants of it, chosen by Yosys with `seed`: bit k of the choice
+/// turns mutant k on. Words that are `kept` can be found in the netlist.
 ///
 /// # Errors
 /// What of it has no place in lanes; or a tool fails.
@@ -67,20 +67,24 @@ pub fn mutants(
     let list = without_clocks(&list, count as usize);
     let json = once(cache, &format!("mutated-{identity}"), NETLIST, |folder| {
         write_sources(folder, sources)?;
-        let bits = bits_of_choice(list.len());
         let mut script = format!("{}{TO_WORDS}\n", script_of_sources(top, sources));
         for word in kept {
             let _ = writeln!(script, "setattr -set keep 1 w:{word}");
         }
         for (number, line) in list.iter().enumerate() {
-            let _ = writeln!(script, "{line} -ctrl {CHOICE} {bits} {}", number + 1);
+            // An input for each: a number that had to be compared for each would be most of
+            // the gates.
+            let _ = writeln!(script, "{line} -ctrl {CHOICE}_{number} 1 1");
         }
         let _ = writeln!(script, "{WORDS_TO_GATES}\nwrite_json {NETLIST}");
         run(&yosys, folder, &script, &mut unfit)
     });
     let json = failed_in_yosys(json, unfit)?;
-    let mutants = list.iter().map(|line| mutant(line)).collect();
-    Ok((yosys::read(&json, top)?, mutants))
+    let mutants: Vec<Mutant> = list.iter().map(|line| mutant(line)).collect();
+    let mut netlist = yosys::read(&json, top)?;
+    let choice = take_choice(&mut netlist, mutants.len())?;
+    netlist.inputs.push(choice);
+    Ok((netlist, mutants))
 }
 
 /// Of Yosys's mutants `count`, evenly, or all if there are fewer, but none of a clock:
@@ -95,9 +99,20 @@ fn without_clocks(list: &str, count: usize) -> Vec<&str> {
     (0..taken).map(|i| all[i * all.len() / taken]).collect()
 }
 
-/// Bits that hold the numbers 0 to `count`.
-fn bits_of_choice(count: usize) -> u32 {
-    usize::BITS - count.leading_zeros()
+/// Takes the inputs that turn the mutants on, as one port.
+fn take_choice(netlist: &mut Netlist, count: usize) -> Result<PortNets, Refusal> {
+    let name = |number: usize| format!("{CHOICE}_{number}");
+    let net = |number| netlist.input(&name(number)).map(|nets| nets[0]);
+    let nets: Option<Vec<Net>> = (0..count).map(net).collect();
+    let nets = nets.ok_or_else(|| Refusal::unfit("Yosys has lost a mutant"))?;
+    let prefix = format!("{CHOICE}_");
+    netlist
+        .inputs
+        .retain(|port| !port.name.starts_with(&prefix));
+    Ok(PortNets {
+        name: CHOICE.to_owned(),
+        nets,
+    })
 }
 
 fn run(

@@ -204,7 +204,8 @@ impl Netlist {
     /// variant, which never changes, is none.
     pub fn follows_inputs(&self) -> Vec<bool> {
         let mut follows = vec![false; self.nets];
-        let inputs = self.inputs.iter().filter(|port| port.name != CHOICE);
+        let inputs = self.inputs.iter();
+        let inputs = inputs.filter(|port| !port.name.starts_with(CHOICE));
         for net in inputs.flat_map(|port| &port.nets) {
             follows[net.index()] = true;
         }
@@ -248,15 +249,43 @@ impl Netlist {
     /// and registers stay; registers' resets and enables that never happen, or
     /// always, go. A word's bit that is the inverse of a net has that net's name.
     pub fn with_tied(&self, tied: &HashMap<Net, bool>) -> Netlist {
+        let Folded { gates, same, held } = self.folded(tied);
+        let see = |net: Net| same[net.index()];
+        let mut folded = Netlist {
+            gates,
+            ..self.clone()
+        };
+        for register in &mut folded.registers {
+            register.d = see(register.d);
+            register.enable = register.enable.map(see).filter(|&net| net != Net::ONE);
+            let reset = register.reset.map(|reset| Reset {
+                when: see(reset.when),
+                ..reset
+            });
+            register.reset = reset.filter(|reset| reset.when != Net::ZERO);
+        }
+        for net in folded.outputs.iter_mut().flat_map(|port| &mut port.nets) {
+            *net = see(*net);
+        }
+        for net in folded.names.iter_mut().flat_map(|name| &mut name.nets) {
+            *net = held[net.index()];
+        }
+        folded.remove_dead();
+        folded
+    }
+
+    /// The gates that are left where nets are tied to constants.
+    fn folded(&self, tied: &HashMap<Net, bool>) -> Folded {
         let mut same: Vec<Net> = (0..self.nets as u32).map(Net).collect();
         for (net, &value) in tied {
             same[net.index()] = Net::constant(value);
         }
-        let mut folded = self.clone();
-        folded.gates.clear();
-        // The net that each net is, or is the inverse of.
         let mut held = same.clone();
+        let mut gates = Vec::new();
         for gate in &self.gates {
+            if tied.contains_key(&gate.output) {
+                continue;
+            }
             let inputs = gate.inputs.map(|net| same[net.index()]);
             match simplified(gate.function, inputs) {
                 Simplified::Net(net) => {
@@ -267,7 +296,7 @@ impl Netlist {
                     if function == Function::NOT {
                         held[gate.output.index()] = held[inputs[0].index()];
                     }
-                    folded.gates.push(Gate {
+                    gates.push(Gate {
                         function,
                         inputs,
                         output: gate.output,
@@ -275,28 +304,7 @@ impl Netlist {
                 }
             }
         }
-        for register in &mut folded.registers {
-            register.d = same[register.d.index()];
-            register.enable = register
-                .enable
-                .map(|net| same[net.index()])
-                .filter(|&net| net != Net::ONE);
-            register.reset = register
-                .reset
-                .map(|reset| Reset {
-                    when: same[reset.when.index()],
-                    ..reset
-                })
-                .filter(|reset| reset.when != Net::ZERO);
-        }
-        for net in folded.outputs.iter_mut().flat_map(|port| &mut port.nets) {
-            *net = same[net.index()];
-        }
-        for net in folded.names.iter_mut().flat_map(|name| &mut name.nets) {
-            *net = held[net.index()];
-        }
-        folded.remove_dead();
-        folded
+        Folded { gates, same, held }
     }
 
     /// Removes gates that feed nothing.
@@ -324,6 +332,15 @@ impl Netlist {
         }
         self.gates.retain(|gate| wanted[gate.output.index()]);
     }
+}
+
+/// Gates of which some nets are constants.
+struct Folded {
+    gates: Vec<Gate>,
+    /// The net that each net is.
+    same: Vec<Net>,
+    /// The net that each net is, or is the inverse of.
+    held: Vec<Net>,
 }
 
 enum Simplified {

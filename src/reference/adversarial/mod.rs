@@ -1,7 +1,8 @@
 //! Inputs chosen to hurt, with an aim: what the hardware must stand at its worst.
 //!
 //! The adversary has a reference model of its own, which tells it what it has
-//! reached. It begins with some phase steps in peace; then it goes from cover point
+//! reached. It begins with some phase steps in peace, and with large counts from all over
+//! the counters' range ([`recipes::walk`]); then it goes from cover point
 //! to cover point ([`recipes`]), each time from a reset; and when there is nothing
 //! left to aim at it goes on by chance.
 
@@ -51,6 +52,8 @@ pub struct Means {
     pub most_clocks_of_recipe: u64,
     /// Clocks in peace at the beginning, at least.
     pub calm_clocks: u64,
+    /// Large counts from all over the counters' range come behind them.
+    pub walks: bool,
 }
 
 impl Means {
@@ -60,6 +63,7 @@ impl Means {
             skips,
             most_clocks_of_recipe: MOST_CLOCKS_OF_RECIPE,
             calm_clocks: CALM_CLOCKS,
+            walks: true,
         }
     }
 }
@@ -109,6 +113,8 @@ struct Aims {
     tries: Vec<u8>,
     next: usize,
     calm_groups: u64,
+    /// Large counts are still to come.
+    walks: bool,
     /// First clock at which nothing was left to aim at.
     over_at: Option<u64>,
 }
@@ -156,6 +162,7 @@ impl Adversarial {
                 tries: vec![0; points],
                 next: 0,
                 calm_groups: 0,
+                walks: means.walks,
                 over_at: None,
             },
         };
@@ -231,6 +238,10 @@ impl Adversarial {
                 Receiver::Random
             };
             return GroupPlan::random().long(Length::Whole).received(receiver);
+        }
+        if std::mem::take(&mut self.aims.walks) {
+            self.plans = recipes::walk(&self.interface, self.means.most_clocks_of_recipe).into();
+            return self.plans.pop_front().unwrap_or_else(GroupPlan::random);
         }
         match self.next_aim() {
             Some(plans) => self.plans.extend(plans),

@@ -34,6 +34,50 @@ pub(super) fn recipe(
     Ok(plans)
 }
 
+/// Parts of the counters' range from each of which a large count is to begin.
+const PARTS: u64 = 8;
+
+/// Groups whose counts are as large as they get, up and down, and begin all over the
+/// range of the counters: carries and borrows of a step's difference depend on where
+/// its total stood before it, and short steps do not get there.
+///
+/// None where that takes more than `most_clocks`.
+pub(super) fn walk(interface: &Interface, most_clocks: u64) -> Vec<GroupPlan> {
+    let chips = interface.timing.scan.integration_chips;
+    let lanes = u64::from(interface.lanes());
+    // Of a code's chips half have the sign, and hits are at most on every other sample.
+    let chips_to_count = |counts: u64| counts.saturating_mul(4).div_ceil(lanes.max(2));
+    let part = 1u64
+        << interface
+            .count_segments
+            .bits()
+            .saturating_sub(PARTS.ilog2())
+            .min(62);
+    let stride = chips_to_count(part);
+    // Steps of the same sign go on, or go back, to the next part.
+    let (back, on) = (chips.saturating_sub(stride), stride.saturating_sub(chips));
+    let groups = PARTS * 4 * u64::from(interface.parallel());
+    let clocks = groups.saturating_mul(chips.max(stride));
+    if clocks > most_clocks {
+        return Vec::new();
+    }
+    let mut plans = Vec::new();
+    for step in 0..u64::from(interface.parallel()) {
+        for up in [true, false] {
+            let side = |up| GroupPlan::random().with(Hits::OneSided { step, up });
+            for _ in 0..PARTS {
+                plans.push(side(up).long(Length::Whole));
+                if back > 0 {
+                    plans.push(side(!up).long(Length::AtLeast(back)));
+                }
+                let groups = on.div_ceil(chips);
+                plans.extend((0..groups).map(|_| side(up).long(Length::Whole)));
+            }
+        }
+    }
+    plans
+}
+
 struct Kitchen<'a> {
     interface: &'a Interface,
     reach: &'a Reach,
