@@ -186,10 +186,11 @@ impl Tried {
                 }
             };
             let (change, net, source) = self.family.describe(&labels, number);
+            let in_users = |text: &str| in_users_terms(text, &request.sources);
             survivors.push(Survivor {
                 change,
-                net,
-                source: in_users_terms(&places(&source), &request.sources),
+                net: in_users(&net),
+                source: in_users(&places(&source)),
                 verdict,
                 needs,
             });

@@ -15,6 +15,8 @@ use crate::cosim::tools::Tool;
 
 /// Mutants beyond a share of those that are asked for, since some are of clocks.
 const SPARE_MUTANTS: u32 = 20;
+/// Cells get the names of what they drive.
+const NAMED: &str = "rename -wire";
 const LIST: &str = "mutants.txt";
 const NETLIST: &str = "netlist.json";
 
@@ -25,7 +27,7 @@ pub struct Mutant {
     pub mode: String,
     /// The wire and its bit, or the cell and its port.
     pub place: String,
-    /// The line in the Verilog that lies closest.
+    /// Where that is in the Verilog, and the instances above it, with bars between.
     pub source: String,
 }
 
@@ -45,7 +47,14 @@ pub fn mutants(
     let yosys = Tool::yosys();
     let version = yosys_version(&yosys)?;
     let (count_text, seed_text) = (count.to_string(), seed.to_string());
-    let mut parts = vec!["mutants", version.as_str(), TO_WORDS, WORDS_TO_GATES, top];
+    let mut parts = vec![
+        "mutants",
+        version.as_str(),
+        TO_WORDS,
+        NAMED,
+        WORDS_TO_GATES,
+        top,
+    ];
     parts.extend([count_text.as_str(), seed_text.as_str()]);
     parts.extend(kept.iter().map(String::as_str));
     for source in sources {
@@ -56,7 +65,7 @@ pub fn mutants(
     let list = once(cache, &format!("mutants-{identity}"), LIST, |folder| {
         write_sources(folder, sources)?;
         let script = format!(
-            "{}{TO_WORDS}\nmutate -list {} -seed {} -o {LIST}\n",
+            "{}{TO_WORDS}\n{NAMED}\nmutate -list {} -seed {} -o {LIST}\n",
             script_of_sources(top, sources),
             count + count / 2 + SPARE_MUTANTS,
             seed % (1 << 31),
@@ -67,7 +76,7 @@ pub fn mutants(
     let list = without_clocks(&list, count as usize);
     let json = once(cache, &format!("mutated-{identity}"), NETLIST, |folder| {
         write_sources(folder, sources)?;
-        let mut script = format!("{}{TO_WORDS}\n", script_of_sources(top, sources));
+        let mut script = format!("{}{TO_WORDS}\n{NAMED}\n", script_of_sources(top, sources));
         for word in kept {
             let _ = writeln!(script, "setattr -set keep 1 w:{word}");
         }
@@ -135,6 +144,8 @@ fn mutant(line: &str) -> Mutant {
         let place = words.iter().position(|word| *word == option)?;
         words.get(place + 1).copied()
     };
+    let pairs = words.windows(2).filter(|pair| pair[0] == "-src");
+    let sources: Vec<&str> = pairs.map(|pair| pair[1]).collect();
     let place = match (after("-wire"), after("-wirebit")) {
         (Some(wire), Some(bit)) => format!("{wire}[{bit}]"),
         _ => format!(
@@ -147,7 +158,7 @@ fn mutant(line: &str) -> Mutant {
     Mutant {
         mode: after("-mode").unwrap_or_default().to_owned(),
         place,
-        source: after("-src").unwrap_or_default().to_owned(),
+        source: sources.join("|"),
     }
 }
 

@@ -17,7 +17,7 @@ const MEANS: Means = Means {
     skips: true,
     most_clocks_of_recipe: 24_000,
     calm_clocks: 2_000,
-    walks: false,
+    clocks_of_large_counts: 40_000,
 };
 /// Seed of the adversary: not the one that co-simulation begins with.
 const SEED: u64 = 2;
