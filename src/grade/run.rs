@@ -13,6 +13,7 @@ use crate::cosim::lanes::variants::{CHOICE, Counters, Flips, Variants, build_var
 use crate::cosim::lanes::verilog::LANES;
 use crate::cosim::lockstep::Lockstep;
 use crate::cosim::verilated::Verilated;
+use crate::cosim::window::Window;
 use crate::deliver::flow::testbench_adversary;
 use crate::photons::DetectorModel;
 use crate::reference::adversarial::{Adversarial, LONGEST_DEFAULT, Means};
@@ -141,6 +142,7 @@ impl<'a> Stream<'a> {
             reference: &mut Reference::new(interface.clone()).map_err(CosimError::from)?,
             stimulus: &mut *self.stimulus(),
             layout: &layout,
+            window: Window::Found,
         }
         .run(self.clocks, |_| (), |_| ())?;
         match outcome.first {

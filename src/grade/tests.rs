@@ -4,7 +4,8 @@ use std::path::Path;
 
 use super::*;
 use crate::cosim::TOP;
-use crate::cosim::build::{cache_dir, sources_of};
+use crate::cosim::build::cache_dir;
+use crate::cosim::source::sources_of;
 use crate::deliver;
 use crate::scene;
 

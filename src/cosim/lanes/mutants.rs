@@ -8,9 +8,9 @@ use super::model::{failed_in_yosys, script_of_sources, write_sources, yosys_vers
 use super::netlist::{Net, Netlist, PortNets};
 use super::variants::CHOICE;
 use super::yosys::{self, TO_WORDS, WORDS_TO_GATES};
-use crate::cosim::build::SourceFile;
 use crate::cosim::cache::{hash, once, write};
 use crate::cosim::error::CosimError;
+use crate::cosim::source::SourceFile;
 use crate::cosim::tools::Tool;
 
 /// Mutants beyond a share of those that are asked for, since some are of clocks.
