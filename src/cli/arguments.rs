@@ -321,27 +321,27 @@ pub(super) struct GradeArguments {
     pub scene: SceneArgument,
     #[command(flatten)]
     pub own: OwnArguments,
-    /// What is graded, as `testbench`: the first 4 million clocks of photons, the inputs
+    /// What is graded: the first 4 million clocks of photons, the inputs
     /// chosen to hurt of `cosim` (also `hostile`), or those of the emitted testbench
     #[arg(long, value_enum, default_value_t = GradeStimulus::Adversarial)]
     pub stimulus: GradeStimulus,
-    /// Its clocks, reset included, as 100000 [default: as many as it takes]
+    /// Its clocks, reset included: --clocks 100000 [default: as many as it takes]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(16..=MOST_CLOCKS))]
     pub clocks: Option<u64>,
-    /// Mutants beside the stuck-at faults, as 100; 0 for none
+    /// Mutants beside the stuck-at faults, 0 for none: --mutants 100
     #[arg(long, value_name = "N", default_value_t = 1_000,
           value_parser = clap::value_parser!(u32).range(0..=10_000))]
     pub mutants: u32,
-    /// Seconds to prove that one that is not caught is equivalent, as 20
+    /// Seconds to prove that one that is not caught is equivalent: --proof-time 20
     #[arg(long, value_name = "S", default_value_t = Bounds::default().each_s,
           value_parser = clap::value_parser!(u32).range(1..=3_600))]
     pub proof_time: u32,
-    /// Seconds for all these proofs together, as 600
+    /// Seconds for all these proofs together: --proof-budget 600
     #[arg(long, value_name = "S", default_value_t = Bounds::default().all_s,
           value_parser = clap::value_parser!(u32).range(1..=86_400))]
     pub proof_budget: u32,
     /// End with exit status 4 if fewer are caught, of faults or of mutants that are not
-    /// proven equivalent, as 99% or 0.99
+    /// proven equivalent: --at-least 99%
     #[arg(long, value_name = "SHARE", value_parser = super::grade::parse_share)]
     pub at_least: Option<f64>,
 }

@@ -30,7 +30,7 @@ fn request(sensor: &Sensor, clocks: u64, mutants: u32) -> GradeRequest {
         mutants,
         bounds: Bounds {
             each_s: 1,
-            all_s: 20,
+            all_s: 4,
         },
     }
 }
@@ -39,7 +39,7 @@ fn request(sensor: &Sensor, clocks: u64, mutants: u32) -> GradeRequest {
 fn a_longer_stimulus_catches_more_and_all_are_accounted_for() {
     let sensor = sensor();
     let mut shares = Vec::new();
-    for clocks in [3_000, 40_000] {
+    for clocks in [400, 40_000] {
         let grade = grade(&sensor, &request(&sensor, clocks, 60), |_| ()).unwrap();
         let mutants = grade.mutants.unwrap();
         assert_eq!(mutants.total, 60);
@@ -48,11 +48,10 @@ fn a_longer_stimulus_catches_more_and_all_are_accounted_for() {
             assert_eq!(parts, score.total);
             assert!(score.last_caught_clock < Some(clocks));
         }
-        eprintln!("{clocks}: {:?}", [&grade.faults, &mutants]);
         shares.push((grade.faults.caught_fraction, mutants.caught_fraction));
     }
-    assert!(shares[0].0 < 0.5 && shares[0].1 < 0.7, "{shares:?}");
-    assert!(shares[1].0 > 0.95 && shares[1].1 > 0.9, "{shares:?}");
+    assert!(shares[0].0 < 0.9 && shares[0].1 < 0.9, "{shares:?}");
+    assert!(shares[1].0 > 0.99 && shares[1].1 > 0.95, "{shares:?}");
 }
 
 #[test]
