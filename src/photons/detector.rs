@@ -10,7 +10,9 @@ use super::memory::Memory;
 use super::movement::Movement;
 use super::paths::{number_of, paths_to};
 use super::random::{Part, StreamKey};
+use super::shape::PulseShape;
 use super::step::StepDetections;
+use super::tail::Tail;
 use crate::code::Code;
 use crate::scan::{Group, Timing};
 use crate::scene::{CounterTiming, DetectorIndex, PathIndex};
@@ -36,6 +38,10 @@ pub struct DetectorModel {
     pub(crate) delay_chips: f64,
     /// Standard deviation of all jitters together; `None` if zero.
     pub(crate) jitter_chips: Option<f64>,
+    /// What detections are late beside that.
+    pub(crate) tail: Option<Tail>,
+    /// How light of each code of the scene follows it.
+    shapes: Vec<(Arc<Code>, Arc<PulseShape>)>,
     pub(crate) pulse_width_chips: f64,
     pub(crate) counter: CounterTiming,
     pub(crate) warm_up_chips: i64,
@@ -55,6 +61,15 @@ impl DetectorModel {
         let clock = sensor.clock();
         let chips = |ps: f64| clock.chips(ps);
 
+        let shapes: Vec<(Arc<Code>, Arc<PulseShape>)> = sensor
+            .scene()
+            .sources
+            .iter()
+            .map(|source| {
+                let shape = PulseShape::new(&source.response, clock);
+                (Arc::clone(&source.code), Arc::new(shape))
+            })
+            .collect();
         let mut excess: Vec<ExcessLight> = Vec::new();
         let mut constant_hz =
             spad.background_rate_cps * spad.photon_detection_probability + spad.dark_count_rate_cps;
@@ -66,7 +81,8 @@ impl DetectorModel {
             let light =
                 ExcessLight::new(numbered, rates, &source.code, path.delay_ps, clock, &excess);
             let movement = Movement::new(path, clock);
-            excess.extend(light.map(|light| light.moving(movement)));
+            let shape = Arc::clone(&shapes[path.source.0].1);
+            excess.extend(light.map(|light| light.moving(movement).shaped(shape)));
         }
 
         let reference = sensor.scene().sources[spad.reference].code.clone();
@@ -83,6 +99,8 @@ impl DetectorModel {
             ),
             delay_chips: chips(spad.delay_ps),
             jitter_chips: (jitter_ps > 0.0).then(|| chips(jitter_ps)),
+            tail: Tail::new(&spad.jitter_tail, clock),
+            shapes,
             pulse_width_chips: chips(spad.pulse_width_ps),
             counter: spad.counter,
             warm_up_chips: 0,
@@ -95,6 +113,14 @@ impl DetectorModel {
     /// The scene's paths that carry modulated light to this detector, in order.
     pub(crate) fn modulated_paths(&self) -> impl Iterator<Item = PathIndex> + '_ {
         self.excess.iter().map(|light| light.path)
+    }
+
+    /// How light of a code follows it: as the scene says, and light of unknown codes
+    /// as the reference's.
+    pub(crate) fn shape_of(&self, code: &Code) -> Arc<PulseShape> {
+        let of = |code: &Code| self.shapes.iter().find(|(known, _)| known.chips == code.chips);
+        let found = of(code).or_else(|| of(&self.reference));
+        found.map_or_else(|| Arc::new(PulseShape::ideal()), |(_, shape)| Arc::clone(shape))
     }
 
     /// Simulates the light of a group of steps of scan number `repetition`. The result depends on the arguments alone.
@@ -153,7 +179,8 @@ impl DetectorModel {
         let jitter = self.jitter_chips.unwrap_or(0.0);
         // At least a fixed margin, so that small delays and jitters do not move
         // the start, and with it every arrival.
-        let margin = (self.delay_chips + 2.0 * JITTER_BOUND_SIGMAS * jitter).max(4.0);
+        let tail = self.tail.as_ref().map_or(0.0, Tail::longest_chips);
+        let margin = (self.delay_chips + 2.0 * JITTER_BOUND_SIGMAS * jitter + tail).max(4.0);
         let chips = memory + margin;
         chips.ceil() as i64
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::MeanResponseError;
 use crate::code::Code;
-use crate::photons::DetectorModel;
+use crate::photons::{DetectorModel, PulseShape};
 
 /// Primary rates at a detector: the modulated light of each path, and one
 /// constant rate that holds everything else.
@@ -25,6 +25,8 @@ pub struct LightPath {
     pub rate_per_chip: f64,
     /// Time of flight in chips.
     pub delay_chips: f64,
+    /// How the light follows the code.
+    pub shape: Arc<PulseShape>,
 }
 
 impl Light {
@@ -35,6 +37,7 @@ impl Light {
             code: Arc::clone(&light.code),
             rate_per_chip: light.rate_per_chip,
             delay_chips: light.delay(),
+            shape: Arc::clone(&light.shape),
         });
         Light {
             paths: paths.collect(),

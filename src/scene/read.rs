@@ -188,7 +188,7 @@ fn read_scene(root: &Section, reference: SceneReference) -> Option<Scene> {
         }
     }
 
-    let sources = read_sources(source_sections);
+    let sources = read_sources(source_sections, clock);
     let paths: Option<Vec<Path>> = all(path_sections, |section| {
         source::read_path(section, &source_names, &detector_names, clock)
     });
@@ -233,12 +233,12 @@ fn read_scene(root: &Section, reference: SceneReference) -> Option<Scene> {
 }
 
 /// Reads the sources, as long as their codes fit into memory together.
-fn read_sources(sections: Vec<Section>) -> Option<Vec<Source>> {
+fn read_sources(sections: Vec<Section>, clock: Option<Clock>) -> Option<Vec<Source>> {
     let mut sources = Vec::new();
     let mut chips = 0;
     for section in sections {
         let complaint = section.complaint();
-        let source = source::read(section);
+        let source = source::read(section, clock);
         chips += source.as_ref().map_or(0, |source| source.code.len());
         if chips > MAX_SCENE_CHIPS {
             complaint(&format!(

@@ -9,6 +9,7 @@ use super::keys::SOURCE;
 use super::movement;
 use super::names::Names;
 use super::reader::Section;
+use super::waveform;
 use super::{Path, Source};
 use crate::code::{Code, CodeSpec, Family};
 use crate::light::round_trip_ps;
@@ -19,7 +20,7 @@ const CODE_EXAMPLE: &str = "{ family = \"gold\", degree = 11 }";
 /// That of the article's laser.
 const DEFAULT_WAVELENGTH_NM: f64 = 783.0;
 
-pub(super) fn read(section: Section) -> Option<Source> {
+pub(super) fn read(section: Section, clock: Option<Clock>) -> Option<Source> {
     section.require("code");
     let name = section.get("name").and_then(|name| name.get_ref().as_str());
     let code = section.section("code", CODE_EXAMPLE).and_then(read_code);
@@ -30,6 +31,7 @@ pub(super) fn read(section: Section) -> Option<Source> {
     let wavelength_nm = quantity("wavelength", DEFAULT_WAVELENGTH_NM);
     let mean_power_w = quantity("mean_power", 0.0);
     let extinction_ratio = read_extinction_ratio(&section);
+    let response = waveform::read_laser(&section, clock);
     section.finish();
     Some(Source {
         name: name?.to_owned(),
@@ -37,6 +39,7 @@ pub(super) fn read(section: Section) -> Option<Source> {
         wavelength_nm: wavelength_nm?,
         mean_power_w: mean_power_w?,
         extinction_ratio,
+        response,
     })
 }
 
