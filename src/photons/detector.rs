@@ -80,7 +80,7 @@ impl DetectorModel {
             constant_hz += rates.off_hz;
             let light =
                 ExcessLight::new(numbered, rates, &source.code, path.delay_ps, clock, &excess);
-            let movement = Movement::new(path, clock);
+            let movement = Movement::new(path, source, clock);
             let shape = Arc::clone(&shapes[path.source.0].1);
             excess.extend(light.map(|light| light.moving(movement).shaped(shape)));
         }
@@ -112,15 +112,22 @@ impl DetectorModel {
 
     /// The scene's paths that carry modulated light to this detector, in order.
     pub(crate) fn modulated_paths(&self) -> impl Iterator<Item = PathIndex> + '_ {
-        self.excess.iter().map(|light| light.path)
+        self.synchronised().map(|light| light.path)
     }
 
     /// How light of a code follows it: as the scene says, and light of unknown codes
     /// as the reference's.
     pub(crate) fn shape_of(&self, code: &Code) -> Arc<PulseShape> {
-        let of = |code: &Code| self.shapes.iter().find(|(known, _)| known.chips == code.chips);
+        let of = |code: &Code| {
+            self.shapes
+                .iter()
+                .find(|(known, _)| known.chips == code.chips)
+        };
         let found = of(code).or_else(|| of(&self.reference));
-        found.map_or_else(|| Arc::new(PulseShape::ideal()), |(_, shape)| Arc::clone(shape))
+        found.map_or_else(
+            || Arc::new(PulseShape::ideal()),
+            |(_, shape)| Arc::clone(shape),
+        )
     }
 
     /// Simulates the light of a group of steps of scan number `repetition`. The result depends on the arguments alone.
@@ -137,16 +144,40 @@ impl DetectorModel {
         }
     }
 
+    /// Modulated light whose code keeps its place beside the reference's.
+    pub(crate) fn synchronised(&self) -> impl Iterator<Item = &ExcessLight> {
+        self.excess.iter().filter(|light| !self.slips(light))
+    }
+
+    /// Modulated light of clocks of their own, which comes at every delay within a scan
+    /// and so is constant on average: its mean rate per chip.
+    pub(crate) fn slipping_per_chip(&self) -> f64 {
+        let slipping = self.excess.iter().filter(|light| self.slips(light));
+        slipping
+            .map(|light| light.rate_per_chip * light.code.weight() as f64 / light.code.len() as f64)
+            .sum()
+    }
+
+    /// Whether a clock runs away by a chip or more within a scan.
+    fn slips(&self, light: &ExcessLight) -> bool {
+        let scan_chips = self.timing.scan_chips() as f64;
+        let slip = light.movement.as_ref().and_then(|movement| movement.slip);
+        slip.is_some_and(|slip| slip.range_chips(scan_chips) >= 1.0)
+    }
+
     /// How far the delay of a path moves within a scan, and how far it may for
     /// paths to count as standing still: a thousandth of a phase step. In chips.
     pub(crate) fn movement_in_scan(&self) -> (f64, f64) {
         let scan_chips = self.timing.scan_chips() as f64;
-        let movements = self
-            .excess
-            .iter()
-            .filter_map(|light| light.movement.as_ref());
-        let moved = movements
-            .map(|movement| movement.range_chips(scan_chips))
+        let moved = self
+            .synchronised()
+            .filter_map(|light| light.movement.as_ref())
+            .map(|movement| {
+                let slip = movement
+                    .slip
+                    .map_or(0.0, |slip| slip.range_chips(scan_chips));
+                movement.range_chips(scan_chips) + slip
+            })
             .fold(0.0, f64::max);
         (moved, 1e-3 * self.timing.clock.sample_period_chips())
     }

@@ -170,7 +170,13 @@ mod tests {
         }
         let points = 48_000;
         let mean = (0..points)
-            .map(|n| level(&shape, &chips, 6.0 * (f64::from(n) + 0.5) / f64::from(points)))
+            .map(|n| {
+                level(
+                    &shape,
+                    &chips,
+                    6.0 * (f64::from(n) + 0.5) / f64::from(points),
+                )
+            })
             .sum::<f64>()
             / f64::from(points);
         assert!((mean - 0.5).abs() < 1e-3, "{mean}");

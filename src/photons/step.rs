@@ -44,6 +44,7 @@ impl<'m> StepDetections<'m> {
         let start = ChipTime::at_chip(-model.warm_up_chips).after(model.first_ready_chips(&key));
         let start_in_scan = model.timing.start_of_group(key.group);
         let start_in_scan = i64::try_from(start_in_scan).unwrap_or(i64::MAX);
+        let start_in_all = model.timing.first_chip(key.repetition, key.group);
         let excess = model
             .excess
             .iter()
@@ -53,7 +54,8 @@ impl<'m> StepDetections<'m> {
                 let trajectory = light
                     .movement
                     .as_ref()
-                    .map(|movement| Trajectory::new(movement, &key, light.number, start_in_scan));
+                    .map(|movement| Trajectory::new(movement, &key, light.number, start_in_scan))
+                    .map(|trajectory| trajectory.since_first_scan(start_in_all));
                 let rng = key.stream(Part::Path(strand.number));
                 ExcessArrivals::new(strand, rng, trajectory, position, start)
             })

@@ -5,7 +5,9 @@ use std::fmt::Write as _;
 use super::movement;
 use super::part::{Part, Saving, kept, labelled, left_out};
 use crate::response::check_merging;
-use crate::scene::{Detector, JitterTail, LaserResponse, DetectorIndex, EstimatorKind, Path, SourceIndex};
+use crate::scene::{
+    Detector, DetectorIndex, EstimatorKind, JitterTail, LaserResponse, Path, SourceIndex,
+};
 use crate::sensor::Sensor;
 
 pub(super) fn parts(sensor: &Sensor) -> Vec<Part> {
@@ -43,7 +45,10 @@ fn edges(response: &LaserResponse) -> String {
             fall_time_ps,
         } => format!(", rising in {rise_time_ps} ps and falling in {fall_time_ps} ps"),
         LaserResponse::Measured(curve) => {
-            format!(", with a measured response of {} flashes", curve.points.len())
+            format!(
+                ", with a measured response of {} flashes",
+                curve.points.len()
+            )
         }
     }
 }
@@ -254,8 +259,13 @@ fn jitter(detector: &Detector, part: String) -> Part {
         JitterTail::Exponential {
             share,
             time_constant_ps,
-        } => format!(", a tail of {time_constant_ps:.1} ps for {:.1} %", 100.0 * share),
-        JitterTail::Measured(curve) => format!(", a measured tail of mean {:.1} ps", curve.mean_ps()),
+        } => format!(
+            ", a tail of {time_constant_ps:.1} ps for {:.1} %",
+            100.0 * share
+        ),
+        JitterTail::Measured(curve) => {
+            format!(", a measured tail of mean {:.1} ps", curve.mean_ps())
+        }
     };
     if detector.jitter_ps.is_empty() && tail.is_empty() {
         return left_out(

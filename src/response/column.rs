@@ -109,7 +109,9 @@ impl Column {
             let cell_end = chip as f64 + grid.edges[cell + 1];
             let longest = match from + 1e-12 < near {
                 true => constant.min(near - from),
-                false => constant.max(sigma).min(if sigma > 0.0 { 2.0 * sigma } else { constant }),
+                false => constant
+                    .max(sigma)
+                    .min(if sigma > 0.0 { 2.0 * sigma } else { constant }),
             };
             let to = cell_end.min(from + longest).min(end);
             let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));

@@ -9,11 +9,11 @@ use super::MeanResponseError;
 use super::chain::states_needed;
 use super::grid::{Grid, Kinks, Samples, frame_chips};
 use super::light::Light;
-use crate::photons::tail::Tail;
 use super::sampling::Sampling;
 use super::tier::CountingTier;
 use crate::photons::DetectorModel;
 use crate::photons::memory::Memory;
+use crate::photons::tail::Tail;
 
 /// One cell of the state equation, forwards, beside its states.
 const FORWARDS_S: f64 = 25e-9;
@@ -163,7 +163,11 @@ fn correlator_s(model: &DetectorModel, size: &Size) -> f64 {
         1.0
     };
     let terms = sides * (1.0 + (2.0 * JITTER_REACH * sigma + tail_chips) * size.cells);
-    let nodes = if sigma + tail_chips > 0.0 { 8.0 * terms } else { terms };
+    let nodes = if sigma + tail_chips > 0.0 {
+        8.0 * terms
+    } else {
+        terms
+    };
     let column_s = nodes * (NODE_S + 0.5 * terms * NODE_TERM_S) + terms * size.period * TERM_S;
     let edges = if model.counter.rising_delay_ps == model.counter.falling_delay_ps {
         1.0

@@ -31,9 +31,10 @@ pub struct LightPath {
 
 impl Light {
     /// The light that the scene says reaches the detector, path by path in the
-    /// scene's order, without those that carry no modulated light.
+    /// scene's order, without those that carry no modulated light. Light of sources
+    /// whose clock runs away within a scan is constant on average.
     pub fn of(model: &DetectorModel) -> Light {
-        let paths = model.excess.iter().map(|light| LightPath {
+        let paths = model.synchronised().map(|light| LightPath {
             code: Arc::clone(&light.code),
             rate_per_chip: light.rate_per_chip,
             delay_chips: light.delay(),
@@ -41,7 +42,7 @@ impl Light {
         });
         Light {
             paths: paths.collect(),
-            constant_per_chip: model.constant_per_chip,
+            constant_per_chip: model.constant_per_chip + model.slipping_per_chip(),
         }
     }
 

@@ -9,6 +9,7 @@
 //! | `source.wavelength` | 783 nm |
 //! | `source.mean_power` | 0 W: a source without light |
 //! | `source.extinction_ratio` | `"inf"`: no light in the off-state |
+//! | `source.clock_offset`, `source.clock_drift` | 0: the detectors' clock |
 //! | `source.rise_time`, `source.fall_time`, `source.impulse_response` | on and off at once |
 //! | `source.code.index`, `source.code.interleave` | 0 |
 //! | `source.code.polynomials`, `source.code.seeds` | a preferred pair (for an m-sequence its first polynomial), all-ones |
@@ -142,6 +143,24 @@ pub struct Source {
     pub extinction_ratio: f64,
     /// How its light follows the code.
     pub response: LaserResponse,
+    /// How its clock goes beside the detectors'.
+    pub clock: SourceClock,
+}
+
+/// How a source's clock goes beside that of the detectors, which are one sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SourceClock {
+    /// Share by which it is faster, at the first scan's start.
+    pub offset: f64,
+    /// Change of that share per second.
+    pub drift_per_s: f64,
+}
+
+impl SourceClock {
+    /// Whether it is the detectors' own clock.
+    pub fn is_shared(&self) -> bool {
+        *self == SourceClock::default()
+    }
 }
 
 /// A SPAD with its counter (Table I).

@@ -10,7 +10,7 @@ use super::movement;
 use super::names::Names;
 use super::reader::Section;
 use super::waveform;
-use super::{Path, Source};
+use super::{Path, Source, SourceClock};
 use crate::code::{Code, CodeSpec, Family};
 use crate::light::round_trip_ps;
 use crate::scan::Clock;
@@ -32,6 +32,10 @@ pub(super) fn read(section: Section, clock: Option<Clock>) -> Option<Source> {
     let mean_power_w = quantity("mean_power", 0.0);
     let extinction_ratio = read_extinction_ratio(&section);
     let response = waveform::read_laser(&section, clock);
+    let source_clock = SourceClock {
+        offset: section.quantity("clock_offset").unwrap_or(0.0),
+        drift_per_s: section.quantity("clock_drift").unwrap_or(0.0),
+    };
     section.finish();
     Some(Source {
         name: name?.to_owned(),
@@ -40,6 +44,7 @@ pub(super) fn read(section: Section, clock: Option<Clock>) -> Option<Source> {
         mean_power_w: mean_power_w?,
         extinction_ratio,
         response,
+        clock: source_clock,
     })
 }
 

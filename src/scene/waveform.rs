@@ -70,7 +70,9 @@ impl Curve {
         let rows = rows(text)?;
         let total: f64 = rows.iter().map(|row| row[1]).sum();
         if total <= 0.0 || !total.is_finite() {
-            return Err("its amplitudes add up to nothing; one at least must be above 0".to_owned());
+            return Err(
+                "its amplitudes add up to nothing; one at least must be above 0".to_owned(),
+            );
         }
         let first = rows.iter().position(|row| row[1] > 0.0).unwrap_or(0);
         let last = rows.iter().rposition(|row| row[1] > 0.0).unwrap_or(0);
@@ -168,7 +170,8 @@ pub(super) fn read_laser(section: &Section, clock: Option<Clock>) -> LaserRespon
     if section.get("impulse_response").is_some()
         && (section.get("rise_time").is_some() || section.get("fall_time").is_some())
     {
-        let message = "the edges are in the impulse response; leave out `rise_time` and `fall_time`";
+        let message =
+            "the edges are in the impulse response; leave out `rise_time` and `fall_time`";
         section.report("impulse_response", message);
     }
     let response = match measured {
@@ -199,7 +202,9 @@ fn check_edges(section: &Section, response: &LaserResponse, clock: Clock) {
             let message = format!(
                 "{} is more than 80 % of a chip, so that an edge does not end before the next; write \
                  at most \"{} ps\"",
-                section.get(key).map_or_else(String::new, |value| section.excerpt(value)),
+                section
+                    .get(key)
+                    .map_or_else(String::new, |value| section.excerpt(value)),
                 most_ps.floor()
             );
             section.report(key, &message);
@@ -264,9 +269,7 @@ pub(super) fn read_tail(section: &Section) -> (JitterTail, f64) {
 fn read_curve(section: &Section, key: &'static str, most: usize) -> Option<Curve> {
     let text = section.string(key, "0,0.2\\n125,0.8\\n")?;
     let curve = Curve::from_csv(text, most);
-    curve
-        .map_err(|message| section.report(key, &message))
-        .ok()
+    curve.map_err(|message| section.report(key, &message)).ok()
 }
 
 #[cfg(test)]
@@ -286,7 +289,11 @@ mod tests {
         assert!(curve.points.len() <= 16 && curve.points.len() > 8);
         let total: f64 = curve.points.iter().map(|point| point[1]).sum();
         assert!((total - 1.0).abs() < 1e-12);
-        assert!((curve.mean_ps() - 500.0).abs() < 1e-6, "{}", curve.mean_ps());
+        assert!(
+            (curve.mean_ps() - 500.0).abs() < 1e-6,
+            "{}",
+            curve.mean_ps()
+        );
         let centred = curve.centred();
         let variance: f64 = centred.points.iter().map(|[t, w]| t * t * w).sum();
         let ratio = variance / (1e6 / 24.0);

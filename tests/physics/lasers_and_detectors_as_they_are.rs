@@ -43,9 +43,15 @@ fn differences(a: &[MeanCount], b: &[MeanCount]) -> [f64; 2] {
     let peak = a.iter().map(|count| count.signed).fold(0.0, f64::max);
     let largest = |of: &dyn Fn(&MeanCount) -> f64| {
         let pairs = a.iter().zip(b);
-        pairs.map(|(a, b)| (of(a) - of(b)).abs()).fold(0.0, f64::max) / peak
+        pairs
+            .map(|(a, b)| (of(a) - of(b)).abs())
+            .fold(0.0, f64::max)
+            / peak
     };
-    [largest(&|count| count.signed), largest(&|count| count.total)]
+    [
+        largest(&|count| count.signed),
+        largest(&|count| count.total),
+    ]
 }
 
 #[test]

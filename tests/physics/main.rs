@@ -24,5 +24,6 @@ mod parts_left_out_change_nothing;
 mod recorded_counts_are_diagnosed;
 mod reproduce_makes_figures_and_claims;
 mod simulate_agrees_with_theory;
+mod sources_with_clocks_of_their_own;
 mod stress_quick_cases_hold;
 mod stress_results_depend_on_nothing_else;

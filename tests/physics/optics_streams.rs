@@ -6,7 +6,7 @@ use crate::optics_support::{
 use goldtof::photons::{Detection, DetectorModel, Pulse, PulseStream, count_step};
 use goldtof::scan::{Group, Step};
 use goldtof::scene::{
-    CounterTiming, DetectorIndex, LaserResponse, Path, Scene, Source, SourceIndex,
+    CounterTiming, DetectorIndex, LaserResponse, Path, Scene, Source, SourceClock, SourceIndex,
 };
 use goldtof::sensor::Sensor;
 use proptest::prelude::*;
@@ -76,6 +76,7 @@ fn neutral_parts_change_nothing() {
         mean_power_w: 0.0,
         extinction_ratio: 10.0,
         response: LaserResponse::Ideal,
+        clock: SourceClock::default(),
     });
     for (source, transmission) in [(1, 1.0), (0, 0.0)] {
         neutral.paths.push(Path {

@@ -60,6 +60,30 @@ pub(in crate::scene) static SOURCE: Table = Table {
                   from none: write \"inf\"",
         },
         Key {
+            name: "clock_offset",
+            kind: Kind::Quantity {
+                quantity: Quantity::ClockOffset,
+                least: "-1000 ppm",
+                most: "1000 ppm",
+            },
+            default: Some("0 ppm: it shares the detectors' clock"),
+            example: "20 ppm",
+            meaning: "how much faster than the detectors' its clock is; none for a reference",
+            why: "ten times what the cheapest quartz may be off",
+        },
+        Key {
+            name: "clock_drift",
+            kind: Kind::Quantity {
+                quantity: Quantity::ClockDrift,
+                least: "-10 ppm/s",
+                most: "10 ppm/s",
+            },
+            default: Some("0 ppm/s"),
+            example: "0.1 ppm/s",
+            meaning: "how much faster it gets",
+            why: "a quartz that is heated by some degrees a second",
+        },
+        Key {
             name: "rise_time",
             kind: Kind::Quantity {
                 quantity: Quantity::Time,

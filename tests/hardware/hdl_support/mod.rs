@@ -15,7 +15,7 @@ use goldtof::code::{Code, Generator, Lfsr};
 use goldtof::deliver::{HdlError, emit};
 use goldtof::scene::{
     CounterTiming, Detector, EstimatorKind, Hardware, JitterTail, LaserResponse, OtherLight, Scan,
-    Scene, Source, SourceIndex, Target,
+    Scene, Source, SourceClock, SourceIndex, Target,
 };
 use goldtof::sensor::Sensor;
 
@@ -138,6 +138,7 @@ pub fn scene(
                 mean_power_w: 4e-12,
                 extinction_ratio: 10.0,
                 response: LaserResponse::Ideal,
+                clock: SourceClock::default(),
             })
             .collect(),
         detectors: vec![Detector {

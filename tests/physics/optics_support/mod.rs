@@ -10,7 +10,7 @@ use goldtof::photons::{DetectorModel, Pulse, PulseStream};
 use goldtof::scan::Step;
 use goldtof::scene::{
     CounterTiming, Detector, DetectorIndex, EstimatorKind, Hardware, JitterTail, LaserResponse,
-    OtherLight, Path, Scan, Scene, Source, SourceIndex, Target,
+    OtherLight, Path, Scan, Scene, Source, SourceClock, SourceIndex, Target,
 };
 
 pub fn code(chips: &[u8]) -> Arc<Code> {
@@ -79,6 +79,7 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
             mean_power_w: power_w(mean_rate_cps),
             extinction_ratio: f64::INFINITY,
             response: LaserResponse::Ideal,
+            clock: SourceClock::default(),
         }],
         detectors: vec![Detector {
             name: "spad".to_owned(),

@@ -232,7 +232,7 @@ fn level(source: &Source, place: usize, per_chip: usize, step_ps: f64) -> f64 {
         LaserResponse::Edges {
             rise_time_ps,
             fall_time_ps,
-        } => if rises { rise_time_ps } else { fall_time_ps } / 0.8,
+        } => [fall_time_ps, rise_time_ps][usize::from(rises)] / 0.8,
         _ => 0.0,
     };
     let chip = place / per_chip;
