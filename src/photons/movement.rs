@@ -422,11 +422,13 @@ mod tests {
             ExcessLight::new(path, rates, &code, 21_350.0, clock, &[]).expect("there is light");
         let at_no_speed = Movement {
             delay_rate: 0.0,
+            slip: None,
             fluctuation: None,
         };
         let start = ChipTime::at_chip(-40);
         let arrivals = |trajectory| {
-            ExcessArrivals::new(&still, KEY.stream(Part::Path(0)), trajectory, 5, start)
+            let strand = still.strands().next().expect("a strand");
+            ExcessArrivals::new(strand, KEY.stream(Part::Path(0)), trajectory, 5, start)
         };
         let mut plain = arrivals(None);
         let mut full = arrivals(Some(Trajectory::new(&at_no_speed, &KEY, 0, 1 << 40)));
