@@ -7,7 +7,6 @@ use super::light::Light;
 use super::sampling::Sampling;
 use crate::code::Code;
 use crate::photons::DetectorModel;
-use crate::photons::memory::Memory;
 use crate::photons::tail::Tail;
 
 /// The finest step of integration, as a share of a chip.
@@ -396,7 +395,7 @@ fn memory_chips(
     model: &DetectorModel,
     brightest_per_chip: f64,
 ) -> Result<usize, MeanResponseError> {
-    let chips = Memory::of(model, brightest_per_chip).solved_start_chips();
+    let chips = model.memory_under(brightest_per_chip).solved_start_chips();
     if chips > LONGEST_MEMORY_CHIPS as f64 {
         return Err(MeanResponseError::MemoryTooLong {
             chips,

@@ -1,5 +1,7 @@
 //! From a scene file to a checked [`Scene`].
 
+use std::fs;
+use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::Path as FilePath;
 
@@ -9,6 +11,7 @@ use super::error::Diagnostics;
 use super::names::Names;
 use super::reader::Section;
 use super::setting::Setting;
+use super::wording::nearest;
 use super::{
     Detector, EstimatorKind, Hardware, Origin, OtherLight, Path, Scan, Scene, SceneErrors,
     SceneReference, Source, Target, TotalsMissing,
@@ -21,6 +24,8 @@ use crate::scan::Clock;
 
 /// Largest scene file that is read.
 pub(super) const MOST_SCENE_BYTES: u64 = 2 << 20;
+/// Most files of a folder among which a scene is looked for that may have been meant.
+const MOST_NEIGHBOURS: usize = 1000;
 /// Most tables of one kind in a scene.
 pub(super) const MAX_TABLES: usize = 256;
 /// Most chips of all codes of a scene together.
@@ -62,8 +67,30 @@ pub fn load_with_text(
 pub fn read(path: &FilePath) -> Result<String, SceneErrors> {
     read_text(path, MOST_SCENE_BYTES).map_err(|source| SceneErrors::Unreadable {
         file: printable_path(path),
+        similar: match source.kind() {
+            ErrorKind::NotFound => similar(path),
+            _ => None,
+        },
         source,
     })
+}
+
+/// The scene in the folder of `path` that its name is most likely a slip for.
+fn similar(path: &FilePath) -> Option<String> {
+    let folder = match path.parent() {
+        Some(folder) if folder != FilePath::new("") => folder,
+        _ => FilePath::new("."),
+    };
+    let mut names: Vec<String> = fs::read_dir(folder)
+        .ok()?
+        .take(MOST_NEIGHBOURS)
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+        .filter(|name| name.ends_with(".toml"))
+        .collect();
+    names.sort();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let meant = nearest(path.file_name()?.to_str()?, &names)?;
+    Some(printable_path(&path.with_file_name(meant)))
 }
 
 /// Reads and checks the scene `text`; `file_name` is for error messages, and
