@@ -48,7 +48,7 @@ pub struct Slip {
 
 impl Slip {
     fn new(source: &scene::SourceClock, clock: Clock) -> Option<Slip> {
-        (!source.is_shared()).then(|| Slip {
+        (!source.is_shared()).then_some(Slip {
             offset: source.offset,
             drift_per_chip: source.drift_per_s * clock.chip_period_ps * 1e-12,
         })
