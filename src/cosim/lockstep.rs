@@ -247,7 +247,8 @@ impl<'a> Judge<'a> {
             if expected == got {
                 continue;
             }
-            let Some(field) = self.first_difference(expected, got) else {
+            let is_free = self.ignores_idle_payload;
+            let Some(field) = self.layout.first_difference(expected, got, is_free) else {
                 continue;
             };
             self.mismatches += 1;
@@ -258,17 +259,6 @@ impl<'a> Judge<'a> {
                 got: fields[field].read(got),
             });
         }
-    }
-
-    /// The first port that differs and is not free to.
-    fn first_difference(&self, expected: &[u64], got: &[u64]) -> Option<usize> {
-        let outputs = &self.layout.outputs;
-        let is_idle =
-            self.ignores_idle_payload && outputs.field("m_axis_tvalid").low_word(expected) == 0;
-        outputs.fields.iter().position(|field| {
-            let is_payload = matches!(field.port.name.as_str(), "m_axis_tdata" | "m_axis_tlast");
-            !(is_idle && is_payload) && field.read(expected) != field.read(got)
-        })
     }
 
     fn outcome(self, elapsed: Duration) -> Outcome {
