@@ -13,9 +13,11 @@ use std::path::Path;
 use std::time::Instant;
 
 use goldtof::cosim::TOP;
-use goldtof::cosim::build::{build, cache_dir, sources_of};
+use goldtof::cosim::build::{build, cache_dir};
 use goldtof::cosim::lockstep::Lockstep;
+use goldtof::cosim::source::sources_of;
 use goldtof::cosim::verilated::Verilated;
+use goldtof::cosim::window::Window;
 use goldtof::photons::DetectorModel;
 use goldtof::reference::photons::Photons;
 use goldtof::reference::predictor::Reference;
@@ -54,6 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             reference: &mut Reference::new(interface.clone())?,
             stimulus: &mut Photons::new(&detectors, &interface, round as u64),
             layout: &layout,
+            window: Window::Found,
         }
         .run(CLOCKS, |_| (), |_| ())?;
         if outcome.first.is_some() {

@@ -14,9 +14,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use goldtof::cosim::TOP;
-use goldtof::cosim::build::{build, cache_dir, sources_of};
+use goldtof::cosim::build::{build, cache_dir};
 use goldtof::cosim::lanes::Prepared;
 use goldtof::cosim::lockstep::Lockstep;
+use goldtof::cosim::source::sources_of;
 use goldtof::cosim::verilated::Verilated;
 use goldtof::photons::DetectorModel;
 use goldtof::reference::photons::Photons;
@@ -57,6 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             reference: &mut Reference::new(interface.clone())?,
             stimulus: &mut Photons::new(&detectors, interface, round),
             layout: &layout,
+            window: goldtof::cosim::window::Window::Found,
         }
         .run(CLOCKS, |_| (), |_| ())?;
         if outcome.first.is_some() {

@@ -43,6 +43,7 @@ fn check(scene: PathBuf, folder: PathBuf) -> Result<(), Box<dyn Error>> {
         latency: Latency::default(),
         clocks: None,
         seed: 1,
+        window: goldtof::cosim::window::Window::Found,
     };
     let mut found = goldtof::cosim(&scene, &options, |_, _| ())?;
     println!("{}: {} clocks", found.report.verdict, found.report.clocks);

@@ -19,6 +19,7 @@ fn distances(folder: &Path) -> Result<(f64, f64), Box<dyn Error>> {
         out: folder.to_owned(),
         engine: Engine::Auto,
         seed: 1,
+        window: None,
         made_by: "recorded_counts".to_owned(),
         provenance: goldtof::Provenance::default(),
     };

@@ -1,11 +1,13 @@
 //! The library's doors beside [`run`](crate::run): one function for each job, with its
 //! options and its errors.
 
-use crate::cosim::build::{cache_dir, sources_of};
+use crate::cosim::build::cache_dir;
 use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::latency::{Latency, held_to};
 use crate::cosim::own::{self, OwnDesign, OwnRtl};
+use crate::cosim::source::sources_of;
+use crate::cosim::window::Window;
 use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate};
 use crate::deliver::{self, Emission, HdlError, Prefix};
 use crate::estimate::report::{EstimateReport, estimate_scan};
@@ -139,6 +141,8 @@ pub struct CosimOptions {
     pub clocks: Option<u64>,
     /// Seed of all random numbers.
     pub seed: u64,
+    /// The clocks to keep for waveforms.
+    pub window: Window,
     /// How late results may come.
     pub latency: Latency,
     /// How both sides are clocked.
@@ -163,6 +167,7 @@ pub enum CosimFailed {
 /// ```no_run
 /// use std::path::Path;
 ///
+/// use goldtof::cosim::window::Window;
 /// use goldtof::cosim::{StimulusKind, Verdict};
 ///
 /// let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
@@ -171,6 +176,7 @@ pub enum CosimFailed {
 ///     stimulus: StimulusKind::Adversarial,
 ///     clocks: None,
 ///     seed: 1,
+///     window: goldtof::cosim::window::Window::Found,
 ///     latency: goldtof::cosim::latency::Latency::Auto,
 ///     engine: goldtof::cosim::engine::Engine::Auto,
 /// };
@@ -210,6 +216,7 @@ pub fn cosim(
         stimulus: options.stimulus,
         clocks: options.clocks,
         seed: options.seed,
+        window: options.window.clone(),
         engine: options.engine,
     };
     let sensor = held_to(&sensor, options.latency, &request)?;

@@ -1,13 +1,16 @@
 //! The main job: plan, emit, simulate photons, co-simulate, estimate, write it all.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::cosim::build::{cache_dir, sources_of};
+use crate::cosim::build::cache_dir;
 use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::sent::SentCount;
+use crate::cosim::source::sources_of;
+use crate::cosim::window::Window;
 use crate::cosim::{self, Cosimulation, Request, StimulusKind, Verdict, cosimulate};
 use crate::deliver::{self, Emission, HdlError};
 use crate::document::Body;
@@ -33,7 +36,9 @@ use crate::sensor::Sensor;
 /// The report page; written last.
 pub const REPORT: &str = "report.html";
 const COUNTS: &str = "counts.csv";
-const WAVEFORMS: &str = "mismatch.vcd";
+/// Waveforms round the first mismatch, and those that were asked for, each with its views.
+const MISMATCH: &str = "mismatch.vcd";
+const WAVES: &str = "waves.vcd";
 const RTL: &str = "rtl";
 
 /// Said of an estimate after a mismatch.
@@ -43,7 +48,8 @@ const OF_THE_VERILOG: &str = "the counts are the Verilog's, which differs from t
 #[derive(Debug, Clone)]
 pub struct RunOptions {
     /// Folder for the Verilog (in `rtl`), `counts.csv`, `report.html` (with the feature
-    /// `plots`) and, after a mismatch, `mismatch.vcd`; made when missing.
+    /// `plots`), after a mismatch `mismatch.vcd`, and `waves.vcd` if asked for; made when
+    /// missing.
     pub out: PathBuf,
     /// Seed of all random numbers.
     pub seed: u64,
@@ -51,6 +57,8 @@ pub struct RunOptions {
     pub engine: Engine,
     /// What emitted files say that they were made by.
     pub made_by: String,
+    /// The clocks of `waves.vcd`; the file is not written without it.
+    pub window: Option<Range<u64>>,
     /// What the report says of where it comes from; may be left empty.
     pub provenance: Provenance,
 }
@@ -122,6 +130,7 @@ pub enum RunError {
 ///     seed: 1,
 ///     engine: goldtof::cosim::engine::Engine::Auto,
 ///     made_by: "goldtof emit quick.toml".to_owned(),
+///     window: None,
 ///     provenance: goldtof::Provenance::default(),
 /// };
 /// let run = goldtof::run(&scene, &options, |_| ())?;
@@ -142,8 +151,13 @@ pub fn run(
     let emission = deliver::emit(&sensor, &options.made_by)?;
     let folder = OutputFolder::open(&options.out, |path| on_event(RunEvent::Waits(path)))?;
     // A folder with a report has all that belongs to it, and of one scene.
-    for name in [REPORT, COUNTS, WAVEFORMS] {
+    for name in [REPORT, COUNTS, MISMATCH, WAVES] {
         folder.remove(name)?;
+    }
+    for name in [MISMATCH, WAVES] {
+        for view in cosim::views_beside(Path::new(name), folder.path()) {
+            folder.remove(&view)?;
+        }
     }
     folder.sync()?;
     let rtl = folder.subfolder(RTL, |path| on_event(RunEvent::Waits(path)))?;
@@ -154,7 +168,10 @@ pub fn run(
         on_event(RunEvent::Clocks(done, of));
     })?;
     if cosimulation.report.verdict == Verdict::Mismatch {
-        cosimulation.write_vcd(&folder.join(WAVEFORMS))?;
+        cosimulation.write_mismatch(&folder.join(MISMATCH))?;
+    }
+    if options.window.is_some() {
+        cosimulation.write_vcd(&folder.join(WAVES))?;
     }
     on_event(RunEvent::Compared(&cosimulation.report));
     let other = Sensor::new(&scene.estimated_by(scene.estimator.other()));
@@ -180,6 +197,7 @@ fn request(emission: &Emission, options: &RunOptions) -> Result<Request, CosimEr
         stimulus: StimulusKind::Photons,
         clocks: None,
         seed: options.seed,
+        window: options.window.clone().map_or(Window::Found, Window::Clocks),
         engine: options.engine,
     })
 }

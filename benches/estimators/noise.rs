@@ -3,7 +3,8 @@
 use goldtof::scene::{EstimatorKind, OtherLight, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
-use goldtof::simulate::repeat::{PathStatistics, simulate};
+use goldtof::simulate::path_statistics::PathStatistics;
+use goldtof::simulate::repeat::simulate;
 
 use crate::noiseless::{add_interferer, gold};
 use crate::{Outcome, cut_scan, set_detection_rate};

@@ -87,7 +87,9 @@ pub(crate) unsafe fn locked<'h, H: Handle + 'h>(
     };
     handle.lock().lock().map_err(|_| Failure {
         status: Status::Internal,
-        text: format!("the {what} cannot be used any more: goldtof made a mistake in an earlier call"),
+        text: format!(
+            "the {what} cannot be used any more: goldtof made a mistake in an earlier call"
+        ),
     })
 }
 

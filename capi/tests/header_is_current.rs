@@ -19,5 +19,8 @@ fn the_header_is_the_sources() {
         fs::write(&path, &made).unwrap();
     }
     let kept = fs::read_to_string(&path).unwrap_or_default();
-    assert!(kept == made, "include/goldtof.h is not current; UPDATE_HEADER=1 renews it");
+    assert!(
+        kept == made,
+        "include/goldtof.h is not current; UPDATE_HEADER=1 renews it"
+    );
 }

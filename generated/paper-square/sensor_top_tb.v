@@ -26,8 +26,12 @@
 // or
 //   $ verilator --binary --top-module sensor_top_tb -f sensor_top_tb.f
 //   $ obj_dir/Vsensor_top_tb
-// With +vcd it writes waves to sensor_top_tb.vcd (Verilator: build with --trace). Time has no unit here:
-// a clock takes two ticks.
+// With +vcd it writes waves to sensor_top_tb.vcd (Verilator: build with --trace). Time is real:
+// a clock takes 8 ns, as on the chip.
+
+`ifndef VERILATOR
+`timescale 1 ns / 1 ns
+`endif
 
 `default_nettype none
 
@@ -37,6 +41,12 @@ module sensor_top_tb;
     localparam CLOCKS = 39322;
 `else
     localparam CLOCKS = 42861;
+`endif
+
+`ifdef VERILATOR // in its unit of time, 1 ps
+    localparam LOW = 64'd4000, HIGH = 64'd4000;
+`else
+    localparam LOW = 64'd4, HIGH = 64'd4;
 `endif
 
     // Inputs of the sensor, and its outputs
@@ -170,8 +180,8 @@ module sensor_top_tb;
             dut.controller.step_count_r <= dut.controller.step_count_r ^ skip_controller_step_count_r;
             /* verilator lint_on INITIALDLY */
 `endif
-            #1 i_clk = 1'b1;
-            #1;
+            #LOW i_clk = 1'b1;
+            #HIGH;
             if (^inputs_value === 1'bx || (clock == 0 && !i_rst)) begin
                 $display("FAIL clock %0d: sensor_top_tb_inputs.hex is missing or short", clock);
                 failed = 1'b1;

@@ -52,7 +52,7 @@ mod tests {
         for lanes in [1u32, 2, 4, 8, 16] {
             let mask = (1u64 << lanes) - 1;
             let words: Vec<u64> = (0..500u64)
-                .map(|n| (n * 0x9e37_79b9_7f4a_7c15 >> 23) & mask)
+                .map(|n| (n.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 23) & mask)
                 .chain([mask, mask, 0, 1, mask, 1 << (lanes - 1), 1])
                 .collect();
             let mut last = LastSample::before_all(lanes);

@@ -52,7 +52,9 @@ pub enum BatchError {
         most: u32,
     },
     /// The latency of a peak that the hardware does not find.
-    #[error("the scene's hardware finds no peak (peak_detector), so that there is no latency of it")]
+    #[error(
+        "the scene's hardware finds no peak (peak_detector), so that there is no latency of it"
+    )]
     NoPeak,
     /// A port of the testbench with another width.
     #[error(

@@ -211,68 +211,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::reference::adversarial::Adversarial;
-    use crate::reference::blocks::{Block, BlockMaker};
     use crate::scene;
-
-    /// The words of an adversary, and what the model of co-simulation, which has hits
-    /// from pulses and never sees a word, expects of them.
-    fn driven(sensor: &Sensor, clocks: u64) -> (Vec<u64>, Vec<u64>) {
-        let layout = Layout::of(sensor.interface());
-        let mut reference = Reference::new(sensor.interface().clone()).unwrap();
-        let mut adversary = Adversarial::new(sensor.interface(), 5);
-        let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, clocks);
-        let (mut inputs, mut expected) = (Vec::new(), Vec::new());
-        let mut block = Block::default();
-        while maker.make(&mut block) {
-            inputs.extend_from_slice(&block.records.inputs);
-            expected.extend_from_slice(&block.records.expected);
-        }
-        (inputs, expected)
-    }
-
-    #[test]
-    fn batches_of_any_size_give_what_cosimulation_expects() {
-        for scene in ["scenes/quick.toml", "tests/scenes/peak.toml", "scenes/dual-view.toml"] {
-            let scene = scene::load(Path::new(scene)).unwrap();
-            let sensor = Sensor::new(&scene);
-            let (records, expected) = driven(&sensor, 40_000);
-            let layout = Layout::of(sensor.interface());
-            let detectors = sensor.interface().reference_codes.len();
-            let lanes = sensor.interface().lanes();
-            let records: Vec<_> = records.chunks_exact(layout.inputs.words).collect();
-            let level = |name| {
-                let field = layout.inputs.field(name);
-                records.iter().map(|r| field.low_word(r) as u8).collect()
-            };
-            let (reset, ready): (Vec<u8>, Vec<u8>) = (level("i_rst"), level("m_axis_tready"));
-            assert!(reset[1000..].contains(&1) && ready.contains(&0));
-            let samples: Vec<u64> = records
-                .iter()
-                .flat_map(|record| {
-                    let field = layout.inputs.field("i_samples");
-                    (0..detectors as u32).map(|d| field.bits(record, d * lanes, lanes))
-                })
-                .collect();
-            for size in [1, 7, 4096, 40_000] {
-                let mut model = Model::new(&sensor).unwrap();
-                let (mut all, mut outputs, mut results) = (Vec::new(), Vec::new(), 0);
-                for from in (0..records.len()).step_by(size) {
-                    let to = (from + size).min(records.len());
-                    let inputs = Inputs {
-                        samples: &samples[from * detectors..to * detectors],
-                        reset: &reset[from..to],
-                        ready: &ready[from..to],
-                    };
-                    model.clock(&inputs, &mut outputs).unwrap();
-                    all.extend_from_slice(&outputs);
-                    results += model.take_results().count();
-                }
-                assert!(all == expected, "{}: batches of {size}", scene.name);
-                assert!(results > 0);
-            }
-        }
-    }
 
     #[test]
     fn a_batch_that_is_refused_changes_nothing() {

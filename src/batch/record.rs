@@ -17,12 +17,7 @@ pub struct TestbenchPort {
 }
 
 /// Outputs that a sensor has or has not, as its scene says.
-const OPTIONAL: [&str; 4] = [
-    "o_saturated",
-    "o_peak_step",
-    "o_peak_count",
-    "o_peak_valid",
-];
+const OPTIONAL: [&str; 4] = ["o_saturated", "o_peak_step", "o_peak_count", "o_peak_valid"];
 
 /// Takes the testbench's records apart.
 #[derive(Debug, Clone)]
@@ -183,12 +178,9 @@ fn check(sensor: &Sensor, ports: &[TestbenchPort]) -> Result<(), BatchError> {
     let is_there = |port: &Port| ports.iter().any(|other| other.name == port.name);
     match needed(sensor.interface()).find(|port| !is_there(port)) {
         None => Ok(()),
-        Some(port) => {
-
-            Err(BatchError::MissingPort {
-                port: port.name,
-                scene: scene(),
-            })
-        }
+        Some(port) => Err(BatchError::MissingPort {
+            port: port.name,
+            scene: scene(),
+        }),
     }
 }

@@ -4,6 +4,7 @@ use super::model::{Inputs, Model};
 use super::record::{Clocks, RecordReader, TestbenchPort};
 use super::{BatchError, held_to};
 use crate::cosim::Verdict;
+use crate::cosim::comparison::Comparison;
 use crate::cosim::exercised::Exercised;
 use crate::cosim::mismatch::FirstMismatch;
 use crate::sensor::Sensor;
@@ -164,12 +165,15 @@ impl Scoreboard {
 
     fn find(&mut self, first_clock: u64, from: usize) {
         let layout = self.model.layout();
+        let comparison = Comparison {
+            layout,
+            ignores_idle_payload: self.options.is_idle_payload_free,
+        };
         let words = layout.outputs.words;
         let clocks = self.expected.chunks_exact(words);
         let clocks = clocks.zip(self.pending.got.chunks_exact(words));
         for (at, (expected, got)) in clocks.enumerate().skip(from) {
-            let is_free = self.options.is_idle_payload_free;
-            let Some(field) = layout.first_difference(expected, got, is_free) else {
+            let Some(field) = comparison.differing(expected, got).next() else {
                 continue;
             };
             self.mismatches += 1;
@@ -202,9 +206,9 @@ impl Scoreboard {
         );
         let missing = match &self.first {
             Some(_) => Vec::new(),
-            None if self.model.first_reset().is_none() => vec![
-                "i_rst was never high, and before that the outputs mean nothing".to_owned(),
-            ],
+            None if self.model.first_reset().is_none() => {
+                vec!["i_rst was never high, and before that the outputs mean nothing".to_owned()]
+            }
             None => exercised.missing(interface, None),
         };
         Summary {

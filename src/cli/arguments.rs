@@ -1,11 +1,12 @@
 //! What can be written on the command line.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{ArgGroup, Args, Parser, Subcommand};
 
-use super::new::Like;
+use super::values::{Like, parse_error};
 use crate::code::Family;
 use crate::cosim::StimulusKind;
 use crate::cosim::engine::Engine;
@@ -173,6 +174,9 @@ pub(super) struct RunArguments {
     /// How counts become distances [default: the scene's]
     #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
+    /// With one of these waves.vcd is written as well
+    #[command(flatten)]
+    pub vcd_window: VcdWindow,
     /// How Verilog and reference model are clocked
     #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
     pub engine: Engine,
@@ -222,14 +226,43 @@ pub(super) struct CosimArguments {
     /// of the scan and more at once, else in lock-step
     #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
     pub engine: Engine,
-    /// Write waveforms of all ports, both sides, round the first mismatch (or of
-    /// the first clocks when there is none), for example --vcd ports.vcd
+    /// Write waveforms of all ports, both sides, round the first mismatch (or the first
+    /// result when there is none), with views for GTKWave and Surfer beside them, for
+    /// example --vcd ports.vcd
     #[arg(long, value_name = "FILE")]
     pub vcd: Option<PathBuf>,
+    #[command(flatten)]
+    pub vcd_window: VcdWindow,
     /// Write the verdict as a JUnit report, too: a case for each output port, each family
     /// of cover points and the stimulus, for example --junit cosim.xml
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
+}
+
+/// Other clocks of waveforms than those round what was found.
+#[derive(Debug, Args)]
+pub(super) struct VcdWindow {
+    /// First clock of the waveforms, reset included, 0 to 2^50 [default: 0 with --vcd-clocks,
+    /// else a thousand before the first mismatch or result], for example --vcd-from 100000
+    #[arg(long, value_name = "CLOCK", value_parser = clap::value_parser!(u64).range(0..=MOST_CLOCKS))]
+    pub vcd_from: Option<u64>,
+    /// Clocks of the waveforms, 1 to 1000000 [default: 2000], for example --vcd-clocks 500
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub vcd_clocks: Option<u64>,
+}
+
+impl VcdWindow {
+    /// Clocks of waveforms that have a beginning and no length.
+    const CLOCKS: u64 = 2000;
+
+    /// The clocks that were asked for, if any were.
+    pub fn clocks(&self) -> Option<Range<u64>> {
+        if self.vcd_from.is_none() && self.vcd_clocks.is_none() {
+            return None;
+        }
+        let from = self.vcd_from.unwrap_or(0);
+        Some(from..from + self.vcd_clocks.unwrap_or(VcdWindow::CLOCKS))
+    }
 }
 
 /// Verilog to check in place of the emitted one.
@@ -388,7 +421,7 @@ pub(super) struct FidelityArguments {
     /// Error of standard deviation, bias (in standard deviations) and share of missed
     /// peaks to recommend a tier for, 0.01% to 99%: --target-error 5%, or 0.05
     #[arg(long, value_name = "E", default_value = "5%",
-          value_parser = super::fidelity::parse_error)]
+          value_parser = parse_error)]
     pub target_error: f64,
     /// Folder for fidelity.svg, sensor-trade.svg and their data as CSV; made when
     /// missing, for example --out out/fidelity

@@ -9,7 +9,8 @@ use super::output::{Output, Progress, with_causes};
 use super::warnings::warn_of_far_paths;
 use crate::cosim::engine;
 use crate::cosim::shift::PortDifference;
-use crate::cosim::{Report, StimulusKind, Verdict};
+use crate::cosim::window::Window;
+use crate::cosim::{Report, StimulusKind, VcdClocks, Verdict};
 use crate::door::{CosimOptions, Rtl, cosim};
 use crate::files::check_target;
 use crate::printable::printable_path;
@@ -37,6 +38,7 @@ pub(super) fn run(
         stimulus: arguments.stimulus,
         clocks: arguments.clocks,
         seed,
+        window: window(arguments)?,
         latency: arguments.latency,
         engine: arguments.engine,
     };
@@ -57,6 +59,17 @@ pub(super) fn run(
         &text(&cosimulation.report),
     )?;
     Ok(ending(&cosimulation.report))
+}
+
+/// The clocks to keep for waveforms.
+fn window(arguments: &CosimArguments) -> anyhow::Result<Window> {
+    let asked = arguments.vcd_window.clocks();
+    anyhow::ensure!(
+        asked.is_none() || arguments.vcd.is_some(),
+        "--vcd-from and --vcd-clocks say which clocks the waveforms have; name their file with \
+         --vcd FILE"
+    );
+    Ok(asked.map_or(Window::Found, Window::Clocks))
 }
 
 /// A result; if it is an error, the JUnit report says so before the program ends.
@@ -151,7 +164,11 @@ pub(super) fn text(report: &Report) -> String {
         text += &differences(report);
     }
     if let Some(vcd) = &report.vcd {
-        text += &format!("waveforms: {}\n", printable_path(vcd));
+        text += &format!("waveforms: {}", printable_path(vcd));
+        if let Some(VcdClocks { from, clocks }) = report.vcd_clocks {
+            text += &format!(", clocks {from} to {}", from + clocks - 1);
+        }
+        text.push('\n');
     }
     text + &score(report)
 }

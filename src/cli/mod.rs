@@ -30,6 +30,7 @@ mod run;
 mod simulate;
 mod stress;
 mod sweep;
+mod values;
 mod warnings;
 
 use std::process::ExitCode;

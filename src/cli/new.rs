@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::Ending;
 use super::arguments::NewArguments;
 use super::output::Output;
+use super::values::Like;
 use crate::document::Body;
 use crate::files;
 use crate::printable::printable_path;
@@ -15,36 +16,16 @@ use crate::printable::printable_path;
 /// The short scene.
 const SHORT: &str = include_str!("new/short.toml");
 
-/// The standard scenes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum Like {
-    /// The whole way in a second: degree 5
-    Quick,
-    /// One sensor with the parameters of Table I, degree 11
-    PaperSingle,
-    /// The same with square-wave modulation
-    PaperSquare,
-    /// The same with the code interleaved once
-    PaperInterleaved,
-    /// Two lasers with two codes of one Gold set
-    DualView,
-    /// One code over two paths, 1.5 chips apart
-    Multipath,
-    /// A target that drifts away and fluctuates
-    Moving,
-}
-
-impl Like {
-    fn text(self) -> &'static str {
-        match self {
-            Like::Quick => include_str!("../../scenes/quick.toml"),
-            Like::PaperSingle => include_str!("../../scenes/paper-single.toml"),
-            Like::PaperSquare => include_str!("../../scenes/paper-square.toml"),
-            Like::PaperInterleaved => include_str!("../../scenes/paper-interleaved.toml"),
-            Like::DualView => include_str!("../../scenes/dual-view.toml"),
-            Like::Multipath => include_str!("../../scenes/multipath.toml"),
-            Like::Moving => include_str!("../../scenes/moving.toml"),
-        }
+/// The text of a standard scene.
+fn text_of(like: Like) -> &'static str {
+    match like {
+        Like::Quick => include_str!("../../scenes/quick.toml"),
+        Like::PaperSingle => include_str!("../../scenes/paper-single.toml"),
+        Like::PaperSquare => include_str!("../../scenes/paper-square.toml"),
+        Like::PaperInterleaved => include_str!("../../scenes/paper-interleaved.toml"),
+        Like::DualView => include_str!("../../scenes/dual-view.toml"),
+        Like::Multipath => include_str!("../../scenes/multipath.toml"),
+        Like::Moving => include_str!("../../scenes/moving.toml"),
     }
 }
 
@@ -62,7 +43,7 @@ impl Body for Made {
 
 pub(super) fn run(arguments: &NewArguments, output: &Output) -> anyhow::Result<Ending> {
     let path = path_of(arguments)?;
-    let text = arguments.like.map_or(SHORT, Like::text);
+    let text = arguments.like.map_or(SHORT, text_of);
     // The schema lies beside the scenes of the source tree only.
     let lines = text.lines().filter(|line| !line.starts_with("#:schema"));
     let text: String = lines.map(|line| format!("{line}\n")).collect();

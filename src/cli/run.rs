@@ -30,6 +30,7 @@ pub(super) fn run(
         seed,
         engine: arguments.engine,
         made_by: command_line(&arguments.scene),
+        window: arguments.vcd_window.clocks(),
         provenance: provenance(scene_text)?,
     };
     let mut progress = CosimProgress::new(output);

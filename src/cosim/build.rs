@@ -14,8 +14,8 @@ use super::error::CosimError;
 use super::image::Image;
 use super::ports;
 use super::rejected::{in_build, rejection};
+use super::source::{RTL, SourceFile, is_users};
 use super::tools::Tools;
-use crate::deliver::Emission;
 use crate::rtl::blocks::ScanRegisters;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
@@ -29,9 +29,6 @@ const RUNTIME_OBJECT: &str = "runtime.o";
 const UNIT: &str = "all.cc";
 /// What Verilator is told of the scan's counters.
 const CONFIGURATION: &str = "counters.vlt";
-/// Folder of the Verilog in that of a build.
-pub(super) const RTL: &str = "rtl";
-
 /// `--x-initial unique` starts registers at random, so that a missing reset is
 /// a mismatch and not luck. Lint is the emitter's own tests' business; a user's
 /// RTL is judged by what it does. But what fails when it is elaborated has failed,
@@ -65,43 +62,6 @@ const COMPILER_FLAGS: &[&str] = &[
 
 /// Parts of Verilator's run-time library that a single-threaded model needs.
 const RUNTIME: &[&str] = &["verilated.cpp", "verilated_threads.cpp"];
-
-/// One file of Verilog.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SourceFile {
-    /// File name without folder.
-    pub name: String,
-    /// Its text.
-    pub text: String,
-    /// Where it was read; none of what was made here.
-    pub origin: Option<PathBuf>,
-}
-
-impl SourceFile {
-    /// Whether a file of this name is compiled by itself: `.v` and `.sv`, and not a
-    /// header.
-    pub fn is_compiled(&self) -> bool {
-        self.name.ends_with(".v") || self.name.ends_with(".sv")
-    }
-}
-
-/// Whether the Verilog is the user's own.
-pub fn is_users(sources: &[SourceFile]) -> bool {
-    sources.iter().any(|source| source.origin.is_some())
-}
-
-/// The Verilog of an emission.
-pub fn sources_of(emission: &Emission) -> Vec<SourceFile> {
-    emission
-        .files
-        .iter()
-        .map(|file| SourceFile {
-            name: file.name.clone(),
-            text: file.text.clone(),
-            origin: None,
-        })
-        .collect()
-}
 
 /// A built model, ready to be started.
 #[derive(Debug, Clone)]

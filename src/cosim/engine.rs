@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::lanes::run::LanesOutcome;
 use super::lanes::{Prepared, Refusal, Unfit};
 use super::lockstep::Outcome;
+use super::window::Window;
 use super::{
     Cosimulation, Report, Request, StimulusKind, Verdict, build, coverage, peaks, report, run,
 };
@@ -74,6 +75,12 @@ pub(super) fn in_lanes(
     let is_auto = request.engine == Engine::Auto;
     if is_auto && clocks < LEAST_CLOCKS {
         return Err(Unfit::new(format!("{clocks} clocks are few")).into());
+    }
+    if let Window::Clocks(asked) = &request.window
+        && asked.end > WITNESSED_CLOCKS
+    {
+        let reason = format!("waveforms of clocks from {WITNESSED_CLOCKS} on are for lock-step");
+        return Err(Unfit::new(reason).into());
     }
     let (built, prepared) = thread::scope(|scope| {
         let built = scope.spawn(|| {

@@ -61,6 +61,18 @@ pub enum CosimError {
         /// What it wrote to both its outputs: of much the start and the end.
         output: String,
     },
+    /// Waveforms were asked for that the run does not come to.
+    #[error(
+        "waveforms from clock {asked} on are beyond the run, which has {clocks} clocks, 0 to {}; \
+         give a lower --vcd-from, or more --cycles",
+        clocks - 1
+    )]
+    BeyondTheRun {
+        /// The first clock that was asked for.
+        asked: u64,
+        /// Clocks of the run.
+        clocks: u64,
+    },
     /// The user's Verilog does not compile.
     #[error("{tool} does not take the Verilog to check:\n{}", output.trim_end())]
     Rejected {

@@ -5,14 +5,15 @@
 //! them, so memory does not grow with the length of the run.
 
 use std::collections::VecDeque;
-use std::ops::Range;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use super::comparison::Comparison;
 use super::error::{CosimError, When};
 use super::sent::{SentCount, SentReader};
 use super::verilated::{BLOCKS_AT_ONCE, Verilated};
+use super::window::{Kept, Shown, Window};
 use crate::reference::blocks::{Block, BlockMaker, Records};
 use crate::reference::exercise::Exercise;
 use crate::reference::predictor::{Reference, StepResult};
@@ -21,8 +22,6 @@ use crate::sensor::layout::Layout;
 
 /// Blocks on their way: one being clocked, one waiting, one being made.
 const BLOCKS: usize = 3;
-/// Clocks that are kept on either side of a mismatch.
-const CONTEXT_CLOCKS: u64 = 1_000;
 
 /// The first difference.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,8 +47,12 @@ pub struct Outcome {
     pub mismatches: u64,
     /// The first of them.
     pub first: Option<Mismatch>,
-    /// The clocks round the first mismatch, or the first clocks of the run.
-    pub records: Records,
+    /// The clocks round the first mismatch, or else the first result.
+    pub found: Shown,
+    /// The clocks that were asked for, if the run came to them.
+    pub asked: Option<Shown>,
+    /// Whether what the result stream holds while it is not valid was free to differ.
+    pub ignores_idle_payload: bool,
     /// What the outputs have shown within these clocks.
     pub exercise: Exercise,
     /// What the Verilog showed after the last clock.
@@ -68,6 +71,8 @@ pub struct Lockstep<'a> {
     pub stimulus: &'a mut dyn Stimulus,
     /// The records' layout.
     pub layout: &'a Layout,
+    /// The clocks to keep.
+    pub window: Window,
 }
 
 impl Lockstep<'_> {
@@ -101,7 +106,7 @@ impl Lockstep<'_> {
         let mut reader = SentReader::new(self.reference.interface(), self.layout);
         let mut maker = BlockMaker::new(self.reference, self.stimulus, self.layout, clocks);
         let model = self.model;
-        let mut judge = Judge::new(self.layout, model.is_users);
+        let mut judge = Judge::new(self.layout, model.is_users, self.window);
         thread::scope(|scope| {
             let (to_model, blocks) = sync_channel::<Block>(BLOCKS);
             let (done, from_model) = sync_channel::<Block>(BLOCKS);
@@ -177,33 +182,28 @@ fn clock_blocks(model: &mut Verilated, blocks: &Receiver<Block>, done: &SyncSend
     }
 }
 
-/// Compares blocks, and keeps what surrounds the first difference.
+/// Compares blocks, and keeps what waveforms are made of.
 struct Judge<'a> {
-    layout: &'a Layout,
-    /// What `m_axis_tdata` and `m_axis_tlast` hold counts only with `m_axis_tvalid`: no
-    /// more is promised. What is emitted keeps its last result, and is held to it.
-    ignores_idle_payload: bool,
+    comparison: Comparison<'a>,
     clocks: u64,
     mismatches: u64,
     first: Option<Mismatch>,
-    first_clocks: Option<Records>,
-    previous: Option<Records>,
-    context: Vec<Records>,
+    kept: Kept<'a>,
     exercise: Exercise,
     last_outputs: Vec<u64>,
 }
 
 impl<'a> Judge<'a> {
-    fn new(layout: &'a Layout, ignores_idle_payload: bool) -> Judge<'a> {
+    fn new(layout: &'a Layout, ignores_idle_payload: bool, window: Window) -> Judge<'a> {
         Judge {
-            layout,
-            ignores_idle_payload,
+            comparison: Comparison {
+                layout,
+                ignores_idle_payload,
+            },
             clocks: 0,
             mismatches: 0,
             first: None,
-            first_clocks: None,
-            previous: None,
-            context: Vec::new(),
+            kept: Kept::new(layout, window),
             exercise: Exercise::default(),
             last_outputs: Vec::new(),
         }
@@ -213,7 +213,7 @@ impl<'a> Judge<'a> {
     fn judge(&mut self, mut block: Block) -> Option<Block> {
         self.clocks = block.clocks.end;
         self.exercise.clone_from(&block.exercise);
-        let last_record = block.records.got.len() - self.layout.outputs.words;
+        let last_record = block.records.got.len() - self.comparison.layout.outputs.words;
         self.last_outputs.clear();
         self.last_outputs
             .extend_from_slice(&block.records.got[last_record..]);
@@ -221,93 +221,47 @@ impl<'a> Judge<'a> {
         if block.records.expected != block.records.got {
             self.find(&block.records);
         }
-        if self.first_clocks.is_none() {
-            self.first_clocks = Some(block.records.clone());
-        }
-        if self.first.is_none() {
-            // The block's arrays change places with those of the one before
-            // it, so keeping it costs no copy.
-            let older = self.previous.replace(block.records);
-            block.records = older.unwrap_or_default();
-            return Some(block);
-        }
-        self.context.extend(self.previous.take());
-        self.context.push(block.records);
-        (!known).then(Block::default)
+        let found = self.first.as_ref().filter(|_| !known);
+        let mismatch = found.map(|first| first.clock);
+        block.records = self.kept.take(block.records, mismatch);
+        (!known).then_some(block)
     }
 
     fn find(&mut self, records: &Records) {
-        let words = self.layout.outputs.words;
+        let outputs = &self.comparison.layout.outputs;
         let pairs = records
             .expected
-            .chunks_exact(words)
-            .zip(records.got.chunks_exact(words));
-        let fields = &self.layout.outputs.fields;
+            .chunks_exact(outputs.words)
+            .zip(records.got.chunks_exact(outputs.words));
         for (i, (expected, got)) in pairs.enumerate() {
             if expected == got {
                 continue;
             }
-            let is_free = self.ignores_idle_payload;
-            let Some(field) = self.layout.first_difference(expected, got, is_free) else {
+            let Some(field) = self.comparison.differing(expected, got).next() else {
                 continue;
             };
             self.mismatches += 1;
             self.first.get_or_insert_with(|| Mismatch {
                 clock: records.first_clock + i as u64,
                 field,
-                expected: fields[field].read(expected),
-                got: fields[field].read(got),
+                expected: outputs.fields[field].read(expected),
+                got: outputs.fields[field].read(got),
             });
         }
     }
 
     fn outcome(self, elapsed: Duration) -> Outcome {
-        let window = match &self.first {
-            Some(first) => first.clock.saturating_sub(CONTEXT_CLOCKS)..first.clock + CONTEXT_CLOCKS,
-            None => 0..4 * CONTEXT_CLOCKS,
-        };
-        let sources = if self.first.is_some() {
-            self.context
-        } else {
-            self.first_clocks.into_iter().collect()
-        };
+        let (found, asked) = self.kept.into_shown();
         Outcome {
             clocks: self.clocks,
             mismatches: self.mismatches,
             first: self.first,
-            records: cut(&sources, window, self.layout),
+            found,
+            asked,
+            ignores_idle_payload: self.comparison.ignores_idle_payload,
             exercise: self.exercise,
             last_outputs: self.last_outputs,
             elapsed,
         }
     }
-}
-
-/// The part of successive records that lies in a window of clocks.
-fn cut(sources: &[Records], window: Range<u64>, layout: &Layout) -> Records {
-    let mut cut = Records {
-        first_clock: u64::MAX,
-        ..Records::default()
-    };
-    for records in sources {
-        let count = (records.got.len() / layout.outputs.words) as u64;
-        let end = records.first_clock + count;
-        let from = window.start.clamp(records.first_clock, end);
-        let to = window.end.clamp(records.first_clock, end);
-        if from == to {
-            continue;
-        }
-        cut.first_clock = cut.first_clock.min(from);
-        let part = |words: usize| {
-            (from - records.first_clock) as usize * words
-                ..(to - records.first_clock) as usize * words
-        };
-        cut.inputs
-            .extend_from_slice(&records.inputs[part(layout.inputs.words)]);
-        cut.expected
-            .extend_from_slice(&records.expected[part(layout.outputs.words)]);
-        cut.got
-            .extend_from_slice(&records.got[part(layout.outputs.words)]);
-    }
-    cut
 }

@@ -5,12 +5,17 @@
 //!
 //! use goldtof::cosim::StimulusKind;
 //! use goldtof::cosim::engine::Engine;
+//! use goldtof::cosim::latency::Latency;
+//! use goldtof::cosim::own::OwnRtl;
+//! use goldtof::cosim::window::Window;
 //!
 //! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
 //! let options = goldtof::CosimOptions {
-//!     rtl: goldtof::Rtl::Folder("my_rtl".into()),
+//!     rtl: goldtof::Rtl::Own(OwnRtl::folder("my_rtl")),
 //!     stimulus: StimulusKind::Photons,
 //!     engine: Engine::Auto,
+//!     latency: Latency::Auto,
+//!     window: Window::Found,
 //!     clocks: Some(100_000),
 //!     seed: 1,
 //! };
@@ -22,6 +27,7 @@
 #[doc(hidden)]
 pub mod build;
 pub(crate) mod cache;
+pub(crate) mod comparison;
 pub mod engine;
 pub mod error;
 pub mod exercised;
@@ -40,17 +46,22 @@ mod rejected;
 #[doc(hidden)]
 pub mod sent;
 pub mod shift;
+pub mod source;
 pub(crate) mod tools;
 #[doc(hidden)]
 pub mod verilated;
-pub(crate) mod wave;
+mod viewers;
+mod wave;
+pub mod window;
 
 use crate::scene::DetectorIndex;
 use std::path::{Path, PathBuf};
 
+pub(crate) use self::viewers::views_beside;
 use serde::Serialize;
 
-use self::build::{Built, SourceFile, is_users};
+use self::build::Built;
+use self::comparison::Comparison;
 use self::engine::{Engine, EnginePart};
 use self::error::{CosimError, When};
 use self::exercised::Exercised;
@@ -61,8 +72,11 @@ use self::mismatch::FirstMismatch;
 use self::rejected::in_users_terms;
 use self::sent::SentCount;
 use self::shift::{PortDifference, differences};
+use self::source::{SourceFile, is_users};
 use self::verilated::Verilated;
+use self::window::{Shown, Window};
 use crate::document::Body;
+use crate::files::stage;
 use crate::photons::DetectorModel;
 use crate::reference::adversarial::{Adversarial, LONGEST_DEFAULT, Means};
 use crate::reference::cover_report::Coverage;
@@ -71,6 +85,7 @@ use crate::reference::photons::Photons;
 use crate::reference::predictor::Reference;
 use crate::reference::stimulus::{Stimulus, clocks_for_scans};
 use crate::rtl::blocks::ScanRegisters;
+use crate::scan::{Clock, Timescale};
 use crate::sensor::Sensor;
 use crate::sensor::layout::Layout;
 
@@ -108,6 +123,8 @@ pub struct Request {
     pub clocks: Option<u64>,
     /// Seed of the stimulus.
     pub seed: u64,
+    /// The clocks to keep for waveforms.
+    pub window: Window,
     /// How both sides are clocked.
     pub engine: Engine,
 }
@@ -163,6 +180,18 @@ pub struct Report {
     #[serde(serialize_with = "path_text")]
     #[cfg_attr(feature = "schemas", schemars(with = "Option<String>"))]
     pub vcd: Option<PathBuf>,
+    /// The clocks in it.
+    pub vcd_clocks: Option<VcdClocks>,
+}
+
+/// The clocks of a waveform file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct VcdClocks {
+    /// The first clock, counted from the start of the run.
+    pub from: u64,
+    /// Number of clocks.
+    pub clocks: u64,
 }
 
 impl Body for Report {
@@ -218,24 +247,58 @@ pub struct Cosimulation {
     pub(crate) hits: Vec<Vec<u64>>,
     outcome: Outcome,
     layout: Layout,
-    chip_period_ps: f64,
+    clock: Clock,
 }
 
 impl Cosimulation {
-    /// Writes the waveforms round the first mismatch, or of the first clocks,
-    /// and names the file in the report.
+    /// Writes waveforms of the clocks that were asked for, or else of those round the
+    /// first mismatch or the first result, and names the file in the report. Beside a
+    /// file go a save file for GTKWave (`.gtkw`) and a command file for Surfer (`.sucl`),
+    /// unless others stand there.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// When a file cannot be written.
     pub fn write_vcd(&mut self, path: &Path) -> Result<(), CosimError> {
-        wave::write(
-            path,
-            &self.outcome.records,
-            &self.layout,
-            self.chip_period_ps,
-        )?;
+        let shown = self.outcome.asked.as_ref().unwrap_or(&self.outcome.found);
+        self.report.vcd_clocks = Some(self.write_shown(path, shown)?);
         self.report.vcd = Some(path.to_owned());
         Ok(())
+    }
+
+    /// [`Cosimulation::write_vcd`] of the clocks round the first mismatch, whichever were
+    /// asked for.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    pub fn write_mismatch(&mut self, path: &Path) -> Result<(), CosimError> {
+        self.report.vcd_clocks = Some(self.write_shown(path, &self.outcome.found)?);
+        self.report.vcd = Some(path.to_owned());
+        Ok(())
+    }
+
+    fn write_shown(&self, path: &Path, shown: &Shown) -> Result<VcdClocks, CosimError> {
+        let comparison = Comparison {
+            layout: &self.layout,
+            ignores_idle_payload: self.outcome.ignores_idle_payload,
+        };
+        let clocks = shown.records.clocks(&self.layout);
+        let time = Timescale::of(self.clock, clocks.end);
+        let waves = stage(path, |out| {
+            wave::write(out, &shown.records, comparison, time)
+        })?;
+        let views = viewers::views(path, &self.layout, time, shown.clock);
+        let views = views
+            .iter()
+            .map(|view| stage(&view.path, |out| out.write_all(view.text.as_bytes())))
+            .collect::<Result<Vec<_>, _>>()?;
+        waves.publish()?;
+        for view in views {
+            view.publish()?;
+        }
+        Ok(VcdClocks {
+            from: clocks.start,
+            clocks: clocks.end - clocks.start,
+        })
     }
 }
 
@@ -338,6 +401,14 @@ fn run(
         }
     };
     let clocks = request.clocks.unwrap_or(default_clocks);
+    if let Window::Clocks(asked) = &request.window
+        && asked.start >= clocks
+    {
+        return Err(CosimError::BeyondTheRun {
+            asked: asked.start,
+            clocks,
+        });
+    }
     let mut counts: Vec<Vec<SentCount>> = vec![Vec::new(); sensor.scene().detectors.len()];
     let mut hits: Vec<Vec<u64>> = vec![Vec::new(); counts.len()];
     let outcome = Lockstep {
@@ -345,6 +416,7 @@ fn run(
         reference: &mut reference,
         stimulus,
         layout: &layout,
+        window: request.window.clone(),
     }
     .run_and_read(
         clocks,
@@ -374,7 +446,7 @@ fn run(
         hits,
         outcome,
         layout,
-        chip_period_ps: sensor.clock().chip_period_ps,
+        clock: sensor.clock(),
     })
 }
 
@@ -461,7 +533,7 @@ fn report(
         stimulus: request.stimulus,
         seed: request.seed,
         differences: match &outcome.first {
-            Some(_) => differences(&outcome.records, layout, is_users(&request.sources)),
+            Some(_) => differences(&outcome.found.records, layout, is_users(&request.sources)),
             None => Vec::new(),
         },
         latency: HeldLatency::of(sensor),
@@ -469,6 +541,7 @@ fn report(
         engines: Vec::new(),
         not_in_lanes: None,
         vcd: None,
+        vcd_clocks: None,
     };
     report.engines.push(engine::part_of(&report));
     report

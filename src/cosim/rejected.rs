@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::build::{RTL, SourceFile, is_users};
 use super::error::CosimError;
+use super::source::{RTL, SourceFile, is_users};
 
 /// A source's name as the tools see it, and as it stands in what they and the
 /// model say.

@@ -1,46 +1,58 @@
-//! Waveforms of both sides, for a wave viewer.
+//! Waveforms of both sides as a VCD file.
 
 use std::io;
-use std::path::Path;
 
-use vcd::{IdCode, SimulationCommand, TimescaleUnit, Value, Writer};
+use vcd::{IdCode, ReferenceIndex, SimulationCommand, TimescaleUnit, Value, VarType, Writer};
 
-use crate::files::{FileError, stage};
+use super::comparison::Comparison;
 use crate::reference::blocks::Records;
-use crate::sensor::layout::{Field, Layout, Record};
+use crate::scan::Timescale;
+use crate::sensor::layout::{Field, Layout};
 
-/// Writes a VCD file with all ports: `inputs`, `expected` (the reference model),
-/// `got` (the Verilog) and `differs`, high while any port differs.
+/// Name of the outermost scope.
+pub(super) const ROOT: &str = "cosim";
+/// The Verilog.
+pub(super) const DUT: &str = "dut";
+/// The reference model.
+pub(super) const MODEL: &str = "model";
+/// For each output whether it differs.
+pub(super) const DIFFERS: &str = "differs";
+/// High while any output differs.
+pub(super) const ANY: &str = "any";
+
+/// Writes the clock, both sides with all their ports (they share the inputs), and for
+/// each output whether it differs and may not.
 ///
-/// Time is real time since the start of the run, in picoseconds: clock t starts
-/// at t chip periods with its inputs; the clock rises, and the outputs change,
-/// half a chip period later.
+/// Time is real time since the start of the run: clock t starts at t chip periods with
+/// its inputs; the clock rises, and the outputs change, half a chip period later.
 ///
 /// # Errors
-/// When the file cannot be written; nothing is left under its name then.
-pub fn write(
-    path: &Path,
-    records: &Records,
-    layout: &Layout,
-    chip_period_ps: f64,
-) -> Result<(), FileError> {
-    stage(path, |out| write_to(out, records, layout, chip_period_ps))?.publish()
-}
-
-fn write_to(
+/// When `out` takes no more.
+pub(super) fn write(
     out: &mut dyn io::Write,
     records: &Records,
-    layout: &Layout,
-    chip_period_ps: f64,
+    comparison: Comparison,
+    time: Timescale,
 ) -> io::Result<()> {
+    let layout = comparison.layout;
     let mut writer = Writer::new(out);
-    writer.timescale(1, TimescaleUnit::PS)?;
-    writer.add_module("cosim")?;
+    writer.timescale(time.multiple, unit(time))?;
+    if !time.is_exact() {
+        writer.comment(&format!(
+            "half a chip period is no whole number of any unit of time: edges are rounded to {time}"
+        ))?;
+    }
+    writer.add_module(ROOT)?;
     let clock = writer.add_wire(1, Layout::CLOCK)?;
-    let differs = writer.add_wire(1, "differs")?;
-    let mut inputs = Side::declare(&mut writer, "inputs", &layout.inputs)?;
-    let mut expected = Side::declare(&mut writer, "expected", &layout.outputs)?;
-    let mut got = Side::declare(&mut writer, "got", &layout.outputs)?;
+    writer.add_module(DUT)?;
+    let mut inputs = Side::declare(&mut writer, &layout.inputs.fields)?;
+    let mut got = Side::declare(&mut writer, &layout.outputs.fields)?;
+    writer.upscope()?;
+    writer.add_module(MODEL)?;
+    inputs.declare_again(&mut writer)?;
+    let mut expected = Side::declare(&mut writer, &layout.outputs.fields)?;
+    writer.upscope()?;
+    let mut differences = Differences::declare(&mut writer, &layout.outputs.fields)?;
     writer.upscope()?;
     writer.enddefinitions()?;
 
@@ -50,8 +62,8 @@ fn write_to(
         .zip(records.expected.chunks_exact(layout.outputs.words))
         .zip(records.got.chunks_exact(layout.outputs.words));
     for (i, ((input, wanted), seen)) in rows.enumerate() {
-        let t = (records.first_clock + i as u64) as f64;
-        writer.timestamp((t * chip_period_ps).round() as u64)?;
+        let t = records.first_clock + i as u64;
+        writer.timestamp(time.after_halves(2 * t))?;
         if i == 0 {
             writer.begin(SimulationCommand::Dumpvars)?;
         }
@@ -60,34 +72,44 @@ fn write_to(
         if i == 0 {
             writer.end()?;
         }
-        writer.timestamp(((t + 0.5) * chip_period_ps).round() as u64)?;
+        writer.timestamp(time.after_halves(2 * t + 1))?;
         writer.change_scalar(clock, true)?;
-        writer.change_scalar(differs, wanted != seen)?;
-        expected.change(&mut writer, wanted)?;
         got.change(&mut writer, seen)?;
+        expected.change(&mut writer, wanted)?;
+        differences.change(&mut writer, comparison.differing(wanted, seen))?;
     }
-    Ok(())
+    // So that the last outputs can be seen.
+    writer.timestamp(time.after_halves(2 * records.clocks(layout).end))
 }
 
-/// The ports of one side and their last values.
+fn unit(time: Timescale) -> TimescaleUnit {
+    // All of its units are VCD's.
+    time.unit.parse().unwrap_or(TimescaleUnit::FS)
+}
+
+/// Ports and their last values.
 struct Side<'a> {
     ports: Vec<(&'a Field, IdCode, Option<Vec<u64>>)>,
 }
 
 impl<'a> Side<'a> {
-    fn declare(
-        writer: &mut Writer<impl io::Write>,
-        name: &str,
-        record: &'a Record,
-    ) -> io::Result<Side<'a>> {
-        writer.add_module(name)?;
+    fn declare(writer: &mut Writer<impl io::Write>, fields: &'a [Field]) -> io::Result<Side<'a>> {
         let mut ports = Vec::new();
-        for field in &record.fields {
-            let id = writer.add_wire(field.port.width, &field.port.name)?;
+        for field in fields {
+            let (name, width) = (&field.port.name, field.port.width);
+            let id = writer.add_var(VarType::Wire, width, name, range(width))?;
             ports.push((field, id, None));
         }
-        writer.upscope()?;
         Ok(Side { ports })
+    }
+
+    /// The same signals in another scope.
+    fn declare_again(&self, writer: &mut Writer<impl io::Write>) -> io::Result<()> {
+        for (field, id, _) in &self.ports {
+            let (name, width) = (&field.port.name, field.port.width);
+            writer.var_def(VarType::Wire, width, *id, name, range(width))?;
+        }
+        Ok(())
     }
 
     fn change(&mut self, writer: &mut Writer<impl io::Write>, record: &[u64]) -> io::Result<()> {
@@ -106,6 +128,54 @@ impl<'a> Side<'a> {
                 writer.change_vector(*id, bits)?;
             }
             *last = Some(value);
+        }
+        Ok(())
+    }
+}
+
+fn range(width: u32) -> Option<ReferenceIndex> {
+    (width > 1).then(|| ReferenceIndex::Range(width as i32 - 1, 0))
+}
+
+/// A signal for each output, and one for all of them.
+struct Differences {
+    any: IdCode,
+    ports: Vec<IdCode>,
+    /// The last values, with that of all of them at the end.
+    last: Vec<Option<bool>>,
+}
+
+impl Differences {
+    fn declare(writer: &mut Writer<impl io::Write>, fields: &[Field]) -> io::Result<Differences> {
+        writer.add_module(DIFFERS)?;
+        let any = writer.add_wire(1, ANY)?;
+        let ports = fields
+            .iter()
+            .map(|field| writer.add_wire(1, &field.port.name));
+        let ports = ports.collect::<io::Result<Vec<IdCode>>>()?;
+        writer.upscope()?;
+        Ok(Differences {
+            any,
+            last: vec![None; ports.len() + 1],
+            ports,
+        })
+    }
+
+    fn change(
+        &mut self,
+        writer: &mut Writer<impl io::Write>,
+        differing: impl Iterator<Item = usize>,
+    ) -> io::Result<()> {
+        let mut now = vec![false; self.last.len()];
+        for number in differing {
+            now[number] = true;
+            now[self.ports.len()] = true;
+        }
+        let ids = self.ports.iter().chain([&self.any]);
+        for ((&id, last), now) in ids.zip(&mut self.last).zip(now) {
+            if last.replace(now) != Some(now) {
+                writer.change_scalar(id, now)?;
+            }
         }
         Ok(())
     }

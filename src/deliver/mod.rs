@@ -15,6 +15,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod design;
 mod emission;
 mod error;
 pub mod flow;
@@ -22,8 +23,7 @@ pub mod formal;
 mod write;
 
 pub use crate::rtl::back::{BadPrefix, Prefix};
-pub use emission::{
-    Emission, EmittedFile, LeftOut, Parameters, PeakParameters, TOP, emit, emit_prefixed,
-};
+pub use design::{EmittedFile, TOP};
+pub use emission::{Emission, LeftOut, Parameters, PeakParameters, emit, emit_prefixed};
 pub use error::HdlError;
 pub use write::{write, write_into};

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::emission::{Emission, EmittedFile};
+use super::design::EmittedFile;
+use super::emission::Emission;
 use super::error::HdlError;
 use super::formal::Formal;
 use crate::files::{FileError, OutputFolder, Staged, read_regular};

@@ -10,7 +10,6 @@ use super::memory::Memory;
 use super::movement::Movement;
 use super::paths::{number_of, paths_to};
 use super::random::{Part, StreamKey};
-use super::step::StepDetections;
 use crate::code::Code;
 use crate::scan::{Group, Timing};
 use crate::scene::{CounterTiming, DetectorIndex, PathIndex};
@@ -97,11 +96,6 @@ impl DetectorModel {
         self.excess.iter().map(|light| light.path)
     }
 
-    /// Simulates the light of a group of steps of scan number `repetition`. The result depends on the arguments alone.
-    pub fn step(&self, seed: u64, repetition: u64, group: Group) -> StepDetections<'_> {
-        StepDetections::new(self, self.key(seed, repetition, group))
-    }
-
     pub(crate) fn key(&self, seed: u64, repetition: u64, group: Group) -> StreamKey {
         StreamKey {
             seed,
@@ -161,7 +155,12 @@ impl DetectorModel {
     /// What it remembers under all of its light.
     fn memory(&self) -> Memory {
         let excess_per_chip: f64 = self.excess.iter().map(|light| light.rate_per_chip).sum();
-        Memory::of(self, self.constant_per_chip + excess_per_chip)
+        self.memory_under(self.constant_per_chip + excess_per_chip)
+    }
+
+    /// What it remembers under light of at most `brightest_per_chip` primary detections.
+    pub(crate) fn memory_under(&self, brightest_per_chip: f64) -> Memory {
+        Memory::new(self.dead_time_chips, self.afterpulsing, brightest_per_chip)
     }
 
     /// When the detector is first ready, in chips after its simulation starts.

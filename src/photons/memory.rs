@@ -5,7 +5,7 @@
 //! by 1 / rate at each detection: it forgets when it started only after the square
 //! of (rate x dead time) dead times.
 
-use super::DetectorModel;
+use super::afterpulsing::Afterpulsing;
 
 /// No start is followed for longer than so many dead times.
 const MOST_DEAD_TIMES: f64 = 1e5;
@@ -42,11 +42,15 @@ pub(crate) struct Memory {
 
 impl Memory {
     /// Of a detector under light of at most `brightest_per_chip` primary detections.
-    pub fn of(model: &DetectorModel, brightest_per_chip: f64) -> Memory {
+    pub fn new(
+        dead_time_chips: f64,
+        afterpulsing: Option<Afterpulsing>,
+        brightest_per_chip: f64,
+    ) -> Memory {
         Memory {
-            dead_time_chips: model.dead_time_chips,
-            saturation: brightest_per_chip * model.dead_time_chips,
-            release_chips: model.afterpulsing.map_or(0.0, |a| a.time_constant_chips),
+            dead_time_chips,
+            saturation: brightest_per_chip * dead_time_chips,
+            release_chips: afterpulsing.map_or(0.0, |a| a.time_constant_chips),
         }
     }
 

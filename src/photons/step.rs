@@ -9,6 +9,7 @@ use super::movement::Trajectory;
 use super::random::{Part, StreamKey, StreamRng};
 use super::reorder::ReorderBuffer;
 use super::time::ChipTime;
+use crate::scan::Group;
 
 /// The registered time of a detection, relative to the start of its step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,6 +37,14 @@ pub struct StepDetections<'m> {
     /// No time that is still to be registered comes before it.
     horizon: ChipTime,
     end: ChipTime,
+}
+
+impl DetectorModel {
+    /// Simulates the light of a group of steps of scan number `repetition`. The result
+    /// depends on the arguments alone.
+    pub fn step(&self, seed: u64, repetition: u64, group: Group) -> StepDetections<'_> {
+        StepDetections::new(self, self.key(seed, repetition, group))
+    }
 }
 
 impl<'m> StepDetections<'m> {

@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
+use super::cells::Cells;
 use super::figures::Figures;
-use super::resources::{Cells, Resources, resources, saved_by};
-use super::{Part, Plan, measure};
+use super::resources::{Resources, resources, saved_by};
+use super::{Plan, measure};
 use crate::document::Body;
 use crate::estimate::report::expected_errors;
 use crate::scene::{DetectorIndex, EstimatorKind};
@@ -102,9 +103,4 @@ fn of(sensor: &Sensor, detector: DetectorIndex, estimator: EstimatorKind) -> Exp
         bound_m: report.bound_m,
         remark: report.remark.or(report.bound_remark).or(report.folded),
     }
-}
-
-/// A part's name without the label of whose it is.
-pub(super) fn bare_name(part: &Part) -> &str {
-    part.part.split(" (").next().unwrap_or_default()
 }

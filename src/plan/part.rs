@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::resources::Cells;
+use super::cells::Cells;
 
 /// A part of the hardware or of the simulation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -19,6 +19,13 @@ pub struct Part {
     /// What leaving a part of the hardware out saves of an FPGA, by the fit of
     /// [`resources`](super::resources), where that was found out.
     pub saved_cells: Option<Cells>,
+}
+
+impl Part {
+    /// Its name without the label of whose it is.
+    pub(super) fn bare_name(&self) -> &str {
+        self.part.split(" (").next().unwrap_or_default()
+    }
 }
 
 /// What leaving a part out saves.

@@ -24,6 +24,14 @@ pub struct Records {
     pub got: Vec<u64>,
 }
 
+impl Records {
+    /// The clocks of these records.
+    pub fn clocks(&self, layout: &Layout) -> Range<u64> {
+        let count = self.got.len() / layout.outputs.words;
+        self.first_clock..self.first_clock + count as u64
+    }
+}
+
 /// A block on its way round.
 #[derive(Default)]
 pub struct Block {

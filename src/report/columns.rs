@@ -3,8 +3,8 @@
 /// Least width of a column that is wrapped; narrower, lines run over.
 const LEAST_WRAPPED: usize = 24;
 
-/// Lines of cells. The last column is wrapped where `width` is given and too small for
-/// it; the others keep theirs.
+/// Lines of cells. Where `width` is given and too small for them, the last column is
+/// wrapped, and the first if it leaves no room for the last; the others keep theirs.
 pub(super) fn columns(rows: &[Vec<String>], indent: usize, width: Option<usize>) -> String {
     let Some(last) = rows
         .iter()
@@ -18,27 +18,39 @@ pub(super) fn columns(rows: &[Vec<String>], indent: usize, width: Option<usize>)
         let cells = rows.iter().filter_map(|row| row.get(column));
         cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
     };
-    let widths: Vec<usize> = (0..last).map(widest).collect();
-    let before = indent + widths.iter().map(|width| width + 2).sum::<usize>();
+    let mut widths: Vec<usize> = (0..last).map(widest).collect();
+    let before = |widths: &[usize]| indent + widths.iter().map(|width| width + 2).sum::<usize>();
+    if let (Some(width), true) = (width, last > 0) {
+        let too_much = (before(&widths) + LEAST_WRAPPED.min(widest(last))).saturating_sub(width);
+        let least = LEAST_WRAPPED.min(widths[0]);
+        widths[0] = widths[0].saturating_sub(too_much).max(least);
+    }
     let room = width.map_or(usize::MAX, |width| {
-        width.saturating_sub(before).max(LEAST_WRAPPED)
+        width.saturating_sub(before(&widths)).max(LEAST_WRAPPED)
     });
+    widths.push(room);
+    rows.iter().map(|row| lines(row, indent, &widths)).collect()
+}
+
+/// The lines of one row, each cell wrapped in its column.
+fn lines(row: &[String], indent: usize, widths: &[usize]) -> String {
+    let cells: Vec<Vec<String>> = row
+        .iter()
+        .zip(widths)
+        .map(|(cell, &width)| wrap(cell, width))
+        .collect();
+    let height = cells.iter().map(Vec::len).max().unwrap_or(1);
     let mut text = String::new();
-    for row in rows {
+    for number in 0..height {
         let mut line = " ".repeat(indent);
-        for (column, &width) in widths.iter().enumerate() {
-            let cell = row.get(column).map_or("", String::as_str);
-            line += &format!("{cell:<width$}  ");
+        for (cell, &width) in cells.iter().zip(widths) {
+            let part = cell.get(number).map_or("", String::as_str);
+            // The last column has no end to be filled up to.
+            let filled = if width == usize::MAX { 0 } else { width };
+            line += &format!("{part:<filled$}  ");
         }
-        let wrapped = wrap(row.get(last).map_or("", String::as_str), room);
-        for (number, part) in wrapped.iter().enumerate() {
-            if number > 0 {
-                line = " ".repeat(before);
-            }
-            text += line.trim_end_matches(|_| part.is_empty());
-            text += part;
-            text.push('\n');
-        }
+        text += line.trim_end();
+        text.push('\n');
     }
     text
 }
@@ -80,6 +92,15 @@ mod tests {
 ";
         assert_eq!(columns(&rows, 2, Some(36)), text);
         assert_eq!(columns(&rows, 2, None).lines().count(), 2);
+        // A name that leaves no room is wrapped as well.
+        let long = [row(&[
+            "a name of many words that says it all",
+            "and what it is",
+        ])];
+        let text = "  a name of many words      and what it is
+  that says it all
+";
+        assert_eq!(columns(&long, 2, Some(44)), text);
         // No terminal is too narrow for words.
         let narrow = columns(&rows, 2, Some(3));
         assert!(

@@ -19,7 +19,10 @@ pub fn text(overview: &Overview, width: Option<usize>) -> String {
     let mut text = format!("{}\n", overview.scene);
     let table = |title: &str, rows: &[Row]| match rows {
         [] => String::new(),
-        _ => format!("\n{title}\n{}", columns(rows, 2, width)),
+        _ => {
+            let title = columns(&[vec![title.to_owned()]], 0, width);
+            format!("\n{title}{}", columns(rows, 2, width))
+        }
     };
     text += &columns(&figures(&overview.figures), 2, width);
     for of_detector in overview.expected.chunks(2) {

@@ -3,17 +3,12 @@
 use rand_distr::{Binomial, Distribution, Gamma, Poisson, StandardNormal};
 use rayon::prelude::*;
 
-use super::group_counts::GroupLaw;
+use super::group_counts::{GroupLaw, NORMAL_FROM_SIGMAS};
 use super::moments::{CountMoments, SecondMoments};
 use crate::photons::counter::StepCount;
 use crate::photons::detector::DetectorModel;
 use crate::photons::random::{Part, StreamRng};
 use crate::scan::Group;
-
-/// Up and down counts whose means are this many standard deviations above zero
-/// are drawn as a pair of normal values: less than one in a million would have
-/// been negative.
-pub(super) const NORMAL_FROM_SIGMAS: f64 = 5.0;
 
 /// Draws the counts of phase steps from their means, variances and covariance.
 ///

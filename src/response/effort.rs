@@ -12,7 +12,6 @@ use super::light::Light;
 use super::sampling::Sampling;
 use super::tier::CountingTier;
 use crate::photons::DetectorModel;
-use crate::photons::memory::Memory;
 
 /// One cell of the state equation, forwards, beside its states.
 const FORWARDS_S: f64 = 25e-9;
@@ -173,7 +172,9 @@ fn correlator_s(model: &DetectorModel, size: &Size) -> f64 {
 
 /// Second moments of all steps: combs of slots, or one step after another.
 fn scan_s(model: &DetectorModel, light: &Light, size: &Size, step_s: f64) -> f64 {
-    let memory = Memory::of(model, light.brightest_per_chip()).of_pairs_chips() as f64;
+    let memory = model
+        .memory_under(light.brightest_per_chip())
+        .of_pairs_chips() as f64;
     let phases = f64::from(model.timing.clock.samples_per_chip.min(8));
     let steps = model.timing.scan.steps as f64;
     if steps <= memory * phases || size.period < 2.0 * memory {

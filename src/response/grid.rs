@@ -4,7 +4,6 @@ use super::MeanResponseError;
 use super::light::Light;
 use super::sampling::Sampling;
 use crate::photons::DetectorModel;
-use crate::photons::memory::Memory;
 
 /// The finest step of integration, as a share of a chip.
 const FINEST_CELL_CHIPS: f64 = 1.0 / 128.0;
@@ -325,7 +324,7 @@ fn memory_chips(
     model: &DetectorModel,
     brightest_per_chip: f64,
 ) -> Result<usize, MeanResponseError> {
-    let chips = Memory::of(model, brightest_per_chip).solved_start_chips();
+    let chips = model.memory_under(brightest_per_chip).solved_start_chips();
     if chips > LONGEST_MEMORY_CHIPS as f64 {
         return Err(MeanResponseError::MemoryTooLong {
             chips,

@@ -2,11 +2,15 @@
 
 use rand_distr::{Distribution, StandardNormal};
 
-use super::counts::NORMAL_FROM_SIGMAS;
 use super::moments::GroupMoments;
 use crate::math::correlating;
 use crate::photons::counter::StepCount;
 use crate::photons::random::StreamRng;
+
+/// Up and down counts whose means are this many standard deviations above zero
+/// are drawn as a pair of normal values: less than one in a million would have
+/// been negative.
+pub(super) const NORMAL_FROM_SIGMAS: f64 = 5.0;
 
 /// The distribution of the counts of one group: the number of all detections,
 /// and for each step those of them that count upwards, as correlated normal

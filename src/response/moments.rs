@@ -9,7 +9,6 @@ use super::MeanResponseError;
 use super::expected::MeanResponse;
 use super::grid::{Samples, frame_chips};
 use super::pairs::{DetectorPairs, before_chips};
-use super::scan_moments;
 use crate::scan::{Group, Step};
 
 /// Moments of the signed count r and the total count N of one phase step.
@@ -105,12 +104,6 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         let found: Vec<CountMoments> = unknown.par_iter().map(|&step| self.of_step(step)).collect();
         known.extend(unknown.into_iter().zip(found));
         steps.iter().map(|step| known[step]).collect()
-    }
-
-    /// Moments of every step of the first scan: of few steps one by one, of many
-    /// as [`scan_moments`] has it.
-    pub fn of_scan(&self) -> Vec<CountMoments> {
-        scan_moments::of_scan(self)
     }
 
     /// Variance of the sum of weight x r over steps of one group, which count the

@@ -24,17 +24,26 @@ use rustfft::Fft;
 use rustfft::num_complex::Complex64;
 
 use super::moments::{CountMoments, SecondMoments};
-use crate::photons::memory::Memory;
 use crate::scan::Step;
 
 /// Phases per chip that are worked out.
 const PHASES_PER_CHIP: usize = 8;
 
-/// Moments of every step of the first scan.
-pub fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
+impl SecondMoments<'_, '_> {
+    /// Moments of every step of the first scan: of few steps one by one.
+    pub fn of_scan(&self) -> Vec<CountMoments> {
+        of_scan(self)
+    }
+}
+
+fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
     let scan = &second.response.model.timing.scan;
     let brightest = second.response.light.brightest_per_chip();
-    let memory = Memory::of(second.response.model, brightest).of_pairs_chips();
+    let memory = second
+        .response
+        .model
+        .memory_under(brightest)
+        .of_pairs_chips();
     let period = second.pairs.grid.period_chips;
     let stride =
         (second.response.model.timing.clock.samples_per_chip as usize / PHASES_PER_CHIP).max(1);

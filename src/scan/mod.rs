@@ -15,10 +15,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod timescale;
 mod timing;
 
 use std::ops::Range;
 
+pub use timescale::Timescale;
 pub use timing::{Clock, Scan, Timing};
 
 /// Number of a step in its scan, from 0. It is not the phase step k of the

@@ -129,24 +129,6 @@ impl Layout {
             outputs: of(Direction::Output),
         }
     }
-
-    /// The first port, by its index in `outputs`, whose value differs between two output
-    /// records. Where an idle stream's payload is free, what `m_axis_tdata` and
-    /// `m_axis_tlast` hold counts only with the expected `m_axis_tvalid`: the interface
-    /// promises no more.
-    pub fn first_difference(
-        &self,
-        expected: &[u64],
-        got: &[u64],
-        is_idle_payload_free: bool,
-    ) -> Option<usize> {
-        let is_idle =
-            is_idle_payload_free && self.outputs.field("m_axis_tvalid").low_word(expected) == 0;
-        self.outputs.fields.iter().position(|field| {
-            let is_payload = matches!(field.port.name.as_str(), "m_axis_tdata" | "m_axis_tlast");
-            !(is_idle && is_payload) && field.read(expected) != field.read(got)
-        })
-    }
 }
 
 /// The `width` lowest bits.

@@ -114,7 +114,7 @@ struct View<'a> {
 
 impl View<'_> {
     fn memory(&self) -> Memory {
-        Memory::of(self.model, self.brightest_per_chip)
+        self.model.memory_under(self.brightest_per_chip)
     }
 
     /// Two detections are one rising edge if the level does not fall between two

@@ -1,6 +1,7 @@
 //! The tier that draws nothing.
 
 use super::Tier;
+use super::path_statistics::PathStatistics;
 use super::scans::ScansError;
 use crate::estimate::unwrap::{check_normal, fold_distance};
 use crate::estimate::{PredictionError, Theory, distance_m};
@@ -8,7 +9,6 @@ use crate::photons::DetectorModel;
 use crate::response::MeanResponse;
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
-use crate::simulate::repeat::PathStatistics;
 
 /// Makes of the statistics of no scans at all, which have the expectations beside
 /// them, the tier's answer: the expectations themselves, without standard errors.

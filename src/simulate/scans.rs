@@ -7,12 +7,14 @@ use std::num::NonZero;
 use std::thread::available_parallelism;
 
 use super::Tier;
-use crate::cosim::build::{Built, SourceFile, build, cache_dir, sources_of};
+use crate::cosim::build::{Built, build, cache_dir};
 use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::exercised::Exercised;
 use crate::cosim::lockstep::Lockstep;
+use crate::cosim::source::{SourceFile, sources_of};
 use crate::cosim::verilated::Verilated;
+use crate::cosim::window::Window;
 use crate::cosim::{Cosimulation, Request, StimulusKind, TOP, Verdict, cosimulate};
 use crate::deliver;
 use crate::deliver::HdlError;
@@ -178,6 +180,7 @@ impl Rtl {
             stimulus: StimulusKind::Photons,
             clocks: None,
             seed,
+            window: Window::Found,
             engine: self.engine,
         };
         let Cosimulation {
@@ -309,6 +312,7 @@ fn lockstep(
         reference: &mut reference,
         stimulus: &mut Photons::new(&detectors, interface, seed),
         layout: &layout,
+        window: Window::Found,
     }
     .run_and_read(
         clocks_for_scans(interface, repetitions),

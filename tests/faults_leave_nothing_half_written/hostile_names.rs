@@ -64,7 +64,8 @@ fn a_scenes_name_is_a_comment_wherever_it_is_emitted() {
             let is_ours = [
                 " goldtof emit ",
                 "goldtof:sensor:",
-                "\"scene\": ",
+                "\"name\": \"q",
+                "\"file\": \"q",
                 "\"command\": ",
             ]
             .iter()

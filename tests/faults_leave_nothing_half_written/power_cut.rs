@@ -163,5 +163,7 @@ fn reports_figures_and_waveforms_are_synced_as_well() {
         text(&waves),
     ];
     // Once to find out whether it can be made, and once to make it.
-    assert_eq!(check(&record(folder.path(), &arguments, &out)), [waves]);
+    let views = ["a.gtkw", "a.sucl"].map(|name| out.join(name));
+    let named = check(&record(folder.path(), &arguments, &out));
+    assert_eq!(named, [&[waves][..], &views].concat());
 }

@@ -4,9 +4,9 @@
 use std::collections::HashMap;
 
 use goldtof::cosim::Verdict;
-use goldtof::cosim::build::{SourceFile, sources_of};
 use goldtof::cosim::engine::Engine;
 use goldtof::cosim::sent::SentReader;
+use goldtof::cosim::source::{SourceFile, sources_of};
 use goldtof::cosim::{Cosimulation, Request, StimulusKind, cosimulate};
 use goldtof::deliver::emit;
 use goldtof::photons::StepCount;
@@ -66,6 +66,7 @@ fn cosimulated(scene: &Scene, edits: &[(&str, &str, &str)]) -> Cosimulation {
     let cache = tempfile::tempdir().expect("a temporary folder");
     let request = Request {
         top: goldtof::cosim::TOP.to_owned(),
+        window: goldtof::cosim::window::Window::Found,
         sources,
         registers: None,
         cache: cache.path().to_owned(),

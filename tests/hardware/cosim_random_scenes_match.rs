@@ -3,8 +3,8 @@
 //! clock.
 
 use crate::hdl_support::draw::{self, Extent};
-use goldtof::cosim::build::sources_of;
 use goldtof::cosim::engine::Engine;
+use goldtof::cosim::source::sources_of;
 use goldtof::cosim::{Request, StimulusKind, Verdict, cosimulate};
 use goldtof::sensor::Sensor;
 use rand::SeedableRng;
@@ -21,6 +21,7 @@ fn match_under_hostile_inputs(scenes: u64, seed: u64) {
         let (scene, emission) = draw::emitted(&mut rng, Extent::SHORT, |_| ());
         let request = Request {
             top: goldtof::cosim::TOP.to_owned(),
+            window: goldtof::cosim::window::Window::Found,
             sources: sources_of(&emission),
             // Shortened steps and scans, and whole ones.
             registers: (number % 2 == 0).then(|| emission.scan_registers.clone()),

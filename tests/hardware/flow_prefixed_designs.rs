@@ -232,6 +232,7 @@ fn a_prefixed_folder_is_co_simulated_by_its_manifest() {
         clocks: None,
         engine: goldtof::cosim::engine::Engine::Auto,
         seed: 1,
+        window: goldtof::cosim::window::Window::Found,
         latency: goldtof::cosim::latency::Latency::Emitted,
     };
     let of_folder = || {

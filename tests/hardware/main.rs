@@ -4,6 +4,7 @@ mod cosim_counts_are_the_verilogs;
 mod cosim_finds_faults;
 mod cosim_random_scenes_match;
 mod cosim_says_what_it_exercised;
+mod cosim_waveforms;
 mod documents_commands_run;
 mod flow_fusesoc_and_testbench;
 mod flow_generated_files_are_current;

@@ -517,7 +517,7 @@ fn a_mismatch_ends_with_1_and_leaves_waveforms_of_both_sides() {
     assert_eq!(first["port"], "o_laser");
     let mut parser = vcd::Parser::new(std::io::BufReader::new(fs::File::open(vcd).unwrap()));
     let header = parser.parse_header().unwrap();
-    for side in ["expected", "got"] {
+    for side in ["model", "dut"] {
         let laser = header.find_var(&["cosim", side, "o_laser"]).unwrap().code;
         assert!(parser_has_changes(&mut parser, laser), "{side}");
     }

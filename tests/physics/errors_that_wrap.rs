@@ -6,7 +6,8 @@ use goldtof::estimate::report::estimate_scan;
 use goldtof::scene::{DetectorIndex, Path, Scene, SourceIndex};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
-use goldtof::simulate::repeat::{PathStatistics, simulate};
+use goldtof::simulate::path_statistics::PathStatistics;
+use goldtof::simulate::repeat::simulate;
 use goldtof::simulate::scans::scans;
 
 const RANGE_PS: f64 = 16_000.0;

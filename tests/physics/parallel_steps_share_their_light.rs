@@ -10,7 +10,8 @@ use goldtof::scan::{Group, Step};
 use goldtof::scene::{DetectorIndex, PathIndex, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
-use goldtof::simulate::repeat::{PathStatistics, simulate};
+use goldtof::simulate::path_statistics::PathStatistics;
+use goldtof::simulate::repeat::simulate;
 use goldtof::simulate::scans::scans;
 
 const PARALLEL: u32 = 4;

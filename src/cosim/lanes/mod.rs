@@ -28,8 +28,8 @@ use self::run::{LanesOutcome, LanesRun};
 use self::slices::Slices;
 use self::starts::Starts;
 use self::verilog::LANES;
-use super::build::SourceFile;
 use super::error::CosimError;
+use super::source::SourceFile;
 use crate::photons::DetectorModel;
 use crate::sensor::interface::Interface;
 

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use super::*;
 use crate::cosim::TOP;
-use crate::cosim::build::{build, cache_dir, sources_of};
+use crate::cosim::build::{build, cache_dir};
 use crate::cosim::lockstep::Lockstep;
 use crate::cosim::sent::SentCount;
+use crate::cosim::source::sources_of;
 use crate::cosim::verilated::Verilated;
 use crate::deliver;
 use crate::reference::photons::Photons;
@@ -66,6 +67,7 @@ fn in_lockstep(sensor: &Sensor) -> (Vec<SentCount>, crate::reference::exercise::
         reference: &mut Reference::new(interface.clone()).unwrap(),
         stimulus: &mut Photons::new(&models(sensor), interface, SEED),
         layout: &layout,
+        window: crate::cosim::window::Window::Found,
     }
     .run_and_read(
         clocks_for_scans(interface, 1),

@@ -20,8 +20,8 @@ use std::path::PathBuf;
 
 pub(crate) use self::design::read;
 
-use super::build::SourceFile;
 use super::error::CosimError;
+use super::source::SourceFile;
 use crate::rtl::blocks::ScanRegisters;
 
 /// Verilog of one's own, as simulators are told of it.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::roots::Roots;
-use crate::cosim::build::RTL;
+use crate::cosim::source::RTL;
 
 /// A design without macros and includes.
 pub(super) struct Preprocessed {

@@ -9,8 +9,8 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::cosim::build::RTL;
 use crate::cosim::error::CosimError;
+use crate::cosim::source::RTL;
 use crate::interrupt::Unfinished;
 use crate::printable::is_unprintable;
 

@@ -1,7 +1,20 @@
 //! The scene's clock for the timing analysis of three families of tools.
 
-use super::Constraints;
-use crate::deliver::emission::{Design, EmittedFile};
+use serde::Serialize;
+
+use crate::deliver::design::{Design, EmittedFile};
+
+/// Clock constraints.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Constraints {
+    /// Synopsys Design Constraints.
+    pub sdc: EmittedFile,
+    /// Lattice preference file, as nextpnr-ecp5 reads it.
+    pub lpf: EmittedFile,
+    /// Xilinx Design Constraints.
+    pub xdc: EmittedFile,
+}
 
 /// Constraint files of a design.
 pub(super) fn constraints(design: &Design) -> Constraints {

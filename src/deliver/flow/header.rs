@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::deliver::emission::{Design, EmittedFile};
+use crate::deliver::design::{Design, EmittedFile};
 
 /// A macro with the width of each port: `SENSOR_TOP_M_AXIS_TDATA_BITS`.
 pub(super) fn header(design: &Design) -> EmittedFile {

@@ -3,6 +3,7 @@
 
 mod constraints;
 mod core;
+mod file_list;
 mod header;
 mod run_length;
 mod stimulus;
@@ -11,10 +12,11 @@ mod vhdl;
 
 use serde::Serialize;
 
-use super::emission::{Design, EmittedFile};
+pub use self::constraints::Constraints;
+pub use self::testbench::Testbench;
+use super::design::{Design, EmittedFile};
 use super::error::HdlError;
 use super::formal::Formal;
-use crate::reference::cover_report::Coverage;
 
 /// Files round the design, by role. In JSON a file is its name.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -34,45 +36,6 @@ pub struct Flow {
     pub core: EmittedFile,
 }
 
-/// The testbench and how much it covers.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct Testbench {
-    /// Its top module.
-    pub top: String,
-    /// Its Verilog.
-    pub files: Vec<EmittedFile>,
-    /// The design's files and the testbench's, for `-f`.
-    pub file_list: EmittedFile,
-    /// What its Verilog reads at run time, from the folder it runs in.
-    pub vectors: Vec<EmittedFile>,
-    /// Clocks that it runs and compares.
-    pub clocks: u64,
-    /// Phase steps whose integration ends within these clocks.
-    pub phase_steps: u64,
-    /// Scans whose last phase step ends within these clocks.
-    pub scans: u64,
-    /// Hits that count up in the results that come to the stream, each once for
-    /// every phase step that sees it.
-    pub hits_up: u64,
-    /// Hits that count down.
-    pub hits_down: u64,
-    /// How much of what the sensor can be made to do it covers.
-    pub coverage: Coverage,
-}
-
-/// Clock constraints.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct Constraints {
-    /// Synopsys Design Constraints.
-    pub sdc: EmittedFile,
-    /// Lattice preference file, as nextpnr-ecp5 reads it.
-    pub lpf: EmittedFile,
-    /// Xilinx Design Constraints.
-    pub xdc: EmittedFile,
-}
-
 impl Flow {
     /// All that goes with a design.
     ///
@@ -82,7 +45,7 @@ impl Flow {
         let testbench = testbench::testbench(design)?;
         let constraints = constraints::constraints(design);
         let header = header::header(design);
-        let file_list = core::file_list(design);
+        let file_list = file_list::file_list(design);
         let parts = core::Parts {
             header: &header,
             testbench: &testbench,

@@ -2,14 +2,43 @@
 
 use std::fmt::Write as _;
 
-use super::Testbench;
-use super::core::testbench_file_list;
+use serde::Serialize;
+
+use super::file_list::testbench_file_list;
 use super::run_length::Words;
-use super::stimulus::{Group, Recording, record};
-use crate::deliver::emission::{Design, EmittedFile};
-use crate::reference::cover_report::Missed;
+use super::stimulus::{Group, MOST_CLOCKS, Recording, record};
+use crate::deliver::design::{Design, EmittedFile};
+use crate::reference::cover_report::{Coverage, Missed};
 use crate::reference::predictor::ReferenceError;
+use crate::scan::{Clock, Timescale};
 use crate::sensor::interface::Port;
+
+/// The testbench and how much it covers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Testbench {
+    /// Its top module.
+    pub top: String,
+    /// Its Verilog.
+    pub files: Vec<EmittedFile>,
+    /// The design's files and the testbench's, for `-f`.
+    pub file_list: EmittedFile,
+    /// What its Verilog reads at run time, from the folder it runs in.
+    pub vectors: Vec<EmittedFile>,
+    /// Clocks that it runs and compares.
+    pub clocks: u64,
+    /// Phase steps whose integration ends within these clocks.
+    pub phase_steps: u64,
+    /// Scans whose last phase step ends within these clocks.
+    pub scans: u64,
+    /// Hits that count up in the results that come to the stream, each once for
+    /// every phase step that sees it.
+    pub hits_up: u64,
+    /// Hits that count down.
+    pub hits_down: u64,
+    /// How much of what the sensor can be made to do it covers.
+    pub coverage: Coverage,
+}
 
 /// Name of the vectors that drive the sensor; all others but the next are expected
 /// values.
@@ -102,7 +131,13 @@ pub(super) fn testbench(design: &Design) -> Result<Testbench, ReferenceError> {
         ),
         file(
             format!("{}.v", names.top),
-            top(&names, &recording, &vectors, design.made_by),
+            top(
+                &names,
+                design.sensor.clock(),
+                &recording,
+                &vectors,
+                design.made_by,
+            ),
         ),
     ];
     Ok(Testbench {
@@ -132,15 +167,24 @@ fn declared(kind: &str, width: u32, name: &str) -> String {
     format!("    {kind} {range:<7} {name};\n")
 }
 
-fn top(names: &Names, recording: &Recording, vectors: &[VectorFile], made_by: &str) -> String {
-    let mut text = header(names, recording, made_by);
+fn top(
+    names: &Names,
+    clock: Clock,
+    recording: &Recording,
+    vectors: &[VectorFile],
+    made_by: &str,
+) -> String {
+    let time = Timescale::of(clock, MOST_CLOCKS);
+    let mut text = header(names, recording, &time_in_words(clock, time), made_by);
     let inputs = &recording.inputs.ports;
     let outputs = || recording.chips.ports.iter().chain(&recording.results.ports);
     let _ = write!(
         text,
-        "`default_nettype none\n\nmodule {};\n\n{}\n",
+        "`ifndef VERILATOR\n`timescale {time} / {time}\n`endif\n\n`default_nettype none\n\n\
+         module {};\n\n{}\n{}\n",
         names.top,
-        length(names, recording)
+        length(names, recording),
+        halves(clock, time),
     );
     text += "    // Inputs of the sensor, and its outputs\n    reg          i_clk;\n";
     for port in inputs {
@@ -185,6 +229,31 @@ fn length(names: &Names, recording: &Recording) -> String {
     }
 }
 
+/// How long the clock is low and high in each period. Verilator does not take a time
+/// scale in some files of many, and has its own where none has one.
+fn halves(clock: Clock, time: Timescale) -> String {
+    let of_period = |low: u64, period: u64| {
+        let high = period.saturating_sub(low).max(1);
+        format!("    localparam LOW = 64'd{low}, HIGH = 64'd{high};\n")
+    };
+    let ps = clock.chip_period_ps;
+    format!(
+        "`ifdef VERILATOR // in its unit of time, 1 ps\n{}`else\n{}`endif\n",
+        of_period(((ps / 2.0).round() as u64).max(1), ps.round() as u64),
+        of_period(time.after_halves(1).max(1), time.after_halves(2)),
+    )
+}
+
+/// What the header says of time.
+fn time_in_words(clock: Clock, time: Timescale) -> String {
+    let ns = clock.chip_period_ps / 1e3;
+    if time.is_exact() {
+        format!("a clock takes {ns} ns, as on the chip")
+    } else {
+        format!("a clock takes {ns} ns, as on the chip, with edges at whole multiples of {time}")
+    }
+}
+
 /// What moves the scan's counters on, before a rising edge.
 fn moves(names: &Names, recording: &Recording) -> String {
     let Some(skips) = &recording.skips else {
@@ -212,7 +281,7 @@ fn moves(names: &Names, recording: &Recording) -> String {
     )
 }
 
-fn header(names: &Names, recording: &Recording, made_by: &str) -> String {
+fn header(names: &Names, recording: &Recording, time: &str, made_by: &str) -> String {
     let Names {
         design, top, whole, ..
     } = names;
@@ -276,8 +345,8 @@ fn header(names: &Names, recording: &Recording, made_by: &str) -> String {
 // or
 //   $ verilator --binary --top-module {top} -f {top}.f
 //   $ obj_dir/V{top}
-// With +vcd it writes waves to {top}.vcd (Verilator: build with --trace). Time has no unit here:
-// a clock takes two ticks.
+// With +vcd it writes waves to {top}.vcd (Verilator: build with --trace). Time is real:
+// {time}.
 
 "
     )
@@ -404,8 +473,8 @@ fn check<'a>(
         resets    = 0;
         in_reset  = 1'b0;
         for (clock = 0; clock < CLOCKS; clock = clock + 1) begin
-{moves}            #1 i_clk = 1'b1;
-            #1;
+{moves}            #LOW i_clk = 1'b1;
+            #HIGH;
 ",
         top = names.top,
         moves = moves(names, recording),

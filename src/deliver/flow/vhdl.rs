@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::deliver::emission::{Design, EmittedFile};
+use crate::deliver::design::{Design, EmittedFile};
 use crate::sensor::interface::{Direction, Port};
 
 /// A package with a component declaration, and the widths of the ports as constants.

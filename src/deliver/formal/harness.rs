@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::deliver::emission::Design;
+use crate::deliver::design::Design;
 use crate::sensor::interface::{Direction, Interface, Port};
 
 /// A proof: the design, some of its inner ports seen or cut, and what is to hold.

@@ -12,7 +12,7 @@ mod stream;
 
 use serde::Serialize;
 
-use super::emission::{Design, EmittedFile};
+use super::design::{Design, EmittedFile};
 
 /// Files of the folder `formal`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -32,7 +32,7 @@ pub struct Formal {
 
 impl Formal {
     /// The folder's name.
-    pub const FOLDER: &'static str = "formal";
+    pub const FOLDER: &'static str = script::FOLDER;
 
     /// The proofs of a design.
     pub(super) fn of(design: &Design) -> Formal {

@@ -2,10 +2,11 @@
 
 use std::fmt::Write as _;
 
-use super::Formal;
 use super::harness::Harness;
-use crate::deliver::emission::{Design, EmittedFile};
+use crate::deliver::design::{Design, EmittedFile};
 
+/// Name of the folder of these files.
+pub(super) const FOLDER: &str = "formal";
 const REGISTERS: &str = "registers.v";
 const EMPTIED: &str = "emptied.v";
 
@@ -184,7 +185,7 @@ pub(super) fn script(design: &Design, harnesses: &[Harness]) -> EmittedFile {
         top = design.top(),
         script = script_name(design),
         made_by = design.made_by,
-        folder = Formal::FOLDER
+        folder = FOLDER
     );
     for harness in harnesses {
         let _ = writeln!(text, "{}", harness.name);
@@ -245,7 +246,7 @@ pub(super) fn script(design: &Design, harnesses: &[Harness]) -> EmittedFile {
         let _ = writeln!(text, "{name}");
     }
     for name in [properties.as_str(), EMPTIED, REGISTERS] {
-        let _ = writeln!(text, "{}/{name}", Formal::FOLDER);
+        let _ = writeln!(text, "{}/{name}", FOLDER);
     }
     EmittedFile {
         name: script_name(design),

@@ -3,7 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::measured::Build;
-use super::{Basis, Cells, Size};
+use super::{Basis, Size};
+use crate::plan::cells::Cells;
 
 /// What cells are proportional to.
 const TERMS: usize = 13;

@@ -1,6 +1,7 @@
 //! The builds of docs/resources.md, row by row.
 
-use super::{Cells, Size, longest_carry_chain};
+use super::{Size, longest_carry_chain};
+use crate::plan::cells::Cells;
 use crate::scene::Target;
 
 /// The table that `scripts/synth` writes: the one place of these numbers.

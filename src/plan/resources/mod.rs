@@ -8,20 +8,10 @@ use serde::Serialize;
 
 use self::fit::Fit;
 use super::Part;
-use super::overview::bare_name;
+use super::cells::Cells;
 use crate::code::Generator;
 use crate::scene::Target;
 use crate::sensor::Sensor;
-
-/// Cells of one family of FPGAs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct Cells {
-    /// Look-up tables, those of carry chains included.
-    pub luts: u64,
-    /// Flip-flops.
-    pub flip_flops: u64,
-}
 
 /// What the hardware of a sensor takes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -152,7 +142,7 @@ pub fn resources(sensor: &Sensor) -> Option<Resources> {
 pub fn saved_by(sensor: &Sensor, part: &Part) -> Option<Cells> {
     let size = Size::of(sensor)?;
     let mut with = size;
-    match bare_name(part) {
+    match part.bare_name() {
         "interleaver" => with.interleaving += 2,
         "parallel_correlators" => with.parallel *= 2,
         "count_segments" => with.segmented = true,

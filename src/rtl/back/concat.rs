@@ -1,6 +1,7 @@
-//! Expressions side by side: concatenations in their shortest form.
+//! Expressions side by side, and parts of them: concatenations and slices in their
+//! shortest form.
 
-use super::expr::{BinaryOp, Expr, UnaryOp};
+use super::expr::{BinaryOp, Expr, SignalId, UnaryOp};
 use super::fault::Fault;
 
 /// Inverts every bit.
@@ -149,7 +150,7 @@ fn borders_of(expr: &Expr) -> impl Iterator<Item = u32> {
 }
 
 /// Bits `low ..= high` of parts side by side.
-pub fn slice_of_parts(parts: &[Expr], high: u32, low: u32) -> Result<Expr, Fault> {
+fn slice_of_parts(parts: &[Expr], high: u32, low: u32) -> Result<Expr, Fault> {
     let mut chosen = Vec::new();
     let mut top = parts.iter().map(Expr::width).sum::<u32>();
     for part in parts {
@@ -160,6 +161,154 @@ pub fn slice_of_parts(parts: &[Expr], high: u32, low: u32) -> Result<Expr, Fault
         top = base;
     }
     Ok(concat(chosen))
+}
+
+impl Expr {
+    /// Bits `low ..= high` as an expression that Verilog can write.
+    pub fn slice(&self, high: u32, low: u32) -> Result<Expr, Fault> {
+        let width = self.width();
+        if high >= width {
+            return Err(Fault::OutOfRange { bit: high, width });
+        }
+        if low == 0 && high + 1 == width {
+            return Ok(self.clone());
+        }
+        match self {
+            Expr::Signal { id, .. } => Ok(Expr::Slice { id: *id, high, low }),
+            Expr::Slice { id, low: base, .. } => Ok(Expr::Slice {
+                id: *id,
+                high: base + high,
+                low: base + low,
+            }),
+            Expr::Literal { value, .. } => {
+                let width = high - low + 1;
+                let mask = u128::MAX >> (128 - width);
+                Expr::literal((value >> low) & mask, width)
+            }
+            Expr::Concat(parts) => slice_of_parts(parts, high, low),
+            Expr::Repeat { bit, .. } => Ok(repeat((**bit).clone(), high - low + 1)),
+            Expr::Unary(UnaryOp::Not, operand) => Ok(not(operand.slice(high, low)?)),
+            Expr::Binary(op, left, right)
+                if op.is_bitwise() || (low == 0 && !op.is_comparison()) =>
+            {
+                // The low bits of a sum depend on the low bits of its operands.
+                Ok(binary(*op, left.slice(high, low)?, right.slice(high, low)?))
+            }
+            Expr::Mux { test, yes, no } => Ok(Expr::Mux {
+                test: test.clone(),
+                yes: Box::new(yes.slice(high, low)?),
+                no: Box::new(no.slice(high, low)?),
+            }),
+            _ => Err(Fault::Unsupported {
+                construct: "a slice of a result that has no name".to_owned(),
+            }),
+        }
+    }
+
+    /// Zero-extended, or cut, to `width` bits.
+    pub fn resize(self, width: u32) -> Result<Expr, Fault> {
+        let own = self.width();
+        if width == 0 {
+            return Err(Fault::OutOfRange { bit: 0, width: 0 });
+        }
+        if width <= own {
+            return self.slice(width - 1, 0);
+        }
+        Ok(concat(vec![Expr::zeros(width - own), self]))
+    }
+
+    /// Sign-extended to `width` bits.
+    pub fn sign_extend(self, width: u32) -> Result<Expr, Fault> {
+        let own = self.width();
+        if width < own {
+            return Err(Fault::WidthMismatch {
+                place: "signed_cast".to_owned(),
+                left: width,
+                right: own,
+            });
+        }
+        let sign = self.slice(own - 1, own - 1)?;
+        if own == 1 {
+            return Ok(repeat(sign, width));
+        }
+        Ok(concat(vec![repeat(sign, width - own), self]))
+    }
+
+    /// Shifted left by a constant.
+    pub fn shift_left(self, bits: u32) -> Result<Expr, Fault> {
+        let width = self.width();
+        if bits == 0 {
+            return Ok(self);
+        }
+        if bits >= width {
+            return Ok(Expr::zeros(width));
+        }
+        Ok(concat(vec![
+            self.slice(width - 1 - bits, 0)?,
+            Expr::zeros(bits),
+        ]))
+    }
+
+    /// Shifted right by a constant, zeros coming in.
+    pub fn shift_right(self, bits: u32) -> Result<Expr, Fault> {
+        let width = self.width();
+        if bits == 0 {
+            return Ok(self);
+        }
+        if bits >= width {
+            return Ok(Expr::zeros(width));
+        }
+        Ok(concat(vec![
+            Expr::zeros(bits),
+            self.slice(width - 1, bits)?,
+        ]))
+    }
+
+    /// With the bit at `index` replaced.
+    pub fn replace_bit(self, index: u32, bit: Expr) -> Result<Expr, Fault> {
+        let width = self.width();
+        if index >= width {
+            return Err(Fault::OutOfRange { bit: index, width });
+        }
+        let mut parts = Vec::new();
+        if index + 1 < width {
+            parts.push(self.slice(width - 1, index + 1)?);
+        }
+        parts.push(bit);
+        if index > 0 {
+            parts.push(self.slice(index - 1, 0)?);
+        }
+        Ok(concat(parts))
+    }
+
+    /// With `value_of` in the place of every signal that has one.
+    pub fn replaced(&self, value_of: &impl Fn(SignalId) -> Option<Expr>) -> Result<Expr, Fault> {
+        let boxed = |e: &Expr| e.replaced(value_of).map(Box::new);
+        Ok(match self {
+            Expr::Signal { id, .. } => value_of(*id).unwrap_or_else(|| self.clone()),
+            Expr::Slice { id, high, low } => match value_of(*id) {
+                Some(value) => value.slice(*high, *low)?,
+                None => self.clone(),
+            },
+            Expr::Literal { .. } => self.clone(),
+            Expr::Concat(parts) => {
+                let parts: Result<_, _> = parts.iter().map(|p| p.replaced(value_of)).collect();
+                concat(parts?)
+            }
+            Expr::Repeat { count, bit } => repeat(bit.replaced(value_of)?, *count),
+            Expr::Lookup { table, index } => Expr::Lookup {
+                table: *table,
+                index: boxed(index)?,
+            },
+            Expr::Unary(op, operand) => Expr::Unary(*op, boxed(operand)?),
+            Expr::Binary(op, left, right) => Expr::Binary(*op, boxed(left)?, boxed(right)?),
+            Expr::Mux { test, yes, no } => Expr::Mux {
+                test: boxed(test)?,
+                yes: boxed(yes)?,
+                no: boxed(no)?,
+            },
+        })
+    }
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@ mod expr;
 mod fault;
 mod lower;
 mod module;
+mod module_type;
 mod names;
 mod prefix;
 mod print;

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::module::{Assign, Module};
+use super::module_type::{ModuleType, Parameter};
 use super::prefix::Prefix;
-use super::share::{ModuleType, Parameter};
 use super::signals::{Role, Signal};
 use super::text::{
     LINE_WIDTH, clocked_block, commented, expression, literal, push_broken, wrapped,

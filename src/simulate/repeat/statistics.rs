@@ -1,12 +1,12 @@
 //! The statistics of many scans beside what theory expects.
 
-use super::PathStatistics;
 use super::answers::{Answers, Ranging};
 use super::moments::{Moments, share_interval};
 use crate::estimate::fit::{FitError, expected_fit};
 use crate::estimate::unwrap::{check_normal, fold, fold_distance, unwrap};
 use crate::estimate::{Theory, distance_m, folded};
 use crate::scene::EstimatorKind;
+use crate::simulate::path_statistics::PathStatistics;
 
 /// Bias and standard deviation in metres.
 type Expectation = (f64, f64);

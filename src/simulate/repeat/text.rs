@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::{PathStatistics, Simulation};
+use super::Simulation;
+use crate::simulate::path_statistics::PathStatistics;
 
 impl Simulation {
     /// The simulation in words.

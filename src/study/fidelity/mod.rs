@@ -80,7 +80,7 @@ pub struct Reference {
     pub bias_std_error_m: f64,
     /// Share of scans that miss the peak ([`PathStatistics::missed_fraction`]).
     ///
-    /// [`PathStatistics::missed_fraction`]: crate::simulate::repeat::PathStatistics
+    /// [`PathStatistics::missed_fraction`]: crate::simulate::path_statistics::PathStatistics
     pub missed_fraction: f64,
     /// Its 95 % confidence interval.
     pub missed_fraction_ci95: [f64; 2],

@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 use super::{FidelityError, Reference, TierPoint, Verdict};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
-use crate::simulate::repeat::{PathStatistics, simulate_prepared};
+use crate::simulate::path_statistics::PathStatistics;
+use crate::simulate::repeat::simulate_prepared;
 use crate::simulate::scans::Prepared;
 
 /// Numbers of scans that are tried, as far as the time goes, before as many as are

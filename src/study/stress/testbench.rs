@@ -3,10 +3,12 @@
 use super::case::{CaseError, ensure};
 use std::ops::Range;
 
-use crate::cosim::build::{build, cache_dir, sources_of};
+use crate::cosim::build::{build, cache_dir};
 use crate::cosim::exercised::Exercised;
 use crate::cosim::lockstep::Lockstep;
+use crate::cosim::source::sources_of;
 use crate::cosim::verilated::Verilated;
+use crate::cosim::window::Window;
 use crate::cosim::{StimulusKind, TOP};
 use crate::deliver;
 use crate::photons::Pulse;
@@ -19,6 +21,9 @@ use crate::scene::Scene;
 use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
+
+/// Clocks of a run whose ports can be read.
+const PORT_CLOCKS: u64 = 4000;
 
 /// Inputs of a run, decided beforehand; reset for the first clocks comes by
 /// itself.
@@ -144,18 +149,18 @@ impl Testbench {
             reference: &mut Reference::new(self.interface.clone())?,
             stimulus,
             layout: &self.layout,
+            window: Window::Clocks(0..PORT_CLOCKS),
         }
         .run(clocks, |result| results.push(result), |_| ())?;
         Ok(Run {
             mismatches: outcome.mismatches,
             results,
-            records: outcome.records,
+            records: outcome.asked.unwrap_or(outcome.found).records,
             exercise: outcome.exercise,
         })
     }
 
-    /// The Verilog's value of a port at each of a run's first clocks (some
-    /// thousand of them).
+    /// The Verilog's value of a port at each of a run's first [`PORT_CLOCKS`] clocks.
     pub fn port<'a>(&'a self, run: &'a Run, name: &str) -> impl Iterator<Item = u64> + 'a {
         let field = self.layout.outputs.field(name).clone();
         let records = run.records.got.chunks_exact(self.layout.outputs.words);

@@ -4,7 +4,8 @@ use serde_json::{Map, Number, Value as Json};
 
 use super::axis::Axis;
 use super::points::Point;
-use crate::simulate::repeat::{PathStatistics, Simulation};
+use crate::simulate::path_statistics::PathStatistics;
+use crate::simulate::repeat::Simulation;
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,15 +3,21 @@
 use std::sync::Arc;
 
 use super::curve::{Curve, POSITIONS, PowerPoint, at_position, steady_std_m};
-use super::two_sources::{INTEGRATION_S, SINGLE_POWERS_PW, alone};
 use super::with_interval;
 use crate::code::Code;
+use crate::scene::Scene;
 use crate::study::reproduce::figure::Claim;
 use crate::study::reproduce::run::{Run, RunError};
 use crate::study::reproduce::sensor::{Light, balanced_gold, sensor, square};
 use crate::study::reproduce::statistics::Measured;
 use crate::study::reproduce::verdict::Verdict;
 
+/// Integration of the measurements with one source and with two.
+pub const INTEGRATION_S: f64 = 1.04e-3;
+/// One source is brightened until the dead time eats what more light brings.
+pub const SINGLE_POWERS_PW: [f64; 13] = [
+    0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 96.0, 128.0, 205.0, 320.0, 512.0,
+];
 /// C2 asks for less than this, in millimetres.
 pub const BELOW_MM: f64 = 1.5;
 /// Less than this is "almost 1 mm".
@@ -26,6 +32,11 @@ struct Best {
     printed_m: Measured,
     /// What other codes reach, in words.
     others: String,
+}
+
+/// One source, without any other light.
+pub fn alone(own: &Arc<Code>, power_pw: f64) -> Scene {
+    sensor(&[Light::new(own, power_pw)], INTEGRATION_S)
 }
 
 /// Both claims, from the curve of one source.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::curve::Curve;
 use super::drawing::{bias_panel, positions_panel, std_panel, table};
-use super::precise::{self, ALMOST_MM, BELOW_MM};
+use super::precise::{self, ALMOST_MM, BELOW_MM, INTEGRATION_S, SINGLE_POWERS_PW, alone};
 use super::{POWER, POWERS_PW, mean_loss, with_interval};
 use crate::code::Code;
 use crate::report::chart::Chart;
@@ -17,18 +17,8 @@ use crate::study::reproduce::sensor::{
 use crate::study::reproduce::statistics::Measured;
 use crate::study::reproduce::verdict::Verdict;
 
-pub const INTEGRATION_S: f64 = 1.04e-3;
-/// One source is brightened until the dead time eats what more light brings.
-pub const SINGLE_POWERS_PW: [f64; 13] = [
-    0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 96.0, 128.0, 205.0, 320.0, 512.0,
-];
 /// The second light comes this much later: outside the scan.
 const SECOND_LATER_PS: f64 = 20.0 * CHIP_PERIOD_PS;
-
-/// One source, without any other light.
-pub fn alone(own: &Arc<Code>, power_pw: f64) -> Scene {
-    sensor(&[Light::new(own, power_pw)], INTEGRATION_S)
-}
 
 /// It and a second source of equal power.
 fn beside(own: &Arc<Code>, other: &Arc<Code>, power_pw: f64) -> Scene {

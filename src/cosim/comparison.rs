@@ -1,0 +1,28 @@
+//! Which outputs of the two sides have to be equal at a clock.
+
+use crate::sensor::layout::Layout;
+
+/// How outputs are compared.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Comparison<'a> {
+    pub(crate) layout: &'a Layout,
+    /// What `m_axis_tdata` and `m_axis_tlast` hold counts only with `m_axis_tvalid`: no
+    /// more is promised. What is emitted keeps its last result, and is held to it.
+    pub(crate) ignores_idle_payload: bool,
+}
+
+impl Comparison<'_> {
+    /// The ports that differ and are not free to, by their numbers in
+    /// [`Layout::outputs`].
+    pub(crate) fn differing(&self, expected: &[u64], got: &[u64]) -> impl Iterator<Item = usize> {
+        let outputs = &self.layout.outputs;
+        let is_idle =
+            self.ignores_idle_payload && outputs.field("m_axis_tvalid").low_word(expected) == 0;
+        let fields = outputs.fields.iter().enumerate();
+        fields.filter_map(move |(number, field)| {
+            let is_payload = matches!(field.port.name.as_str(), "m_axis_tdata" | "m_axis_tlast");
+            let differs = !(is_idle && is_payload) && field.read(expected) != field.read(got);
+            differs.then_some(number)
+        })
+    }
+}
