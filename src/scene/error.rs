@@ -58,12 +58,14 @@ impl fmt::Display for SceneError {
 #[derive(Debug, thiserror::Error)]
 pub enum SceneErrors {
     /// The file cannot be read.
-    #[error("{file}: cannot read the scene: {source}")]
+    #[error("{file}: cannot read the scene: {source}{}", meant(.similar))]
     Unreadable {
         /// File as it was named by the caller.
         file: String,
         /// What the system says.
         source: std::io::Error,
+        /// A scene beside it, of which the name may be a slip.
+        similar: Option<String>,
     },
     /// What is wrong in the file, in its order.
     #[error("{}{}", join(.errors), more(*.left_out))]
@@ -73,6 +75,11 @@ pub enum SceneErrors {
         /// How many more there are.
         left_out: usize,
     },
+}
+
+fn meant(similar: &Option<String>) -> String {
+    let question = |name: &String| format!("; did you mean {name}?");
+    similar.as_ref().map(question).unwrap_or_default()
 }
 
 fn join(errors: &[SceneError]) -> String {

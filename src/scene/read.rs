@@ -1,5 +1,7 @@
 //! From a scene file to a checked [`Scene`].
 
+use std::fs;
+use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::Path as FilePath;
 
@@ -9,6 +11,7 @@ use super::error::Diagnostics;
 use super::names::Names;
 use super::reader::Section;
 use super::setting::Setting;
+use super::wording::nearest;
 use super::{
     Detector, EstimatorKind, Hardware, Origin, OtherLight, Path, Scan, Scene, SceneErrors,
     SceneReference, Source, Target, TotalsMissing,
@@ -21,6 +24,8 @@ use crate::scan::Clock;
 
 /// Largest scene file that is read.
 pub(super) const MOST_SCENE_BYTES: u64 = 2 << 20;
+/// Most files of a folder among which a scene is looked for that may have been meant.
+const MOST_NEIGHBOURS: usize = 1000;
 /// Most tables of one kind in a scene.
 pub(super) const MAX_TABLES: usize = 256;
 /// Most chips of all codes of a scene together.
@@ -62,8 +67,30 @@ pub fn load_with_text(
 pub fn read(path: &FilePath) -> Result<String, SceneErrors> {
     read_text(path, MOST_SCENE_BYTES).map_err(|source| SceneErrors::Unreadable {
         file: printable_path(path),
+        similar: match source.kind() {
+            ErrorKind::NotFound => similar(path),
+            _ => None,
+        },
         source,
     })
+}
+
+/// The scene in the folder of `path` that its name is most likely a slip for.
+fn similar(path: &FilePath) -> Option<String> {
+    let folder = match path.parent() {
+        Some(folder) if folder != FilePath::new("") => folder,
+        _ => FilePath::new("."),
+    };
+    let mut names: Vec<String> = fs::read_dir(folder)
+        .ok()?
+        .take(MOST_NEIGHBOURS)
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+        .filter(|name| name.ends_with(".toml"))
+        .collect();
+    names.sort();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let meant = nearest(path.file_name()?.to_str()?, &names)?;
+    Some(printable_path(&path.with_file_name(meant)))
 }
 
 /// Reads and checks the scene `text`; `file_name` is for error messages, and
@@ -188,7 +215,7 @@ fn read_scene(root: &Section, reference: SceneReference) -> Option<Scene> {
         }
     }
 
-    let sources = read_sources(source_sections);
+    let sources = read_sources(source_sections, clock);
     let paths: Option<Vec<Path>> = all(path_sections, |section| {
         source::read_path(section, &source_names, &detector_names, clock)
     });
@@ -196,6 +223,7 @@ fn read_scene(root: &Section, reference: SceneReference) -> Option<Scene> {
         .iter()
         .map(|section| source_names.resolve(section, "reference"))
         .collect();
+    check_reference_clocks(&detector_sections, &references, sources.as_deref());
     let code_chips = shared_code_length(&detector_sections, &references, sources.as_deref());
     let steps_per_period = code_chips
         .zip(clock)
@@ -233,12 +261,12 @@ fn read_scene(root: &Section, reference: SceneReference) -> Option<Scene> {
 }
 
 /// Reads the sources, as long as their codes fit into memory together.
-fn read_sources(sections: Vec<Section>) -> Option<Vec<Source>> {
+fn read_sources(sections: Vec<Section>, clock: Option<Clock>) -> Option<Vec<Source>> {
     let mut sources = Vec::new();
     let mut chips = 0;
     for section in sections {
         let complaint = section.complaint();
-        let source = source::read(section);
+        let source = source::read(section, clock);
         chips += source.as_ref().map_or(0, |source| source.code.len());
         if chips > MAX_SCENE_CHIPS {
             complaint(&format!(
@@ -259,6 +287,28 @@ fn all<'r, 't, T>(
 ) -> Option<Vec<T>> {
     let values: Vec<Option<T>> = sections.into_iter().map(&mut read).collect();
     values.into_iter().collect()
+}
+
+/// A detector's reference is made by its own clock.
+fn check_reference_clocks(
+    sections: &[Section],
+    references: &[Option<usize>],
+    sources: Option<&[Source]>,
+) {
+    for (section, reference) in sections.iter().zip(references) {
+        let source = sources
+            .zip(*reference)
+            .map(|(sources, index)| &sources[index]);
+        if let Some(source) = source.filter(|source| !source.clock.is_shared()) {
+            let message = format!(
+                "source \"{}\" has a clock of its own, and a detector's sign follows a source of its \
+                 own sensor; leave out `clock_offset` and `clock_drift` of that source, or name \
+                 another",
+                source.name
+            );
+            section.report("reference", &message);
+        }
+    }
 }
 
 /// Chips per period of the detectors' reference codes. Detectors are stepped

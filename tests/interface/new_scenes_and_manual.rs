@@ -39,6 +39,24 @@ fn a_new_scene_is_short_and_goes_all_the_way() {
             said(&output)
         );
     }
+    // Both estimates are expected, so `run` shows both.
+    let plan = said(&goldtof(folder.path(), &["plan", "mine.toml"]));
+    assert!(plan.contains("model fit         bias +0.00 mm"), "{plan}");
+    assert!(!plan.contains("does not send"), "{plan}");
+    // A slip in the name is told.
+    for (slip, meant) in [
+        ("mien.toml", Some("mine.toml")),
+        ("mine", Some("mine.toml")),
+        ("./mine.tml", Some("./mine.toml")),
+        ("laser.toml", None),
+        ("absent/mine.toml", None),
+    ] {
+        let output = goldtof(folder.path(), &["plan", slip]);
+        assert_eq!(output.status.code(), Some(2));
+        let text = said(&output);
+        let end = meant.map_or(")".to_owned(), |meant| format!("; did you mean {meant}?"));
+        assert!(text.trim_end().ends_with(&end), "{slip}: {text}");
+    }
     // What the user wrote meanwhile stays.
     fs::write(folder.path().join("mine.toml"), "mine").unwrap();
     let again = goldtof(folder.path(), &["new", "mine"]);
