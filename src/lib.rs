@@ -41,6 +41,7 @@
 // Links to what is private lead its next maintainer on (`--document-private-items`).
 #![allow(rustdoc::private_intra_doc_links)]
 
+pub mod batch;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod code;
@@ -76,7 +77,7 @@ pub mod version;
 pub use cosim::own::OwnRtl;
 pub use door::{
     CosimFailed, CosimOptions, EmitOptions, EstimateError, EstimateOptions, Rtl, SimulateOptions,
-    cosim, emit, estimate, simulate,
+    cosim, emit, estimate, simulate, simulate_watched,
 };
 pub use files::{FileError, OutputFolder};
 pub use interrupt::watch as watch_signals;
