@@ -88,13 +88,34 @@ pub struct SimulateOptions {
 /// # Errors
 /// When the tier cannot do the scene, or a tool that it needs is missing or fails.
 pub fn simulate(scene: &Scene, options: &SimulateOptions) -> Result<Simulation, ScansError> {
+    simulate_watched(scene, options, |_, _| ())
+}
+
+/// [`simulate`]; `on_progress` hears of each scan how many are done and how many there
+/// are, of all detectors. If it unwinds, the simulation ends there, and leaves nothing
+/// behind.
+///
+/// # Errors
+/// As there.
+pub fn simulate_watched(
+    scene: &Scene,
+    options: &SimulateOptions,
+    on_progress: impl FnMut(u64, u64),
+) -> Result<Simulation, ScansError> {
     let SimulateOptions {
         fidelity,
         repetitions,
         engine,
         seed,
     } = *options;
-    repeat::simulate_with(&Sensor::new(scene), fidelity, engine, seed, repetitions)
+    repeat::simulate_watched(
+        &Sensor::new(scene),
+        fidelity,
+        engine,
+        seed,
+        repetitions,
+        on_progress,
+    )
 }
 
 /// Which Verilog is compared with the reference model.

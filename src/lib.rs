@@ -41,6 +41,7 @@
 // Links to what is private lead its next maintainer on (`--document-private-items`).
 #![allow(rustdoc::private_intra_doc_links)]
 
+pub mod batch;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod code;
@@ -77,7 +78,7 @@ pub mod version;
 pub use cosim::own::OwnRtl;
 pub use door::{
     CosimFailed, CosimOptions, EmitOptions, EstimateError, EstimateOptions, GradeOptions, Rtl,
-    SimulateOptions, cosim, emit, estimate, grade, simulate,
+    SimulateOptions, cosim, emit, estimate, grade, simulate, simulate_watched,
 };
 pub use files::{FileError, OutputFolder};
 pub use grade::{Bounds as ProofBounds, GradeStimulus};

@@ -27,7 +27,7 @@
 #[doc(hidden)]
 pub mod build;
 pub(crate) mod cache;
-mod comparison;
+pub(crate) mod comparison;
 pub mod engine;
 pub mod error;
 pub mod exercised;
