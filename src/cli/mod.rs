@@ -91,7 +91,7 @@ pub fn main() -> ExitCode {
         Command::Codes(arguments) => codes::run(&arguments, &mut output),
         Command::Emit(arguments) => emit::run(&arguments, &mut output),
         Command::Cosim(arguments) => cosim::run(&arguments, cli.seed, &mut output),
-        Command::Grade(arguments) => grade::run(&arguments, cli.seed, &mut output),
+        Command::Grade(arguments) => grade::run(&arguments, cli.seed, &output),
         Command::Estimate(arguments) => estimate::run(&arguments, &mut output),
         Command::Fidelity(arguments) => fidelity::run(&arguments, cli.seed, &mut output),
         Command::Simulate(arguments) => simulate::run(&arguments, cli.seed, &mut output),
