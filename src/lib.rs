@@ -41,6 +41,7 @@
 // Links to what is private lead its next maintainer on (`--document-private-items`).
 #![allow(rustdoc::private_intra_doc_links)]
 
+pub mod batch;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod code;
@@ -50,6 +51,7 @@ pub mod document;
 mod door;
 pub mod estimate;
 pub(crate) mod files;
+pub mod grade;
 pub(crate) mod interrupt;
 pub(crate) mod light;
 pub(crate) mod math;
@@ -75,10 +77,11 @@ pub mod version;
 
 pub use cosim::own::OwnRtl;
 pub use door::{
-    CosimFailed, CosimOptions, EmitOptions, EstimateError, EstimateOptions, Rtl, SimulateOptions,
-    cosim, emit, estimate, simulate,
+    CosimFailed, CosimOptions, EmitOptions, EstimateError, EstimateOptions, GradeOptions, Rtl,
+    SimulateOptions, cosim, emit, estimate, grade, simulate, simulate_watched,
 };
 pub use files::{FileError, OutputFolder};
+pub use grade::{Bounds as ProofBounds, GradeStimulus};
 pub use interrupt::watch as watch_signals;
 pub use light::SPEED_OF_LIGHT_M_PER_S;
 pub use programs::set_time_limit as set_tool_time_limit;

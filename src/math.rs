@@ -21,6 +21,28 @@ pub fn normal_density(x: f64) -> f64 {
     Normal::standard().pdf(x)
 }
 
+/// Density of the sum of an exponential number, whose mean is `mean`, and a normal one
+/// of mean 0 and standard deviation `sigma`.
+pub fn exponential_normal_density(x: f64, mean: f64, sigma: f64) -> f64 {
+    if sigma <= 0.0 {
+        return if x < 0.0 {
+            0.0
+        } else {
+            (-x / mean).exp() / mean
+        };
+    }
+    let z = (sigma / mean - x / sigma) / SQRT_2;
+    if z < 5.0 {
+        let exponent = 0.5 * (sigma / mean).powi(2) - x / mean;
+        return 0.5 / mean * exponent.exp() * libm::erfc(z);
+    }
+    // exp(exponent) erfc(z) = exp(-x^2 / 2 sigma^2) exp(z^2) erfc(z), whose last two factors
+    // are the asymptotic series 1 / (z sqrt(pi)) (1 - 1 / 2z^2 + 3 / 4z^4 - ..).
+    let square = 1.0 / (2.0 * z * z);
+    let series = 1.0 - square * (1.0 - 3.0 * square * (1.0 - 5.0 * square * (1.0 - 7.0 * square)));
+    0.5 / mean * (-0.5 * (x / sigma).powi(2)).exp() * series / (z * std::f64::consts::PI.sqrt())
+}
+
 /// The exact binomial interval of a share at 95 % (Clopper and Pearson 1934):
 /// quantiles of beta distributions.
 #[cfg(feature = "plots")]

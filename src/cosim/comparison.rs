@@ -4,17 +4,17 @@ use crate::sensor::layout::Layout;
 
 /// How outputs are compared.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Comparison<'a> {
-    pub(super) layout: &'a Layout,
+pub(crate) struct Comparison<'a> {
+    pub(crate) layout: &'a Layout,
     /// What `m_axis_tdata` and `m_axis_tlast` hold counts only with `m_axis_tvalid`: no
     /// more is promised. What is emitted keeps its last result, and is held to it.
-    pub(super) ignores_idle_payload: bool,
+    pub(crate) ignores_idle_payload: bool,
 }
 
 impl Comparison<'_> {
     /// The ports that differ and are not free to, by their numbers in
     /// [`Layout::outputs`].
-    pub(super) fn differing(&self, expected: &[u64], got: &[u64]) -> impl Iterator<Item = usize> {
+    pub(crate) fn differing(&self, expected: &[u64], got: &[u64]) -> impl Iterator<Item = usize> {
         let outputs = &self.layout.outputs;
         let is_idle =
             self.ignores_idle_payload && outputs.field("m_axis_tvalid").low_word(expected) == 0;

@@ -69,16 +69,26 @@ impl Exercised {
     }
 
     /// What was not exercised and without which equal outputs say nothing of the
-    /// sensor, one sentence each with what would exercise it; none for a match.
-    pub fn missing(&self, interface: &Interface, stimulus: StimulusKind) -> Vec<String> {
+    /// sensor, one sentence each with what would exercise it; none for a match. Without
+    /// a stimulus of ours the clocks were somebody else's.
+    pub fn missing(
+        &self,
+        interface: &Interface,
+        stimulus: impl Into<Option<StimulusKind>>,
+    ) -> Vec<String> {
+        let stimulus = stimulus.into();
         let mut missing = Vec::new();
         for (number, detector) in self.detectors.iter().enumerate() {
             let name = &detector.detector;
             if detector.results == 0 {
                 missing.push(format!(
                     "no result of detector {name} came to the stream: the first can stand there after \
-                     {} clocks (--clocks)",
-                    clocks_for_a_result(interface)
+                     {} clocks{}",
+                    clocks_for_a_result(interface),
+                    match stimulus {
+                        Some(_) => " (--clocks)",
+                        None => "",
+                    }
                 ));
                 continue;
             }
@@ -97,18 +107,22 @@ impl Exercised {
                      so that Verilog which never does it looks the same: {}",
                     lacking.join(" or "),
                     match stimulus {
-                        StimulusKind::Photons =>
+                        Some(StimulusKind::Photons) =>
                             "more light, more --clocks or `--stimulus adversarial` brings such hits",
-                        StimulusKind::Adversarial => "more --clocks bring such hits",
+                        Some(StimulusKind::Adversarial) => "more --clocks bring such hits",
+                        None => "more clocks, with hits in all chips of the code, bring them",
                     }
                 ));
             }
         }
         if missing.is_empty() && self.results_taken == 0 {
-            missing.push(
-                "the receiver took no result: more --clocks, or another --seed, bring it to do so"
-                    .to_owned(),
-            );
+            let text = match stimulus {
+                Some(_) => {
+                    "the receiver took no result: more --clocks, or another --seed, bring it to do so"
+                }
+                None => "the receiver took no result: m_axis_tready was never high at one",
+            };
+            missing.push(text.to_owned());
         }
         missing
     }

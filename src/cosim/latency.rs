@@ -18,7 +18,7 @@ use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
 
 /// Longest latency that can be asked for, in clocks.
-const MOST_CLOCKS: u32 = 4096;
+pub(crate) const MOST_CLOCKS: u32 = 4096;
 /// Clocks behind the expected result in which it is looked for.
 const PATIENCE: u64 = 1_000;
 /// Runs that look for latencies: one for the stream, one for the peak, one to see that
@@ -133,15 +133,19 @@ pub(crate) fn held_to(
 ) -> Result<Sensor, CosimError> {
     match latency {
         Latency::Emitted => Ok(sensor.clone()),
-        Latency::Clocks { result, peak } => {
-            let moved = i64::from(result) - i64::from(sensor.interface().result_latency_clocks);
-            let shifted = shifted(sensor, moved, moved);
-            Ok(match peak {
-                Some(peak) => shifted.with_latency(result, peak),
-                None => shifted,
-            })
-        }
+        Latency::Clocks { result, peak } => Ok(held_to_clocks(sensor, result, peak)),
         Latency::Auto => found(sensor, request),
+    }
+}
+
+/// The sensor whose results come after so many clocks; without a peak's own latency it
+/// moves by as much as theirs.
+pub(crate) fn held_to_clocks(sensor: &Sensor, result: u32, peak: Option<u32>) -> Sensor {
+    let moved = i64::from(result) - i64::from(sensor.interface().result_latency_clocks);
+    let shifted = shifted(sensor, moved, moved);
+    match peak {
+        Some(peak) => shifted.with_latency(result, peak),
+        None => shifted,
     }
 }
 

@@ -61,7 +61,7 @@ impl std::fmt::Display for Number {
 
 impl FirstMismatch {
     /// `field` differs at `clock`: its own words, by both sides.
-    pub(super) fn new(
+    pub(crate) fn new(
         sensor: &Sensor,
         clock: u64,
         field: &Field,

@@ -46,7 +46,7 @@ fn blames(line: &str, sources: &[SourceFile]) -> bool {
 }
 
 /// A text of a tool or of the model, with the user's own file names.
-pub(super) fn in_users_terms(text: &str, sources: &[SourceFile]) -> String {
+pub(crate) fn in_users_terms(text: &str, sources: &[SourceFile]) -> String {
     let folder = format!("{RTL}/");
     let mut told = String::new();
     let mut rest = text;

@@ -4,7 +4,8 @@ use crate::response::CountingTier;
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
-/// What the correlation's peak stands later than the light's delay, in ps.
+/// What the correlation's peak stands later than the light's delay, in ps. The mean of
+/// the jitter's tail is part of the delay.
 ///
 /// `Events`: the detection comes `delay` late, and the reference's edges come
 /// (rising + falling) / 2 late on average, which makes the detection look that
@@ -17,13 +18,14 @@ use crate::sensor::Sensor;
 /// sample only those are seen that begin w at most before it: w / 2 late on average.
 pub fn calibration_offset_ps(sensor: &Sensor, detector: DetectorIndex, tier: CountingTier) -> f64 {
     let spad = &sensor.scene().detectors[detector];
+    let delay_ps = spad.delay_ps + spad.jitter_tail.mean_ps();
     match tier {
         CountingTier::Events => {
-            spad.delay_ps - 0.5 * (spad.counter.rising_delay_ps + spad.counter.falling_delay_ps)
+            delay_ps - 0.5 * (spad.counter.rising_delay_ps + spad.counter.falling_delay_ps)
         }
         CountingTier::Sampled => {
             let sample_ps = sensor.clock().sample_period_ps();
-            spad.delay_ps + 0.5 * (sample_ps + spad.pulse_width_ps.min(sample_ps))
+            delay_ps + 0.5 * (sample_ps + spad.pulse_width_ps.min(sample_ps))
         }
     }
 }

@@ -10,6 +10,8 @@ use super::memory::Memory;
 use super::movement::Movement;
 use super::paths::{number_of, paths_to};
 use super::random::{Part, StreamKey};
+use super::shape::PulseShape;
+use super::tail::Tail;
 use crate::code::Code;
 use crate::scan::{Group, Timing};
 use crate::scene::{CounterTiming, DetectorIndex, PathIndex};
@@ -35,6 +37,10 @@ pub struct DetectorModel {
     pub(crate) delay_chips: f64,
     /// Standard deviation of all jitters together; `None` if zero.
     pub(crate) jitter_chips: Option<f64>,
+    /// What detections are late beside that.
+    pub(crate) tail: Option<Tail>,
+    /// How light of each code of the scene follows it.
+    shapes: Vec<(Arc<Code>, Arc<PulseShape>)>,
     pub(crate) pulse_width_chips: f64,
     pub(crate) counter: CounterTiming,
     pub(crate) warm_up_chips: i64,
@@ -54,6 +60,15 @@ impl DetectorModel {
         let clock = sensor.clock();
         let chips = |ps: f64| clock.chips(ps);
 
+        let shapes: Vec<(Arc<Code>, Arc<PulseShape>)> = sensor
+            .scene()
+            .sources
+            .iter()
+            .map(|source| {
+                let shape = PulseShape::new(&source.response, clock);
+                (Arc::clone(&source.code), Arc::new(shape))
+            })
+            .collect();
         let mut excess: Vec<ExcessLight> = Vec::new();
         let mut constant_hz =
             spad.background_rate_cps * spad.photon_detection_probability + spad.dark_count_rate_cps;
@@ -64,8 +79,9 @@ impl DetectorModel {
             constant_hz += rates.off_hz;
             let light =
                 ExcessLight::new(numbered, rates, &source.code, path.delay_ps, clock, &excess);
-            let movement = Movement::new(path, clock);
-            excess.extend(light.map(|light| light.moving(movement)));
+            let movement = Movement::new(path, source, clock);
+            let shape = Arc::clone(&shapes[path.source.0].1);
+            excess.extend(light.map(|light| light.moving(movement).shaped(shape)));
         }
 
         let reference = sensor.scene().sources[spad.reference].code.clone();
@@ -82,6 +98,8 @@ impl DetectorModel {
             ),
             delay_chips: chips(spad.delay_ps),
             jitter_chips: (jitter_ps > 0.0).then(|| chips(jitter_ps)),
+            tail: Tail::new(&spad.jitter_tail, clock),
+            shapes,
             pulse_width_chips: chips(spad.pulse_width_ps),
             counter: spad.counter,
             warm_up_chips: 0,
@@ -93,7 +111,22 @@ impl DetectorModel {
 
     /// The scene's paths that carry modulated light to this detector, in order.
     pub(crate) fn modulated_paths(&self) -> impl Iterator<Item = PathIndex> + '_ {
-        self.excess.iter().map(|light| light.path)
+        self.synchronised().map(|light| light.path)
+    }
+
+    /// How light of a code follows it: as the scene says, and light of unknown codes
+    /// as the reference's.
+    pub(crate) fn shape_of(&self, code: &Code) -> Arc<PulseShape> {
+        let of = |code: &Code| {
+            self.shapes
+                .iter()
+                .find(|(known, _)| known.chips == code.chips)
+        };
+        let found = of(code).or_else(|| of(&self.reference));
+        found.map_or_else(
+            || Arc::new(PulseShape::ideal()),
+            |(_, shape)| Arc::clone(shape),
+        )
     }
 
     pub(crate) fn key(&self, seed: u64, repetition: u64, group: Group) -> StreamKey {
@@ -105,16 +138,40 @@ impl DetectorModel {
         }
     }
 
+    /// Modulated light whose code keeps its place beside the reference's.
+    pub(crate) fn synchronised(&self) -> impl Iterator<Item = &ExcessLight> {
+        self.excess.iter().filter(|light| !self.slips(light))
+    }
+
+    /// Modulated light of clocks of their own, which comes at every delay within a scan
+    /// and so is constant on average: its mean rate per chip.
+    pub(crate) fn slipping_per_chip(&self) -> f64 {
+        let slipping = self.excess.iter().filter(|light| self.slips(light));
+        slipping
+            .map(|light| light.rate_per_chip * light.code.weight() as f64 / light.code.len() as f64)
+            .sum()
+    }
+
+    /// Whether a clock runs away by a chip or more within a scan.
+    fn slips(&self, light: &ExcessLight) -> bool {
+        let scan_chips = self.timing.scan_chips() as f64;
+        let slip = light.movement.as_ref().and_then(|movement| movement.slip);
+        slip.is_some_and(|slip| slip.range_chips(scan_chips) >= 1.0)
+    }
+
     /// How far the delay of a path moves within a scan, and how far it may for
     /// paths to count as standing still: a thousandth of a phase step. In chips.
     pub(crate) fn movement_in_scan(&self) -> (f64, f64) {
         let scan_chips = self.timing.scan_chips() as f64;
-        let movements = self
-            .excess
-            .iter()
-            .filter_map(|light| light.movement.as_ref());
-        let moved = movements
-            .map(|movement| movement.range_chips(scan_chips))
+        let moved = self
+            .synchronised()
+            .filter_map(|light| light.movement.as_ref())
+            .map(|movement| {
+                let slip = movement
+                    .slip
+                    .map_or(0.0, |slip| slip.range_chips(scan_chips));
+                movement.range_chips(scan_chips) + slip
+            })
             .fold(0.0, f64::max);
         (moved, 1e-3 * self.timing.clock.sample_period_chips())
     }
@@ -147,7 +204,8 @@ impl DetectorModel {
         let jitter = self.jitter_chips.unwrap_or(0.0);
         // At least a fixed margin, so that small delays and jitters do not move
         // the start, and with it every arrival.
-        let margin = (self.delay_chips + 2.0 * JITTER_BOUND_SIGMAS * jitter).max(4.0);
+        let tail = self.tail.as_ref().map_or(0.0, Tail::longest_chips);
+        let margin = (self.delay_chips + 2.0 * JITTER_BOUND_SIGMAS * jitter + tail).max(4.0);
         let chips = memory + margin;
         chips.ceil() as i64
     }

@@ -6,7 +6,8 @@ use rand_distr::{Distribution, Exp1};
 
 use super::movement::{Movement, Trajectory};
 use super::paths::NumberedPath;
-use super::random::StreamRng;
+use super::random::{StreamRng, scatter};
+use super::shape::{Gate, PulseShape, Strand};
 use super::time::ChipTime;
 use crate::code::Code;
 use crate::light::SPEED_OF_LIGHT_M_PER_S;
@@ -104,6 +105,8 @@ pub struct ExcessLight {
     pub code: Arc<Code>,
     /// How the delay changes from the scan's start on; `None` if it does not.
     pub movement: Option<Movement>,
+    /// How the light follows the code.
+    pub shape: Arc<PulseShape>,
 }
 
 impl ExcessLight {
@@ -138,6 +141,7 @@ impl ExcessLight {
             rate_per_chip,
             code: Arc::clone(code),
             movement: None,
+            shape: Arc::new(PulseShape::ideal()),
         })
     }
 
@@ -146,7 +150,67 @@ impl ExcessLight {
         ExcessLight { movement, ..self }
     }
 
+    /// The same light as it follows its code with some edges.
+    pub fn shaped(self, shape: Arc<PulseShape>) -> ExcessLight {
+        ExcessLight { shape, ..self }
+    }
+
+    /// The light without edges that it is made of.
+    pub fn strands(&self) -> impl Iterator<Item = LightStrand<'_>> {
+        // A code without off-chips has no edges.
+        let is_keyed = self.on_chips.positions.len() < self.on_chips.before.len();
+        let strands: &[Strand] = match is_keyed {
+            true => &self.shape.strands,
+            false => &ALWAYS_ON,
+        };
+        strands.iter().zip(0..).map(|(strand, place)| {
+            let delay = self.delay() + strand.delay_chips;
+            LightStrand {
+                light: self,
+                mean_wait_chips: self.mean_wait_chips / strand.share,
+                delay_chips: delay.floor() as i64,
+                delay_fraction: delay - delay.floor(),
+                gate: strand.gate.map(|gate| Gate {
+                    delay_chips: self.delay() + gate.delay_chips,
+                    ..gate
+                }),
+                number: match place {
+                    0 => self.number,
+                    _ => scatter(self.number, place),
+                },
+            }
+        })
+    }
+
     /// Delay of the path in chips, at the start of a scan.
+    pub fn delay(&self) -> f64 {
+        self.delay_chips as f64 + self.delay_fraction
+    }
+}
+
+/// What is left of a shape where the light never goes off.
+const ALWAYS_ON: [Strand; 1] = [Strand {
+    share: 1.0,
+    delay_chips: 0.0,
+    gate: None,
+}];
+
+/// A share of a path's light, which goes on and off at once.
+#[derive(Debug, Clone)]
+pub struct LightStrand<'m> {
+    light: &'m ExcessLight,
+    /// Mean wait, in chips of on-light.
+    pub mean_wait_chips: f64,
+    delay_chips: i64,
+    delay_fraction: f64,
+    /// When it is let through, its delay that of the path included.
+    gate: Option<Gate>,
+    /// What its random streams are told apart by.
+    pub number: u64,
+}
+
+impl LightStrand<'_> {
+    /// Its delay in chips, that of the path included.
     pub fn delay(&self) -> f64 {
         self.delay_chips as f64 + self.delay_fraction
     }
@@ -155,11 +219,13 @@ impl ExcessLight {
 /// Arrivals of one path's excess light, one after another.
 #[derive(Debug, Clone)]
 pub struct ExcessArrivals<'m> {
-    light: &'m ExcessLight,
+    strand: LightStrand<'m>,
     rng: StreamRng,
     trajectory: Option<Trajectory<'m>>,
     /// Emission time at which some code period begins, in chips.
     period_start: i64,
+    /// Emission time at which the first of them began.
+    first_period: i64,
     /// The next arrival at the detector.
     pub next: ChipTime,
 }
@@ -168,17 +234,18 @@ impl<'m> ExcessArrivals<'m> {
     /// The process from `start` on; `code_position` is the code chip that is
     /// sent at time 0, and `trajectory` is for light that moves.
     pub fn new(
-        light: &'m ExcessLight,
+        strand: LightStrand<'m>,
         rng: StreamRng,
         trajectory: Option<Trajectory<'m>>,
         code_position: i64,
         start: ChipTime,
     ) -> ExcessArrivals<'m> {
         let mut arrivals = ExcessArrivals {
-            light,
+            strand,
             rng,
             trajectory,
             period_start: -code_position,
+            first_period: -code_position,
             next: start,
         };
         arrivals.redraw(start);
@@ -196,23 +263,40 @@ impl<'m> ExcessArrivals<'m> {
             None => from,
             Some(trajectory) => from.shifted(-trajectory.displacement(from)),
         };
-        let still = self.next_if_still(still_from);
+        let mut still = self.next_if_still(still_from);
+        while !self.is_let_through(still) {
+            still = self.next_if_still(still);
+        }
         self.next = match &mut self.trajectory {
             None => still,
             Some(trajectory) => trajectory.arrival(still, from),
         };
     }
 
+    /// Whether the gate is open for light that arrives then over a path that keeps its
+    /// delay.
+    #[inline]
+    fn is_let_through(&self, arrival: ChipTime) -> bool {
+        let Some(gate) = self.strand.gate else {
+            return true;
+        };
+        let chips = &self.strand.light.code.chips;
+        let emitted = arrival.shifted(-gate.delay_chips);
+        let position = emitted.chip.saturating_sub(self.first_period);
+        let is_far = arrival.chip >= i64::MAX / 2;
+        is_far || chips[position.rem_euclid(chips.len() as i64) as usize] == gate.open_at
+    }
+
     /// Draws the first arrival after `from` over a path that keeps the delay that
     /// it has at the scan's start.
     #[inline]
     fn next_if_still(&mut self, from: ChipTime) -> ChipTime {
-        let light = self.light;
+        let (strand, light) = (&self.strand, self.strand.light);
         let length = light.on_chips.before.len() as i64;
         let weight = light.on_chips.positions.len() as i64;
 
-        let mut emitted_chip = from.chip - light.delay_chips;
-        let mut emitted_fraction = from.fraction - light.delay_fraction;
+        let mut emitted_chip = from.chip - strand.delay_chips;
+        let mut emitted_fraction = from.fraction - strand.delay_fraction;
         if emitted_fraction < 0.0 {
             emitted_fraction += 1.0;
             emitted_chip -= 1;
@@ -235,7 +319,7 @@ impl<'m> ExcessArrivals<'m> {
             chip: i64::from(entry >> 1),
             fraction: on_fraction,
         }
-        .after(exponential * light.mean_wait_chips);
+        .after(exponential * strand.mean_wait_chips);
 
         let mut on_chip = passed.chip;
         let mut period_start = self.period_start;
@@ -249,9 +333,9 @@ impl<'m> ExcessArrivals<'m> {
                 .saturating_add(i64::from(light.on_chips.positions[on_chip as usize])),
             fraction: passed.fraction,
         };
-        let arrived = emitted.after(light.delay_fraction);
+        let arrived = emitted.after(strand.delay_fraction);
         ChipTime {
-            chip: arrived.chip.saturating_add(light.delay_chips),
+            chip: arrived.chip.saturating_add(strand.delay_chips),
             ..arrived
         }
     }
@@ -303,7 +387,7 @@ mod tests {
             repetition: 0,
         };
         let mut arrivals = ExcessArrivals::new(
-            &light,
+            light.strands().next().expect("a strand"),
             key.stream(Part::Path(0)),
             None,
             5,

@@ -39,7 +39,9 @@ pub(crate) mod paths;
 pub(crate) mod random;
 mod reorder;
 mod sampled;
+pub(crate) mod shape;
 mod step;
+pub(crate) mod tail;
 pub(crate) mod time;
 
 pub use counter::{StepCount, count_step};
@@ -47,4 +49,5 @@ pub use detector::DetectorModel;
 pub use full::OptionalPart;
 pub(crate) use light::photon_rate_hz;
 pub use sampled::{Pulse, PulseStream};
+pub use shape::{Gate, PulseShape, Strand};
 pub use step::{Detection, StepDetections};

@@ -34,6 +34,35 @@ pub struct Movement {
     /// Change of the delay per time.
     delay_rate: f64,
     fluctuation: Option<Fluctuation>,
+    /// How the source's clock runs away, which goes on from scan to scan.
+    pub slip: Option<Slip>,
+}
+
+/// Code that comes earlier and earlier, because its clock is faster: after t chips of
+/// the detectors' by offset t + drift t^2 / 2.
+#[derive(Debug, Clone, Copy)]
+pub struct Slip {
+    offset: f64,
+    drift_per_chip: f64,
+}
+
+impl Slip {
+    fn new(source: &scene::SourceClock, clock: Clock) -> Option<Slip> {
+        (!source.is_shared()).then_some(Slip {
+            offset: source.offset,
+            drift_per_chip: source.drift_per_s * clock.chip_period_ps * 1e-12,
+        })
+    }
+
+    /// How much later the code is at a time after the first scan's start.
+    fn delay(&self, chips: f64) -> f64 {
+        -chips * (self.offset + 0.5 * self.drift_per_chip * chips)
+    }
+
+    /// How far the code moves within a time, at most, as the first scan begins.
+    pub fn range_chips(&self, duration_chips: f64) -> f64 {
+        (self.offset.abs() + 0.5 * self.drift_per_chip.abs() * duration_chips) * duration_chips
+    }
 }
 
 /// An Ornstein-Uhlenbeck process on a grid.
@@ -53,9 +82,14 @@ struct Bridge {
 
 impl Movement {
     /// `None` for a path that stands still.
-    pub fn new(path: &scene::Path, clock: Clock) -> Option<Movement> {
-        let movement = path.movement.filter(|movement| !movement.is_neutral())?;
-        let fluctuation = movement.fluctuation.filter(|f| f.std_m > 0.0).map(|f| {
+    pub fn new(path: &scene::Path, source: &scene::Source, clock: Clock) -> Option<Movement> {
+        let slip = Slip::new(&source.clock, clock);
+        let movement = path.movement.filter(|movement| !movement.is_neutral());
+        if movement.is_none() && slip.is_none() {
+            return None;
+        }
+        let fluctuation = movement.and_then(|movement| movement.fluctuation);
+        let fluctuation = fluctuation.filter(|f| f.std_m > 0.0).map(|f| {
             Fluctuation::new(
                 clock.chips(path.delay_std_ps()),
                 clock.chips(f.correlation_time_ps),
@@ -64,6 +98,7 @@ impl Movement {
         Some(Movement {
             delay_rate: path.delay_rate(),
             fluctuation,
+            slip,
         })
     }
 
@@ -72,10 +107,11 @@ impl Movement {
         Movement {
             delay_rate: 0.0,
             fluctuation: None,
+            slip: None,
         }
     }
 
-    /// How far the delay moves in `duration_chips`: its mean, and two standard
+    /// How far the path's delay moves in `duration_chips`: its mean, and two standard
     /// deviations.
     pub fn range_chips(&self, duration_chips: f64) -> f64 {
         let std_chips = self.fluctuation.as_ref().map_or(0.0, |f| f.std_chips);
@@ -137,6 +173,8 @@ pub struct Trajectory<'m> {
     stream: u64,
     /// Chips from the scan's start to time 0.
     origin: i64,
+    /// Chips from the first scan's start to time 0.
+    first_origin: f64,
     /// The cell that was asked for last, and the values at its ends.
     cell: i64,
     ends: [f64; 2],
@@ -150,11 +188,20 @@ impl<'m> Trajectory<'m> {
             movement,
             stream: key.hash_of_movement(path),
             origin,
+            first_origin: origin as f64,
             cell: 0,
             ends: [0.0; 2],
         };
         trajectory.enter_cell(0);
         trajectory
+    }
+
+    /// The same, `chips` after the first scan's start.
+    pub fn since_first_scan(self, chips: u128) -> Trajectory<'m> {
+        Trajectory {
+            first_origin: chips as f64,
+            ..self
+        }
     }
 
     fn enter_cell(&mut self, cell: i64) {
@@ -169,7 +216,10 @@ impl<'m> Trajectory<'m> {
     pub fn displacement(&mut self, time: ChipTime) -> f64 {
         let chip = self.origin.saturating_add(time.chip);
         let rate = self.movement.delay_rate;
-        let drift = rate * chip as f64 + rate * time.fraction;
+        let mut drift = rate * chip as f64 + rate * time.fraction;
+        if let Some(slip) = &self.movement.slip {
+            drift += slip.delay(self.first_origin + time.chip as f64 + time.fraction);
+        }
         let Some(fluctuation) = &self.movement.fluctuation else {
             return drift;
         };
@@ -215,6 +265,7 @@ mod tests {
     fn fluctuating(std_chips: f64, correlation_chips: f64) -> Movement {
         Movement {
             delay_rate: 0.0,
+            slip: None,
             fluctuation: Some(Fluctuation::new(std_chips, correlation_chips)),
         }
     }
@@ -371,11 +422,13 @@ mod tests {
             ExcessLight::new(path, rates, &code, 21_350.0, clock, &[]).expect("there is light");
         let at_no_speed = Movement {
             delay_rate: 0.0,
+            slip: None,
             fluctuation: None,
         };
         let start = ChipTime::at_chip(-40);
         let arrivals = |trajectory| {
-            ExcessArrivals::new(&still, KEY.stream(Part::Path(0)), trajectory, 5, start)
+            let strand = still.strands().next().expect("a strand");
+            ExcessArrivals::new(strand, KEY.stream(Part::Path(0)), trajectory, 5, start)
         };
         let mut plain = arrivals(None);
         let mut full = arrivals(Some(Trajectory::new(&at_no_speed, &KEY, 0, 1 << 40)));

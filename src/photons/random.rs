@@ -22,6 +22,8 @@ pub enum Part {
     Counts,
     /// When a detector that is nearly always blind is first ready.
     Start,
+    /// What detections are late beside jitter.
+    Tail,
     /// The on-light of one path, by its number ([`paths_to`](super::paths::paths_to)).
     Path(u64),
 }
@@ -35,6 +37,7 @@ impl Part {
             Part::Transition => 3,
             Part::Counts => 4,
             Part::Start => 5,
+            Part::Tail => 7,
             // As good as random: none of the above.
             Part::Path(number) => scatter(6, number),
         }

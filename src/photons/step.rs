@@ -33,6 +33,7 @@ pub struct StepDetections<'m> {
     constant: Option<ConstantArrivals>,
     afterpulses: Option<PendingAfterpulses>,
     jitter: Option<StreamRng>,
+    tail: Option<StreamRng>,
     registered: ReorderBuffer,
     /// No time that is still to be registered comes before it.
     horizon: ChipTime,
@@ -52,17 +53,20 @@ impl<'m> StepDetections<'m> {
         let start = ChipTime::at_chip(-model.warm_up_chips).after(model.first_ready_chips(&key));
         let start_in_scan = model.timing.start_of_group(key.group);
         let start_in_scan = i64::try_from(start_in_scan).unwrap_or(i64::MAX);
+        let start_in_all = model.timing.first_chip(key.repetition, key.group);
         let excess = model
             .excess
             .iter()
-            .map(|light| {
+            .flat_map(|light| light.strands().map(move |strand| (light, strand)))
+            .map(|(light, strand)| {
                 let position = model.code_position(key.repetition, key.group, light.code.len());
                 let trajectory = light
                     .movement
                     .as_ref()
-                    .map(|movement| Trajectory::new(movement, &key, light.number, start_in_scan));
-                let rng = key.stream(Part::Path(light.number));
-                ExcessArrivals::new(light, rng, trajectory, position, start)
+                    .map(|movement| Trajectory::new(movement, &key, light.number, start_in_scan))
+                    .map(|trajectory| trajectory.since_first_scan(start_in_all));
+                let rng = key.stream(Part::Path(strand.number));
+                ExcessArrivals::new(strand, rng, trajectory, position, start)
             })
             .collect();
         let constant = (model.constant_per_chip > 0.0).then(|| {
@@ -78,6 +82,7 @@ impl<'m> StepDetections<'m> {
             constant,
             afterpulses,
             jitter: model.jitter_chips.map(|_| key.stream(Part::Jitter)),
+            tail: model.tail.as_ref().map(|_| key.stream(Part::Tail)),
             registered: ReorderBuffer::default(),
             horizon: start,
             end: ChipTime::at_chip(
@@ -136,6 +141,9 @@ impl<'m> StepDetections<'m> {
         if let (Some(rng), Some(sigma)) = (&mut self.jitter, self.model.jitter_chips) {
             let normal: f64 = StandardNormal.sample(rng);
             shift += sigma * normal.clamp(-JITTER_BOUND_SIGMAS, JITTER_BOUND_SIGMAS);
+        }
+        if let (Some(rng), Some(tail)) = (&mut self.tail, &self.model.tail) {
+            shift += tail.draw(rng);
         }
         avalanche.shifted(shift)
     }

@@ -1,15 +1,16 @@
 //! Paths that move: kept or left out.
 
 use super::part::{Part, kept, left_out};
-use crate::scene::{Path, PathIndex};
+use crate::scene::{Path, PathIndex, Source};
 use crate::sensor::Sensor;
 
 /// The movement of every path together, since one part follows them all.
 pub(super) fn part(sensor: &Sensor) -> Part {
     const PART: &str = "moving_paths";
-    let moving: Vec<String> = PathIndex::of(&sensor.scene().paths)
-        .filter_map(|index| describe(index.0, &sensor.scene().paths[index]))
-        .collect();
+    let paths = PathIndex::of(&sensor.scene().paths)
+        .filter_map(|index| describe(index.0, &sensor.scene().paths[index]));
+    let clocks = sensor.scene().sources.iter().filter_map(describe_clock);
+    let moving: Vec<String> = paths.chain(clocks).collect();
     if moving.is_empty() {
         return left_out(
             PART,
@@ -20,6 +21,22 @@ pub(super) fn part(sensor: &Sensor) -> Part {
         PART,
         format!("{}; photon by photon, in the plain loop", moving.join(", ")),
     )
+}
+
+/// A clock of its own in words.
+fn describe_clock(source: &Source) -> Option<String> {
+    let clock = source.clock;
+    let drift = match clock.drift_per_s {
+        0.0 => String::new(),
+        drift => format!(" and drifts by {:.3} ppm/s", drift * 1e6),
+    };
+    (!clock.is_shared()).then(|| {
+        format!(
+            "the clock of source \"{}\" is off by {:.3} ppm{drift}",
+            source.name,
+            clock.offset * 1e6
+        )
+    })
 }
 
 fn describe(index: usize, path: &Path) -> Option<String> {

@@ -5,7 +5,9 @@ use std::fmt::Write as _;
 use super::movement;
 use super::part::{Part, Saving, kept, labelled, left_out};
 use crate::response::check_merging;
-use crate::scene::{Detector, DetectorIndex, EstimatorKind, Path, SourceIndex};
+use crate::scene::{
+    Detector, DetectorIndex, EstimatorKind, JitterTail, LaserResponse, Path, SourceIndex,
+};
 use crate::sensor::Sensor;
 
 pub(super) fn parts(sensor: &Sensor) -> Vec<Part> {
@@ -34,6 +36,23 @@ fn lit_paths(sensor: &Sensor, detector: DetectorIndex) -> impl Iterator<Item = &
     })
 }
 
+/// A laser's edges in words.
+fn edges(response: &LaserResponse) -> String {
+    match response {
+        LaserResponse::Ideal => String::new(),
+        LaserResponse::Edges {
+            rise_time_ps,
+            fall_time_ps,
+        } => format!(", rising in {rise_time_ps} ps and falling in {fall_time_ps} ps"),
+        LaserResponse::Measured(curve) => {
+            format!(
+                ", with a measured response of {} flashes",
+                curve.points.len()
+            )
+        }
+    }
+}
+
 /// A source's light in its on-state and in its off-state.
 fn source_parts(sensor: &Sensor, index: usize) -> [Part; 2] {
     let source = &sensor.scene().sources[index];
@@ -53,10 +72,11 @@ fn source_parts(sensor: &Sensor, index: usize) -> [Part; 2] {
         kept(
             modulated,
             format!(
-                "mean power {} pW, keyed by a code of {} on-chips in {}",
+                "mean power {} pW, keyed by a code of {} on-chips in {}{}",
                 in_pico(source.mean_power_w),
                 source.code.weight(),
-                source.code.len()
+                source.code.len(),
+                edges(&source.response)
             ),
         )
     } else {
@@ -234,7 +254,20 @@ fn delay(detector: &Detector, part: String) -> Part {
 }
 
 fn jitter(detector: &Detector, part: String) -> Part {
-    if detector.jitter_ps.is_empty() {
+    let tail = match &detector.jitter_tail {
+        JitterTail::None => String::new(),
+        JitterTail::Exponential {
+            share,
+            time_constant_ps,
+        } => format!(
+            ", a tail of {time_constant_ps:.1} ps for {:.1} %",
+            100.0 * share
+        ),
+        JitterTail::Measured(curve) => {
+            format!(", a measured tail of mean {:.1} ps", curve.mean_ps())
+        }
+    };
+    if detector.jitter_ps.is_empty() && tail.is_empty() {
         return left_out(
             part,
             "no jitter is given: registered times keep their order",
@@ -244,14 +277,14 @@ fn jitter(detector: &Detector, part: String) -> Part {
     kept(
         part,
         format!(
-            "{} Gaussian part{} of {:.1} ps together",
+            "{} Gaussian part{} of {:.1} ps together{tail}",
             detector.jitter_ps.len(),
             if detector.jitter_ps.len() == 1 {
                 ""
             } else {
                 "s"
             },
-            variance.sqrt()
+            variance.sqrt(),
         ),
     )
 }

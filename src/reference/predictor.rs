@@ -74,6 +74,9 @@ impl Position {
 /// A phase step whose integration is over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StepResult {
+    /// The clock after whose rising edge its group comes to the stream, if nothing
+    /// stands there any more.
+    pub clock: u64,
     /// Number of the scan since the last reset.
     pub scan: u64,
     /// The detector.
@@ -334,8 +337,9 @@ impl Reference {
     }
 
     fn reset(&mut self, reset: &Range<u64>, hits: &[Vec<u64>]) {
-        // One that reaches into this block was told in the block before, too.
-        if reset.end != self.released {
+        // One that reaches into this block was told in the block before, too, perhaps
+        // with an end that was not known yet.
+        if reset.start >= self.released {
             self.stream.exercise.resets += 1;
             let in_pause = self.scan.group == Group(0)
                 && self.scan.scan > 0
@@ -496,7 +500,8 @@ impl Reference {
         let end = self.scan.from + self.scan.chips;
         let grouping = self.interface.grouping();
         let last = grouping.is_last(self.scan.group);
-        let (beats, clamps) = self.beats();
+        let shows_at = self.released + end + u64::from(self.interface.result_latency_clocks);
+        let (beats, clamps) = self.beats(shows_at);
         let saturated = clamps.counts + clamps.totals > 0;
         let proves = self.proven_points();
         self.stream.exercise.phase_steps += grouping.steps_of(self.scan.group).count() as u64;
@@ -504,7 +509,7 @@ impl Reference {
         self.resets
             .group_ends(self.released + end, last, is_counted);
         self.stream.push(Arrival {
-            clock: self.released + end + u64::from(self.interface.result_latency_clocks),
+            clock: shows_at,
             beats,
             saturated,
             last,
@@ -524,7 +529,7 @@ impl Reference {
 
     /// The results of the present group, in the order in which they are sent, and what
     /// was saturated.
-    fn beats(&mut self) -> (Vec<Beat>, Clamps) {
+    fn beats(&mut self, shows_at: u64) -> (Vec<Beat>, Clamps) {
         let parallel = self.interface.parallel() as usize;
         let grouping = self.interface.grouping();
         let steps = grouping.steps_of(self.scan.group).len();
@@ -566,6 +571,7 @@ impl Reference {
                     );
                 }
                 self.finished.push(StepResult {
+                    clock: shows_at,
                     scan: self.scan.scan,
                     detector,
                     step: number,

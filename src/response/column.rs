@@ -2,12 +2,14 @@
 //!
 //! M(t), the expected avalanches before t, is piecewise a quartic: known by the
 //! cumulative at the cell's start and the cell's [`rates`](Detections::rates).
-//! Jitter smooths it with a Gaussian. Since cells are the same in every chip,
+//! Jitter smooths it with a Gaussian, and with its tail where it has one. Since cells are the same in every chip,
 //! the smoothed value at one place in the chip is the same few weights for every
 //! chip; they are worked out once.
 
 use super::forward::{Detections, integrated_basis};
 use super::grid::Grid;
+use crate::math::exponential_normal_density;
+use crate::photons::tail::Tail;
 
 /// The Gaussian is cut here (probability 2e-9), and scaled to make up for it.
 const CUT_SIGMAS: f64 = 6.0;
@@ -19,6 +21,26 @@ const LEGENDRE: [(f64, f64); 4] = [
     (0.796_666_477_413_626_7, 0.222_381_034_453_374_5),
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
 ];
+
+/// A tail is followed for so many time constants (probability 10^-13).
+const TAIL_TIME_CONSTANTS: f64 = 30.0;
+
+/// The delay of registered times that is not constant.
+#[derive(Debug, Clone, Copy)]
+pub struct Jitter<'a> {
+    /// Standard deviation of the Gaussian part.
+    pub sigma_chips: f64,
+    /// What comes on top.
+    pub tail: Option<&'a Tail>,
+}
+
+impl Jitter<'_> {
+    /// No such delay.
+    pub const NONE: Jitter<'static> = Jitter {
+        sigma_chips: 0.0,
+        tail: None,
+    };
+}
 
 /// One instant of every chip.
 #[derive(Debug, Clone)]
@@ -40,16 +62,74 @@ struct Term {
 impl Column {
     /// The instant `time_chips` (in the grid's frame) after a chip's start, seen
     /// through jitter, on average over the transition time.
-    pub fn new(grid: &Grid, time_chips: f64, sigma_chips: f64, transition_chips: f64) -> Column {
+    pub fn new(grid: &Grid, time_chips: f64, jitter: Jitter, transition_chips: f64) -> Column {
         let mut column = Column { terms: Vec::new() };
         if transition_chips > 0.0 {
             for side in [-transition_chips, transition_chips] {
-                column.add_smoothed(grid, time_chips + side, sigma_chips, 0.5);
+                column.add_jittered(grid, time_chips + side, jitter, 0.5);
             }
         } else {
-            column.add_smoothed(grid, time_chips, sigma_chips, 1.0);
+            column.add_jittered(grid, time_chips, jitter, 1.0);
         }
         column
+    }
+
+    /// Adds M before `centre`, as jitter lets one see it. What a delay leaves behind the
+    /// instant was an avalanche that much earlier.
+    fn add_jittered(&mut self, grid: &Grid, centre: f64, jitter: Jitter, weight: f64) {
+        let sigma = jitter.sigma_chips;
+        match jitter.tail {
+            None => self.add_smoothed(grid, centre, sigma, weight),
+            Some(Tail::Exponential {
+                share,
+                time_constant_chips,
+            }) => {
+                self.add_smoothed(grid, centre, sigma, weight * (1.0 - share));
+                self.add_tail(grid, centre, sigma, *time_constant_chips, weight * share);
+            }
+            Some(Tail::Delays(delays)) => {
+                for [delay, share] in delays {
+                    self.add_smoothed(grid, centre - delay, sigma, weight * share);
+                }
+            }
+        }
+    }
+
+    /// The same where the delay is a Gaussian and an exponential number together.
+    fn add_tail(&mut self, grid: &Grid, centre: f64, sigma: f64, constant: f64, weight: f64) {
+        let begin = centre - TAIL_TIME_CONSTANTS * constant - CUT_SIGMAS * sigma;
+        let end = centre + CUT_SIGMAS * sigma;
+        // Near the instant the density changes as the Gaussian does.
+        let near = centre - (CUT_SIGMAS + 2.0) * sigma;
+        let mut nodes = Vec::new();
+        let mut total = 0.0;
+        let mut from = begin;
+        while from < end - 1e-12 {
+            let (chip, cell, _) = grid.locate(from + 1e-12);
+            let cell_end = chip as f64 + grid.edges[cell + 1];
+            let longest = match from + 1e-12 < near {
+                true => constant.min(near - from),
+                false => constant
+                    .max(sigma)
+                    .min(if sigma > 0.0 { 2.0 * sigma } else { constant }),
+            };
+            let to = cell_end.min(from + longest).min(end);
+            let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+            for (node, node_weight) in LEGENDRE {
+                for side in [-node, node] {
+                    let time = middle + half * side;
+                    let density = exponential_normal_density(centre - time, constant, sigma);
+                    nodes.push((chip, cell, time, half * node_weight * density));
+                    total += half * node_weight * density;
+                }
+            }
+            from = to;
+        }
+        for (chip, cell, time, node_weight) in nodes {
+            let inside = time - chip as f64 - grid.edges[cell];
+            let position = inside / grid.cells[cell].width;
+            self.add(grid, chip, cell, position, weight * node_weight / total);
+        }
     }
 
     fn add_smoothed(&mut self, grid: &Grid, centre: f64, sigma: f64, weight: f64) {

@@ -14,7 +14,7 @@
 use goldtof_fft::Planner;
 use rustfft::num_complex::Complex64;
 
-use super::column::Column;
+use super::column::{Column, Jitter};
 use super::forward::{AllAndMerged, Detections};
 use super::grid::{Grid, frame_chips};
 use super::light::Light;
@@ -285,16 +285,19 @@ impl Source<'_> {
     /// Merged ones are taken off where they would be without jitter: they come, by
     /// what merging is, before the sample instant that they would have counted at.
     fn column(&self, model: &DetectorModel, time: f64, transition: f64) -> Vec<f64> {
-        let sigma = model.jitter_chips.unwrap_or(0.0);
+        let jitter = Jitter {
+            sigma_chips: model.jitter_chips.unwrap_or(0.0),
+            tail: model.tail.as_ref(),
+        };
         // Registered time to the grid's avalanche time.
         let origin = -(frame_chips(self.light) + self.delay_chips + model.delay_chips);
-        let before = |sigma: f64, detections: &Detections| {
-            let column = Column::new(self.grid, time + origin, sigma, transition);
+        let before = |jitter: Jitter, detections: &Detections| {
+            let column = Column::new(self.grid, time + origin, jitter, transition);
             column.cumulative(self.grid, detections)
         };
-        let mut counted = before(sigma, &self.detections.all);
+        let mut counted = before(jitter, &self.detections.all);
         if let Some(merged) = &self.detections.merged {
-            for (counted, merged) in counted.iter_mut().zip(before(0.0, merged)) {
+            for (counted, merged) in counted.iter_mut().zip(before(Jitter::NONE, merged)) {
                 *counted -= merged;
             }
         }

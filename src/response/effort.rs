@@ -12,6 +12,7 @@ use super::light::Light;
 use super::sampling::Sampling;
 use super::tier::CountingTier;
 use crate::photons::DetectorModel;
+use crate::photons::tail::Tail;
 
 /// One cell of the state equation, forwards, beside its states.
 const FORWARDS_S: f64 = 25e-9;
@@ -154,13 +155,18 @@ impl Size {
 /// The correlator's columns, one for each edge of a sample.
 fn correlator_s(model: &DetectorModel, size: &Size) -> f64 {
     let sigma = model.jitter_chips.unwrap_or(0.0);
+    let tail_chips = model.tail.as_ref().map_or(0.0, Tail::longest_chips);
     let sides = if model.counter.transition_ps > 0.0 {
         2.0
     } else {
         1.0
     };
-    let terms = sides * (1.0 + 2.0 * JITTER_REACH * sigma * size.cells);
-    let nodes = if sigma > 0.0 { 8.0 * terms } else { terms };
+    let terms = sides * (1.0 + (2.0 * JITTER_REACH * sigma + tail_chips) * size.cells);
+    let nodes = if sigma + tail_chips > 0.0 {
+        8.0 * terms
+    } else {
+        terms
+    };
     let column_s = nodes * (NODE_S + 0.5 * terms * NODE_TERM_S) + terms * size.period * TERM_S;
     let edges = if model.counter.rising_delay_ps == model.counter.falling_delay_ps {
         1.0

@@ -1,9 +1,13 @@
 //! Where integration steps end: the same places in every chip.
 
+use std::sync::Arc;
+
 use super::MeanResponseError;
 use super::light::Light;
 use super::sampling::Sampling;
+use crate::code::Code;
 use crate::photons::DetectorModel;
+use crate::photons::tail::Tail;
 
 /// The finest step of integration, as a share of a chip.
 const FINEST_CELL_CHIPS: f64 = 1.0 / 128.0;
@@ -68,7 +72,8 @@ pub struct GridCell {
     pub before: [Place; 3],
     /// Places one dead time after the start, middle and end.
     pub after: [Place; 3],
-    /// For each path, whether its chip changes before this cell.
+    /// For each delay at which light turns on or off, whether a code that is so late
+    /// changes before this cell.
     changed: Vec<bool>,
 }
 
@@ -86,9 +91,85 @@ pub struct Place {
 #[derive(Debug, Clone)]
 struct GridPath {
     rate_per_chip: f64,
-    chips: Vec<u8>,
+    code: Arc<Code>,
+    /// The code that keys it, late by a delay.
+    keyed: Late,
+    /// The same code, late by another delay, and the chip that lets the light through.
+    gate: Option<(Late, u8)>,
+}
+
+/// A code that is late by some delay.
+#[derive(Debug, Clone, Copy)]
+struct Late {
+    /// Number of the delay.
+    delay: usize,
     /// Code chip at the start of frame chip 0.
     offset: i64,
+}
+
+/// The light of all paths, without edges, and every delay at which it turns on or off.
+struct Strands {
+    delays: Vec<f64>,
+    paths: Vec<GridPath>,
+}
+
+impl Strands {
+    fn new(light: &Light) -> Strands {
+        let frame = frame_chips(light);
+        let mut strands = Strands {
+            delays: Vec::new(),
+            paths: Vec::new(),
+        };
+        for path in &light.paths {
+            let delay_chips = path.delay_chips - frame;
+            for strand in &path.shape.strands {
+                let keyed = strands.late_by(delay_chips + strand.delay_chips);
+                let gate = strand.gate.map(|gate| {
+                    let late = strands.late_by(delay_chips + gate.delay_chips);
+                    (late, gate.open_at)
+                });
+                strands.paths.push(GridPath {
+                    rate_per_chip: path.rate_per_chip * strand.share,
+                    code: Arc::clone(&path.code),
+                    keyed,
+                    gate,
+                });
+            }
+        }
+        strands
+    }
+
+    fn late_by(&mut self, delay: f64) -> Late {
+        let known = self.delays.iter().position(|known| *known == delay);
+        let number = known.unwrap_or_else(|| {
+            self.delays.push(delay);
+            self.delays.len() - 1
+        });
+        Late {
+            delay: number,
+            offset: (-delay).floor() as i64,
+        }
+    }
+}
+
+impl GridPath {
+    /// Rates in a frame chip before and after each of its changes: before and after the
+    /// code's, by before and after the gate's.
+    fn rates(&self, chip: i64) -> [[f64; 2]; 2] {
+        let chips = &self.code.chips;
+        let at = |late: Late, later: i64| {
+            chips[(chip + late.offset + later).rem_euclid(chips.len() as i64) as usize]
+        };
+        [0, 1].map(|later| {
+            let lit = self.rate_per_chip * f64::from(at(self.keyed, later));
+            match self.gate {
+                None => [lit; 2],
+                Some((gate, open_at)) => {
+                    [0, 1].map(|later| if at(gate, later) == open_at { lit } else { 0.0 })
+                }
+            }
+        })
+    }
 }
 
 impl Grid {
@@ -102,8 +183,7 @@ impl Grid {
         check_brightness(model, light.brightest_per_chip())?;
         let memory_chips = memory_chips(model, light.brightest_per_chip())?;
         let period_chips = common_period(model, light)? as usize;
-        let frame = frame_chips(light);
-        let delays: Vec<f64> = light.paths.iter().map(|p| p.delay_chips - frame).collect();
+        let Strands { delays, paths } = Strands::new(light);
         let edges = edges(model, light, &delays, kinks, samples);
         let dead_time = model.dead_time_chips;
         let cells = edges
@@ -131,15 +211,6 @@ impl Grid {
                 }
             })
             .collect();
-        let paths = light
-            .paths
-            .iter()
-            .zip(&delays)
-            .map(|(path, delay)| GridPath {
-                rate_per_chip: path.rate_per_chip,
-                chips: path.code.chips.clone(),
-                offset: (-delay).floor() as i64,
-            });
         Ok(Grid {
             period_chips,
             rearming: samples.rearming(&edges),
@@ -148,7 +219,7 @@ impl Grid {
             dead_time_chips: dead_time,
             reach_chips: dead_time.ceil() as usize + 1,
             memory_chips,
-            paths: paths.collect(),
+            paths,
             constant_per_chip: light.constant_per_chip,
         })
     }
@@ -157,13 +228,12 @@ impl Grid {
     pub fn fill_rates(&self, chip: i64, rates: &mut Vec<f64>) {
         rates.clear();
         rates.resize(self.cells.len(), self.constant_per_chip);
-        for (index, path) in self.paths.iter().enumerate() {
-            let [before, after] = [0, 1].map(|later| {
-                let position = (chip + path.offset + later).rem_euclid(path.chips.len() as i64);
-                path.rate_per_chip * f64::from(path.chips[position as usize])
-            });
+        for path in &self.paths {
+            let of_chip = path.rates(chip);
+            let gate = path.gate.map_or(path.keyed, |(gate, _)| gate);
             for (rate, cell) in rates.iter_mut().zip(&self.cells) {
-                *rate += if cell.changed[index] { after } else { before };
+                let keyed = usize::from(cell.changed[path.keyed.delay]);
+                *rate += of_chip[keyed][usize::from(cell.changed[gate.delay])];
             }
         }
     }
@@ -264,7 +334,8 @@ fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
             least_ps: ps(2.0 * FINEST_CELL_CHIPS),
         });
     }
-    let jitter_chips = model.jitter_chips.unwrap_or(0.0);
+    let tail_chips = model.tail.as_ref().map_or(0.0, Tail::longest_chips);
+    let jitter_chips = model.jitter_chips.unwrap_or(0.0).max(tail_chips / 6.0);
     if jitter_chips > f64::from(LARGEST_JITTER_CHIPS) {
         return Err(MeanResponseError::JitterTooWide {
             jitter_chips,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::MeanResponseError;
 use crate::code::Code;
-use crate::photons::DetectorModel;
+use crate::photons::{DetectorModel, PulseShape};
 
 /// Primary rates at a detector: the modulated light of each path, and one
 /// constant rate that holds everything else.
@@ -25,20 +25,24 @@ pub struct LightPath {
     pub rate_per_chip: f64,
     /// Time of flight in chips.
     pub delay_chips: f64,
+    /// How the light follows the code.
+    pub shape: Arc<PulseShape>,
 }
 
 impl Light {
     /// The light that the scene says reaches the detector, path by path in the
-    /// scene's order, without those that carry no modulated light.
+    /// scene's order, without those that carry no modulated light. Light of sources
+    /// whose clock runs away within a scan is constant on average.
     pub fn of(model: &DetectorModel) -> Light {
-        let paths = model.excess.iter().map(|light| LightPath {
+        let paths = model.synchronised().map(|light| LightPath {
             code: Arc::clone(&light.code),
             rate_per_chip: light.rate_per_chip,
             delay_chips: light.delay(),
+            shape: Arc::clone(&light.shape),
         });
         Light {
             paths: paths.collect(),
-            constant_per_chip: model.constant_per_chip,
+            constant_per_chip: model.constant_per_chip + model.slipping_per_chip(),
         }
     }
 

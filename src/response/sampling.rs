@@ -20,7 +20,7 @@ use super::MeanResponseError;
 use super::light::Light;
 use super::tier::CountingTier;
 use crate::photons::DetectorModel;
-use crate::scene::DetectorIndex;
+use crate::scene::{DetectorIndex, JitterTail};
 use crate::sensor::Sensor;
 
 /// A smaller share of detections that merge than this is left out where it cannot be
@@ -38,6 +38,9 @@ const LARGEST_JITTER_SAMPLES: f64 = 0.25;
 /// Jitter of two detections is taken to reach this many standard deviations of their
 /// difference.
 const JITTER_REACH_SIGMAS: f64 = 6.0;
+
+/// The tail of the jitter is taken to reach as far as all but this share of it does.
+const TAIL_BEYOND: f64 = 1e-5;
 
 /// Most sample instants that a ready detector may have to wait for.
 const MOST_WAITS: usize = 64;
@@ -160,7 +163,8 @@ pub fn check_merging(sensor: &Sensor, detector: DetectorIndex) -> Result<(), Mea
         + sensor.clock().sample_period_ps()
         + JITTER_REACH_SIGMAS * std::f64::consts::SQRT_2 * spad.jitter_std_ps()
         - spad.dead_time_ps;
-    if reach_ps <= 0.0 {
+    let has_tail = spad.jitter_tail != JitterTail::None;
+    if reach_ps <= 0.0 && !has_tail {
         return Ok(());
     }
     let model = DetectorModel::new(sensor, detector);
@@ -172,7 +176,11 @@ pub fn check_merging(sensor: &Sensor, detector: DetectorIndex) -> Result<(), Mea
 pub fn merged_share(model: &DetectorModel, light: &Light) -> f64 {
     let jitter = model.jitter_chips.unwrap_or(0.0) * std::f64::consts::SQRT_2;
     let sample_chips = model.timing.clock.sample_period_chips();
-    let reach = model.pulse_width_chips + sample_chips + JITTER_REACH_SIGMAS * jitter
+    let tail = model.tail.as_ref();
+    let reach = model.pulse_width_chips
+        + sample_chips
+        + JITTER_REACH_SIGMAS * jitter
+        + tail.map_or(0.0, |tail| tail.exceeded_by(TAIL_BEYOND))
         - model.dead_time_chips;
     if reach <= 0.0 {
         return 0.0;
@@ -194,6 +202,8 @@ fn obstacle(model: &DetectorModel) -> Option<&'static str> {
     let dead_time = model.dead_time_chips;
     if dead_time > 0.0 && is_short(dead_time) && is_short(model.pulse_width_chips) {
         Some("a dead time and a pulse that are both shorter than a sample")
+    } else if model.tail.is_some() {
+        Some("jitter with a tail")
     } else if jitter_samples > LARGEST_JITTER_SAMPLES {
         Some("jitter of more than a quarter of a sample")
     } else if waits > MOST_WAITS as f64 - 2.0 {

@@ -1,7 +1,7 @@
 //! Tables `[[detector]]`.
 
 use super::reader::Section;
-use super::{CounterTiming, Detector, std_of_sum};
+use super::{CounterTiming, Detector, JitterTail, std_of_sum, waveform};
 use crate::scan::Clock;
 use crate::scene::SourceIndex;
 
@@ -34,6 +34,7 @@ pub(super) fn read(
     let pulse_width_ps = section.quantity("pulse_width");
     let delay_ps = section.quantity("delay").unwrap_or(0.0);
     let jitter_ps = read_jitter(&section, clock);
+    let jitter_tail = read_tail(&section, clock);
     let counter = read_counter(&section, clock);
     section.finish();
     Some(Detector {
@@ -51,6 +52,7 @@ pub(super) fn read(
         },
         delay_ps,
         jitter_ps,
+        jitter_tail,
         counter,
     })
 }
@@ -98,6 +100,17 @@ fn read_jitter(detector: &Section, clock: Option<Clock>) -> Vec<f64> {
     let together_ps = std_of_sum(&jitter_ps);
     check_chips(detector, KEY, together_ps, LARGEST_JITTER_CHIPS, clock);
     jitter_ps
+}
+
+/// The tail of the jitter, no longer than the longest jitter reaches.
+fn read_tail(detector: &Section, clock: Option<Clock>) -> JitterTail {
+    let (tail, length_ps) = waveform::read_tail(detector);
+    let key = match tail {
+        JitterTail::Measured(_) => "jitter_histogram",
+        _ => "jitter_tail",
+    };
+    check_chips(detector, key, length_ps, LARGEST_JITTER_CHIPS, clock);
+    tail
 }
 
 /// Reports a time of more than `most` chips.

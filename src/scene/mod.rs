@@ -9,12 +9,14 @@
 //! | `source.wavelength` | 783 nm |
 //! | `source.mean_power` | 0 W: a source without light |
 //! | `source.extinction_ratio` | `"inf"`: no light in the off-state |
+//! | `source.clock_offset`, `source.clock_drift` | 0: the detectors' clock |
+//! | `source.rise_time`, `source.fall_time`, `source.impulse_response` | on and off at once |
 //! | `source.code.index`, `source.code.interleave` | 0 |
 //! | `source.code.polynomials`, `source.code.seeds` | a preferred pair (for an m-sequence its first polynomial), all-ones |
 //! | `detector.photon_detection_probability` | 1 |
 //! | `detector.dark_count_rate`, `detector.background_rate` | 0 |
 //! | `detector.dead_time`, `detector.delay` | 0 |
-//! | `detector.afterpulsing`, `detector.jitter` | none |
+//! | `detector.afterpulsing`, `detector.jitter`, `detector.jitter_tail`, `detector.jitter_histogram` | none |
 //! | `detector.pulse_width` | half the dead time, but at least a phase step T_s, so that every pulse is seen |
 //! | `detector.counter` and each of its keys | 0 |
 //! | `path.transmission` | 1 |
@@ -54,6 +56,7 @@ mod setting;
 mod source;
 mod totals;
 mod units;
+mod waveform;
 mod wording;
 
 use std::sync::Arc;
@@ -66,6 +69,7 @@ pub use origin::{Origin, SceneReference};
 pub use read::{load, load_with, load_with_text, parse, parse_with, read as read_scene_text};
 pub use setting::Setting;
 pub use totals::TotalsMissing;
+pub use waveform::{Curve, JitterTail, LaserResponse};
 
 use crate::code::Code;
 use crate::light::distance_m;
@@ -137,6 +141,26 @@ pub struct Source {
     pub mean_power_w: f64,
     /// On-rate over off-rate, at least 1; `f64::INFINITY` for a dark off-state.
     pub extinction_ratio: f64,
+    /// How its light follows the code.
+    pub response: LaserResponse,
+    /// How its clock goes beside the detectors'.
+    pub clock: SourceClock,
+}
+
+/// How a source's clock goes beside that of the detectors, which are one sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SourceClock {
+    /// Share by which it is faster, at the first scan's start.
+    pub offset: f64,
+    /// Change of that share per second.
+    pub drift_per_s: f64,
+}
+
+impl SourceClock {
+    /// Whether it is the detectors' own clock.
+    pub fn is_shared(&self) -> bool {
+        *self == SourceClock::default()
+    }
 }
 
 /// A SPAD with its counter (Table I).
@@ -164,6 +188,8 @@ pub struct Detector {
     pub delay_ps: f64,
     /// Standard deviations of the independent Gaussian jitters.
     pub jitter_ps: Vec<f64>,
+    /// The delay that a detection has beside these.
+    pub jitter_tail: JitterTail,
     /// The continuous-time counter's edges.
     pub counter: CounterTiming,
 }

@@ -215,7 +215,7 @@ fn read_scene(root: &Section, reference: SceneReference) -> Option<Scene> {
         }
     }
 
-    let sources = read_sources(source_sections);
+    let sources = read_sources(source_sections, clock);
     let paths: Option<Vec<Path>> = all(path_sections, |section| {
         source::read_path(section, &source_names, &detector_names, clock)
     });
@@ -223,6 +223,7 @@ fn read_scene(root: &Section, reference: SceneReference) -> Option<Scene> {
         .iter()
         .map(|section| source_names.resolve(section, "reference"))
         .collect();
+    check_reference_clocks(&detector_sections, &references, sources.as_deref());
     let code_chips = shared_code_length(&detector_sections, &references, sources.as_deref());
     let steps_per_period = code_chips
         .zip(clock)
@@ -260,12 +261,12 @@ fn read_scene(root: &Section, reference: SceneReference) -> Option<Scene> {
 }
 
 /// Reads the sources, as long as their codes fit into memory together.
-fn read_sources(sections: Vec<Section>) -> Option<Vec<Source>> {
+fn read_sources(sections: Vec<Section>, clock: Option<Clock>) -> Option<Vec<Source>> {
     let mut sources = Vec::new();
     let mut chips = 0;
     for section in sections {
         let complaint = section.complaint();
-        let source = source::read(section);
+        let source = source::read(section, clock);
         chips += source.as_ref().map_or(0, |source| source.code.len());
         if chips > MAX_SCENE_CHIPS {
             complaint(&format!(
@@ -286,6 +287,28 @@ fn all<'r, 't, T>(
 ) -> Option<Vec<T>> {
     let values: Vec<Option<T>> = sections.into_iter().map(&mut read).collect();
     values.into_iter().collect()
+}
+
+/// A detector's reference is made by its own clock.
+fn check_reference_clocks(
+    sections: &[Section],
+    references: &[Option<usize>],
+    sources: Option<&[Source]>,
+) {
+    for (section, reference) in sections.iter().zip(references) {
+        let source = sources
+            .zip(*reference)
+            .map(|(sources, index)| &sources[index]);
+        if let Some(source) = source.filter(|source| !source.clock.is_shared()) {
+            let message = format!(
+                "source \"{}\" has a clock of its own, and a detector's sign follows a source of its \
+                 own sensor; leave out `clock_offset` and `clock_drift` of that source, or name \
+                 another",
+                source.name
+            );
+            section.report("reference", &message);
+        }
+    }
 }
 
 /// Chips per period of the detectors' reference codes. Detectors are stepped

@@ -9,7 +9,8 @@ use super::keys::SOURCE;
 use super::movement;
 use super::names::Names;
 use super::reader::Section;
-use super::{Path, Source};
+use super::waveform;
+use super::{Path, Source, SourceClock};
 use crate::code::{Code, CodeSpec, Family};
 use crate::light::round_trip_ps;
 use crate::scan::Clock;
@@ -19,7 +20,7 @@ const CODE_EXAMPLE: &str = "{ family = \"gold\", degree = 11 }";
 /// That of the article's laser.
 const DEFAULT_WAVELENGTH_NM: f64 = 783.0;
 
-pub(super) fn read(section: Section) -> Option<Source> {
+pub(super) fn read(section: Section, clock: Option<Clock>) -> Option<Source> {
     section.require("code");
     let name = section.get("name").and_then(|name| name.get_ref().as_str());
     let code = section.section("code", CODE_EXAMPLE).and_then(read_code);
@@ -30,6 +31,11 @@ pub(super) fn read(section: Section) -> Option<Source> {
     let wavelength_nm = quantity("wavelength", DEFAULT_WAVELENGTH_NM);
     let mean_power_w = quantity("mean_power", 0.0);
     let extinction_ratio = read_extinction_ratio(&section);
+    let response = waveform::read_laser(&section, clock);
+    let source_clock = SourceClock {
+        offset: section.quantity("clock_offset").unwrap_or(0.0),
+        drift_per_s: section.quantity("clock_drift").unwrap_or(0.0),
+    };
     section.finish();
     Some(Source {
         name: name?.to_owned(),
@@ -37,6 +43,8 @@ pub(super) fn read(section: Section) -> Option<Source> {
         wavelength_nm: wavelength_nm?,
         mean_power_w: mean_power_w?,
         extinction_ratio,
+        response,
+        clock: source_clock,
     })
 }
 

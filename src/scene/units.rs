@@ -15,6 +15,10 @@ pub(super) enum Quantity {
     Power,
     /// In metres per second.
     Speed,
+    /// A share of a frequency.
+    ClockOffset,
+    /// Its change per second.
+    ClockDrift,
 }
 
 impl Quantity {
@@ -27,6 +31,8 @@ impl Quantity {
             Quantity::Rate => "a rate",
             Quantity::Power => "a power",
             Quantity::Speed => "a speed",
+            Quantity::ClockOffset => "a clock's offset",
+            Quantity::ClockDrift => "a clock's drift",
         }
     }
 
@@ -37,6 +43,8 @@ impl Quantity {
             Quantity::Rate => Dimension::Rate,
             Quantity::Power => Dimension::Power,
             Quantity::Speed => Dimension::Speed,
+            Quantity::ClockOffset => Dimension::ClockOffset,
+            Quantity::ClockDrift => Dimension::ClockDrift,
         }
     }
 
@@ -45,7 +53,12 @@ impl Quantity {
         match self {
             Quantity::Time => -12,
             Quantity::Wavelength => -9,
-            Quantity::Distance | Quantity::Rate | Quantity::Power | Quantity::Speed => 0,
+            Quantity::Distance
+            | Quantity::Rate
+            | Quantity::Power
+            | Quantity::Speed
+            | Quantity::ClockOffset
+            | Quantity::ClockDrift => 0,
         }
     }
 }
@@ -57,6 +70,8 @@ enum Dimension {
     Rate,
     Power,
     Speed,
+    ClockOffset,
+    ClockDrift,
 }
 
 impl Dimension {
@@ -67,6 +82,8 @@ impl Dimension {
             Dimension::Rate => "a rate",
             Dimension::Power => "a power",
             Dimension::Speed => "a speed",
+            Dimension::ClockOffset => "a clock's offset",
+            Dimension::ClockDrift => "a clock's drift",
         }
     }
 }
@@ -96,7 +113,7 @@ const fn decimal(name: &'static str, dimension: Dimension, exponent: i32) -> Uni
 }
 
 /// Every unit. Spellings that only repeat another one's meaning come last.
-const UNITS: [Unit; 36] = [
+const UNITS: [Unit; 40] = [
     decimal("fs", Dimension::Time, -15),
     decimal("ps", Dimension::Time, -12),
     decimal("ns", Dimension::Time, -9),
@@ -143,6 +160,10 @@ const UNITS: [Unit; 36] = [
         dimension: Dimension::Speed,
         scale: Scale::Multiple(1.0 / 3.6),
     },
+    decimal("ppb", Dimension::ClockOffset, -9),
+    decimal("ppm", Dimension::ClockOffset, -6),
+    decimal("ppb/s", Dimension::ClockDrift, -9),
+    decimal("ppm/s", Dimension::ClockDrift, -6),
     // The micro sign and the Greek letter.
     decimal("\u{b5}s", Dimension::Time, -6),
     decimal("\u{3bc}s", Dimension::Time, -6),

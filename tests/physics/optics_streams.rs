@@ -5,7 +5,9 @@ use crate::optics_support::{
 };
 use goldtof::photons::{Detection, DetectorModel, Pulse, PulseStream, count_step};
 use goldtof::scan::{Group, Step};
-use goldtof::scene::{CounterTiming, DetectorIndex, Path, Scene, Source, SourceIndex};
+use goldtof::scene::{
+    CounterTiming, DetectorIndex, LaserResponse, Path, Scene, Source, SourceClock, SourceIndex,
+};
 use goldtof::sensor::Sensor;
 use proptest::prelude::*;
 
@@ -73,6 +75,8 @@ fn neutral_parts_change_nothing() {
         wavelength_nm: 905.0,
         mean_power_w: 0.0,
         extinction_ratio: 10.0,
+        response: LaserResponse::Ideal,
+        clock: SourceClock::default(),
     });
     for (source, transmission) in [(1, 1.0), (0, 0.0)] {
         neutral.paths.push(Path {

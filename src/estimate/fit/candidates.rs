@@ -29,7 +29,9 @@ pub fn known(
                 let source = &scene.sources[path.source];
                 let is_lit = path.transmission > 0.0
                     && source.mean_power_w > 0.0
-                    && source.extinction_ratio > 1.0;
+                    && source.extinction_ratio > 1.0
+                    // Its code is at no delay for a whole scan.
+                    && source.clock.is_shared();
                 if !is_lit {
                     continue;
                 }

@@ -172,6 +172,7 @@ impl<'m> Problem<'m> {
                     code: Arc::clone(code),
                     rate_per_chip: path.ln_rate.exp(),
                     delay_chips: path.delay_chips,
+                    shape: self.model.shape_of(code),
                 })
                 .collect(),
             constant_per_chip: parameters.constant,

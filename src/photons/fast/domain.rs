@@ -16,6 +16,12 @@ pub enum OutsideDomain {
         /// Its index.
         path: PathIndex,
     },
+    /// The tables are for light that turns on and off alike.
+    #[error("a laser's rise and fall times differ; the lanes take edges that are alike")]
+    UnlikeEdges,
+    /// One number decides a Gaussian jitter and no other.
+    #[error("the jitter has a tail; the lanes take jitter that is Gaussian")]
+    Tail,
     /// The codes repeat together too late for the tables.
     #[error("the codes repeat together after more than {limit} chips")]
     PeriodTooLong {
@@ -114,6 +120,12 @@ impl Tables {
         if let Some(light) = model.excess.iter().find(|light| light.movement.is_some()) {
             return Err(OutsideDomain::MovingPath { path: light.path });
         }
+        if model.excess.iter().any(|light| light.shape.has_gates()) {
+            return Err(OutsideDomain::UnlikeEdges);
+        }
+        if model.tail.is_some() {
+            return Err(OutsideDomain::Tail);
+        }
         let mut codes = model.excess.iter().map(|light| light.code.len());
         let period = codes.try_fold(model.reference.len(), least_common_multiple);
         let grid = period
@@ -149,11 +161,14 @@ impl Tables {
                 parallel: model.timing.parallel,
             });
         }
-        let paths = model.excess.iter().map(|light| PathTable {
-            on_time: OnTime::new(grid, &light.code.chips),
-            mean_wait_ticks: grid.ticks(1.0 / light.rate_per_chip),
-            delay_ticks: grid.round(light.delay()),
-            number: light.number,
+        let paths = model.excess.iter().flat_map(|light| {
+            let on_time = OnTime::new(grid, &light.code.chips);
+            light.strands().map(move |strand| PathTable {
+                on_time: on_time.clone(),
+                mean_wait_ticks: grid.ticks(strand.mean_wait_chips),
+                delay_ticks: grid.round(strand.delay()),
+                number: strand.number,
+            })
         });
         Ok(Tables {
             grid,

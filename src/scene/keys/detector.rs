@@ -115,6 +115,25 @@ pub(in crate::scene) static DETECTOR: Table = Table {
             why: "in all no more than 65,536 chips: detections of twenty of them are put in order",
         },
         Key {
+            name: "jitter_tail",
+            kind: Kind::Words("a table", Form::Table("detector.jitter_tail")),
+            default: Some("none"),
+            example: "{ share = 0.1, time_constant = \"200 ps\" }",
+            meaning: "further delay of some detections, beside the Gaussian ones: the diffusion tail",
+            why: "",
+        },
+        Key {
+            name: "jitter_histogram",
+            kind: Kind::Words(
+                "rows of a time from 0 ps on and an amplitude, as CSV text",
+                Form::Text,
+            ),
+            default: Some("none"),
+            example: "\"0,0.9\\n100,0.07\\n200,0.03\"",
+            meaning: "the same, as measured: the delay's distribution in equal steps",
+            why: "",
+        },
+        Key {
             name: "counter",
             kind: Kind::Words("a table", Form::Table("detector.counter")),
             default: Some("none"),
@@ -150,6 +169,35 @@ pub(in crate::scene) static AFTERPULSING: Table = Table {
             example: "5 ns",
             meaning: "exponential time constant, from the dead time's end",
             why: "a simulation begins thirty of them early",
+        },
+    ],
+};
+
+pub(in crate::scene) static JITTER_TAIL: Table = Table {
+    path: "detector.jitter_tail",
+    keys: &[
+        Key {
+            name: "share",
+            kind: Kind::Number {
+                least: 0.0,
+                most: 1.0,
+            },
+            default: None,
+            example: "0.1",
+            meaning: "share of the detections that come later",
+            why: "a share",
+        },
+        Key {
+            name: "time_constant",
+            kind: Kind::Quantity {
+                quantity: Quantity::Time,
+                least: "1 fs",
+                most: "10 us",
+            },
+            default: None,
+            example: "200 ps",
+            meaning: "mean of these delays, which are exponential",
+            why: "a simulation begins thirty of them early; no longer than jitter may be",
         },
     ],
 };

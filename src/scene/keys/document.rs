@@ -15,7 +15,8 @@ pub fn reference() -> String {
         names it. Tests compare both. [scenes.md](scenes.md) tells how keys go together.\n\n\
         A quantity is a text of a number and a unit, in any unit of its kind: times in fs, ps, ns, \
         us, ms, s, min, h; lengths in nm, um, mm, cm, m, km; rates in cps, kcps, Mcps, Gcps; powers \
-        in fW, pW, nW, uW, mW, W, dBm; speeds in um/s, mm/s, m/s, km/s, km/h.\n\n\
+        in fW, pW, nW, uW, mW, W, dBm; speeds in um/s, mm/s, m/s, km/s, km/h; offsets of a clock in \
+        ppb, ppm, its drifts in ppb/s, ppm/s.\n\n\
         A value at a bound is allowed. One outside is refused when the scene is read, with file, \
         line, column and the bound. Bounds are what the arithmetic keeps precise, or what is \
         physical, whichever is narrower. Time in a simulation is whole chips in 64 bits and an \

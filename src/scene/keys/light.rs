@@ -59,6 +59,67 @@ pub(in crate::scene) static SOURCE: Table = Table {
             why: "1 is light without a code; beyond 10^15 a double no longer tells the off-light \
                   from none: write \"inf\"",
         },
+        Key {
+            name: "clock_offset",
+            kind: Kind::Quantity {
+                quantity: Quantity::ClockOffset,
+                least: "-1000 ppm",
+                most: "1000 ppm",
+            },
+            default: Some("0 ppm: it shares the detectors' clock"),
+            example: "20 ppm",
+            meaning: "how much faster than the detectors' its clock is; none for a reference",
+            why: "ten times what the cheapest quartz may be off",
+        },
+        Key {
+            name: "clock_drift",
+            kind: Kind::Quantity {
+                quantity: Quantity::ClockDrift,
+                least: "-10 ppm/s",
+                most: "10 ppm/s",
+            },
+            default: Some("0 ppm/s"),
+            example: "0.1 ppm/s",
+            meaning: "how much faster it gets",
+            why: "a quartz that is heated by some degrees a second",
+        },
+        Key {
+            name: "rise_time",
+            kind: Kind::Quantity {
+                quantity: Quantity::Time,
+                least: "0 s",
+                most: "1 ms",
+            },
+            default: Some("0 s"),
+            example: "300 ps",
+            meaning: "from 10 to 90 % of the light when it turns on, in a straight line, half of it at \
+                      the chip's edge",
+            why: "no more than 80 % of a chip: an edge ends before the next one begins",
+        },
+        Key {
+            name: "fall_time",
+            kind: Kind::Quantity {
+                quantity: Quantity::Time,
+                least: "0 s",
+                most: "1 ms",
+            },
+            default: Some("0 s"),
+            example: "500 ps",
+            meaning: "from 90 to 10 % when it turns off",
+            why: "as for `rise_time`",
+        },
+        Key {
+            name: "impulse_response",
+            kind: Kind::Words(
+                "rows of a time in ps and an amplitude, as CSV text",
+                Form::Text,
+            ),
+            default: Some("none"),
+            example: "\"0,0.1\\n100,0.6\\n200,0.3\"",
+            meaning: "in place of edges what a flash without width becomes, as measured, in equal \
+                      steps; its mean time is the chip's",
+            why: "",
+        },
     ],
 };
 

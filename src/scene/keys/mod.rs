@@ -25,7 +25,7 @@ use super::units::{self, Quantity};
 pub use document::reference;
 pub use schema::schema;
 
-pub(super) use detector::{AFTERPULSING, COUNTER, DETECTOR};
+pub(super) use detector::{AFTERPULSING, COUNTER, DETECTOR, JITTER_TAIL};
 pub(super) use light::{CODE, FLUCTUATION, PATH, SOURCE};
 pub(super) use sensor::{CLOCK, ESTIMATE, HARDWARE, SCAN, STEPS};
 
@@ -85,12 +85,13 @@ pub(super) struct Table {
 }
 
 /// Every table of a scene.
-pub(super) const TABLES: [&Table; 12] = [
+pub(super) const TABLES: [&Table; 13] = [
     &CLOCK,
     &SOURCE,
     &CODE,
     &DETECTOR,
     &AFTERPULSING,
+    &JITTER_TAIL,
     &COUNTER,
     &PATH,
     &FLUCTUATION,

@@ -35,6 +35,10 @@ fn scene_with(changed: &str, name: &str, value: &str) -> String {
                 ("probability", "0.1".to_owned()),
                 ("time_constant", "\"5 ns\"".to_owned()),
             ],
+            "detector.jitter_tail" => vec![
+                ("share", "0.1".to_owned()),
+                ("time_constant", "\"200 ps\"".to_owned()),
+            ],
             "path.fluctuation" => vec![
                 ("std", "\"1 um\"".to_owned()),
                 ("correlation_time", "\"1 ms\"".to_owned()),
@@ -60,7 +64,11 @@ fn scene_with(changed: &str, name: &str, value: &str) -> String {
         (
             "[[detector]]",
             &DETECTOR,
-            &[("afterpulsing", &AFTERPULSING), ("counter", &COUNTER)][..],
+            &[
+                ("afterpulsing", &AFTERPULSING),
+                ("counter", &COUNTER),
+                ("jitter_tail", &JITTER_TAIL),
+            ][..],
         ),
         ("[[path]]", &PATH, &[("fluctuation", &FLUCTUATION)][..]),
         ("[scan]", &SCAN, &[("steps", &STEPS)][..]),

@@ -80,9 +80,26 @@ pub fn simulate_with(
     seed: u64,
     repetitions: u64,
 ) -> Result<Simulation, ScansError> {
+    simulate_watched(sensor, tier, engine, seed, repetitions, |_, _| ())
+}
+
+/// [`simulate_with`]; `on_progress` hears of each scan, in order, how many are done and
+/// how many there are, of all detectors. If it unwinds, the simulation ends there, and
+/// leaves nothing behind.
+///
+/// # Errors
+/// When the tier cannot do the scene.
+pub fn simulate_watched(
+    sensor: &Sensor,
+    tier: Tier,
+    engine: Engine,
+    seed: u64,
+    repetitions: u64,
+    on_progress: impl FnMut(u64, u64),
+) -> Result<Simulation, ScansError> {
     let started = Instant::now();
     let prepared = Prepared::with_engine(sensor, tier, engine)?;
-    let simulation = simulate_prepared(sensor, &prepared, seed, repetitions)?;
+    let simulation = simulate_counting(sensor, &prepared, seed, repetitions, on_progress)?;
     Ok(Simulation {
         run_time_s: started.elapsed().as_secs_f64(),
         ..simulation
@@ -100,8 +117,20 @@ pub(crate) fn simulate_prepared(
     seed: u64,
     repetitions: u64,
 ) -> Result<Simulation, ScansError> {
+    simulate_counting(sensor, prepared, seed, repetitions, |_, _| ())
+}
+
+fn simulate_counting(
+    sensor: &Sensor,
+    prepared: &Prepared,
+    seed: u64,
+    repetitions: u64,
+    mut on_progress: impl FnMut(u64, u64),
+) -> Result<Simulation, ScansError> {
     let started = Instant::now();
     let tier = prepared.tier();
+    let all = repetitions.saturating_mul(sensor.scene().detectors.len() as u64);
+    let mut done = 0;
     let mut estimates = Vec::new();
     let mut warnings = Vec::new();
     for detector in DetectorIndex::of(&sensor.scene().detectors) {
@@ -114,6 +143,8 @@ pub(crate) fn simulate_prepared(
         let mut detections = 0;
         let mut waiting: Vec<StepCount> = Vec::new();
         let remarks = prepared.scans(sensor, detector, seed, repetitions, |counts| {
+            done += 1;
+            on_progress(done, all);
             detections += counts.iter().map(|count| count.total).sum::<u64>();
             waiting.extend_from_slice(counts);
             if waiting.len() + counts.len() > COUNTS_AT_ONCE {

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use crate::code::{Code, CodeError, CodeSpec, Family};
 use crate::estimate::{CountingTier, calibration_offset_ps};
 use crate::scene::{
-    DetectorIndex, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene, Source, SourceIndex,
-    Target,
+    DetectorIndex, EstimatorKind, Hardware, LaserResponse, OtherLight, Path, Scan, Scene, Source,
+    SourceClock, SourceIndex, Target,
 };
 use crate::sensor::Sensor;
 use crate::study::article;
@@ -100,6 +100,8 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
         wavelength_nm: 783.0,
         mean_power_w: light.power_pw * 1e-12,
         extinction_ratio: 10.0,
+        response: LaserResponse::Ideal,
+        clock: SourceClock::default(),
     };
     let path = |(number, light): (usize, &Light)| Path {
         source: SourceIndex(number),

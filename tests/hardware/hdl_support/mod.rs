@@ -14,8 +14,8 @@ use std::sync::Arc;
 use goldtof::code::{Code, Generator, Lfsr};
 use goldtof::deliver::{HdlError, emit};
 use goldtof::scene::{
-    CounterTiming, Detector, EstimatorKind, Hardware, OtherLight, Scan, Scene, Source, SourceIndex,
-    Target,
+    CounterTiming, Detector, EstimatorKind, Hardware, JitterTail, LaserResponse, OtherLight, Scan,
+    Scene, Source, SourceClock, SourceIndex, Target,
 };
 use goldtof::sensor::Sensor;
 
@@ -137,6 +137,8 @@ pub fn scene(
                 wavelength_nm: 783.0,
                 mean_power_w: 4e-12,
                 extinction_ratio: 10.0,
+                response: LaserResponse::Ideal,
+                clock: SourceClock::default(),
             })
             .collect(),
         detectors: vec![Detector {
@@ -151,6 +153,7 @@ pub fn scene(
             pulse_width_ps: 7e3,
             delay_ps: 1750.0,
             jitter_ps: vec![53.5, 4.0],
+            jitter_tail: JitterTail::None,
             counter: CounterTiming {
                 rising_delay_ps: 340.0,
                 falling_delay_ps: 390.0,

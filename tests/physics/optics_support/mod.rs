@@ -9,8 +9,8 @@ use goldtof::code::{Code, Generator};
 use goldtof::photons::{DetectorModel, Pulse, PulseStream};
 use goldtof::scan::Step;
 use goldtof::scene::{
-    CounterTiming, Detector, DetectorIndex, EstimatorKind, Hardware, OtherLight, Path, Scan, Scene,
-    Source, SourceIndex, Target,
+    CounterTiming, Detector, DetectorIndex, EstimatorKind, Hardware, JitterTail, LaserResponse,
+    OtherLight, Path, Scan, Scene, Source, SourceClock, SourceIndex, Target,
 };
 
 pub fn code(chips: &[u8]) -> Arc<Code> {
@@ -78,6 +78,8 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
             wavelength_nm: 783.0,
             mean_power_w: power_w(mean_rate_cps),
             extinction_ratio: f64::INFINITY,
+            response: LaserResponse::Ideal,
+            clock: SourceClock::default(),
         }],
         detectors: vec![Detector {
             name: "spad".to_owned(),
@@ -91,6 +93,7 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
             pulse_width_ps: 4000.0,
             delay_ps: 0.0,
             jitter_ps: Vec::new(),
+            jitter_tail: JitterTail::None,
             counter: CounterTiming {
                 rising_delay_ps: 0.0,
                 falling_delay_ps: 0.0,

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use goldtof::response::MeanCount;
 use goldtof::scan::Step;
-use goldtof::scene::{Detector, Scene};
+use goldtof::scene::{Detector, JitterTail, LaserResponse, Scene, Source};
 
 /// States: this many afterpulses pending at most.
 const STATES: usize = 5;
@@ -137,6 +137,24 @@ impl<'s> Stepped<'s> {
     /// Detections registered before a time, seen through the detector's delay and
     /// jitter.
     fn registered_before(&self, time_ps: f64) -> f64 {
+        let JitterTail::Exponential {
+            share,
+            time_constant_ps,
+        } = self.scene.detectors[0].jitter_tail
+        else {
+            return self.registered_without_tail_before(time_ps);
+        };
+        // Means of equally likely stretches of the exponential delay.
+        const STRETCHES: i32 = 200;
+        let late = (0..STRETCHES).map(|stretch| {
+            let likelier = 1.0 - (f64::from(stretch) + 0.5) / f64::from(STRETCHES);
+            self.registered_without_tail_before(time_ps + time_constant_ps * likelier.ln())
+        });
+        let late = late.sum::<f64>() / f64::from(STRETCHES);
+        (1.0 - share) * self.registered_without_tail_before(time_ps) + share * late
+    }
+
+    fn registered_without_tail_before(&self, time_ps: f64) -> f64 {
         let spad = &self.scene.detectors[0];
         let sigma_ps = spad.jitter_ps.iter().map(|s| s * s).sum::<f64>().sqrt();
         let avalanche_ps = time_ps - spad.delay_ps;
@@ -194,11 +212,41 @@ fn primary_rates(
         let on = photons_per_s / (ones + (1.0 - ones) * off_share);
         let delay = whole(path.delay_ps);
         for (step, rate) in rates.iter_mut().enumerate() {
-            let chip = (step + period - delay % period) % period / per_chip;
-            *rate += if chips[chip] == 1 { on } else { on * off_share };
+            let place = (step + period - delay % period) % period;
+            let level = level(source, place, per_chip, step_s * 1e12);
+            *rate += on * (off_share + level * (1.0 - off_share));
         }
     }
     rates
+}
+
+/// The share of the light that is on in step `place` of a code period: edges are straight
+/// lines, and the step's light is that of its middle.
+fn level(source: &Source, place: usize, per_chip: usize, step_ps: f64) -> f64 {
+    let chips = &source.code.chips;
+    let length = chips.len();
+    let (LaserResponse::Edges { .. } | LaserResponse::Ideal) = source.response else {
+        panic!("a measured response is not stepped");
+    };
+    let full_ps = |rises: bool| match source.response {
+        LaserResponse::Edges {
+            rise_time_ps,
+            fall_time_ps,
+        } => [fall_time_ps, rise_time_ps][usize::from(rises)] / 0.8,
+        _ => 0.0,
+    };
+    let chip = place / per_chip;
+    let into_ps = (place as f64 + 0.5) * step_ps - chip as f64 * per_chip as f64 * step_ps;
+    let to_next_ps = per_chip as f64 * step_ps - into_ps;
+    let [before, now, after] =
+        [length - 1, 0, 1].map(|later| f64::from(chips[(chip + later) % length]));
+    // How far an edge has come, 0 to 1, so long after its middle.
+    let progress = |rises: bool, since_ps: f64| match full_ps(rises) {
+        0.0 => f64::from(u8::from(since_ps >= 0.0)),
+        full_ps => (0.5 + since_ps / full_ps).clamp(0.0, 1.0),
+    };
+    let from_before = before + (now - before) * progress(now > before, into_ps);
+    from_before + (after - now) * progress(after > now, -to_next_ps)
 }
 
 /// Afterpulses pending, j of them after an avalanche, m when its dead time ends.

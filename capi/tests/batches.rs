@@ -1,0 +1,138 @@
+//! The model in batches, which has hits from sample words, against the model of
+//! co-simulation, which has them from pulses and never sees a word.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use goldtof::batch::{Inputs, Model};
+use goldtof::photons::Pulse;
+use goldtof::reference::blocks::{Block, BlockMaker};
+use goldtof::reference::predictor::Reference;
+use goldtof::reference::stimulus::{Drive, Stimulus};
+use goldtof::scene;
+use goldtof::sensor::Sensor;
+use goldtof::sensor::interface::Interface;
+use goldtof::sensor::layout::Layout;
+
+const CLOCKS: u64 = 40_000;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Pulses, stalls and resets without an aim; of all kinds, also over many clocks.
+struct Noise {
+    pulses: Vec<Vec<Pulse>>,
+    resets: Vec<Range<u64>>,
+    stalls: Vec<Range<u64>>,
+    lanes: u64,
+}
+
+impl Noise {
+    fn of(interface: &Interface) -> Noise {
+        let lanes = u64::from(interface.lanes());
+        let mut state = 7u64;
+        let mut below = |bound: u64| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 33) % bound
+        };
+        let detectors = 0..interface.reference_codes.len();
+        let pulses = detectors.map(|_| {
+            let (mut at, mut pulses) = (0, Vec::new());
+            while at < CLOCKS * lanes {
+                at += below(6 * lanes);
+                let end = at + 1 + below(2 * lanes);
+                pulses.push(Pulse { first: at, end });
+                at += 1;
+            }
+            pulses.retain(|pulse| pulse.first < CLOCKS * lanes);
+            pulses
+        });
+        Noise {
+            pulses: pulses.collect(),
+            resets: vec![0..4, 4_095..4_097, 13_000..13_001, 20_000..21_111],
+            stalls: vec![0..9, 6_000..7_500, 14_335..14_336, 25_000..31_000],
+            lanes,
+        }
+    }
+}
+
+impl Stimulus for Noise {
+    fn drive(&mut self, drive: &mut Drive) {
+        let clocks = drive.surroundings.clocks.clone();
+        drive.surroundings.resets.clone_from(&self.resets);
+        drive.surroundings.stalls.clone_from(&self.stalls);
+        for (to, pulses) in drive.pulses.iter_mut().zip(&self.pulses) {
+            let here = |pulse: &&Pulse| clocks.contains(&(pulse.first / self.lanes));
+            to.extend(pulses.iter().filter(here));
+        }
+    }
+}
+
+/// Words, and what the model of co-simulation, which has hits from pulses and never
+/// sees a word, expects of them.
+fn driven(sensor: &Sensor) -> (Vec<u64>, Vec<u64>) {
+    let layout = Layout::of(sensor.interface());
+    let mut reference = Reference::new(sensor.interface().clone()).unwrap();
+    let mut noise = Noise::of(sensor.interface());
+    let mut maker = BlockMaker::new(&mut reference, &mut noise, &layout, CLOCKS);
+    let (mut inputs, mut expected) = (Vec::new(), Vec::new());
+    let mut block = Block::default();
+    while maker.make(&mut block) {
+        inputs.extend_from_slice(&block.records.inputs);
+        expected.extend_from_slice(&block.records.expected);
+    }
+    (inputs, expected)
+}
+
+#[test]
+fn batches_of_any_size_give_what_cosimulation_expects() {
+    for scene in [
+        "scenes/quick.toml",
+        "tests/scenes/peak.toml",
+        "scenes/dual-view.toml",
+    ] {
+        let scene = scene::load(&root().join(scene)).unwrap();
+        let sensor = Sensor::new(&scene);
+        let (records, expected) = driven(&sensor);
+        let layout = Layout::of(sensor.interface());
+        let detectors = sensor.interface().reference_codes.len();
+        let lanes = sensor.interface().lanes();
+        let records: Vec<_> = records.chunks_exact(layout.inputs.words).collect();
+        let level = |name| {
+            let field = layout.inputs.field(name);
+            records.iter().map(|r| field.low_word(r) as u8).collect()
+        };
+        let (reset, ready): (Vec<u8>, Vec<u8>) = (level("i_rst"), level("m_axis_tready"));
+        assert_eq!(
+            reset.iter().map(|&r| u64::from(r)).sum::<u64>(),
+            4 + 2 + 1 + 1111
+        );
+        let samples: Vec<u64> = records
+            .iter()
+            .flat_map(|record| {
+                let field = layout.inputs.field("i_samples");
+                (0..detectors as u32).map(|d| field.bits(record, d * lanes, lanes))
+            })
+            .collect();
+        for size in [1, 7, 4096, 40_000] {
+            let mut model = Model::new(&sensor).unwrap();
+            let (mut all, mut outputs, mut results) = (Vec::new(), Vec::new(), 0);
+            for from in (0..records.len()).step_by(size) {
+                let to = (from + size).min(records.len());
+                let inputs = Inputs {
+                    samples: &samples[from * detectors..to * detectors],
+                    reset: &reset[from..to],
+                    ready: &ready[from..to],
+                };
+                model.clock(&inputs, &mut outputs).unwrap();
+                all.extend_from_slice(&outputs);
+                results += model.take_results().count();
+            }
+            assert!(all == expected, "{}: batches of {size}", scene.name);
+            assert!(results > 0);
+        }
+    }
+}

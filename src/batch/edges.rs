@@ -1,0 +1,67 @@
+//! Hits of sample words: a high sample after a low one, also across words.
+
+/// One detector's last sample, which tells whether a word that begins high begins with a
+/// hit.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LastSample {
+    lanes: u32,
+    is_high: bool,
+}
+
+impl LastSample {
+    /// Before the first word, of which nobody can tell whether it begins with an edge.
+    pub(super) fn before_all(lanes: u32) -> LastSample {
+        LastSample {
+            lanes,
+            is_high: true,
+        }
+    }
+
+    /// Adds the first samples of all runs of high samples that begin in the word of
+    /// `clock`; clock t has samples t S .. (t + 1) S.
+    #[inline]
+    pub(super) fn hits(&mut self, clock: u64, word: u64, hits: &mut Vec<u64>) {
+        let mut rising = word & !(word << 1 | u64::from(self.is_high));
+        self.is_high = word >> (self.lanes - 1) & 1 == 1;
+        while rising != 0 {
+            hits.push(clock * u64::from(self.lanes) + u64::from(rising.trailing_zeros()));
+            rising &= rising - 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sample by sample, by the definition.
+    fn by_definition(lanes: u32, words: &[u64]) -> Vec<u64> {
+        let samples: Vec<bool> = words
+            .iter()
+            .flat_map(|word| (0..lanes).map(move |lane| word >> lane & 1 == 1))
+            .collect();
+        let rises = |&at: &usize| samples[at] && !samples[at - 1];
+        (1..samples.len())
+            .filter(rises)
+            .map(|at| at as u64)
+            .collect()
+    }
+
+    #[test]
+    fn hits_are_rising_edges_also_across_words() {
+        for lanes in [1u32, 2, 4, 8, 16] {
+            let mask = (1u64 << lanes) - 1;
+            let words: Vec<u64> = (0..500u64)
+                .map(|n| (n.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 23) & mask)
+                .chain([mask, mask, 0, 1, mask, 1 << (lanes - 1), 1])
+                .collect();
+            let mut last = LastSample::before_all(lanes);
+            let mut hits = Vec::new();
+            for (clock, &word) in words.iter().enumerate() {
+                last.hits(clock as u64, word, &mut hits);
+            }
+            assert_eq!(hits, by_definition(lanes, &words), "{lanes} lanes");
+            assert!(hits.len() > 50);
+        }
+    }
+}
