@@ -481,7 +481,7 @@ impl Selectable {
             let named = |number: usize, text: &str| {
                 let head = format!("module {name} ");
                 assert_eq!(text.matches(&head).count(), 1, "{file}");
-                text.replace(&head, &format!("module {name}_{number} "))
+                text.replace(&head, &format!("module {name}_with_{number} "))
             };
             let mut text = named(0, &sound);
             let mut numbers = vec![0];
@@ -550,7 +550,7 @@ fn chooser(name: &str, sound: &str, numbers: &[usize], selector: &Path) -> Strin
         let ports = ports.join(", ");
         let _ = writeln!(
             text,
-            "    {name}_{number} {parameters}of_{number} ({ports});"
+            "    {name}_with_{number} {parameters}of_{number} ({ports});"
         );
     }
     for (output, _) in &outputs {
