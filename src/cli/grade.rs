@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use super::Ending;
 use super::arguments::GradeArguments;
-use super::emit::command_line;
+use super::emit::rtl;
 use super::output::Output;
-use crate::door::{GradeOptions, Rtl, grade};
+use crate::door::{GradeOptions, grade};
 use crate::grade::{Bounds, Grade, GradeStimulus, Score};
 use crate::printable::printable_lines;
 
@@ -20,12 +20,7 @@ pub(super) fn run(
 ) -> anyhow::Result<Ending> {
     let scene = arguments.scene.load()?;
     let options = GradeOptions {
-        rtl: match arguments.own.rtl() {
-            Some(own) => Rtl::Own(own),
-            None => Rtl::Emitted {
-                made_by: command_line(&arguments.scene),
-            },
-        },
+        rtl: rtl(&arguments.own, &arguments.scene),
         stimulus: arguments.stimulus,
         clocks: arguments.clocks,
         seed,
