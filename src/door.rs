@@ -4,6 +4,7 @@
 use crate::cosim::build::cache_dir;
 use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
+use crate::cosim::lanes::Refusal;
 use crate::cosim::latency::{Latency, held_to};
 use crate::cosim::own::{self, OwnDesign, OwnRtl};
 use crate::cosim::source::sources_of;
@@ -11,6 +12,7 @@ use crate::cosim::window::Window;
 use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate};
 use crate::deliver::{self, Emission, HdlError, Prefix};
 use crate::estimate::report::{EstimateReport, estimate_scan};
+use crate::grade::{Bounds, Grade, GradeRequest, GradeStimulus};
 use crate::photons::StepCount;
 use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
@@ -196,18 +198,7 @@ pub fn cosim(
     on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimFailed> {
     let sensor = Sensor::new(scene);
-    let design = match &options.rtl {
-        Rtl::Own(own) => own::read(own, sensor.interface())?,
-        Rtl::Emitted { made_by } => {
-            let emission = deliver::emit(&sensor, made_by)?;
-            OwnDesign {
-                sources: sources_of(&emission),
-                top: emission.top,
-                registers: Some(emission.scan_registers),
-                remarks: Vec::new(),
-            }
-        }
-    };
+    let design = options.rtl.read(&sensor)?;
     let request = Request {
         top: design.top,
         sources: design.sources,
@@ -223,6 +214,72 @@ pub fn cosim(
     let mut done = cosimulate(&sensor, &request, on_progress)?;
     done.report.remarks = design.remarks;
     Ok(done)
+}
+
+impl Rtl {
+    /// The design that is meant.
+    fn read(&self, sensor: &Sensor) -> Result<OwnDesign, CosimFailed> {
+        Ok(match self {
+            Rtl::Own(own) => own::read(own, sensor.interface())?,
+            Rtl::Emitted { made_by } => {
+                let emission = deliver::emit(sensor, made_by)?;
+                OwnDesign {
+                    sources: sources_of(&emission),
+                    top: emission.top,
+                    registers: Some(emission.scan_registers),
+                    remarks: Vec::new(),
+                }
+            }
+        })
+    }
+}
+
+/// What to grade, on which design.
+#[derive(Debug, Clone)]
+pub struct GradeOptions {
+    /// The Verilog.
+    pub rtl: Rtl,
+    /// The stimulus.
+    pub stimulus: GradeStimulus,
+    /// Number of clocks; `None` for as many as the stimulus takes.
+    pub clocks: Option<u64>,
+    /// Seed of the stimulus and of the choice of mutants.
+    pub seed: u64,
+    /// Mutants beside the stuck-at faults; 0 for none.
+    pub mutants: u32,
+    /// How long the model checker may take.
+    pub bounds: Bounds,
+}
+
+/// How many faults and mutants of a design a stimulus finds. `on_stage` is told what is
+/// being done.
+///
+/// # Errors
+/// When the scene has no hardware, the Verilog does not fit it, differs from the
+/// reference model or is none of which faults can be told, or a tool is missing or fails.
+pub fn grade(
+    scene: &Scene,
+    options: &GradeOptions,
+    on_stage: impl FnMut(&'static str),
+) -> Result<Grade, CosimFailed> {
+    let sensor = Sensor::new(scene);
+    let design = options.rtl.read(&sensor)?;
+    let request = GradeRequest {
+        top: design.top,
+        sources: design.sources,
+        registers: design.registers,
+        cache: cache_dir()?,
+        stimulus: options.stimulus,
+        clocks: options.clocks,
+        seed: options.seed,
+        mutants: options.mutants,
+        bounds: options.bounds,
+    };
+    let graded = crate::grade::grade(&sensor, &request, on_stage);
+    Ok(graded.map_err(|refusal| match refusal {
+        Refusal::Unfit(reason) => CosimError::NotGraded(reason.to_string()),
+        Refusal::Failed(error) => error,
+    })?)
 }
 
 /// Whose counts they are.

@@ -51,6 +51,7 @@ pub mod document;
 mod door;
 pub mod estimate;
 pub(crate) mod files;
+pub mod grade;
 pub(crate) mod interrupt;
 pub(crate) mod light;
 pub(crate) mod math;
@@ -76,10 +77,11 @@ pub mod version;
 
 pub use cosim::own::OwnRtl;
 pub use door::{
-    CosimFailed, CosimOptions, EmitOptions, EstimateError, EstimateOptions, Rtl, SimulateOptions,
-    cosim, emit, estimate, simulate, simulate_watched,
+    CosimFailed, CosimOptions, EmitOptions, EstimateError, EstimateOptions, GradeOptions, Rtl,
+    SimulateOptions, cosim, emit, estimate, grade, simulate, simulate_watched,
 };
 pub use files::{FileError, OutputFolder};
+pub use grade::{Bounds as ProofBounds, GradeStimulus};
 pub use interrupt::watch as watch_signals;
 pub use light::SPEED_OF_LIGHT_M_PER_S;
 pub use programs::set_time_limit as set_tool_time_limit;

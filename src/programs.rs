@@ -46,13 +46,13 @@ pub struct Finished {
     pub stderr: String,
 }
 
-/// Runs a program to its end, or to the end of its time. Its children end with
+/// Runs a program to its end, or to the end of its time `limit`. Its children end with
 /// it, and all of them with this program when that is interrupted. What it writes to its
 /// standard output goes to `stdout`, and is in [`Finished`] if that is a pipe.
 ///
 /// # Errors
 /// When it cannot be started or watched.
-pub fn run(command: &mut Command, stdout: Stdio) -> io::Result<Finished> {
+pub fn run(command: &mut Command, stdout: Stdio, limit: Duration) -> io::Result<Finished> {
     let piped = command
         .stdin(Stdio::null())
         .stdout(stdout)
@@ -64,7 +64,7 @@ pub fn run(command: &mut Command, stdout: Stdio) -> io::Result<Finished> {
         child.stdout.take().map(|out| listen(out, closed.clone())),
         child.stderr.take().map(|out| listen(out, closed)),
     ];
-    let in_time = wait(&program, &closings, Instant::now(), time_limit())?;
+    let in_time = wait(&program, &closings, Instant::now(), limit)?;
     let status = program.end()?;
     // Those who could still write have been ended, but for a process that has left
     // the group.
@@ -160,7 +160,13 @@ mod tests {
     use super::*;
 
     fn shell(lines: &str) -> Finished {
-        run(Command::new("sh").args(["-c", lines]), Stdio::piped()).unwrap()
+        let mut command = Command::new("sh");
+        run(
+            command.args(["-c", lines]),
+            Stdio::piped(),
+            DEFAULT_TIME_LIMIT,
+        )
+        .unwrap()
     }
 
     #[test]
@@ -168,7 +174,8 @@ mod tests {
         let finished = shell("echo a; echo b >&2; exit 7");
         assert_eq!(finished.status.unwrap().code(), Some(7));
         assert_eq!((&*finished.stdout, &*finished.stderr), ("a\n", "b\n"));
-        assert!(run(&mut Command::new("/nonexistent/tool"), Stdio::piped()).is_err());
+        let mut missing = Command::new("/nonexistent/tool");
+        assert!(run(&mut missing, Stdio::piped(), DEFAULT_TIME_LIMIT).is_err());
     }
 
     #[test]

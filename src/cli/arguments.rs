@@ -13,6 +13,7 @@ use crate::cosim::engine::Engine;
 use crate::cosim::latency::Latency;
 use crate::cosim::own::OwnRtl;
 use crate::deliver::Prefix;
+use crate::grade::{Bounds, GradeStimulus};
 use crate::printable::{printable, printable_path};
 use crate::scene::{self, EstimatorKind, Scene, SceneErrors, Setting};
 use crate::simulate::Tier;
@@ -101,6 +102,8 @@ pub(super) enum Command {
     Emit(EmitArguments),
     /// Run Verilog and the reference model in lock-step
     Cosim(CosimArguments),
+    /// How many faults and mutants of a design a stimulus would find
+    Grade(GradeArguments),
     /// Photons to distance, many times: bias and standard deviation
     Simulate(SimulateArguments),
     /// A scene over and over, with some of its keys otherwise: a table and a plot
@@ -307,6 +310,40 @@ impl OwnArguments {
             defines: self.define.clone(),
         })
     }
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: goldtof grade scenes/quick.toml --stimulus testbench --at-least 98%"
+)]
+pub(super) struct GradeArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    #[command(flatten)]
+    pub own: OwnArguments,
+    /// What is graded: the first 4 million clocks of photons, the inputs
+    /// chosen to hurt of `cosim` (also `hostile`), or those of the emitted testbench
+    #[arg(long, value_enum, default_value_t = GradeStimulus::Adversarial)]
+    pub stimulus: GradeStimulus,
+    /// Its clocks, reset included: --clocks 100000 [default: as many as it takes]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(16..=MOST_CLOCKS))]
+    pub clocks: Option<u64>,
+    /// Mutants beside the stuck-at faults, 0 for none: --mutants 100
+    #[arg(long, value_name = "N", default_value_t = 1_000,
+          value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    pub mutants: u32,
+    /// Seconds to prove that one that is not caught is equivalent: --proof-time 20
+    #[arg(long, value_name = "S", default_value_t = Bounds::default().each_s,
+          value_parser = clap::value_parser!(u32).range(1..=3_600))]
+    pub proof_time: u32,
+    /// Seconds for all these proofs together: --proof-budget 600
+    #[arg(long, value_name = "S", default_value_t = Bounds::default().all_s,
+          value_parser = clap::value_parser!(u32).range(1..=86_400))]
+    pub proof_budget: u32,
+    /// End with exit status 4 if fewer are caught, of faults or of mutants that are not
+    /// proven equivalent: --at-least 99%
+    #[arg(long, value_name = "SHARE", value_parser = super::grade::parse_share)]
+    pub at_least: Option<f64>,
 }
 
 #[derive(Debug, Args)]

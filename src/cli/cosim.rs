@@ -2,7 +2,7 @@
 
 use super::Ending;
 use super::arguments::CosimArguments;
-use super::emit::command_line;
+use super::emit::rtl;
 use super::forecast::Forecast;
 use super::junit;
 use super::output::{Output, Progress, with_causes};
@@ -11,7 +11,7 @@ use crate::cosim::engine;
 use crate::cosim::shift::PortDifference;
 use crate::cosim::window::Window;
 use crate::cosim::{Report, StimulusKind, VcdClocks, Verdict};
-use crate::door::{CosimOptions, Rtl, cosim};
+use crate::door::{CosimOptions, cosim};
 use crate::files::check_target;
 use crate::printable::printable_path;
 use crate::sensor::Sensor;
@@ -29,12 +29,7 @@ pub(super) fn run(
         check_target(path)?;
     }
     let options = CosimOptions {
-        rtl: match arguments.own.rtl() {
-            Some(own) => Rtl::Own(own),
-            None => Rtl::Emitted {
-                made_by: command_line(&arguments.scene),
-            },
-        },
+        rtl: rtl(&arguments.own, &arguments.scene),
         stimulus: arguments.stimulus,
         clocks: arguments.clocks,
         seed,

@@ -16,6 +16,7 @@ use crate::code::CodesReport;
 use crate::cosim;
 use crate::deliver::Emission;
 use crate::document::{Body, Document};
+use crate::grade::Grade;
 use crate::plan::overview::Overview;
 use crate::run::Run;
 use crate::simulate::repeat::Simulation;
@@ -33,6 +34,7 @@ pub fn schemas() -> Vec<(&'static str, String)> {
         schema::<Estimates>(),
         schema::<Failure>(),
         schema::<FidelityReport>(),
+        schema::<Grade>(),
         schema::<Pages>(),
         schema::<Made>(),
         schema::<Overview>(),

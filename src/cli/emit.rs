@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use super::Ending;
-use super::arguments::{EmitArguments, SceneArgument};
+use super::arguments::{EmitArguments, OwnArguments, SceneArgument};
 use super::output::Output;
 use super::warnings::warn_of_far_paths;
 use crate::deliver;
 use crate::deliver::Emission;
+use crate::door::Rtl;
 use crate::printable::printable_path;
 use crate::sensor::Sensor;
 
@@ -29,6 +30,16 @@ pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Res
 /// name is in it, so that emission does not depend on where the scene lies.
 pub(super) fn command_line(scene: &SceneArgument) -> String {
     format!("goldtof emit {}", scene.shown())
+}
+
+/// The user's own Verilog, or else what is emitted for the scene.
+pub(super) fn rtl(own: &OwnArguments, scene: &SceneArgument) -> Rtl {
+    own.rtl().map_or_else(
+        || Rtl::Emitted {
+            made_by: command_line(scene),
+        },
+        Rtl::Own,
+    )
 }
 
 /// The emission in words.

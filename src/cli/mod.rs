@@ -19,6 +19,7 @@ mod estimate;
 mod failure;
 mod fidelity;
 mod forecast;
+mod grade;
 mod junit;
 mod manual;
 mod new;
@@ -57,6 +58,8 @@ enum Ending {
     Done,
     /// Exit status 1: what was checked does not hold.
     DoesNotHold,
+    /// Exit status 4: a score is below what was asked for.
+    BelowThreshold,
 }
 
 /// Parses the command line, runs the command, and says how it ended.
@@ -88,6 +91,7 @@ pub fn main() -> ExitCode {
         Command::Codes(arguments) => codes::run(&arguments, &mut output),
         Command::Emit(arguments) => emit::run(&arguments, &mut output),
         Command::Cosim(arguments) => cosim::run(&arguments, cli.seed, &mut output),
+        Command::Grade(arguments) => grade::run(&arguments, cli.seed, &output),
         Command::Estimate(arguments) => estimate::run(&arguments, &mut output),
         Command::Fidelity(arguments) => fidelity::run(&arguments, cli.seed, &mut output),
         Command::Simulate(arguments) => simulate::run(&arguments, cli.seed, &mut output),
@@ -101,6 +105,7 @@ pub fn main() -> ExitCode {
     match ending {
         Ok(Ending::Done) => ExitCode::SUCCESS,
         Ok(Ending::DoesNotHold) => ExitCode::from(1),
+        Ok(Ending::BelowThreshold) => ExitCode::from(4),
         Err(error) => {
             let status = status_of(&error);
             output.error(&error, status);
@@ -121,11 +126,12 @@ fn print_usage(error: &clap::Error) {
 }
 
 /// 3 for a missing or failing external tool, 1 for Verilog that ends its own
-/// simulation and so is not the sensor, 2 for everything else.
+/// simulation, or differs where it was to be graded, and so is not the sensor, 2 for
+/// everything else.
 fn status_of(error: &anyhow::Error) -> u8 {
     match cosim_error(error) {
         Some(error) if error.is_tool() => 3,
-        Some(CosimError::Halted { .. }) => 1,
+        Some(CosimError::Halted { .. } | CosimError::Differs { .. }) => 1,
         _ => 2,
     }
 }

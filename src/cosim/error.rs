@@ -230,6 +230,18 @@ pub enum CosimError {
     /// What was to be done in lanes cannot be.
     #[error("this has no place in lanes: {0}; --engine auto takes lock-step for it")]
     NoLanes(String),
+    /// A design whose faults cannot be told.
+    #[error("this cannot be graded: {0}")]
+    NotGraded(String),
+    /// A design whose outputs are no measure of faults.
+    #[error(
+        "the Verilog differs from the reference model at clock {clock}, and so its faults cannot \
+         be told; goldtof cosim shows how it differs"
+    )]
+    Differs {
+        /// The first such clock.
+        clock: u64,
+    },
     /// The hardware is not modelled.
     #[error(transparent)]
     Reference(#[from] crate::reference::predictor::ReferenceError),

@@ -69,7 +69,7 @@ use self::lanes::Refusal;
 use self::latency::HeldLatency;
 use self::lockstep::{Lockstep, Outcome};
 use self::mismatch::FirstMismatch;
-use self::rejected::in_users_terms;
+pub(crate) use self::rejected::in_users_terms;
 use self::sent::SentCount;
 use self::shift::{PortDifference, differences};
 use self::source::{SourceFile, is_users};

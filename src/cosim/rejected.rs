@@ -1,6 +1,7 @@
 //! Verilog that the tools do not take, in the user's own terms.
 
 use std::path::Path;
+use std::process::ExitStatus;
 
 use super::error::CosimError;
 use super::source::{RTL, SourceFile, is_users};
@@ -22,10 +23,7 @@ pub(super) fn rejection(error: CosimError, sources: &[SourceFile]) -> CosimError
     else {
         return error;
     };
-    // A tool that was killed or broke down says nothing of what it was given.
-    let is_said = status.code().is_some()
-        && !output.contains("Internal Error")
-        && output.lines().any(|line| blames(line, sources));
+    let is_said = finds_fault(*status, output, |line| blames(line, sources));
     if !(is_users(sources) && is_said) {
         return error;
     }
@@ -33,6 +31,12 @@ pub(super) fn rejection(error: CosimError, sources: &[SourceFile]) -> CosimError
         tool,
         output: in_users_terms(output, sources),
     }
+}
+
+/// Whether a tool that failed finds fault with what it was given, in a line for which
+/// `blames` holds. One that was killed or broke down says nothing of it.
+pub(super) fn finds_fault(status: ExitStatus, output: &str, blames: impl Fn(&str) -> bool) -> bool {
+    status.code().is_some() && !output.contains("Internal Error") && output.lines().any(blames)
 }
 
 /// Whether a line of a tool says what is wrong with the Verilog: Verilator's names
@@ -46,7 +50,7 @@ fn blames(line: &str, sources: &[SourceFile]) -> bool {
 }
 
 /// A text of a tool or of the model, with the user's own file names.
-pub(super) fn in_users_terms(text: &str, sources: &[SourceFile]) -> String {
+pub(crate) fn in_users_terms(text: &str, sources: &[SourceFile]) -> String {
     let folder = format!("{RTL}/");
     let mut told = String::new();
     let mut rest = text;
@@ -77,7 +81,6 @@ pub(super) fn in_users_terms(text: &str, sources: &[SourceFile]) -> String {
 #[cfg(test)]
 mod tests {
     use std::os::unix::process::ExitStatusExt as _;
-    use std::process::ExitStatus;
 
     use super::*;
 

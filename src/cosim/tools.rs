@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
+use std::time::Duration;
 
 use super::error::CosimError;
 use crate::programs;
@@ -78,6 +79,15 @@ impl Tool {
         }
     }
 
+    /// Yosys's ABC: `$ABC` or `yosys-abc`.
+    pub fn abc() -> Tool {
+        Tool {
+            name: "Yosys's ABC",
+            install: "apt-get install yosys",
+            program: program("ABC", "yosys-abc"),
+        }
+    }
+
     fn ask(&self, arguments: &[&str]) -> Result<String, CosimError> {
         self.run(|command| command.args(arguments))
     }
@@ -102,16 +112,29 @@ impl Tool {
         arguments: impl FnOnce(&mut Command) -> &mut Command,
         stdout: Stdio,
     ) -> Result<String, CosimError> {
+        self.run_for(arguments, stdout, programs::time_limit())
+    }
+
+    /// [`Tool::run_into`] with a time limit of its own.
+    ///
+    /// # Errors
+    /// As [`Tool::run`].
+    pub fn run_for(
+        &self,
+        arguments: impl FnOnce(&mut Command) -> &mut Command,
+        stdout: Stdio,
+        limit: Duration,
+    ) -> Result<String, CosimError> {
         let mut command = Command::new(&self.program);
         arguments(&mut command);
-        let limit = programs::time_limit();
-        let finished =
-            programs::run(&mut command, stdout).map_err(|reason| CosimError::MissingTool {
+        let finished = programs::run(&mut command, stdout, limit).map_err(|reason| {
+            CosimError::MissingTool {
                 tool: self.name,
                 program: self.program.clone(),
                 reason,
                 install: self.install,
-            })?;
+            }
+        })?;
         let tool = self.name;
         let command = format!("{command:?}");
         match finished.status {

@@ -100,7 +100,7 @@ mod tests {
         let text = "  a name of many words      and what it is
   that says it all
 ";
-        assert_eq!(columns(&long, 2, Some(44)), text);
+        assert_eq!(columns(&long, 2, Some(42)), text);
         // No terminal is too narrow for words.
         let narrow = columns(&rows, 2, Some(3));
         assert!(

@@ -2,12 +2,21 @@
 //! where a port differs, under one stimulus or the other; the emitted testbench finds
 //! each, too.
 
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use goldtof::cosim::engine::Engine;
+use goldtof::cosim::source::SourceFile;
+use goldtof::cosim::window::Window;
+use goldtof::cosim::{Report, Request, StimulusKind, Verdict, cosimulate};
+use goldtof::sensor::Sensor;
 use rayon::prelude::*;
-use serde_json::Value;
+
+/// One after the other.
+const STIMULI: [StimulusKind; 2] = [StimulusKind::Adversarial, StimulusKind::Photons];
 
 /// One edit: file, what stands there (once), what is put in its place.
 type Fault = (&'static str, &'static str, &'static str);
@@ -377,69 +386,209 @@ fn goldtof(cache: &Path, arguments: &[&str]) -> Output {
         .unwrap()
 }
 
-fn cosim(cache: &Path, scene: &str, rtl: &Path, more: &[&str]) -> (Option<i32>, Value) {
-    let mut arguments = vec!["cosim", scene, "--json", "--quiet", "--rtl"];
-    arguments.push(rtl.to_str().unwrap());
-    arguments.extend(more);
-    let output = goldtof(cache, &arguments);
-    let json = serde_json::from_slice(&output.stdout)
-        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stderr)));
-    (output.status.code(), json)
+/// What co-simulation in lock-step says of the Verilog in a folder.
+fn cosim(
+    work: &Path,
+    scene: &str,
+    rtl: &Path,
+    stimulus: StimulusKind,
+    clocks: Option<u64>,
+) -> Report {
+    let sensor = Sensor::new(&goldtof::scene::load(Path::new(scene)).unwrap());
+    let mut files: Vec<PathBuf> = fs::read_dir(rtl)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|ending| ending == "v"))
+        .filter(|path| !path.to_str().unwrap().contains("_tb"))
+        .collect();
+    files.sort();
+    let source = |path: PathBuf| SourceFile {
+        name: path.file_name().unwrap().to_str().unwrap().to_owned(),
+        text: fs::read_to_string(&path).unwrap(),
+        origin: Some(path),
+    };
+    let request = Request {
+        top: goldtof::cosim::TOP.to_owned(),
+        sources: files.into_iter().map(source).collect(),
+        registers: None,
+        cache: work.to_owned(),
+        stimulus,
+        clocks,
+        seed: 1,
+        window: Window::Found,
+        engine: Engine::Lockstep,
+    };
+    cosimulate(&sensor, &request, |_, _| ()).unwrap().report
 }
 
-/// A copy of the Verilog with the fault in it, or the reason why there is none.
-fn faulty_copy(work: &Path, rtl: &Path, fault: &Fault, number: usize) -> Result<PathBuf, String> {
-    let (file, from, to) = fault;
-    let folder = work.join(format!("fault-{number}"));
-    fs::create_dir(&folder).unwrap();
+/// Copies the emitted files.
+fn copy(rtl: &Path, folder: &Path) {
+    fs::create_dir(folder).unwrap();
     for entry in fs::read_dir(rtl).unwrap() {
         let path = entry.unwrap().path();
         if path.is_file() {
             fs::copy(&path, folder.join(path.file_name().unwrap())).unwrap();
         }
     }
-    // The design's own checks of its constants would be faster.
-    let text = fs::read_to_string(rtl.join(file)).unwrap();
-    let text = text.replace("`ifndef SYNTHESIS", "`ifdef NEVER");
-    if text.matches(from).count() != 1 {
-        return Err(format!(
-            "{file}: {from} -> {to}: the text does not stand there once"
-        ));
-    }
-    fs::write(folder.join(file), text.replace(from, to)).unwrap();
-    Ok(folder)
 }
 
-/// Makes the faulty copy and finds the fault, or says that it was not found.
-fn find(work: &Path, scene: &str, rtl: &Path, fault: &Fault, number: usize) -> Result<(), String> {
+/// A file without the design's own checks of its constants, which would be faster than
+/// what is tried here.
+fn unchecked(rtl: &Path, file: &str) -> String {
+    let text = fs::read_to_string(rtl.join(file)).unwrap();
+    text.replace("`ifndef SYNTHESIS", "`ifdef NEVER")
+}
+
+/// The text with the fault in it.
+fn edited(text: &str, (file, from, to): &Fault) -> String {
+    let found = text.matches(from).count();
+    assert_eq!(found, 1, "{file}: {from} -> {to}");
+    text.replace(from, to)
+}
+
+/// A copy of the Verilog with the fault in it.
+fn faulty_copy(work: &Path, rtl: &Path, fault: &Fault, number: usize) -> PathBuf {
+    let folder = work.join(format!("fault-{number}"));
+    copy(rtl, &folder);
+    fs::write(
+        folder.join(fault.0),
+        edited(&unchecked(rtl, fault.0), fault),
+    )
+    .unwrap();
+    folder
+}
+
+/// All faults in one design, of which a file names the one that is there: the number of
+/// the fault from 1, or 0 for none.
+struct Selectable {
+    folder: PathBuf,
+    selector: PathBuf,
+}
+
+impl Selectable {
+    /// Puts in the place of each module with faults one that has it sound and with every
+    /// fault side by side, all with the same inputs, and hands on the outputs of one.
+    fn new(work: &Path, rtl: &Path, faults: &[Fault]) -> Selectable {
+        let all = Selectable {
+            folder: work.join("selectable"),
+            selector: work.join("selector"),
+        };
+        copy(rtl, &all.folder);
+        let files: BTreeSet<&str> = faults.iter().map(|fault| fault.0).collect();
+        for file in files {
+            let sound = unchecked(rtl, file);
+            let name = file.strip_suffix(".v").unwrap();
+            let named = |number: usize, text: &str| {
+                let head = format!("module {name} ");
+                assert_eq!(text.matches(&head).count(), 1, "{file}");
+                text.replace(&head, &format!("module {name}_with_{number} "))
+            };
+            let mut text = named(0, &sound);
+            let mut numbers = vec![0];
+            for (index, fault) in faults.iter().enumerate().filter(|(_, f)| f.0 == file) {
+                text += &named(index + 1, &edited(&sound, fault));
+                numbers.push(index + 1);
+            }
+            text += &chooser(name, &sound, &numbers, &all.selector);
+            fs::write(all.folder.join(file), text).unwrap();
+        }
+        all
+    }
+
+    /// Lets a fault be there from now on.
+    fn select(&self, number: usize) {
+        fs::write(&self.selector, number.to_string()).unwrap();
+    }
+}
+
+/// The module `name` with the header of `sound`, round the modules of these numbers.
+fn chooser(name: &str, sound: &str, numbers: &[usize], selector: &Path) -> String {
+    let start = sound.find(&format!("module {name} ")).unwrap();
+    let length = sound[start..].find("\n);").unwrap();
+    let header = &sound[start..start + length + 3];
+    let code = header.lines().map(|line| line.split("//").next().unwrap());
+    let words: Vec<String> = code
+        .map(|line| line.trim().trim_end_matches(',').to_owned())
+        .collect();
+    let last = |line: &str| line.split_whitespace().last().unwrap().to_owned();
+    let of_kind = |kind: &str| -> Vec<(String, String)> {
+        let lines = words.iter().filter(|line| line.starts_with(kind));
+        let range = |line: &str| match (line.find('['), line.find(']')) {
+            (Some(from), Some(to)) => line[from..=to].to_owned(),
+            _ => String::new(),
+        };
+        lines
+            .map(|line| {
+                let declared = line.split('=').next().unwrap().trim();
+                (last(declared), range(declared))
+            })
+            .collect()
+    };
+    let (inputs, outputs) = (of_kind("input"), of_kind("output"));
+    assert!(!outputs.is_empty(), "{name}: {header}");
+    let parameters: Vec<String> = of_kind("parameter")
+        .iter()
+        .map(|(name, _)| format!(".{name}({name})"))
+        .collect();
+    let parameters = match parameters.is_empty() {
+        true => String::new(),
+        false => format!("#({}) ", parameters.join(", ")),
+    };
+    let mut text = header.replace("output reg", "output wire") + "\n";
+    let _ = writeln!(
+        text,
+        "    integer file, fault;\n    initial begin\n        file = $fopen(\"{}\", \"r\");\n        \
+         if ($fscanf(file, \"%d\", fault) != 1) $fatal;\n        $fclose(file);\n    end",
+        selector.display()
+    );
+    for number in numbers {
+        let mut ports: Vec<String> = inputs.iter().map(|(i, _)| format!(".{i}({i})")).collect();
+        for (output, range) in &outputs {
+            let _ = writeln!(text, "    wire {range} {output}_{number};");
+            ports.push(format!(".{output}({output}_{number})"));
+        }
+        let ports = ports.join(", ");
+        let _ = writeln!(
+            text,
+            "    {name}_with_{number} {parameters}of_{number} ({ports});"
+        );
+    }
+    for (output, _) in &outputs {
+        let chosen = numbers[1..].iter().fold(format!("{output}_0"), |rest, n| {
+            format!("fault == {n} ? {output}_{n} : {rest}")
+        });
+        let _ = writeln!(text, "    assign {output} = {chosen};");
+    }
+    text + "endmodule\n"
+}
+
+/// Finds the fault that is there, or says that it was not found.
+fn find(work: &Path, scene: &str, rtl: &Path, fault: &Fault) -> Result<(), String> {
     let (file, from, to) = fault;
     let name = format!("{file}: {from} -> {to}");
-    let folder = faulty_copy(work, rtl, fault, number)?;
-    for stimulus in ["adversarial", "photons"] {
-        let (status, report) = cosim(work, scene, &folder, &["--stimulus", stimulus]);
-        if report["verdict"] == "match" {
-            assert_eq!(status, Some(0), "{name}");
+    for stimulus in STIMULI {
+        let report = cosim(work, scene, rtl, stimulus, None);
+        if report.verdict == Verdict::Match {
             continue;
         }
-        assert_eq!(report["verdict"], "mismatch", "{name}");
-        assert_eq!(status, Some(1), "{name}");
+        assert_eq!(report.verdict, Verdict::Mismatch, "{name}");
         // It is the first clock: a run that ends just before it matches, and
         // one that ends with it does not.
-        let first = &report["first_mismatch"];
-        let clock = first["clock"].as_u64().unwrap();
-        assert_ne!(first["expected"], first["got"], "{name}");
-        let verdict_after = |clocks: u64| {
-            let clocks = clocks.to_string();
-            let more = ["--stimulus", stimulus, "--cycles", &clocks];
-            cosim(work, scene, &folder, &more).1["verdict"].clone()
-        };
+        let first = report.first_mismatch.unwrap();
+        assert_ne!(first.expected, first.got, "{name}");
+        let verdict_after = |clocks: u64| cosim(work, scene, rtl, stimulus, Some(clocks)).verdict;
+        let clock = first.clock;
         if clock > 0 {
             // It may be too short to tell anything.
-            assert_ne!(verdict_after(clock), "mismatch", "{name}: clock {clock}");
+            assert_ne!(
+                verdict_after(clock),
+                Verdict::Mismatch,
+                "{name}: clock {clock}"
+            );
         }
         assert_eq!(
             verdict_after(clock + 1),
-            "mismatch",
+            Verdict::Mismatch,
             "{name}: clock {clock}"
         );
         return Ok(());
@@ -455,16 +604,20 @@ fn all_are_found(scene: &str, faults: &[Fault]) {
         &["emit", scene, "--out", rtl.to_str().unwrap()],
     );
     assert!(emitted.status.success());
-    for stimulus in ["adversarial", "photons"] {
-        let (status, report) = cosim(work.path(), scene, &rtl, &["--stimulus", stimulus]);
-        assert_eq!(
-            (status, &report["verdict"]),
-            (Some(0), &Value::from("match"))
-        );
+    let all = Selectable::new(work.path(), &rtl, faults);
+    all.select(0);
+    for stimulus in STIMULI {
+        let report = cosim(work.path(), scene, &all.folder, stimulus, None);
+        assert_eq!(report.verdict, Verdict::Match, "{scene}");
     }
-    let missed = missed_by(faults, |number, fault| {
-        find(work.path(), scene, &rtl, fault, number)
-    });
+    let missed: Vec<String> = faults
+        .iter()
+        .enumerate()
+        .filter_map(|(index, fault)| {
+            all.select(index + 1);
+            find(work.path(), scene, &all.folder, fault).err()
+        })
+        .collect();
     assert!(missed.is_empty(), "{}", missed.join("\n"));
 }
 
@@ -506,8 +659,7 @@ fn missed_by_the_testbench(scene: &str, faults: &[Fault]) -> usize {
     let sound = testbench(&rtl);
     assert!(sound.status.success(), "{sound:?}");
     let missed = missed_by(faults, |number, fault| {
-        let folder = faulty_copy(work.path(), &rtl, fault, number)
-            .unwrap_or_else(|reason| panic!("{reason}"));
+        let folder = faulty_copy(work.path(), &rtl, fault, number);
         let seen = testbench(&folder);
         let said = String::from_utf8_lossy(&seen.stdout);
         if seen.status.success() {

@@ -41,7 +41,7 @@ const PLACEHOLDERS: [(&str, &str); 9] = [
     ("KEY=VALUES", "'path.distance=1 m, 2 m'"),
 ];
 /// Synopses that run for minutes.
-const LONG: [&str; 3] = ["fidelity", "reproduce", "stress"];
+const LONG: [&str; 4] = ["fidelity", "grade", "reproduce", "stress"];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -24,8 +24,10 @@ fn lint(emission: &Emission, folder: &Path) -> String {
         let arguments = [&wall[..], &["--top-module", top, "-f", list]].concat();
         run(folder, "verilator", &arguments)
     };
+    // The testbench has a time scale; the design has no use for one.
     let icarus = [
         "-Wall",
+        "-Wno-timescale",
         "-g2005",
         "-s",
         "sensor_top_tb",

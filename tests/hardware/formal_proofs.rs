@@ -88,8 +88,8 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     (
         "stream",
         "result_stream",
-        "(~i_last & (|saturated))",
-        "(|saturated)",
+        "(~i_last & (|clamped))",
+        "(|clamped)",
     ),
     (
         "axis",

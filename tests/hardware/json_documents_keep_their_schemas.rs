@@ -239,6 +239,9 @@ fn documents(work: &Path) -> Vec<Value> {
             "0.1%",
         ]),
     ];
+    let mut grade = vec!["grade", quick, "--clocks", "3000", "--mutants", "5"];
+    grade.extend(["--proof-time", "1", "--proof-budget", "1"]);
+    all.push(document(&grade));
     for scene in ["quick", "moving", "dual-view", "multipath"] {
         all.push(document(&["plan", &format!("scenes/{scene}.toml")]));
     }

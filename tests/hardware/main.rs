@@ -12,6 +12,7 @@ mod flow_lint_matrix;
 mod flow_prefixed_designs;
 mod flow_vendor_wrappers;
 mod formal_proofs;
+mod grade_tells_stimuli_apart;
 mod hdl_blocks_agree;
 mod hdl_emit_limits_and_files;
 mod hdl_emitted_text;

@@ -79,7 +79,7 @@ fn a_sensor_that_is_as_its_scene_says_is_seldom_accused() {
         ("without totals", &["path.distance=3.27 m"][..], false),
     ] {
         let scene = quick(settings);
-        let found = causes(&scene, &scene, has_totals, scans_or(150));
+        let found = causes(&scene, &scene, has_totals, scans_or(75));
         let accused = share(what, &found, |causes| !causes.is_empty());
         // Five tests at 0.2 %.
         assert!(accused[0] < 0.01, "{what}: {accused:?}");
@@ -174,7 +174,7 @@ fn what_is_wrong_with_a_sensor_is_named() {
         // Only what is said to differ differs: the pulse's width goes with the dead time.
         let fixed = "detector.pulse_width=7 ns";
         let built = quick(&[fixed, setting]);
-        let found = causes(&built, &quick(&[fixed]), has_totals, scans_or(20));
+        let found = causes(&built, &quick(&[fixed]), has_totals, scans_or(12));
         let totals = if has_totals { "with" } else { "without" };
         let what = format!("{what}, {totals} totals");
         let named = share(&what, &found, |causes| causes.contains(&cause));
@@ -227,7 +227,7 @@ fn the_fitted_distance_scatters_as_it_says_and_is_unbiased() {
         DetectorIndex(0),
         Tier::Sampled,
         5,
-        scans_or(100),
+        scans_or(60),
         |counts| {
             let scan = RecordedScan {
                 detector: DetectorIndex(0),

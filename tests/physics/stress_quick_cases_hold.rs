@@ -70,7 +70,7 @@ fn the_seed_is_the_command_lines() {
 
 #[test]
 fn the_list_names_more_cases_than_the_quick_ones() {
-    let names = |arguments: &[&str]| json(&stress(arguments)).as_array().unwrap().len();
+    let names = |arguments: &[&str]| json(&stress(arguments))["cases"].as_array().unwrap().len();
     let (all, quick) = (
         names(&["--list", "--json"]),
         names(&["--list", "--quick", "--json"]),

@@ -6,6 +6,7 @@
 
 mod expected;
 pub mod model;
+pub mod mutants;
 pub mod netlist;
 mod pulses;
 mod recurrence;
@@ -15,6 +16,7 @@ mod starts;
 mod tally;
 #[cfg(test)]
 mod tests;
+pub mod variants;
 pub mod verilog;
 mod yosys;
 
@@ -120,7 +122,8 @@ impl Prepared {
     }
 }
 
-fn threads() -> usize {
+/// Threads that work at once.
+pub(crate) fn threads() -> usize {
     available_parallelism().map_or(1, NonZero::get)
 }
 

@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use super::variants::CHOICE;
+
 /// A one-bit net. The first two are the constants 0 and 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Net(pub u32);
@@ -91,6 +93,17 @@ pub struct PortNets {
     pub nets: Vec<Net>,
 }
 
+/// A word of the Verilog.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Name {
+    /// What it is called, from the top module down.
+    pub word: String,
+    /// File and lines where it is declared; empty if nobody knows.
+    pub source: String,
+    /// Its nets, least significant first.
+    pub nets: Vec<Net>,
+}
+
 /// A design.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Netlist {
@@ -104,6 +117,8 @@ pub struct Netlist {
     pub registers: Vec<Register>,
     /// Number of nets, the constants included.
     pub nets: usize,
+    /// Words that have a name in the Verilog.
+    pub names: Vec<Name>,
 }
 
 /// What drives a net.
@@ -134,6 +149,17 @@ impl Netlist {
     pub fn input(&self, name: &str) -> Option<&[Net]> {
         let port = self.inputs.iter().find(|port| port.name == name)?;
         Some(&port.nets)
+    }
+
+    /// For each bit of a word the register that holds it; none unless all are held.
+    pub fn registers_of(&self, word: &str) -> Option<Vec<usize>> {
+        let drivers = self.drivers();
+        let name = self.names.iter().find(|name| name.word == word)?;
+        let register = |net: &Net| match drivers[net.index()] {
+            Driver::Register(number) => Some(number),
+            _ => None,
+        };
+        name.nets.iter().map(register).collect()
     }
 
     /// Puts the gates into an order in which inputs come before outputs.
@@ -174,10 +200,13 @@ impl Netlist {
         Ok(())
     }
 
-    /// Whether each net follows an input without a register between.
+    /// Whether each net follows an input without a register between; the choice of a
+    /// variant, which never changes, is none.
     pub fn follows_inputs(&self) -> Vec<bool> {
         let mut follows = vec![false; self.nets];
-        for net in self.inputs.iter().flat_map(|port| &port.nets) {
+        let inputs = self.inputs.iter();
+        let inputs = inputs.filter(|port| !port.name.starts_with(CHOICE));
+        for net in inputs.flat_map(|port| &port.nets) {
             follows[net.index()] = true;
         }
         for gate in &self.gates {
@@ -218,44 +247,64 @@ impl Netlist {
 
     /// The same design with nets tied to constants, and what follows from it. Ports
     /// and registers stay; registers' resets and enables that never happen, or
-    /// always, go.
+    /// always, go. A word's bit that is the inverse of a net has that net's name.
     pub fn with_tied(&self, tied: &HashMap<Net, bool>) -> Netlist {
+        let Folded { gates, same, held } = self.folded(tied);
+        let see = |net: Net| same[net.index()];
+        let mut folded = Netlist {
+            gates,
+            ..self.clone()
+        };
+        for register in &mut folded.registers {
+            register.d = see(register.d);
+            register.enable = register.enable.map(see).filter(|&net| net != Net::ONE);
+            let reset = register.reset.map(|reset| Reset {
+                when: see(reset.when),
+                ..reset
+            });
+            register.reset = reset.filter(|reset| reset.when != Net::ZERO);
+        }
+        for net in folded.outputs.iter_mut().flat_map(|port| &mut port.nets) {
+            *net = see(*net);
+        }
+        for net in folded.names.iter_mut().flat_map(|name| &mut name.nets) {
+            *net = held[net.index()];
+        }
+        folded.remove_dead();
+        folded
+    }
+
+    /// The gates that are left where nets are tied to constants.
+    fn folded(&self, tied: &HashMap<Net, bool>) -> Folded {
         let mut same: Vec<Net> = (0..self.nets as u32).map(Net).collect();
         for (net, &value) in tied {
             same[net.index()] = Net::constant(value);
         }
-        let mut folded = self.clone();
-        folded.gates.clear();
+        let mut held = same.clone();
+        let mut gates = Vec::new();
         for gate in &self.gates {
+            if tied.contains_key(&gate.output) {
+                continue;
+            }
             let inputs = gate.inputs.map(|net| same[net.index()]);
             match simplified(gate.function, inputs) {
-                Simplified::Net(net) => same[gate.output.index()] = net,
-                Simplified::Gate(function, inputs) => folded.gates.push(Gate {
-                    function,
-                    inputs,
-                    output: gate.output,
-                }),
+                Simplified::Net(net) => {
+                    same[gate.output.index()] = net;
+                    held[gate.output.index()] = held[net.index()];
+                }
+                Simplified::Gate(function, inputs) => {
+                    if function == Function::NOT {
+                        held[gate.output.index()] = held[inputs[0].index()];
+                    }
+                    gates.push(Gate {
+                        function,
+                        inputs,
+                        output: gate.output,
+                    });
+                }
             }
         }
-        for register in &mut folded.registers {
-            register.d = same[register.d.index()];
-            register.enable = register
-                .enable
-                .map(|net| same[net.index()])
-                .filter(|&net| net != Net::ONE);
-            register.reset = register
-                .reset
-                .map(|reset| Reset {
-                    when: same[reset.when.index()],
-                    ..reset
-                })
-                .filter(|reset| reset.when != Net::ZERO);
-        }
-        for net in folded.outputs.iter_mut().flat_map(|port| &mut port.nets) {
-            *net = same[net.index()];
-        }
-        folded.remove_dead();
-        folded
+        Folded { gates, same, held }
     }
 
     /// Removes gates that feed nothing.
@@ -283,6 +332,15 @@ impl Netlist {
         }
         self.gates.retain(|gate| wanted[gate.output.index()]);
     }
+}
+
+/// Gates of which some nets are constants.
+struct Folded {
+    gates: Vec<Gate>,
+    /// The net that each net is.
+    same: Vec<Net>,
+    /// The net that each net is, or is the inverse of.
+    held: Vec<Net>,
 }
 
 enum Simplified {

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use serde::Deserialize;
 
 use super::Unfit;
-use super::netlist::{Driver, Function, Gate, Net, Netlist, PortNets, Register, Reset};
+use super::netlist::{Driver, Function, Gate, Name, Net, Netlist, PortNets, Register, Reset};
 use crate::sensor::layout::Layout;
 
 /// From Verilog to cells of words in one module.
@@ -129,8 +129,28 @@ impl<'a> Reader<'a> {
             }
         }
         netlist.nets = self.numbers.len() + 2;
+        netlist.names = self.words();
         self.check(&mut netlist)?;
         Ok(netlist)
+    }
+
+    /// Words that have a name in the Verilog, and all of whose bits are used.
+    fn words(&self) -> Vec<Name> {
+        let named = self.module.netnames.iter();
+        let named = named.filter(|(_, net)| net.hide_name == 0);
+        let word = |(name, net): (&String, &NetName)| {
+            let source = net.attributes.get("src").and_then(|value| value.as_str());
+            let of_bit = |bit: &Bit| match bit {
+                Bit::Constant(value) => Some(Net::constant(value == "1")),
+                Bit::Net(number) => self.numbers.get(number).copied(),
+            };
+            Some(Name {
+                word: name.clone(),
+                source: source.unwrap_or_default().to_owned(),
+                nets: net.bits.iter().map(of_bit).collect::<Option<_>>()?,
+            })
+        };
+        named.filter_map(word).collect()
     }
 
     /// Name and power-up value of each net that has a name in the Verilog. Of several

@@ -15,6 +15,7 @@ use crate::cosim::TOP;
 use crate::cosim::build::VERILATOR_FLAGS;
 use crate::cosim::error::CosimError;
 use crate::cosim::ports::{self, FoundPort};
+use crate::cosim::rejected::finds_fault;
 use crate::cosim::source::SourceFile;
 use crate::cosim::tools::Tools;
 use crate::rtl::back::Prefix;
@@ -469,10 +470,7 @@ impl<'a> Search<'a> {
         else {
             return error;
         };
-        let is_said = status.code().is_some()
-            && !output.contains("Internal Error")
-            && output.lines().any(|line| line.starts_with("%Error"));
-        if !is_said {
+        if !finds_fault(*status, output, |line| line.starts_with("%Error")) {
             return error;
         }
         let asked = format!("Cannot find file containing module: '{}'", self.top);

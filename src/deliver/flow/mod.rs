@@ -10,6 +10,8 @@ mod stimulus;
 mod testbench;
 mod vhdl;
 
+pub(crate) use stimulus::adversary as testbench_adversary;
+
 use serde::Serialize;
 
 pub use self::constraints::Constraints;

@@ -17,6 +17,7 @@ const MEANS: Means = Means {
     skips: true,
     most_clocks_of_recipe: 24_000,
     calm_clocks: 2_000,
+    clocks_of_large_counts: 40_000,
 };
 /// Seed of the adversary: not the one that co-simulation begins with.
 const SEED: u64 = 2;
@@ -145,6 +146,16 @@ pub struct Skips {
     pub first_clock: u64,
 }
 
+/// What drives a testbench, and for how many clocks.
+///
+/// # Errors
+/// When the reference model cannot predict the ports.
+pub fn adversary(interface: &Interface) -> Result<(Adversarial, u64), ReferenceError> {
+    let adversary = Adversarial::with_means(interface, SEED, MEANS)?;
+    let clocks = adversary.clone().clocks_to_cover(MOST_CLOCKS);
+    Ok((adversary, clocks))
+}
+
 /// Records a run that begins in reset.
 ///
 /// # Errors
@@ -157,8 +168,7 @@ pub fn record(interface: &Interface, names: &[String]) -> Result<Recording, Refe
         .iter()
         .cloned()
         .partition(|field| matches!(field.port.name.as_str(), "o_laser" | "o_epoch"));
-    let mut adversary = Adversarial::with_means(interface, SEED, MEANS)?;
-    let clocks = adversary.clone().clocks_to_cover(MOST_CLOCKS);
+    let (mut adversary, clocks) = adversary(interface)?;
     let mut reference = Reference::new(interface.clone())?;
     let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, clocks);
     let mut inputs = Group::new(layout.inputs.fields.clone());

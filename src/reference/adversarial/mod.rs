@@ -1,7 +1,8 @@
 //! Inputs chosen to hurt, with an aim: what the hardware must stand at its worst.
 //!
 //! The adversary has a reference model of its own, which tells it what it has
-//! reached. It begins with some phase steps in peace; then it goes from cover point
+//! reached. It begins with some phase steps in peace, with the steps round a scan's end
+//! and with large counts from all over the counters' range; then it goes from cover point
 //! to cover point ([`recipes`]), each time from a reset; and when there is nothing
 //! left to aim at it goes on by chance.
 
@@ -51,6 +52,8 @@ pub struct Means {
     pub most_clocks_of_recipe: u64,
     /// Clocks in peace at the beginning, at least.
     pub calm_clocks: u64,
+    /// Clocks behind them, at most, of counts that are as large as they get.
+    pub clocks_of_large_counts: u64,
 }
 
 impl Means {
@@ -60,6 +63,7 @@ impl Means {
             skips,
             most_clocks_of_recipe: MOST_CLOCKS_OF_RECIPE,
             calm_clocks: CALM_CLOCKS,
+            clocks_of_large_counts: MOST_CLOCKS_OF_RECIPE,
         }
     }
 }
@@ -109,6 +113,8 @@ struct Aims {
     tries: Vec<u8>,
     next: usize,
     calm_groups: u64,
+    /// A scan's end and large counts have been planned.
+    has_prepared: bool,
     /// First clock at which nothing was left to aim at.
     over_at: Option<u64>,
 }
@@ -156,6 +162,7 @@ impl Adversarial {
                 tries: vec![0; points],
                 next: 0,
                 calm_groups: 0,
+                has_prepared: false,
                 over_at: None,
             },
         };
@@ -232,6 +239,13 @@ impl Adversarial {
             };
             return GroupPlan::random().long(Length::Whole).received(receiver);
         }
+        if !std::mem::replace(&mut self.aims.has_prepared, true) {
+            let most_clocks = self.means.clocks_of_large_counts;
+            self.plans = recipes::scan_end(&self.interface, &self.reach).into();
+            let large = recipes::large_counts(&self.interface, most_clocks, &mut self.rng);
+            self.plans.extend(large);
+            return self.plans.pop_front().unwrap_or_else(GroupPlan::random);
+        }
         match self.next_aim() {
             Some(plans) => self.plans.extend(plans),
             None => {
@@ -273,7 +287,7 @@ impl Adversarial {
             let age = length(&mut self.rng, longest) - 1;
             plan = plan.after_reset(age, length(&mut self.rng, 8));
         }
-        plan.to_the_end = self.rng.random_bool(0.1);
+        plan.left_to_the_last = self.rng.random_bool(0.1).then_some(0);
         if self.rng.random_bool(0.02) {
             plan.length = Length::AtLeast(4096);
         }
@@ -287,10 +301,11 @@ impl Adversarial {
         let origin = position.first_word();
         let chips = self.chips_of(&plan, origin);
         let groups = self.interface.groups();
-        let left_out = if plan.to_the_end && self.reach.leaves_out {
-            (groups - 1).saturating_sub(position.group.0 + 1)
-        } else {
-            0
+        let left_out = match plan.left_to_the_last {
+            Some(left) if self.reach.leaves_out => {
+                (groups - 1).saturating_sub(left + position.group.0 + 1)
+            }
+            _ => 0,
         };
         let chips = plan.cut.unwrap_or(chips).min(chips);
         let shortens = chips < whole && plan.cut.is_none();
@@ -413,7 +428,7 @@ impl Adversarial {
         // No stall can begin in what is decided.
         let from = (arrived + 1).max(origin);
         match receiver {
-            Receiver::Takes => {}
+            Receiver::Takes => self.stall_idly(from + beats + 1..next.saturating_sub(1)),
             // Until a reset that follows has begun.
             Receiver::Stalls => self.stall(from..next + 8),
             Receiver::Holds { beat } => {
@@ -430,6 +445,15 @@ impl Adversarial {
                 self.stall(from..(next + clocks + 1).saturating_sub(beats));
             }
             Receiver::Random => self.stall_by_chance(from..next),
+        }
+    }
+
+    /// Nothing is ready to be taken, and nobody to take it.
+    fn stall_idly(&mut self, clocks: Range<u64>) {
+        if clocks.start < clocks.end && self.rng.random_bool(0.25) {
+            let start = self.rng.random_range(clocks.clone());
+            let end = start + length(&mut self.rng, clocks.end - start);
+            self.stall(start..end);
         }
     }
 

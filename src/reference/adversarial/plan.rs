@@ -12,8 +12,9 @@ pub(super) struct GroupPlan {
     pub lead: Lead,
     /// How long it is to be.
     pub length: Length,
-    /// The next group is to be the scan's last, if it is not this one.
-    pub to_the_end: bool,
+    /// Groups that are left between this one and the scan's last, if others are to be left
+    /// out.
+    pub left_to_the_last: Option<u64>,
     pub hits: Hits,
     /// What the receiver does with the results of the group before.
     pub receiver: Receiver,
@@ -125,7 +126,7 @@ impl GroupPlan {
             reset: None,
             lead: Lead::Random,
             length: Length::Short,
-            to_the_end: false,
+            left_to_the_last: None,
             hits: Hits::Random,
             receiver: Receiver::Takes,
             cut: None,
@@ -151,8 +152,13 @@ impl GroupPlan {
     }
 
     pub fn then_the_last(self) -> GroupPlan {
+        self.then_the_last_but(0)
+    }
+
+    /// The scan's last group comes so many groups behind the next one.
+    pub fn then_the_last_but(self, groups: u64) -> GroupPlan {
         GroupPlan {
-            to_the_end: true,
+            left_to_the_last: Some(groups),
             ..self
         }
     }

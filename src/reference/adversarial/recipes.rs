@@ -1,5 +1,8 @@
 //! For each cover point, groups of phase steps that should reach it.
 
+use rand::{Rng, RngExt};
+
+use super::hits::length;
 use super::plan::{GroupPlan, Hits, Lead, Length, Reach, Receiver};
 use crate::reference::coverage::{CoverPoint, PeakKind, Place, ResetState};
 use crate::scene::DetectorIndex;
@@ -32,6 +35,124 @@ pub(super) fn recipe(
     }
     plans.extend((0..flush).map(|_| GroupPlan::random()));
     Ok(plans)
+}
+
+/// Parts of the counters' range from each of which a large count is to begin.
+const PARTS: u64 = 8;
+/// Groups of hits of one sign that are as long as chance has it.
+const GROUPS_OF_ANY_LENGTH: usize = 64;
+
+/// Groups up to a scan's end, and behind it: as many as the step counter has bits, and
+/// more, so that each of them has to be right.
+pub(super) fn scan_end(interface: &Interface, reach: &Reach) -> Vec<GroupPlan> {
+    let groups = u64::from(interface.groups().ilog2()) + 6;
+    if !reach.leaves_out || interface.groups() < 2 * groups {
+        return Vec::new();
+    }
+    let dense = || GroupPlan::random().with(Hits::EveryOther);
+    let mut plans = vec![dense().then_the_last_but(groups)];
+    plans.extend((0..2 * groups).map(|_| dense()));
+    plans
+}
+
+/// Groups with hits of one sign, as many as fit into `most_clocks`: some of any length,
+/// then counts beyond every limit, then counts as large as they get that begin all over
+/// the range of the counters. Carries and borrows of a step's difference depend on where
+/// its total stood before it, and short steps from a reset on do not get there.
+pub(super) fn large_counts(
+    interface: &Interface,
+    most_clocks: u64,
+    rng: &mut impl Rng,
+) -> Vec<GroupPlan> {
+    let whole = interface.timing.scan.integration_chips;
+    let any_length: Vec<(u64, GroupPlan)> = (0..GROUPS_OF_ANY_LENGTH)
+        .map(|_| {
+            let (step, up) = (
+                rng.random_range(0..interface.parallel().into()),
+                rng.random(),
+            );
+            let chips = length(rng, whole).clamp(64.min(whole), whole);
+            let plan = GroupPlan::random().with(Hits::OneSided { step, up });
+            (chips, plan.long(Length::AtLeast(chips)))
+        })
+        .take_while(within(most_clocks / 2))
+        .collect();
+    let used: u64 = any_length.iter().map(|(chips, _)| chips).sum();
+    let others = beyond_limits(interface).chain(all_over(interface));
+    let others = others.take_while(within(most_clocks - used));
+    let plans = any_length.into_iter().chain(others);
+    plans.map(|(_, plan)| plan).collect()
+}
+
+/// Whether groups still fit into so many clocks.
+fn within(most_clocks: u64) -> impl FnMut(&(u64, GroupPlan)) -> bool {
+    let mut clocks = 0u64;
+    move |(chips, _)| {
+        clocks = clocks.saturating_add(*chips);
+        clocks <= most_clocks
+    }
+}
+
+/// Counts of single bits above what the results hold, up to the most hits of a step:
+/// what tells that a count is too large has to look at each of them. With the chips that
+/// they may take.
+fn beyond_limits(interface: &Interface) -> impl Iterator<Item = (u64, GroupPlan)> {
+    let whole = interface.timing.scan.integration_chips;
+    let most = whole.saturating_mul(u64::from(interface.lanes().div_ceil(2)));
+    let bits = move |from: u32| from..=most.ilog2().min(62);
+    let detectors = || DetectorIndex::all().take(interface.reference_codes.len());
+    let total = interface.total.filter(|total| total.saturates());
+    let totals = total.into_iter().flat_map(move |total| {
+        let all = detectors()
+            .flat_map(move |detector| bits(total.bits).map(move |bit| (detector, 1u64 << bit)));
+        all.map(|(detector, hits)| Hits::Total { detector, hits })
+    });
+    let steps = 0..u64::from(interface.parallel());
+    let saturates = interface.saturates();
+    let counts = steps.filter(move |_| saturates).flat_map(move |step| {
+        let of_detector = move |detector| {
+            let counts = bits(interface.count_bits - 1);
+            let both = counts.flat_map(|bit| [1i64 << bit, -(1i64 << bit)]);
+            both.map(move |count| Hits::Count {
+                detector,
+                step,
+                count,
+            })
+        };
+        detectors().flat_map(of_detector)
+    });
+    let plan = move |hits| (whole, GroupPlan::random().with(hits));
+    totals.chain(counts).map(plan)
+}
+
+/// Counts as large as they get, up and down, from each part of the counters' range. With
+/// their chips.
+fn all_over(interface: &Interface) -> impl Iterator<Item = (u64, GroupPlan)> {
+    let whole = interface.timing.scan.integration_chips;
+    let lanes = u64::from(interface.lanes());
+    // Of a code's chips half have the sign, and hits are at most on every other sample.
+    let chips_to_count = |counts: u64| counts.saturating_mul(4).div_ceil(lanes.max(2));
+    let part_bits = interface
+        .count_segments
+        .bits()
+        .saturating_sub(PARTS.ilog2());
+    let stride = chips_to_count(1u64 << part_bits.min(62));
+    // Groups of the same sign go on, or go back, to the next part.
+    let (back, on) = (whole.saturating_sub(stride), stride.saturating_sub(whole));
+    let steps = 0..u64::from(interface.parallel());
+    steps.flat_map(move |step| {
+        let side = move |up| GroupPlan::random().with(Hits::OneSided { step, up });
+        let part = move |up| {
+            let on = (0..on.div_ceil(whole)).map(move |_| (whole, side(up).long(Length::Whole)));
+            let back = (back > 0).then(|| (back, side(!up).long(Length::AtLeast(back))));
+            std::iter::once((whole, side(up).long(Length::Whole)))
+                .chain(back)
+                .chain(on)
+        };
+        [true, false]
+            .into_iter()
+            .flat_map(move |up| (0..PARTS).flat_map(move |_| part(up)))
+    })
 }
 
 struct Kitchen<'a> {

@@ -37,7 +37,7 @@ fn every_cover_point_is_reached_where_steps_and_scans_can_be_shortened() {
     for file in SCENES {
         let (missed, clocks) = left_out(file, Means::cosim(true), 1);
         assert!(missed.is_empty(), "{file}: {missed:?}");
-        assert!(clocks < 1_000_000, "{file}: {clocks}");
+        assert!(clocks < 2_000_000, "{file}: {clocks}");
     }
 }
 

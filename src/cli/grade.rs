@@ -1,0 +1,112 @@
+//! `goldtof grade`.
+
+use std::fmt::Write as _;
+
+use super::Ending;
+use super::arguments::GradeArguments;
+use super::emit::rtl;
+use super::output::Output;
+use crate::door::{GradeOptions, grade};
+use crate::grade::{Bounds, Grade, GradeStimulus, Score};
+use crate::printable::printable_lines;
+
+/// Survivors that are printed; the JSON has all.
+const SHOWN: usize = 20;
+
+pub(super) fn run(
+    arguments: &GradeArguments,
+    seed: u64,
+    output: &Output,
+) -> anyhow::Result<Ending> {
+    let scene = arguments.scene.load()?;
+    let options = GradeOptions {
+        rtl: rtl(&arguments.own, &arguments.scene),
+        stimulus: arguments.stimulus,
+        clocks: arguments.clocks,
+        seed,
+        mutants: arguments.mutants,
+        bounds: Bounds {
+            each_s: arguments.proof_time,
+            all_s: arguments.proof_budget,
+        },
+    };
+    let progress = output.progress();
+    let graded = grade(&scene, &options, |stage| progress.stage(stage));
+    progress.end();
+    let mut grade = graded?;
+    grade.asked_fraction = arguments.at_least;
+    output.answer(Some(&scene), &grade, &text(&grade))?;
+    Ok(match arguments.at_least {
+        Some(asked) if grade.caught_fraction < asked => Ending::BelowThreshold,
+        _ => Ending::Done,
+    })
+}
+
+fn text(grade: &Grade) -> String {
+    let stimulus = match grade.stimulus {
+        GradeStimulus::Photons => "photons",
+        GradeStimulus::Adversarial => "adversarial stimulus",
+        GradeStimulus::Testbench => "the testbench",
+    };
+    let mut text = format!(
+        "{} clocks of {stimulus}, seed {}\n",
+        grade.clocks, grade.seed
+    );
+    text += &of_kind("stuck-at faults", &grade.faults);
+    if let Some(mutants) = &grade.mutants {
+        text += &of_kind("mutants", mutants);
+    }
+    let _ = write!(text, "score: {}", percent(grade.caught_fraction));
+    if let Some(asked) = grade.asked_fraction {
+        let verdict = match grade.caught_fraction < asked {
+            true => "less than",
+            false => "at least",
+        };
+        let _ = write!(text, ", {verdict} the {} asked for", percent(asked));
+    }
+    text + "\n"
+}
+
+fn of_kind(name: &str, score: &Score) -> String {
+    let mut text = format!(
+        "{name}: {} of {} caught, {} not caught, {} undecided, {} proven equivalent: {} of those \
+         that are not\n",
+        score.caught,
+        score.total,
+        score.not_caught,
+        score.undecided,
+        score.proven_equivalent,
+        percent(score.caught_fraction),
+    );
+    for survivor in score.survivors.iter().take(SHOWN) {
+        let line = format!(
+            "  {} {} ({}): {}",
+            survivor.net, survivor.change, survivor.source, survivor.needs
+        );
+        let _ = writeln!(text, "{}", printable_lines(&line));
+    }
+    if score.survivors.len() > SHOWN {
+        let more = score.survivors.len() - SHOWN;
+        let _ = writeln!(text, "  and {more} more (--json has all)");
+    }
+    text
+}
+
+/// Rounded down: what is not whole is not shown as whole.
+fn percent(share: f64) -> String {
+    format!("{:.2} %", (share * 1e4).floor() / 1e2)
+}
+
+/// A share of all: `99%` or `0.99`.
+pub(super) fn parse_share(text: &str) -> Result<f64, String> {
+    let (number, scale) = match text.trim().strip_suffix('%') {
+        Some(number) => (number, 0.01),
+        None => (text.trim(), 1.0),
+    };
+    let share = number.trim().parse::<f64>().map_or(f64::NAN, |n| n * scale);
+    if (0.0..=1.0).contains(&share) {
+        Ok(share)
+    } else {
+        Err("write a share from 0% to 100%, as 99% or 0.99".to_owned())
+    }
+}

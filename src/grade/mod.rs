@@ -1,0 +1,222 @@
+//! The score of a stimulus on a design: how many faults and mutants it finds.
+//!
+//! Lane 0 is the good design, every other lane has one fault, or is one mutant; all get
+//! the same stimulus. One is caught at the first clock at which an output differs from
+//! lane 0's. What is not caught gets the hostile inputs of a co-simulation, if it was
+//! another stimulus that is graded; and what these do not show either is compared with
+//! the design by a model checker, from the state after reset on ([`proof`]): it is
+//! equivalent, or inputs exist that show it, or nobody knows.
+//!
+//! ```no_run
+//! use std::path::Path;
+//!
+//! use goldtof::GradeStimulus;
+//!
+//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+//! let options = goldtof::GradeOptions {
+//!     rtl: goldtof::Rtl::Own(goldtof::OwnRtl::folder("my_rtl")),
+//!     stimulus: GradeStimulus::Adversarial,
+//!     clocks: None,
+//!     seed: 1,
+//!     mutants: 100,
+//!     bounds: goldtof::ProofBounds::default(),
+//! };
+//! let grade = goldtof::grade(&scene, &options, |stage| eprintln!("{stage}"))?;
+//! println!("{} of {} faults", grade.faults.caught, grade.faults.total);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod aiger;
+mod family;
+mod labels;
+mod proof;
+mod run;
+#[cfg(test)]
+mod tests;
+
+use std::path::PathBuf;
+use std::thread;
+
+use serde::Serialize;
+
+use self::family::{Family, Tried};
+pub use self::proof::Bounds;
+use self::proof::{Answer, prove};
+use self::run::Stream;
+use crate::cosim::lanes::Refusal;
+use crate::cosim::lanes::model::Design;
+use crate::cosim::source::{SourceFile, is_users};
+use crate::document::Body;
+use crate::rtl::blocks::ScanRegisters;
+use crate::sensor::Sensor;
+
+/// What is graded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[serde(rename_all = "lowercase")]
+pub enum GradeStimulus {
+    /// The first four million clocks of a scan's photons.
+    Photons,
+    /// Inputs chosen to hurt, as in a co-simulation.
+    #[cfg_attr(feature = "cli", value(alias = "hostile"))]
+    Adversarial,
+    /// What the emitted testbench has recorded.
+    Testbench,
+}
+
+/// What to grade.
+#[derive(Debug, Clone)]
+pub struct GradeRequest {
+    /// Name of the module that is graded on.
+    pub top: String,
+    /// The scan's counters in it, if they may be moved on.
+    pub registers: Option<ScanRegisters>,
+    /// The Verilog.
+    pub sources: Vec<SourceFile>,
+    /// Where built models are kept.
+    pub cache: PathBuf,
+    /// The stimulus.
+    pub stimulus: GradeStimulus,
+    /// Its clocks; `None` for as many as it takes.
+    pub clocks: Option<u64>,
+    /// Its seed.
+    pub seed: u64,
+    /// Number of mutants; 0 for none.
+    pub mutants: u32,
+    /// How long the model checker may take.
+    pub bounds: Bounds,
+}
+
+impl GradeRequest {
+    /// Whether the Verilog is the user's own.
+    fn is_users(&self) -> bool {
+        is_users(&self.sources)
+    }
+}
+
+/// What a stimulus is worth; the JSON of `goldtof grade`.
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Grade {
+    /// The stimulus.
+    pub stimulus: GradeStimulus,
+    /// Its seed.
+    pub seed: u64,
+    /// Its clocks.
+    pub clocks: u64,
+    /// The smaller of the shares of faults and mutants.
+    pub caught_fraction: f64,
+    /// The share that was asked for.
+    pub asked_fraction: Option<f64>,
+    /// Nets stuck at 0 or at 1.
+    pub faults: Score,
+    /// Mutants of Yosys, if they were asked for.
+    pub mutants: Option<Score>,
+    /// How long the model checker may take.
+    pub proof_bounds: Bounds,
+}
+
+impl Body for Grade {
+    const NAME: &'static str = "grade";
+}
+
+/// How many of a kind are caught. All of them are either caught, or proven equivalent,
+/// or not caught, or undecided.
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Score {
+    /// All.
+    pub total: usize,
+    /// Those that an output shows.
+    pub caught: usize,
+    /// Those of the others that no stimulus could show, as proven.
+    pub proven_equivalent: usize,
+    /// Those that inputs would show, but not these.
+    pub not_caught: usize,
+    /// Those that were not shown, and of which nothing was proven in the time allowed.
+    pub undecided: usize,
+    /// Caught of all that are not proven equivalent.
+    pub caught_fraction: f64,
+    /// Clock by which the last of the caught ones had been.
+    pub last_caught_clock: Option<u64>,
+    /// Those that are neither caught nor proven equivalent.
+    pub survivors: Vec<Survivor>,
+}
+
+/// A fault or mutant that the stimulus does not show.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Survivor {
+    /// What it is: stuck at 0, stuck at 1, or Yosys's name of what a mutant does.
+    pub change: String,
+    /// Where: the net with its bit, or the cell and its port.
+    pub net: String,
+    /// File and lines of the Verilog; empty where Yosys knows none.
+    pub source: String,
+    /// Whether inputs exist that show it.
+    pub verdict: Verdict,
+    /// What would have to happen.
+    pub needs: String,
+}
+
+/// What is known of a survivor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Inputs exist that show it.
+    NotCaught,
+    /// Neither were such inputs found, nor that there are none.
+    Undecided,
+}
+
+/// Grades a stimulus on a design.
+///
+/// # Errors
+/// What of the design has no place in lanes; or a tool fails.
+pub fn grade(
+    sensor: &Sensor,
+    request: &GradeRequest,
+    mut on_progress: impl FnMut(&'static str),
+) -> Result<Grade, Refusal> {
+    let design = Design::netlist(&request.top, &request.sources, &request.cache)?;
+    let stream = Stream::of(sensor, request, &design)?;
+    on_progress("comparing the design with the reference model");
+    stream.check()?;
+    on_progress("running faults and mutants");
+    let witness = stream.witness()?;
+    let run = |family: Family| Tried::new(family, &stream, witness.as_ref());
+    let tried = thread::scope(|scope| {
+        let mutants = scope.spawn(|| match request.mutants {
+            0 => Ok(None),
+            count => run(Family::mutants(request, count)?).map(Some),
+        });
+        let faults = run(Family::faults(&design));
+        let mutants = mutants
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        Ok::<_, Refusal>([Some(faults?), mutants?])
+    })?;
+    on_progress("proving what is left");
+    let tried: Vec<Tried> = tried.into_iter().flatten().collect();
+    let questions: Vec<_> = tried.iter().flat_map(Tried::questions).collect();
+    let mut answers = prove(&questions, request.is_users(), request.bounds)?.into_iter();
+    let mut scores = tried.iter().map(|tried| {
+        let answers: Vec<Answer> = answers.by_ref().take(tried.open.len()).collect();
+        tried.score(&answers, request)
+    });
+    let faults = scores.next().expect("there are always faults");
+    let mutants = scores.next();
+    let share = |score: &Score| score.caught_fraction;
+    Ok(Grade {
+        stimulus: request.stimulus,
+        seed: request.seed,
+        clocks: stream.clocks,
+        caught_fraction: share(&faults).min(mutants.as_ref().map_or(1.0, share)),
+        asked_fraction: None,
+        faults,
+        mutants,
+        proof_bounds: request.bounds,
+    })
+}

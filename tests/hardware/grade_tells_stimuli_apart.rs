@@ -1,0 +1,67 @@
+//! `goldtof grade`: a stimulus that leaves an input alone scores less, and says so.
+
+use std::process::Command;
+
+use serde_json::Value;
+
+/// Runs goldtof: exit status and JSON.
+fn grade(arguments: &[&str]) -> (Option<i32>, Value) {
+    let output = Command::new(env!("CARGO_BIN_EXE_goldtof"))
+        .args(["grade", "scenes/quick.toml", "--json", "--quiet"])
+        .args(["--mutants", "0", "--at-least", "99%"])
+        .args(arguments)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    let json = serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stderr)));
+    (output.status.code(), json)
+}
+
+fn number(faults: &Value, name: &str) -> u64 {
+    faults[name]
+        .as_u64()
+        .unwrap_or_else(|| panic!("{name}: {faults}"))
+}
+
+/// Whether a net stuck at a value is among the survivors, with this verdict.
+fn survives(faults: &Value, net: &str, change: &str, verdict: &str) -> bool {
+    let survivors = faults["survivors"].as_array().unwrap();
+    survivors.iter().any(|found| {
+        found["net"] == net && found["change"] == change && found["verdict"] == verdict
+    })
+}
+
+#[test]
+fn photons_never_stall_and_so_stay_below_a_threshold_that_hostile_inputs_reach() {
+    let (status, hostile) = grade(&["--stimulus", "hostile"]);
+    assert_eq!(status, Some(0), "{hostile}");
+    let (status, photons) = grade(&["--stimulus", "photons", "--clocks", "40000"]);
+    assert_eq!(status, Some(4), "{photons}");
+    for found in [&hostile, &photons] {
+        let faults = &found["faults"];
+        let parts = ["caught", "not_caught", "undecided", "proven_equivalent"];
+        let sum: u64 = parts.map(|part| number(faults, part)).iter().sum();
+        assert_eq!(sum, number(faults, "total"), "{faults}");
+    }
+    // A receiver that is always ready tells nothing of one that is not: its wire may be
+    // stuck, and hostile inputs are named that show it.
+    let (all, some) = (&hostile["faults"], &photons["faults"]);
+    assert!(survives(
+        some,
+        "m_axis_tready[0]",
+        "stuck at 1",
+        "not_caught"
+    ));
+    assert!(!survives(
+        all,
+        "m_axis_tready[0]",
+        "stuck at 1",
+        "not_caught"
+    ));
+    assert!(number(all, "caught") > number(some, "caught"));
+    assert!(
+        number(all, "caught") * 1000 >= 998 * number(all, "total"),
+        "{all}"
+    );
+}
