@@ -96,14 +96,14 @@ def codes(
     *,
     degree: int | None = None,
     index: int | None = None,
-    interleave: int | None = None,
+    interleave: int = 0,
     polynomials: str | None = None,
     seeds: str | None = None,
     chips: str | None = None,
     allow_non_preferred: bool = False,
 ) -> dict[str, Any]: ...
 def correlation(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> NDArray[np.int64]: ...
-def emit(scene: Scene, out: str | PathLike[str], *, prefix: str = "") -> dict[str, Any]: ...
+def emit(scene: Scene, out: str | PathLike[str], *, prefix: str | None = None) -> dict[str, Any]: ...
 def expected(
     scene: Scene,
     *,

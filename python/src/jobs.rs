@@ -7,6 +7,7 @@ use goldtof::cosim::StimulusKind;
 use goldtof::cosim::engine::Engine;
 use goldtof::cosim::latency::Latency;
 use goldtof::cosim::window::Window;
+use goldtof::deliver::Prefix;
 use goldtof::estimate::report::expected_errors;
 use goldtof::photons::{DetectorModel, StepCount};
 use goldtof::recorded::{RecordedScan, assess};
@@ -61,12 +62,12 @@ fn engine(name: &str) -> PyResult<Engine> {
 /// array of 0 and 1, the first chip first.
 ///
 /// >>> code = codes("gold", degree=5)
-/// >>> code["length_chips"], code["chips"][:7]
-/// (31, array([1, 1, 1, 1, 1, 0, 0], dtype=uint8))
+/// >>> code["length_chips"], code["chips"][:11]
+/// (31, array([0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0], dtype=uint8))
 /// >>> code["autocorrelation"]["peak"]
 /// 31
 #[pyfunction]
-#[pyo3(signature = (family, *, degree=None, index=None, interleave=None, polynomials=None,
+#[pyo3(signature = (family, *, degree=None, index=None, interleave=0, polynomials=None,
                     seeds=None, chips=None, allow_non_preferred=false))]
 #[expect(clippy::too_many_arguments, reason = "keywords, as Python has them")]
 pub(crate) fn codes<'py>(
@@ -74,7 +75,7 @@ pub(crate) fn codes<'py>(
     family: &str,
     degree: Option<u32>,
     index: Option<i64>,
-    interleave: Option<u32>,
+    interleave: u32,
     polynomials: Option<&str>,
     seeds: Option<&str>,
     chips: Option<String>,
@@ -124,18 +125,21 @@ pub(crate) fn correlation<'py>(
 }
 
 /// Makes the Verilog of the scene's sensor and what goes with it in the folder ``out``,
-/// and gives its manifest.
+/// and gives its manifest. The names of modules, files and macros begin with ``prefix``.
 #[pyfunction]
-#[pyo3(signature = (scene, out, *, prefix=""))]
+#[pyo3(signature = (scene, out, *, prefix=None))]
 pub(crate) fn emit<'py>(
     python: Python<'py>,
     scene: &PyScene,
     out: PathBuf,
-    prefix: &str,
+    prefix: Option<&str>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let options = EmitOptions {
         made_by: format!("goldtof emit {}.toml", scene.scene().name),
-        prefix: prefix.parse().map_err(bad_argument)?,
+        prefix: match prefix {
+            Some(prefix) => prefix.parse().map_err(bad_argument)?,
+            None => Prefix::default(),
+        },
     };
     let scene = scene.scene().clone();
     let emission = wait_for(python, None, move |_| {

@@ -27,11 +27,11 @@ const BLOCKS_BETWEEN_SIGNALS: usize = 256;
 /// >>> samples[::2] = 0x10                         # a hit in every other word
 /// >>> reset = np.arange(6000) < 2
 /// >>> outputs = model.clock(samples, reset)
-/// >>> outputs["o_laser"][2:9]                     # the code's first chips
-/// array([1, 1, 1, 1, 1, 0, 0], dtype=uint8)
+/// >>> outputs["o_laser"][2:13]                    # the code's first chips
+/// array([0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0], dtype=uint8)
 /// >>> results = model.take_results()
 /// >>> results["total"], results["clock"]
-/// (array([1250, 1250], dtype=uint64), array([2509, 5009], dtype=uint64))
+/// (array([1250, 1250], dtype=uint64), array([2508, 5008], dtype=uint64))
 #[pyclass(name = "ReferenceModel", module = "goldtof")]
 pub(crate) struct PyModel {
     model: Model,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use goldtof::scene::{self, DetectorIndex, EstimatorKind, Scene, Setting};
 use goldtof::sensor::Sensor;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyString};
 
 use crate::errors::{bad_argument, of_scene};
 use crate::values::to_toml;
@@ -25,7 +25,7 @@ use crate::values::to_toml;
 /// Traceback (most recent call last):
 ///     ...
 /// goldtof.SceneError: Scene path.distance="5 kg": ...
-#[pyclass(name = "Scene", module = "goldtof", skip_from_py_object)]
+#[pyclass(name = "Scene", module = "goldtof")]
 #[derive(Clone)]
 pub(crate) struct PyScene {
     file_name: String,
@@ -57,7 +57,10 @@ impl PyScene {
                 )));
             }
         };
-        self.scene.with_estimator(Some(kind)).map_err(of_scene)
+        self.scene
+            .clone()
+            .with_estimator(Some(kind))
+            .map_err(of_scene)
     }
 
     pub(crate) fn scene(&self) -> &Scene {
@@ -150,14 +153,14 @@ impl PyScene {
         Ok(())
     }
 
-    fn __repr__(&self) -> String {
+    fn __repr__(&self, python: Python<'_>) -> PyResult<String> {
+        let name = PyString::new(python, &self.scene.name).repr()?;
         let detectors = self.scene.detectors.len();
-        format!(
-            "<goldtof.Scene {:?}: {} phase steps, {detectors} detector{}>",
-            self.scene.name,
+        Ok(format!(
+            "<goldtof.Scene {name}: {} phase steps, {detectors} detector{}>",
             self.scene.scan.steps,
             if detectors == 1 { "" } else { "s" }
-        )
+        ))
     }
 
     /// The scene's name: the file's, without its ending.

@@ -44,7 +44,7 @@ pub(crate) fn wait_for<T: Send + 'static>(
     job: impl FnOnce(&Watch) -> PyResult<T> + Send + 'static,
 ) -> PyResult<T> {
     let watch = Arc::new(Watch::default());
-    let (to_us, from_job) = channel();
+    let (to_us, mut from_job) = channel();
     let watched = Arc::clone(&watch);
     std::thread::Builder::new()
         .name("goldtof".to_owned())
@@ -56,7 +56,9 @@ pub(crate) fn wait_for<T: Send + 'static>(
         .map_err(|error| failed(format!("no thread for the job: {error}")))?;
     let mut told = 0;
     loop {
-        let heard = python.detach(|| from_job.recv_timeout(LOOK));
+        // By a reference that nobody else has: a receiver is not shared between threads.
+        let from_job = &mut from_job;
+        let heard = python.detach(move || from_job.recv_timeout(LOOK));
         let (done, all) = (
             watch.done.load(Ordering::Relaxed),
             watch.all.load(Ordering::Relaxed),

@@ -31,7 +31,8 @@ fn the_python_package_keeps_its_tests() {
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let status = Command::new(target.join("python/bin/python"))
-        .args(["-m", "pytest", "-q", "-p", "no:cacheprovider"])
+        // Without the folder itself on the path, where the package has no library.
+        .args(["-P", "-m", "pytest", "-q", "-p", "no:cacheprovider"])
         .current_dir(folder)
         .env("PYTHONPATH", package())
         .env("PYTHONDONTWRITEBYTECODE", "1")

@@ -10,7 +10,7 @@ STEP_CLOCKS = 2500
 
 def counts_by_definition(samples: np.ndarray, lanes: int, step: int, code: np.ndarray):
     """Signed and total count of a phase step (eq. 11), from the samples themselves."""
-    level = ((samples[:, None] >> np.arange(lanes)) & 1).astype(bool).reshape(-1)
+    level = ((samples[:, None] >> np.arange(lanes, dtype=np.uint64)) & np.uint64(1)).astype(bool).reshape(-1)
     hits = np.flatnonzero(level[1:] & ~level[:-1]) + 1
     first = (RESET_CLOCKS + 1 + step * STEP_CLOCKS) * lanes
     hits = hits[(hits >= first) & (hits < first + STEP_CLOCKS * lanes)]

@@ -45,9 +45,9 @@ module goldtof_recorder #(
 
     // Records of the batch so far, and the last whole one.
     reg [WORDS*64-1:0]       kept [0:BATCH-1];
-    integer                  clocks = 0 /* verilator public_flat_rd */;
+    integer                  clocks /* verilator public_flat_rd */ = 0;
     reg [BATCH*WORDS*64-1:0] batch /* verilator public_flat_rd */;
-    reg                      is_new = 0 /* verilator public_flat_rd */;  // changes with it
+    reg                      is_new /* verilator public_flat_rd */ = 0;  // changes with it
 
     integer i;
     always @(posedge i_clk) begin
