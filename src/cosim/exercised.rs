@@ -173,7 +173,7 @@ impl Exercised {
 /// Clocks after which the first group's results can have been on the stream and
 /// taken.
 fn clocks_for_a_result(interface: &Interface) -> u64 {
-    let beats = u64::from(interface.parallel()) * interface.reference_codes.len() as u64;
+    let beats = interface.beats_of_group();
     interface
         .timing
         .scan

@@ -172,7 +172,7 @@ fn found(sensor: &Sensor, request: &Request) -> Result<Sensor, CosimError> {
 /// Clocks in which the first result, and the first peak, are there.
 fn clocks_to_see(interface: &Interface) -> u64 {
     let chips = interface.timing.scan.integration_chips;
-    let beats = u64::from(interface.parallel()) * interface.reference_codes.len() as u64;
+    let beats = interface.beats_of_group();
     let results = chips + u64::from(interface.result_latency_clocks) + RESET_CLOCKS + beats;
     let all = match interface.peak {
         Some(_) => clocks_for_scans(interface, 1).max(results),

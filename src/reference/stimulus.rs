@@ -62,7 +62,7 @@ pub fn clocks_for_scans(interface: &Interface, scans: u64) -> u64 {
     let last_word = scan_start(interface, scans - 1)
         .saturating_add(interface.scan_clocks())
         .saturating_add(RESET_CLOCKS);
-    let beats = u64::from(interface.parallel()) * interface.reference_codes.len() as u64;
+    let beats = interface.beats_of_group();
     let stream = u64::from(interface.result_latency_clocks) + beats;
     let peak = interface.peak.map_or(0, |peak| peak.latency_clocks);
     last_word.saturating_add(stream.max(u64::from(peak)) + 1)

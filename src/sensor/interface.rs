@@ -7,10 +7,11 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use super::histogram::HistogramPlan;
 use super::peak::{self, PeakPlan};
 use crate::code::Code;
 use crate::scan::{Grouping, Timing};
-use crate::scene::{Scene, Target};
+use crate::scene::{Architecture, Scene, Target};
 
 /// The hardware that a scene needs, as seen from outside.
 #[derive(Debug, Clone)]
@@ -43,6 +44,10 @@ pub struct Interface {
     pub result_latency_clocks: u32,
     /// The peak detector, if there is one.
     pub peak: Option<PeakPlan>,
+    /// The histogram, of hardware that counts hits by their time in the code period and
+    /// not up and down. Then all phase steps are one group, whose results are the rows
+    /// of the histogram; bits and segments of signed counts are without meaning.
+    pub histogram: Option<HistogramPlan>,
 }
 
 /// A count's carry chain in segments, each one clock behind the one below it.
@@ -205,7 +210,11 @@ impl Interface {
             count_segments,
             result_latency_clocks: 0,
             peak: None,
+            histogram: None,
         };
+        if scene.hardware.architecture == Architecture::Histogram {
+            return interface.with_histogram(scene);
+        }
         interface.result_latency_clocks =
             Self::clocks_to_dump(lanes) + interface.clocks_of_counting();
         if scene.hardware.peak_detector {
@@ -218,6 +227,27 @@ impl Interface {
             interface.peak = Some(PeakPlan::of(&interface.timing, &counts));
         }
         interface
+    }
+
+    /// The interface of hardware that keeps a histogram.
+    fn with_histogram(mut self, scene: &Scene) -> Interface {
+        let plan = HistogramPlan::of(scene, &self.timing);
+        self.count_bits = plan.bin_bits;
+        self.exact_count_bits = plan.exact_bits;
+        self.total = None;
+        self.tdata_bits = plan.row_data_bits();
+        self.result_latency_clocks = plan.latency_clocks();
+        self.histogram = Some(plan);
+        self
+    }
+
+    /// Results that a group sends: one for each phase step and detector, or the rows of
+    /// their histograms.
+    pub fn beats_of_group(&self) -> u64 {
+        let results = self
+            .histogram
+            .map_or(u64::from(self.parallel()), |plan| plan.rows);
+        results * self.reference_codes.len() as u64
     }
 
     /// Clocks from a step's last one until the lowest segment of the total

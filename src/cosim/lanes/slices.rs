@@ -82,6 +82,6 @@ impl Slices {
 /// peak and the stream.
 pub(super) fn settling_clocks(interface: &Interface) -> u64 {
     let peak = interface.peak.map_or(0, |peak| peak.latency_clocks);
-    let beats = u64::from(interface.parallel()) * interface.reference_codes.len() as u64;
+    let beats = interface.beats_of_group();
     u64::from(interface.result_latency_clocks.max(peak)) + beats + 8
 }

@@ -216,7 +216,7 @@ impl Reach {
 
     /// Groups after which all results of a group have been taken.
     pub fn groups_to_flush(&self, interface: &Interface) -> u64 {
-        let beats = u64::from(interface.parallel()) * interface.reference_codes.len() as u64;
+        let beats = interface.beats_of_group();
         let latency = u64::from(interface.result_latency_clocks).max(peak_clocks(interface));
         (latency + beats + 2).div_ceil(self.shortest) + 1
     }

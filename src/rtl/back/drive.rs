@@ -68,6 +68,8 @@ fn check_targets(kernel: &[Statement], names: &Names) -> Result<(), Fault> {
                     | Role::Table
                     | Role::RegisterQ(_)
                     | Role::TableData(_)
+                    | Role::Memory
+                    | Role::MemoryQ(_)
                     | Role::WiringOut(_)
                     | Role::InstanceOutput(_) => {
                         return Err(Fault::MultipleDrivers { signal: name });
@@ -94,7 +96,7 @@ fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Res
             read[id] = true;
             if matches!(
                 names.signals[id].role,
-                Role::RegisterD(_) | Role::RegisterClock(_)
+                Role::RegisterD(_) | Role::RegisterClock(_) | Role::MemoryIn(_)
             ) {
                 fault = Some(Fault::Unsupported {
                     construct: format!("reading `{}`", names.signals[id].name),
@@ -108,7 +110,7 @@ fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Res
             Statement::Assign { target, .. } => {
                 // What shows the new value without a clock.
                 let shown = match names.signals[*target].role {
-                    Role::RegisterD(_) => None,
+                    Role::RegisterD(_) | Role::MemoryIn(_) => None,
                     Role::TableAddress(table) => Some(names.tables[table].data),
                     Role::WiringIn(wiring) => Some(names.wirings[wiring].output),
                     _ => Some(*target),
@@ -211,6 +213,7 @@ fn check_driven(
             Role::Output
             | Role::Local
             | Role::TableAddress(_)
+            | Role::MemoryIn(_)
             | Role::WiringIn(_)
             | Role::InstanceInput(_) => combinational.contains_key(&id),
             Role::RegisterD(_) => assigns(kernel, id),
@@ -218,6 +221,16 @@ fn check_driven(
         };
         if !is_driven {
             return Err(undriven(&signal.name));
+        }
+    }
+    for memory in &names.memories {
+        let is_clocked = combinational
+            .get(&memory.clock)
+            .is_some_and(|value| is_input_named(value, names, "i_clk"));
+        if !is_clocked {
+            return Err(Fault::ClockOrReset {
+                register: names.signals[memory.contents].name.clone(),
+            });
         }
     }
     for register in &names.registers {
@@ -324,6 +337,7 @@ fn check_reads(
             | Role::Constant
             | Role::RegisterQ(_)
             | Role::TableData(_)
+            | Role::MemoryQ(_)
             | Role::WiringOut(_) => true,
             _ => false,
         };

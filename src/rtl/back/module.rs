@@ -6,7 +6,7 @@ use super::expr::{Expr, SignalId};
 use super::fault::{Fault, Refusal};
 use super::lower::{Statement, lower};
 use super::scope::{Content, Scope};
-use super::signals::{Names, Reset, Role, Signal, TablePins};
+use super::signals::{MemoryPins, Names, Reset, Role, Signal, TablePins};
 use crate::rtl::front::Description;
 
 /// A module without its constants' values, so that instances that differ in
@@ -23,6 +23,8 @@ pub struct Module {
     pub constants: Vec<SignalId>,
     /// Tables of single bits.
     pub tables: Vec<TablePins>,
+    /// Memories.
+    pub memories: Vec<Memory>,
     /// Wires that are no ports.
     pub wires: Vec<SignalId>,
     /// Registers and their values after reset.
@@ -33,6 +35,34 @@ pub struct Module {
     pub clocked: Vec<Statement>,
     /// Instances of other modules.
     pub instances: Vec<Instance>,
+}
+
+/// A memory, and what its pins are connected to.
+#[derive(Debug)]
+pub struct Memory {
+    /// The contents; as wide as a word.
+    pub contents: SignalId,
+    /// Number of words.
+    pub words: u64,
+    /// Whether a word is written, where, and what.
+    pub write: [Expr; 3],
+    /// Whether a word is read, and which.
+    pub read: [Expr; 2],
+    /// The word that was read.
+    pub q: SignalId,
+}
+
+impl Memory {
+    fn of(pins: &MemoryPins, drives: &Drives) -> Memory {
+        let value = |id: SignalId| drives.combinational[&id].clone();
+        Memory {
+            contents: pins.contents,
+            words: pins.words,
+            write: pins.write.map(value),
+            read: pins.read.map(value),
+            q: pins.q,
+        }
+    }
 }
 
 /// A continuous assignment.
@@ -119,6 +149,11 @@ fn translate(scope: &Scope, named: &mut String) -> Result<Module, Fault> {
         ports: with_role(&[Role::Input, Role::Output]),
         constants: with_role(&[Role::Constant]),
         tables: names.tables.clone(),
+        memories: names
+            .memories
+            .iter()
+            .map(|pins| Memory::of(pins, &drives))
+            .collect(),
         wires: wires.declared,
         registers: names.registers.iter().map(|r| (r.q, r.reset)).collect(),
         assigns: wires.assigns,
@@ -142,7 +177,10 @@ impl Wires {
     fn drive(&mut self, id: SignalId, value: &Expr, names: &Names) {
         let role = names.signals[id].role;
         match role {
-            Role::RegisterClock(_) | Role::TableAddress(_) | Role::WiringIn(_) => return,
+            Role::RegisterClock(_)
+            | Role::TableAddress(_)
+            | Role::MemoryIn(_)
+            | Role::WiringIn(_) => return,
             Role::InstanceInput(_) if is_simple(value) => return,
             _ => {}
         }

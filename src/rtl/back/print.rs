@@ -7,7 +7,7 @@ use super::module_type::{ModuleType, Parameter};
 use super::prefix::Prefix;
 use super::signals::{Role, Signal};
 use super::text::{
-    LINE_WIDTH, clocked_block, commented, expression, literal, push_broken, wrapped,
+    LINE_WIDTH, clocked_block, commented, expression, literal, memory_block, push_broken, wrapped,
 };
 use crate::rtl::front::StateCheck;
 
@@ -293,6 +293,9 @@ fn module_body_with(module: &Module, instance_head: &dyn Fn(usize) -> String) ->
         out.push_str("    );\n");
     }
     out.push_str(&clocked_block(module));
+    for memory in &module.memories {
+        out.push_str(&memory_block(memory, module));
+    }
     out
 }
 
@@ -332,8 +335,13 @@ fn declarations(module: &Module) -> String {
         .registers
         .iter()
         .map(|(id, _)| ("reg ", &module.signals[*id]));
+    let read = module
+        .memories
+        .iter()
+        .map(|memory| ("reg ", &module.signals[memory.q]));
     let wires = module.wires.iter().map(|id| ("wire", &module.signals[*id]));
     let declared: Vec<_> = registers
+        .chain(read)
         .chain(wires)
         .filter(|(_, signal)| !is_port_name(&signal.name))
         .collect();

@@ -28,7 +28,7 @@ pub struct Signal {
 }
 
 /// What a signal is in its module; numbers index the registers, tables,
-/// wirings or instances of [`Names`].
+/// memories, wirings or instances of [`Names`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// Port driven from outside.
@@ -51,6 +51,12 @@ pub enum Role {
     TableAddress(usize),
     /// A table's entry.
     TableData(usize),
+    /// The contents of a memory.
+    Memory,
+    /// An input of a memory.
+    MemoryIn(usize),
+    /// What was read from a memory.
+    MemoryQ(usize),
     /// An input of a wiring.
     WiringIn(usize),
     /// The output of a wiring.
@@ -94,6 +100,23 @@ pub struct TablePins {
     pub data: SignalId,
 }
 
+/// A memory in the module.
+#[derive(Debug, Clone)]
+pub struct MemoryPins {
+    /// The contents; as wide as a word.
+    pub contents: SignalId,
+    /// Number of words.
+    pub words: u64,
+    /// Its clock pin.
+    pub clock: SignalId,
+    /// Whether a word is written, where, and what.
+    pub write: [SignalId; 3],
+    /// Whether a word is read, and which.
+    pub read: [SignalId; 2],
+    /// The word that was read.
+    pub q: SignalId,
+}
+
 /// Fixed wiring in the module.
 #[derive(Debug, Clone)]
 pub struct WiringPins {
@@ -127,6 +150,8 @@ pub struct Names {
     pub registers: Vec<RegisterPins>,
     /// Tables.
     pub tables: Vec<TablePins>,
+    /// Memories.
+    pub memories: Vec<MemoryPins>,
     /// Wirings.
     pub wirings: Vec<WiringPins>,
     /// Instances, in the order of declaration.
@@ -201,6 +226,7 @@ impl Names {
                 self.add_register(child, &name, reset, about)?;
             }
             Marker::BitTable { bits, about } => self.add_table(child, &name, bits, about),
+            Marker::Memory { words, about } => self.add_memory(child, &name, *words, about),
             Marker::Wiring { sources, about } => self.add_wiring(child, name, sources, about),
             Marker::About(_) => {}
         }
@@ -275,6 +301,30 @@ impl Names {
             bits: bits.to_vec(),
             address,
             data,
+        });
+    }
+
+    fn add_memory(&mut self, child: &Scope, name: &str, words: u64, about: &str) {
+        let index = self.memories.len();
+        let width = child.width_of("data");
+        let contents = self.add(&child.pin(""), name.to_owned(), width, Role::Memory, about);
+        let mut input = |pin: &str| {
+            let name = format!("{name}.{pin}");
+            let width = child.width_of(pin);
+            self.add(&child.pin(pin), name, width, Role::MemoryIn(index), "")
+        };
+        let clock = input("clock");
+        let write = ["write", "write_address", "data"].map(&mut input);
+        let read = ["read", "address"].map(&mut input);
+        let q_name = format!("{name}_q");
+        let q = self.add(&child.pin("q"), q_name, width, Role::MemoryQ(index), "");
+        self.memories.push(MemoryPins {
+            contents,
+            words,
+            clock,
+            write,
+            read,
+            q,
         });
     }
 

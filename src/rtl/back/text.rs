@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::expr::{BinaryOp, Expr, UnaryOp};
 use super::lower::Statement;
-use super::module::Module;
+use super::module::{Memory, Module};
 use super::signals::Reset;
 
 /// Characters in a line of code, where the code allows.
@@ -106,6 +106,28 @@ fn gaps(text: &str) -> impl Iterator<Item = (usize, usize)> {
         let breaks = character == ' ' && (after_comma || before_operator);
         breaks.then_some((at, 2 * depth + usize::from(!after_comma)))
     })
+}
+
+/// A memory: its words, and the `always` of both ports.
+pub fn memory_block(memory: &Memory, module: &Module) -> String {
+    let contents = &module.signals[memory.contents];
+    let words = format!(
+        "reg [{}:0] {} [0:{}];",
+        contents.width - 1,
+        contents.name,
+        memory.words - 1
+    );
+    let mut out = format!("\n{}", commented(4, &words, 0, &contents.about));
+    let [write, place, word] = memory.write.each_ref().map(|pin| expression(pin, module));
+    let [read, from] = memory.read.each_ref().map(|pin| expression(pin, module));
+    let (name, q) = (&contents.name, &module.signals[memory.q].name);
+    let _ = write!(
+        out,
+        "    always @(posedge i_clk) begin\n        if ({write})\n            \
+         {name}[{place}] <= {word};\n        if ({read})\n            {q} <= {name}[{from}];\n    \
+         end\n",
+    );
+    out
 }
 
 /// The `always` of all registers; empty if there are none.

@@ -9,6 +9,8 @@
 //! counts as two LUTs.
 
 mod accumulator;
+mod bin_adder;
+mod bin_bank;
 mod chip_history;
 mod chip_table;
 mod code_source;
@@ -19,6 +21,9 @@ mod count_comparison;
 mod count_piece;
 mod detector_channel;
 mod edge_detector;
+mod histogram_channel;
+mod histogram_control;
+mod histogram_top;
 mod hit_counter;
 mod interleaver;
 mod lane_delay;
@@ -38,6 +43,8 @@ mod state_match;
 mod updown_correlator;
 
 pub use accumulator::Accumulator;
+pub use bin_adder::BinAdder;
+pub use bin_bank::BinBank;
 pub use chip_history::ChipHistory;
 pub use chip_table::ChipTableGenerator;
 pub use code_source::{CodePorts, CodeSource};
@@ -48,6 +55,9 @@ pub use count_comparison::CountComparison;
 pub use count_piece::CountPiece;
 pub use detector_channel::DetectorChannel;
 pub use edge_detector::EdgeDetector;
+pub use histogram_channel::HistogramChannel;
+pub use histogram_control::HistogramControl;
+pub use histogram_top::HistogramTop;
 pub use hit_counter::HitCounter;
 pub use interleaver::Interleaver;
 pub use lane_delay::LaneDelay;

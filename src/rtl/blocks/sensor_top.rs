@@ -208,7 +208,7 @@ fn data_about(interface: &Interface) -> String {
     }
 }
 
-fn samples_about(detectors: usize, lanes: u32) -> String {
+pub(super) fn samples_about(detectors: usize, lanes: u32) -> String {
     match detectors {
         1 => "SPAD level, bit 0 earliest".to_owned(),
         _ => format!("SPAD levels, {lanes} samples per detector, bit 0 earliest"),
@@ -283,7 +283,10 @@ fn describe_counts(interface: &Interface) -> About {
 
 /// Each code once, the reference's first, and for each source the index of
 /// its code.
-fn distinct_codes(reference: &Arc<Code>, sources: &[Arc<Code>]) -> (Vec<Arc<Code>>, Vec<usize>) {
+pub(super) fn distinct_codes(
+    reference: &Arc<Code>,
+    sources: &[Arc<Code>],
+) -> (Vec<Arc<Code>>, Vec<usize>) {
     let mut codes = vec![reference.clone()];
     let mut indices = Vec::new();
     for code in sources {

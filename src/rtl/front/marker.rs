@@ -29,6 +29,14 @@ pub enum Marker {
         /// What it holds.
         about: String,
     },
+    /// The scope is a memory with pins `clock`, `write`, `write_address`, `data`,
+    /// `read`, `address` and `q`.
+    Memory {
+        /// Number of words.
+        words: u64,
+        /// What it holds.
+        about: String,
+    },
     /// The scope is a wiring with pins `i` (a vector of bits) and `o`.
     Wiring {
         /// For every bit of `o`, bit 0 first, the index in `i`.

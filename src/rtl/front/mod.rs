@@ -21,6 +21,7 @@
 mod constant;
 mod inline;
 mod marker;
+mod memory;
 mod net;
 mod optional;
 mod plan;
@@ -30,6 +31,7 @@ mod word;
 pub use constant::Constant;
 pub use inline::{BitTable, Wiring};
 pub use marker::{About, Description, Marker, StateCheck};
+pub use memory::Memory;
 pub use net::{Input, Local, Net, Output, Value};
 pub use optional::Optional;
 pub use plan::Plan;
@@ -45,8 +47,8 @@ pub mod prelude {
     pub use rust_hdl::core::{ast, block, logic, probe};
 
     pub use super::{
-        About, BitTable, Constant, Input, Local, Optional, Output, Plan, Register, StateCheck,
-        Wiring, Word, bit_cast, signed_cast,
+        About, BitTable, Constant, Input, Local, Memory, Optional, Output, Plan, Register,
+        StateCheck, Wiring, Word, bit_cast, signed_cast,
     };
     pub(crate) use crate::rtl::front::dff_setup;
 }

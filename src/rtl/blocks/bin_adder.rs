@@ -1,0 +1,231 @@
+//! The bins of neighbouring samples of which at most one has a hit, and the adder that they share.
+//!
+//! | port | |
+//! |---|---|
+//! | `i_hits`, `i_early` | pairs of samples with a hit; it is the earlier one |
+//! | `i_row`, `i_half`, ... | as of [`BinBank`] |
+//! | `o_bin`, `o_clamped` | bins that are read; a hit found its bin full |
+//!
+//! Latency 4 clocks from a hit to the new bin, 6 until it is written.
+//!
+//! Cost: a bank for each sample, a choice of one of them, an adder of a bin's bits.
+
+use super::BinBank;
+use super::bin_bank::row_bits;
+use crate::rtl::front::prelude::*;
+
+/// Banks that share an adder.
+#[block(AdderPlan)]
+pub struct BinAdder {
+    /// one word per cycle
+    pub i_clk: Input<bool>,
+    /// synchronous, active high
+    pub i_rst: Input<bool>,
+    /// pairs of samples with a hit
+    #[width(plan.pairs())]
+    pub i_hits: Input<Word>,
+    /// it is the earlier sample of its pair
+    #[when(plan.samples > 1)]
+    #[width(plan.pairs())]
+    pub i_early: Optional<Input<Word>>,
+    /// row of the present word
+    #[width(plan.row_bits())]
+    pub i_row: Input<Word>,
+    /// memory that counts the present word
+    pub i_half: Input<bool>,
+    /// row to be read from the other memory
+    #[width(plan.row_bits())]
+    pub i_read_row: Input<Word>,
+    /// the reader goes on
+    pub i_go: Input<bool>,
+    /// memory of the word two clocks ago
+    pub i_counted_half: Input<bool>,
+    /// the word two clocks ago is one of a frame's first code period
+    pub i_counted_first: Input<bool>,
+    /// the word four clocks ago is one of a frame's first code period
+    pub i_added_first: Input<bool>,
+    /// row of the word five clocks ago
+    #[width(plan.row_bits())]
+    pub i_write_row: Input<Word>,
+    /// its memory
+    pub i_write_half: Input<bool>,
+    /// bins of the row that was read
+    #[each(_sample in 0..plan.samples)]
+    #[width(plan.bits)]
+    pub o_bin: Vec<Output<Word>>,
+    /// a hit found its bin full
+    #[when(plan.saturates)]
+    pub o_clamped: Optional<Output<bool>>,
+    #[is(describe(plan))]
+    about: About,
+    /// a pair or one before it has a hit
+    #[each(_pair in 1..plan.pairs())]
+    hit_before: Vec<Local<bool>>,
+    #[width(plan.samples)]
+    place: Wiring,
+    #[each(clocks in 1..5usize)]
+    #[about(format!("sample with the hit of the word {clocks} clocks ago"))]
+    #[width(plan.samples)]
+    hit: Vec<Register<Word>>,
+    #[each(_sample in 0..plan.samples)]
+    #[is(BinBank::new(plan.rows, plan.bits))]
+    bank: Vec<BinBank>,
+    #[each(sample in 0..plan.samples)]
+    #[about(match sample {
+        0 => "bin of sample 0, if the hit is there".to_owned(),
+        _ => format!("and of sample {sample}"),
+    })]
+    #[width(plan.bits)]
+    choice: Vec<Local<Word>>,
+    /// bin with a hit
+    #[width(plan.bits)]
+    chosen: Register<Word>,
+    /// the same with the hit
+    #[width(plan.bits)]
+    sum: Register<Word>,
+    /// a hit found its bin full
+    #[when(plan.saturates)]
+    clamped: Optional<Register<bool>>,
+    plan: Plan<AdderPlan>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct AdderPlan {
+    samples: usize,
+    rows: u64,
+    bits: u32,
+    saturates: bool,
+}
+
+impl AdderPlan {
+    fn pairs(&self) -> usize {
+        self.samples.div_ceil(2)
+    }
+
+    fn row_bits(&self) -> u32 {
+        row_bits(self.rows)
+    }
+
+    fn bin_bits(&self) -> usize {
+        self.bits as usize
+    }
+}
+
+impl BinAdder {
+    /// For so many samples, in so many rows of bins of `bits` bits.
+    pub fn new(samples: u32, rows: u64, bits: u32, saturates: bool) -> BinAdder {
+        BinAdder::build(&AdderPlan {
+            samples: samples as usize,
+            rows,
+            bits,
+            saturates,
+        })
+    }
+}
+
+fn describe(plan: &AdderPlan) -> About {
+    let title = "a histogram's bins of neighbouring samples, and the adder that they share";
+    let about = About::new("bin_adder", title);
+    let about = match plan.samples {
+        1 => about,
+        2 => about.note("A rising edge needs a low sample, so of two neighbours one has a hit at most."),
+        samples => about.note(format!(
+            "The detectors' dead time lets at most one of {samples} neighbouring samples be a hit. Of \
+             several, which no such detector makes, the earliest counts."
+        )),
+    };
+    let about = match plan.saturates {
+        false => about,
+        true => {
+            about.note("A full bin stays as it is, and o_clamped says that a hit was lost in it.")
+        }
+    };
+    about.fact(
+        "Latency",
+        "4 clocks from i_hits to the bin with its hit, 6 until it is written",
+    )
+}
+
+#[kernel]
+impl Logic for BinAdder {
+    fn update(&mut self) {
+        for c in 0..4 {
+            dff_setup!(self, i_clk, hit[c]);
+        }
+        dff_setup!(self, i_clk, chosen, sum);
+        self.find_hit();
+        for c in 1..4 {
+            self.hit[c].d.next = self.hit[c - 1].q.val();
+        }
+        self.run_banks();
+        self.choice[0].next =
+            self.bank[0].o_counted.val() & signed_cast(self.hit[1].q.val().get_bit(0));
+        for s in 1..self.plan.samples {
+            self.choice[s].next = self.choice[s - 1].val()
+                | (self.bank[s].o_counted.val() & signed_cast(self.hit[1].q.val().get_bit(s)));
+        }
+        if self.i_counted_first.val() {
+            self.chosen.d.next = bit_cast(false, self.plan.bin_bits());
+        } else {
+            self.chosen.d.next = self.choice[self.plan.samples - 1].val();
+        }
+        self.sum.d.next = self.chosen.q.val() + 1;
+        if self.o_clamped.is_present() {
+            self.clamp();
+        }
+    }
+
+    /// The sample that has the hit: of several the earliest.
+    fn find_hit(&mut self) {
+        let samples = self.plan.samples;
+        if samples > 1 {
+            self.place.i[0].next = self.i_hits.val().get_bit(0) & self.i_early.val().get_bit(0);
+            self.place.i[1].next = self.i_hits.val().get_bit(0) & !self.i_early.val().get_bit(0);
+        } else {
+            self.place.i[0].next = self.i_hits.val().get_bit(0);
+        }
+        if samples > 2 {
+            self.hit_before[0].next = self.i_hits.val().get_bit(0);
+        }
+        for p in 1..self.plan.pairs() {
+            self.place.i[2 * p].next = self.i_hits.val().get_bit(p)
+                & self.i_early.val().get_bit(p)
+                & !self.hit_before[p - 1].val();
+            self.place.i[2 * p + 1].next = self.i_hits.val().get_bit(p)
+                & !self.i_early.val().get_bit(p)
+                & !self.hit_before[p - 1].val();
+        }
+        for p in 1..self.hit_before.len() {
+            self.hit_before[p].next = self.hit_before[p - 1].val() | self.i_hits.val().get_bit(p);
+        }
+        self.hit[0].d.next = self.place.o.val();
+    }
+
+    fn run_banks(&mut self) {
+        for s in 0..self.plan.samples {
+            self.bank[s].i_clk.next = self.i_clk.val();
+            self.bank[s].i_rst.next = self.i_rst.val();
+            self.bank[s].i_row.next = self.i_row.val();
+            self.bank[s].i_half.next = self.i_half.val();
+            self.bank[s].i_read_row.next = self.i_read_row.val();
+            self.bank[s].i_go.next = self.i_go.val();
+            self.bank[s].i_counted_half.next = self.i_counted_half.val();
+            self.bank[s].i_hit.next = self.hit[3].q.val().get_bit(s);
+            self.bank[s].i_first.next = self.i_added_first.val();
+            self.bank[s].i_bin.next = self.sum.q.val();
+            self.bank[s].i_write_row.next = self.i_write_row.val();
+            self.bank[s].i_write_half.next = self.i_write_half.val();
+            self.o_bin[s].next = self.bank[s].o_read.val();
+        }
+    }
+
+    fn clamp(&mut self) {
+        dff_setup!(self, i_clk, clamped);
+        self.clamped.d.next = false;
+        if self.chosen.q.val().all() {
+            self.sum.d.next = self.chosen.q.val();
+            self.clamped.d.next = self.hit[2].q.val().any();
+        }
+        self.o_clamped.next = self.clamped.q.val();
+    }
+}

@@ -1,0 +1,203 @@
+//! The histogram of one detector.
+//!
+//! | port | |
+//! |---|---|
+//! | `i_samples`, `i_run` | sampled level of the detector; words count |
+//! | `i_row`, ... | from the control, as of [`BinAdder`] |
+//! | `o_row`, `o_clamped` | row that is read; a hit found its bin full |
+//!
+//! Latency 1 clock from samples to hits, then that of the adders.
+//!
+//! Cost: an edge detector, and an adder with its banks for each group of samples.
+
+use super::bin_bank::row_bits;
+use super::{BinAdder, EdgeDetector};
+use crate::rtl::front::prelude::*;
+use crate::sensor::histogram::HistogramPlan;
+
+/// Edge detector and adders.
+#[block(HistogramPlan)]
+pub struct HistogramChannel {
+    /// one word per cycle
+    pub i_clk: Input<bool>,
+    /// synchronous, active high
+    pub i_rst: Input<bool>,
+    /// level of the SPAD, bit 0 earliest
+    #[width(plan.row_bins)]
+    pub i_samples: Input<Word>,
+    /// words count
+    pub i_run: Input<bool>,
+    /// row of the present word
+    #[width(row_bits(plan.rows))]
+    pub i_row: Input<Word>,
+    /// memory that counts it
+    pub i_half: Input<bool>,
+    /// row to be read from the other memory
+    #[width(row_bits(plan.rows))]
+    pub i_read_row: Input<Word>,
+    /// the reader goes on
+    pub i_go: Input<bool>,
+    /// memory of the word two clocks ago
+    pub i_counted_half: Input<bool>,
+    /// the word two clocks ago is one of a frame's first code period
+    pub i_counted_first: Input<bool>,
+    /// the word four clocks ago is one of a frame's first code period
+    pub i_added_first: Input<bool>,
+    /// row of the word five clocks ago
+    #[width(row_bits(plan.rows))]
+    pub i_write_row: Input<Word>,
+    /// its memory
+    pub i_write_half: Input<bool>,
+    /// Bins of the row that was read.
+    #[about(format!("bins of the row that was read, {} bits each, bit 0 earliest", plan.bin_data_bits()))]
+    #[width(plan.row_data_bits())]
+    pub o_bins: Output<Word>,
+    /// a hit found its bin full
+    #[when(plan.saturates())]
+    pub o_clamped: Optional<Output<bool>>,
+    #[is(describe(plan))]
+    about: About,
+    #[is(EdgeDetector::new(plan.row_bins))]
+    edges: EdgeDetector,
+    #[each(_adder in 0..shared(plan))]
+    #[width(pairs(plan))]
+    hits: Vec<Wiring>,
+    #[each(_adder in 0..shared(plan))]
+    #[width(pairs(plan))]
+    early: Vec<Wiring>,
+    #[each(_adder in 0..plan.adders())]
+    #[is(BinAdder::new(plan.adder_samples, plan.rows, plan.bin_bits, plan.saturates()))]
+    adder: Vec<BinAdder>,
+    #[sources(places_in_row(plan), plan.row_bins * plan.bin_bits + 1)]
+    row: Wiring,
+    #[when(plan.saturates())]
+    #[width(plan.adders())]
+    clamped: Optional<Wiring>,
+    plan: Plan<HistogramPlan>,
+}
+
+/// Pairs of samples that an adder has.
+fn pairs(plan: &HistogramPlan) -> u32 {
+    plan.adder_samples.div_ceil(2)
+}
+
+/// Adders that have to be told their share of the hits.
+fn shared(plan: &HistogramPlan) -> u32 {
+    match plan.adders() {
+        1 => 0,
+        adders => adders,
+    }
+}
+
+/// For each bit of a row the bit of the bins; behind these comes a 0 that fills the bytes.
+fn places_in_row(plan: &HistogramPlan) -> Vec<usize> {
+    let (bits, data_bits) = (plan.bin_bits, plan.bin_data_bits());
+    let zero = (plan.row_bins * bits) as usize;
+    let of_bin = |bin: u32| {
+        (0..data_bits).map(move |bit| match bit < bits {
+            true => (bin * bits + bit) as usize,
+            false => zero,
+        })
+    };
+    (0..plan.row_bins).flat_map(of_bin).collect()
+}
+
+impl HistogramChannel {
+    /// For a detector of this histogram.
+    pub fn new(histogram: &HistogramPlan) -> HistogramChannel {
+        HistogramChannel::build(histogram)
+    }
+}
+
+fn describe(plan: &HistogramPlan) -> About {
+    About::new(
+        "histogram_channel",
+        "histogram of one detector's arrival times",
+    )
+    .fact(
+        "Bins",
+        format!(
+            "{} rows of {}, {} bits each{}",
+            plan.rows,
+            plan.row_bins,
+            plan.bin_bits,
+            match plan.saturates() {
+                true => ", clamped",
+                false => "; no stimulus can overflow them",
+            }
+        ),
+    )
+    .fact(
+        "Adders",
+        format!(
+            "{}, each for {} neighbouring samples",
+            plan.adders(),
+            plan.adder_samples
+        ),
+    )
+}
+
+#[kernel]
+impl Logic for HistogramChannel {
+    fn update(&mut self) {
+        self.edges.i_clk.next = self.i_clk.val();
+        self.edges.i_rst.next = self.i_rst.val();
+        self.edges.i_samples.next = self.i_samples.val();
+        self.edges.i_run.next = self.i_run.val();
+        self.hand_hits();
+        for a in 0..self.adder.len() {
+            self.adder[a].i_clk.next = self.i_clk.val();
+            self.adder[a].i_rst.next = self.i_rst.val();
+            self.adder[a].i_row.next = self.i_row.val();
+            self.adder[a].i_half.next = self.i_half.val();
+            self.adder[a].i_read_row.next = self.i_read_row.val();
+            self.adder[a].i_go.next = self.i_go.val();
+            self.adder[a].i_counted_half.next = self.i_counted_half.val();
+            self.adder[a].i_counted_first.next = self.i_counted_first.val();
+            self.adder[a].i_added_first.next = self.i_added_first.val();
+            self.adder[a].i_write_row.next = self.i_write_row.val();
+            self.adder[a].i_write_half.next = self.i_write_half.val();
+        }
+        self.make_row();
+        if self.o_clamped.is_present() {
+            for a in 0..self.adder.len() {
+                self.clamped.i[a].next = self.adder[a].o_clamped.val();
+            }
+            self.o_clamped.next = self.clamped.o.val().any();
+        }
+    }
+
+    fn hand_hits(&mut self) {
+        let pairs = self.plan.adder_samples.div_ceil(2) as usize;
+        if self.hits.len() == 0 {
+            self.adder[0].i_hits.next = self.edges.o_hits.val();
+            if self.plan.row_bins > 1 {
+                self.adder[0].i_early.next = self.edges.o_early.val();
+            }
+        }
+        for a in 0..self.hits.len() {
+            for p in 0..pairs {
+                self.hits[a].i[p].next = self.edges.o_hits.val().get_bit(pairs * a + p);
+                self.early[a].i[p].next = self.edges.o_early.val().get_bit(pairs * a + p);
+            }
+            self.adder[a].i_hits.next = self.hits[a].o.val();
+            self.adder[a].i_early.next = self.early[a].o.val();
+        }
+    }
+
+    fn make_row(&mut self) {
+        let samples = self.plan.adder_samples as usize;
+        let bits = self.plan.bin_bits as usize;
+        let bins = self.plan.row_bins as usize;
+        for a in 0..self.adder.len() {
+            for s in 0..samples {
+                for b in 0..bits {
+                    self.row.i[(samples * a + s) * bits + b].next =
+                        self.adder[a].o_bin[s].val().get_bit(b);
+                }
+            }
+        }
+        self.row.i[bins * bits].next = false;
+        self.o_bins.next = self.row.o.val();
+    }
+}

@@ -1,0 +1,351 @@
+//! Which row a word belongs to, which memory counts, and which row is read.
+//!
+//! | port | |
+//! |---|---|
+//! | `i_ready` | the receiver takes a row |
+//! | `o_run` | words count from now on |
+//! | `o_row`, `o_half`, `o_first` | row of the present word, its memory, the first code period |
+//! | `o_counted_*`, `o_added_first`, `o_write_*` | the same, two, four and five clocks later |
+//! | `o_read_row`, `o_read_detector`, `o_go` | row and detector to be read; the reader goes on |
+//! | `o_valid`, `o_last`, `o_overrun` | of the stream |
+//!
+//! A frame ends with the last row of its last code period. The memories change places then if all
+//! rows of the frame before it have been taken; if not, it is lost, and the next one begins in the
+//! same memory.
+//!
+//! Cost: two counters of rows, one of code periods, and the row's way in registers.
+
+use super::bin_bank::row_bits;
+use crate::rtl::front::prelude::*;
+use crate::sensor::histogram::HistogramPlan;
+
+/// Ports of the word's way.
+const WORD: &str = "Row, memory and first code period of a word on its way";
+/// Ports of the reader.
+const READER: &str = "Reader";
+
+/// Counts rows and code periods, and reads the frames.
+#[block(ControlPlan)]
+pub struct HistogramControl {
+    /// one row per cycle
+    pub i_clk: Input<bool>,
+    /// synchronous, active high
+    pub i_rst: Input<bool>,
+    /// the receiver takes a row
+    pub i_ready: Input<bool>,
+    /// words count from now on
+    pub o_run: Output<bool>,
+    /// row of the present word
+    #[under(WORD)]
+    #[width(plan.row_bits())]
+    pub o_row: Output<Word>,
+    /// memory that counts it
+    #[under(WORD)]
+    pub o_half: Output<bool>,
+    /// memory of the word two clocks ago
+    #[under(WORD)]
+    pub o_counted_half: Output<bool>,
+    /// the word two clocks ago is one of a frame's first code period
+    #[under(WORD)]
+    pub o_counted_first: Output<bool>,
+    /// the word four clocks ago is one of a frame's first code period
+    #[under(WORD)]
+    pub o_added_first: Output<bool>,
+    /// row of the word five clocks ago
+    #[under(WORD)]
+    #[width(plan.row_bits())]
+    pub o_write_row: Output<Word>,
+    /// its memory
+    #[under(WORD)]
+    pub o_write_half: Output<bool>,
+    /// row to be read
+    #[under(READER)]
+    #[width(plan.row_bits())]
+    pub o_read_row: Output<Word>,
+    /// detector of the row that comes to the stream, one bit for each
+    #[under(READER)]
+    #[when(plan.detectors > 1)]
+    #[width(plan.detectors)]
+    pub o_read_detector: Optional<Output<Word>>,
+    /// it goes on
+    #[under(READER)]
+    pub o_go: Output<bool>,
+    /// a row comes to the stream
+    #[under(READER)]
+    pub o_shows: Output<bool>,
+    /// a row waits
+    pub o_valid: Output<bool>,
+    /// it is the frame's last
+    pub o_last: Output<bool>,
+    /// a frame was lost
+    pub o_overrun: Output<bool>,
+    #[is(describe(plan))]
+    about: About,
+    /// the row before the last
+    #[width(plan.row_bits())]
+    #[value(plan.rows() - 2)]
+    last_row_but_one: Constant,
+    /// the last code period of a frame
+    #[when(plan.histogram.periods > 1)]
+    #[width(plan.period_bits())]
+    #[value(u128::from(plan.histogram.periods) - 1)]
+    last_period: Optional<Constant>,
+    /// words come
+    runs: Register<bool>,
+    /// rows are counted
+    counts: Register<bool>,
+    /// row of the present word
+    #[width(plan.row_bits())]
+    row: Register<Word>,
+    /// it is the last
+    row_is_last: Register<bool>,
+    /// code period of the frame
+    #[when(plan.histogram.periods > 1)]
+    #[width(plan.period_bits())]
+    period: Optional<Register<Word>>,
+    /// it is the last
+    #[when(plan.histogram.periods > 1)]
+    period_is_last: Optional<Register<bool>>,
+    /// the last row of a frame
+    ends: Local<bool>,
+    /// the first code period of a frame
+    #[reset(true)]
+    first: Register<bool>,
+    /// memory that counts
+    half: Register<bool>,
+    #[each(clocks in 1..6usize)]
+    #[about(format!("row of the word {clocks} clocks ago"))]
+    #[width(plan.row_bits())]
+    row_before: Vec<Register<Word>>,
+    /// memory of the words 1 to 5 clocks ago
+    #[width(5)]
+    half_before: Register<Word>,
+    /// whether the words 1 to 4 clocks ago are of a first code period
+    #[width(4)]
+    #[reset(15)]
+    first_before: Register<Word>,
+    /// the reader goes on
+    goes: Local<bool>,
+    /// rows of the frame before are still to be taken
+    busy: Local<bool>,
+    /// rows are read
+    reads: Register<bool>,
+    /// row that is read
+    #[width(plan.row_bits())]
+    read_row: Register<Word>,
+    /// it is the last
+    read_is_last: Register<bool>,
+    /// detector that is read, one bit for each
+    #[when(plan.detectors > 1)]
+    #[width(plan.detectors)]
+    #[reset(1)]
+    detector: Optional<Register<Word>>,
+    /// detector of the row in the memories' output
+    #[when(plan.detectors > 1)]
+    #[width(plan.detectors)]
+    detector_out: Optional<Register<Word>>,
+    /// detector of the row behind it
+    #[when(plan.detectors > 1)]
+    #[width(plan.detectors)]
+    detector_held: Optional<Register<Word>>,
+    /// the last row of the last detector is read
+    read_ends: Local<bool>,
+    /// a row is in the memories' output, and in the register behind it
+    #[width(2)]
+    out: Register<Word>,
+    /// the last of a frame is
+    #[width(2)]
+    last_out: Register<Word>,
+    valid: Register<bool>,
+    last: Register<bool>,
+    overrun: Register<bool>,
+    plan: Plan<ControlPlan>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct ControlPlan {
+    histogram: HistogramPlan,
+    detectors: usize,
+}
+
+impl ControlPlan {
+    fn rows(&self) -> u128 {
+        u128::from(self.histogram.rows)
+    }
+
+    fn row_bits(&self) -> u32 {
+        row_bits(self.histogram.rows)
+    }
+
+    fn period_bits(&self) -> u32 {
+        (u64::BITS - (self.histogram.periods - 1).leading_zeros()).max(1)
+    }
+
+    fn has_periods(&self) -> bool {
+        self.histogram.periods > 1
+    }
+}
+
+impl HistogramControl {
+    /// For the histograms of so many detectors.
+    pub fn new(histogram: &HistogramPlan, detectors: usize) -> HistogramControl {
+        HistogramControl::build(&ControlPlan {
+            histogram: *histogram,
+            detectors,
+        })
+    }
+}
+
+fn describe(plan: &ControlPlan) -> About {
+    let about = About::new("histogram_control", "rows and frames of the histogram")
+        .note(
+            "A frame ends with the last row of its last code period. If all rows of the frame before \
+             it have been taken, or the last is taken at that clock's edge, the memories change \
+             places and it is read. If not it is lost, whole, and counts begin anew in its memory.",
+        )
+        .note("o_overrun stays high until reset.")
+        .fact(
+            "Frame",
+            format!(
+                "{} code periods of {} chips",
+                plan.histogram.periods, plan.histogram.rows
+            ),
+        )
+        .fact("Latency", "4 clocks from a frame's last word to o_valid");
+    match plan.detectors {
+        1 => about,
+        detectors => about.note(format!(
+            "The rows of {detectors} detectors come one detector after the other."
+        )),
+    }
+}
+
+#[kernel]
+impl Logic for HistogramControl {
+    fn update(&mut self) {
+        dff_setup!(self, i_clk, runs, counts, row, row_is_last, first, half);
+        self.runs.d.next = true;
+        self.o_run.next = self.runs.q.val();
+        self.counts.d.next = self.runs.q.val();
+        self.row_is_last.d.next = self.row.q.val() == self.last_row_but_one.val();
+        if self.counts.q.val() {
+            self.row.d.next = self.row.q.val() + 1;
+            if self.row_is_last.q.val() {
+                self.row.d.next = bit_cast(false, self.plan.row_bits() as usize);
+            }
+        }
+        if self.plan.has_periods() {
+            self.count_periods();
+        } else {
+            self.ends.next = self.row_is_last.q.val();
+        }
+        self.follow_words();
+        self.read_frames();
+    }
+
+    fn count_periods(&mut self) {
+        dff_setup!(self, i_clk, period, period_is_last);
+        self.ends.next = self.row_is_last.q.val() & self.period_is_last.q.val();
+        self.period_is_last.d.next = self.period.q.val() == self.last_period.val();
+        if self.row_is_last.q.val() {
+            self.first.d.next = self.period_is_last.q.val();
+            self.period.d.next = self.period.q.val() + 1;
+            if self.period_is_last.q.val() {
+                self.period.d.next = bit_cast(false, self.plan.period_bits() as usize);
+            }
+        }
+    }
+
+    /// Row, memory and first code period of the words on their way to the memories.
+    fn follow_words(&mut self) {
+        dff_setup!(self, i_clk, half_before, first_before);
+        for c in 0..5 {
+            dff_setup!(self, i_clk, row_before[c]);
+        }
+        self.row_before[0].d.next = self.row.q.val();
+        for c in 1..5 {
+            self.row_before[c].d.next = self.row_before[c - 1].q.val();
+        }
+        self.half_before.d.next = (self.half_before.q.val() << 1) | bit_cast(self.half.q.val(), 5);
+        self.first_before.d.next =
+            (self.first_before.q.val() << 1) | bit_cast(self.first.q.val(), 4);
+        self.o_row.next = self.row.q.val();
+        self.o_half.next = self.half.q.val();
+        self.o_counted_half.next = self.half_before.q.val().get_bit(1);
+        self.o_counted_first.next = self.first_before.q.val().get_bit(1);
+        self.o_added_first.next = self.first_before.q.val().get_bit(3);
+        self.o_write_row.next = self.row_before[4].q.val();
+        self.o_write_half.next = self.half_before.q.val().get_bit(4);
+    }
+
+    /// Reads the rows of a frame, and offers them.
+    fn read_frames(&mut self) {
+        dff_setup!(
+            self,
+            i_clk,
+            reads,
+            read_row,
+            read_is_last,
+            out,
+            last_out,
+            valid,
+            last,
+            overrun
+        );
+        self.goes.next = !self.valid.q.val() | self.i_ready.val();
+        self.busy.next = self.reads.q.val() | self.out.q.val().any() | !self.goes.val();
+        if self.plan.detectors > 1 {
+            self.name_detectors();
+        } else {
+            self.read_ends.next = self.read_is_last.q.val();
+        }
+        if self.goes.val() {
+            self.out.d.next = (self.out.q.val() << 1) | bit_cast(self.reads.q.val(), 2);
+            self.last_out.d.next = (self.last_out.q.val() << 1) | bit_cast(self.read_ends.val(), 2);
+            self.valid.d.next = self.out.q.val().get_bit(1);
+            if self.out.q.val().get_bit(1) {
+                self.last.d.next = self.last_out.q.val().get_bit(1);
+            }
+            if self.reads.q.val() {
+                self.read_is_last.d.next = self.read_row.q.val() == self.last_row_but_one.val();
+                self.read_row.d.next = self.read_row.q.val() + 1;
+                if self.read_is_last.q.val() {
+                    self.read_row.d.next = bit_cast(false, self.plan.row_bits() as usize);
+                }
+                self.reads.d.next = !self.read_ends.val();
+            }
+        }
+        if self.ends.val() & !self.busy.val() {
+            self.half.d.next = !self.half.q.val();
+            self.reads.d.next = true;
+        }
+        if self.ends.val() & self.busy.val() {
+            self.overrun.d.next = true;
+        }
+        self.o_read_row.next = self.read_row.q.val();
+        self.o_go.next = self.goes.val();
+        self.o_shows.next = self.goes.val() & self.out.q.val().get_bit(1);
+        self.o_valid.next = self.valid.q.val();
+        self.o_last.next = self.last.q.val();
+        self.o_overrun.next = self.overrun.q.val();
+    }
+
+    /// The detectors take turns, and each row has its detector beside it.
+    fn name_detectors(&mut self) {
+        dff_setup!(self, i_clk, detector, detector_out, detector_held);
+        let detectors = self.plan.detectors;
+        self.read_ends.next =
+            self.read_is_last.q.val() & self.detector.q.val().get_bit(detectors - 1);
+        if self.goes.val() {
+            self.detector_out.d.next = self.detector.q.val();
+            self.detector_held.d.next = self.detector_out.q.val();
+            if self.read_is_last.q.val() {
+                self.detector.d.next = self.detector.q.val() << 1;
+            }
+            if self.read_ends.val() {
+                self.detector.d.next = bit_cast(true, detectors);
+            }
+        }
+        self.o_read_detector.next = self.detector_held.q.val();
+    }
+}

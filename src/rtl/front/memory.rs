@@ -1,0 +1,82 @@
+//! Block memories: one port that writes, one that reads, both with a clock.
+
+use rust_hdl::core::ast::Verilog;
+use rust_hdl::core::logic::Logic;
+use rust_hdl::core::prelude::LogicBlock;
+use rust_hdl::core::{block, probe};
+
+use super::marker::Marker;
+use super::net::{Input, Net, Output};
+use super::word::Word;
+
+/// A memory of words, which synthesizers put into block RAM: its words have no value at
+/// power-up and none after reset, and what is read comes a clock later. A word that is
+/// read while it is written is not to be relied on.
+#[derive(Debug, Clone, LogicBlock)]
+pub struct Memory {
+    /// Clock of both ports.
+    pub clock: Input<bool>,
+    /// Whether a word is written.
+    pub write: Input<bool>,
+    /// Where.
+    pub write_address: Input<Word>,
+    /// What.
+    pub data: Input<Word>,
+    /// Whether a word is read; otherwise `q` holds.
+    pub read: Input<bool>,
+    /// Which.
+    pub address: Input<Word>,
+    /// The word that was read last.
+    pub q: Output<Word>,
+    _words: Vec<u128>,
+    _about: String,
+}
+
+impl Memory {
+    /// A memory of `words` words of `width` bits.
+    pub fn new(words: u64, width: u32, about: &str) -> Memory {
+        let last = words.saturating_sub(1);
+        let address_bits = (u64::BITS - last.leading_zeros()).max(1);
+        Memory {
+            clock: Net::bit(""),
+            write: Net::bit(""),
+            write_address: Net::word(address_bits, ""),
+            data: Net::word(width, ""),
+            read: Net::bit(""),
+            address: Net::word(address_bits, ""),
+            q: Net::word(width, ""),
+            _words: vec![0; words as usize],
+            _about: about.to_owned(),
+        }
+    }
+}
+
+impl Logic for Memory {
+    fn update(&mut self) {
+        if !self.clock.pos_edge() {
+            return;
+        }
+        let word = |address: Word| address.value() as usize;
+        if self.read.val() {
+            let read = self._words.get(word(self.address.val()));
+            self.q.next = Word::new(read.copied().unwrap_or(0), self.data.val().bits() as u32);
+        }
+        if self.write.val()
+            && let Some(written) = self._words.get_mut(word(self.write_address.val()))
+        {
+            *written = self.data.val().value();
+        }
+    }
+
+    fn connect(&mut self) {
+        self.q.connect();
+    }
+
+    fn hdl(&self) -> Verilog {
+        Marker::Memory {
+            words: self._words.len() as u64,
+            about: self._about.clone(),
+        }
+        .into_hdl()
+    }
+}
