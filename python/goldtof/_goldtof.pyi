@@ -1,0 +1,155 @@
+from collections.abc import Callable, Mapping, Sequence
+from os import PathLike
+from typing import Any, Literal, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+__version__: str
+SPEED_OF_LIGHT_M_PER_S: float
+
+Fidelity = Literal["expected", "counts", "events", "sampled", "rtl"]
+Engine = Literal["auto", "lanes", "lockstep"]
+Estimator = Literal["fft", "model"]
+Progress = Callable[[int, int], object]
+Words = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.uint32] | NDArray[np.uint64]
+Levels = NDArray[np.bool_] | NDArray[np.uint8]
+
+class GoldtofError(Exception): ...
+class SceneError(GoldtofError): ...
+class ToolError(GoldtofError): ...
+
+@final
+class Scene:
+    @staticmethod
+    def load(path: str | PathLike[str]) -> Scene: ...
+    @staticmethod
+    def parse(text: str, name: str = "scene.toml") -> Scene: ...
+    @staticmethod
+    def from_dict(tables: dict[str, Any], name: str = "scene.toml") -> Scene: ...
+    def copy(self) -> Scene: ...
+    def __copy__(self) -> Scene: ...
+    def __deepcopy__(self, _memo: Any) -> Scene: ...
+    def __setitem__(self, key: str, value: Any) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def text(self) -> str: ...
+    @property
+    def settings(self) -> list[str]: ...
+    @property
+    def phase_steps(self) -> int: ...
+    @property
+    def samples_per_chip(self) -> int: ...
+    @property
+    def chip_period_s(self) -> float: ...
+    @property
+    def integration_s(self) -> float: ...
+    @property
+    def scan_clocks(self) -> int: ...
+    @property
+    def sources(self) -> list[str]: ...
+    @property
+    def detectors(self) -> list[str]: ...
+    @property
+    def path_distances_m(self) -> list[float]: ...
+    @property
+    def ports(self) -> list[tuple[str, int]]: ...
+    @property
+    def result_latency_clocks(self) -> int: ...
+
+@final
+class ReferenceModel:
+    def __new__(
+        cls,
+        scene: Scene,
+        *,
+        result_latency_clocks: int | None = None,
+        peak_latency_clocks: int | None = None,
+    ) -> ReferenceModel: ...
+    def clock(
+        self, samples: Words, reset: Levels | None = None, ready: Levels | None = None
+    ) -> dict[str, Words]: ...
+    def take_results(self) -> dict[str, NDArray[Any]]: ...
+    @property
+    def clocks(self) -> int: ...
+
+@final
+class Scoreboard:
+    def __new__(
+        cls,
+        scene: Scene,
+        ports: Sequence[tuple[str, int]],
+        *,
+        result_latency_clocks: int | None = None,
+        peak_latency_clocks: int | None = None,
+        is_idle_payload_free: bool = True,
+        batch_clocks: int = 4096,
+    ) -> Scoreboard: ...
+    @property
+    def words(self) -> int: ...
+    def push(self, words: NDArray[np.uint64]) -> bool: ...
+    def summary(self) -> dict[str, Any]: ...
+
+def codes(
+    family: str,
+    *,
+    degree: int | None = None,
+    index: int | None = None,
+    interleave: int = 0,
+    polynomials: str | None = None,
+    seeds: str | None = None,
+    chips: str | None = None,
+    allow_non_preferred: bool = False,
+) -> dict[str, Any]: ...
+def correlation(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> NDArray[np.int64]: ...
+def emit(scene: Scene, out: str | PathLike[str], *, prefix: str | None = None) -> dict[str, Any]: ...
+def expected(
+    scene: Scene,
+    *,
+    detector: str | None = None,
+    fidelity: Fidelity = "expected",
+    estimator: Estimator | None = None,
+) -> dict[str, Any]: ...
+def simulate(
+    scene: Scene,
+    *,
+    fidelity: Fidelity | str = "expected",
+    repetitions: int = 1,
+    seed: int = 1,
+    engine: Engine = "auto",
+    estimator: Estimator | str | None = None,
+    on_progress: Progress | None = None,
+) -> dict[str, Any]: ...
+def scans(
+    scene: Scene,
+    *,
+    fidelity: Fidelity = "events",
+    repetitions: int = 1,
+    seed: int = 1,
+    detector: str | None = None,
+    on_progress: Progress | None = None,
+) -> dict[str, NDArray[Any]]: ...
+def estimate(
+    scene: Scene,
+    counts: NDArray[np.int64],
+    *,
+    total: NDArray[np.uint64] | None = None,
+    detector: str | None = None,
+    estimator: Estimator | None = None,
+) -> dict[str, Any]: ...
+def cosim(
+    scene: Scene,
+    *,
+    rtl: str | PathLike[str] | None = None,
+    file_lists: Sequence[str | PathLike[str]] = ...,
+    top: str | None = None,
+    include_folders: Sequence[str | PathLike[str]] = ...,
+    defines: Sequence[str] = ...,
+    stimulus: Literal["photons", "adversarial"] = "photons",
+    clocks: int | None = None,
+    seed: int = 1,
+    latency: str | None = None,
+    engine: Engine = "auto",
+    on_progress: Progress | None = None,
+) -> dict[str, Any]: ...

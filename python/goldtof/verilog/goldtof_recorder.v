@@ -1,0 +1,71 @@
+// Keeps the ports of a sensor, clock by clock, for goldtof.cocotb.Scoreboard, which reads
+// them a batch at a time: so nothing in Python happens at each clock.
+//
+// Clock 0 is the first rising edge of i_clk. A clock has the inputs that stand before its
+// edge and the outputs after it, which are read at the edge of the next clock. Widths are
+// those of the manifest; of a port that the sensor does not have, 1, and 0 at it.
+
+`default_nettype none
+
+module goldtof_recorder #(
+    parameter SAMPLES    = 8,     // of all detectors together
+    parameter LASERS     = 1,
+    parameter TDATA      = 16,
+    parameter PEAK_STEP  = 1,
+    parameter PEAK_COUNT = 1,
+    parameter BATCH      = 256    // clocks
+) (
+    input wire                  i_clk,
+    input wire                  i_rst,
+    input wire [SAMPLES-1:0]    i_samples,
+    input wire                  m_axis_tready,
+    input wire [LASERS-1:0]     o_laser,
+    input wire                  o_epoch,
+    input wire [TDATA-1:0]      m_axis_tdata,
+    input wire                  m_axis_tvalid,
+    input wire                  m_axis_tlast,
+    input wire                  o_overrun,
+    input wire                  o_saturated,
+    input wire [PEAK_STEP-1:0]  o_peak_step,
+    input wire [PEAK_COUNT-1:0] o_peak_count,
+    input wire                  o_peak_valid
+);
+    localparam BITS  = SAMPLES + LASERS + TDATA + PEAK_STEP + PEAK_COUNT + 8;
+    localparam WORDS = (BITS + 63) / 64;
+
+    reg               held_rst;
+    reg [SAMPLES-1:0] held_samples;
+    reg               held_tready;
+    reg               is_first = 1;
+
+    wire [WORDS*64-1:0] record = {
+        {(WORDS*64 - BITS){1'b0}},
+        o_peak_valid, o_peak_count, o_peak_step, o_saturated, o_overrun, m_axis_tlast,
+        held_tready, m_axis_tvalid, m_axis_tdata, held_samples, o_epoch, o_laser, held_rst};
+
+    // Records of the batch so far, and the last whole one.
+    reg [WORDS*64-1:0]       kept [0:BATCH-1];
+    integer                  clocks /* verilator public_flat_rd */ = 0;
+    reg [BATCH*WORDS*64-1:0] batch /* verilator public_flat_rd */;
+    reg                      is_new /* verilator public_flat_rd */ = 0;  // changes with it
+
+    integer i;
+    always @(posedge i_clk) begin
+        if (!is_first) begin
+            kept[clocks] = record;
+            clocks = clocks + 1;
+        end
+        if (clocks == BATCH) begin
+            for (i = 0; i < BATCH; i = i + 1)
+                batch[i*WORDS*64 +: WORDS*64] = kept[i];
+            clocks = 0;
+            is_new = !is_new;
+        end
+        is_first     <= 0;
+        held_rst     <= i_rst;
+        held_samples <= i_samples;
+        held_tready  <= m_axis_tready;
+    end
+endmodule
+
+`default_nettype wire

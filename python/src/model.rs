@@ -1,0 +1,285 @@
+//! The reference model in batches, numpy in and out.
+
+use goldtof::batch::{self, Inputs, Model, PortValues, StepResult};
+use numpy::{
+    PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArrayDyn, PyReadwriteArray1,
+    PyReadwriteArray2,
+};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::errors::{bad_argument, failed};
+use crate::scene::PyScene;
+
+/// Clocks whose records stay in a core's cache.
+const BLOCK: usize = 16_384;
+/// Blocks after which signals are looked for.
+const BLOCKS_BETWEEN_SIGNALS: usize = 256;
+
+/// The bit-exact model of the hardware, clocked in batches; its state stays between them.
+///
+/// Clock t has the inputs before a rising edge and the outputs after it. Until ``i_rst``
+/// has been high the model holds all outputs at 0.
+///
+/// >>> import numpy as np
+/// >>> model = ReferenceModel(Scene.parse(QUICK))
+/// >>> samples = np.zeros(6000, np.uint8)
+/// >>> samples[::2] = 0x10                         # a hit in every other word
+/// >>> reset = np.arange(6000) < 2
+/// >>> outputs = model.clock(samples, reset)
+/// >>> outputs["o_laser"][2:13]                    # the code's first chips
+/// array([0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0], dtype=uint8)
+/// >>> results = model.take_results()
+/// >>> results["total"], results["clock"]
+/// (array([1250, 1250], dtype=uint64), array([2508, 5008], dtype=uint64))
+#[pyclass(name = "ReferenceModel", module = "goldtof")]
+pub(crate) struct PyModel {
+    model: Model,
+    records: Vec<u64>,
+    results: Vec<StepResult>,
+}
+
+/// Sample words of one of numpy's types.
+enum Samples<'py> {
+    U8(PyReadonlyArrayDyn<'py, u8>),
+    U16(PyReadonlyArrayDyn<'py, u16>),
+    U32(PyReadonlyArrayDyn<'py, u32>),
+    U64(PyReadonlyArrayDyn<'py, u64>),
+}
+
+impl<'py> Samples<'py> {
+    fn of(array: &Bound<'py, PyAny>, detectors: usize) -> PyResult<Samples<'py>> {
+        let array = &array
+            .py()
+            .import("numpy")?
+            .call_method1("ascontiguousarray", (array,))?;
+        let shape: Vec<usize> = array.getattr("shape")?.extract()?;
+        let is_right = match shape[..] {
+            [_] => detectors == 1,
+            [_, columns] => columns == detectors,
+            _ => false,
+        };
+        if !is_right {
+            return Err(bad_argument(format!(
+                "samples have the shape {shape:?}, and this sensor's are (clocks, {detectors}){}",
+                if detectors == 1 { " or (clocks,)" } else { "" }
+            )));
+        }
+        if let Ok(words) = array.extract() {
+            return Ok(Samples::U8(words));
+        }
+        if let Ok(words) = array.extract() {
+            return Ok(Samples::U16(words));
+        }
+        if let Ok(words) = array.extract() {
+            return Ok(Samples::U32(words));
+        }
+        if let Ok(words) = array.extract() {
+            return Ok(Samples::U64(words));
+        }
+        Err(bad_argument(format!(
+            "samples are {}, and have to be uint8, uint16, uint32 or uint64",
+            array.getattr("dtype")?
+        )))
+    }
+}
+
+/// Levels of an input, one byte for each clock; none if it is not given.
+fn levels(array: Option<&Bound<'_, PyAny>>, name: &str) -> PyResult<Vec<u8>> {
+    let Some(array) = array else {
+        return Ok(Vec::new());
+    };
+    if let Ok(levels) = array.extract::<PyReadonlyArray1<'_, bool>>() {
+        return Ok(levels.as_array().iter().map(|&high| high.into()).collect());
+    }
+    if let Ok(levels) = array.extract::<PyReadonlyArray1<'_, u8>>() {
+        return Ok(levels.as_array().iter().copied().collect());
+    }
+    Err(bad_argument(format!(
+        "{name} has to be an array of bool or uint8, one for each clock"
+    )))
+}
+
+/// An output port's array while it is filled.
+enum Filling<'py> {
+    U8(PyReadwriteArray1<'py, u8>),
+    U16(PyReadwriteArray1<'py, u16>),
+    U32(PyReadwriteArray1<'py, u32>),
+    U64(PyReadwriteArray1<'py, u64>),
+    Wide(PyReadwriteArray2<'py, u64>),
+}
+
+impl<'py> Filling<'py> {
+    /// An array for a port of so many bits, and the same as Python sees it.
+    fn new(python: Python<'py>, clocks: usize, width: u32) -> (Filling<'py>, Bound<'py, PyAny>) {
+        macro_rules! filling {
+            ($kind:ident, $array:expr) => {{
+                let array = $array;
+                (Filling::$kind(array.readwrite()), array.into_any())
+            }};
+        }
+        match width {
+            0..=8 => filling!(U8, PyArray1::<u8>::zeros(python, clocks, false)),
+            9..=16 => filling!(U16, PyArray1::<u16>::zeros(python, clocks, false)),
+            17..=32 => filling!(U32, PyArray1::<u32>::zeros(python, clocks, false)),
+            33..=64 => filling!(U64, PyArray1::<u64>::zeros(python, clocks, false)),
+            _ => {
+                let words = width.div_ceil(64) as usize;
+                filling!(Wide, PyArray2::<u64>::zeros(python, [clocks, words], false))
+            }
+        }
+    }
+
+    fn values(&mut self) -> PyResult<PortValues<'_>> {
+        Ok(match self {
+            Filling::U8(array) => PortValues::U8(array.as_slice_mut()?),
+            Filling::U16(array) => PortValues::U16(array.as_slice_mut()?),
+            Filling::U32(array) => PortValues::U32(array.as_slice_mut()?),
+            Filling::U64(array) => PortValues::U64(array.as_slice_mut()?),
+            Filling::Wide(array) => PortValues::U64(array.as_slice_mut()?),
+        })
+    }
+}
+
+impl PyModel {
+    /// Clocks the model through all samples, block by block, and copies every port.
+    fn run<W: Copy + Into<u64> + Sync>(
+        &mut self,
+        python: Python<'_>,
+        samples: &[W],
+        levels: [&[u8]; 2],
+        ports: &mut [PortValues<'_>],
+    ) -> PyResult<()> {
+        let detectors = self.model.interface().reference_codes.len();
+        let clocks = samples.len() / detectors;
+        let [reset, ready] = levels;
+        for first in (0..clocks).step_by(BLOCK * BLOCKS_BETWEEN_SIGNALS) {
+            python.check_signals()?;
+            let end = (first + BLOCK * BLOCKS_BETWEEN_SIGNALS).min(clocks);
+            python
+                .detach(|| {
+                    for from in (first..end).step_by(BLOCK) {
+                        let to = (from + BLOCK).min(end);
+                        let part = |levels: &'_ [u8]| match levels.is_empty() {
+                            true => from..from,
+                            false => from..to,
+                        };
+                        let (of_reset, of_ready) = (part(reset), part(ready));
+                        let inputs = Inputs {
+                            samples: &samples[from * detectors..to * detectors],
+                            reset: reset.get(of_reset).unwrap_or(&[]),
+                            ready: ready.get(of_ready).unwrap_or(&[]),
+                        };
+                        self.model.clock(&inputs, &mut self.records)?;
+                        self.results.extend(self.model.take_results());
+                        let outputs = &self.model.layout().outputs;
+                        for (field, values) in outputs.fields.iter().zip(ports.iter_mut()) {
+                            values.copy(&self.records, outputs.words, field, from);
+                        }
+                    }
+                    Ok::<(), batch::BatchError>(())
+                })
+                .map_err(bad_argument)?;
+        }
+        Ok(())
+    }
+}
+
+#[pymethods]
+impl PyModel {
+    /// A model of the scene's hardware before its first clock. ``result_latency_clocks``
+    /// and ``peak_latency_clocks`` are those of a design that is not the emitted one.
+    #[new]
+    #[pyo3(signature = (scene, *, result_latency_clocks=None, peak_latency_clocks=None))]
+    fn new(
+        scene: &PyScene,
+        result_latency_clocks: Option<u32>,
+        peak_latency_clocks: Option<u32>,
+    ) -> PyResult<PyModel> {
+        let sensor = batch::held_to(&scene.sensor(), result_latency_clocks, peak_latency_clocks)
+            .map_err(bad_argument)?;
+        Ok(PyModel {
+            model: Model::new(&sensor).map_err(failed)?,
+            records: Vec::new(),
+            results: Vec::new(),
+        })
+    }
+
+    /// Clocks the model through a batch.
+    ///
+    /// ``samples`` has a word for each clock and detector, bit 0 the earliest sample;
+    /// ``reset`` and ``ready`` have bool or uint8 for each clock, and are low and high at
+    /// all of them if they are left out. Gives an array for each output port: unsigned
+    /// integers as narrow as the port allows, or, of a port wider than 64 bits, columns of
+    /// 64 bits each, the lowest first.
+    #[pyo3(signature = (samples, reset=None, ready=None))]
+    fn clock<'py>(
+        &mut self,
+        python: Python<'py>,
+        samples: &Bound<'py, PyAny>,
+        reset: Option<&Bound<'py, PyAny>>,
+        ready: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let samples = Samples::of(samples, self.model.interface().reference_codes.len())?;
+        let (reset, ready) = (levels(reset, "reset")?, levels(ready, "ready")?);
+        let clocks = match &samples {
+            Samples::U8(words) => words.as_array().shape()[0],
+            Samples::U16(words) => words.as_array().shape()[0],
+            Samples::U32(words) => words.as_array().shape()[0],
+            Samples::U64(words) => words.as_array().shape()[0],
+        };
+        for (name, levels) in [("reset", &reset), ("ready", &ready)] {
+            if !levels.is_empty() && levels.len() != clocks {
+                return Err(bad_argument(format!(
+                    "{name} has {} clocks, and samples have {clocks}",
+                    levels.len()
+                )));
+            }
+        }
+        let outputs = PyDict::new(python);
+        let mut filling = Vec::new();
+        for field in &self.model.layout().outputs.fields {
+            let (array, seen) = Filling::new(python, clocks, field.port.width);
+            outputs.set_item(&field.port.name, seen)?;
+            filling.push(array);
+        }
+        let mut ports = filling
+            .iter_mut()
+            .map(Filling::values)
+            .collect::<PyResult<Vec<_>>>()?;
+        let levels = [&reset[..], &ready[..]];
+        match &samples {
+            Samples::U8(words) => self.run(python, words.as_slice()?, levels, &mut ports),
+            Samples::U16(words) => self.run(python, words.as_slice()?, levels, &mut ports),
+            Samples::U32(words) => self.run(python, words.as_slice()?, levels, &mut ports),
+            Samples::U64(words) => self.run(python, words.as_slice()?, levels, &mut ports),
+        }?;
+        Ok(outputs)
+    }
+
+    /// Results of the phase steps that ended in the clocks since the last call, in order:
+    /// arrays of ``clock`` (after whose rising edge the step's group comes to the stream,
+    /// if nothing stands there any more), ``scan`` since the last reset, ``detector``,
+    /// ``step``, ``count`` and ``total``.
+    fn take_results<'py>(&mut self, python: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let results = std::mem::take(&mut self.results);
+        let taken = PyDict::new(python);
+        let numbers = |of: fn(&StepResult) -> u64| {
+            PyArray1::from_iter(python, results.iter().map(of).collect::<Vec<_>>())
+        };
+        taken.set_item("clock", numbers(|result| result.clock))?;
+        taken.set_item("scan", numbers(|result| result.scan))?;
+        taken.set_item("detector", numbers(|result| result.detector.0 as u64))?;
+        taken.set_item("step", numbers(|result| result.step))?;
+        let counts: Vec<i64> = results.iter().map(|result| result.count).collect();
+        taken.set_item("count", PyArray1::from_vec(python, counts))?;
+        taken.set_item("total", numbers(|result| result.total))?;
+        Ok(taken)
+    }
+
+    /// Clocks so far, which is the number of the next one.
+    #[getter]
+    fn clocks(&self) -> u64 {
+        self.model.clocks()
+    }
+}

@@ -1,0 +1,248 @@
+//! Scenes.
+
+use std::path::PathBuf;
+
+use goldtof::scene::{self, DetectorIndex, EstimatorKind, Scene, Setting};
+use goldtof::sensor::Sensor;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+
+use crate::errors::{bad_argument, of_scene};
+use crate::values::to_toml;
+
+/// A sensor and what surrounds it: what a scene file says, read and checked.
+///
+/// Keys are set in place, as ``--set`` does; if a value is refused, the scene stays as it
+/// was.
+///
+/// >>> scene = Scene.parse(QUICK, "quick.toml")
+/// >>> scene.name, scene.phase_steps
+/// ('quick', 248)
+/// >>> scene["path.distance"] = "5 m"
+/// >>> scene.path_distances_m
+/// [5.0]
+/// >>> scene["path.distance"] = "5 kg"
+/// Traceback (most recent call last):
+///     ...
+/// goldtof.SceneError: Scene path.distance="5 kg": ...
+#[pyclass(name = "Scene", module = "goldtof")]
+#[derive(Clone)]
+pub(crate) struct PyScene {
+    file_name: String,
+    text: String,
+    settings: Vec<Setting>,
+    scene: Scene,
+}
+
+impl PyScene {
+    fn read(file_name: String, text: String) -> PyResult<PyScene> {
+        let scene = scene::parse(&file_name, &text).map_err(of_scene)?;
+        Ok(PyScene {
+            file_name,
+            text,
+            settings: Vec::new(),
+            scene,
+        })
+    }
+
+    /// The scene as it is now, with another estimator if one is named.
+    pub(crate) fn with_estimator(&self, estimator: Option<&str>) -> PyResult<Scene> {
+        let kind = match estimator {
+            None => return Ok(self.scene.clone()),
+            Some("fft") => EstimatorKind::Fft,
+            Some("model") => EstimatorKind::Model,
+            Some(other) => {
+                return Err(bad_argument(format!(
+                    "there is no estimator {other:?}; there are fft and model"
+                )));
+            }
+        };
+        self.scene
+            .clone()
+            .with_estimator(Some(kind))
+            .map_err(of_scene)
+    }
+
+    pub(crate) fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    pub(crate) fn sensor(&self) -> Sensor {
+        Sensor::new(&self.scene)
+    }
+}
+
+/// The detector of a name, or the only one.
+pub(crate) fn detector_of(scene: &Scene, name: Option<&str>) -> PyResult<DetectorIndex> {
+    let known = || {
+        let names: Vec<String> = scene
+            .detectors
+            .iter()
+            .map(|detector| format!("{:?}", detector.name))
+            .collect();
+        names.join(", ")
+    };
+    match name {
+        None if scene.detectors.len() == 1 => Ok(DetectorIndex(0)),
+        None => Err(bad_argument(format!(
+            "the scene has several detectors; name one: {}",
+            known()
+        ))),
+        Some(name) => {
+            let place = scene.detectors.iter().position(|d| d.name == name);
+            place.map(DetectorIndex).ok_or_else(|| {
+                bad_argument(format!(
+                    "the scene has no detector {name:?}; it has {}",
+                    known()
+                ))
+            })
+        }
+    }
+}
+
+#[pymethods]
+impl PyScene {
+    /// Reads and checks the scene in a file.
+    #[staticmethod]
+    fn load(path: PathBuf) -> PyResult<PyScene> {
+        let text = scene::read_scene_text(&path).map_err(of_scene)?;
+        PyScene::read(path.to_string_lossy().into_owned(), text)
+    }
+
+    /// Reads and checks a scene's text, TOML as in a file; ``name`` is what errors call
+    /// the file, and without its ending it is the scene's name.
+    #[staticmethod]
+    #[pyo3(signature = (text, name="scene.toml"))]
+    fn parse(text: String, name: &str) -> PyResult<PyScene> {
+        PyScene::read(name.to_owned(), text)
+    }
+
+    /// A scene from dicts, lists, texts and numbers, as the TOML of a file has them.
+    ///
+    /// >>> import tomllib
+    /// >>> Scene.from_dict(tomllib.loads(QUICK), "quick.toml").phase_steps
+    /// 248
+    #[staticmethod]
+    #[pyo3(signature = (tables, name="scene.toml"))]
+    fn from_dict(tables: &Bound<'_, PyDict>, name: &str) -> PyResult<PyScene> {
+        let value = to_toml(tables.as_any(), "")?;
+        let text = toml::to_string(&value).map_err(bad_argument)?;
+        PyScene::read(name.to_owned(), text)
+    }
+
+    /// Another scene with the same text and settings.
+    fn copy(&self) -> PyScene {
+        self.clone()
+    }
+
+    fn __copy__(&self) -> PyScene {
+        self.clone()
+    }
+
+    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> PyScene {
+        self.clone()
+    }
+
+    fn __setitem__(&mut self, key: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        let value = to_toml(value, key)?;
+        let setting = Setting::of(key, &value.to_string(), "Scene").map_err(bad_argument)?;
+        let mut settings = self.settings.clone();
+        settings.push(setting);
+        self.scene = scene::parse_with(&self.file_name, &self.text, &settings).map_err(of_scene)?;
+        self.settings = settings;
+        Ok(())
+    }
+
+    fn __repr__(&self, python: Python<'_>) -> PyResult<String> {
+        let name = PyString::new(python, &self.scene.name).repr()?;
+        let detectors = self.scene.detectors.len();
+        Ok(format!(
+            "<goldtof.Scene {name}: {} phase steps, {detectors} detector{}>",
+            self.scene.scan.steps,
+            if detectors == 1 { "" } else { "s" }
+        ))
+    }
+
+    /// The scene's name: the file's, without its ending.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.scene.name
+    }
+
+    /// The text that the scene was read from, without what was set since.
+    #[getter]
+    fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// What was set otherwise than in the text, in order: ``path.distance="5 m"``.
+    #[getter]
+    fn settings(&self) -> Vec<String> {
+        self.scene.origin.settings.clone()
+    }
+
+    /// Phase steps of a scan.
+    #[getter]
+    fn phase_steps(&self) -> u64 {
+        self.scene.scan.steps
+    }
+
+    /// Samples of a chip.
+    #[getter]
+    fn samples_per_chip(&self) -> u32 {
+        self.scene.samples_per_chip
+    }
+
+    /// Period of a chip, which is one clock of the hardware.
+    #[getter]
+    fn chip_period_s(&self) -> f64 {
+        self.scene.chip_period_ps * 1e-12
+    }
+
+    /// Integration of a phase step.
+    #[getter]
+    fn integration_s(&self) -> f64 {
+        self.scene.timing().integration_ps() * 1e-12
+    }
+
+    /// Clocks of a scan; with `parallel` steps at once fewer than all steps' together.
+    #[getter]
+    fn scan_clocks(&self) -> u64 {
+        self.sensor().interface().scan_clocks()
+    }
+
+    /// Names of the sources.
+    #[getter]
+    fn sources(&self) -> Vec<String> {
+        let sources = self.scene.sources.iter();
+        sources.map(|source| source.name.clone()).collect()
+    }
+
+    /// Names of the detectors.
+    #[getter]
+    fn detectors(&self) -> Vec<String> {
+        let detectors = self.scene.detectors.iter();
+        detectors.map(|detector| detector.name.clone()).collect()
+    }
+
+    /// Distance (half the optical path) of each path, at the start of a scan.
+    #[getter]
+    fn path_distances_m(&self) -> Vec<f64> {
+        let paths = self.scene.paths.iter();
+        paths.map(goldtof::scene::Path::distance_m).collect()
+    }
+
+    /// Name and bits of each port of the hardware but the clock, in the Verilog's order.
+    #[getter]
+    fn ports(&self) -> Vec<(String, u32)> {
+        let ports = self.sensor().interface().ports().into_iter();
+        let ports = ports.filter(|port| port.name != "i_clk");
+        ports.map(|port| (port.name, port.width)).collect()
+    }
+
+    /// Clocks from a group's last sample word to its first result, in the emitted design.
+    #[getter]
+    fn result_latency_clocks(&self) -> u32 {
+        self.sensor().interface().result_latency_clocks
+    }
+}

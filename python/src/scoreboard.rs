@@ -1,0 +1,86 @@
+//! The scoreboard, for testbenches in Python.
+
+use goldtof::batch::{Scoreboard, ScoreboardOptions, TestbenchPort};
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::errors::bad_argument;
+use crate::scene::PyScene;
+use crate::values::to_python;
+
+/// Compares what a design shows with the reference model, every port at every clock.
+///
+/// ``ports`` are names and bits of what a clock's record holds, the first at bit 0, one
+/// behind the other, in words of 64 bits.
+#[pyclass(name = "Scoreboard", module = "goldtof")]
+pub(crate) struct PyScoreboard {
+    scoreboard: Scoreboard,
+}
+
+#[pymethods]
+impl PyScoreboard {
+    #[new]
+    #[pyo3(signature = (scene, ports, *, result_latency_clocks=None, peak_latency_clocks=None,
+                        is_idle_payload_free=true, batch_clocks=4096))]
+    fn new(
+        scene: &PyScene,
+        ports: Vec<(String, u32)>,
+        result_latency_clocks: Option<u32>,
+        peak_latency_clocks: Option<u32>,
+        is_idle_payload_free: bool,
+        batch_clocks: u32,
+    ) -> PyResult<PyScoreboard> {
+        if batch_clocks == 0 || ports.iter().any(|(_, width)| *width == 0) {
+            return Err(bad_argument(
+                "a batch has at least 1 clock, and a port at least 1 bit",
+            ));
+        }
+        let ports: Vec<TestbenchPort> = ports
+            .into_iter()
+            .map(|(name, width)| TestbenchPort { name, width })
+            .collect();
+        let options = ScoreboardOptions {
+            result_latency_clocks,
+            peak_latency_clocks,
+            is_idle_payload_free,
+            batch_clocks,
+        };
+        let scoreboard = Scoreboard::new(&scene.sensor(), &ports, options).map_err(bad_argument)?;
+        Ok(PyScoreboard { scoreboard })
+    }
+
+    /// Words of 64 bits of a clock's record.
+    #[getter]
+    fn words(&self) -> usize {
+        self.scoreboard.words()
+    }
+
+    /// Takes the words of records, uint64, as many as there are. True while no port was
+    /// found to differ.
+    fn push(&mut self, python: Python<'_>, words: PyReadonlyArray1<'_, u64>) -> PyResult<bool> {
+        let words = words.as_slice()?;
+        let scoreboard = &mut self.scoreboard;
+        python.detach(|| scoreboard.push(words));
+        Ok(self.scoreboard.first_mismatch().is_none())
+    }
+
+    /// What all clocks so far say: ``verdict`` (match, mismatch or inconclusive),
+    /// ``clocks``, ``mismatches``, ``first_mismatch``, ``exercised``, ``missing`` and
+    /// ``text``, all of that in words.
+    fn summary<'py>(&mut self, python: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let summary = self.scoreboard.summary();
+        let told = PyDict::new(python);
+        told.set_item("verdict", summary.verdict.to_string())?;
+        told.set_item("clocks", summary.clocks)?;
+        told.set_item("mismatches", summary.mismatches)?;
+        told.set_item(
+            "first_mismatch",
+            to_python(python, &summary.first_mismatch)?,
+        )?;
+        told.set_item("exercised", to_python(python, &summary.exercised)?)?;
+        told.set_item("missing", &summary.missing)?;
+        told.set_item("text", summary.to_string())?;
+        Ok(told)
+    }
+}

@@ -1,0 +1,92 @@
+//! JSON as Python's own types, and Python's as TOML.
+
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::errors::{bad_argument, failed};
+
+/// What a job reports, as the command line's JSON has it.
+pub(crate) fn to_python<'py>(
+    python: Python<'py>,
+    report: &impl Serialize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let value = serde_json::to_value(report).map_err(failed)?;
+    of_json(python, &value)
+}
+
+fn of_json<'py>(python: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match value {
+        Value::Null => python.None().into_bound(python),
+        Value::Bool(value) => PyBool::new(python, *value).to_owned().into_any(),
+        Value::Number(number) => match (number.as_i64(), number.as_u64(), number.as_f64()) {
+            (Some(number), _, _) => number.into_pyobject(python)?.into_any(),
+            (_, Some(number), _) => number.into_pyobject(python)?.into_any(),
+            (_, _, number) => PyFloat::new(python, number.unwrap_or(f64::NAN)).into_any(),
+        },
+        Value::String(text) => PyString::new(python, text).into_any(),
+        Value::Array(values) => {
+            let list = PyList::empty(python);
+            for value in values {
+                list.append(of_json(python, value)?)?;
+            }
+            list.into_any()
+        }
+        Value::Object(fields) => {
+            let dict = PyDict::new(python);
+            for (name, value) in fields {
+                dict.set_item(name, of_json(python, value)?)?;
+            }
+            dict.into_any()
+        }
+    })
+}
+
+/// A value of a scene; `place` is the key that it is for.
+pub(crate) fn to_toml(value: &Bound<'_, PyAny>, place: &str) -> PyResult<toml::Value> {
+    if let Ok(value) = value.cast::<PyBool>() {
+        return Ok(toml::Value::Boolean(value.is_true()));
+    }
+    if let Ok(value) = value.cast::<PyString>() {
+        return Ok(toml::Value::String(value.to_str()?.to_owned()));
+    }
+    if value.is_instance_of::<PyInt>() {
+        return Ok(toml::Value::Integer(value.extract()?));
+    }
+    if value.is_instance_of::<PyFloat>() {
+        return Ok(toml::Value::Float(value.extract()?));
+    }
+    if let Ok(dict) = value.cast::<PyDict>() {
+        let mut table = toml::Table::new();
+        for (key, value) in dict {
+            let key: String = key
+                .extract()
+                .map_err(|_| bad_argument(format!("{place}: keys are texts")))?;
+            let place = match place {
+                "" => key.clone(),
+                _ => format!("{place}.{key}"),
+            };
+            table.insert(key, to_toml(&value, &place)?);
+        }
+        return Ok(toml::Value::Table(table));
+    }
+    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        let mut array = Vec::new();
+        for value in value.try_iter()? {
+            array.push(to_toml(&value?, place)?);
+        }
+        return Ok(toml::Value::Array(array));
+    }
+    // Numbers of numpy and others of their kind.
+    if let Ok(number) = value.extract::<i64>() {
+        return Ok(toml::Value::Integer(number));
+    }
+    if let Ok(number) = value.extract::<f64>() {
+        return Ok(toml::Value::Float(number));
+    }
+    let kind = value.get_type().name()?;
+    Err(bad_argument(format!(
+        "{place}: a scene has no {kind}; it has texts, numbers, True and False, lists and dicts"
+    )))
+}

@@ -1,0 +1,94 @@
+//! Jobs that may take long, in a thread of their own.
+
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+use pyo3::prelude::*;
+
+use crate::errors::failed;
+
+/// How often signals are looked for, and progress is told.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// What a job tells of itself, and what it is told.
+#[derive(Debug, Default)]
+pub(crate) struct Watch {
+    stop: AtomicBool,
+    done: AtomicU64,
+    all: AtomicU64,
+}
+
+/// What a job unwinds with when nobody waits for it any more. No panic hook hears of it.
+struct Stopped;
+
+impl Watch {
+    /// Keeps how far the job has come; does not return when it is to stop.
+    pub(crate) fn progress(&self, done: u64, all: u64) {
+        self.done.store(done, Ordering::Relaxed);
+        self.all.store(all, Ordering::Relaxed);
+        if self.stop.load(Ordering::Relaxed) {
+            resume_unwind(Box::new(Stopped));
+        }
+    }
+}
+
+/// Runs a job without Python's lock, and tells `on_progress(done, all)` how far it has
+/// come. With Ctrl-C, or when the callback raises, the call ends at once, and the job at
+/// its next progress.
+pub(crate) fn wait_for<T: Send + 'static>(
+    python: Python<'_>,
+    on_progress: Option<Py<PyAny>>,
+    job: impl FnOnce(&Watch) -> PyResult<T> + Send + 'static,
+) -> PyResult<T> {
+    let watch = Arc::new(Watch::default());
+    let (to_us, mut from_job) = channel();
+    let watched = Arc::clone(&watch);
+    std::thread::Builder::new()
+        .name("goldtof".to_owned())
+        .spawn(move || {
+            let ended = catch_unwind(AssertUnwindSafe(|| job(&watched)));
+            // Nobody may be left to hear it.
+            let _ = to_us.send(ended);
+        })
+        .map_err(|error| failed(format!("no thread for the job: {error}")))?;
+    let mut told = 0;
+    loop {
+        // By a reference that nobody else has: a receiver is not shared between threads.
+        let from_job = &mut from_job;
+        let heard = python.detach(move || from_job.recv_timeout(LOOK));
+        let (done, all) = (
+            watch.done.load(Ordering::Relaxed),
+            watch.all.load(Ordering::Relaxed),
+        );
+        let is_over = !matches!(heard, Err(RecvTimeoutError::Timeout));
+        let went_on = (done != told).then_some(()).and(on_progress.as_ref());
+        told = done;
+        let told_well = match went_on {
+            Some(callback) => callback.call1(python, (done, all)).map(|_| ()),
+            None => Ok(()),
+        };
+        if let Err(error) = told_well.and_then(|()| python.check_signals()) {
+            watch.stop.store(true, Ordering::Relaxed);
+            return Err(error);
+        }
+        if is_over {
+            return match heard {
+                Ok(Ok(ended)) => ended,
+                Ok(Err(panic)) => Err(failed(format!(
+                    "goldtof made a mistake: {}",
+                    words_of(&*panic)
+                ))),
+                Err(_) => Err(failed("the job's thread ended without a word")),
+            };
+        }
+    }
+}
+
+fn words_of(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
+    text.unwrap_or("without a reason").to_owned()
+}

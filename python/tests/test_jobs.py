@@ -1,0 +1,134 @@
+"""The jobs, against the command line's numbers where it has them and theory where not."""
+
+import signal
+import threading
+import time
+
+import goldtof
+import numpy as np
+import pytest
+from conftest import ROOT
+
+
+def test_codes_correlate_as_gold_says():
+    code = goldtof.codes("gold", degree=7, index=3)
+    other = goldtof.codes("gold", degree=7, index=4)
+    assert len(code["chips"]) == code["length_chips"] == 127
+    of_both = goldtof.correlation(code["chips"], other["chips"])
+    # Gold's theorem: -1, -t, t - 2 with t = 2^((n + 1) / 2) + 1.
+    assert set(of_both.tolist()) <= {-1, -17, 15}
+    signs = 1 - 2.0 * code["chips"]
+    by_fft = np.fft.ifft(np.abs(np.fft.fft(signs)) ** 2).real.round()
+    assert (goldtof.correlation(code["chips"], code["chips"]) == by_fft).all()
+    with pytest.raises(ValueError, match="family"):
+        goldtof.codes("silver", degree=7)
+
+
+def test_emit_writes_what_the_repository_keeps(quick, tmp_path):
+    manifest = goldtof.emit(quick, tmp_path / "out")
+    kept = ROOT / "generated/quick"
+    assert manifest["top"] == "sensor_top"
+    assert len(manifest["files"]) > 5
+    for name in manifest["files"]:
+        assert (tmp_path / "out" / name).read_text() == (kept / name).read_text(), name
+
+
+@pytest.mark.parametrize("fidelity", ["counts", "events", "sampled"])
+def test_expected_counts_are_those_of_many_scans(quick, fidelity):
+    told = goldtof.expected(quick, fidelity=fidelity)
+    scans = goldtof.scans(quick, fidelity=fidelity, repetitions=400, seed=5)
+    assert scans["signed"].shape == (400, 248)
+    for name in ("signed", "total"):
+        error = scans[name].mean(axis=0) - told[f"{name}_mean"]
+        in_std = error / np.sqrt(told[f"{name}_variance"] / 400)
+        # One of 248 numbers beyond 5 standard deviations has a chance of 1.4e-4.
+        assert np.abs(in_std).max() < 5, name
+        assert 0.8 < np.mean(in_std**2) < 1.3, name
+        spread = scans[name].var(axis=0, ddof=1) / told[f"{name}_variance"]
+        assert abs(spread.mean() - 1) < 0.05, name
+    assert told["expected_std_m"] >= told["bound_m"] > 0
+
+
+def test_tiers_agree_with_theory_and_hear_of_progress(quick):
+    heard = []
+    told = goldtof.simulate(
+        quick, fidelity="counts", repetitions=300, on_progress=lambda *args: heard.append(args)
+    )
+    path = told["estimates"][0]
+    assert path["estimates"] + path["missed_scans"] == 300
+    assert abs(path["std_m"] / path["expected_std_m"] - 1) < 0.2
+    assert heard and heard[-1] == (300, 300)
+    exact = goldtof.simulate(quick)["estimates"][0]
+    assert exact["bias_m"] == exact["expected_bias_m"]
+    with pytest.raises(ValueError, match="there are expected, counts, events, sampled, rtl"):
+        goldtof.simulate(quick, fidelity="guess")
+
+
+def test_estimates_find_the_scenes_distance(quick):
+    counts = goldtof.scans(quick, fidelity="sampled", repetitions=1, seed=2)
+    told = goldtof.estimate(quick, counts["signed"][0], total=counts["total"][0])
+    assert abs(told["estimate"]["distance_m"] - 3.2) < 0.3
+    assert told["chi_square"] / told["degrees_of_freedom"] < 1.5
+    with pytest.raises(ValueError, match="3 phase steps were counted, and a scan of this scene has 248"):
+        goldtof.estimate(quick, np.zeros(3, np.int64))
+    with pytest.raises(ValueError, match='no detector "eye"; it has "spad"'):
+        goldtof.estimate(quick, counts["signed"][0], detector="eye")
+
+
+def test_cosim_tells_matches_from_faults(quick, tmp_path):
+    own = ["examples/own-rtl/range_top.f"]
+    lists = [ROOT / name for name in own]
+    told = goldtof.cosim(
+        quick, file_lists=lists, top="range_top", latency="auto", clocks=20_000, engine="lockstep"
+    )
+    assert told["verdict"] == "match" and told["latency"]["result_clocks"] == 10
+    told = goldtof.cosim(
+        quick, file_lists=lists, top="range_top", clocks=20_000, engine="lockstep"
+    )
+    assert told["verdict"] == "mismatch"
+    assert told["first_mismatch"]["port"].startswith("m_axis_")
+    with pytest.raises(goldtof.GoldtofError):
+        goldtof.cosim(quick, rtl=tmp_path)
+
+
+def test_other_threads_run_and_ctrl_c_ends_a_long_call(quick):
+    turns = []
+    over = threading.Event()
+
+    def count():
+        while not over.wait(0.01):
+            turns.append(1)
+
+    def interrupt():
+        time.sleep(0.5)
+        signal.raise_signal(signal.SIGINT)
+
+    for job in (count, interrupt):
+        threading.Thread(target=job, daemon=True).start()
+    started = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        goldtof.simulate(quick, fidelity="sampled", repetitions=1_000_000)
+    took_s = time.monotonic() - started
+    over.set()
+    assert took_s < 2 and len(turns) > 5
+
+
+def test_a_callback_that_raises_ends_the_call(quick):
+    def stop(done, all):
+        raise RuntimeError(f"enough at {done}")
+
+    with pytest.raises(RuntimeError, match="enough at"):
+        goldtof.simulate(quick, fidelity="sampled", repetitions=1_000_000, on_progress=stop)
+
+
+def test_sweeps_are_frames_and_datasets(quick):
+    over = {"path.distance": ["1 m", "2 m", "3 m"], "source.mean_power": ["10 pW", "20 pW"]}
+    frame = goldtof.sweep(quick, over)
+    assert len(frame) == 6
+    assert frame["true_distance_m"].round(9).tolist() == [1, 1, 2, 2, 3, 3]
+    data = goldtof.sweep(quick, over, to="xarray")
+    assert data["bias_m"].sizes["path.distance"] == 3
+    point = data["bias_m"].sel({"path.distance": "2 m", "source.mean_power": "20 pW"})
+    quick["path.distance"] = "2 m"
+    alone = goldtof.simulate(quick)["estimates"][0]["bias_m"]
+    assert float(point.squeeze()) == alone
