@@ -35,7 +35,7 @@ pub use calibration::calibration_offset_ps;
 pub(crate) use effort::TheoryEffort;
 pub(crate) use missed::tolerance_ps;
 pub(crate) use modulation::check_modulated;
-pub use phase::{CoarseOnly, Estimate, NoEstimate, estimate};
+pub use phase::{CoarseOnly, Estimate, NoEstimate, estimate, estimate_values};
 pub use prediction::{Prediction, PredictionError, predict};
 pub use theory::{Theory, theory};
 pub use truth::{TrueDelay, true_delay};
