@@ -6,14 +6,18 @@ use super::design::{Design, EmittedFile, TOP};
 use super::error::HdlError;
 use super::flow::Flow;
 use super::formal::Formal;
+use rust_hdl::core::block::Block;
+
 use crate::code::{Generator, Lfsr, MOST_HARDWARE_DEGREE};
 use crate::document::{Body, Document};
 use crate::plan::{Part, hardware_left_out};
 use crate::printable::printable_ascii;
 use crate::rtl::back::{Prefix, verilog_of};
-use crate::rtl::blocks::{ScanRegisters, SensorTop};
+use crate::rtl::blocks::{HistogramTop, ScanRegisters, SensorTop};
 use crate::scene::SceneReference;
 use crate::sensor::Sensor;
+use crate::sensor::block_ram::block_ram;
+use crate::sensor::histogram::{HistogramPlan, LEAST_ROWS, MOST_ROW_BITS};
 use crate::sensor::interface::{Interface, Port};
 use crate::sensor::peak::PeakPlan;
 
@@ -107,6 +111,31 @@ pub struct Parameters {
     pub total_count: Option<TotalParameters>,
     /// The peak detector's ports, if it has one.
     pub peak: Option<PeakParameters>,
+    /// The histogram, of hardware that keeps one; then `count_bits` are a bin's.
+    pub histogram: Option<HistogramParameters>,
+}
+
+/// What the rows of a histogram hold: bin s in bits s b .. (s + 1) b of `m_axis_tdata`,
+/// b bits wide, sample 0 of the chip lowest. A frame's rows come detector by detector, from
+/// the first chip of the code period on.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct HistogramParameters {
+    /// Rows of a detector: chips of the code period, L'.
+    pub rows: u64,
+    /// Bins of a row: samples per chip, S.
+    pub row_bins: u32,
+    /// Bits that a bin takes in a row: whole bytes, above its own bits zeros.
+    pub bin_data_bits: u32,
+    /// Code periods of a frame.
+    pub periods: u64,
+    /// Neighbouring samples that share an adder: of several hits among them in a word the
+    /// earliest counts.
+    pub adder_samples: u32,
+    /// Bits of memory: two histograms for each detector.
+    pub memory_bits: u64,
+    /// Blocks of the target's block RAM that they take.
+    pub block_ram_blocks: u64,
 }
 
 /// Where `m_axis_tdata` has a phase step's total count: the hits up and down
@@ -156,7 +185,11 @@ pub fn emit_prefixed(
     check_limits(sensor, interface)?;
     let command = printable_ascii(command);
     let made_by = format!("{command} (goldtof {})", env!("CARGO_PKG_VERSION"));
-    let files: Vec<EmittedFile> = verilog_of(&SensorTop::new(interface), prefix, &made_by)?
+    let top: Box<dyn Block> = match &interface.histogram {
+        None => Box::new(SensorTop::new(interface)),
+        Some(plan) => Box::new(HistogramTop::new(interface, plan)),
+    };
+    let files: Vec<EmittedFile> = verilog_of(&*top, prefix, &made_by)?
         .into_iter()
         .map(|module| EmittedFile {
             name: format!("{}.v", module.name),
@@ -180,14 +213,16 @@ pub fn emit_prefixed(
         clock_hz: sensor.clock().frequency_hz(),
         left_out: left_out(sensor),
         result_latency_clocks: interface.result_latency_clocks,
-        parameters: parameters(interface),
+        parameters: parameters(sensor),
         scan_registers: ScanRegisters::of(interface).in_design_of(prefix),
         flow,
         formal,
     })
 }
 
-fn parameters(interface: &Interface) -> Parameters {
+fn parameters(sensor: &Sensor) -> Parameters {
+    let interface = sensor.interface();
+    let detectors = interface.reference_codes.len();
     Parameters {
         sources: interface.source_codes.len(),
         detectors: interface.reference_codes.len(),
@@ -211,6 +246,16 @@ fn parameters(interface: &Interface) -> Parameters {
             count_bits: peak.count_bits,
             latency_clocks: peak.latency_clocks,
         }),
+        histogram: interface.histogram.map(|plan| HistogramParameters {
+            rows: plan.rows,
+            row_bins: plan.row_bins,
+            bin_data_bits: plan.bin_data_bits(),
+            periods: plan.periods,
+            adder_samples: plan.adder_samples,
+            memory_bits: plan.memory_bits(detectors) as u64,
+            block_ram_blocks: block_ram(sensor.scene().hardware.target)
+                .blocks_of_histograms(&plan, detectors),
+        }),
     }
 }
 
@@ -224,23 +269,15 @@ fn check_limits(sensor: &Sensor, interface: &Interface) -> Result<(), HdlError> 
             found: periods.collect(),
         });
     }
-    within("parallel", interface.parallel(), "1 to 64", |parallel| {
-        (1..=64).contains(&parallel)
-    })?;
+    match &interface.histogram {
+        None => check_parallel(interface)?,
+        Some(plan) => check_histogram(sensor, plan)?,
+    }
     if interface.timing.scan.integration_chips > MOST_DWELL_CHIPS {
         return Err(HdlError::Limit {
             what: "the integration time in chips".into(),
             found: interface.timing.scan.integration_chips,
             limit: "at most 2^60".into(),
-        });
-    }
-    let most_held = u64::from(interface.parallel().div_ceil(interface.lanes()));
-    if interface.timing.scan.integration_chips < most_held {
-        return Err(HdlError::ShortStep {
-            chips: interface.timing.scan.integration_chips,
-            parallel: interface.parallel(),
-            lanes: interface.lanes(),
-            needed: most_held,
         });
     }
     if let Some(peak) = &interface.peak {
@@ -258,14 +295,95 @@ fn check_limits(sensor: &Sensor, interface: &Interface) -> Result<(), HdlError> 
         "at most 64 bits; integrate over fewer chips",
         |bits| bits <= 64,
     )?;
-    within(
-        "counter_width",
-        interface.count_bits,
-        "2 to 64 bits",
-        |bits| bits >= 2,
-    )?;
+    if interface.histogram.is_none() {
+        within(
+            "counter_width",
+            interface.count_bits,
+            "2 to 64 bits",
+            |bits| bits >= 2,
+        )?;
+    }
     for source in &sensor.scene().sources {
         check_code(&source.name, &source.code)?;
+    }
+    Ok(())
+}
+
+/// Steps at once, and chips for the reference to go back.
+fn check_parallel(interface: &Interface) -> Result<(), HdlError> {
+    within("parallel", interface.parallel(), "1 to 64", |parallel| {
+        (1..=64).contains(&parallel)
+    })?;
+    let most_held = u64::from(interface.parallel().div_ceil(interface.lanes()));
+    if interface.timing.scan.integration_chips < most_held {
+        return Err(HdlError::ShortStep {
+            chips: interface.timing.scan.integration_chips,
+            parallel: interface.parallel(),
+            lanes: interface.lanes(),
+            needed: most_held,
+        });
+    }
+    Ok(())
+}
+
+/// What the memories of a histogram, and the stream of its rows, can hold.
+fn check_histogram(sensor: &Sensor, plan: &HistogramPlan) -> Result<(), HdlError> {
+    let limit = |what: &str, found: u64, limit: String| {
+        Err(HdlError::Limit {
+            what: what.to_owned(),
+            found,
+            limit: limit.into(),
+        })
+    };
+    if plan.rows < LEAST_ROWS {
+        return limit(
+            "the code period of a histogram in chips",
+            plan.rows,
+            format!(
+                "at least {LEAST_ROWS}: a bin is written six clocks after it is read; use a longer code"
+            ),
+        );
+    }
+    if plan.row_data_bits() > MOST_ROW_BITS {
+        return limit(
+            "a row of the histogram, the bins of a chip in whole bytes, in bits",
+            plan.row_data_bits().into(),
+            format!(
+                "at most {MOST_ROW_BITS}; use fewer samples per chip, a narrower counter_width, or a \
+                 shorter integration"
+            ),
+        );
+    }
+    let detectors = sensor.scene().detectors.len();
+    if plan.periods <= detectors as u64 {
+        return limit(
+            "the integration time in code periods",
+            plan.periods,
+            format!(
+                "at least {} with {detectors} detector{}: one histogram is read, a row a clock, while \
+                 the next counts; integrate over more code periods",
+                detectors + 1,
+                if detectors == 1 { "" } else { "s" }
+            ),
+        );
+    }
+    let ram = block_ram(sensor.scene().hardware.target);
+    let blocks = ram.blocks_of_histograms(plan, detectors);
+    if blocks > ram.blocks {
+        return limit(
+            &format!(
+                "the block RAM of two histograms of {} bins of {} bits in blocks ({})",
+                plan.bins(),
+                plan.bin_bits,
+                ram.name
+            ),
+            blocks,
+            format!(
+                "at most {}, which the target has; use {}",
+                ram.blocks,
+                ram.advice(plan, detectors)
+            ),
+        );
     }
     Ok(())
 }

@@ -24,6 +24,8 @@ mod write;
 
 pub use crate::rtl::back::{BadPrefix, Prefix};
 pub use design::{EmittedFile, TOP};
-pub use emission::{Emission, LeftOut, Parameters, PeakParameters, emit, emit_prefixed};
+pub use emission::{
+    Emission, HistogramParameters, LeftOut, Parameters, PeakParameters, emit, emit_prefixed,
+};
 pub use error::HdlError;
 pub use write::{write, write_into};

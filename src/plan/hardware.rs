@@ -4,6 +4,8 @@ use super::part::{Part, kept, labelled, left_out};
 use crate::code::{Code, Generator};
 use crate::scene::SourceIndex;
 use crate::sensor::Sensor;
+use crate::sensor::block_ram::block_ram;
+use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::Interface;
 
 pub(super) fn parts(sensor: &Sensor) -> Vec<Part> {
@@ -11,6 +13,10 @@ pub(super) fn parts(sensor: &Sensor) -> Vec<Part> {
     let mut parts: Vec<Part> = SourceIndex::of(&sensor.scene().sources)
         .flat_map(|source| generator_parts(sensor, source.0))
         .collect();
+    if let Some(histogram) = &interface.histogram {
+        parts.extend(histogram_parts(sensor, histogram));
+        return parts;
+    }
     parts.extend([
         phase_stepper(sensor),
         lane_choice(sensor),
@@ -26,6 +32,68 @@ pub(super) fn parts(sensor: &Sensor) -> Vec<Part> {
         result_stream(interface),
     ]);
     parts
+}
+
+/// The parts of hardware that keeps a histogram.
+fn histogram_parts(sensor: &Sensor, plan: &HistogramPlan) -> Vec<Part> {
+    let detectors = sensor.scene().detectors.len();
+    let ram = block_ram(sensor.scene().hardware.target);
+    let by_host = "all counts of a histogram follow from it on the host";
+    vec![
+        edge_detector(sensor),
+        kept(
+            "histogram_memory",
+            format!(
+                "two histograms of {} bins of {} bits for each detector, of which one counts while \
+                 the other is read: {} of the target's {} {}",
+                plan.bins(),
+                plan.bin_bits,
+                ram.blocks_of_histograms(plan, detectors),
+                ram.blocks,
+                ram.name
+            ),
+        ),
+        match plan.adders() {
+            1 => left_out(
+                "further_adders",
+                format!(
+                    "the dead time lets one hit into {} samples: one adder serves them",
+                    plan.row_bins
+                ),
+            ),
+            adders => kept(
+                "further_adders",
+                format!(
+                    "{adders} adders, one for {} neighbouring samples, of which one can be a hit",
+                    plan.adder_samples
+                ),
+            ),
+        },
+        match plan.saturates() {
+            true => kept(
+                "saturation",
+                format!(
+                    "counter_width = {} is narrower than the {} bits that no stimulus overflows: bins \
+                     are saturated, and flagged at o_saturated",
+                    plan.bin_bits, plan.exact_bits
+                ),
+            ),
+            false => left_out(
+                "saturation",
+                format!(
+                    "{} code periods bring at most as many hits into a bin, which {} bits hold",
+                    plan.periods, plan.exact_bits
+                ),
+            ),
+        },
+        kept(
+            "result_stream",
+            format!("rows of {} bins, a row a clock", plan.row_bins),
+        ),
+        left_out("phase_stepper", "no reference is made: the host correlates"),
+        left_out("updown_correlator", by_host),
+        left_out("peak_detector", by_host),
+    ]
 }
 
 fn generator_parts(sensor: &Sensor, index: usize) -> Vec<Part> {

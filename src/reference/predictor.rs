@@ -11,6 +11,7 @@ use std::sync::Arc;
 use super::canvas::{Canvas, Changes, EveryClock};
 use super::coverage::{CoverPoint, CoverTable, Place, Running};
 use super::exercise::{Counted, Exercise};
+use super::histogram::{Frame, HistogramModel};
 use super::pattern::{ChipPattern, chip_patterns};
 use super::peak_ports::PeakPorts;
 use super::resets::{ResetWatch, Upon};
@@ -115,6 +116,8 @@ pub struct Reference {
     words: usize,
     stream: ResultStream,
     peak: Option<PeakPorts>,
+    /// In place of counts and stream, if the hardware keeps a histogram.
+    histogram: Option<HistogramModel>,
     /// First clock without reset; before it every output is 0.
     released: u64,
     scan: ScanState,
@@ -213,13 +216,17 @@ impl Reference {
             words: layout.outputs.words,
             stream: ResultStream::new(&interface, &layout, Arc::clone(&table)),
             peak: PeakPorts::new(&interface, &layout),
+            histogram: HistogramModel::new(&interface, &layout, Arc::clone(&table)),
             released: 0,
             scan: ScanState::start(&interface),
             table,
             running: Running::of(&interface),
             resets: ResetWatch::of(&interface),
             before_scan: vec![false; interface.reference_codes.len()],
-            counts: vec![0; interface.reference_codes.len() * interface.parallel() as usize],
+            counts: match interface.histogram {
+                None => vec![0; interface.reference_codes.len() * interface.parallel() as usize],
+                Some(_) => Vec::new(),
+            },
             totals: vec![0; interface.reference_codes.len()],
             finished: Vec::new(),
             interface,
@@ -240,6 +247,13 @@ impl Reference {
     /// whether or not the stream had room for them. Empties the list.
     pub fn take_finished(&mut self) -> std::vec::Drain<'_, StepResult> {
         self.finished.drain(..)
+    }
+
+    /// Histograms that were completed in the blocks predicted so far, in order, whether
+    /// or not they were sent. Empties the list.
+    pub fn take_frames(&mut self) -> impl Iterator<Item = Frame> + '_ {
+        let histogram = self.histogram.iter_mut();
+        histogram.flat_map(HistogramModel::take_frames)
     }
 
     /// What it is to be seen doing.
@@ -353,7 +367,10 @@ impl Reference {
             let upon = Upon {
                 in_pause,
                 has_hit: hits.iter().any(has_hit),
-                ports: self.stream.state(),
+                ports: match &self.histogram {
+                    Some(histogram) => histogram.state(),
+                    None => self.stream.state(),
+                },
             };
             self.resets.enters(reset, upon, &self.table);
         }
@@ -364,6 +381,9 @@ impl Reference {
         self.running.reset();
         self.before_scan.fill(false);
         self.stream.reset();
+        if let Some(histogram) = &mut self.histogram {
+            histogram.reset();
+        }
         if let Some(peak) = &mut self.peak {
             peak.reset();
         }
@@ -398,6 +418,10 @@ impl Reference {
         }
         self.mark_codes(clocks.end - self.released);
         self.count(clocks.clone(), hits);
+        if let Some(histogram) = &mut self.histogram {
+            let exercise = &mut self.stream.exercise;
+            return histogram.predict(clocks, &block.stalls, expected, exercise);
+        }
         self.stream.predict(clocks.clone(), &block.stalls, expected);
         if let Some(peak) = &mut self.peak {
             peak.predict(clocks, expected, &mut self.stream.exercise.covered);
@@ -462,6 +486,12 @@ impl Reference {
         };
         let lanes_log2 = self.interface.lanes().trailing_zeros();
         let lane_of = |sample: u64| (sample & ((1 << lanes_log2) - 1)) as u32;
+        if let Some(histogram) = &mut self.histogram {
+            let first_sample = (self.released + 1) << lanes_log2;
+            let frame_start = first_sample + (self.scan.from << lanes_log2);
+            let samples = (first_sample, frame_start);
+            return histogram.count(detector, hits, samples, &mut self.resets);
+        }
         let delay = self.delay();
         let signs = &self.signs[detector][..];
         let steps_per_period = (signs.len() as u64) << lanes_log2;
@@ -498,6 +528,12 @@ impl Reference {
     /// Sends the present group's counts on their way and goes on to the next.
     fn finish_group(&mut self) {
         let end = self.scan.from + self.scan.chips;
+        if let Some(histogram) = &mut self.histogram {
+            let exercise = &mut self.stream.exercise;
+            let last_word = self.released + end;
+            histogram.end_frame(last_word, self.scan.scan, &mut self.resets, exercise);
+            return self.go_on(end, true);
+        }
         let grouping = self.interface.grouping();
         let last = grouping.is_last(self.scan.group);
         let shows_at = self.released + end + u64::from(self.interface.result_latency_clocks);

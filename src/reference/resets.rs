@@ -47,7 +47,7 @@ impl ResetWatch {
     pub(super) fn of(interface: &Interface) -> ResetWatch {
         let peak = interface.peak.map_or(0, |peak| peak.latency_clocks);
         ResetWatch {
-            depth: u64::from(Interface::clocks_to_dump(interface.lanes())),
+            depth: u64::from(interface.clocks_of_hit()),
             longest: u64::from(interface.result_latency_clocks.max(peak)),
             group_end: None,
             scan_end: None,

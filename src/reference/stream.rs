@@ -338,18 +338,18 @@ impl ResultStream {
 }
 
 /// When `m_axis_tready` is high.
-struct Ready<'a> {
+pub(super) struct Ready<'a> {
     stalls: &'a [Range<u64>],
 }
 
 impl<'a> Ready<'a> {
-    fn new(stalls: &'a [Range<u64>]) -> Ready<'a> {
+    pub(super) fn new(stalls: &'a [Range<u64>]) -> Ready<'a> {
         Ready { stalls }
     }
 
     /// First clock from `clock` on at which it is high. Calls ask for clocks in
     /// order.
-    fn first_from(&mut self, clock: u64) -> u64 {
+    pub(super) fn first_from(&mut self, clock: u64) -> u64 {
         while let Some((_, rest)) = self.stalls.split_first().filter(|(s, _)| s.end <= clock) {
             self.stalls = rest;
         }

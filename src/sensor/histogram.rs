@@ -38,6 +38,8 @@ pub const CLOCKS_TO_ROW: u32 = 3;
 /// Clocks from a word to the flag of a bin that it found full: hits, memory, its
 /// register, bin, sum, flag.
 pub const CLOCKS_TO_FLAG: u32 = 5;
+/// Clocks from a word to its new bin in the memory.
+pub const CLOCKS_TO_BIN: u32 = 6;
 /// Fewest chips of a code period: a row's new counts are in the memory before the row is
 /// read again.
 pub const LEAST_ROWS: u64 = 8;

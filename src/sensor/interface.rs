@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::histogram::HistogramPlan;
+use super::histogram::{CLOCKS_TO_BIN, HistogramPlan};
 use super::peak::{self, PeakPlan};
 use crate::code::Code;
 use crate::scan::{Grouping, Timing};
@@ -258,6 +258,14 @@ impl Interface {
         let adder_levels = pairs.next_power_of_two().trailing_zeros();
         let (hits, lane_pairs, total) = (1, 1, 1);
         hits + lane_pairs + adder_levels + total
+    }
+
+    /// Clocks that a hit takes to the total, or to its bin.
+    pub(crate) fn clocks_of_hit(&self) -> u32 {
+        match self.histogram {
+            Some(_) => CLOCKS_TO_BIN,
+            None => Self::clocks_to_dump(self.lanes()),
+        }
     }
 
     /// Clocks from the first bits of a group's counts to the last.

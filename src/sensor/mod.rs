@@ -18,6 +18,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod block_ram;
 pub mod histogram;
 pub mod interface;
 pub mod layout;

@@ -178,6 +178,7 @@ impl<'a> Words<'a> {
         let last = self.samples().end.checked_sub(1)?;
         match hits {
             Hits::EveryOther => self.singles(|_| true, out),
+            Hits::Lane { lane, .. } => self.singles(|s| s % self.lanes() == lane, out),
             Hits::OneSided { step, up } => self.singles(|s| self.counts_up(step, s) == up, out),
             Hits::AllSteps { up } => {
                 let all = |s| (0..parallel).all(|step| self.counts_up(step, s) == up);
@@ -269,6 +270,7 @@ impl Hits {
     pub fn detector(self) -> Option<DetectorIndex> {
         match self {
             Hits::One { detector, .. }
+            | Hits::Lane { detector, .. }
             | Hits::Count { detector, .. }
             | Hits::Total { detector, .. } => Some(detector),
             _ => None,

@@ -26,6 +26,7 @@ use super::predictor::{Position, Reference, ReferenceError, Skip, Surroundings};
 use super::stimulus::{Drive, RESET_CLOCKS, Stimulus};
 use crate::photons::Pulse;
 use crate::scan::Group;
+use crate::sensor::histogram::CLOCKS_TO_ROW;
 use crate::sensor::interface::Interface;
 
 /// Longest run that is chosen when the user asks for no number of clocks.
@@ -322,9 +323,14 @@ impl Adversarial {
             let latency = u64::from(self.interface.result_latency_clocks);
             let arrives = origin + chips - 1 + latency;
             self.decide_receiver(plan.receiver, origin, arrives);
-            let group = Group(position.group.0 + left_out);
-            let steps = self.interface.grouping().steps_of(group).len() as u64;
-            let beats = steps * self.interface.reference_codes.len() as u64;
+            let beats = match self.interface.histogram {
+                Some(_) => self.interface.beats_of_group(),
+                None => {
+                    let group = Group(position.group.0 + left_out);
+                    let steps = self.interface.grouping().steps_of(group).len() as u64;
+                    steps * self.interface.reference_codes.len() as u64
+                }
+            };
             self.arrival = Some((arrives, beats));
         }
         self.decide_words(UnderWay {
@@ -427,6 +433,11 @@ impl Adversarial {
         };
         // No stall can begin in what is decided.
         let from = (arrived + 1).max(origin);
+        // Of a histogram it is decided before its first row shows whether it is read.
+        let next = match self.interface.histogram {
+            Some(_) => next - u64::from(CLOCKS_TO_ROW),
+            None => next,
+        };
         match receiver {
             Receiver::Takes => self.stall_idly(from + beats + 1..next.saturating_sub(1)),
             // Until a reset that follows has begun.
@@ -521,7 +532,11 @@ impl Hits {
     fn is_once(self) -> bool {
         !matches!(
             self,
-            Hits::Random | Hits::EveryOther | Hits::OneSided { .. } | Hits::AllSteps { .. }
+            Hits::Random
+                | Hits::EveryOther
+                | Hits::Lane { .. }
+                | Hits::OneSided { .. }
+                | Hits::AllSteps { .. }
         )
     }
 }

@@ -60,6 +60,11 @@ pub(super) enum Hits {
     None,
     /// On every other sample.
     EveryOther,
+    /// On this lane of every word.
+    Lane {
+        detector: DetectorIndex,
+        lane: u64,
+    },
     /// Where the step has one sign, as many as there can be.
     OneSided {
         step: u64,
@@ -196,7 +201,7 @@ impl Reach {
             + u64::from(interface.clocks_of_counting())
             + parallel.div_ceil(u64::from(interface.lanes()))
             + peak;
-        let is_long = chips >= 2 * shortest + 16;
+        let is_long = chips >= 2 * shortest + 16 && interface.histogram.is_none();
         Reach {
             shortest: if shortens && is_long { shortest } else { chips },
             leaves_out: shortens && interface.groups() > 3 && chips >= 16,

@@ -4,7 +4,7 @@ use rand::{Rng, RngExt};
 
 use super::hits::length;
 use super::plan::{GroupPlan, Hits, Lead, Length, Reach, Receiver};
-use crate::reference::coverage::{CoverPoint, PeakKind, Place, ResetState};
+use crate::reference::coverage::{BinPoint, CoverPoint, PeakKind, Place, ResetState};
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::mask;
@@ -25,6 +25,7 @@ pub(super) fn recipe(
         "stream" => kitchen.stream(point)?,
         "resets" => kitchen.resets(point)?,
         "scans" => kitchen.scans(point)?,
+        "bins" => kitchen.bins(point),
         _ => kitchen.hits(point),
     };
     let flush = reach.groups_to_flush(interface);
@@ -65,6 +66,10 @@ pub(super) fn large_counts(
     rng: &mut impl Rng,
 ) -> Vec<GroupPlan> {
     let whole = interface.timing.scan.integration_chips;
+    if interface.histogram.is_some() {
+        // Every frame begins anew: there is no range of counters to begin all over.
+        return Vec::new();
+    }
     let any_length: Vec<(u64, GroupPlan)> = (0..GROUPS_OF_ANY_LENGTH)
         .map(|_| {
             let (step, up) = (
@@ -167,7 +172,7 @@ impl Kitchen<'_> {
 
     /// Beats of a group.
     fn beats(&self) -> u64 {
-        u64::from(self.interface.parallel()) * self.interface.reference_codes.len() as u64
+        self.interface.beats_of_group()
     }
 
     fn chips_of(&self, plan: &GroupPlan) -> u64 {
@@ -278,6 +283,40 @@ impl Kitchen<'_> {
         }
     }
 
+    fn bins(&self, point: CoverPoint) -> Vec<GroupPlan> {
+        let CoverPoint::Bin { detector, point } = point else {
+            return Vec::new();
+        };
+        let Some(plan) = &self.interface.histogram else {
+            return Vec::new();
+        };
+        let lane = |lane| Hits::Lane { detector, lane };
+        let of_adder = |adder: u32| lane(u64::from(adder * plan.adder_samples));
+        let plain = GroupPlan::random;
+        match point {
+            BinPoint::Hit { lane: l, .. } | BinPoint::Full { lane: l } => {
+                vec![self.fresh().with(lane(l.into()))]
+            }
+            // The frame after the next has the first one's memory.
+            BinPoint::Emptied { lane: l } => vec![
+                self.fresh().with(lane(l.into())),
+                plain().with(Hits::None),
+                plain().with(Hits::None),
+            ],
+            BinPoint::Carry { adder, .. } => vec![self.fresh().with(of_adder(adder))],
+            BinPoint::Clamped { adder } => {
+                vec![self.fresh().with(Hits::None), plain().with(of_adder(adder))]
+            }
+            BinPoint::FullRow | BinPoint::Extra { .. } => {
+                vec![self.fresh().with(Hits::EveryOther)]
+            }
+            BinPoint::Border { first } => vec![
+                self.fresh().with(Hits::None),
+                plain().with(Hits::Border { first }),
+            ],
+        }
+    }
+
     fn saturations(&self, point: CoverPoint) -> Result<Vec<GroupPlan>, String> {
         let limit = 1i64 << (self.interface.count_bits - 1);
         let count = |up: bool, beyond: i64| {
@@ -362,6 +401,10 @@ impl Kitchen<'_> {
         let receiver = match point {
             CoverPoint::Held { beat } => Receiver::Holds { beat: beat as u64 },
             CoverPoint::HeldAcross { beat } => Receiver::HoldsAcross { beat: beat as u64 },
+            CoverPoint::AfterLost => {
+                let lost = plain().received(Receiver::HoldsAcross { beat: 0 });
+                return Ok(vec![self.fresh(), lost, plain()]);
+            }
             CoverPoint::BackToBack => Receiver::TakesLastAfter { clocks: 0 },
             CoverPoint::TooLate => Receiver::TakesLastAfter { clocks: 1 },
             CoverPoint::LastHeldAcross
@@ -392,7 +435,7 @@ impl Kitchen<'_> {
             }
             CoverPoint::ResetHit { age } => {
                 let age = u64::from(age);
-                let depth = u64::from(Interface::clocks_to_dump(self.interface.lanes()));
+                let depth = u64::from(self.interface.clocks_of_hit());
                 let cut = Some(age + depth + 2);
                 let hit = self.fresh().with(Hits::BeforeCut { age });
                 vec![GroupPlan { cut, ..hit }, plain().after_reset(0, 1)]
@@ -409,6 +452,10 @@ impl Kitchen<'_> {
                 ResetState::Waiting | ResetState::Overrun => vec![
                     dense,
                     plain().received(Receiver::Stalls),
+                    plain().after_reset(latency + 2, 1),
+                ],
+                ResetState::Saturated if self.interface.histogram.is_some() => vec![
+                    self.fresh().with(Hits::EveryOther),
                     plain().after_reset(latency + 2, 1),
                 ],
                 ResetState::Saturated => {

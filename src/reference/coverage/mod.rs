@@ -154,6 +154,15 @@ pub enum CoverPoint {
     TooLate,
     /// All beats of a group in successive clocks.
     Burst,
+    /// A frame shows, and the one before it was lost.
+    AfterLost,
+    /// What a detector's histogram does.
+    Bin {
+        /// Detector.
+        detector: DetectorIndex,
+        /// What.
+        point: BinPoint,
+    },
     /// A reset of one clock, so many clocks after the one that took a group's last word.
     ResetAge {
         /// Clocks between.
@@ -196,6 +205,53 @@ pub enum CoverPoint {
     CodeWraps {
         /// The source.
         source: SourceIndex,
+    },
+}
+
+/// What a histogram does. Lanes are samples of a word; adders serve neighbouring lanes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum BinPoint {
+    /// A hit of this lane counts in the first code period of a frame, or in a later one.
+    Hit {
+        /// Sample of the word.
+        lane: u32,
+        /// In a later one.
+        later: bool,
+    },
+    /// A bin of this lane had counts in the frame that its memory held before, and has
+    /// none now.
+    Emptied {
+        /// Sample of the word.
+        lane: u32,
+    },
+    /// A bin's count comes to 2^bit.
+    Carry {
+        /// Adder.
+        adder: u32,
+        /// The bit.
+        bit: u32,
+    },
+    /// A word with a hit at each adder.
+    FullRow,
+    /// Several hits at one adder in a word.
+    Extra {
+        /// Adder.
+        adder: u32,
+    },
+    /// A hit on the first sample of a frame, or on its last.
+    Border {
+        /// The first.
+        first: bool,
+    },
+    /// A bin at its limit.
+    Full {
+        /// Sample of the word.
+        lane: u32,
+    },
+    /// A hit finds its bin full, alone, and `o_saturated` rises for it.
+    Clamped {
+        /// Adder.
+        adder: u32,
     },
 }
 
@@ -348,7 +404,8 @@ impl CoverPoint {
             | Saturation { detector, .. }
             | AbsentSaturation { detector, .. }
             | TotalSaturation { detector, .. }
-            | Peak { detector, .. } => Some(detector),
+            | Peak { detector, .. }
+            | Bin { detector, .. } => Some(detector),
             _ => None,
         }
     }
@@ -373,7 +430,9 @@ impl CoverPoint {
             | LastHeldAcross
             | BackToBack
             | TooLate
-            | Burst => "stream",
+            | Burst
+            | AfterLost => "stream",
+            Bin { .. } => "bins",
             ResetAge { .. } | ResetHit { .. } | PeakReset { .. } | Reset { .. } => "resets",
             Result { .. } | WholeStep | WholeScan | DelayWraps { .. } | CodeWraps { .. } => "scans",
         }

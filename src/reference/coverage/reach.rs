@@ -1,8 +1,9 @@
 //! Which cover points a interface has, and which of them nothing can reach.
 
-use super::{CoverPoint, CoverTable, PeakKind, Place, ResetState};
+use super::{BinPoint, CoverPoint, CoverTable, PeakKind, Place, ResetState};
 use crate::scan::Step;
 use crate::scene::{DetectorIndex, SourceIndex};
+use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::Interface;
 
 /// Most phase steps that are looked at for a sign: a code that has none in these has
@@ -18,6 +19,15 @@ const SHORT_STEPS: &str =
 /// Fills the table.
 pub(super) fn fill(interface: &Interface, table: &mut CoverTable) {
     let detectors = interface.reference_codes.len();
+    if let Some(plan) = &interface.histogram {
+        for detector in DetectorIndex::first(detectors) {
+            bins(plan, table, detector);
+        }
+        frames(interface, plan, table);
+        resets(interface, table);
+        codes(interface, table);
+        return;
+    }
     for detector in DetectorIndex::first(detectors) {
         hits(interface, table, detector);
         counting(interface, table, detector);
@@ -33,6 +43,66 @@ pub(super) fn fill(interface: &Interface, table: &mut CoverTable) {
 fn steps(interface: &Interface) -> std::ops::Range<usize> {
     // A scan of fewer steps than there are correlators leaves the last ones out.
     0..u64::from(interface.parallel()).min(interface.timing.scan.steps) as usize
+}
+
+fn bins(plan: &HistogramPlan, table: &mut CoverTable, detector: DetectorIndex) {
+    let mut add = |point, hindrance: Option<&'static str>| {
+        table.add_or(CoverPoint::Bin { detector, point }, hindrance);
+    };
+    for lane in 0..plan.row_bins {
+        for later in [false, true] {
+            let single = later && plan.periods == 1;
+            let reason = single.then_some("a frame is a single code period");
+            add(BinPoint::Hit { lane, later }, reason);
+        }
+        add(BinPoint::Emptied { lane }, None);
+        if plan.saturates() {
+            add(BinPoint::Full { lane }, None);
+        }
+    }
+    for adder in 0..plan.adders() {
+        for bit in 0..plan.bin_bits {
+            add(BinPoint::Carry { adder, bit }, None);
+        }
+        if plan.adder_samples > 2 {
+            add(BinPoint::Extra { adder }, None);
+        }
+        if plan.saturates() {
+            add(BinPoint::Clamped { adder }, None);
+        }
+    }
+    // Without a second sample a word after one with a hit has none.
+    add(BinPoint::FullRow, None);
+    for first in [false, true] {
+        add(BinPoint::Border { first }, None);
+    }
+}
+
+/// The rows of a frame: its first and last ones, and those where detectors change.
+fn frames(interface: &Interface, plan: &HistogramPlan, table: &mut CoverTable) {
+    let rows = plan.rows as usize;
+    let detectors = interface.reference_codes.len();
+    let mut beats: Vec<usize> = vec![0, 1, 2, rows / 2];
+    beats.extend((1..=detectors).flat_map(|d| [d * rows - 2, d * rows - 1, d * rows]));
+    beats.retain(|&beat| beat < detectors * rows);
+    for beat in beats {
+        table.add(CoverPoint::Held { beat });
+        table.add(CoverPoint::HeldAcross { beat });
+    }
+    for point in [
+        CoverPoint::Lost { place: Place::Last },
+        CoverPoint::LastHeldAcross,
+        CoverPoint::BackToBack,
+        CoverPoint::TooLate,
+        CoverPoint::Burst,
+        CoverPoint::AfterLost,
+    ] {
+        table.add(point);
+    }
+    for later_scan in [false, true] {
+        let place = Place::Last;
+        table.add(CoverPoint::Result { place, later_scan });
+    }
 }
 
 fn hits(interface: &Interface, table: &mut CoverTable, detector: DetectorIndex) {
@@ -180,7 +250,7 @@ fn resets(interface: &Interface, table: &mut CoverTable) {
         let hidden = u64::from(age) >= chips && !interface.realigns();
         table.add_or(point, hidden.then_some(SHORT_STEPS));
     }
-    for age in 0..Interface::clocks_to_dump(interface.lanes()) {
+    for age in 0..interface.clocks_of_hit() {
         table.add(CoverPoint::ResetHit { age });
     }
     if let Some(peak) = interface.peak {
@@ -237,6 +307,10 @@ fn scans(interface: &Interface, table: &mut CoverTable) {
     table.add_or(point, (!past_period).then_some(reason));
     table.add(CoverPoint::WholeStep);
     table.add(CoverPoint::WholeScan);
+    codes(interface, table);
+}
+
+fn codes(interface: &Interface, table: &mut CoverTable) {
     for source in SourceIndex::of(&interface.source_codes) {
         table.add(CoverPoint::CodeWraps { source });
     }

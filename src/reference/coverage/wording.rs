@@ -1,6 +1,6 @@
 //! Cover points in words, for people.
 
-use super::{CoverPoint, PeakKind, Place, ResetState};
+use super::{BinPoint, CoverPoint, PeakKind, Place, ResetState};
 
 impl CoverPoint {
     /// In words, with the detectors' names.
@@ -71,6 +71,7 @@ impl CoverPoint {
                 if beyond { "beyond" } else { "at" }
             ),
             Peak { kind, .. } => kind.text(),
+            Bin { point, .. } => point.text(),
             _ => return None,
         })
     }
@@ -86,6 +87,7 @@ impl CoverPoint {
             BackToBack => "a group that arrives as the last beat before it is taken".to_owned(),
             TooLate => "a group lost by a single clock".to_owned(),
             Burst => "a group taken in successive clocks".to_owned(),
+            AfterLost => "a frame behind one that was lost".to_owned(),
             ResetAge { age } => after_reset(age, "a group's last word"),
             ResetHit { age } => after_reset(age, "a lone hit"),
             PeakReset { age } => after_reset(age, "a scan's last word"),
@@ -120,6 +122,33 @@ fn extreme(up: bool) -> &'static str {
 
 fn after_reset(age: u32, of: &str) -> String {
     format!("a reset of one clock {age} clocks after {of}")
+}
+
+impl BinPoint {
+    fn text(self) -> String {
+        match self {
+            BinPoint::Hit { lane, later } => format!(
+                "a hit of lane {lane} counted in {} code period of a frame",
+                if later { "a later" } else { "the first" }
+            ),
+            BinPoint::Emptied { lane } => {
+                format!("a bin of lane {lane} that is 0 in a memory where it was not")
+            }
+            BinPoint::Carry { adder, bit } => {
+                format!("a count of adder {adder} that comes to 2^{bit}")
+            }
+            BinPoint::FullRow => "a word with a hit at each adder".to_owned(),
+            BinPoint::Extra { adder } => format!("several hits at adder {adder} in a word"),
+            BinPoint::Border { first } => format!(
+                "a hit on the {} sample of a frame",
+                if first { "first" } else { "last" }
+            ),
+            BinPoint::Full { lane } => format!("a bin of lane {lane} at its limit"),
+            BinPoint::Clamped { adder } => {
+                format!("a bin of adder {adder} alone beyond its limit")
+            }
+        }
+    }
 }
 
 impl PeakKind {

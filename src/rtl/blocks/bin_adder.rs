@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `i_hits`, `i_early` | pairs of samples with a hit; it is the earlier one |
 //! | `i_row`, `i_half`, ... | as of [`BinBank`] |
-//! | `o_bin`, `o_clamped` | bins that are read; a hit found its bin full |
+//! | `o_bins`, `o_clamped` | bins that are read; a hit found its bin full |
 //!
 //! Latency 4 clocks from a hit to the new bin, 6 until it is written.
 //!
@@ -49,10 +49,9 @@ pub struct BinAdder {
     pub i_write_row: Input<Word>,
     /// its memory
     pub i_write_half: Input<bool>,
-    /// bins of the row that was read
-    #[each(_sample in 0..plan.samples)]
-    #[width(plan.bits)]
-    pub o_bin: Vec<Output<Word>>,
+    /// bins of the row that was read, the first sample's lowest
+    #[width(plan.samples * plan.bin_bits())]
+    pub o_bins: Output<Word>,
     /// a hit found its bin full
     #[when(plan.saturates)]
     pub o_clamped: Optional<Output<bool>>,
@@ -63,6 +62,8 @@ pub struct BinAdder {
     hit_before: Vec<Local<bool>>,
     #[width(plan.samples)]
     place: Wiring,
+    #[width(plan.samples * plan.bin_bits())]
+    bins: Wiring,
     #[each(clocks in 1..5usize)]
     #[about(format!("sample with the hit of the word {clocks} clocks ago"))]
     #[width(plan.samples)]
@@ -187,6 +188,9 @@ impl Logic for BinAdder {
         if samples > 2 {
             self.hit_before[0].next = self.i_hits.val().get_bit(0);
         }
+        for p in 1..self.hit_before.len() {
+            self.hit_before[p].next = self.hit_before[p - 1].val() | self.i_hits.val().get_bit(p);
+        }
         for p in 1..self.plan.pairs() {
             self.place.i[2 * p].next = self.i_hits.val().get_bit(p)
                 & self.i_early.val().get_bit(p)
@@ -194,9 +198,6 @@ impl Logic for BinAdder {
             self.place.i[2 * p + 1].next = self.i_hits.val().get_bit(p)
                 & !self.i_early.val().get_bit(p)
                 & !self.hit_before[p - 1].val();
-        }
-        for p in 1..self.hit_before.len() {
-            self.hit_before[p].next = self.hit_before[p - 1].val() | self.i_hits.val().get_bit(p);
         }
         self.hit[0].d.next = self.place.o.val();
     }
@@ -215,8 +216,14 @@ impl Logic for BinAdder {
             self.bank[s].i_bin.next = self.sum.q.val();
             self.bank[s].i_write_row.next = self.i_write_row.val();
             self.bank[s].i_write_half.next = self.i_write_half.val();
-            self.o_bin[s].next = self.bank[s].o_read.val();
         }
+        let bits = self.plan.bin_bits();
+        for s in 0..self.plan.samples {
+            for b in 0..bits {
+                self.bins.i[bits * s + b].next = self.bank[s].o_read.val().get_bit(b);
+            }
+        }
+        self.o_bins.next = self.bins.o.val();
     }
 
     fn clamp(&mut self) {

@@ -186,18 +186,14 @@ impl Logic for HistogramChannel {
     }
 
     fn make_row(&mut self) {
-        let samples = self.plan.adder_samples as usize;
-        let bits = self.plan.bin_bits as usize;
-        let bins = self.plan.row_bins as usize;
+        let bits = (self.plan.adder_samples * self.plan.bin_bits) as usize;
+        let zero = (self.plan.row_bins * self.plan.bin_bits) as usize;
         for a in 0..self.adder.len() {
-            for s in 0..samples {
-                for b in 0..bits {
-                    self.row.i[(samples * a + s) * bits + b].next =
-                        self.adder[a].o_bin[s].val().get_bit(b);
-                }
+            for b in 0..bits {
+                self.row.i[bits * a + b].next = self.adder[a].o_bins.val().get_bit(b);
             }
         }
-        self.row.i[bins * bits].next = false;
+        self.row.i[zero].next = false;
         self.o_bins.next = self.row.o.val();
     }
 }

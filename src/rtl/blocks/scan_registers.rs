@@ -46,6 +46,13 @@ pub struct CountRegister {
 impl ScanRegisters {
     /// Of the hardware that keeps a interface.
     pub fn of(interface: &Interface) -> ScanRegisters {
+        if interface.histogram.is_some() {
+            // Its counters are no LFSRs.
+            return ScanRegisters {
+                chips: None,
+                groups: None,
+            };
+        }
         let plan = ScanPlan::of(interface);
         let register = |name, counter| CountRegister {
             module: MODULE.to_owned(),

@@ -1,0 +1,518 @@
+//! The reference model of a sensor that keeps histograms: what its bins count, when
+//! their rows show, which frames are lost.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::canvas::Canvas;
+use super::coverage::{BinPoint, CoverPoint, CoverTable, Place};
+use super::exercise::{Counted, Exercise};
+use super::resets::{PortState, ResetWatch};
+use super::stream::Ready;
+use crate::scene::DetectorIndex;
+use crate::sensor::histogram::{CLOCKS_TO_FLAG, CLOCKS_TO_ROW, CLOCKS_TO_TURN, HistogramPlan};
+use crate::sensor::interface::Interface;
+use crate::sensor::layout::{Layout, mask};
+
+/// A histogram that is complete, whether or not it was sent.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Frame {
+    /// Its number since the last reset.
+    pub scan: u64,
+    /// The detector.
+    pub detector: DetectorIndex,
+    /// Hits of each sample of the code period, as far as a bin can hold them.
+    pub bins: Vec<u64>,
+}
+
+/// Bins, and the stream of their rows.
+#[derive(Debug, Clone)]
+pub(super) struct HistogramModel {
+    plan: HistogramPlan,
+    /// Chips of each detector's reference.
+    chips: Vec<Vec<u8>>,
+    fields: Fields,
+    table: Arc<CoverTable>,
+    /// Bins of the present frame, detector by detector.
+    bins: Vec<Vec<u64>>,
+    /// Cover points that it proves when all of it has shown.
+    proves: Vec<usize>,
+    was_clamped: bool,
+    /// Clocks after whose rising edge a bin's flag comes, with detector and adder.
+    flags: VecDeque<(u64, DetectorIndex, u32)>,
+    /// Frames that have ended and await their turn.
+    ended: VecDeque<Ended>,
+    stream: Stream,
+    /// What the two memories held last, and which of them counts.
+    memories: [Option<Vec<Vec<u64>>>; 2],
+    half: usize,
+    finished: Vec<Frame>,
+}
+
+/// A frame whose last word has been presented.
+#[derive(Debug, Clone)]
+struct Ended {
+    /// Clock at whose rising edge the memories change places.
+    turn: u64,
+    is_later: bool,
+    bins: Vec<Vec<u64>>,
+    proves: Vec<usize>,
+}
+
+/// Places of the ports; each is (word, shift).
+#[derive(Debug, Clone, Copy)]
+struct Fields {
+    data: (usize, u32),
+    tvalid: (usize, u32),
+    tlast: (usize, u32),
+    overrun: (usize, u32),
+    saturated: Option<(usize, u32)>,
+}
+
+/// One transfer.
+#[derive(Debug, Clone, Copy, Default)]
+struct Row {
+    data: u128,
+    counted: Counted,
+}
+
+/// The stream's registers.
+#[derive(Debug, Clone, Default)]
+struct Stream {
+    row: Row,
+    is_valid: bool,
+    is_last: bool,
+    is_overrun: bool,
+    is_saturated: bool,
+    /// Clock after whose rising edge the first row of the frame that is read shows.
+    first_shows: Option<u64>,
+    waiting: VecDeque<Row>,
+    proves: Vec<usize>,
+    /// Number of the row that shows, since when, and whether it was left standing.
+    beat: usize,
+    shown_at: u64,
+    first_shown_at: u64,
+    is_held: bool,
+    /// Rows that stood while a frame was lost, and when that was last.
+    across: Vec<usize>,
+    lost_at: Option<u64>,
+    /// The frame before this one was lost.
+    follows_lost: bool,
+}
+
+impl HistogramModel {
+    pub(super) fn new(
+        interface: &Interface,
+        layout: &Layout,
+        table: Arc<CoverTable>,
+    ) -> Option<HistogramModel> {
+        let plan = interface.histogram?;
+        let place = |name| {
+            let field = layout.outputs.field(name);
+            (field.word, field.shift)
+        };
+        let detectors = interface.reference_codes.len();
+        let codes = interface.reference_codes.iter();
+        Some(HistogramModel {
+            plan,
+            chips: codes.map(|code| code.chips.clone()).collect(),
+            fields: Fields {
+                data: place("m_axis_tdata"),
+                tvalid: place("m_axis_tvalid"),
+                tlast: place("m_axis_tlast"),
+                overrun: place("o_overrun"),
+                saturated: interface.saturates().then(|| place("o_saturated")),
+            },
+            table,
+            bins: vec![vec![0; plan.bins() as usize]; detectors],
+            proves: Vec::new(),
+            was_clamped: false,
+            flags: VecDeque::new(),
+            ended: VecDeque::new(),
+            stream: Stream::default(),
+            memories: [None, None],
+            half: 0,
+            finished: Vec::new(),
+        })
+    }
+
+    pub(super) fn take_frames(&mut self) -> std::vec::Drain<'_, Frame> {
+        self.finished.drain(..)
+    }
+
+    /// What the ports show.
+    pub(super) fn state(&self) -> PortState {
+        PortState {
+            is_waiting: self.stream.is_valid,
+            is_overrun: self.stream.is_overrun,
+            is_saturated: self.stream.is_saturated,
+        }
+    }
+
+    /// Reset: what the memories hold stays, and is of no consequence.
+    pub(super) fn reset(&mut self) {
+        self.bins.iter_mut().for_each(|bins| bins.fill(0));
+        self.proves.clear();
+        self.was_clamped = false;
+        self.flags.clear();
+        self.ended.clear();
+        self.stream = Stream::default();
+        self.memories = [None, None];
+        self.half = 0;
+    }
+
+    /// Whether a hit has been counted in the present frame.
+    pub(super) fn has_counted(&self) -> bool {
+        self.bins.iter().flatten().any(|&bin| bin > 0)
+    }
+
+    /// Counts a detector's hits in words of the present frame, whose first sample is
+    /// `frame_start`; `first_sample` is that of a code period.
+    pub(super) fn count(
+        &mut self,
+        detector: DetectorIndex,
+        hits: &[u64],
+        (first_sample, frame_start): (u64, u64),
+        resets: &mut ResetWatch,
+    ) {
+        let lanes = u64::from(self.plan.row_bins);
+        let lanes_log2 = lanes.ilog2();
+        let (period, width) = (self.plan.bins(), u64::from(self.plan.adder_samples));
+        let frame_samples = period * self.plan.periods;
+        let limit = mask(self.plan.bin_bits);
+        for word in hits.chunk_by(|a, b| a >> lanes_log2 == b >> lanes_log2) {
+            let clock = word[0] >> lanes_log2;
+            resets.hits_in(clock);
+            let mut adders = 0;
+            for at_adder in word.chunk_by(|a, b| a % lanes / width == b % lanes / width) {
+                // Of several the earliest counts.
+                let sample = at_adder[0];
+                let adder = (sample % lanes / width) as u32;
+                adders += 1;
+                if at_adder.len() > 1 {
+                    self.proves(detector, BinPoint::Extra { adder });
+                }
+                let bin = ((sample - first_sample) % period) as usize;
+                let lane = (sample % lanes) as u32;
+                let count = self.bins[detector][bin];
+                if count == limit {
+                    self.was_clamped = true;
+                    self.flags
+                        .push_back((clock + u64::from(CLOCKS_TO_FLAG), detector, adder));
+                    continue;
+                }
+                self.bins[detector][bin] += 1;
+                let later = sample - frame_start >= period;
+                self.proves(detector, BinPoint::Hit { lane, later });
+                if (count + 1).is_power_of_two() {
+                    let bit = (count + 1).ilog2();
+                    self.proves(detector, BinPoint::Carry { adder, bit });
+                }
+                for (first, at) in [(true, 0), (false, frame_samples - 1)] {
+                    if sample - frame_start == at {
+                        self.proves(detector, BinPoint::Border { first });
+                    }
+                }
+            }
+            if adders == self.plan.adders() {
+                self.proves(detector, BinPoint::FullRow);
+            }
+        }
+    }
+
+    fn proves(&mut self, detector: DetectorIndex, point: BinPoint) {
+        let point = CoverPoint::Bin { detector, point };
+        if let Some(number) = self.table.number(point)
+            && !self.proves.contains(&number)
+        {
+            self.proves.push(number);
+        }
+    }
+
+    /// The present frame ends: its last word was presented at `clock`.
+    pub(super) fn end_frame(
+        &mut self,
+        clock: u64,
+        scan: u64,
+        resets: &mut ResetWatch,
+        exercise: &mut Exercise,
+    ) {
+        resets.group_ends(clock, true, self.has_counted());
+        exercise.phase_steps += self.plan.bins();
+        exercise.groups_saturated += u64::from(std::mem::take(&mut self.was_clamped));
+        let bins: Vec<Vec<u64>> = self
+            .bins
+            .iter_mut()
+            .map(|bins| std::mem::replace(bins, vec![0; bins.len()]))
+            .collect();
+        if self.plan.saturates() {
+            self.find_full(&bins);
+        }
+        let mut proves = std::mem::take(&mut self.proves);
+        let is_later = scan > 0;
+        let place = Place::Last;
+        proves.extend(self.table.number(CoverPoint::Result {
+            place,
+            later_scan: is_later,
+        }));
+        proves.append(&mut resets.of_results);
+        for (detector, bins) in DetectorIndex::all().zip(&bins) {
+            self.finished.push(Frame {
+                scan,
+                detector,
+                bins: bins.clone(),
+            });
+        }
+        self.ended.push_back(Ended {
+            turn: clock + u64::from(CLOCKS_TO_TURN),
+            is_later,
+            bins,
+            proves,
+        });
+    }
+
+    /// Notes the lanes with a bin at its limit.
+    fn find_full(&mut self, bins: &[Vec<u64>]) {
+        let (lanes, limit) = (self.plan.row_bins, mask(self.plan.bin_bits));
+        for (detector, bins) in DetectorIndex::all().zip(bins) {
+            for lane in 0..lanes {
+                let of_lane = bins.iter().skip(lane as usize).step_by(lanes as usize);
+                if of_lane.into_iter().any(|&bin| bin == limit) {
+                    self.proves(detector, BinPoint::Full { lane });
+                }
+            }
+        }
+    }
+
+    /// ORs the stream's ports into the records of a stretch of clocks without reset.
+    pub(super) fn predict(
+        &mut self,
+        clocks: Range<u64>,
+        stalls: &[Range<u64>],
+        expected: &mut impl Canvas,
+        exercise: &mut Exercise,
+    ) {
+        let mut ready = Ready::new(stalls);
+        let (mut filled, mut next) = (clocks.start, clocks.start);
+        while next < clocks.end {
+            let taken = match self.stream.is_valid {
+                true => ready.first_from(next),
+                false => u64::MAX,
+            };
+            let turn = self.ended.front().map_or(u64::MAX, |ended| ended.turn);
+            let flag = self.flags.front().map_or(u64::MAX, |flag| flag.0);
+            let shows = self.stream.first_shows.unwrap_or(u64::MAX);
+            let event = taken.min(turn).min(flag).min(shows);
+            if event >= clocks.end {
+                break;
+            }
+            self.fill(filled..event, expected);
+            (filled, next) = (event, event + 1);
+            if flag == event {
+                self.raise_flag(event, exercise);
+            }
+            if shows == event {
+                self.stream.first_shows = None;
+                self.show_next(event, exercise);
+                self.stream.first_shown_at = event;
+            } else if taken == event {
+                self.take(event, exercise);
+            }
+            if turn == event
+                && let Some(ended) = self.ended.pop_front()
+            {
+                self.turn(ended, event, taken == event, exercise);
+            }
+        }
+        self.stands_until(clocks.end, exercise);
+        self.fill(filled..clocks.end, expected);
+    }
+
+    fn mark(&self, point: CoverPoint, exercise: &mut Exercise) {
+        if let Some(number) = self.table.number(point) {
+            exercise.covered.mark(number);
+        }
+    }
+
+    /// A bin was full; the flag rises at `clock`, if it has not.
+    fn raise_flag(&mut self, clock: u64, exercise: &mut Exercise) {
+        let mut alone = None;
+        let mut count = 0;
+        while let Some((_, detector, adder)) = self.flags.pop_front_if(|flag| flag.0 == clock) {
+            alone = Some((detector, adder));
+            count += 1;
+        }
+        if let Some((detector, adder)) = alone.filter(|_| count == 1 && !self.stream.is_saturated) {
+            let point = BinPoint::Clamped { adder };
+            self.mark(CoverPoint::Bin { detector, point }, exercise);
+        }
+        self.stream.is_saturated = true;
+    }
+
+    /// Nobody took the row that shows before `clock`.
+    fn stands_until(&mut self, clock: u64, exercise: &mut Exercise) {
+        let stream = &mut self.stream;
+        if stream.is_valid && stream.shown_at + 1 < clock && !stream.is_held {
+            stream.is_held = true;
+            exercise.results_held += 1;
+        }
+    }
+
+    /// The receiver takes a row at the rising edge of `clock`.
+    fn take(&mut self, clock: u64, exercise: &mut Exercise) {
+        self.stands_until(clock, exercise);
+        exercise.results_taken += 1;
+        let beat = self.stream.beat;
+        if self.stream.is_held {
+            self.mark(CoverPoint::Held { beat }, exercise);
+        }
+        if self.stream.is_last {
+            self.end_reading(clock, exercise);
+        }
+        self.stream.beat += 1;
+        self.show_next(clock, exercise);
+    }
+
+    /// The last row of a frame is taken.
+    fn end_reading(&mut self, clock: u64, exercise: &mut Exercise) {
+        let last = self.stream.beat;
+        for beat in std::mem::take(&mut self.stream.across) {
+            self.mark(CoverPoint::HeldAcross { beat }, exercise);
+            if beat == last {
+                self.mark(CoverPoint::LastHeldAcross, exercise);
+            }
+        }
+        if self
+            .stream
+            .lost_at
+            .take()
+            .is_some_and(|lost| lost + 1 == clock)
+        {
+            self.mark(CoverPoint::TooLate, exercise);
+        }
+        if self.stream.first_shown_at + last as u64 + 1 == clock {
+            self.mark(CoverPoint::Burst, exercise);
+        }
+    }
+
+    /// The next row, if there is one, comes to the stream at the rising edge of `clock`.
+    fn show_next(&mut self, clock: u64, exercise: &mut Exercise) {
+        let stream = &mut self.stream;
+        let Some(row) = stream.waiting.pop_front() else {
+            stream.is_valid = false;
+            return;
+        };
+        stream.row = row;
+        stream.is_valid = true;
+        stream.is_last = stream.waiting.is_empty();
+        (stream.shown_at, stream.is_held) = (clock, false);
+        exercise.shows(row.counted, stream.is_last);
+        if stream.is_last {
+            for point in stream.proves.drain(..) {
+                exercise.covered.mark(point);
+            }
+        }
+    }
+
+    /// A frame's turn: it is read if nothing of the one before is left, or lost.
+    fn turn(&mut self, mut ended: Ended, clock: u64, took: bool, exercise: &mut Exercise) {
+        let is_busy = self.stream.is_valid || self.stream.first_shows.is_some();
+        self.find_emptied(&mut ended);
+        self.memories[self.half] = Some(ended.bins.clone());
+        if is_busy {
+            let stream = &mut self.stream;
+            stream.is_overrun = true;
+            stream.follows_lost = true;
+            if stream.across.last() != Some(&stream.beat) {
+                stream.across.push(stream.beat);
+            }
+            stream.lost_at = Some(clock);
+            exercise.groups_lost += 1;
+            let place = Place::Last;
+            self.mark(CoverPoint::Lost { place }, exercise);
+            return;
+        }
+        if took && ended.is_later {
+            self.mark(CoverPoint::BackToBack, exercise);
+        }
+        self.half ^= 1;
+        let rows = self.rows(&ended.bins);
+        let stream = &mut self.stream;
+        stream.waiting = rows;
+        stream.first_shows = Some(clock + u64::from(CLOCKS_TO_ROW));
+        stream.beat = 0;
+        stream.proves = ended.proves;
+        if std::mem::take(&mut stream.follows_lost) {
+            let point = self.table.number(CoverPoint::AfterLost);
+            self.stream.proves.extend(point);
+        }
+    }
+
+    /// Lanes with a bin that this frame has no hit in, and that its memory had counts in.
+    fn find_emptied(&self, ended: &mut Ended) {
+        let Some(before) = &self.memories[self.half] else {
+            return;
+        };
+        let lanes = self.plan.row_bins as usize;
+        for (detector, (before, bins)) in DetectorIndex::all().zip(before.iter().zip(&ended.bins)) {
+            for lane in 0..lanes {
+                let mut pairs = before.iter().zip(bins).skip(lane).step_by(lanes);
+                if pairs.any(|(&before, &now)| before > 0 && now == 0) {
+                    let lane = lane as u32;
+                    let point = BinPoint::Emptied { lane };
+                    let point = CoverPoint::Bin { detector, point };
+                    ended.proves.extend(self.table.number(point));
+                }
+            }
+        }
+    }
+
+    /// A frame's rows, detector by detector.
+    fn rows(&self, bins: &[Vec<u64>]) -> VecDeque<Row> {
+        let stride = self.plan.bin_data_bits();
+        let row = |detector: DetectorIndex, chip: u8, bins: &[u64]| {
+            let (mut data, mut total) = (0u128, 0u64);
+            for (&bin, shift) in bins.iter().zip((0..).step_by(stride as usize)) {
+                data |= u128::from(bin) << shift;
+                total += bin;
+            }
+            let sum = match chip {
+                0 => -total.cast_signed(),
+                _ => total.cast_signed(),
+            };
+            Row {
+                data,
+                counted: Counted::new(detector, sum, total),
+            }
+        };
+        let detectors = DetectorIndex::all().zip(bins.iter().zip(&self.chips));
+        detectors
+            .flat_map(|(detector, (bins, chips))| {
+                bins.chunks_exact(self.plan.row_bins as usize)
+                    .zip(chips)
+                    .map(move |(bins, &chip)| row(detector, chip, bins))
+            })
+            .collect()
+    }
+
+    /// ORs the ports' present values into a range of clocks.
+    fn fill(&self, clocks: Range<u64>, expected: &mut impl Canvas) {
+        let (stream, fields) = (&self.stream, &self.fields);
+        let mut or = |(word, shift): (usize, u32), value: u64| {
+            if value != 0 && !clocks.is_empty() {
+                expected.or(clocks.clone(), word, value << shift);
+            }
+        };
+        // A port of at most 64 bits lies within a word, a wider one begins with one.
+        let (word, shift) = fields.data;
+        or((word, shift), stream.row.data as u64);
+        or((word + 1, 0), (stream.row.data >> 64) as u64);
+        or(fields.tvalid, u64::from(stream.is_valid));
+        or(fields.tlast, u64::from(stream.is_last));
+        or(fields.overrun, u64::from(stream.is_overrun));
+        if let Some(saturated) = fields.saturated {
+            or(saturated, u64::from(stream.is_saturated));
+        }
+    }
+}

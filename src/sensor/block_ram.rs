@@ -1,0 +1,109 @@
+//! Whether a histogram's memories fit into the target's block RAM.
+
+use std::fmt::Write as _;
+
+use super::histogram::HistogramPlan;
+use crate::scene::Target;
+
+/// Block RAM of a device: so many blocks, each of which can be one of these memories.
+#[derive(Debug, Clone, Copy)]
+pub struct BlockRam {
+    /// What a block is called.
+    pub name: &'static str,
+    /// Blocks of the device.
+    pub blocks: u64,
+    /// Words and bits of a word that a block can have, one port writing, one reading.
+    shapes: &'static [(u64, u32)],
+}
+
+/// The device's block RAM: Lattice FPGA-DS-02012 (ECP5, 56 blocks of 18 kbit), DS1040
+/// (iCE40 HX8K, 32 of 4 kbit), AMD DS180 and UG473 (XC7A35T, 100 halves of 18 kbit).
+pub const fn block_ram(target: Target) -> BlockRam {
+    match target {
+        Target::Ecp525k6 => BlockRam {
+            name: "DP16KD",
+            blocks: 56,
+            shapes: &[
+                (16_384, 1),
+                (8192, 2),
+                (4096, 4),
+                (2048, 9),
+                (1024, 18),
+                (512, 36),
+            ],
+        },
+        Target::Ice40Hx8k => BlockRam {
+            name: "SB_RAM40_4K",
+            blocks: 32,
+            shapes: &[(2048, 2), (1024, 4), (512, 8), (256, 16)],
+        },
+        Target::Xc7 => BlockRam {
+            name: "RAMB18E1",
+            blocks: 100,
+            shapes: &[
+                (16_384, 1),
+                (8192, 2),
+                (4096, 4),
+                (2048, 9),
+                (1024, 18),
+                (512, 36),
+            ],
+        },
+    }
+}
+
+impl BlockRam {
+    /// Blocks of a memory of so many words.
+    pub fn blocks_of(&self, words: u64, bits: u32) -> u64 {
+        let of_shape =
+            |&(deep, wide): &(u64, u32)| words.div_ceil(deep) * u64::from(bits.div_ceil(wide));
+        self.shapes.iter().map(of_shape).min().unwrap_or(u64::MAX)
+    }
+
+    /// Blocks of the histograms of so many detectors: two memories for each sample of the
+    /// chip.
+    pub fn blocks_of_histograms(&self, plan: &HistogramPlan, detectors: usize) -> u64 {
+        let memories = 2 * u64::from(plan.row_bins) * detectors as u64;
+        memories * self.blocks_of(plan.rows, plan.bin_bits)
+    }
+
+    /// What would fit, in words.
+    pub fn advice(&self, plan: &HistogramPlan, detectors: usize) -> String {
+        let mut advice = String::new();
+        let fits = |plan: &HistogramPlan| self.blocks_of_histograms(plan, detectors) <= self.blocks;
+        let narrower = (2..plan.bin_bits)
+            .rev()
+            .find(|&bin_bits| fits(&HistogramPlan { bin_bits, ..*plan }));
+        if let Some(bits) = narrower {
+            let _ = write!(advice, "counter_width = {bits}, ");
+        }
+        let fewer = |samples: u32| HistogramPlan {
+            row_bins: samples,
+            ..*plan
+        };
+        let samples = (0..plan.row_bins.ilog2()).rev().map(|log2| 1 << log2);
+        if let Some(samples) = samples.into_iter().find(|&samples| fits(&fewer(samples))) {
+            let _ = write!(advice, "samples_per_chip = {samples}, ");
+        }
+        advice + "a shorter code, or another target"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_are_those_that_the_data_sheets_allow() {
+        let ecp5 = block_ram(Target::Ecp525k6);
+        // 2,047 words: one block up to 9 bits, two up to 18.
+        let blocks = [1, 4, 9, 10, 18, 19].map(|bits| ecp5.blocks_of(2047, bits));
+        assert_eq!(blocks, [1, 1, 1, 2, 2, 3]);
+        let ice40 = block_ram(Target::Ice40Hx8k);
+        assert_eq!(
+            [1, 2, 3, 16].map(|bits| ice40.blocks_of(2047, bits)),
+            [1, 1, 2, 8]
+        );
+        assert_eq!(ice40.blocks_of(31, 16), 1);
+    }
+}
