@@ -19,6 +19,7 @@ pub mod bound;
 mod calibration;
 mod effort;
 pub mod fit;
+pub mod histogram;
 mod missed;
 mod modulation;
 mod moving;

@@ -86,8 +86,8 @@ pub enum CorrectionError {
     /// More was detected than the dead time lets through.
     #[error(
         "by the histogram a detector with a dead time of {dead_time_bins} bins is ready in \
-         {ready:.4} of the code periods at bin {bin}; the dead time is too long for these counts, \
-         or the light too bright to tell it from them"
+         {ready:.4} of the code periods at bin {bin}, which is too seldom to take the dead time \
+         out; it is too long for these counts, or there are too few periods for light so bright"
     )]
     NeverReady {
         /// The first such bin.
@@ -113,6 +113,14 @@ pub enum CorrectionError {
 /// A detector that is ready in a smaller share of periods than this is as good as never.
 const LEAST_READY: f64 = 1e-6;
 
+/// A bin in which the detector was ready in fewer periods than this is not measured, and a
+/// histogram with a larger share of such bins says nothing.
+const LEAST_PERIODS: f64 = 1.0;
+const MOST_UNMEASURED: f64 = 0.1;
+
+/// A bin weighs as if it counted at least this share of what bins count on average.
+const LEAST_MEAN: f64 = 1e-6;
+
 /// Code periods after which the pending afterpulses have to repeat, and how nearly.
 const MOST_TURNS: u32 = 1_000;
 const SETTLED: f64 = 1e-12;
@@ -120,10 +128,44 @@ const SETTLED: f64 = 1e-12;
 impl DeadTime {
     /// The light behind a histogram, with its variances.
     ///
+    /// Without bias however few the periods: of two detections in a bin one has blinded the
+    /// detector for the other, half of the bin on average, but none blinds it for itself. In
+    /// bins in which it was ready in less than one period, nothing was measured; they are
+    /// taken to be as bright as the nearest that were.
+    ///
     /// # Errors
-    /// When the histogram cannot be of such a detector.
+    /// When the histogram cannot be of such a detector, or does not measure a tenth of its
+    /// bins.
     pub fn correct(&self, histogram: &Histogram) -> Result<PrimaryLight, CorrectionError> {
-        self.correct_means(&histogram.per_period(), histogram.periods() as f64)
+        self.check()?;
+        let per_period = histogram.per_period();
+        let periods = histogram.periods() as f64;
+        let own = (triangular(self.bins) - 0.5) / periods;
+        let blind = self.blind(&per_period).into_iter().zip(histogram.bins());
+        let ready: Vec<f64> = blind
+            .map(|(blind, &count)| 1.0 - blind + if count > 0 { own } else { 0.0 })
+            .collect();
+        let is_measured = |ready: f64| ready * periods >= LEAST_PERIODS;
+        let measured: Vec<bool> = ready.iter().map(|&ready| is_measured(ready)).collect();
+        let unmeasured = measured.iter().filter(|measured| !*measured).count();
+        if let Some(bin) = measured.iter().position(|measured| !measured)
+            && unmeasured as f64 > MOST_UNMEASURED * measured.len() as f64
+        {
+            return Err(self.never_ready(bin, ready[bin]));
+        }
+        let hazard = filled(quotients(&per_period, &ready), &measured);
+        let released = self.released(&per_period, &hazard)?;
+        let light = per_period.iter().zip(&released).zip(&ready);
+        let light = light.map(|((h, released), q)| (h - released) / q).collect();
+        let variance = per_period
+            .iter()
+            .zip(&ready)
+            .map(|(h, q)| h / (q * q * periods));
+        Ok(PrimaryLight {
+            per_period: filled(light, &measured),
+            variance: filled(variance.collect(), &measured),
+            ready: ready.iter().map(|ready| ready.clamp(0.0, 1.0)).collect(),
+        })
     }
 
     /// The same from mean detections of each bin in a code period, such as expected ones;
@@ -138,10 +180,8 @@ impl DeadTime {
     ) -> Result<PrimaryLight, CorrectionError> {
         self.check()?;
         let ready = self.ready(per_period)?;
-        let released = match self.afterpulses {
-            None => vec![0.0; per_period.len()],
-            Some(afterpulses) => self.released(afterpulses, per_period, &ready)?,
-        };
+        let hazard = quotients(per_period, &ready);
+        let released = self.released(per_period, &hazard)?;
         let light = per_period.iter().zip(&released).zip(&ready);
         // A ready detector's detections are Poisson: what a period has beyond rate x ready
         // does not go with what came before, nor with what comes.
@@ -180,51 +220,57 @@ impl DeadTime {
 
     /// Share of periods in which the detector is ready, bin by bin.
     fn ready(&self, per_period: &[f64]) -> Result<Vec<f64>, CorrectionError> {
-        let before = Before::new(per_period);
+        let blind = self.blind(per_period);
+        let ready: Vec<f64> = blind.iter().map(|blind| 1.0 - blind).collect();
+        match ready.iter().position(|&ready| ready < LEAST_READY) {
+            None => Ok(ready),
+            Some(bin) => Err(self.never_ready(bin, ready[bin])),
+        }
+    }
+
+    fn never_ready(&self, bin: usize, ready: f64) -> CorrectionError {
+        CorrectionError::NeverReady {
+            bin,
+            ready,
+            dead_time_bins: self.bins,
+        }
+    }
+
+    /// What of each bin the dead times of detections cover.
+    fn blind(&self, detections: &[f64]) -> Vec<f64> {
+        let before = Before::new(detections);
         let whole = self.bins.floor();
         let part = self.bins - whole;
         let whole = whole as i64;
-        // w[m] = F(D - m) - F(-m), F the distribution of the time from one place anywhere in a
-        // bin to another, in bins. All between the first and the last two are 1.
+        // w[m] = F(D - m) - F(-m), F the distribution of the time from one place anywhere in
+        // a bin to another, in bins. All between the first and the last two are 1.
         let [first, last, after] = [
             triangular(self.bins) - 0.5,
             triangular(part),
             triangular(part - 1.0),
         ];
-        let bin = |a: i64| per_period[a.rem_euclid(per_period.len() as i64) as usize];
-        (0..per_period.len())
-            .map(|bin_number| {
-                let a = bin_number as i64;
+        let bin = |a: i64| detections[a.rem_euclid(detections.len() as i64) as usize];
+        (0..detections.len() as i64)
+            .map(|a| {
                 let end = match whole {
                     0 => 0.0,
                     _ => before.sum(a - whole + 1, a) + last * bin(a - whole),
                 };
-                let blind = first * bin(a) + end + after * bin(a - whole - 1);
-                let ready = 1.0 - blind;
-                match ready >= LEAST_READY {
-                    true => Ok(ready),
-                    false => Err(CorrectionError::NeverReady {
-                        bin: bin_number,
-                        ready,
-                        dead_time_bins: self.bins,
-                    }),
-                }
+                first * bin(a) + end + after * bin(a - whole - 1)
             })
             .collect()
     }
 
-    /// Mean afterpulses that are released in each bin of a code period.
-    fn released(
-        &self,
-        afterpulses: Afterpulses,
-        per_period: &[f64],
-        ready: &[f64],
-    ) -> Result<Vec<f64>, CorrectionError> {
+    /// Mean afterpulses that detections release in each bin of a code period, where a ready
+    /// detector fires at the rates `hazard` per bin. Linear in the detections.
+    fn released(&self, per_period: &[f64], hazard: &[f64]) -> Result<Vec<f64>, CorrectionError> {
         let count = per_period.len();
+        let Some(afterpulses) = self.afterpulses else {
+            return Ok(vec![0.0; count]);
+        };
         let release = 1.0 / afterpulses.time_constant_bins;
         let survival = (-self.bins * release).exp();
         let (whole, part) = (self.bins.floor() as usize, self.bins.fract());
-        let hazard: Vec<f64> = per_period.iter().zip(ready).map(|(h, q)| h / q).collect();
         let decays: Vec<[Decay; 2]> = hazard
             .iter()
             .map(|hazard| [part, 1.0 - part].map(|width| Decay::new(hazard + release, width)))
@@ -248,7 +294,7 @@ impl DeadTime {
                 change = change.max((sum - pending[a]).abs());
                 pending[a] = sum;
             }
-            let largest = pending.iter().copied().fold(0.0, f64::max);
+            let largest = pending.iter().fold(0.0, |most: f64, n| most.max(n.abs()));
             if !largest.is_finite() {
                 break;
             }
@@ -261,6 +307,90 @@ impl DeadTime {
             mean_per_avalanche: afterpulses.mean_per_avalanche,
         })
     }
+}
+
+/// What in a histogram's deviations from its mean does not follow from those before.
+///
+/// Deviations of neighbouring bins go together, because each detection blinds the detector
+/// and traps afterpulses. A bin's deviation less what those of the bins before let one expect
+/// goes with no other's, and its variance is the bin's mean: the weights that a fit to the
+/// bins needs, without a matrix. Exact for bins that are short beside the dead time, but for
+/// two afterpulses pending at once.
+#[derive(Debug, Clone)]
+pub struct Innovations {
+    dead_time: DeadTime,
+    /// Rate per bin at which a ready detector fires.
+    hazard: Vec<f64>,
+    /// Mean count of each bin.
+    means: Vec<f64>,
+}
+
+impl Innovations {
+    /// Those of a histogram with these mean counts over `periods` code periods.
+    ///
+    /// # Errors
+    /// When they cannot be of such a detector.
+    pub fn new(
+        dead_time: DeadTime,
+        means: &[f64],
+        periods: f64,
+    ) -> Result<Innovations, CorrectionError> {
+        dead_time.check()?;
+        let per_period: Vec<f64> = means.iter().map(|mean| mean / periods).collect();
+        let ready = dead_time.ready(&per_period)?;
+        // A bin that is never expected to count weighs as if it seldom did.
+        let least = LEAST_MEAN * means.iter().sum::<f64>() / means.len() as f64;
+        let least = least.max(f64::MIN_POSITIVE);
+        Ok(Innovations {
+            dead_time,
+            hazard: quotients(&per_period, &ready),
+            means: means.iter().map(|mean| mean.max(least)).collect(),
+        })
+    }
+
+    /// The innovations of deviations from the means, over their standard deviations: of a
+    /// histogram that is as expected, numbers of mean 0 and variance 1.
+    ///
+    /// # Errors
+    /// When afterpulses pile up.
+    pub fn whitened(&self, deviations: &[f64]) -> Result<Vec<f64>, CorrectionError> {
+        let blind = self.dead_time.blind(deviations);
+        let released = self.dead_time.released(deviations, &self.hazard)?;
+        let bins = (0..deviations.len()).map(|a| {
+            let innovation = deviations[a] + self.hazard[a] * blind[a] - released[a];
+            innovation / self.means[a].sqrt()
+        });
+        Ok(bins.collect())
+    }
+
+    /// Mean count of each bin, none of them zero.
+    pub fn means(&self) -> &[f64] {
+        &self.means
+    }
+}
+
+/// Values with those that were not measured halfway between the nearest on both sides, all
+/// round.
+fn filled(mut values: Vec<f64>, measured: &[bool]) -> Vec<f64> {
+    let count = values.len();
+    let nearest = |from: usize, step: usize| {
+        let places = (1..count).map(|times| (from + times * step) % count);
+        places.into_iter().find(|&place| measured[place])
+    };
+    for place in 0..count {
+        if !measured[place] {
+            let [before, after] = [count - 1, 1].map(|step| nearest(place, step));
+            values[place] = match (before, after) {
+                (Some(before), Some(after)) => 0.5 * (values[before] + values[after]),
+                _ => 0.0,
+            };
+        }
+    }
+    values
+}
+
+fn quotients(per_period: &[f64], ready: &[f64]) -> Vec<f64> {
+    per_period.iter().zip(ready).map(|(h, q)| h / q).collect()
 }
 
 /// n' = -rate n + inflow over part of a bin.

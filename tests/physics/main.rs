@@ -7,6 +7,7 @@ mod estimate_model_is_unbiased;
 mod estimate_model_stays_finite;
 mod expected_counts_of_pulses_that_just_do_not_merge;
 mod fidelity_compares_all_three;
+mod histogram_estimates;
 mod histogram_walk_is_corrected;
 mod lasers_and_detectors_as_they_are;
 mod light_is_told_apart;
