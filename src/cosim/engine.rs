@@ -7,7 +7,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::lanes::run::LanesOutcome;
-use super::lanes::{Prepared, Refusal, Unfit};
+use super::lanes::{Prepared, Refusal, Unfit, refuse_memories};
 use super::lockstep::Outcome;
 use super::window::Window;
 use super::{
@@ -72,6 +72,7 @@ pub(super) fn in_lanes(
     if request.stimulus != StimulusKind::Photons {
         return Err(Unfit::new("lanes are for photons").into());
     }
+    refuse_memories(interface)?;
     let is_auto = request.engine == Engine::Auto;
     if is_auto && clocks < LEAST_CLOCKS {
         return Err(Unfit::new(format!("{clocks} clocks are few")).into());

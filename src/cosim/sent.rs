@@ -1,5 +1,6 @@
 //! What the Verilog sends: the beats of its result stream that the receiver took.
 
+use super::sent_frames::{FrameReader, Misplaced};
 use crate::photons::StepCount;
 use crate::reference::blocks::Records;
 use crate::scan::{Group, Grouping};
@@ -41,9 +42,7 @@ impl SentCount {
 /// this length has it.
 #[derive(Debug)]
 pub struct SentReader {
-    data: Field,
-    signed_bits: u32,
-    total_bits: Option<u32>,
+    results: Results,
     valid: Bit,
     last: Bit,
     overrun: Bit,
@@ -55,9 +54,22 @@ pub struct SentReader {
     /// Beats taken of the present scan.
     taken: u64,
     scan: u64,
-    /// The beat on offer before the next clock: signed count, total, last.
-    offered: Option<(i64, Option<u64>, bool)>,
+    /// The beat on offer before the next clock: its data, and whether it is the last.
+    offered: Option<([u64; 2], bool)>,
     state: State,
+}
+
+/// What a beat holds.
+#[derive(Debug)]
+enum Results {
+    /// A step's signed count, and the total above it.
+    Counts {
+        data: Field,
+        signed_bits: u32,
+        total_bits: Option<u32>,
+    },
+    /// A row of a histogram.
+    Rows(FrameReader),
 }
 
 /// Place of a port of one bit in a record.
@@ -93,13 +105,18 @@ impl SentReader {
     /// A reader of a run that begins in reset.
     pub fn new(interface: &Interface, layout: &Layout) -> SentReader {
         let (inputs, outputs) = (&layout.inputs, &layout.outputs);
-        let signed_bits = interface.signed_data_bits();
+        let data = outputs.field("m_axis_tdata").clone();
         SentReader {
-            data: outputs.field("m_axis_tdata").clone(),
-            signed_bits,
-            total_bits: interface
-                .total
-                .map(|total| interface.tdata_bits - total.first_bit),
+            results: match &interface.histogram {
+                Some(plan) => Results::Rows(FrameReader::new(interface, plan, data)),
+                None => Results::Counts {
+                    data,
+                    signed_bits: interface.signed_data_bits(),
+                    total_bits: interface
+                        .total
+                        .map(|total| interface.tdata_bits - total.first_bit),
+                },
+            },
             valid: Bit::of(outputs, "m_axis_tvalid"),
             last: Bit::of(outputs, "m_axis_tlast"),
             overrun: Bit::of(outputs, "o_overrun"),
@@ -132,10 +149,8 @@ impl SentReader {
                 continue;
             }
             self.state = State::Reading;
-            if let Some(offered) = offered.filter(|_| self.ready.is_high(input))
-                && let Some(sent) = self.take(offered)
-            {
-                on_sent(sent);
+            if let Some(offered) = offered.filter(|_| self.ready.is_high(input)) {
+                self.take(offered, &mut on_sent);
             }
             if self.overrun.is_high(output) {
                 self.state = State::Lost;
@@ -145,20 +160,48 @@ impl SentReader {
         }
     }
 
-    fn beat(&self, output: &[u64]) -> (i64, Option<u64>, bool) {
-        let unused = 64 - self.signed_bits;
-        let signed = self.data.bits(output, 0, self.signed_bits) << unused;
-        let total = |bits| self.data.bits(output, self.signed_bits, bits);
-        (
-            signed.cast_signed() >> unused,
-            self.total_bits.map(total),
-            self.last.is_high(output),
-        )
+    fn beat(&self, output: &[u64]) -> ([u64; 2], bool) {
+        let data = match &self.results {
+            Results::Counts {
+                data,
+                signed_bits,
+                total_bits,
+            } => [
+                data.bits(output, 0, *signed_bits),
+                total_bits.map_or(0, |bits| data.bits(output, *signed_bits, bits)),
+            ],
+            Results::Rows(frames) => frames.row(output),
+        };
+        (data, self.last.is_high(output))
     }
 
-    /// The beat in its place; none if it is not where a scan ends, or is and does
+    /// The beat in its place; nothing if it is not where a scan ends, or is and does
     /// not say so.
-    fn take(&mut self, (signed, total, last): (i64, Option<u64>, bool)) -> Option<SentCount> {
+    fn take(&mut self, (data, last): ([u64; 2], bool), mut on_sent: impl FnMut(SentCount)) {
+        let counts = match &mut self.results {
+            Results::Counts {
+                signed_bits,
+                total_bits,
+                ..
+            } => {
+                let unused = 64 - *signed_bits;
+                let signed = (data[0] << unused).cast_signed() >> unused;
+                (signed, total_bits.map(|_| data[1]))
+            }
+            Results::Rows(frames) => {
+                match frames.take(data, last) {
+                    Err(Misplaced) => self.state = State::Lost,
+                    Ok(None) => {}
+                    Ok(Some(counts)) => {
+                        let scan = self.scan;
+                        let of_scan = counts.map(|sent| SentCount { scan, ..sent });
+                        of_scan.for_each(on_sent);
+                        self.scan += 1;
+                    }
+                }
+                return;
+            }
+        };
         let per_group = self.detectors * self.grouping.parallel;
         let group = Group(self.taken / per_group);
         let steps = self.grouping.steps_of(group).len() as u64;
@@ -167,8 +210,8 @@ impl SentReader {
             scan: self.scan,
             detector: DetectorIndex((in_group / steps) as usize),
             step: self.grouping.step_of(group, in_group % steps).0,
-            signed,
-            total,
+            signed: counts.0,
+            total: counts.1,
         };
         self.taken += 1;
         let ends = self.taken == self.detectors * self.grouping.steps;
@@ -177,9 +220,9 @@ impl SentReader {
             self.scan += 1;
         }
         if ends == last {
-            return Some(sent);
+            on_sent(sent);
+        } else {
+            self.state = State::Lost;
         }
-        self.state = State::Lost;
-        None
     }
 }

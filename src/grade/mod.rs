@@ -43,8 +43,8 @@ use self::family::{Family, Tried};
 pub use self::proof::Bounds;
 use self::proof::{Answer, prove};
 use self::run::Stream;
-use crate::cosim::lanes::Refusal;
 use crate::cosim::lanes::model::Design;
+use crate::cosim::lanes::{Refusal, refuse_memories};
 use crate::cosim::source::{SourceFile, is_users};
 use crate::document::Body;
 use crate::rtl::blocks::ScanRegisters;
@@ -180,6 +180,7 @@ pub fn grade(
     request: &GradeRequest,
     mut on_progress: impl FnMut(&'static str),
 ) -> Result<Grade, Refusal> {
+    refuse_memories(sensor.interface())?;
     let design = Design::netlist(&request.top, &request.sources, &request.cache)?;
     let stream = Stream::of(sensor, request, &design)?;
     on_progress("comparing the design with the reference model");

@@ -31,8 +31,10 @@ pub struct Figures {
     pub unambiguous_range_m: f64,
     /// Bits of a result.
     pub result_bits: u32,
-    /// Results of a scan, of all detectors.
+    /// Results of a scan, of all detectors: counts, or rows of histograms.
     pub results: u64,
+    /// Whether a histogram serves all phase steps at once.
+    pub at_once: bool,
 }
 
 impl Figures {
@@ -53,7 +55,11 @@ impl Figures {
             phase_step_distance_m: distance_m(clock.sample_period_ps()),
             unambiguous_range_m: distance_m(timing.code_period_ps()),
             result_bits: interface.tdata_bits,
-            results: timing.scan.steps * interface.reference_codes.len() as u64,
+            results: match interface.histogram {
+                Some(_) => interface.beats_of_group(),
+                None => timing.scan.steps * interface.reference_codes.len() as u64,
+            },
+            at_once: interface.histogram.is_some(),
         }
     }
 }

@@ -88,19 +88,30 @@ pub(super) fn figures(figures: &Figures) -> Vec<Row> {
         row(
             "frame time",
             format!(
-                "{}: {} phase step{} of {}",
+                "{}: {} phase step{}{} of {}",
                 time(figures.frame_time_s),
                 number(figures.phase_steps),
                 if figures.phase_steps == 1 { "" } else { "s" },
+                if figures.at_once { " at once" } else { "" },
                 time(figures.integration_s)
             ),
         ),
         row(
             "latency",
             format!(
-                "{} clocks, {}, from a phase step's last sample to its count",
+                "{} clocks, {}, from a {} last sample to its {}",
                 figures.result_latency_clocks,
-                time(figures.result_latency_s)
+                time(figures.result_latency_s),
+                if figures.at_once {
+                    "frame's"
+                } else {
+                    "phase step's"
+                },
+                if figures.at_once {
+                    "first row"
+                } else {
+                    "count"
+                }
             ),
         ),
         row(
@@ -115,8 +126,13 @@ pub(super) fn figures(figures: &Figures) -> Vec<Row> {
         row(
             "results",
             format!(
-                "{} a frame, of {} bits",
+                "{}{} a frame, of {} bits",
                 number(figures.results),
+                if figures.at_once {
+                    " rows of the histogram"
+                } else {
+                    ""
+                },
                 figures.result_bits
             ),
         ),
@@ -174,7 +190,7 @@ fn error_of(expected: &ExpectedError) -> String {
 pub(super) fn resources(resources: Option<&Resources>) -> Vec<Row> {
     let row = |name: &str, value: String| vec![name.to_owned(), value];
     let Some(resources) = resources else {
-        let why = "not known: no sensor with given chips was synthesized";
+        let why = "not known: none like it was among the synthesized sensors (docs/resources.md)";
         return vec![row("cells", why.to_owned())];
     };
     let about = match resources.basis {

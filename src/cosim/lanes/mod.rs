@@ -71,6 +71,19 @@ pub struct Prepared {
     interface: Interface,
 }
 
+/// Lanes hold registers of one bit, and a histogram's bins lie in memories.
+///
+/// # Errors
+/// When the hardware keeps a histogram.
+pub(crate) fn refuse_memories(interface: &Interface) -> Result<(), Unfit> {
+    match interface.histogram {
+        None => Ok(()),
+        Some(_) => Err(Unfit::new(
+            "a histogram is kept in memories, which have no place in lanes",
+        )),
+    }
+}
+
 impl Prepared {
     /// Builds a design, and finds the states in which lanes start; both are kept.
     ///
@@ -83,6 +96,7 @@ impl Prepared {
         clocks: u64,
         cache: &Path,
     ) -> Result<Prepared, Refusal> {
+        refuse_memories(interface)?;
         Slices::of(interface, clocks, lanes())?;
         let design = Design::build(top, sources, interface, cache)?;
         Ok(Prepared {

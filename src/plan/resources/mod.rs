@@ -80,6 +80,9 @@ impl Size {
     /// `None` for codes that were not measured.
     fn of(sensor: &Sensor) -> Option<Size> {
         let interface = sensor.interface();
+        if interface.histogram.is_some() {
+            return None;
+        }
         let mut generators: Vec<_> = interface.reference_codes.clone();
         for (index, code) in interface.source_codes.iter().enumerate() {
             if !interface.source_codes[..index].contains(code) {
