@@ -25,6 +25,7 @@ fn text_of(like: Like) -> &'static str {
         Like::PaperInterleaved => include_str!("../../scenes/paper-interleaved.toml"),
         Like::DualView => include_str!("../../scenes/dual-view.toml"),
         Like::Multipath => include_str!("../../scenes/multipath.toml"),
+        Like::Histogram => include_str!("../../scenes/histogram.toml"),
         Like::Moving => include_str!("../../scenes/moving.toml"),
     }
 }

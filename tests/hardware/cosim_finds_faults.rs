@@ -378,6 +378,62 @@ const TOTALS: &[Fault] = &[
     ),
 ];
 
+/// Faults in the Verilog of tests/scenes/histogram.toml.
+const HISTOGRAM: &[Fault] = &[
+    // Bins: not begun anew, lost, in the wrong memory or row.
+    (
+        "bin_bank.v",
+        "written_r <= 2'd0;\n            end\n",
+        "written_r <= i_bin;\n            end\n",
+    ),
+    ("bin_bank.v", "i_hit | i_first", "i_hit"),
+    ("bin_bank.v", "writes_r & ~i_write_half", "writes_r"),
+    ("bin_bank.v", "i_half ? i_row : i_read_row", "i_row"),
+    (
+        "bin_bank.v",
+        "i_counted_half ? held_1_r : held_0_r",
+        "i_half ? held_1_r : held_0_r",
+    ),
+    (
+        "bin_bank.v",
+        "i_half ? held_0_r : held_1_r",
+        "i_write_half ? held_0_r : held_1_r",
+    ),
+    // Adders: the wrong sample, no clamp, a sum that begins at the wrong time.
+    ("bin_adder.v", "i_hits & i_early", "i_hits"),
+    ("bin_adder.v", "sum_r <= chosen_r;", "sum_r <= 2'd0;"),
+    ("bin_adder.v", "if (i_counted_first)", "if (i_added_first)"),
+    // Control: rows, code periods, frames, the reader.
+    (
+        "histogram_control.v",
+        "row_is_last_r <= o_row == LAST_ROW_BUT_ONE",
+        "row_is_last_r <= o_row == LAST_ROW_BUT_ONE + 5'd1",
+    ),
+    (
+        "histogram_control.v",
+        "first_r <= period_is_last_r",
+        "first_r <= 1'b0",
+    ),
+    (
+        "histogram_control.v",
+        "reads_r | (|out_r) | ~o_go",
+        "reads_r | ~o_go",
+    ),
+    (
+        "histogram_control.v",
+        "reads_r | (|out_r) | ~o_go",
+        "reads_r | (|out_r)",
+    ),
+    ("histogram_control.v", "ends & busy", "ends"),
+    (
+        "histogram_control.v",
+        "o_go = ~o_valid | i_ready",
+        "o_go = i_ready",
+    ),
+    // The top module: a row that changes while it waits.
+    ("sensor_top.v", "if (control_shows)", "if (1'b1)"),
+];
+
 fn goldtof(cache: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_goldtof"))
         .env("GOLDTOF_CACHE_DIR", cache)
@@ -718,4 +774,9 @@ fn every_fault_in_total_counts_is_found() {
 #[test]
 fn every_fault_in_the_peak_detector_is_found() {
     all_are_found("tests/scenes/peak.toml", PEAK);
+}
+
+#[test]
+fn every_fault_in_a_histogram_is_found() {
+    all_are_found("tests/scenes/histogram.toml", HISTOGRAM);
 }

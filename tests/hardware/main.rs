@@ -24,6 +24,7 @@ mod hdl_parts_left_out_change_nothing;
 mod hdl_rust_simulation;
 mod hdl_snapshots;
 mod hdl_support;
+mod histograms;
 mod json_documents_keep_their_schemas;
 mod own_rtl;
 mod reference_model_equals_a_clock_by_clock_model;

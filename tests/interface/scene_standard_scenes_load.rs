@@ -28,6 +28,7 @@ fn every_scene_of_the_folder_loads_under_its_own_name() {
         names,
         [
             "dual-view",
+            "histogram",
             "moving",
             "multipath",
             "paper-interleaved",

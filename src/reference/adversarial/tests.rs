@@ -3,7 +3,7 @@ use std::path::Path;
 use super::*;
 use crate::scene;
 
-const SCENES: [&str; 11] = [
+const SCENES: [&str; 12] = [
     "scenes/quick.toml",
     "scenes/paper-single.toml",
     "scenes/paper-square.toml",
@@ -15,6 +15,7 @@ const SCENES: [&str; 11] = [
     "tests/scenes/window-in-step.toml",
     "tests/scenes/peak.toml",
     "tests/scenes/totals.toml",
+    "tests/scenes/histogram.toml",
 ];
 
 /// The points that an adversary leaves out, and its clocks.
