@@ -30,7 +30,7 @@ const MOST_SATURATION: f64 = 182.0;
 /// A step must last so many times the detector's memory for its variance to be
 /// within 3 % of what is worked out without its rims. Measured for Table I's detector
 /// at 10 and 40 million detections per second: 2.4 % at 6 memories, 0.7 % at 20.
-const STEP_IN_MEMORIES: f64 = 6.0;
+pub(crate) const STEP_IN_MEMORIES: f64 = 6.0;
 
 /// The domain of a tier, in words.
 pub fn of(tier: Tier, architecture: Architecture) -> &'static str {

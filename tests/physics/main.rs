@@ -1,5 +1,6 @@
 //! Photons, expected counts and estimates.
 
+mod architectures_are_compared;
 mod errors_that_wrap;
 mod estimate_against_photons;
 mod estimate_model;
