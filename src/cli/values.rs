@@ -15,6 +15,8 @@ pub(super) enum Like {
     DualView,
     /// One code over two paths, 1.5 chips apart
     Multipath,
+    /// A histogram of arrival times in place of up/down counts
+    Histogram,
     /// A target that drifts away and fluctuates
     Moving,
 }

@@ -293,6 +293,8 @@ impl HistogramModel {
         expected: &mut impl Canvas,
         exercise: &mut Exercise,
     ) {
+        // Detectors have told theirs one after the other.
+        self.flags.make_contiguous().sort_by_key(|flag| flag.0);
         let mut ready = Ready::new(stalls);
         let (mut filled, mut next) = (clocks.start, clocks.start);
         while next < clocks.end {
