@@ -1,0 +1,154 @@
+// histogram_control: rows and frames of the histogram
+//
+// A frame ends with the last row of its last code period. If all rows of the frame before it
+// have been taken, or the last is taken at that clock's edge, the memories change places and it
+// is read. If not it is lost, whole, and counts begin anew in its memory.
+//
+// o_overrun stays high until reset.
+//
+// Frame    7 code periods of 2047 chips
+// Latency  4 clocks from a frame's last word to o_valid
+// Made by  goldtof emit histogram.toml (goldtof 0.1.0)
+
+`default_nettype none
+
+module histogram_control (
+    input  wire        i_clk,
+    input  wire        i_rst,
+
+    input  wire        i_ready,         // the receiver takes a row
+
+    output reg         o_run,           // words count from now on
+
+    // Row, memory and first code period of a word on its way
+    output reg  [10:0] o_row,           // row of the present word
+    output reg         o_half,          // memory that counts it
+    output wire        o_counted_half,  // memory of the word two clocks ago
+    // the word two clocks ago is one of a frame's first code period
+    output wire        o_counted_first,
+    // the word four clocks ago is one of a frame's first code period
+    output wire        o_added_first,
+    output reg  [10:0] o_write_row,     // row of the word five clocks ago
+    output wire        o_write_half,    // its memory
+
+    // Reader
+    output reg  [10:0] o_read_row,      // row to be read
+    output wire        o_go,            // it goes on
+    output wire        o_shows,         // a row comes to the stream
+
+    output reg         o_valid,         // a row waits
+    output reg         o_last,          // it is the frame's last
+    output reg         o_overrun        // a frame was lost
+);
+
+    localparam [10:0] LAST_ROW_BUT_ONE = 11'h7fd; // the row before the last
+    localparam [2:0] LAST_PERIOD      = 3'd6;     // the last code period of a frame
+
+    reg         counts_r;         // rows are counted
+    reg         row_is_last_r;    // it is the last
+    reg  [2:0]  period_r;         // code period of the frame
+    reg         period_is_last_r; // it is the last
+    reg         first_r;          // the first code period of a frame
+    reg  [10:0] row_before_0_r;   // row of the word 1 clocks ago
+    reg  [10:0] row_before_1_r;   // row of the word 2 clocks ago
+    reg  [10:0] row_before_2_r;   // row of the word 3 clocks ago
+    reg  [10:0] row_before_3_r;   // row of the word 4 clocks ago
+    reg  [4:0]  half_before_r;    // memory of the words 1 to 5 clocks ago
+    reg  [3:0]  first_before_r;   // whether the words 1 to 4 clocks ago are of a first code period
+    reg         reads_r;          // rows are read
+    reg         read_is_last_r;   // it is the last
+    reg  [1:0]  out_r;            // a row is in the memories' output, and in the register behind it
+    reg  [1:0]  last_out_r;       // the last of a frame is
+    wire        ends;             // the last row of a frame
+    wire        goes;             // the reader goes on
+    wire        busy;             // rows of the frame before are still to be taken
+
+    assign ends = row_is_last_r & period_is_last_r;
+    assign o_counted_half = half_before_r[1];
+    assign o_counted_first = first_before_r[1];
+    assign o_added_first = first_before_r[3];
+    assign o_write_half = half_before_r[4];
+    assign goes = ~o_valid | i_ready;
+    assign busy = reads_r | (|out_r) | ~goes;
+    assign o_go = goes;
+    assign o_shows = goes & out_r[1];
+
+    always @(posedge i_clk) begin
+        if (i_rst) begin
+            o_run <= 1'b0;
+            counts_r <= 1'b0;
+            o_row <= 11'd0;
+            row_is_last_r <= 1'b0;
+            period_r <= 3'd0;
+            period_is_last_r <= 1'b0;
+            first_r <= 1'b1;
+            o_half <= 1'b0;
+            row_before_0_r <= 11'd0;
+            row_before_1_r <= 11'd0;
+            row_before_2_r <= 11'd0;
+            row_before_3_r <= 11'd0;
+            o_write_row <= 11'd0;
+            half_before_r <= 5'd0;
+            first_before_r <= 4'hf;
+            reads_r <= 1'b0;
+            o_read_row <= 11'd0;
+            read_is_last_r <= 1'b0;
+            out_r <= 2'd0;
+            last_out_r <= 2'd0;
+            o_valid <= 1'b0;
+            o_last <= 1'b0;
+            o_overrun <= 1'b0;
+        end else begin
+            o_run <= 1'b1;
+            counts_r <= o_run;
+            row_is_last_r <= o_row == LAST_ROW_BUT_ONE;
+            if (counts_r) begin
+                o_row <= o_row + 11'd1;
+                if (row_is_last_r) begin
+                    o_row <= 11'd0;
+                end
+            end
+            period_is_last_r <= period_r == LAST_PERIOD;
+            if (row_is_last_r) begin
+                first_r <= period_is_last_r;
+                period_r <= period_r + 3'd1;
+                if (period_is_last_r) begin
+                    period_r <= 3'd0;
+                end
+            end
+            row_before_0_r <= o_row;
+            row_before_1_r <= row_before_0_r;
+            row_before_2_r <= row_before_1_r;
+            row_before_3_r <= row_before_2_r;
+            o_write_row <= row_before_3_r;
+            half_before_r <= {half_before_r[3:0], o_half};
+            first_before_r <= {first_before_r[2:0], first_r};
+            if (goes) begin
+                out_r <= {out_r[0], reads_r};
+                last_out_r <= {last_out_r[0], read_is_last_r};
+                o_valid <= out_r[1];
+                if (out_r[1]) begin
+                    o_last <= last_out_r[1];
+                end
+                if (reads_r) begin
+                    read_is_last_r <= o_read_row == LAST_ROW_BUT_ONE;
+                    o_read_row <= o_read_row + 11'd1;
+                    if (read_is_last_r) begin
+                        o_read_row <= 11'd0;
+                    end
+                    reads_r <= ~read_is_last_r;
+                end
+            end
+            if (ends & ~busy) begin
+                o_half <= ~o_half;
+                reads_r <= 1'b1;
+            end
+            if (ends & busy) begin
+                o_overrun <= 1'b1;
+            end
+        end
+    end
+
+endmodule
+
+`default_nettype wire
