@@ -416,19 +416,19 @@ const HISTOGRAM: &[Fault] = &[
     ),
     (
         "histogram_control.v",
-        "reads_r | (|out_r) | ~o_go",
-        "reads_r | ~o_go",
+        "reads_r | (|out_r) | ~goes",
+        "reads_r | ~goes",
     ),
     (
         "histogram_control.v",
-        "reads_r | (|out_r) | ~o_go",
+        "reads_r | (|out_r) | ~goes",
         "reads_r | (|out_r)",
     ),
     ("histogram_control.v", "ends & busy", "ends"),
     (
         "histogram_control.v",
-        "o_go = ~o_valid | i_ready",
-        "o_go = i_ready",
+        "goes = ~o_valid | i_ready",
+        "goes = i_ready",
     ),
     // The top module: a row that changes while it waits.
     ("sensor_top.v", "if (control_shows)", "if (1'b1)"),
