@@ -16,7 +16,9 @@ Words = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.uint32] | NDArray[np
 Levels = NDArray[np.bool_] | NDArray[np.uint8]
 
 class GoldtofError(Exception): ...
-class SceneError(GoldtofError): ...
+class SceneError(GoldtofError):
+    places: list[dict[str, Any]]
+
 class ToolError(GoldtofError): ...
 
 @final

@@ -36,6 +36,7 @@ fn the_python_package_keeps_its_tests() {
         .current_dir(folder)
         .env("PYTHONPATH", package())
         .env("PYTHONDONTWRITEBYTECODE", "1")
+        .env("GOLDTOF", target.join("debug/goldtof"))
         .status()
         .unwrap_or_else(|error| panic!("scripts/test installs Python's tools: {error}"));
     assert!(status.success(), "{status}");
