@@ -2,8 +2,8 @@
 
 use goldtof::CosimFailed;
 use goldtof::cosim::error::CosimError;
-use goldtof::simulate::scans::ScansError;
 use goldtof::scene::SceneErrors;
+use goldtof::simulate::scans::ScansError;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
