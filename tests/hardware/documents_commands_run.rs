@@ -18,8 +18,8 @@ const SKIPPED: [(&str, &str); 8] = [
         "a release build; capi/tests runs these programs",
     ),
     (
-        "pip install ./python",
-        "a release build; python/tests runs what it installs",
+        "pip install",
+        "a release build; python/tests runs the same from a development build",
     ),
     (
         "nextpnr-",
