@@ -52,6 +52,7 @@ mod door;
 pub mod estimate;
 pub(crate) mod files;
 pub mod grade;
+pub mod histogram;
 pub(crate) mod interrupt;
 pub(crate) mod light;
 pub(crate) mod math;

@@ -114,6 +114,8 @@ pub(super) enum Command {
     Estimate(EstimateArguments),
     /// Error against run time for every way of simulating
     Fidelity(FidelityArguments),
+    /// Which sensor to build: one phase step after another, sixteen at once, or a histogram
+    CompareArchitectures(CompareArchitecturesArguments),
     /// The article's figures and claims, and the errors it leaves out
     Reproduce(ReproduceArguments),
     /// Stiff and extreme cases, each with what is measured and its bound
@@ -468,6 +470,19 @@ pub(super) struct FidelityArguments {
     #[arg(long, value_name = "S", default_value_t = 60,
           value_parser = clap::value_parser!(u64).range(1..=86_400))]
     pub budget_s: u64,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: goldtof compare-architectures scenes/quick.toml --out out/architectures"
+)]
+pub(super) struct CompareArchitecturesArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    /// Folder for architectures.svg and architectures.csv; made when missing, for example
+    /// --out out/architectures
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -20,6 +20,7 @@ use crate::grade::Grade;
 use crate::plan::overview::Overview;
 use crate::run::Run;
 use crate::simulate::repeat::Simulation;
+use crate::study::architectures::Comparison;
 use crate::study::fidelity::FidelityReport;
 use crate::study::reproduce::Reproduction;
 use crate::study::stress::StressReport;
@@ -29,6 +30,7 @@ use crate::study::sweep::Definition;
 pub fn schemas() -> Vec<(&'static str, String)> {
     vec![
         schema::<CodesReport>(),
+        schema::<Comparison>(),
         schema::<cosim::Report>(),
         schema::<Emission>(),
         schema::<Estimates>(),

@@ -11,6 +11,7 @@
 
 mod arguments;
 pub mod codes;
+mod compare_architectures;
 mod cosim;
 #[doc(hidden)]
 pub mod documents;
@@ -94,6 +95,9 @@ pub fn main() -> ExitCode {
         Command::Grade(arguments) => grade::run(&arguments, cli.seed, &output),
         Command::Estimate(arguments) => estimate::run(&arguments, &mut output),
         Command::Fidelity(arguments) => fidelity::run(&arguments, cli.seed, &mut output),
+        Command::CompareArchitectures(arguments) => {
+            compare_architectures::run(&arguments, &mut output)
+        }
         Command::Simulate(arguments) => simulate::run(&arguments, cli.seed, &mut output),
         Command::Reproduce(arguments) => reproduce::run(&arguments, cli.seed, &mut output),
         Command::Sweep(arguments) => sweep::run(&arguments, cli.seed, &mut output),

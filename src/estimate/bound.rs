@@ -1,13 +1,13 @@
 //! The Cramer-Rao bound: how precise any unbiased estimator can be.
 
-use crate::scene::{DetectorIndex, PathIndex};
+use crate::scene::{Architecture, DetectorIndex, PathIndex};
 use std::sync::Arc;
 
 use super::phase::first_maximum;
 use super::theory::ExpectedCounts;
 use super::{CountingTier, TheoryEffort, distance_m};
 use crate::estimate::fit::{
-    FitError, Parameters, PathParameters, Problem, check_independent, window,
+    BinFitter, FitError, Parameters, PathParameters, Problem, check_independent, window,
 };
 use crate::photons::DetectorModel;
 use crate::response::{Light, MeanResponse, SecondMoments};
@@ -61,6 +61,9 @@ pub fn bound(
     detector: DetectorIndex,
     tier: CountingTier,
 ) -> Result<Bound, FitError> {
+    if sensor.scene().hardware.architecture == Architecture::Histogram {
+        return BinFitter::new(sensor, detector)?.bound();
+    }
     check_independent(sensor, detector)?;
     TheoryEffort::of(sensor, detector)?.check_bound()?;
     let model = DetectorModel::new(sensor, detector);

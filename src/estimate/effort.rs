@@ -145,6 +145,17 @@ impl TheoryEffort {
         self.check(self.fit_s())
     }
 
+    /// Refuses what a histogram's expectation, its phase and a fit to it take, if that is
+    /// too long.
+    ///
+    /// # Errors
+    /// With how long it would take, and the limit.
+    pub fn check_histogram(&self) -> Result<(), MeanResponseError> {
+        let of = &self.effort;
+        let unknowns = 2.0 * self.paths + 1.0;
+        self.check((unknowns + TURNS) * of.response_s + of.counts_s + of.moments_s + of.step_s)
+    }
+
     fn check(&self, seconds: f64) -> Result<(), MeanResponseError> {
         if self.effort.bytes > LIMIT_BYTES {
             return Err(MeanResponseError::TooMuchMemory {

@@ -129,6 +129,30 @@ pub fn estimate(
     Ok(estimate_at(&values, peak, timing, calibration_offset_ps))
 }
 
+/// [`estimate`] for counts that need not be whole, such as those of light that was
+/// corrected for dead time.
+///
+/// # Errors
+/// Where there is no peak; values that differ by rounding alone are equal.
+///
+/// # Panics
+/// If there are not `scan.steps` values.
+pub fn estimate_values(
+    timing: &Timing,
+    values: &[f64],
+    calibration_offset_ps: f64,
+) -> Result<Estimate, NoEstimate> {
+    let peak = first_maximum(values);
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let largest = values.get(peak).copied().unwrap_or(0.0);
+    if largest - least <= 1e-9 * largest.abs().max(least.abs()) {
+        let count = largest.round() as i64;
+        return Err(NoEstimate::Flat { count });
+    }
+    let values: Vec<f64> = values.iter().map(|value| value - least).collect();
+    Ok(estimate_at(&values, peak, timing, calibration_offset_ps))
+}
+
 /// The same for values that need not be whole, such as expected counts, with the
 /// coarse stage's answer given: timing number `peak`. Its sum of coarse and fine
 /// is eq. 17.
@@ -265,6 +289,25 @@ mod tests {
             scan,
             parallel: 1,
         }
+    }
+
+    #[test]
+    fn values_that_are_not_whole_say_what_their_multiples_do() {
+        let scan = scan(0, 56, 56);
+        let timing = timing(scan, 8);
+        for tenth in 0..10 {
+            let counts = triangle(20_000.0 + f64::from(tenth) * 100.0, &scan, 8);
+            let shares: Vec<f64> = counts.iter().map(|&c| c as f64 / 1e9 - 0.3).collect();
+            let whole = estimate(&timing, &counts, 250.0).expect("there is a peak");
+            let found = estimate_values(&timing, &shares, 250.0).expect("there is a peak");
+            assert!((found.delay_ps - whole.delay_ps).abs() < 1e-6);
+            assert_eq!(found.coarse_step, whole.coarse_step);
+        }
+        let flat = [0.1 + 0.2; 56];
+        assert_eq!(
+            estimate_values(&timing, &flat, 0.0),
+            Err(NoEstimate::Flat { count: 0 })
+        );
     }
 
     #[test]

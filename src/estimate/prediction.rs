@@ -3,16 +3,18 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
+use super::histogram;
 use super::phase::{CoarseOnly, Estimate, estimate_at, first_maximum, fundamental, window_indices};
 use super::theory::ExpectedCounts;
 use super::{
     CountingTier, TheoryEffort, calibration_offset_ps, delay_error_ps, distance_m, missed, moving,
 };
+use crate::histogram::correction::CorrectionError;
 use crate::math::normal_cdf;
 use crate::photons::DetectorModel;
 use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::{Group, Step, Timing};
-use crate::scene::{DetectorIndex, Path, PathIndex};
+use crate::scene::{Architecture, DetectorIndex, Path, PathIndex};
 use crate::sensor::Sensor;
 
 /// The estimate that the expected counts give.
@@ -56,6 +58,9 @@ pub enum PredictionError {
     /// The estimate would be as coarse as a phase step.
     #[error("only a coarse estimate is possible: {0}")]
     CoarseOnly(#[from] CoarseOnly),
+    /// The expected histogram is too bright to take the dead time out.
+    #[error(transparent)]
+    Correction(#[from] CorrectionError),
     /// A path does not stand still within a phase step.
     #[error(
         "within a phase step the delay of path {path} moves by {moved_ps:.1} ps (walk, and twice \
@@ -89,6 +94,9 @@ pub fn predict(
     path: PathIndex,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
+    if sensor.scene().hardware.architecture == Architecture::Histogram {
+        return histogram::predict(sensor, detector, path);
+    }
     if moves(sensor, detector) {
         moving::check_speed(sensor, detector)?;
     }
@@ -101,7 +109,10 @@ pub fn predict(
 }
 
 /// A path without modulated light has no peak, whatever other light peaks.
-fn check_path_is_modulated(model: &DetectorModel, path: PathIndex) -> Result<(), PredictionError> {
+pub(super) fn check_path_is_modulated(
+    model: &DetectorModel,
+    path: PathIndex,
+) -> Result<(), PredictionError> {
     if model.modulated_paths().any(|modulated| modulated == path) {
         Ok(())
     } else {
@@ -221,7 +232,7 @@ fn variance_of_sum(counts: &ExpectedCounts, weighted: &[(Step, f64)]) -> f64 {
 
 /// Sum over all steps more than a chip from the peak of the chance that they
 /// count more than it, for normal counts that all scatter as the peak's does.
-fn coarse_failure_bound_fraction(
+pub(super) fn coarse_failure_bound_fraction(
     expected: &[f64],
     peak: usize,
     variance: f64,
@@ -235,7 +246,12 @@ fn coarse_failure_bound_fraction(
 
 /// [`Prediction::coarse_spread_m`], for normal counts that all scatter as the
 /// peak's does.
-fn coarse_spread_m(expected: &[f64], peak: usize, variance: f64, timing: &Timing) -> f64 {
+pub(super) fn coarse_spread_m(
+    expected: &[f64],
+    peak: usize,
+    variance: f64,
+    timing: &Timing,
+) -> f64 {
     let code_period_ps = timing.code_period_ps();
     let at_peak = estimate_at(expected, peak, timing, 0.0);
     // Sums of weights, of weighted distances from the peak's, and of their squares.
@@ -271,7 +287,12 @@ fn within_a_chip(timing: &Timing, a: usize, b: usize) -> bool {
 /// Step with the largest expected count within a chip of where the path's
 /// light should peak: what the coarse stage answers when it answers with this
 /// path. Without any such step in the scan, the largest of all.
-fn peak_of_path(expected: &[f64], sensor: &Sensor, path: PathIndex, offset_ps: f64) -> usize {
+pub(super) fn peak_of_path(
+    expected: &[f64],
+    sensor: &Sensor,
+    path: PathIndex,
+    offset_ps: f64,
+) -> usize {
     let scan = &sensor.timing().scan;
     let step_ps = sensor.clock().sample_period_ps();
     let peak_step = ((sensor.scene().paths[path].delay_ps + offset_ps) / step_ps).round() as i128;

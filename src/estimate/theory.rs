@@ -1,12 +1,13 @@
 //! What theory says of a detector's scans, from one solution of its state.
 
 use super::bound::{Bound, bound_of};
+use super::histogram;
 use super::prediction::{missed_from, moves, predict_from};
 use super::{CountingTier, Prediction, PredictionError, TheoryEffort, bound::bound, predict};
 use crate::estimate::fit::FitError;
 use crate::photons::DetectorModel;
 use crate::response::{MeanCount, MeanResponse, MeanResponseError, SecondMoments};
-use crate::scene::{DetectorIndex, PathIndex};
+use crate::scene::{Architecture, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
 /// Predictions and bound of one detector.
@@ -32,6 +33,9 @@ pub fn theory(
     paths: &[PathIndex],
     counting: CountingTier,
 ) -> Theory {
+    if sensor.scene().hardware.architecture == Architecture::Histogram {
+        return histogram::theory(sensor, detector, paths);
+    }
     if moves(sensor, detector) {
         // Each phase step has a response of its own.
         if let Err(reason) = checked_effort(sensor, detector, paths.len()) {
@@ -82,7 +86,7 @@ pub fn theory(
 }
 
 impl Theory {
-    fn refused(reason: MeanResponseError, paths: usize) -> Theory {
+    pub(super) fn refused(reason: MeanResponseError, paths: usize) -> Theory {
         Theory {
             predictions: vec![Err(reason.into()); paths],
             missed: vec![None; paths],

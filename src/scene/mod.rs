@@ -25,6 +25,7 @@
 //! | `estimate.estimator` | `"fft"` |
 //! | `estimate.other_light` | `"given"` |
 //! | `hardware.target` | `"ecp5-25k-6"` |
+//! | `hardware.architecture` | `"updown"` |
 //! | `hardware.parallel` | 1 |
 //! | `hardware.counter_width` | as wide as no stimulus can overflow |
 //! | `hardware.total_counts` | true with `estimator = "model"`, which needs them, else false |
@@ -123,7 +124,11 @@ impl Scene {
         Timing {
             clock: self.clock(),
             scan: self.scan,
-            parallel: self.hardware.parallel,
+            parallel: match self.hardware.architecture {
+                Architecture::UpDown => self.hardware.parallel,
+                // Every hit serves every phase step.
+                Architecture::Histogram => u32::try_from(self.scan.steps).unwrap_or(u32::MAX),
+            },
         }
     }
 }
@@ -289,7 +294,9 @@ pub enum OtherLight {
 pub struct Hardware {
     /// Target device.
     pub target: Target,
-    /// Phase steps correlated at once.
+    /// What is counted.
+    pub architecture: Architecture,
+    /// Phase steps correlated at once, of hardware that counts up and down.
     pub parallel: u32,
     /// Width of a count in the results; `None` gives the width at which no
     /// stimulus at all can overflow. A narrower count saturates and flags.
@@ -299,6 +306,19 @@ pub struct Hardware {
     pub total_counts: Option<bool>,
     /// Whether the hardware finds the peak of a scan, beside sending its counts.
     pub peak_detector: bool,
+}
+
+/// What the hardware counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Architecture {
+    /// Hits up and down by the sign of the delayed reference (eq. 11), one phase step,
+    /// or `parallel` of them, after another.
+    #[default]
+    UpDown,
+    /// Hits by their time in the code period, a bin for each sample of it. Every phase
+    /// step's up/down count follows from the same hits, so that a scan is as long as its
+    /// integration time.
+    Histogram,
 }
 
 /// FPGA targets.

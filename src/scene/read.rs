@@ -13,8 +13,8 @@ use super::reader::Section;
 use super::setting::Setting;
 use super::wording::nearest;
 use super::{
-    Detector, EstimatorKind, Hardware, Origin, OtherLight, Path, Scan, Scene, SceneErrors,
-    SceneReference, Source, Target, TotalsMissing,
+    Architecture, Detector, EstimatorKind, Hardware, Origin, OtherLight, Path, Scan, Scene,
+    SceneErrors, SceneReference, Source, Target, TotalsMissing,
 };
 use super::{detector, movement, scan, source};
 use crate::code::MAX_CODE_CHIPS;
@@ -237,6 +237,12 @@ fn read_scene(root: &Section, reference: SceneReference) -> Option<Scene> {
         .and_then(|section| scan::read(section, clock, steps_per_period));
     let (estimator, other_light) = read_estimate(root);
     let hardware = read_hardware(root, scan.as_ref(), estimator);
+    let scan = match hardware.architecture {
+        Architecture::UpDown => scan,
+        Architecture::Histogram => scan
+            .zip(code_chips)
+            .map(|(scan, chips)| scan::in_whole_periods(scan, chips)),
+    };
 
     let clock = clock?;
     let scene = Scene {
@@ -383,6 +389,7 @@ fn read_estimate(root: &Section) -> (EstimatorKind, OtherLight) {
 fn read_hardware(root: &Section, scan: Option<&Scan>, estimator: EstimatorKind) -> Hardware {
     let mut hardware = Hardware {
         target: Target::Ecp525k6,
+        architecture: Architecture::UpDown,
         parallel: 1,
         counter_width: None,
         total_counts: None,
@@ -398,6 +405,13 @@ fn read_hardware(root: &Section, scan: Option<&Scan>, estimator: EstimatorKind) 
     ];
     if let Some(target) = section.choice("target", &targets) {
         hardware.target = target;
+    }
+    let architectures = [
+        ("updown", Architecture::UpDown),
+        ("histogram", Architecture::Histogram),
+    ];
+    if let Some(architecture) = section.choice("architecture", &architectures) {
+        hardware.architecture = architecture;
     }
     if let Some(parallel) = section.integer("parallel") {
         hardware.parallel = parallel as u32;
@@ -416,6 +430,42 @@ fn read_hardware(root: &Section, scan: Option<&Scan>, estimator: EstimatorKind) 
         section.report("total_counts", &TotalsMissing.to_string());
     }
     hardware.peak_detector = section.boolean("peak_detector").unwrap_or(false);
+    if hardware.architecture == Architecture::Histogram {
+        check_histogram(&section, scan);
+    }
     section.finish();
     hardware
+}
+
+/// A histogram has every phase step and every hit: nothing chooses among them.
+fn check_histogram(section: &Section, scan: Option<&Scan>) {
+    for (key, why) in [
+        (
+            "parallel",
+            "a histogram serves all phase steps at once; leave out this key",
+        ),
+        (
+            "total_counts",
+            "a histogram holds every hit, so that its sum is the total; leave out this key",
+        ),
+        (
+            "peak_detector",
+            "all counts of a histogram follow from it by a correlation on the host, and so does \
+             their peak; leave out this key",
+        ),
+    ] {
+        if section.get(key).is_some() {
+            section.report(key, why);
+        }
+    }
+    let Some(scan) = scan else {
+        return;
+    };
+    if !scan.is_full() || scan.first_step != 0 {
+        section.report(
+            "architecture",
+            "a histogram has all phase steps of the code period, and the scan asks for some of \
+             them; write scan.steps = \"all\", or count up and down (\"updown\")",
+        );
+    }
 }

@@ -51,6 +51,16 @@ pub(super) fn read(
     })
 }
 
+/// The scan of a histogram, which integrates over whole periods of a code of
+/// `code_chips` chips: the nearest number of them, at least one.
+pub(super) fn in_whole_periods(scan: Scan, code_chips: u64) -> Scan {
+    let periods = (scan.integration_chips + code_chips / 2) / code_chips;
+    Scan {
+        integration_chips: periods.max(1) * code_chips,
+        ..scan
+    }
+}
+
 fn whole_chips(section: &Section, requested_ps: f64, clock: Clock) -> Option<u64> {
     let chips = clock.chips(requested_ps).round();
     if chips < 1.0 {

@@ -1,6 +1,6 @@
 //! Whether the hardware sends total counts: the estimator needs them or does not.
 
-use super::{EstimatorKind, Scene};
+use super::{Architecture, EstimatorKind, Scene};
 
 /// The model estimator was asked for, of hardware that sends no total counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -12,9 +12,11 @@ pub struct TotalsMissing;
 
 impl Scene {
     /// Whether the hardware sends total counts beside the signed ones: as
-    /// `hardware.total_counts` says, else with the estimator that needs them.
+    /// `hardware.total_counts` says, else with the estimator that needs them. A
+    /// histogram always does: its sum is the total.
     pub fn sends_total_counts(&self) -> bool {
-        let needed = self.estimator == EstimatorKind::Model;
+        let needed = self.estimator == EstimatorKind::Model
+            || self.hardware.architecture == Architecture::Histogram;
         self.hardware.total_counts.unwrap_or(needed)
     }
 

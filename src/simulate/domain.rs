@@ -7,7 +7,7 @@ use crate::photons::DetectorModel;
 use crate::photons::memory::Memory;
 use crate::response::{Light, MeanResponse, SecondMoments, merged_share};
 use crate::scan::{Group, Step};
-use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
+use crate::scene::{Architecture, DetectorIndex, EstimatorKind, PathIndex};
 use crate::sensor::Sensor;
 
 /// Coarse estimates more often wrong than this show in the statistics.
@@ -30,10 +30,36 @@ const MOST_SATURATION: f64 = 182.0;
 /// A step must last so many times the detector's memory for its variance to be
 /// within 3 % of what is worked out without its rims. Measured for Table I's detector
 /// at 10 and 40 million detections per second: 2.4 % at 6 memories, 0.7 % at 20.
-const STEP_IN_MEMORIES: f64 = 6.0;
+pub(crate) const STEP_IN_MEMORIES: f64 = 6.0;
 
 /// The domain of a tier, in words.
-pub fn of(tier: Tier) -> &'static str {
+pub fn of(tier: Tier, architecture: Architecture) -> &'static str {
+    match architecture {
+        Architecture::UpDown => of_counts(tier),
+        Architecture::Histogram => of_histograms(tier),
+    }
+}
+
+fn of_histograms(tier: Tier) -> &'static str {
+    match tier {
+        Tier::Expected => {
+            "exact means of the sampled hardware's bins, but for saturated ones; the standard \
+             deviation is linear in their errors, takes bins that dead time and afterpulses are \
+             taken out of as independent, and is that of scans whose coarse stage finds the path"
+        }
+        Tier::Counts => "not for histograms",
+        Tier::Events => {
+            "every detection, in the bin of the first sample at or after it; the hardware's \
+             sampling (pulses that merge or slip between samples, saturated bins) is left out"
+        }
+        Tier::Sampled => {
+            "every detection and every sample: the rising edges that the hardware sees"
+        }
+        Tier::Rtl => "the Verilog itself, compared with the reference model at every clock",
+    }
+}
+
+fn of_counts(tier: Tier) -> &'static str {
     match tier {
         Tier::Expected => {
             "exact means and covariances of the sampled hardware's counts, but for saturated ones; \
@@ -94,7 +120,8 @@ pub fn warnings(
         Tier::Counts => warnings.extend(view.small_counts()),
         Tier::Events | Tier::Sampled | Tier::Rtl => {}
     }
-    if sensor.scene().estimator == EstimatorKind::Model {
+    let is_updown = sensor.scene().hardware.architecture == Architecture::UpDown;
+    if is_updown && sensor.scene().estimator == EstimatorKind::Model {
         warnings.extend(shared_light(sensor));
     }
     let name = &sensor.scene().detectors[detector].name;
@@ -161,7 +188,13 @@ impl View<'_> {
         // No more than one detection in a dead time.
         let shortest = 1.0 / self.brightest_per_chip.max(1e-300);
         let most = chips / self.model.dead_time_chips().max(shortest);
-        let limit = 2_f64.powi(width as i32 - 1) - 1.0;
+        let (most, limit) = match self.sensor.scene().hardware.architecture {
+            Architecture::UpDown => (most, 2_f64.powi(width as i32 - 1) - 1.0),
+            Architecture::Histogram => (
+                chips / self.sensor.timing().code_chips() as f64,
+                2_f64.powi(width as i32) - 1.0,
+            ),
+        };
         (most > limit).then(|| {
             format!(
                 "counter_width = {width} clamps the hardware's counts at {limit}; here they are \

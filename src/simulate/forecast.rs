@@ -8,7 +8,7 @@ use crate::estimate::TheoryEffort;
 use crate::photons::DetectorModel;
 use crate::reference::stimulus::clocks_for_scans;
 use crate::response::Light;
-use crate::scene::{DetectorIndex, EstimatorKind};
+use crate::scene::{Architecture, DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
 /// Detections of the short simulation, about, and phase steps that it has at most.
@@ -22,6 +22,8 @@ const LEAST_RATIO: f64 = 8.0;
 /// long itself; then a detection is taken to last as long as it does elsewhere.
 const MOST_WARM_UP: f64 = 5.0 * DETECTIONS;
 const DETECTION_S: f64 = 10e-9;
+/// A detection of the plain loop.
+const PLAIN_DETECTION_S: f64 = 60e-9;
 
 /// Seconds that `repetitions` scans of every detector take, and what follows from
 /// them; `None` where that is soon done, or not known.
@@ -45,6 +47,9 @@ pub fn seconds(sensor: &Sensor, tier: Tier, repetitions: u64) -> Option<f64> {
 
 /// What one scan takes, by how long a short one of the same light does.
 fn scan_s(sensor: &Sensor, detector: DetectorIndex, tier: Tier) -> Option<f64> {
+    if sensor.scene().hardware.architecture == Architecture::Histogram {
+        return histogram_s(sensor, detector, tier);
+    }
     let model = DetectorModel::new(sensor, detector);
     let primary = Light::of(&model).brightest_per_chip();
     let per_chip = primary / (1.0 + primary * model.dead_time_chips());
@@ -82,4 +87,16 @@ fn scan_s(sensor: &Sensor, detector: DetectorIndex, tier: Tier) -> Option<f64> {
     let started = Instant::now();
     scans(&short, detector, tier, 1, 1, |_| ()).ok()?;
     Some(work * started.elapsed().as_secs_f64())
+}
+
+/// What one histogram takes, by its detections.
+fn histogram_s(sensor: &Sensor, detector: DetectorIndex, tier: Tier) -> Option<f64> {
+    if !matches!(tier, Tier::Events | Tier::Sampled) {
+        return None;
+    }
+    let model = DetectorModel::new(sensor, detector);
+    let primary = Light::of(&model).brightest_per_chip();
+    let per_chip = primary / (1.0 + primary * model.dead_time_chips());
+    let chips = model.warm_up_chips() as f64 + sensor.timing().scan.integration_chips as f64;
+    Some(chips * per_chip * PLAIN_DETECTION_S)
 }

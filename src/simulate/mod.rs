@@ -18,6 +18,7 @@
 pub(crate) mod domain;
 mod expected;
 pub mod forecast;
+pub mod histograms;
 pub mod path_statistics;
 pub mod repeat;
 pub mod scans;

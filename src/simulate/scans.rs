@@ -7,6 +7,7 @@ use std::num::NonZero;
 use std::thread::available_parallelism;
 
 use super::Tier;
+use super::histograms::HistogramsError;
 use crate::cosim::build::{Built, build, cache_dir};
 use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
@@ -45,6 +46,9 @@ pub enum ScansError {
     /// The expected estimate cannot be had.
     #[error(transparent)]
     Prediction(#[from] PredictionError),
+    /// The tier does no histograms.
+    #[error(transparent)]
+    Histograms(#[from] HistogramsError),
     /// The scene's hardware is not modelled.
     #[error(transparent)]
     Reference(#[from] ReferenceError),

@@ -1,4 +1,4 @@
-//! Studies made of many simulations: the fidelity of the tiers, the article's
+//! Studies: which architecture to build, the fidelity of the tiers, the article's
 //! figures and claims, stiff and extreme cases, sweeps over a scene's keys.
 //!
 //! ```
@@ -10,6 +10,7 @@
 //! # Ok::<(), String>(())
 //! ```
 
+pub mod architectures;
 mod article;
 pub mod fidelity;
 #[cfg(feature = "plots")]

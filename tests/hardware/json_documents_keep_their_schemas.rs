@@ -229,6 +229,7 @@ fn documents(work: &Path) -> Vec<Value> {
             "--out",
             &at("article"),
         ]),
+        document(&["compare-architectures", quick]),
         document(&["fidelity", quick, "--budget-s", "1", "--target-error", "5%"]),
         document(&[
             "fidelity",

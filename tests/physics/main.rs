@@ -1,5 +1,6 @@
 //! Photons, expected counts and estimates.
 
+mod architectures_are_compared;
 mod errors_that_wrap;
 mod estimate_against_photons;
 mod estimate_model;
@@ -7,6 +8,8 @@ mod estimate_model_is_unbiased;
 mod estimate_model_stays_finite;
 mod expected_counts_of_pulses_that_just_do_not_merge;
 mod fidelity_compares_all_three;
+mod histogram_estimates;
+mod histogram_walk_is_corrected;
 mod lasers_and_detectors_as_they_are;
 mod light_is_told_apart;
 mod missed_peaks_are_predicted;

@@ -16,7 +16,7 @@ pub const MOST_ITERATIONS: usize = 50;
 /// A fit has converged when no unknown moves by more than this share of its
 /// standard deviation, or chi-square falls by no more than its square: corners of the
 /// correlation let no gradient vanish.
-const CONVERGED_SIGMAS: f64 = 0.02;
+pub const CONVERGED_SIGMAS: f64 = 0.02;
 
 /// Most exact expectations of a fit that starts from known derivatives, and most nodes
 /// on the way to the nearest.
@@ -53,7 +53,7 @@ fn approach(
 }
 
 /// The Gauss-Newton step that leaves no less than no background.
-fn bounded(normal: &Normal, parameters: &Parameters) -> Vec<f64> {
+pub fn bounded(normal: &Normal, parameters: &Parameters) -> Vec<f64> {
     let full = normal.solution();
     match full.last() {
         Some(last) if parameters.constant + last < 0.0 => {

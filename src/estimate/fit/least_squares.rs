@@ -99,23 +99,9 @@ impl Weights {
         measured: &[MeanCount],
         expected: &[MeanCount],
     ) -> Option<Normal> {
-        let columns: Vec<Vec<f64>> = jacobian
-            .iter()
-            .map(|column| self.whitened(column))
-            .collect();
+        let columns = jacobian.iter().map(|column| self.whitened(column));
         let residuals: Vec<f64> = self.residuals(measured, expected).flatten().collect();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-        let scales: Vec<f64> = columns.iter().map(|c| 1.0 / dot(c, c).sqrt()).collect();
-        let information =
-            |i: usize, j: usize| dot(&columns[i], &columns[j]) * scales[i] * scales[j];
-        let size = columns.len();
-        let matrix = DMatrix::from_fn(size, size, information);
-        let normal = Normal {
-            gradient: DVector::from_fn(size, |i, _| dot(&columns[i], &residuals) * scales[i]),
-            inverse: inverse(matrix)?,
-            scales,
-        };
-        normal.is_finite().then_some(normal)
+        Normal::of_whitened(&columns.collect::<Vec<_>>(), &residuals)
     }
 
     /// Information of the counts about the unknowns, without any data.
@@ -144,6 +130,23 @@ fn whiten(factor: &[f64; 3], count: &MeanCount) -> [f64; 2] {
 }
 
 impl Normal {
+    /// From derivatives and residuals of unit covariance; `None` if they are singular, or
+    /// say nothing finite.
+    pub fn of_whitened(columns: &[Vec<f64>], residuals: &[f64]) -> Option<Normal> {
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        let scales: Vec<f64> = columns.iter().map(|c| 1.0 / dot(c, c).sqrt()).collect();
+        let information =
+            |i: usize, j: usize| dot(&columns[i], &columns[j]) * scales[i] * scales[j];
+        let size = columns.len();
+        let matrix = DMatrix::from_fn(size, size, information);
+        let normal = Normal {
+            gradient: DVector::from_fn(size, |i, _| dot(&columns[i], residuals) * scales[i]),
+            inverse: inverse(matrix)?,
+            scales,
+        };
+        normal.is_finite().then_some(normal)
+    }
+
     fn is_finite(&self) -> bool {
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
         finite(self.inverse.as_slice())

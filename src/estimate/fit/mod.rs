@@ -14,6 +14,7 @@
 //! needs a scan over the whole code period: it hardly shows in a window, but over a
 //! scan its cross-correlation is as distinct as the peak.
 
+mod bins;
 mod candidates;
 mod coarse;
 mod descent;
@@ -29,9 +30,10 @@ mod problem;
 mod start;
 mod template;
 
-use crate::scene::{DetectorIndex, PathIndex};
+use crate::scene::{Architecture, DetectorIndex, PathIndex};
 use std::sync::Arc;
 
+pub use bins::BinFitter;
 pub(super) use coarse::best_match;
 pub use fitter::Fitter;
 pub(super) use problem::{Parameters, PathParameters, Problem, window};
@@ -39,6 +41,8 @@ pub(super) use problem::{Parameters, PathParameters, Problem, window};
 use super::bound::bound;
 use super::{CountingTier, NoEstimate, TheoryEffort};
 use crate::code::Code;
+use crate::estimate::histogram::Uncorrected;
+use crate::histogram::correction::CorrectionError;
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::{MeanCount, MeanResponse, MeanResponseError};
 pub use crate::scene::OtherLight;
@@ -211,6 +215,24 @@ pub enum FitError {
         /// Standard deviation by the counts' slope at the scene's own delay.
         std_mm: f64,
     },
+    /// Light that a fit to a histogram does not take.
+    #[error(
+        "{paths} paths carry modulated light to the detector, {own} of them of its own source; the \
+         model estimator takes histograms of one path, of the own source (estimator = \"fft\" takes \
+         any)"
+    )]
+    NotOnePath {
+        /// Paths with modulated light.
+        paths: usize,
+        /// Those of the detector's own source.
+        own: usize,
+    },
+    /// How a histogram's bins go together is not known.
+    #[error("the model estimator cannot weigh a histogram's bins: {0}")]
+    Uncorrected(#[from] Uncorrected),
+    /// A histogram is of no such detector.
+    #[error(transparent)]
+    Correction(#[from] CorrectionError),
     /// Gauss-Newton does not settle.
     #[error(
         "the fit does not settle within {} steps",
@@ -267,6 +289,10 @@ pub fn expected_fit(
     detector: DetectorIndex,
     tier: CountingTier,
 ) -> Result<ModelEstimate, FitError> {
+    if sensor.scene().hardware.architecture == Architecture::Histogram {
+        TheoryEffort::of(sensor, detector)?.check_histogram()?;
+        return BinFitter::new(sensor, detector)?.expected();
+    }
     check_independent(sensor, detector)?;
     TheoryEffort::of(sensor, detector)?.check_fit()?;
     let model = DetectorModel::new(sensor, detector);

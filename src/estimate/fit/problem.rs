@@ -14,7 +14,7 @@ use crate::scene::Scan;
 
 /// Steps for derivatives: delay in chips, logarithm of a strength, and constant
 /// light as a share of all light.
-const DELAY_STEP_CHIPS: f64 = 2e-3;
+pub const DELAY_STEP_CHIPS: f64 = 2e-3;
 const STRENGTH_STEP: f64 = 5e-3;
 const CONSTANT_STEP: f64 = 5e-3;
 
@@ -132,7 +132,7 @@ impl Parameters {
 
     /// Unknown number `index` moved by `sign` times its step for derivatives,
     /// and that step.
-    fn nudged(&self, index: usize, sign: f64) -> (Parameters, f64) {
+    pub fn nudged(&self, index: usize, sign: f64) -> (Parameters, f64) {
         let mut nudged = self.clone();
         let step = match nudged.paths.get_mut(index / 2) {
             Some(path) if index.is_multiple_of(2) => {

@@ -45,7 +45,8 @@ pub(in crate::scene) static SCAN: Table = Table {
             },
             default: None,
             example: "100 us",
-            meaning: "integration time of a phase step, rounded to whole chips",
+            meaning: "integration time of a phase step, rounded to whole chips; of a histogram, to \
+                      whole code periods",
             why: "the shortest chip period; eleven days, in which the number of samples stays within 64 \
                   bits",
         },
@@ -154,6 +155,18 @@ pub(in crate::scene) static HARDWARE: Table = Table {
             why: "",
         },
         Key {
+            name: "architecture",
+            kind: Kind::Words(
+                "\"updown\" or \"histogram\"",
+                Form::Choice(&["updown", "histogram"]),
+            ),
+            default: Some("\"updown\""),
+            example: "\"histogram\"",
+            meaning: "whether hits are counted up and down, one phase step after another, or by \
+                      their time in the code period, for all phase steps at once",
+            why: "",
+        },
+        Key {
             name: "parallel",
             kind: Kind::Integer { least: 1, most: 64 },
             default: Some("1"),
@@ -166,7 +179,7 @@ pub(in crate::scene) static HARDWARE: Table = Table {
             kind: Kind::Integer { least: 2, most: 64 },
             default: Some("as wide as no stimulus can overflow"),
             example: "20",
-            meaning: "bits of a count in the results",
+            meaning: "bits of a count in the results, or of a histogram's bin",
             why: "a sign and a bit; the reference model's counts have 64 bits",
         },
         Key {

@@ -3,13 +3,15 @@
 use rayon::prelude::*;
 use std::fmt::Display;
 
-use crate::estimate::fit::{ALARM_SIGMAS, Fitter, ModelEstimate};
+use crate::estimate::fit::{ALARM_SIGMAS, BinFitter, FitError, Fitter, ModelEstimate};
+use crate::estimate::histogram::PhaseOfHistogram;
 use crate::estimate::{
-    CountingTier, NoEstimate, TrueDelay, calibration_offset_ps, check_modulated, delay_error_ps,
-    distance_m, estimate, tolerance_ps, true_delay,
+    CountingTier, Estimate, NoEstimate, TrueDelay, calibration_offset_ps, check_modulated,
+    delay_error_ps, distance_m, estimate, tolerance_ps, true_delay,
 };
+use crate::histogram::Histogram;
 use crate::photons::{DetectorModel, StepCount};
-use crate::scene::{DetectorIndex, EstimatorKind, OtherLight, PathIndex};
+use crate::scene::{Architecture, DetectorIndex, EstimatorKind, OtherLight, PathIndex};
 use crate::sensor::Sensor;
 
 /// Most paths of a fit that are matched to the scene's.
@@ -27,8 +29,16 @@ pub struct Ranging<'a> {
     pub code_period_ps: f64,
     offset_ps: f64,
     fitter: Fitter<'a>,
+    /// The same for histograms, where the hardware keeps them.
+    of_histograms: Option<OfHistograms<'a>>,
     /// Why no scan can give an estimate, if that is so.
     hopeless: Option<NoEstimate>,
+}
+
+/// The estimators on histograms.
+struct OfHistograms<'a> {
+    phase: PhaseOfHistogram<'a>,
+    fitter: Result<BinFitter<'a>, FitError>,
 }
 
 /// What one scan says.
@@ -82,6 +92,13 @@ impl<'a> Ranging<'a> {
             paths,
             code_period_ps: sensor.timing().code_period_ps(),
             offset_ps: calibration_offset_ps(sensor, detector, counting),
+            of_histograms: match sensor.scene().hardware.architecture {
+                Architecture::UpDown => None,
+                Architecture::Histogram => Some(OfHistograms {
+                    phase: PhaseOfHistogram::new(sensor, detector),
+                    fitter: BinFitter::new(sensor, detector),
+                }),
+            },
             fitter: Fitter::new(sensor, detector, counting, sensor.scene().other_light),
             hopeless: check_modulated(sensor, detector).err(),
         }
@@ -93,34 +110,70 @@ impl<'a> Ranging<'a> {
         }
         match self.sensor.scene().estimator {
             EstimatorKind::Fft => self.by_phase(counts),
-            EstimatorKind::Model => match self.fitter.fit(counts) {
-                Ok(fitted) => Answer {
-                    found: self
-                        .matched(&fitted)
-                        .into_iter()
-                        .map(|(_, place, error_m)| (place, error_m))
-                        .collect(),
-                    alarm: (self.sensor.timing().parallel == 1)
-                        .then(|| fitted.alarm_sigmas() > ALARM_SIGMAS),
-                    remark: fitted.untold.as_ref().map(ToString::to_string),
-                },
+            EstimatorKind::Model => {
+                self.by_fit(self.fitter.fit(counts), self.sensor.timing().parallel == 1)
+            }
+        }
+    }
+
+    /// What a histogram of the sensor's says.
+    fn answer_histogram(&self, histogram: &Histogram) -> Answer {
+        let Some(estimators) = &self.of_histograms else {
+            return Answer::none("the hardware keeps no histograms");
+        };
+        if let Some(reason) = self.hopeless {
+            return Answer::none(reason);
+        }
+        match self.sensor.scene().estimator {
+            EstimatorKind::Fft => match estimators.phase.estimate(histogram) {
                 Err(reason) => Answer::none(reason),
+                Ok(estimate) => self.of_phase(&estimate),
+            },
+            EstimatorKind::Model => match &estimators.fitter {
+                Err(reason) => Answer::none(reason),
+                Ok(fitter) => self.by_fit(fitter.fit(histogram), true),
             },
         }
+    }
+
+    /// The answer of a fit, whose chi-square may mean something or not.
+    fn by_fit(&self, fitted: Result<ModelEstimate, FitError>, has_alarm: bool) -> Answer {
+        match fitted {
+            Ok(fitted) => Answer {
+                found: self
+                    .matched(&fitted)
+                    .into_iter()
+                    .map(|(_, place, error_m)| (place, error_m))
+                    .collect(),
+                alarm: has_alarm.then(|| fitted.alarm_sigmas() > ALARM_SIGMAS),
+                remark: fitted.untold.as_ref().map(ToString::to_string),
+            },
+            Err(reason) => Answer::none(reason),
+        }
+    }
+
+    /// Why histograms keep their range walk, if they do.
+    pub fn walks(&self) -> Option<String> {
+        let reason = self.of_histograms.as_ref()?.phase.walks()?;
+        Some(format!("range walk is left in: {reason}"))
     }
 
     fn by_phase(&self, counts: &[StepCount]) -> Answer {
         let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
         match estimate(self.sensor.timing(), &signed, self.offset_ps) {
             Err(reason) => Answer::none(reason),
-            Ok(estimate) => Answer {
-                found: self
-                    .nearest(estimate.delay_ps, |_| true)
-                    .into_iter()
-                    .collect(),
-                alarm: None,
-                remark: estimate.coarse_only.map(|reason| reason.to_string()),
-            },
+            Ok(estimate) => self.of_phase(&estimate),
+        }
+    }
+
+    fn of_phase(&self, estimate: &Estimate) -> Answer {
+        Answer {
+            found: self
+                .nearest(estimate.delay_ps, |_| true)
+                .into_iter()
+                .collect(),
+            alarm: None,
+            remark: estimate.coarse_only.map(|reason| reason.to_string()),
         }
     }
 
@@ -227,10 +280,24 @@ impl<'r> Answers<'r> {
     /// Takes the counts of whole scans, one after another.
     pub fn take(&mut self, counts: &[StepCount]) {
         let ranging = self.ranging;
-        let answers: Vec<Answer> = counts
+        let answers = counts
             .par_chunks_exact(ranging.sensor.timing().scan.steps as usize)
             .map(|counts| ranging.answer(counts))
             .collect();
+        self.add(answers);
+    }
+
+    /// Takes histograms, one after another.
+    pub fn take_histograms(&mut self, histograms: &[Histogram]) {
+        let ranging = self.ranging;
+        let answers = histograms
+            .par_iter()
+            .map(|histogram| ranging.answer_histogram(histogram));
+        self.add(answers.collect());
+    }
+
+    fn add(&mut self, answers: Vec<Answer>) {
+        let ranging = self.ranging;
         let tolerance_m = distance_m(tolerance_ps(
             ranging.sensor.clock().chip_period_ps,
             ranging.code_period_ps,

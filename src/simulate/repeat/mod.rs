@@ -9,14 +9,16 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use super::histograms::histograms;
 use super::path_statistics::PathStatistics;
 use super::scans::{Prepared, ScansError};
 use super::{Tier, domain, expected};
 use crate::cosim::engine::Engine;
 use crate::document::Body;
-use crate::estimate::{TheoryEffort, theory};
+use crate::estimate::{CountingTier, TheoryEffort, theory};
+use crate::histogram::Histogram;
 use crate::photons::StepCount;
-use crate::scene::{DetectorIndex, EstimatorKind};
+use crate::scene::{Architecture, DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
 use answers::{Answers, Ranging};
@@ -129,8 +131,18 @@ fn simulate_counting(
 ) -> Result<Simulation, ScansError> {
     let started = Instant::now();
     let tier = prepared.tier();
+    let run = Run {
+        sensor,
+        prepared,
+        seed,
+        repetitions,
+    };
     let all = repetitions.saturating_mul(sensor.scene().detectors.len() as u64);
     let mut done = 0;
+    let mut on_scan = || {
+        done += 1;
+        on_progress(done, all);
+    };
     let mut estimates = Vec::new();
     let mut warnings = Vec::new();
     for detector in DetectorIndex::of(&sensor.scene().detectors) {
@@ -138,47 +150,137 @@ fn simulate_counting(
             // Before anything that takes as long as there are steps or paths.
             TheoryEffort::of(sensor, detector)?.check_predictions(1)?;
         }
-        let ranging = Ranging::new(sensor, detector, tier.counting());
-        let mut answers = Answers::new(&ranging);
-        let mut detections = 0;
-        let mut waiting: Vec<StepCount> = Vec::new();
-        let remarks = prepared.scans(sensor, detector, seed, repetitions, |counts| {
-            done += 1;
-            on_progress(done, all);
-            detections += counts.iter().map(|count| count.total).sum::<u64>();
-            waiting.extend_from_slice(counts);
-            if waiting.len() + counts.len() > COUNTS_AT_ONCE {
-                answers.take(&waiting);
-                waiting.clear();
-            }
-        })?;
+        let of_detector = match sensor.scene().hardware.architecture {
+            Architecture::UpDown => run.of_counts(detector, &mut on_scan)?,
+            Architecture::Histogram => run.of_histograms(detector, &mut on_scan)?,
+        };
         // Every detector's scans run the whole hardware.
         if detector == DetectorIndex(0) {
-            warnings.extend(remarks);
+            warnings.extend(of_detector.remarks);
         }
-        answers.take(&waiting);
-        let integration_s = sensor.timing().integration_ps() * 1e-12;
-        let measured_s = repetitions as f64 * sensor.timing().scan.steps as f64 * integration_s;
-        let rate_cps = detections as f64 / measured_s;
-        let theory = theory(sensor, detector, &ranging.paths, tier.counting());
-        let mut of_detector = statistics(&ranging, &answers, &theory, rate_cps);
-        if !tier.draws() {
-            expected::answer(sensor, detector, &theory, &mut of_detector)?;
-        }
-        estimates.extend(of_detector);
-        let predicted = ranging.paths.iter().copied().zip(theory.predictions);
-        let predicted: Vec<_> = predicted.collect();
-        warnings.extend(domain::warnings(sensor, detector, tier, &predicted));
+        warnings.extend(of_detector.warnings);
+        estimates.extend(of_detector.estimates);
     }
     Ok(Simulation {
         scene: sensor.scene().name.clone(),
         seed,
         fidelity: tier,
-        domain: domain::of(tier),
+        domain: domain::of(tier, sensor.scene().hardware.architecture),
         warnings,
         estimator: sensor.scene().estimator,
         repetitions: if tier.draws() { repetitions } else { 0 },
         estimates,
         run_time_s: started.elapsed().as_secs_f64(),
     })
+}
+
+/// Scans to simulate.
+struct Run<'a> {
+    sensor: &'a Sensor,
+    prepared: &'a Prepared,
+    seed: u64,
+    repetitions: u64,
+}
+
+/// What the scans of one detector say.
+struct OfDetector {
+    estimates: Vec<PathStatistics>,
+    warnings: Vec<String>,
+    /// What the Verilog was not made to show.
+    remarks: Vec<String>,
+}
+
+impl Run<'_> {
+    /// Scans of counts, phase step by phase step.
+    fn of_counts(
+        &self,
+        detector: DetectorIndex,
+        on_scan: &mut impl FnMut(),
+    ) -> Result<OfDetector, ScansError> {
+        let sensor = self.sensor;
+        let ranging = Ranging::new(sensor, detector, self.prepared.tier().counting());
+        let mut answers = Answers::new(&ranging);
+        let mut detections = 0;
+        let mut waiting: Vec<StepCount> = Vec::new();
+        let (seed, repetitions) = (self.seed, self.repetitions);
+        let remarks = self
+            .prepared
+            .scans(sensor, detector, seed, repetitions, |counts| {
+                on_scan();
+                detections += counts.iter().map(|count| count.total).sum::<u64>();
+                waiting.extend_from_slice(counts);
+                if waiting.len() + counts.len() > COUNTS_AT_ONCE {
+                    answers.take(&waiting);
+                    waiting.clear();
+                }
+            })?;
+        answers.take(&waiting);
+        let steps = sensor.timing().scan.steps as f64;
+        self.statistics(&ranging, &answers, detections, steps, remarks)
+    }
+
+    /// Scans that are histograms. Each tier counts as the hardware does.
+    fn of_histograms(
+        &self,
+        detector: DetectorIndex,
+        on_scan: &mut impl FnMut(),
+    ) -> Result<OfDetector, ScansError> {
+        let (sensor, tier) = (self.sensor, self.prepared.tier());
+        let ranging = Ranging::new(sensor, detector, CountingTier::Sampled);
+        let mut answers = Answers::new(&ranging);
+        let mut detections = 0;
+        let mut waiting: Vec<Histogram> = Vec::new();
+        histograms(
+            sensor,
+            detector,
+            tier,
+            self.seed,
+            self.repetitions,
+            |histogram| {
+                on_scan();
+                detections += histogram.total();
+                let bins = histogram.bins().len();
+                waiting.push(histogram);
+                if waiting.len() * bins > COUNTS_AT_ONCE {
+                    answers.take_histograms(&waiting);
+                    waiting.clear();
+                }
+            },
+        )?;
+        answers.take_histograms(&waiting);
+        let mut of_detector = self.statistics(&ranging, &answers, detections, 1.0, Vec::new())?;
+        if sensor.scene().estimator == EstimatorKind::Fft {
+            let name = &sensor.scene().detectors[detector].name;
+            let walks = ranging.walks().map(|walks| format!("{name}: {walks}"));
+            of_detector.warnings.extend(walks);
+        }
+        Ok(of_detector)
+    }
+
+    /// The statistics of all scans, each of which has integrated so many times.
+    fn statistics(
+        &self,
+        ranging: &Ranging,
+        answers: &Answers,
+        detections: u64,
+        integrations: f64,
+        remarks: Vec<String>,
+    ) -> Result<OfDetector, ScansError> {
+        let (sensor, detector, tier) = (self.sensor, ranging.detector, self.prepared.tier());
+        let integration_s = sensor.timing().integration_ps() * 1e-12;
+        let measured_s = self.repetitions as f64 * integrations * integration_s;
+        let rate_cps = detections as f64 / measured_s;
+        let theory = theory(sensor, detector, &ranging.paths, ranging.counting);
+        let mut estimates = statistics(ranging, answers, &theory, rate_cps);
+        if !tier.draws() {
+            expected::answer(sensor, detector, &theory, &mut estimates)?;
+        }
+        let predicted = ranging.paths.iter().copied().zip(theory.predictions);
+        let predicted: Vec<_> = predicted.collect();
+        Ok(OfDetector {
+            estimates,
+            warnings: domain::warnings(sensor, detector, tier, &predicted),
+            remarks,
+        })
+    }
 }

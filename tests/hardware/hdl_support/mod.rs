@@ -175,6 +175,7 @@ pub fn scene(
             parallel: 1,
             counter_width,
             total_counts: None,
+            architecture: goldtof::scene::Architecture::UpDown,
             peak_detector: false,
         },
     }

@@ -115,6 +115,7 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
             parallel: 1,
             counter_width: None,
             total_counts: None,
+            architecture: goldtof::scene::Architecture::UpDown,
             peak_detector: false,
         },
     }

@@ -82,6 +82,16 @@ impl<'s> Stepped<'s> {
         self.hits_per_period() / (self.rates.len() as f64 * self.step_ps * 1e-12)
     }
 
+    /// Detections registered between each sample of a code period and the one before.
+    pub fn hits_per_sample(&self) -> Vec<f64> {
+        let sample_ps = self.scene.chip_period_ps / f64::from(self.scene.samples_per_chip);
+        let samples = self.scene.scan.steps_per_period;
+        let before = |sample: f64| self.registered_before(sample * sample_ps);
+        (0..samples)
+            .map(|sample| before(sample as f64) - before(sample as f64 - 1.0))
+            .collect()
+    }
+
     /// Expected counts of every step of the scan by the continuous-time counter;
     /// the integration time must be a whole number of code periods.
     pub fn counts(&self) -> Vec<MeanCount> {

@@ -1,0 +1,30 @@
+//! `goldtof compare-architectures`.
+
+use super::Ending;
+use super::arguments::CompareArchitecturesArguments;
+use super::output::Output;
+use super::warnings::warn_of_far_paths;
+use crate::printable::printable_path;
+use crate::sensor::Sensor;
+use crate::study::architectures::compare;
+
+pub(super) fn run(
+    arguments: &CompareArchitecturesArguments,
+    output: &mut Output,
+) -> anyhow::Result<Ending> {
+    let scene = arguments.scene.load()?;
+    warn_of_far_paths(&Sensor::new(&scene), output);
+    // Before the work, so that a folder that cannot be had is told at once.
+    let folder = match &arguments.out {
+        Some(path) => Some(output.folder(path)?),
+        None => None,
+    };
+    let comparison = compare(&scene)?;
+    if let Some(folder) = folder {
+        for name in comparison.write_files(&folder)? {
+            output.note(&format!("wrote {}", printable_path(&folder.join(name))));
+        }
+    }
+    output.answer(Some(&scene), &comparison, &comparison.to_text())?;
+    Ok(Ending::Done)
+}

@@ -1,0 +1,322 @@
+//! From a histogram of arrival times to a distance, and what theory says of it.
+//!
+//! The article's coarse and fine stage take the counts of all phase steps, which follow
+//! from the histogram; with dead time and afterpulses taken out of it first, wherever that
+//! is possible, no range walk is left in them.
+
+use std::f64::consts::PI;
+
+use super::fit::BinFitter;
+use super::phase::{
+    Estimate, NoEstimate, estimate, estimate_at, estimate_values, fundamental, window_indices,
+};
+use super::prediction::{
+    check_path_is_modulated, coarse_failure_bound_fraction, coarse_spread_m, peak_of_path,
+};
+use super::theory::Theory;
+use super::{
+    CountingTier, Prediction, PredictionError, TheoryEffort, calibration_offset_ps, delay_error_ps,
+    distance_m,
+};
+use crate::histogram::Histogram;
+use crate::histogram::correction::{Afterpulses, CorrectionError, DeadTime};
+use crate::histogram::correlation::Correlator;
+use crate::photons::DetectorModel;
+use crate::response::{MeanResponse, SecondMoments};
+use crate::scan::Step;
+use crate::scene::{DetectorIndex, PathIndex};
+use crate::sensor::Sensor;
+
+/// Jitter of two detections is taken to reach this many standard deviations of one.
+const JITTER_REACH_SIGMAS: f64 = 8.5;
+
+/// A share of misses that is the sum of all steps' chances, which count the same photons.
+const SURELY_FOUND: f64 = 1e-7;
+
+/// Why dead time and afterpulses are left in a histogram.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Uncorrected {
+    /// Some pulses lie between two samples.
+    #[error(
+        "pulses of {pulse_ns} ns may fall between two samples, {sample_ns} ns apart, so that the \
+         histogram does not show when the detector was blind"
+    )]
+    PulsesMissed {
+        /// Width of a pulse.
+        pulse_ns: f64,
+        /// From one sample to the next.
+        sample_ns: f64,
+    },
+    /// Some detections have no rising edge of their own.
+    #[error(
+        "pulses of {pulse_ns} ns, sampled every {sample_ns} ns, may merge after a dead time of \
+         {dead_time_ns} ns, so that the histogram does not show when the detector was blind"
+    )]
+    PulsesMerge {
+        /// Width of a pulse.
+        pulse_ns: f64,
+        /// From one sample to the next.
+        sample_ns: f64,
+        /// The dead time.
+        dead_time_ns: f64,
+    },
+    /// Afterpulses follow within a bin.
+    #[error(
+        "a dead time of {dead_time_ns} ns is shorter than a sample of {sample_ns} ns, so that the \
+         histogram does not show afterpulses apart"
+    )]
+    DeadTimeBelowSample {
+        /// The dead time.
+        dead_time_ns: f64,
+        /// From one sample to the next.
+        sample_ns: f64,
+    },
+}
+
+/// Dead time and afterpulses of a detector as its histogram has them, if it shows them.
+///
+/// # Errors
+/// Why it does not.
+///
+/// # Panics
+/// If the scene has no such detector.
+pub fn dead_time(sensor: &Sensor, detector: DetectorIndex) -> Result<DeadTime, Uncorrected> {
+    let spad = &sensor.scene().detectors[detector];
+    let sample_ps = sensor.clock().sample_period_ps();
+    let [pulse_ns, sample_ns, dead_time_ns] =
+        [spad.pulse_width_ps, sample_ps, spad.dead_time_ps].map(|ps| ps / 1e3);
+    if pulse_ns < sample_ns {
+        return Err(Uncorrected::PulsesMissed {
+            pulse_ns,
+            sample_ns,
+        });
+    }
+    let low_ps = spad.pulse_width_ps + sample_ps + JITTER_REACH_SIGMAS * spad.jitter_std_ps();
+    if low_ps > spad.dead_time_ps {
+        return Err(Uncorrected::PulsesMerge {
+            pulse_ns,
+            sample_ns,
+            dead_time_ns,
+        });
+    }
+    let afterpulses = (spad.afterpulsing_probability > 0.0).then(|| Afterpulses {
+        mean_per_avalanche: -(-spad.afterpulsing_probability).ln_1p(),
+        time_constant_bins: spad.afterpulsing_time_constant_ps / sample_ps,
+    });
+    if afterpulses.is_some() && spad.dead_time_ps < sample_ps {
+        return Err(Uncorrected::DeadTimeBelowSample {
+            dead_time_ns,
+            sample_ns,
+        });
+    }
+    Ok(DeadTime {
+        bins: spad.dead_time_ps / sample_ps,
+        afterpulses,
+    })
+}
+
+/// Why a histogram gives no distance.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum NoHistogramEstimate {
+    /// Its counts have no peak.
+    #[error(transparent)]
+    NoEstimate(#[from] NoEstimate),
+    /// It is of no such detector.
+    #[error(transparent)]
+    Correction(#[from] CorrectionError),
+}
+
+/// The article's estimator on histograms of one detector.
+#[derive(Debug)]
+pub struct PhaseOfHistogram<'s> {
+    sensor: &'s Sensor,
+    correlator: Correlator,
+    dead_time: Result<DeadTime, Uncorrected>,
+    offset_ps: f64,
+}
+
+impl<'s> PhaseOfHistogram<'s> {
+    /// The estimator of detector `detector`.
+    ///
+    /// # Panics
+    /// If the scene has no such detector.
+    pub fn new(sensor: &'s Sensor, detector: DetectorIndex) -> PhaseOfHistogram<'s> {
+        let code = sensor.reference(detector);
+        PhaseOfHistogram {
+            sensor,
+            correlator: Correlator::new(code, sensor.clock().samples_per_chip),
+            dead_time: dead_time(sensor, detector),
+            offset_ps: calibration_offset_ps(sensor, detector, CountingTier::Sampled),
+        }
+    }
+
+    /// Why the range walk is left in, if it is.
+    pub fn walks(&self) -> Option<Uncorrected> {
+        self.dead_time.err()
+    }
+
+    /// Time of flight and distance (eqs. 15 to 17) from the counts of all phase steps that
+    /// follow from a histogram: of the light behind it, without dead time and afterpulses,
+    /// or as they are where these cannot be taken out.
+    ///
+    /// # Errors
+    /// When the counts have no peak, or the histogram cannot be of this detector.
+    ///
+    /// # Panics
+    /// If the histogram has not one bin per sample of the code period.
+    pub fn estimate(&self, histogram: &Histogram) -> Result<Estimate, NoHistogramEstimate> {
+        let timing = self.sensor.timing();
+        match self.dead_time {
+            Err(_) => {
+                let counts = self.correlator.signed_counts(histogram);
+                Ok(estimate(timing, &counts, self.offset_ps)?)
+            }
+            Ok(dead_time) => {
+                let light = dead_time.correct(histogram)?.per_period;
+                let counts = self.correlator.correlate(&light);
+                Ok(estimate_values(timing, &counts, self.offset_ps)?)
+            }
+        }
+    }
+}
+
+/// What a histogram of the scene's own light is expected to be.
+struct Expected<'e, 'm> {
+    phase: PhaseOfHistogram<'e>,
+    response: &'e MeanResponse<'m>,
+    /// Values that the estimator takes, of all phase steps.
+    values: Vec<f64>,
+    /// Variance of each bin that they are sums of, where bins are apart again.
+    bin_variance: Option<Vec<f64>>,
+}
+
+impl<'e, 'm> Expected<'e, 'm> {
+    fn new(
+        sensor: &'e Sensor,
+        detector: DetectorIndex,
+        response: &'e MeanResponse<'m>,
+    ) -> Result<Expected<'e, 'm>, CorrectionError> {
+        let phase = PhaseOfHistogram::new(sensor, detector);
+        let bins = response.mean_bins();
+        let (values, bin_variance) = match phase.dead_time {
+            Err(_) => (phase.correlator.correlate(&bins), None),
+            Ok(dead_time) => {
+                let periods = periods(sensor);
+                let means: Vec<f64> = bins.iter().map(|bin| bin / periods).collect();
+                let light = dead_time.correct_means(&means, periods)?;
+                let values = phase.correlator.correlate(&light.per_period);
+                (values, Some(light.variance))
+            }
+        };
+        Ok(Expected {
+            phase,
+            response,
+            values,
+            bin_variance,
+        })
+    }
+
+    fn predict(&self, path: PathIndex) -> Result<Prediction, PredictionError> {
+        check_path_is_modulated(self.response.model(), path)?;
+        let (sensor, values) = (self.phase.sensor, &self.values);
+        let timing = sensor.timing();
+        let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let peak = peak_of_path(values, sensor, path, self.phase.offset_ps);
+        if values[peak] - smallest <= 1e-9 * values[peak].abs() {
+            return Err(PredictionError::Flat);
+        }
+        let fundamental = fundamental(values, peak, timing)?;
+        let samples = f64::from(sensor.clock().samples_per_chip);
+        let window: Vec<(Step, f64)> = window_indices(peak, timing)?
+            .map(|(offset, index)| {
+                let angle = PI * offset as f64 / samples + fundamental.arg();
+                (Step::at(index), angle.sin())
+            })
+            .collect();
+        let phase_std = self.variance_of_sum(&window)?.sqrt() / fundamental.norm();
+        let peak_variance = self.variance_of_sum(&[(Step::at(peak), 1.0)])?;
+        let estimate = estimate_at(values, peak, timing, self.phase.offset_ps);
+        let true_delay_ps = sensor.scene().paths[path].delay_ps;
+        let error_ps = delay_error_ps(estimate.delay_ps, true_delay_ps, timing.code_period_ps());
+        let failures = coarse_failure_bound_fraction(values, peak, peak_variance, sensor);
+        Ok(Prediction {
+            bias_m: distance_m(error_ps),
+            std_m: distance_m(sensor.clock().ps(phase_std / PI)),
+            estimate,
+            detection_rate_hz: self.response.detection_rate_hz(),
+            phase_std_rad: phase_std,
+            coarse_failure_bound_fraction: failures,
+            missed_fraction: (failures < SURELY_FOUND).then_some(failures),
+            coarse_spread_m: coarse_spread_m(values, peak, peak_variance, timing),
+        })
+    }
+
+    /// Variance of the sum of weight x value over phase steps.
+    fn variance_of_sum(&self, weighted: &[(Step, f64)]) -> Result<f64, PredictionError> {
+        let Some(variance) = &self.bin_variance else {
+            return Ok(SecondMoments::new(self.response)?.variance_of_sum(weighted));
+        };
+        let model = self.response.model();
+        let chips = &model.reference.chips;
+        let samples = model.timing.clock.samples_per_chip as usize;
+        let bins = variance.len();
+        let of_bin = |(bin, variance): (usize, &f64)| {
+            let sign = |step: Step| {
+                let shifted = bin + bins - model.timing.scan.phase_step(step) as usize;
+                2.0 * f64::from(chips[shifted / samples % chips.len()]) - 1.0
+            };
+            let weight: f64 = weighted.iter().map(|&(step, w)| w * sign(step)).sum();
+            weight * weight * variance
+        };
+        Ok(variance.iter().enumerate().map(of_bin).sum())
+    }
+}
+
+/// Whole code periods that a sensor's histogram takes in.
+pub(super) fn periods(sensor: &Sensor) -> f64 {
+    let timing = sensor.timing();
+    (timing.scan.integration_chips / timing.code_chips()) as f64
+}
+
+/// What the phase of a histogram is expected to say of a path.
+///
+/// # Errors
+/// As for counts of phase steps; and where the light is too bright to take the dead time out.
+///
+/// # Panics
+/// If the scene has no such detector or path.
+pub(super) fn predict(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    path: PathIndex,
+) -> Result<Prediction, PredictionError> {
+    TheoryEffort::of(sensor, detector)?.check_histogram()?;
+    let model = DetectorModel::new(sensor, detector);
+    let response = MeanResponse::new(&model)?;
+    Expected::new(sensor, detector, &response)?.predict(path)
+}
+
+/// Predictions and bound of a detector's histograms.
+pub(super) fn theory(sensor: &Sensor, detector: DetectorIndex, paths: &[PathIndex]) -> Theory {
+    let effort = TheoryEffort::of(sensor, detector).and_then(|effort| effort.check_histogram());
+    let model = DetectorModel::new(sensor, detector);
+    let response = match effort.and_then(|()| MeanResponse::new(&model)) {
+        Ok(response) => response,
+        Err(reason) => return Theory::refused(reason, paths.len()),
+    };
+    let predictions: Vec<_> = match Expected::new(sensor, detector, &response) {
+        Ok(expected) => paths.iter().map(|&path| expected.predict(path)).collect(),
+        Err(reason) => vec![Err(reason.into()); paths.len()],
+    };
+    let missed = |predicted: &Result<Prediction, PredictionError>| match predicted {
+        Ok(predicted) => predicted.missed_fraction,
+        // A peak that is not there is not found.
+        Err(PredictionError::Flat) => Some(1.0),
+        Err(_) => None,
+    };
+    Theory {
+        missed: predictions.iter().map(missed).collect(),
+        predictions,
+        bound: BinFitter::new(sensor, detector).and_then(|fitter| fitter.bound()),
+    }
+}

@@ -1,0 +1,467 @@
+//! The light behind a histogram: dead time and afterpulses taken out, without a model of
+//! light or code.
+//!
+//! With h\[a\] = H\[a\] / K the mean detections of bin a in a code period, and everything
+//! periodic:
+//!
+//! - A detection blinds the detector for the dead time. It lies anywhere in its bin, so the
+//!   share of periods in which the detector is ready in bin a is
+//!   q\[a\] = 1 - sum over m of w\[m\] h\[a - m\], w\[m\] the mean share of bin a that the
+//!   dead time of a detection m bins before covers.
+//! - A ready detector fires at the rate h / q, by light or by an afterpulse. Let n be the mean
+//!   number of afterpulses that are pending while it is ready. They are released at the rate
+//!   n / tau, they end with the detector's being ready, and a dead time after an avalanche
+//!   its new ones (mu on average) and what is left of those that were pending come:
+//!   n' = -(h / q + 1 / tau) n + (mu h + exp(-D / tau) (h / q) n) one dead time before.
+//!   That a detector with more pending fires sooner is left out between the two factors h / q
+//!   and n, which is of the order of n squared.
+//! - The light is what is left: lambda\[a\] = (h\[a\] - n\[a\] / tau) / q\[a\].
+//!
+//! Constant delays only shift the bins. Jitter is left out, and so is how light and dead times
+//! vary within a bin. Every detection has to have a rising edge of its own: pulses as long
+//! as a sample, that do not merge.
+
+use super::Histogram;
+
+/// What a detector does beside registering light, in bins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DeadTime {
+    /// Not paralyzable, in bins (sample periods).
+    pub bins: f64,
+    /// Afterpulses from the end of the dead time on; none if nothing is trapped.
+    pub afterpulses: Option<Afterpulses>,
+}
+
+/// Afterpulses of one detector, in bins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Afterpulses {
+    /// Mean number that an avalanche traps.
+    pub mean_per_avalanche: f64,
+    /// Mean delay from the end of the dead time, in bins.
+    pub time_constant_bins: f64,
+}
+
+/// The light behind a histogram, bin by bin.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PrimaryLight {
+    /// Mean primary detections that a detector without dead time and afterpulses would have
+    /// in a code period. Noise may take them below zero.
+    pub per_period: Vec<f64>,
+    /// Variance of each. What dead time correlates is apart again: as far as bins resolve
+    /// dead times, no two bins go together.
+    pub variance: Vec<f64>,
+    /// Share of code periods in which the detector is ready.
+    pub ready: Vec<f64>,
+}
+
+/// Why the light behind a histogram cannot be told.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum CorrectionError {
+    /// Not a dead time.
+    #[error("the dead time is {bins} bins; a correction needs a number from 0 on")]
+    NoDeadTime {
+        /// What was given.
+        bins: f64,
+    },
+    /// Not a time constant or number of afterpulses.
+    #[error(
+        "{mean_per_avalanche} afterpulses per avalanche with a time constant of \
+         {time_constant_bins} bins; a correction needs a number from 0 on, and a time above 0"
+    )]
+    NoAfterpulses {
+        /// Mean number per avalanche.
+        mean_per_avalanche: f64,
+        /// Time constant.
+        time_constant_bins: f64,
+    },
+    /// Afterpulses would follow within the same bin.
+    #[error(
+        "the dead time is {bins} bins; afterpulses are taken out from a dead time of one bin on: \
+         take more samples per chip"
+    )]
+    DeadTimeBelowBin {
+        /// The dead time.
+        bins: f64,
+    },
+    /// More was detected than the dead time lets through.
+    #[error(
+        "by the histogram a detector with a dead time of {dead_time_bins} bins is ready in \
+         {ready:.4} of the code periods at bin {bin}, which is too seldom to take the dead time \
+         out; it is too long for these counts, or there are too few periods for light so bright"
+    )]
+    NeverReady {
+        /// The first such bin.
+        bin: usize,
+        /// Its ready share.
+        ready: f64,
+        /// The dead time.
+        dead_time_bins: f64,
+    },
+    /// Afterpulses pile up.
+    #[error(
+        "the afterpulses still pending do not settle over {turns} code periods: \
+         {mean_per_avalanche} of them per avalanche do not die out"
+    )]
+    NotSettled {
+        /// Periods gone through.
+        turns: u32,
+        /// Mean number per avalanche.
+        mean_per_avalanche: f64,
+    },
+}
+
+/// A detector that is ready in a smaller share of periods than this is as good as never.
+const LEAST_READY: f64 = 1e-6;
+
+/// A bin in which the detector was ready in fewer periods than this is not measured, and a
+/// histogram with a larger share of such bins says nothing.
+const LEAST_PERIODS: f64 = 1.0;
+const MOST_UNMEASURED: f64 = 0.1;
+
+/// A bin weighs as if it counted at least this share of what bins count on average.
+const LEAST_MEAN: f64 = 1e-6;
+
+/// Code periods after which the pending afterpulses have to repeat, and how nearly.
+const MOST_TURNS: u32 = 1_000;
+const SETTLED: f64 = 1e-12;
+
+impl DeadTime {
+    /// The light behind a histogram, with its variances.
+    ///
+    /// Without bias however few the periods: of two detections in a bin one has blinded the
+    /// detector for the other, half of the bin on average, but none blinds it for itself. In
+    /// bins in which it was ready in less than one period, nothing was measured; they are
+    /// taken to be as bright as the nearest that were.
+    ///
+    /// # Errors
+    /// When the histogram cannot be of such a detector, or does not measure a tenth of its
+    /// bins.
+    pub fn correct(&self, histogram: &Histogram) -> Result<PrimaryLight, CorrectionError> {
+        self.check()?;
+        let per_period = histogram.per_period();
+        let periods = histogram.periods() as f64;
+        let own = (triangular(self.bins) - 0.5) / periods;
+        let blind = self.blind(&per_period).into_iter().zip(histogram.bins());
+        let ready: Vec<f64> = blind
+            .map(|(blind, &count)| 1.0 - blind + if count > 0 { own } else { 0.0 })
+            .collect();
+        let is_measured = |ready: f64| ready * periods >= LEAST_PERIODS;
+        let measured: Vec<bool> = ready.iter().map(|&ready| is_measured(ready)).collect();
+        let unmeasured = measured.iter().filter(|measured| !*measured).count();
+        if let Some(bin) = measured.iter().position(|measured| !measured)
+            && unmeasured as f64 > MOST_UNMEASURED * measured.len() as f64
+        {
+            return Err(self.never_ready(bin, ready[bin]));
+        }
+        let hazard = filled(quotients(&per_period, &ready), &measured);
+        let released = self.released(&per_period, &hazard)?;
+        let light = per_period.iter().zip(&released).zip(&ready);
+        let light = light.map(|((h, released), q)| (h - released) / q).collect();
+        let variance = per_period
+            .iter()
+            .zip(&ready)
+            .map(|(h, q)| h / (q * q * periods));
+        Ok(PrimaryLight {
+            per_period: filled(light, &measured),
+            variance: filled(variance.collect(), &measured),
+            ready: ready.iter().map(|ready| ready.clamp(0.0, 1.0)).collect(),
+        })
+    }
+
+    /// The same from mean detections of each bin in a code period, such as expected ones;
+    /// `periods` of them are measured.
+    ///
+    /// # Errors
+    /// When they cannot be of such a detector.
+    pub fn correct_means(
+        &self,
+        per_period: &[f64],
+        periods: f64,
+    ) -> Result<PrimaryLight, CorrectionError> {
+        self.check()?;
+        let ready = self.ready(per_period)?;
+        let hazard = quotients(per_period, &ready);
+        let released = self.released(per_period, &hazard)?;
+        let light = per_period.iter().zip(&released).zip(&ready);
+        // A ready detector's detections are Poisson: what a period has beyond rate x ready
+        // does not go with what came before, nor with what comes.
+        let variance = per_period.iter().zip(&ready);
+        Ok(PrimaryLight {
+            per_period: light.map(|((h, released), q)| (h - released) / q).collect(),
+            variance: variance.map(|(h, q)| h / (q * q * periods)).collect(),
+            ready,
+        })
+    }
+
+    fn check(&self) -> Result<(), CorrectionError> {
+        let bins = self.bins;
+        if !(bins.is_finite() && bins >= 0.0) {
+            return Err(CorrectionError::NoDeadTime { bins });
+        }
+        let Some(Afterpulses {
+            mean_per_avalanche,
+            time_constant_bins,
+        }) = self.afterpulses
+        else {
+            return Ok(());
+        };
+        let is_number = mean_per_avalanche.is_finite() && mean_per_avalanche >= 0.0;
+        if !(is_number && time_constant_bins.is_finite() && time_constant_bins > 0.0) {
+            return Err(CorrectionError::NoAfterpulses {
+                mean_per_avalanche,
+                time_constant_bins,
+            });
+        }
+        if bins < 1.0 {
+            return Err(CorrectionError::DeadTimeBelowBin { bins });
+        }
+        Ok(())
+    }
+
+    /// Share of periods in which the detector is ready, bin by bin.
+    fn ready(&self, per_period: &[f64]) -> Result<Vec<f64>, CorrectionError> {
+        let blind = self.blind(per_period);
+        let ready: Vec<f64> = blind.iter().map(|blind| 1.0 - blind).collect();
+        match ready.iter().position(|&ready| ready < LEAST_READY) {
+            None => Ok(ready),
+            Some(bin) => Err(self.never_ready(bin, ready[bin])),
+        }
+    }
+
+    fn never_ready(&self, bin: usize, ready: f64) -> CorrectionError {
+        CorrectionError::NeverReady {
+            bin,
+            ready,
+            dead_time_bins: self.bins,
+        }
+    }
+
+    /// What of each bin the dead times of detections cover.
+    fn blind(&self, detections: &[f64]) -> Vec<f64> {
+        let before = Before::new(detections);
+        let whole = self.bins.floor();
+        let part = self.bins - whole;
+        let whole = whole as i64;
+        // w[m] = F(D - m) - F(-m), F the distribution of the time from one place anywhere in
+        // a bin to another, in bins. All between the first and the last two are 1.
+        let [first, last, after] = [
+            triangular(self.bins) - 0.5,
+            triangular(part),
+            triangular(part - 1.0),
+        ];
+        let bin = |a: i64| detections[a.rem_euclid(detections.len() as i64) as usize];
+        (0..detections.len() as i64)
+            .map(|a| {
+                let end = match whole {
+                    0 => 0.0,
+                    _ => before.sum(a - whole + 1, a) + last * bin(a - whole),
+                };
+                first * bin(a) + end + after * bin(a - whole - 1)
+            })
+            .collect()
+    }
+
+    /// Mean afterpulses that detections release in each bin of a code period, where a ready
+    /// detector fires at the rates `hazard` per bin. Linear in the detections.
+    fn released(&self, per_period: &[f64], hazard: &[f64]) -> Result<Vec<f64>, CorrectionError> {
+        let count = per_period.len();
+        let Some(afterpulses) = self.afterpulses else {
+            return Ok(vec![0.0; count]);
+        };
+        let release = 1.0 / afterpulses.time_constant_bins;
+        let survival = (-self.bins * release).exp();
+        let (whole, part) = (self.bins.floor() as usize, self.bins.fract());
+        let decays: Vec<[Decay; 2]> = hazard
+            .iter()
+            .map(|hazard| [part, 1.0 - part].map(|width| Decay::new(hazard + release, width)))
+            .collect();
+        // Pending ones while ready, on average over each bin.
+        let mut pending = vec![0.0; count];
+        let mut now = 0.0;
+        for _ in 0..MOST_TURNS {
+            let mut change: f64 = 0.0;
+            for a in 0..count {
+                // What comes back of avalanches so many bins before.
+                let back = |bins: usize| {
+                    let b = (a + count - bins % count) % count;
+                    afterpulses.mean_per_avalanche * per_period[b]
+                        + survival * hazard[b] * pending[b]
+                };
+                let [first, second] = &decays[a];
+                let mut sum = 0.0;
+                now = first.pass(now, back(whole + 1), &mut sum);
+                now = second.pass(now, back(whole), &mut sum);
+                change = change.max((sum - pending[a]).abs());
+                pending[a] = sum;
+            }
+            let largest = pending.iter().fold(0.0, |most: f64, n| most.max(n.abs()));
+            if !largest.is_finite() {
+                break;
+            }
+            if change <= SETTLED * largest {
+                return Ok(pending.iter().map(|pending| pending * release).collect());
+            }
+        }
+        Err(CorrectionError::NotSettled {
+            turns: MOST_TURNS,
+            mean_per_avalanche: afterpulses.mean_per_avalanche,
+        })
+    }
+}
+
+/// What in a histogram's deviations from its mean does not follow from those before.
+///
+/// Deviations of neighbouring bins go together, because each detection blinds the detector
+/// and traps afterpulses. A bin's deviation less what those of the bins before let one expect
+/// goes with no other's, and its variance is the bin's mean: the weights that a fit to the
+/// bins needs, without a matrix. Exact for bins that are short beside the dead time, but for
+/// two afterpulses pending at once.
+#[derive(Debug, Clone)]
+pub struct Innovations {
+    dead_time: DeadTime,
+    /// Rate per bin at which a ready detector fires.
+    hazard: Vec<f64>,
+    /// Mean count of each bin.
+    means: Vec<f64>,
+}
+
+impl Innovations {
+    /// Those of a histogram with these mean counts over `periods` code periods.
+    ///
+    /// # Errors
+    /// When they cannot be of such a detector.
+    pub fn new(
+        dead_time: DeadTime,
+        means: &[f64],
+        periods: f64,
+    ) -> Result<Innovations, CorrectionError> {
+        dead_time.check()?;
+        let per_period: Vec<f64> = means.iter().map(|mean| mean / periods).collect();
+        let ready = dead_time.ready(&per_period)?;
+        // A bin that is never expected to count weighs as if it seldom did.
+        let least = LEAST_MEAN * means.iter().sum::<f64>() / means.len() as f64;
+        let least = least.max(f64::MIN_POSITIVE);
+        Ok(Innovations {
+            dead_time,
+            hazard: quotients(&per_period, &ready),
+            means: means.iter().map(|mean| mean.max(least)).collect(),
+        })
+    }
+
+    /// The innovations of deviations from the means, over their standard deviations: of a
+    /// histogram that is as expected, numbers of mean 0 and variance 1.
+    ///
+    /// # Errors
+    /// When afterpulses pile up.
+    pub fn whitened(&self, deviations: &[f64]) -> Result<Vec<f64>, CorrectionError> {
+        let blind = self.dead_time.blind(deviations);
+        let released = self.dead_time.released(deviations, &self.hazard)?;
+        let bins = (0..deviations.len()).map(|a| {
+            let innovation = deviations[a] + self.hazard[a] * blind[a] - released[a];
+            innovation / self.means[a].sqrt()
+        });
+        Ok(bins.collect())
+    }
+
+    /// Mean count of each bin, none of them zero.
+    pub fn means(&self) -> &[f64] {
+        &self.means
+    }
+}
+
+/// Values with those that were not measured halfway between the nearest on both sides, all
+/// round.
+fn filled(mut values: Vec<f64>, measured: &[bool]) -> Vec<f64> {
+    let count = values.len();
+    let nearest = |from: usize, step: usize| {
+        let places = (1..count).map(|times| (from + times * step) % count);
+        places.into_iter().find(|&place| measured[place])
+    };
+    for place in 0..count {
+        if !measured[place] {
+            let [before, after] = [count - 1, 1].map(|step| nearest(place, step));
+            values[place] = match (before, after) {
+                (Some(before), Some(after)) => 0.5 * (values[before] + values[after]),
+                _ => 0.0,
+            };
+        }
+    }
+    values
+}
+
+fn quotients(per_period: &[f64], ready: &[f64]) -> Vec<f64> {
+    per_period.iter().zip(ready).map(|(h, q)| h / q).collect()
+}
+
+/// n' = -rate n + inflow over part of a bin.
+struct Decay {
+    width: f64,
+    stays: f64,
+    /// Integral of exp(-rate t) over the width, and that integrated once more.
+    once: f64,
+    twice: f64,
+}
+
+impl Decay {
+    fn new(rate: f64, width: f64) -> Decay {
+        let once = match rate * width > 1e-8 {
+            true => -(-rate * width).exp_m1() / rate,
+            false => width,
+        };
+        let twice = match rate * width > 1e-4 {
+            true => (width - once) / rate,
+            // The difference cancels; the next term is another rate x width / 4.
+            false => 0.5 * width * width * (1.0 - rate * width / 3.0),
+        };
+        Decay {
+            width,
+            stays: (-rate * width).exp(),
+            once,
+            twice,
+        }
+    }
+
+    /// The value at the end, from that at the start; adds the integral over the width.
+    fn pass(&self, start: f64, inflow: f64, integral: &mut f64) -> f64 {
+        if self.width <= 0.0 {
+            return start;
+        }
+        *integral += self.once * start + self.twice * inflow;
+        self.stays * start + self.once * inflow
+    }
+}
+
+/// Sums over ranges of a periodic series.
+struct Before {
+    /// Sums before each element, and over all.
+    sums: Vec<f64>,
+}
+
+impl Before {
+    fn new(values: &[f64]) -> Before {
+        let mut sums = vec![0.0];
+        for value in values {
+            sums.push(sums[sums.len() - 1] + value);
+        }
+        Before { sums }
+    }
+
+    /// Sum of the elements from..to, which may go round any number of times.
+    fn sum(&self, from: i64, to: i64) -> f64 {
+        let count = self.sums.len() as i64 - 1;
+        let before = |at: i64| {
+            let turns = at.div_euclid(count) as f64;
+            turns * self.sums[count as usize] + self.sums[at.rem_euclid(count) as usize]
+        };
+        before(to) - before(from)
+    }
+}
+
+/// P(v - u < x) for independent u and v, anywhere in 0..1.
+fn triangular(x: f64) -> f64 {
+    if x < 0.0 {
+        0.5 * (1.0 + x).max(0.0).powi(2)
+    } else {
+        1.0 - 0.5 * (1.0 - x).max(0.0).powi(2)
+    }
+}

@@ -1,0 +1,168 @@
+//! Histograms of whole integration times, one tier or another.
+
+use rayon::prelude::*;
+
+use super::Tier;
+use crate::histogram::{Histogram, HistogramError};
+use crate::photons::{DetectorModel, Pulse, PulseStream};
+use crate::scan::Group;
+use crate::scene::DetectorIndex;
+use crate::sensor::Sensor;
+
+/// Histograms that are made at once.
+const AT_ONCE: u64 = 64;
+
+/// Why there are no histograms.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum HistogramsError {
+    /// Bins are not drawn.
+    #[error(
+        "the tier counts draws counts of phase steps from their covariances, and not the bins of a \
+         histogram, which are too small to be normal numbers: take --fidelity events, which \
+         simulates only the photons of one integration time"
+    )]
+    NotDrawn,
+    /// The Verilog's histograms are not read.
+    #[error(
+        "the tier rtl does not read histograms out of the Verilog: take --fidelity sampled for what \
+         the hardware counts, and goldtof cosim to compare the Verilog with it"
+    )]
+    NotOfVerilog,
+    /// What was counted is no histogram.
+    #[error(transparent)]
+    Histogram(#[from] HistogramError),
+}
+
+/// Simulates `repetitions` histograms of one detector of a scene whose hardware keeps them;
+/// `on_histogram` gets them in order. The tier that draws nothing has none. They depend on
+/// the arguments alone.
+///
+/// # Errors
+/// When the tier cannot do histograms.
+///
+/// # Panics
+/// If the scene has no such detector.
+pub fn histograms(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    tier: Tier,
+    seed: u64,
+    repetitions: u64,
+    on_histogram: impl FnMut(Histogram),
+) -> Result<(), HistogramsError> {
+    let model = DetectorModel::new(sensor, detector);
+    match tier {
+        Tier::Expected => Ok(()),
+        Tier::Counts => Err(HistogramsError::NotDrawn),
+        Tier::Rtl => Err(HistogramsError::NotOfVerilog),
+        Tier::Events => events(&model, seed, repetitions, on_histogram),
+        Tier::Sampled => sampled(sensor, &model, seed, repetitions, on_histogram),
+    }
+}
+
+/// Samples of a code period, and of a histogram.
+fn samples(model: &DetectorModel) -> [u64; 2] {
+    let timing = &model.timing;
+    let samples_per_chip = u64::from(timing.clock.samples_per_chip);
+    [timing.code_chips(), timing.scan.integration_chips].map(|chips| chips * samples_per_chip)
+}
+
+fn histogram(model: &DetectorModel, bins: Vec<u64>) -> Result<Histogram, HistogramError> {
+    let [period, all] = samples(model);
+    Histogram::new(bins, model.timing.clock.samples_per_chip, all / period)
+}
+
+/// Every detection in the bin of the first sample at or after it.
+fn events(
+    model: &DetectorModel,
+    seed: u64,
+    repetitions: u64,
+    mut on_histogram: impl FnMut(Histogram),
+) -> Result<(), HistogramsError> {
+    let [period, _] = samples(model);
+    let samples_per_chip = model.timing.clock.samples_per_chip;
+    let one = |repetition: u64| {
+        let mut bins = vec![0; period as usize];
+        for detection in model.step(seed, repetition, Group(0)) {
+            let into_chip = (detection.fraction * f64::from(samples_per_chip)).ceil() as u64;
+            let sample = detection.chip * u64::from(samples_per_chip) + into_chip;
+            // What comes after the last sample counts at the next first one: in the same
+            // bin as what came before this histogram's first sample.
+            bins[(sample % period) as usize] += 1;
+        }
+        histogram(model, bins)
+    };
+    let mut first = 0;
+    while first < repetitions {
+        let batch = first..(first + AT_ONCE).min(repetitions);
+        first = batch.end;
+        let made: Vec<_> = batch.into_par_iter().map(one).collect();
+        for histogram in made {
+            on_histogram(histogram?);
+        }
+    }
+    Ok(())
+}
+
+/// Rising edges of the sampled level, without a gap from one histogram to the next.
+fn sampled(
+    sensor: &Sensor,
+    model: &DetectorModel,
+    seed: u64,
+    repetitions: u64,
+    mut on_histogram: impl FnMut(Histogram),
+) -> Result<(), HistogramsError> {
+    let [period, all] = samples(model);
+    // A bin that is too narrow stays at its largest count.
+    let width = sensor.scene().hardware.counter_width;
+    let most = width
+        .filter(|&width| width < u64::BITS)
+        .map_or(u64::MAX, |width| (1 << width) - 1);
+    let mut stream = PulseStream::new(model, seed, 0);
+    let mut level = Level::default();
+    let mut pulses = Vec::new();
+    for repetition in 0..repetitions {
+        pulses.clear();
+        stream.advance((repetition + 1) * all, &mut pulses);
+        let mut bins = vec![0_u64; period as usize];
+        for pulse in &pulses {
+            if level.rises(pulse) {
+                let bin = &mut bins[(pulse.first % period) as usize];
+                *bin = (*bin + 1).min(most);
+            }
+        }
+        on_histogram(histogram(model, bins)?);
+    }
+    Ok(())
+}
+
+/// The level at the samples, high wherever any pulse is. It is low before the first.
+#[derive(Debug, Default)]
+struct Level {
+    /// The sample after the last high one; none before the first pulse.
+    low_from: Option<u64>,
+}
+
+impl Level {
+    /// Whether a pulse, which begins no earlier than the one before it, begins with a high
+    /// sample after a low one.
+    fn rises(&mut self, pulse: &Pulse) -> bool {
+        let rises = self.low_from.is_none_or(|low_from| low_from < pulse.first);
+        self.low_from = self.low_from.max(Some(pulse.end));
+        rises
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pulse_rises_only_after_a_low_sample() {
+        let mut level = Level::default();
+        let pulses = [(0, 4), (2, 3), (4, 6), (7, 9), (9, 10), (12, 13)];
+        let rises = pulses.map(|(first, end)| level.rises(&Pulse { first, end }));
+        // The second is within the first, the third and the fifth touch the one before.
+        assert_eq!(rises, [true, false, false, true, false, true]);
+    }
+}

@@ -1,0 +1,238 @@
+//! Which sensor to build: the same light on hardware that counts one phase step after
+//! another, sixteen at once, or by arrival time. The JSON of `goldtof compare-architectures`.
+
+#[cfg(feature = "plots")]
+mod files;
+mod points;
+mod text;
+
+use serde::Serialize;
+
+use crate::document::Body;
+use crate::estimate::{NoEstimate, PredictionError, check_modulated};
+use crate::plan::resources::{Resources, resources};
+use crate::scan::Step;
+use crate::scene::{Architecture, DetectorIndex, EstimatorKind, PathIndex, Scene};
+use crate::sensor::Sensor;
+
+/// Phase steps at once of the hardware that correlates several.
+const PARALLEL: u32 = 16;
+
+/// What `goldtof compare-architectures` gives.
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Comparison {
+    /// The scene's name.
+    #[serde(skip)]
+    pub scene: String,
+    /// The path that is ranged: the first of the first detector's own source.
+    pub path: PathIndex,
+    /// Its distance.
+    pub true_distance_m: f64,
+    /// Rate of counted detections, which is that of every architecture.
+    pub detected_rate_cps: f64,
+    /// Sensors that could be built.
+    pub ways: Vec<Way>,
+}
+
+impl Body for Comparison {
+    const NAME: &'static str = "compare-architectures";
+}
+
+/// A sensor that could be built.
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Way {
+    /// What it is called here.
+    pub name: &'static str,
+    /// `hardware.architecture`.
+    pub architecture: &'static str,
+    /// Phase steps that see the same light: all of a histogram's.
+    pub parallel: u64,
+    /// Phase steps of a scan.
+    pub phase_steps: u64,
+    /// Whether a scan covers the whole code period. If not, the distance has to be known
+    /// to a chip beforehand.
+    pub whole_range: bool,
+    /// What it takes of the FPGA; null where nothing like it was synthesized.
+    pub resources: Option<Resources>,
+    /// Bits of memory: of two histograms that take turns, over the scene's integration time
+    /// in whole code periods. What is measured for longer is their sum.
+    pub memory_bits: u64,
+    /// What is expected of it, by estimator and measuring time.
+    pub points: Vec<Point>,
+    /// Why there are no points of an estimator, where that is so.
+    pub remarks: Vec<String>,
+}
+
+/// What is expected of a sensor in some measuring time.
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Point {
+    /// How the distance is got.
+    pub estimator: EstimatorKind,
+    /// Time of a whole scan.
+    pub measuring_time_s: f64,
+    /// Scans in a second.
+    pub frame_rate_hz: f64,
+    /// Expected bias, which no measuring time removes.
+    pub bias_m: f64,
+    /// Expected standard deviation, as long as the peak is found.
+    pub std_m: f64,
+    /// Root of the sum of their squares.
+    pub rms_error_m: f64,
+    /// At most this share of scans takes a wrong peak; null where the place is known.
+    pub coarse_failure_bound_fraction: Option<f64>,
+    /// Whether no other sensor that covers the whole range has a smaller error in as
+    /// little time; only of points that find the peak in 99 % of scans.
+    pub pareto: bool,
+}
+
+/// Why architectures could not be compared.
+#[derive(Debug, thiserror::Error)]
+pub enum ComparisonError {
+    /// No path of the detector's own source.
+    #[error(
+        "no path leads from the first detector's own source to it, so there is no distance to compare"
+    )]
+    NoPath,
+    /// A scan over part of the code period.
+    #[error(
+        "the scan has {steps} of {steps_per_period} phase steps; architectures are compared over \
+         the whole code period: write scan.steps = \"all\""
+    )]
+    NotWhole {
+        /// Steps of the scan.
+        steps: u64,
+        /// Steps of the code period.
+        steps_per_period: u64,
+    },
+    /// Nothing modulated reaches the detector.
+    #[error(transparent)]
+    NoEstimate(#[from] NoEstimate),
+    /// Nothing can be expected.
+    #[error(transparent)]
+    Prediction(#[from] PredictionError),
+}
+
+/// One of the sensors, before it is worked out.
+struct Plan {
+    name: &'static str,
+    architecture: Architecture,
+    parallel: u32,
+    /// The steps of a chip before and after the peak alone.
+    near: bool,
+}
+
+const PLANS: [Plan; 5] = [
+    Plan::updown("sequential", 1, false),
+    Plan::updown("parallel 16", PARALLEL, false),
+    Plan {
+        name: "histogram",
+        architecture: Architecture::Histogram,
+        parallel: 1,
+        near: false,
+    },
+    Plan::updown("sequential, near the peak", 1, true),
+    Plan::updown("parallel 16, near the peak", PARALLEL, true),
+];
+
+impl Plan {
+    const fn updown(name: &'static str, parallel: u32, near: bool) -> Plan {
+        Plan {
+            name,
+            architecture: Architecture::UpDown,
+            parallel,
+            near,
+        }
+    }
+
+    /// The scene with this sensor, round the phase step of the peak where it is near.
+    fn scene(&self, scene: &Scene, peak_step: u64) -> Scene {
+        let mut other = scene.clone();
+        let all = scene.scan.steps_per_period;
+        let samples = u64::from(scene.samples_per_chip);
+        other.scan.first_step = 0;
+        other.scan.steps = all;
+        if self.near {
+            other.scan.steps = (2 * samples).min(all);
+            other.scan.first_step = (peak_step + all - samples.min(all)) % all;
+        }
+        other.hardware.architecture = self.architecture;
+        if self.architecture == Architecture::Histogram {
+            let code_chips = scene.timing().code_chips();
+            let periods = (scene.scan.integration_chips + code_chips / 2) / code_chips;
+            other.scan.integration_chips = periods.max(1) * code_chips;
+        }
+        other.hardware.parallel = self.parallel.min(other.scan.steps as u32);
+        // What one architecture has and the other has not would be compared, too.
+        other.hardware.counter_width = None;
+        other.hardware.total_counts = None;
+        other.hardware.peak_detector = false;
+        other
+    }
+}
+
+/// Compares the architectures on the first detector's first own path, over measuring times
+/// up to that of the scene's own scan with one phase step after another.
+///
+/// # Errors
+/// When nothing can be expected of the scene.
+pub fn compare(scene: &Scene) -> Result<Comparison, ComparisonError> {
+    let own = scene.detectors[0].reference;
+    let path = PathIndex::of(&scene.paths)
+        .find(|&p| scene.paths[p].detector == DetectorIndex(0) && scene.paths[p].source == own)
+        .ok_or(ComparisonError::NoPath)?;
+    if !scene.scan.is_full() {
+        return Err(ComparisonError::NotWhole {
+            steps: scene.scan.steps,
+            steps_per_period: scene.scan.steps_per_period,
+        });
+    }
+    check_modulated(&Sensor::new(scene), DetectorIndex(0))?;
+    let sequential = PLANS[0].scene(scene, 0);
+    let peak = points::peak(&sequential, path)?;
+    let times = points::times_chips(&Sensor::new(&sequential));
+    let mut ways: Vec<Way> = PLANS
+        .iter()
+        .map(|plan| {
+            let scene = plan.scene(scene, peak.step);
+            way(plan, &scene, path, &times)
+        })
+        .collect();
+    points::mark_pareto(&mut ways);
+    Ok(Comparison {
+        scene: scene.name.clone(),
+        path,
+        true_distance_m: scene.paths[path].distance_m(),
+        detected_rate_cps: peak.detected_rate_cps,
+        ways,
+    })
+}
+
+fn way(plan: &Plan, scene: &Scene, path: PathIndex, times: &[u64]) -> Way {
+    let sensor = Sensor::new(scene);
+    let timing = sensor.timing();
+    let group = timing.grouping().group_of(Step(0));
+    let is_histogram = plan.architecture == Architecture::Histogram;
+    let (points, remarks) = points::points(plan, scene, path, times);
+    Way {
+        name: plan.name,
+        architecture: if is_histogram { "histogram" } else { "updown" },
+        parallel: timing.grouping().steps_of(group).len() as u64,
+        phase_steps: timing.scan.steps,
+        whole_range: !plan.near,
+        resources: if is_histogram {
+            None
+        } else {
+            resources(&sensor)
+        },
+        memory_bits: if is_histogram {
+            points::memory_bits(scene)
+        } else {
+            0
+        },
+        points,
+        remarks,
+    }
+}

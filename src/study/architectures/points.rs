@@ -1,0 +1,180 @@
+//! What is expected of each sensor, time by time.
+
+use super::{ComparisonError, Plan, Point, Way};
+use crate::estimate::fit::{FitError, expected_fit};
+use crate::estimate::{CountingTier, delay_error_ps, distance_m, predict};
+use crate::photons::DetectorModel;
+use crate::response::Light;
+use crate::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
+use crate::sensor::Sensor;
+use crate::simulate::domain::STEP_IN_MEMORIES;
+
+/// The shortest measuring time in code periods, and from one time to the next.
+const SHORTEST_PERIODS: u64 = 7;
+const NEXT: u64 = 4;
+/// Most times.
+const MOST_TIMES: usize = 8;
+/// A sensor that misses the peak more often is not on the front.
+const MOST_MISSES: f64 = 0.01;
+
+/// Where the peak is, and how bright it is.
+pub struct Peak {
+    pub step: u64,
+    pub detected_rate_cps: f64,
+}
+
+/// The peak of a path in the counts of a sequential sensor.
+pub fn peak(scene: &Scene, path: PathIndex) -> Result<Peak, ComparisonError> {
+    let expected = predict(
+        &Sensor::new(scene),
+        DetectorIndex(0),
+        path,
+        CountingTier::Sampled,
+    )?;
+    Ok(Peak {
+        step: expected.estimate.coarse_step,
+        detected_rate_cps: expected.detection_rate_hz,
+    })
+}
+
+/// Measuring times in chips, whole code periods, up to that of a sequential sensor.
+pub fn times_chips(sequential: &Sensor) -> Vec<u64> {
+    let timing = sequential.timing();
+    let longest = u64::try_from(timing.scan_chips()).unwrap_or(u64::MAX);
+    let times = (0..MOST_TIMES as u32).map(|time| {
+        let periods = SHORTEST_PERIODS * NEXT.pow(time);
+        periods.saturating_mul(timing.code_chips())
+    });
+    let mut times: Vec<u64> = times.collect();
+    // At least one time, and the first that is no shorter than the sensor's own.
+    let own = times.iter().take_while(|&&chips| chips < longest).count() + 1;
+    times.truncate(own);
+    times
+}
+
+/// Bits of two histograms that take turns: a bin counts at most once in each code period.
+pub fn memory_bits(scene: &Scene) -> u64 {
+    let periods = scene.scan.integration_chips / scene.timing().code_chips();
+    let bits = u64::BITS - periods.max(1).leading_zeros();
+    let detectors = scene.detectors.len() as u64;
+    2 * detectors * scene.scan.steps_per_period * u64::from(bits)
+}
+
+/// The points of a sensor by both estimators, and why there are none of one.
+pub fn points(
+    plan: &Plan,
+    scene: &Scene,
+    path: PathIndex,
+    times: &[u64],
+) -> (Vec<Point>, Vec<String>) {
+    let mut points = Vec::new();
+    let mut remarks: Vec<String> = Vec::new();
+    let groups = Sensor::new(scene).timing().groups();
+    for estimator in [EstimatorKind::Fft, EstimatorKind::Model] {
+        let mut too_short = 0;
+        for &chips in times {
+            let mut at = scene.clone();
+            at.estimator = estimator;
+            at.scan.integration_chips = chips / groups;
+            if is_too_short(&at) {
+                too_short += 1;
+                continue;
+            }
+            match point(plan, &Sensor::new(&at), path, estimator) {
+                Ok(point) => points.push(point),
+                Err(reason) => {
+                    let remark = format!("no expectation of {estimator}: {reason}");
+                    if !remarks.contains(&remark) {
+                        remarks.push(remark);
+                    }
+                }
+            }
+        }
+        if too_short > 0 && estimator == EstimatorKind::Fft {
+            remarks.push(format!(
+                "{too_short} of {} measuring times are left out: their phase steps are not long \
+                 beside the detector's memory",
+                times.len()
+            ));
+        }
+    }
+    (points, remarks)
+}
+
+/// Whether steps are not long beside the detector's memory, or no chip at all.
+fn is_too_short(scene: &Scene) -> bool {
+    let chips = scene.scan.integration_chips;
+    if chips == 0 {
+        return true;
+    }
+    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
+    let memory = model
+        .memory_under(Light::of(&model).brightest_per_chip())
+        .scale_chips();
+    (chips as f64) < STEP_IN_MEMORIES * memory
+}
+
+/// What one estimator is expected to say, or why nothing is expected of it.
+fn point(
+    plan: &Plan,
+    sensor: &Sensor,
+    path: PathIndex,
+    estimator: EstimatorKind,
+) -> Result<Point, String> {
+    let detector = DetectorIndex(0);
+    let counting = CountingTier::Sampled;
+    let phase = predict(sensor, detector, path, counting).map_err(|reason| reason.to_string())?;
+    let (bias_m, std_m) = match estimator {
+        EstimatorKind::Fft => (phase.bias_m, phase.std_m),
+        EstimatorKind::Model => {
+            fitted(sensor, path).map_err(|reason: FitError| reason.to_string())?
+        }
+    };
+    let measuring_time_s = sensor.timing().scan_duration_ps() * 1e-12;
+    Ok(Point {
+        estimator,
+        measuring_time_s,
+        frame_rate_hz: 1.0 / measuring_time_s,
+        bias_m,
+        std_m,
+        rms_error_m: bias_m.hypot(std_m),
+        coarse_failure_bound_fraction: (!plan.near).then_some(phase.coarse_failure_bound_fraction),
+        pareto: false,
+    })
+}
+
+/// Bias and standard deviation of the fit's strongest path.
+fn fitted(sensor: &Sensor, path: PathIndex) -> Result<(f64, f64), FitError> {
+    let fitted = expected_fit(sensor, DetectorIndex(0), CountingTier::Sampled)?;
+    let true_delay_ps = sensor.scene().paths[path].delay_ps;
+    let period_ps = sensor.timing().code_period_ps();
+    let error_ps = delay_error_ps(fitted.delay_ps, true_delay_ps, period_ps);
+    Ok((distance_m(error_ps), fitted.std_m))
+}
+
+/// Marks the points that no other beats in both time and error.
+pub fn mark_pareto(ways: &mut [Way]) {
+    let counts = |way: &Way, point: &Point| {
+        way.whole_range
+            && point
+                .coarse_failure_bound_fraction
+                .is_some_and(|f| f <= MOST_MISSES)
+    };
+    let rivals: Vec<(f64, f64)> = ways
+        .iter()
+        .flat_map(|way| way.points.iter().filter(|point| counts(way, point)))
+        .map(|point| (point.measuring_time_s, point.rms_error_m))
+        .collect();
+    for way in ways {
+        let whole_range = way.whole_range;
+        for point in &mut way.points {
+            let (time, error) = (point.measuring_time_s, point.rms_error_m);
+            let found = point
+                .coarse_failure_bound_fraction
+                .is_some_and(|f| f <= MOST_MISSES);
+            // Times of one row differ by the chips that are rounded away.
+            let beats = |&(t, e): &(f64, f64)| t <= 1.001 * time && e < error;
+            point.pareto = whole_range && found && !rivals.iter().any(beats);
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! One histogram against phase steps one after another, at the same light and measuring time.
+
+use crate::optics_support::{gold_11, table_i_scene};
+use goldtof::scene::{Architecture, EstimatorKind, Scene};
+use goldtof::sensor::Sensor;
+use goldtof::simulate::Tier;
+use goldtof::simulate::repeat::simulate;
+use goldtof::study::architectures::{Comparison, Point, compare};
+
+fn scene(primary_cps: f64) -> Scene {
+    table_i_scene(gold_11(), primary_cps, 13_100)
+}
+
+/// The points of one sensor by one estimator, in order of time.
+fn points<'c>(compared: &'c Comparison, name: &str, estimator: EstimatorKind) -> Vec<&'c Point> {
+    let way = compared.ways.iter().find(|way| way.name == name);
+    let points = way.expect("there is one").points.iter();
+    points
+        .filter(|point| point.estimator == estimator)
+        .collect()
+}
+
+/// From 1 to 20 million detections per second. Sixteen steps each see a sixteenth of the
+/// light, so that their counts scatter four times as much; but their errors are independent,
+/// and those of a histogram's steps are not, which takes half of that from the phase, and
+/// nothing from the fit to bins.
+#[test]
+fn a_histogram_is_four_times_as_precise_as_sixteen_steps() {
+    for (primary_cps, detected_mcps) in [(0.8e6, 0.99), (25e6, 19.4)] {
+        let compared = compare(&scene(primary_cps)).expect("it can be compared");
+        assert!((compared.detected_rate_cps / 1e6 / detected_mcps - 1.0).abs() < 0.01);
+        let ratios = |estimator| -> Vec<f64> {
+            let steps = points(&compared, "sequential, near the peak", estimator);
+            let histograms = points(&compared, "histogram", estimator);
+            assert_eq!(steps.len(), 8);
+            assert_eq!(histograms.len(), 8);
+            let pairs = steps.iter().zip(histograms);
+            pairs
+                .map(|(steps, histogram)| {
+                    let times = steps.measuring_time_s / histogram.measuring_time_s;
+                    assert!((times - 1.0).abs() < 1e-3);
+                    steps.std_m / histogram.std_m
+                })
+                .collect()
+        };
+        for ratio in ratios(EstimatorKind::Model) {
+            assert!((3.6..4.5).contains(&ratio), "{primary_cps}: {ratio}");
+        }
+        for ratio in ratios(EstimatorKind::Fft) {
+            assert!((1.6..2.2).contains(&ratio), "{primary_cps}: {ratio}");
+        }
+        // Walk stays in the phase of counts, and goes with the histogram's correction.
+        let last = |name| {
+            *points(&compared, name, EstimatorKind::Fft)
+                .last()
+                .expect("some")
+        };
+        assert!(last("histogram").bias_m.abs() < 1.6e-3);
+        let walk = last("parallel 16, near the peak").bias_m;
+        assert!(walk < -2e-3 * detected_mcps, "{walk}");
+        // Sixteen steps of the same light have the errors of a histogram's.
+        let phase = last("histogram").std_m / last("parallel 16, near the peak").std_m;
+        assert!((phase - 1.0).abs() < 0.03, "{phase}");
+    }
+}
+
+#[test]
+fn the_front_is_what_nothing_beats() {
+    let compared = compare(&scene(8e6)).expect("it can be compared");
+    let all: Vec<&Point> = compared
+        .ways
+        .iter()
+        .filter(|way| way.whole_range)
+        .flat_map(|way| &way.points)
+        .filter(|point| point.coarse_failure_bound_fraction.expect("whole range") <= 0.01)
+        .collect();
+    for point in &all {
+        let is_beaten = all.iter().any(|other| {
+            other.measuring_time_s <= 1.001 * point.measuring_time_s
+                && other.rms_error_m < point.rms_error_m
+        });
+        assert_eq!(point.pareto, !is_beaten);
+    }
+    assert!(all.iter().filter(|point| point.pareto).count() >= 8);
+    let mut part = scene(8e6);
+    part.scan.steps = 64;
+    assert!(compare(&part).is_err());
+    let mut dark = scene(8e6);
+    dark.sources[0].mean_power_w = 0.0;
+    assert!(compare(&dark).is_err());
+}
+
+/// The same ratio, of photons: 16 steps of 8,956 chips against 70 code periods.
+#[test]
+fn photons_say_so_too() {
+    let measured = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = scene(8e6);
+        scene.estimator = EstimatorKind::Model;
+        change(&mut scene);
+        let said = simulate(&Sensor::new(&scene), Tier::Sampled, 3, 250).expect("it does");
+        let path = &said.estimates[0];
+        assert_eq!(path.estimates, 250, "{:?}", path.remark);
+        [path.std_m, path.std_std_error_m].map(|value| value.expect("some"))
+    };
+    let [steps, steps_error] = measured(&|scene| {
+        // The delay and the sampling's 2.75 ns are 24 steps.
+        scene.scan.first_step = 24 - 8;
+        scene.scan.steps = 16;
+        scene.scan.integration_chips = 70 * 2047 / 16;
+    });
+    let [histogram, histogram_error] = measured(&|scene| {
+        scene.hardware.architecture = Architecture::Histogram;
+        scene.scan.integration_chips = 70 * 2047;
+    });
+    let ratio = steps / histogram;
+    let error = ratio * (steps_error / steps).hypot(histogram_error / histogram);
+    println!(
+        "{:.2} mm, {:.2} mm: {ratio:.2} +- {error:.2}",
+        steps * 1e3,
+        histogram * 1e3
+    );
+    assert!((ratio - 4.2).abs() < 4.0 * error, "{ratio} +- {error}");
+}
