@@ -71,6 +71,9 @@ pub enum Uncorrected {
         /// From one sample to the next.
         sample_ns: f64,
     },
+    /// Only counts of phase steps are known.
+    #[error("counts of phase steps do not show when the detector was blind")]
+    CountsOfSteps,
 }
 
 /// Dead time and afterpulses of a detector as its histogram has them, if it shows them.
@@ -192,11 +195,10 @@ struct Expected<'e, 'm> {
 
 impl<'e, 'm> Expected<'e, 'm> {
     fn new(
-        sensor: &'e Sensor,
-        detector: DetectorIndex,
+        phase: PhaseOfHistogram<'e>,
         response: &'e MeanResponse<'m>,
     ) -> Result<Expected<'e, 'm>, CorrectionError> {
-        let phase = PhaseOfHistogram::new(sensor, detector);
+        let sensor = phase.sensor;
         let bins = response.mean_bins();
         let (values, bin_variance) = match phase.dead_time {
             Err(_) => (phase.correlator.correlate(&bins), None),
@@ -290,10 +292,37 @@ pub(super) fn predict(
     detector: DetectorIndex,
     path: PathIndex,
 ) -> Result<Prediction, PredictionError> {
-    TheoryEffort::of(sensor, detector)?.check_histogram()?;
-    let model = DetectorModel::new(sensor, detector);
+    predict_by(PhaseOfHistogram::new(sensor, detector), detector, path)
+}
+
+/// [`predict`] of the counts of phase steps that follow from a histogram, as they are.
+///
+/// # Errors
+/// As there.
+///
+/// # Panics
+/// As there.
+pub(super) fn predict_steps(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    path: PathIndex,
+) -> Result<Prediction, PredictionError> {
+    let phase = PhaseOfHistogram {
+        dead_time: Err(Uncorrected::CountsOfSteps),
+        ..PhaseOfHistogram::new(sensor, detector)
+    };
+    predict_by(phase, detector, path)
+}
+
+fn predict_by(
+    phase: PhaseOfHistogram,
+    detector: DetectorIndex,
+    path: PathIndex,
+) -> Result<Prediction, PredictionError> {
+    TheoryEffort::of(phase.sensor, detector)?.check_histogram()?;
+    let model = DetectorModel::new(phase.sensor, detector);
     let response = MeanResponse::new(&model)?;
-    Expected::new(sensor, detector, &response)?.predict(path)
+    Expected::new(phase, &response)?.predict(path)
 }
 
 /// Predictions and bound of a detector's histograms.
@@ -304,10 +333,11 @@ pub(super) fn theory(sensor: &Sensor, detector: DetectorIndex, paths: &[PathInde
         Ok(response) => response,
         Err(reason) => return Theory::refused(reason, paths.len()),
     };
-    let predictions: Vec<_> = match Expected::new(sensor, detector, &response) {
-        Ok(expected) => paths.iter().map(|&path| expected.predict(path)).collect(),
-        Err(reason) => vec![Err(reason.into()); paths.len()],
-    };
+    let predictions: Vec<_> =
+        match Expected::new(PhaseOfHistogram::new(sensor, detector), &response) {
+            Ok(expected) => paths.iter().map(|&path| expected.predict(path)).collect(),
+            Err(reason) => vec![Err(reason.into()); paths.len()],
+        };
     let missed = |predicted: &Result<Prediction, PredictionError>| match predicted {
         Ok(predicted) => predicted.missed_fraction,
         // A peak that is not there is not found.

@@ -1,24 +1,31 @@
 //! The estimate of one detector beside the truth and what theory expects.
 
+use std::fmt::Display;
+
 use serde::Serialize;
 
 use super::bound::bound;
+use super::histogram::{self, PhaseOfHistogram};
 use super::unwrap::{check_normal, fold, fold_distance};
 use super::{
-    CountingTier, calibration_offset_ps, check_modulated, delay_error_ps, distance_m, estimate,
-    folded, predict, true_delay,
+    CountingTier, Estimate, calibration_offset_ps, check_modulated, delay_error_ps, distance_m,
+    estimate, folded, predict, true_delay,
 };
 use crate::estimate::fit::{
-    ALARM_SIGMAS, FittedPath, ModelEstimate, expected_fit, fit, shared_light,
+    ALARM_SIGMAS, BinFitter, FittedPath, ModelEstimate, expected_fit, fit, shared_light,
 };
+use crate::histogram::Histogram;
 use crate::photons::StepCount;
-use crate::scene::{DetectorIndex, EstimatorKind, Path, PathIndex};
+use crate::scene::{Architecture, DetectorIndex, EstimatorKind, Path, PathIndex};
 use crate::sensor::Sensor;
 
 /// Why counts cannot be fitted, and what would make it possible. Signed counts alone
 /// hardly tell how much light there is in all, and with it how far dead time moves them.
 const SIGNED_ALONE: &str = "the fit needs total counts, and this hardware sends the signed ones \
      alone; total_counts = true, or estimator = \"model\", adds them";
+
+/// Why counts of a histogram sensor's phase steps say less than its bins.
+const NO_BINS: &str = "the bins of the histogram do not follow from the counts of phase steps";
 
 /// What a scan's counts say about the distance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -134,11 +141,46 @@ pub fn estimate_scan(
             report.remark = Some(format!("no estimate: {reason}"));
             None
         }
-        (Ok(()), EstimatorKind::Fft) => report.take_phase(sensor, counts),
-        (Ok(()), EstimatorKind::Model) => report.take_fit(sensor, detector, counts),
+        (Ok(()), estimator) => match (sensor.scene().hardware.architecture, estimator) {
+            (Architecture::Histogram, _) => report.take_steps_of_histogram(sensor, counts),
+            (Architecture::UpDown, EstimatorKind::Fft) => report.take_phase(sensor, counts),
+            (Architecture::UpDown, EstimatorKind::Model) => {
+                report.take_fit(sensor, detector, counts)
+            }
+        },
     };
-    report.compare(sensor, detector, measured_ps);
+    report.compare(sensor, detector, measured_ps, Basis::Steps);
     report
+}
+
+/// Estimates the distance that a detector's histogram gives, with the scene's estimator.
+///
+/// # Panics
+/// If the scene has no such detector, or the histogram not one bin per sample of its code.
+pub fn estimate_histogram(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    histogram: &Histogram,
+) -> EstimateReport {
+    let mut report = EstimateReport::without_estimate(sensor, detector);
+    let measured_ps = match check_modulated(sensor, detector) {
+        Err(reason) => {
+            report.remark = Some(format!("no estimate: {reason}"));
+            None
+        }
+        Ok(()) => report.take_histogram(sensor, detector, histogram),
+    };
+    report.compare(sensor, detector, measured_ps, Basis::Bins);
+    report
+}
+
+/// What an estimate of a sensor that keeps histograms is made from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Basis {
+    /// Counts of phase steps, of either architecture.
+    Steps,
+    /// The bins themselves.
+    Bins,
 }
 
 /// The same without counts: what is expected of the estimator against the first path.
@@ -146,7 +188,7 @@ pub fn expected_errors(sensor: &Sensor, detector: DetectorIndex) -> EstimateRepo
     let mut report = EstimateReport::without_estimate(sensor, detector);
     match check_modulated(sensor, detector) {
         Err(reason) => report.remark = Some(format!("no estimate: {reason}")),
-        Ok(()) => report.compare(sensor, detector, None),
+        Ok(()) => report.compare(sensor, detector, None, Basis::Bins),
     }
     report
 }
@@ -179,10 +221,59 @@ impl EstimateReport {
         }
     }
 
+    /// A histogram's answer; gives the time of flight.
+    fn take_histogram(
+        &mut self,
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        histogram: &Histogram,
+    ) -> Option<f64> {
+        if sensor.scene().estimator == EstimatorKind::Fft {
+            let phase = PhaseOfHistogram::new(sensor, detector);
+            let time_ps = self.take_estimate(phase.estimate(histogram));
+            if let Some(walks) = phase.walks() {
+                self.add_remark(&format!("range walk is left in: {walks}"));
+            }
+            return time_ps;
+        }
+        let fitter = BinFitter::new(sensor, detector);
+        match fitter.and_then(|fitter| fitter.fit(histogram)) {
+            Err(reason) => {
+                self.remark = Some(format!("no estimate: {reason}"));
+                None
+            }
+            Ok(fitted) => {
+                self.distance_m = Some(fitted.distance_m);
+                self.fit = Some(FitReport::of(sensor, &fitted));
+                Some(fitted.delay_ps)
+            }
+        }
+    }
+
+    /// The answer of a histogram of which only the counts of all phase steps are known;
+    /// gives the time of flight.
+    fn take_steps_of_histogram(&mut self, sensor: &Sensor, counts: &[StepCount]) -> Option<f64> {
+        if sensor.scene().estimator == EstimatorKind::Model {
+            self.remark = Some(format!("no estimate: {NO_BINS}"));
+            return None;
+        }
+        let time_ps = self.take_phase(sensor, counts);
+        self.add_remark(&format!("range walk is left in: {NO_BINS}"));
+        time_ps
+    }
+
     /// The phase's answer; gives the time of flight.
     fn take_phase(&mut self, sensor: &Sensor, counts: &[StepCount]) -> Option<f64> {
         let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
-        match estimate(sensor.timing(), &signed, self.calibration_offset_ps) {
+        self.take_estimate(estimate(
+            sensor.timing(),
+            &signed,
+            self.calibration_offset_ps,
+        ))
+    }
+
+    fn take_estimate(&mut self, estimate: Result<Estimate, impl Display>) -> Option<f64> {
+        match estimate {
             Err(reason) => {
                 self.remark = Some(format!("no estimate: {reason}"));
                 None
@@ -228,7 +319,13 @@ impl EstimateReport {
     }
 
     /// Puts truth and expectation beside the time of flight, if there is one.
-    fn compare(&mut self, sensor: &Sensor, detector: DetectorIndex, measured_ps: Option<f64>) {
+    fn compare(
+        &mut self,
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        measured_ps: Option<f64>,
+        basis: Basis,
+    ) {
         let own = sensor.scene().detectors[detector].reference;
         let code_period_ps = sensor.timing().code_period_ps();
         let truth = |p: PathIndex| true_delay(sensor, p, CountingTier::Sampled);
@@ -250,7 +347,7 @@ impl EstimateReport {
             Ok(bound) => self.bound_m = bound.of_path(path),
             Err(reason) => self.bound_remark = Some(format!("no bound: {reason}")),
         }
-        match expectation(sensor, detector, path) {
+        match expectation(sensor, detector, path, basis) {
             Ok((bias_m, fitted_distance_std_m)) => {
                 // The fit weighs with second moments of light near its own; the bound
                 // of the same unknowns and steps has this light's.
@@ -279,6 +376,13 @@ impl EstimateReport {
     }
 }
 
+/// Whether chi-square means something: with phase steps that share their light it does not,
+/// but with a histogram's bins.
+fn has_alarm(sensor: &Sensor) -> bool {
+    let scene = sensor.scene();
+    sensor.timing().parallel == 1 || scene.hardware.architecture == Architecture::Histogram
+}
+
 impl FitReport {
     fn of(sensor: &Sensor, fitted: &ModelEstimate) -> FitReport {
         let of_path = |path: &FittedPath| FittedPathReport {
@@ -299,7 +403,7 @@ impl FitReport {
             chi_square: fitted.chi_square,
             degrees_of_freedom: fitted.degrees_of_freedom,
             chi_square_excess_in_std: fitted.alarm_sigmas(),
-            alarm: sensor.timing().parallel == 1 && fitted.alarm_sigmas() > ALARM_SIGMAS,
+            alarm: has_alarm(sensor) && fitted.alarm_sigmas() > ALARM_SIGMAS,
             phase_steps: fitted.steps,
         }
     }
@@ -311,10 +415,16 @@ fn expectation(
     sensor: &Sensor,
     detector: DetectorIndex,
     path: PathIndex,
+    basis: Basis,
 ) -> Result<(f64, f64), String> {
     let tier = CountingTier::Sampled;
+    let is_histogram = sensor.scene().hardware.architecture == Architecture::Histogram;
     if sensor.scene().estimator == EstimatorKind::Fft {
-        let expected = predict(sensor, detector, path, tier).map_err(|e| e.to_string())?;
+        let expected = match basis {
+            Basis::Steps if is_histogram => histogram::predict_steps(sensor, detector, path),
+            _ => predict(sensor, detector, path, tier),
+        };
+        let expected = expected.map_err(|e| e.to_string())?;
         let range_m = distance_m(sensor.code_period_of_path_ps(path));
         check_normal(expected.std_m, range_m).map_err(|spread| spread.to_string())?;
         return Ok((expected.bias_m, expected.std_m));

@@ -7,10 +7,11 @@ use crate::optics_support::{
 };
 use goldtof::estimate::fit::{BinFitter, FitError};
 use goldtof::estimate::histogram::{Uncorrected, dead_time};
+use goldtof::estimate::report::{estimate_histogram, estimate_scan};
 use goldtof::estimate::{delay_error_ps, distance_m};
 use goldtof::histogram::Histogram;
 use goldtof::histogram::correlation::Correlator;
-use goldtof::photons::{DetectorModel, Pulse, PulseStream};
+use goldtof::photons::{DetectorModel, Pulse, PulseStream, StepCount};
 use goldtof::response::{MeanResponse, SecondMoments};
 use goldtof::scene::{Architecture, DetectorIndex, EstimatorKind, Scene};
 use goldtof::sensor::Sensor;
@@ -260,4 +261,45 @@ fn what_histograms_do_not_show_is_said() {
     for tier in [Tier::Counts, Tier::Rtl] {
         assert!(histograms(&short, FIRST, tier, 1, 1, |_| ()).is_err());
     }
+}
+
+/// A histogram has a report like a scan's; the counts of its phase steps alone keep the walk,
+/// and say so.
+#[test]
+fn a_report_says_what_the_bins_say() {
+    let mut scene = scene(60e6, 700);
+    let [histogram] = &made(&scene, Tier::Sampled, 9, 1)[..] else {
+        panic!("one histogram");
+    };
+    for estimator in [EstimatorKind::Fft, EstimatorKind::Model] {
+        scene.estimator = estimator;
+        let report = estimate_histogram(&Sensor::new(&scene), FIRST, histogram);
+        assert!(report.error_m.expect("there is one").abs() < 10e-3);
+        assert!(report.deviation_in_std.expect("there is one").abs() < 4.0);
+        assert_eq!(report.fit.is_some(), estimator == EstimatorKind::Model);
+    }
+    let total = histogram.total();
+    let signed = Correlator::new(&gold_11(), 8)
+        .signed_counts(histogram)
+        .into_iter();
+    let counts: Vec<StepCount> = signed.map(|signed| StepCount { signed, total }).collect();
+    scene.estimator = EstimatorKind::Fft;
+    let report = estimate_scan(&Sensor::new(&scene), FIRST, &counts);
+    assert!((report.error_m.expect("there is one") + 155e-3).abs() < 10e-3);
+    assert!(report.deviation_in_std.expect("there is one").abs() < 4.0);
+    assert!(
+        report
+            .remark
+            .expect("one")
+            .contains("range walk is left in")
+    );
+    scene.estimator = EstimatorKind::Model;
+    let report = estimate_scan(&Sensor::new(&scene), FIRST, &counts);
+    assert_eq!(report.distance_m, None);
+    assert!(
+        report
+            .remark
+            .expect("one")
+            .contains("bins of the histogram do not follow")
+    );
 }

@@ -13,9 +13,10 @@ use super::problem::{DELAY_STEP_CHIPS, Parameters, PathParameters, Problem};
 use super::{FitError, FittedPath, ModelEstimate, start};
 use crate::estimate::bound::{Bound, PathBound};
 use crate::estimate::histogram::{dead_time, periods};
-use crate::estimate::{CountingTier, distance_m};
+use crate::estimate::phase::estimate_at;
+use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
 use crate::histogram::Histogram;
-use crate::histogram::correction::{DeadTime, Innovations};
+use crate::histogram::correction::{DeadTime, Innovations, PrimaryLight};
 use crate::histogram::correlation::Correlator;
 use crate::photons::DetectorModel;
 use crate::response::{Light, MeanCount, MeanResponse};
@@ -95,7 +96,7 @@ impl<'s> BinFitter<'s> {
     /// If it has not one bin per sample of the code period.
     pub fn fit(&self, histogram: &Histogram) -> Result<ModelEstimate, FitError> {
         let counts: Vec<f64> = histogram.bins().iter().map(|&count| count as f64).collect();
-        self.fit_means(&counts)
+        self.fit_from(&counts, self.dead_time.correct(histogram).ok())
     }
 
     /// The same for counts of bins that need not be whole.
@@ -106,11 +107,35 @@ impl<'s> BinFitter<'s> {
     /// # Panics
     /// As [`BinFitter::fit`].
     pub fn fit_means(&self, counts: &[f64]) -> Result<ModelEstimate, FitError> {
+        let per_period: Vec<f64> = counts.iter().map(|count| count / self.periods).collect();
+        let light = self.dead_time.correct_means(&per_period, self.periods);
+        self.fit_from(counts, light.ok())
+    }
+
+    /// Where the fit starts: as that to counts of phase steps does, but for the delay, which
+    /// is that of the light without dead time and afterpulses, if it can be had.
+    fn start(&self, counts: &[f64], light: Option<PrimaryLight>) -> Result<Parameters, FitError> {
         let total = counts.iter().sum();
         let signed = self.correlator.correlate(counts).into_iter();
         let steps: Vec<MeanCount> = signed.map(|signed| MeanCount { signed, total }).collect();
         let tier = CountingTier::Sampled;
-        let start = start::start(self.sensor, self.detector, tier, &steps)?.parameters;
+        let mut start = start::start(self.sensor, self.detector, tier, &steps)?;
+        if let Some(light) = light {
+            let values = self.correlator.correlate(&light.per_period);
+            let offset_ps = calibration_offset_ps(self.sensor, self.detector, tier);
+            let timing = self.sensor.timing();
+            let phase = estimate_at(&values, start.peak.index(), timing, offset_ps);
+            start.parameters.paths[0].delay_chips = self.sensor.clock().chips(phase.delay_ps);
+        }
+        Ok(start.parameters)
+    }
+
+    fn fit_from(
+        &self,
+        counts: &[f64],
+        light: Option<PrimaryLight>,
+    ) -> Result<ModelEstimate, FitError> {
+        let start = self.start(counts, light)?;
         let problem = self.problem();
         let mut place = self.place(&problem, start)?;
         let mut known: Option<(Parameters, [Vec<f64>; 2])> = None;
