@@ -4,9 +4,10 @@
 //!
 //!     cargo bench --bench estimators -- [noiseless-walk] [noiseless-circular] \
 //!         [noiseless-interference] [walk] [interference] [wrong] [timing] \
-//!         [pairs] [near-far] [unknown]
+//!         [pairs] [near-far] [unknown] [histogram]
 
 mod apart;
+mod histogram;
 mod noise;
 mod noiseless;
 #[path = "../../tests/physics/optics_support/mod.rs"]
@@ -35,7 +36,7 @@ fn main() -> Outcome {
         .filter(|a| !a.starts_with('-'))
         .collect();
     type Part = (&'static str, fn(&Scene) -> Outcome);
-    let known: [Part; 10] = [
+    let known: [Part; 11] = [
         ("noiseless-walk", noiseless::walk),
         ("noiseless-circular", noiseless::circular),
         ("noiseless-interference", noiseless::interference),
@@ -46,6 +47,7 @@ fn main() -> Outcome {
         ("pairs", apart::pairs),
         ("near-far", apart::near_far),
         ("unknown", apart::unknown),
+        ("histogram", histogram::histogram),
     ];
     let scene = scene::load(Path::new("scenes/paper-single.toml"))?;
     for (name, part) in known {

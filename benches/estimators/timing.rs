@@ -18,7 +18,7 @@ fn processor_ms() -> Outcome<f64> {
     Ok(nanoseconds.parse::<f64>()? * 1e-6)
 }
 
-fn milliseconds(times: u32, mut work: impl FnMut() -> Outcome) -> Outcome<f64> {
+pub fn milliseconds(times: u32, mut work: impl FnMut() -> Outcome) -> Outcome<f64> {
     let start = processor_ms()?;
     for _ in 0..times {
         work()?;

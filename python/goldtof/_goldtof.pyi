@@ -5,18 +5,38 @@ from typing import Any, Literal, final
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = [
+    "__version__",
+    "SPEED_OF_LIGHT_M_PER_S",
+    "GoldtofError",
+    "SceneError",
+    "ToolError",
+    "Scene",
+    "ReferenceModel",
+    "Scoreboard",
+    "codes",
+    "correlation",
+    "emit",
+    "expected",
+    "simulate",
+    "scans",
+    "estimate",
+    "cosim",
+]
 __version__: str
 SPEED_OF_LIGHT_M_PER_S: float
 
-Fidelity = Literal["expected", "counts", "events", "sampled", "rtl"]
-Engine = Literal["auto", "lanes", "lockstep"]
-Estimator = Literal["fft", "model"]
-Progress = Callable[[int, int], object]
-Words = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.uint32] | NDArray[np.uint64]
-Levels = NDArray[np.bool_] | NDArray[np.uint8]
+_Fidelity = Literal["expected", "counts", "events", "sampled", "rtl"]
+_Engine = Literal["auto", "lanes", "lockstep"]
+_Estimator = Literal["fft", "model"]
+_Progress = Callable[[int, int], object]
+_Words = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.uint32] | NDArray[np.uint64]
+_Levels = NDArray[np.bool_] | NDArray[np.uint8]
 
 class GoldtofError(Exception): ...
-class SceneError(GoldtofError): ...
+class SceneError(GoldtofError):
+    places: list[dict[str, Any]]
+
 class ToolError(GoldtofError): ...
 
 @final
@@ -68,8 +88,8 @@ class ReferenceModel:
         peak_latency_clocks: int | None = None,
     ) -> ReferenceModel: ...
     def clock(
-        self, samples: Words, reset: Levels | None = None, ready: Levels | None = None
-    ) -> dict[str, Words]: ...
+        self, samples: _Words, reset: _Levels | None = None, ready: _Levels | None = None
+    ) -> dict[str, _Words]: ...
     def take_results(self) -> dict[str, NDArray[Any]]: ...
     @property
     def clocks(self) -> int: ...
@@ -108,27 +128,27 @@ def expected(
     scene: Scene,
     *,
     detector: str | None = None,
-    fidelity: Fidelity = "expected",
-    estimator: Estimator | None = None,
+    fidelity: _Fidelity = "expected",
+    estimator: _Estimator | None = None,
 ) -> dict[str, Any]: ...
 def simulate(
     scene: Scene,
     *,
-    fidelity: Fidelity | str = "expected",
+    fidelity: _Fidelity | str = "expected",
     repetitions: int = 1,
     seed: int = 1,
-    engine: Engine = "auto",
-    estimator: Estimator | str | None = None,
-    on_progress: Progress | None = None,
+    engine: _Engine = "auto",
+    estimator: _Estimator | str | None = None,
+    on_progress: _Progress | None = None,
 ) -> dict[str, Any]: ...
 def scans(
     scene: Scene,
     *,
-    fidelity: Fidelity = "events",
+    fidelity: _Fidelity = "events",
     repetitions: int = 1,
     seed: int = 1,
     detector: str | None = None,
-    on_progress: Progress | None = None,
+    on_progress: _Progress | None = None,
 ) -> dict[str, NDArray[Any]]: ...
 def estimate(
     scene: Scene,
@@ -136,7 +156,7 @@ def estimate(
     *,
     total: NDArray[np.uint64] | None = None,
     detector: str | None = None,
-    estimator: Estimator | None = None,
+    estimator: _Estimator | None = None,
 ) -> dict[str, Any]: ...
 def cosim(
     scene: Scene,
@@ -150,6 +170,6 @@ def cosim(
     clocks: int | None = None,
     seed: int = 1,
     latency: str | None = None,
-    engine: Engine = "auto",
-    on_progress: Progress | None = None,
+    engine: _Engine = "auto",
+    on_progress: _Progress | None = None,
 ) -> dict[str, Any]: ...

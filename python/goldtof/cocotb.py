@@ -82,9 +82,9 @@ class Scoreboard:
             self._take()
 
     def _take(self) -> None:
-        value = self._batch.value
-        text = str(value)
-        if not value.is_resolvable:
+        text = str(self._batch.value)
+        # Not is_resolvable, which goes through the bits one by one in Python.
+        if text.strip("01"):
             self._look_for_unknown(text)
             text = text.translate(_KNOWN)
         self._clocks += len(text) // self._bits

@@ -2,10 +2,12 @@
 
 use goldtof::CosimFailed;
 use goldtof::cosim::error::CosimError;
+use goldtof::scene::SceneErrors;
 use goldtof::simulate::scans::ScansError;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
 
 create_exception!(
     goldtof,
@@ -17,7 +19,8 @@ create_exception!(
     goldtof,
     SceneError,
     GoldtofError,
-    "A scene that cannot be used: file, line, column, and what would be right."
+    "A scene that cannot be used: file, line, column, and what would be right. ``places`` has a \
+     dict of ``file``, ``line``, ``column`` (None of what was set) and ``message`` for each error."
 );
 create_exception!(
     goldtof,
@@ -36,9 +39,37 @@ pub(crate) fn bad_argument(reason: impl ToString) -> PyErr {
     PyValueError::new_err(reason.to_string())
 }
 
-/// An error of a scene.
-pub(crate) fn of_scene(reason: impl ToString) -> PyErr {
-    SceneError::new_err(reason.to_string())
+/// Errors of a scene, whose places Python has as ``places``.
+pub(crate) fn of_scene(errors: SceneErrors) -> PyErr {
+    let text = errors.to_string();
+    match errors {
+        SceneErrors::Invalid { errors, .. } => scene_error(text, errors),
+        SceneErrors::Unreadable { .. } => scene_error(text, Vec::new()),
+    }
+}
+
+/// An error of a scene that has no place in its file.
+pub(crate) fn of_whole_scene(reason: impl ToString) -> PyErr {
+    scene_error(reason.to_string(), Vec::new())
+}
+
+fn scene_error(text: String, places: Vec<goldtof::scene::SceneError>) -> PyErr {
+    let exception = SceneError::new_err(text);
+    let with_places = Python::attach(|python| {
+        let list = PyList::empty(python);
+        for place in places {
+            let told = PyDict::new(python);
+            told.set_item("file", place.file)?;
+            // A setting is not in the file.
+            let known = |number: usize| (place.line > 0).then_some(number);
+            told.set_item("line", known(place.line))?;
+            told.set_item("column", known(place.column))?;
+            told.set_item("message", place.message)?;
+            list.append(told)?;
+        }
+        exception.value(python).setattr("places", list)
+    });
+    with_places.err().unwrap_or(exception)
 }
 
 fn of_tools(error: &CosimError) -> PyErr {

@@ -43,6 +43,19 @@ fn named<T: Copy + Serialize>(all: &[T], name: &str, what: &str) -> PyResult<T> 
         })
 }
 
+/// Bounds of the command line.
+const MOST_REPETITIONS: u64 = 1_000_000;
+const MOST_CLOCKS: u64 = 1 << 50;
+
+fn within(value: u64, most: u64, what: &str) -> PyResult<()> {
+    match (1..=most).contains(&value) {
+        true => Ok(()),
+        false => Err(bad_argument(format!(
+            "{what} is {value}, and has to be 1 to {most}"
+        ))),
+    }
+}
+
 fn tier(name: &str) -> PyResult<Tier> {
     named(&Tier::ALL, name, "fidelity")
 }
@@ -208,9 +221,7 @@ pub(crate) fn simulate<'py>(
     on_progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let scene = scene.with_estimator(estimator)?;
-    if repetitions == 0 {
-        return Err(bad_argument("repetitions are 1 or more"));
-    }
+    within(repetitions, MOST_REPETITIONS, "repetitions")?;
     let options = SimulateOptions {
         fidelity: tier(fidelity)?,
         repetitions,
@@ -245,6 +256,7 @@ pub(crate) fn scans<'py>(
             "the tier expected draws no counts; expected() has their means",
         ));
     }
+    within(repetitions, MOST_REPETITIONS, "repetitions")?;
     let steps = scene.scan.steps as usize;
     let counts = wait_for(python, on_progress, move |watch| {
         let sensor = Sensor::new(&scene);
@@ -344,6 +356,7 @@ pub(crate) fn cosim<'py>(
     on_progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let scene = scene.scene().clone();
+    within(clocks.unwrap_or(1), MOST_CLOCKS, "clocks")?;
     let is_own = rtl.is_some() || !file_lists.is_empty();
     let rtl = match is_own {
         true => Rtl::Own(OwnRtl {

@@ -151,8 +151,16 @@ impl PyModel {
         ports: &mut [PortValues<'_>],
     ) -> PyResult<()> {
         let detectors = self.model.interface().reference_codes.len();
-        let clocks = samples.len() / detectors;
         let [reset, ready] = levels;
+        let whole = Inputs {
+            samples,
+            reset,
+            ready,
+        };
+        // All of it before any of it: a refused batch changes nothing.
+        let clocks = python
+            .detach(|| self.model.check(&whole))
+            .map_err(bad_argument)?;
         for first in (0..clocks).step_by(BLOCK * BLOCKS_BETWEEN_SIGNALS) {
             python.check_signals()?;
             let end = (first + BLOCK * BLOCKS_BETWEEN_SIGNALS).min(clocks);
@@ -211,7 +219,8 @@ impl PyModel {
     /// ``reset`` and ``ready`` have bool or uint8 for each clock, and are low and high at
     /// all of them if they are left out. Gives an array for each output port: unsigned
     /// integers as narrow as the port allows, or, of a port wider than 64 bits, columns of
-    /// 64 bits each, the lowest first.
+    /// 64 bits each, the lowest first. Inputs that are refused change nothing. Ctrl-C ends
+    /// the call between two clocks, which ``clocks`` tells; the outputs are lost.
     #[pyo3(signature = (samples, reset=None, ready=None))]
     fn clock<'py>(
         &mut self,
@@ -228,14 +237,6 @@ impl PyModel {
             Samples::U32(words) => words.as_array().shape()[0],
             Samples::U64(words) => words.as_array().shape()[0],
         };
-        for (name, levels) in [("reset", &reset), ("ready", &ready)] {
-            if !levels.is_empty() && levels.len() != clocks {
-                return Err(bad_argument(format!(
-                    "{name} has {} clocks, and samples have {clocks}",
-                    levels.len()
-                )));
-            }
-        }
         let outputs = PyDict::new(python);
         let mut filling = Vec::new();
         for field in &self.model.layout().outputs.fields {

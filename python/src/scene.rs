@@ -7,7 +7,7 @@ use goldtof::sensor::Sensor;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
-use crate::errors::{bad_argument, of_scene};
+use crate::errors::{bad_argument, of_scene, of_whole_scene};
 use crate::values::to_toml;
 
 /// A sensor and what surrounds it: what a scene file says, read and checked.
@@ -60,7 +60,7 @@ impl PyScene {
         self.scene
             .clone()
             .with_estimator(Some(kind))
-            .map_err(of_scene)
+            .map_err(of_whole_scene)
     }
 
     pub(crate) fn scene(&self) -> &Scene {

@@ -79,10 +79,15 @@ def test_inputs_that_are_not_meant_are_refused(quick):
         model.clock(np.array([0, 256], np.uint16))
     with pytest.raises(ValueError, match="float64"):
         model.clock(np.zeros(3))
-    with pytest.raises(ValueError, match="reset has 2 clocks, and samples have 3"):
+    with pytest.raises(ValueError, match="i_rst has 2 clocks, and i_samples has 3"):
         model.clock(np.zeros(3, np.uint8), np.zeros(2, bool))
     with pytest.raises(ValueError, match="at most 4096"):
         goldtof.ReferenceModel(quick, result_latency_clocks=5000)
+    # Far behind the first blocks that are clocked together.
+    late = np.zeros(100_000, np.uint16)
+    late[-1] = 0x100
+    with pytest.raises(ValueError, match="clock 99999: the sample word"):
+        model.clock(late)
     assert model.clocks == 0
     every_other = model.clock(np.zeros(10, np.uint8)[::2])
     assert len(every_other["o_laser"]) == 5

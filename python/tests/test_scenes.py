@@ -40,8 +40,12 @@ def test_keys_are_set_in_place_or_not_at_all(quick):
 def test_errors_have_file_line_and_column(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("clock.chip_period = 8\n")
-    with pytest.raises(goldtof.SceneError, match=r"mine.toml:1:21: .* has no unit"):
+    with pytest.raises(goldtof.SceneError, match=r"mine.toml:1:21: .* has no unit") as caught:
         goldtof.Scene.load(path)
+    places = [place for place in caught.value.places if "8 has no unit" in place["message"]]
+    assert [(place["file"], place["line"], place["column"]) for place in places] == [
+        (str(path), 1, 21)
+    ]
     with pytest.raises(goldtof.SceneError, match="cannot read the scene"):
         goldtof.Scene.load(tmp_path / "nothing.toml")
     with pytest.raises(ValueError, match="clock.chip_period: a scene has no bytes"):

@@ -112,8 +112,11 @@ impl Model {
         Ok(())
     }
 
-    /// Clocks of the batch.
-    fn check<W: Copy + Into<u64>>(&self, inputs: &Inputs<W>) -> Result<usize, BatchError> {
+    /// Whether a batch would be taken, and its clocks.
+    ///
+    /// # Errors
+    /// When the inputs are not those of this sensor.
+    pub fn check<W: Copy + Into<u64>>(&self, inputs: &Inputs<W>) -> Result<usize, BatchError> {
         let detectors = self.last_samples.len();
         if !inputs.samples.len().is_multiple_of(detectors) {
             return Err(BatchError::PartOfAClock {

@@ -1,6 +1,8 @@
 //! One port's values out of the records of many clocks.
 
-use crate::sensor::layout::Field;
+use std::ops::Range;
+
+use crate::sensor::layout::{Field, mask};
 
 /// Where the values of a port go, one for each clock.
 #[derive(Debug)]
@@ -26,13 +28,8 @@ impl PortValues<'_> {
     pub fn copy(&mut self, records: &[u64], words: usize, field: &Field, first: usize) {
         let clocks = first..first + records.len() / words;
         let width = field.port.width;
-        let values = records.chunks_exact(words).map(|r| field.low_word(r));
-        match self {
-            PortValues::U8(to) if width <= 8 => fill(&mut to[clocks], values, |v| v as u8),
-            PortValues::U16(to) if width <= 16 => fill(&mut to[clocks], values, |v| v as u16),
-            PortValues::U32(to) if width <= 32 => fill(&mut to[clocks], values, |v| v as u32),
-            PortValues::U64(to) if width <= 64 => fill(&mut to[clocks], values, |v| v),
-            PortValues::U64(to) => {
+        match (self, words) {
+            (PortValues::U64(to), _) if width > 64 => {
                 let of_port = width.div_ceil(64) as usize;
                 let to = &mut to[clocks.start * of_port..clocks.end * of_port];
                 let records = records.chunks_exact(words);
@@ -40,6 +37,25 @@ impl PortValues<'_> {
                     to.copy_from_slice(&record[field.word..field.word + of_port]);
                 }
             }
+            // Most sensors' ports fit one word: a plain loop, for vectors of them.
+            (to, 1) => {
+                let (shift, mask) = (field.shift, mask(width));
+                to.fill(clocks, field, records.iter().map(|r| r >> shift & mask));
+            }
+            (to, _) => {
+                let records = records.chunks_exact(words);
+                to.fill(clocks, field, records.map(|r| field.low_word(r)));
+            }
+        }
+    }
+
+    fn fill(&mut self, clocks: Range<usize>, field: &Field, values: impl Iterator<Item = u64>) {
+        let width = field.port.width;
+        match self {
+            PortValues::U8(to) if width <= 8 => fill(&mut to[clocks], values, |v| v as u8),
+            PortValues::U16(to) if width <= 16 => fill(&mut to[clocks], values, |v| v as u16),
+            PortValues::U32(to) if width <= 32 => fill(&mut to[clocks], values, |v| v as u32),
+            PortValues::U64(to) if width <= 64 => fill(&mut to[clocks], values, |v| v),
             _ => panic!("{} has {width} bits", field.port.name),
         }
     }
@@ -74,6 +90,9 @@ mod tests {
         let mut twelve = [0; 2];
         PortValues::U16(&mut twelve).copy(&records, 2, &field(12, 0, 4), 0);
         assert_eq!(twelve, [0xef0, 0x567]);
+        let mut of_one_word = [0; 5];
+        PortValues::U8(&mut of_one_word).copy(&records, 1, &field(7, 0, 9), 1);
+        assert_eq!(of_one_word, [0, 0x77, 0, 0x2b, 0]);
         let mut words = [0; 4];
         PortValues::U64(&mut words).copy(&records, 2, &field(70, 0, 0), 0);
         assert_eq!(words, records);

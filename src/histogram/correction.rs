@@ -262,39 +262,70 @@ impl DeadTime {
     }
 
     /// Mean afterpulses that detections release in each bin of a code period, where a ready
-    /// detector fires at the rates `hazard` per bin. Linear in the detections.
+    /// detector fires at the rates `hazard` per bin.
     fn released(&self, per_period: &[f64], hazard: &[f64]) -> Result<Vec<f64>, CorrectionError> {
-        let count = per_period.len();
-        let Some(afterpulses) = self.afterpulses else {
-            return Ok(vec![0.0; count]);
-        };
+        match self.afterpulses {
+            None => Ok(vec![0.0; per_period.len()]),
+            Some(afterpulses) => Releases::new(self.bins, afterpulses, hazard).of(per_period),
+        }
+    }
+}
+
+/// How afterpulses that are pending go through the bins of a code period.
+#[derive(Debug, Clone)]
+struct Releases {
+    afterpulses: Afterpulses,
+    dead_time_bins: f64,
+    /// Rate per bin at which a ready detector fires.
+    hazard: Vec<f64>,
+    /// Of the part of each bin before the place of its start one dead time later, and after.
+    decays: Vec<[Decay; 2]>,
+}
+
+impl Releases {
+    fn new(dead_time_bins: f64, afterpulses: Afterpulses, hazard: &[f64]) -> Releases {
         let release = 1.0 / afterpulses.time_constant_bins;
-        let survival = (-self.bins * release).exp();
-        let (whole, part) = (self.bins.floor() as usize, self.bins.fract());
-        let decays: Vec<[Decay; 2]> = hazard
+        let part = dead_time_bins.fract();
+        let decays = hazard
             .iter()
-            .map(|hazard| [part, 1.0 - part].map(|width| Decay::new(hazard + release, width)))
-            .collect();
+            .map(|hazard| [part, 1.0 - part].map(|width| Decay::new(hazard + release, width)));
+        Releases {
+            afterpulses,
+            dead_time_bins,
+            decays: decays.collect(),
+            hazard: hazard.to_vec(),
+        }
+    }
+
+    /// Mean afterpulses that detections release in each bin. Linear in the detections.
+    fn of(&self, detections: &[f64]) -> Result<Vec<f64>, CorrectionError> {
+        let count = detections.len();
+        let mean_per_avalanche = self.afterpulses.mean_per_avalanche;
+        let release = 1.0 / self.afterpulses.time_constant_bins;
+        let survival = (-self.dead_time_bins * release).exp();
+        let whole = self.dead_time_bins.floor() as usize;
         // Pending ones while ready, on average over each bin.
         let mut pending = vec![0.0; count];
         let mut now = 0.0;
         for _ in 0..MOST_TURNS {
-            let mut change: f64 = 0.0;
+            let (mut change, mut largest): (f64, f64) = (0.0, 0.0);
+            // The bins from which avalanches come back in this one: in its first part, and
+            // in its second.
+            let mut early = (count - (whole + 1) % count) % count;
             for a in 0..count {
-                // What comes back of avalanches so many bins before.
-                let back = |bins: usize| {
-                    let b = (a + count - bins % count) % count;
-                    afterpulses.mean_per_avalanche * per_period[b]
-                        + survival * hazard[b] * pending[b]
+                let late = if early + 1 == count { 0 } else { early + 1 };
+                let back = |b: usize| {
+                    mean_per_avalanche * detections[b] + survival * self.hazard[b] * pending[b]
                 };
-                let [first, second] = &decays[a];
+                let [first, second] = &self.decays[a];
                 let mut sum = 0.0;
-                now = first.pass(now, back(whole + 1), &mut sum);
-                now = second.pass(now, back(whole), &mut sum);
+                now = first.pass(now, back(early), &mut sum);
+                now = second.pass(now, back(late), &mut sum);
                 change = change.max((sum - pending[a]).abs());
+                largest = largest.max(sum.abs());
                 pending[a] = sum;
+                early = late;
             }
-            let largest = pending.iter().fold(0.0, |most: f64, n| most.max(n.abs()));
             if !largest.is_finite() {
                 break;
             }
@@ -304,7 +335,7 @@ impl DeadTime {
         }
         Err(CorrectionError::NotSettled {
             turns: MOST_TURNS,
-            mean_per_avalanche: afterpulses.mean_per_avalanche,
+            mean_per_avalanche,
         })
     }
 }
@@ -321,6 +352,8 @@ pub struct Innovations {
     dead_time: DeadTime,
     /// Rate per bin at which a ready detector fires.
     hazard: Vec<f64>,
+    /// None without afterpulses.
+    releases: Option<Releases>,
     /// Mean count of each bin.
     means: Vec<f64>,
 }
@@ -341,9 +374,12 @@ impl Innovations {
         // A bin that is never expected to count weighs as if it seldom did.
         let least = LEAST_MEAN * means.iter().sum::<f64>() / means.len() as f64;
         let least = least.max(f64::MIN_POSITIVE);
+        let hazard = quotients(&per_period, &ready);
+        let afterpulses = dead_time.afterpulses;
         Ok(Innovations {
+            releases: afterpulses.map(|a| Releases::new(dead_time.bins, a, &hazard)),
             dead_time,
-            hazard: quotients(&per_period, &ready),
+            hazard,
             means: means.iter().map(|mean| mean.max(least)).collect(),
         })
     }
@@ -355,7 +391,10 @@ impl Innovations {
     /// When afterpulses pile up.
     pub fn whitened(&self, deviations: &[f64]) -> Result<Vec<f64>, CorrectionError> {
         let blind = self.dead_time.blind(deviations);
-        let released = self.dead_time.released(deviations, &self.hazard)?;
+        let released = match &self.releases {
+            None => vec![0.0; deviations.len()],
+            Some(releases) => releases.of(deviations)?,
+        };
         let bins = (0..deviations.len()).map(|a| {
             let innovation = deviations[a] + self.hazard[a] * blind[a] - released[a];
             innovation / self.means[a].sqrt()
@@ -394,6 +433,7 @@ fn quotients(per_period: &[f64], ready: &[f64]) -> Vec<f64> {
 }
 
 /// n' = -rate n + inflow over part of a bin.
+#[derive(Debug, Clone, Copy)]
 struct Decay {
     width: f64,
     stays: f64,

@@ -38,26 +38,22 @@ module goldtof_recorder #(
     reg               held_tready;
     reg               is_first = 1;
 
-    wire [WORDS*64-1:0] record = {
-        {(WORDS*64 - BITS){1'b0}},
-        o_peak_valid, o_peak_count, o_peak_step, o_saturated, o_overrun, m_axis_tlast,
-        held_tready, m_axis_tvalid, m_axis_tdata, held_samples, o_epoch, o_laser, held_rst};
-
-    // Records of the batch so far, and the last whole one.
-    reg [WORDS*64-1:0]       kept [0:BATCH-1];
-    integer                  clocks /* verilator public_flat_rd */ = 0;
+    integer                  clocks /* verilator public_flat_rd */ = 0;  // in the batch so far
     reg [BATCH*WORDS*64-1:0] batch /* verilator public_flat_rd */;
-    reg                      is_new /* verilator public_flat_rd */ = 0;  // changes with it
+    reg                      is_new /* verilator public_flat_rd */ = 0;  // changes when it is whole
 
-    integer i;
+    // What is read here is what stood before the edge. The batch is read when is_new
+    // changes, before the next clock writes into it.
     always @(posedge i_clk) begin
         if (!is_first) begin
-            kept[clocks] = record;
+            batch[clocks*WORDS*64 +: WORDS*64] = {
+                {(WORDS*64 - BITS){1'b0}},
+                o_peak_valid, o_peak_count, o_peak_step, o_saturated, o_overrun, m_axis_tlast,
+                held_tready, m_axis_tvalid, m_axis_tdata, held_samples, o_epoch, o_laser,
+                held_rst};
             clocks = clocks + 1;
         end
         if (clocks == BATCH) begin
-            for (i = 0; i < BATCH; i = i + 1)
-                batch[i*WORDS*64 +: WORDS*64] = kept[i];
             clocks = 0;
             is_new = !is_new;
         end
