@@ -169,7 +169,7 @@ impl Logic for HistogramChannel {
 
     fn hand_hits(&mut self) {
         let pairs = self.plan.adder_samples.div_ceil(2) as usize;
-        if self.hits.len() == 0 {
+        if self.hits.is_empty() {
             self.adder[0].i_hits.next = self.edges.o_hits.val();
             if self.plan.row_bins > 1 {
                 self.adder[0].i_early.next = self.edges.o_early.val();
