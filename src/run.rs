@@ -14,8 +14,9 @@ use crate::cosim::window::Window;
 use crate::cosim::{self, Cosimulation, Request, StimulusKind, Verdict, cosimulate};
 use crate::deliver::{self, Emission, HdlError};
 use crate::document::Body;
-use crate::estimate::report::{EstimateReport, estimate_scan};
+use crate::estimate::report::{EstimateReport, estimate_histogram, estimate_scan};
 use crate::files::{FileError, OutputFolder};
+use crate::histogram::Histogram;
 use crate::photons::StepCount;
 #[cfg(feature = "plots")]
 use crate::plan::figures::Figures;
@@ -205,8 +206,13 @@ fn request(emission: &Emission, options: &RunOptions) -> Result<Request, CosimEr
 /// What the counts that the Verilog sent say of the distance, detector by detector.
 fn estimates(sensor: &Sensor, cosimulation: &Cosimulation) -> Vec<EstimateReport> {
     let of_detector = |(detector, sent): (DetectorIndex, &Vec<SentCount>)| {
-        let counts: Vec<StepCount> = sent.iter().map(SentCount::step_count).collect();
-        let mut estimate = estimate_scan(sensor, detector, &counts);
+        let mut estimate = match histogram_of(sensor, sent) {
+            Some(histogram) => estimate_histogram(sensor, detector, &histogram),
+            None => {
+                let counts: Vec<StepCount> = sent.iter().map(SentCount::step_count).collect();
+                estimate_scan(sensor, detector, &counts)
+            }
+        };
         if cosimulation.report.verdict == Verdict::Mismatch {
             estimate.add_remark(OF_THE_VERILOG);
         }
@@ -214,6 +220,15 @@ fn estimates(sensor: &Sensor, cosimulation: &Cosimulation) -> Vec<EstimateReport
     };
     let counts = DetectorIndex::all().zip(&cosimulation.counts);
     counts.map(of_detector).collect()
+}
+
+/// The histogram that a detector's hardware sent, if it keeps one and sent all of it.
+fn histogram_of(sensor: &Sensor, sent: &[SentCount]) -> Option<Histogram> {
+    let plan = sensor.interface().histogram?;
+    let bins: Option<Vec<u64>> = sent.iter().map(|count| count.bin).collect();
+    Histogram::new(bins?, plan.row_bins, plan.periods)
+        .ok()
+        .filter(|histogram| histogram.bins().len() as u64 == plan.bins())
 }
 
 /// Writes the counts, and last the report.

@@ -21,6 +21,9 @@ pub struct SentCount {
     pub signed: i64,
     /// The total count; none of hardware that sends none.
     pub total: Option<u64>,
+    /// Of a histogram, whose bins are as many as there are phase steps, what the bin of
+    /// this number holds.
+    pub bin: Option<u64>,
 }
 
 impl SentCount {
@@ -212,6 +215,7 @@ impl SentReader {
             step: self.grouping.step_of(group, in_group % steps).0,
             signed: counts.0,
             total: counts.1,
+            bin: None,
         };
         self.taken += 1;
         let ends = self.taken == self.detectors * self.grouping.steps;

@@ -74,12 +74,14 @@ impl FrameReader {
                 .map_err(|_| Misplaced)?;
             let total = Some(histogram.total());
             let signed = correlator.signed_counts(&histogram);
-            counts.extend((0..).zip(signed).map(|(step, signed)| SentCount {
+            let of_steps = (0..).zip(signed.into_iter().zip(bins));
+            counts.extend(of_steps.map(|(step, (signed, &bin))| SentCount {
                 scan: 0,
                 detector,
                 step,
                 signed,
                 total,
+                bin: Some(bin),
             }));
         }
         self.bins.clear();

@@ -227,10 +227,9 @@ fn way(plan: &Plan, scene: &Scene, path: PathIndex, times: &[u64]) -> Way {
         } else {
             resources(&sensor)
         },
-        memory_bits: if is_histogram {
-            points::memory_bits(scene)
-        } else {
-            0
+        memory_bits: match &sensor.interface().histogram {
+            Some(plan) => plan.memory_bits(scene.detectors.len()) as u64,
+            None => 0,
         },
         points,
         remarks,

@@ -52,14 +52,6 @@ pub fn times_chips(sequential: &Sensor) -> Vec<u64> {
     times
 }
 
-/// Bits of two histograms that take turns: a bin counts at most once in each code period.
-pub fn memory_bits(scene: &Scene) -> u64 {
-    let periods = scene.scan.integration_chips / scene.timing().code_chips();
-    let bits = u64::BITS - periods.max(1).leading_zeros();
-    let detectors = scene.detectors.len() as u64;
-    2 * detectors * scene.scan.steps_per_period * u64::from(bits)
-}
-
 /// The points of a sensor by both estimators, and why there are none of one.
 pub fn points(
     plan: &Plan,
