@@ -431,14 +431,14 @@ fn read_hardware(root: &Section, scan: Option<&Scan>, estimator: EstimatorKind) 
     }
     hardware.peak_detector = section.boolean("peak_detector").unwrap_or(false);
     if hardware.architecture == Architecture::Histogram {
-        check_histogram(&section, scan);
+        check_histogram(&section, scan, hardware.parallel);
     }
     section.finish();
     hardware
 }
 
 /// A histogram has every phase step and every hit: nothing chooses among them.
-fn check_histogram(section: &Section, scan: Option<&Scan>) {
+fn check_histogram(section: &Section, scan: Option<&Scan>, parallel: u32) {
     for (key, why) in [
         (
             "parallel",
@@ -454,7 +454,9 @@ fn check_histogram(section: &Section, scan: Option<&Scan>) {
              their peak; leave out this key",
         ),
     ] {
-        if section.get(key).is_some() {
+        // One at a time is what a scene has that says nothing.
+        let is_one = key == "parallel" && parallel == 1;
+        if section.get(key).is_some() && !is_one {
             section.report(key, why);
         }
     }

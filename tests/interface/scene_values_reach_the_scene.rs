@@ -266,3 +266,43 @@ fn a_path_that_does_neither_stands_still() {
     let keys = "fluctuation = { std = \"0 mm\", correlation_time = \"1 ms\" }";
     assert_eq!(movement(keys), None);
 }
+
+/// The least scene with a histogram and these keys more.
+fn histogram(keys: &str) -> String {
+    format!("{LEAST}[hardware]\narchitecture = \"histogram\"\n{keys}\n")
+}
+
+#[test]
+fn a_histogram_integrates_over_whole_code_periods_for_all_steps_at_once() {
+    // 31 chips of 8 ns: 20 us are 80.6 periods, 380 ns are 1.5, 100 ns are 0.4.
+    for (integration, periods) in [("20 us", 81), ("380 ns", 2), ("100 ns", 1)] {
+        let text = histogram("parallel = 1").replace("20 us", integration);
+        let timing = scene(&text).timing();
+        assert_eq!(timing.scan.integration_chips, 31 * periods);
+        assert_eq!(
+            (timing.groups(), timing.grouping().steps_of_last()),
+            (1, 248)
+        );
+        assert!(timing.is_gapless());
+    }
+    assert!(scene(&histogram("")).sends_total_counts());
+}
+
+#[test]
+fn what_a_histogram_has_no_use_for_is_refused_by_its_key() {
+    for key in [
+        "parallel = 2",
+        "total_counts = true",
+        "peak_detector = false",
+    ] {
+        let error = parse("x.toml", &histogram(key)).expect_err(key).to_string();
+        let name = key.split(' ').next().expect("a key");
+        assert!(error.contains(&format!("hardware.{name}: ")), "{error}");
+    }
+    let window = histogram("").replace("[scan]", "[scan]\nsteps = { first = 0, count = 9 }");
+    let error = parse("x.toml", &window).expect_err("a window").to_string();
+    assert!(
+        error.contains("hardware.architecture: a histogram has all phase steps"),
+        "{error}"
+    );
+}
