@@ -16,6 +16,8 @@ use goldtof::reference::stimulus::{RESET_CLOCKS, clocks_for_scans, first_sample}
 use goldtof::scene::{self, DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::sensor::layout::Layout;
+use goldtof::simulate::Tier;
+use goldtof::simulate::histograms::histograms;
 use rayon::prelude::*;
 use tempfile::TempDir;
 
@@ -146,6 +148,16 @@ fn by_definition(sensor: &Sensor) -> Vec<Vec<i64>> {
     counts
 }
 
+/// The first frame's bins as the simulation's tier `sampled` has them.
+fn sampled(sensor: &Sensor, detector: DetectorIndex) -> Vec<u64> {
+    let mut bins = Vec::new();
+    histograms(sensor, detector, Tier::Sampled, SEED, 1, |histogram| {
+        bins = histogram.bins().to_vec();
+    })
+    .expect("the tier has histograms");
+    bins
+}
+
 #[test]
 fn every_phase_steps_count_follows_from_the_histogram_that_the_verilog_sent() {
     // Photons of an eager detector come as close as its pulses allow, too.
@@ -162,6 +174,10 @@ fn every_phase_steps_count_follows_from_the_histogram_that_the_verilog_sent() {
         for (sent, expected) in done.counts.iter().zip(&expected) {
             let sent: Vec<i64> = sent.iter().map(|count| count.signed).collect();
             assert_eq!(&sent, expected, "{name}");
+        }
+        for (detector, sent) in DetectorIndex::all().zip(&done.counts) {
+            let bins: Vec<u64> = sent.iter().filter_map(|count| count.bin).collect();
+            assert_eq!(bins, sampled(&sensor, detector), "{name}");
         }
     });
 }
