@@ -150,7 +150,8 @@ impl HistogramModel {
         }
     }
 
-    /// Reset: what the memories hold stays, and is of no consequence.
+    /// Reset. What the memories hold stays and is of no consequence, so it is followed no
+    /// further.
     pub(super) fn reset(&mut self) {
         self.bins.iter_mut().for_each(|bins| bins.fill(0));
         self.proves.clear();

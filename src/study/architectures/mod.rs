@@ -222,11 +222,7 @@ fn way(plan: &Plan, scene: &Scene, path: PathIndex, times: &[u64]) -> Way {
         parallel: timing.grouping().steps_of(group).len() as u64,
         phase_steps: timing.scan.steps,
         whole_range: !plan.near,
-        resources: if is_histogram {
-            None
-        } else {
-            resources(&sensor)
-        },
+        resources: resources(&sensor),
         memory_bits: match &sensor.interface().histogram {
             Some(plan) => plan.memory_bits(scene.detectors.len()) as u64,
             None => 0,
