@@ -4,6 +4,7 @@ use super::columns::columns;
 use super::estimates::{estimator_name, millimetres};
 use super::quantities::{frequency, length, number, time};
 use crate::plan::figures::Figures;
+use crate::plan::link::LinkBudget;
 use crate::plan::overview::{ExpectedError, Overview};
 use crate::plan::resources::{Basis, Resources};
 use crate::plan::{Part, Plan, Saving};
@@ -25,6 +26,7 @@ pub fn text(overview: &Overview, width: Option<usize>) -> String {
         }
     };
     text += &columns(&figures(&overview.figures), 2, width);
+    text += &table("Photons per second", &link(&overview.link));
     for of_detector in overview.expected.chunks(2) {
         text += &table(&expected_title(&of_detector[0]), &expected(of_detector));
     }
@@ -121,6 +123,32 @@ pub(super) fn figures(figures: &Figures) -> Vec<Row> {
             ),
         ),
     ]
+}
+
+/// Photons of each path, and what else fires its detector.
+fn link(budgets: &[LinkBudget]) -> Vec<Row> {
+    let row = |budget: &LinkBudget| {
+        let path = format!(
+            "{} to {}, {}",
+            budget.source,
+            budget.detector,
+            length(budget.distance_m)
+        );
+        let ratio = match budget.signal_to_background() {
+            ratio if ratio.is_finite() => format!("{ratio:.3} of signal for one of background"),
+            _ => "no background".to_owned(),
+        };
+        let photons = format!(
+            "{:.3e} emitted, {:.3e} returned, {:.3e} detected; {:.3e} ambient, {:.3e} dark: {ratio}",
+            budget.emitted_hz,
+            budget.returned_hz,
+            budget.detected_hz,
+            budget.ambient_hz,
+            budget.dark_hz
+        );
+        vec![path, photons]
+    };
+    budgets.iter().map(row).collect()
 }
 
 /// Whose errors, and where.
