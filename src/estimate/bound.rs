@@ -107,6 +107,11 @@ pub(super) fn bound_of(
         codes: light.paths.iter().map(|p| Arc::clone(&p.code)).collect(),
         steps: steps(sensor, detector, counts),
     };
+    if sensor.timing().parallel > 1 && !problem.has_shared_steps() {
+        return Err(FitError::SharedLight {
+            parallel: sensor.timing().parallel,
+        });
+    }
     let jacobian = problem.central_jacobian(&parameters, counts.response)?;
     let information = problem.weights_of(counts.second).information(&jacobian);
     let steps = problem.steps.len();

@@ -41,6 +41,7 @@ const WITHOUT_UNIT: [&str; 19] = [
     "resolved_error",
     "scene_value",
     "shown_error",
+    "signal_to_background",
     "statistic",
     "std_over_bound",
     "std_relative_error",

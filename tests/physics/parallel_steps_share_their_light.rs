@@ -2,6 +2,8 @@
 //! detections: in every tier, and in what theory expects.
 
 use crate::optics_support::{assert_within_standard_errors, gold_5, table_i_scene};
+use goldtof::estimate::bound::bound;
+use goldtof::estimate::fit::{Fitter, ModelEstimate, OtherLight};
 use goldtof::estimate::predict;
 use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, StepCount, count_step};
@@ -314,5 +316,50 @@ fn steps_of_a_group_share_the_start_of_a_detector_that_is_nearly_always_blind() 
                 (least.min(n), most.max(n))
             });
         assert!(least < most, "{what}: groups have light of their own");
+    }
+}
+
+/// The model estimator, on photons: steps of a group are weighed with what they know of
+/// each other, so that its scatter is the bound's and its own standard deviation and
+/// chi-square hold.
+#[test]
+fn the_fit_meets_the_bound_with_steps_that_share_their_light() {
+    for parallel in [4, 16] {
+        let mut scene = scene();
+        scene.scan.integration_chips = 31 * 200;
+        scene.hardware.parallel = parallel;
+        let sensor = Sensor::new(&scene);
+        let (detector, tier) = (DetectorIndex(0), CountingTier::Events);
+        let fitter = Fitter::new(&sensor, detector, tier, OtherLight::Given);
+        let mut fits: Vec<ModelEstimate> = Vec::new();
+        scans(&sensor, detector, Tier::Events, 3, 300, |scan| {
+            fits.push(fitter.fit(scan).expect("a fit"));
+        })
+        .unwrap();
+        let scans = fits.len() as f64;
+        let truth_m = scene.paths[0].distance_m();
+        let errors: Vec<f64> = fits.iter().map(|fit| fit.distance_m - truth_m).collect();
+        let bias = errors.iter().sum::<f64>() / scans;
+        let variance = errors.iter().map(|e| (e - bias).powi(2)).sum::<f64>() / (scans - 1.0);
+        let bound = bound(&sensor, detector, tier).expect("a bound");
+        let bound_m = bound.of_path(PathIndex(0)).expect("that of the path");
+        let ratio = variance.sqrt() / bound_m;
+        let claimed = fits.iter().map(|fit| fit.std_m).sum::<f64>() / scans / variance.sqrt();
+        let reduced = |fit: &ModelEstimate| fit.chi_square / fit.degrees_of_freedom as f64;
+        let chi_square = fits.iter().map(reduced).sum::<f64>() / scans;
+        println!(
+            "parallel {parallel}: bias {:.2} mm, std / bound {ratio:.3}, own std / std {claimed:.3}, \
+             chi-square {chi_square:.3} a degree of {}",
+            1e3 * bias,
+            fits[0].degrees_of_freedom
+        );
+        // Standard errors are 0.041 of the scatter.
+        let error = 1.0 / (2.0 * (scans - 1.0)).sqrt();
+        assert_within_standard_errors((ratio - 1.0) / error, 4.0, "std / bound");
+        assert_within_standard_errors((claimed - 1.0) / error, 4.0, "own std / std");
+        assert_within_standard_errors(bias / bound_m * scans.sqrt(), 5.0, "bias");
+        let degrees = fits[0].degrees_of_freedom as f64;
+        let spread = (2.0 / degrees / scans).sqrt();
+        assert_within_standard_errors((chi_square - 1.0) / spread, 5.0, "chi-square");
     }
 }

@@ -68,6 +68,8 @@ pub struct Fitted {
     pub parameters: Parameters,
     normal: Normal,
     chi_square: f64,
+    /// Numbers that the counts are.
+    values: usize,
     iterations: usize,
 }
 
@@ -102,6 +104,7 @@ impl Fitted {
             if normal.largest_step_sigmas(&step) < CONVERGED_SIGMAS {
                 return Ok(Some(Fitted {
                     chi_square: weights.chi_square(&measured, &expected),
+                    values: weights.values(),
                     parameters: next,
                     normal,
                     iterations: iteration,
@@ -185,6 +188,7 @@ impl Fitted {
                     parameters,
                     normal,
                     chi_square,
+                    values: weights.values(),
                     iterations: iteration,
                 });
             }
@@ -219,7 +223,7 @@ impl Fitted {
             std_m: distance_m(paths[0].delay_std_ps),
             constant_rate_hz: self.parameters.constant / (chip_ps * 1e-12),
             chi_square: self.chi_square,
-            degrees_of_freedom: 2 * problem.steps.len() - self.parameters.len(),
+            degrees_of_freedom: self.values.saturating_sub(self.parameters.len()),
             steps: problem.steps.len(),
             untold: None,
             iterations: self.iterations,

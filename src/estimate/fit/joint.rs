@@ -72,6 +72,8 @@ pub struct Found {
     /// of a template's value and of light.
     pub sigma: f64,
     pub unit: f64,
+    /// Numbers that the counts are.
+    pub values: usize,
 }
 
 /// The deviation that the largest of so many places exceeds in a share of scans.
@@ -215,7 +217,7 @@ impl<'a, 'm> Search<'a, 'm> {
         let problem = self.descent.problem_of(&here.codes);
         let axis = &self.air.axis;
         let weights = known.scan_weights(&problem, &here.parameters, &here.expected, axis)?;
-        let sigma = weights.signed_sigma();
+        let (sigma, values) = (weights.signed_sigma(), weights.values());
         self.descent.weights = weights;
         let here = self.descent.weighed(here);
         let (hypothesis, normal) = self.descent.exactly(here)?;
@@ -230,6 +232,7 @@ impl<'a, 'm> Search<'a, 'm> {
             hypothesis,
             normal,
             sigma,
+            values,
         })
     }
 

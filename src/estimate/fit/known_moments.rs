@@ -11,8 +11,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::least_squares::Weights;
 use super::problem::{Column, Parameters, PathParameters, Problem};
+use super::shared_light::SharedSteps;
 use super::template::Axis;
-use crate::response::{CountMoments, MeanCount, MeanResponseError};
+use crate::response::{CountMoments, MeanCount, MeanResponseError, SecondMoments};
 use crate::scan::Step;
 
 /// Distance of nodes: delays in chips, and rates times dead time, which is what
@@ -198,6 +199,7 @@ impl Linear {
 pub struct KnownMoments {
     nodes: Mutex<HashMap<Key, Arc<[PerDetection]>>>,
     linear: Mutex<HashMap<Key, Arc<Linear>>>,
+    shared: Mutex<HashMap<Key, Arc<[SharedSteps]>>>,
 }
 
 impl KnownMoments {
@@ -208,6 +210,20 @@ impl KnownMoments {
         parameters: &Parameters,
         means: &[MeanCount],
     ) -> Result<Weights, MeanResponseError> {
+        if problem.has_shared_steps() {
+            let known = self.nearest_shared(problem, parameters)?;
+            let groups = known.iter().map(|group| {
+                let signed = group.places.iter().map(|&place| means[place].signed);
+                let total = group
+                    .places
+                    .first()
+                    .map_or(0.0, |&place| means[place].total);
+                group.expecting(signed.collect(), total)
+            });
+            if let Some(weights) = Weights::of_groups(&groups.collect::<Vec<_>>()) {
+                return Ok(weights);
+            }
+        }
         let known = self.nearest(problem, parameters)?;
         let moments = means.iter().zip(known.iter());
         let moments: Vec<CountMoments> = moments.map(|(mean, known)| known.of(mean)).collect();
@@ -274,6 +290,28 @@ impl KnownMoments {
             away.towards(peaks.iter().zip(shapes)).of(mean)
         });
         Ok(Weights::of(&moments.collect::<Vec<_>>()))
+    }
+
+    fn nearest_shared(
+        &self,
+        problem: &Problem,
+        parameters: &Parameters,
+    ) -> Result<Arc<[SharedSteps]>, MeanResponseError> {
+        let (place, node) = nearest(parameters, &OF_WINDOWS, problem.model.dead_time_chips);
+        let key = Key::new(problem, place);
+        // Whoever panicked meanwhile left the map whole.
+        let nodes = || self.shared.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = nodes().get(&key) {
+            return Ok(Arc::clone(known));
+        }
+        let response = problem.response(&node)?;
+        let found: Arc<[SharedSteps]> =
+            problem.shared_steps(&SecondMoments::new(&response)?).into();
+        let mut nodes = nodes();
+        if nodes.len() < OF_WINDOWS.kept {
+            nodes.insert(key, Arc::clone(&found));
+        }
+        Ok(found)
     }
 
     fn nearest(

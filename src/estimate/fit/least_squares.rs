@@ -1,8 +1,10 @@
-//! Weighted least squares with a 2 x 2 covariance per step.
+//! Weighted least squares with a 2 x 2 covariance per step, or one of each group of steps
+//! that count the same light.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::problem::Column;
+use super::shared_light::SharedSteps;
 use crate::response::{CountMoments, MeanCount};
 
 /// Factors W of each step's inverse covariance, W^T W = C^-1.
@@ -10,7 +12,22 @@ use crate::response::{CountMoments, MeanCount};
 pub struct Weights {
     /// Whitened: a r, b r + c N.
     factors: Vec<[f64; 3]>,
+    /// In place of these, for steps that count the same light.
+    groups: Vec<GroupFactor>,
 }
+
+/// Factor of the inverse covariance of a group's signed counts and its total.
+#[derive(Debug, Clone)]
+struct GroupFactor {
+    /// Places of its steps.
+    places: Vec<usize>,
+    /// Lower triangle.
+    whitening: DMatrix<f64>,
+}
+
+/// A count that is never anything but its mean weighs as if it had the variance of
+/// rounding.
+const ROUNDING: f64 = 1.0 / 12.0;
 
 /// Normal equations, ready to solve.
 #[derive(Debug, Clone)]
@@ -27,18 +44,53 @@ impl Weights {
     pub fn of(moments: &[CountMoments]) -> Weights {
         let factors = moments.iter().map(|m| {
             // Cholesky of C = [[v, c], [c, n]], then the inverse of its factor.
-            // A count that is never anything but its mean weighs as if it had the
-            // variance of rounding.
-            let rounding = 1.0 / 12.0;
-            let signed = m.signed_variance.max(rounding).sqrt();
+            let signed = m.signed_variance.max(ROUNDING).sqrt();
             let shared = m.covariance / signed;
             let rest = (m.total_variance - shared * shared)
-                .max(rounding * 1e-3)
+                .max(ROUNDING * 1e-3)
                 .sqrt();
             [1.0 / signed, -shared / (signed * rest), 1.0 / rest]
         });
         Weights {
             factors: factors.collect(),
+            groups: Vec::new(),
+        }
+    }
+
+    /// Weights of steps that count the same light group by group; `None` where a
+    /// covariance is none.
+    pub fn of_groups(groups: &[SharedSteps]) -> Option<Weights> {
+        let mut factors = Vec::new();
+        let mut whitened = Vec::with_capacity(groups.len());
+        for group in groups {
+            let size = group.covariance.len();
+            let covariance = DMatrix::from_fn(size, size, |a, b| {
+                // Counts are rounded, and so are not known without error.
+                group.covariance[a][b] + if a == b { ROUNDING * 1e-3 } else { 0.0 }
+            });
+            factors.extend(group.places.iter().enumerate().map(|(lane, _)| {
+                let variance = covariance[(lane, lane)].max(ROUNDING);
+                [1.0 / variance.sqrt(), 0.0, 0.0]
+            }));
+            let factor = Cholesky::new(covariance)?;
+            whitened.push(GroupFactor {
+                places: group.places.clone(),
+                whitening: factor
+                    .l()
+                    .solve_lower_triangular(&DMatrix::identity(size, size))?,
+            });
+        }
+        Some(Weights {
+            factors,
+            groups: whitened,
+        })
+    }
+
+    /// How many numbers the counts are, those that are one and the same taken once.
+    pub fn values(&self) -> usize {
+        match self.groups.is_empty() {
+            true => 2 * self.factors.len(),
+            false => self.groups.iter().map(|group| group.places.len() + 1).sum(),
         }
     }
 
@@ -66,30 +118,19 @@ impl Weights {
 
     /// Sum of squared whitened residuals.
     pub fn chi_square(&self, measured: &[MeanCount], expected: &[MeanCount]) -> f64 {
-        self.residuals(measured, expected)
-            .flatten()
-            .map(|r| r * r)
-            .sum()
+        let residuals = self.residuals(measured, expected);
+        residuals.iter().map(|r| r * r).sum()
     }
 
-    fn residuals<'a>(
-        &'a self,
-        measured: &'a [MeanCount],
-        expected: &'a [MeanCount],
-    ) -> impl Iterator<Item = [f64; 2]> + 'a {
-        measured
-            .iter()
-            .zip(expected)
-            .zip(&self.factors)
-            .map(|((m, e), factor)| {
-                whiten(
-                    factor,
-                    &MeanCount {
-                        signed: m.signed - e.signed,
-                        total: m.total - e.total,
-                    },
-                )
+    fn residuals(&self, measured: &[MeanCount], expected: &[MeanCount]) -> Vec<f64> {
+        let pairs = measured.iter().zip(expected);
+        let differences: Column = pairs
+            .map(|(m, e)| MeanCount {
+                signed: m.signed - e.signed,
+                total: m.total - e.total,
             })
+            .collect();
+        self.whitened(&differences)
     }
 
     /// The normal equations; `None` if they are singular, or say nothing finite.
@@ -100,7 +141,7 @@ impl Weights {
         expected: &[MeanCount],
     ) -> Option<Normal> {
         let columns = jacobian.iter().map(|column| self.whitened(column));
-        let residuals: Vec<f64> = self.residuals(measured, expected).flatten().collect();
+        let residuals = self.residuals(measured, expected);
         Normal::of_whitened(&columns.collect::<Vec<_>>(), &residuals)
     }
 
@@ -117,8 +158,23 @@ impl Weights {
     }
 
     fn whitened(&self, column: &Column) -> Vec<f64> {
+        if !self.groups.is_empty() {
+            let groups = self.groups.iter();
+            return groups.flat_map(|group| group.whitened(column)).collect();
+        }
         let pairs = column.iter().zip(&self.factors);
         pairs.flat_map(|(d, factor)| whiten(factor, d)).collect()
+    }
+}
+
+impl GroupFactor {
+    fn whitened(&self, column: &Column) -> Vec<f64> {
+        let signed = self.places.iter().map(|&place| column[place].signed);
+        let total = self.places.first().map(|&place| column[place].total);
+        let values: Vec<f64> = signed.chain(total).collect();
+        (&self.whitening * DVector::from_vec(values))
+            .as_slice()
+            .to_vec()
     }
 }
 

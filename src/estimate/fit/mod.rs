@@ -6,7 +6,7 @@
 //! squares of (r\[k\], N\[k\]) with the full 2 x 2 covariance of each step, by
 //! Gauss-Newton. Range walk, circular error and interference are in the model
 //! and do not bias the fit. The background is always unknown, which makes
-//! extinction ratio and ambient light harmless at the price of under 2 % of
+//! extinction ratio and background harmless at the price of under 2 % of
 //! precision.
 //!
 //! One path is fitted to a window of 3 S steps round the peak. More light is looked
@@ -27,6 +27,7 @@ mod least_squares;
 mod outcome;
 mod pairs;
 mod problem;
+mod shared_light;
 mod start;
 mod template;
 
@@ -45,6 +46,7 @@ use crate::estimate::histogram::Uncorrected;
 use crate::histogram::correction::CorrectionError;
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::{MeanCount, MeanResponse, MeanResponseError};
+use crate::scan::Step;
 pub use crate::scene::OtherLight;
 use crate::sensor::Sensor;
 
@@ -165,10 +167,11 @@ pub enum FitError {
     /// The reference is no code of a Gold set.
     #[error("the reference's code is of no Gold set in which an interferer could be looked for")]
     NoGoldSet,
-    /// Precision is worked out for steps with light of their own.
+    /// Precision is worked out for steps with light of their own, and for few that share it.
     #[error(
         "with parallel = {parallel} the phase steps of a group see the same light; precision of \
-         the model estimator is worked out for parallel = 1"
+         the model estimator is worked out for that of one path, or for a scan of no more than 512 \
+         steps"
     )]
     SharedLight {
         /// Steps of a group.
@@ -305,10 +308,30 @@ pub fn expected_fit(
     fit_means(sensor, detector, tier, &means, sensor.scene().other_light)
 }
 
-/// What to say of fits to steps that share their light.
+/// Whether a detector's fit weighs steps with what they know of each other.
+fn weighs_shared_light(sensor: &Sensor, detector: DetectorIndex) -> bool {
+    let parallel = sensor.timing().parallel;
+    let known = candidates::known(sensor, detector, sensor.scene().other_light);
+    let is_one_path = known.iter().map(|(_, most)| most).sum::<usize>() == 1;
+    let steps = match is_one_path {
+        true => window(
+            &sensor.timing().scan,
+            sensor.clock().samples_per_chip,
+            Step(0),
+        )
+        .len() as u64,
+        false => sensor.timing().scan.steps,
+    };
+    parallel == 1 || shared_light::are_weighed_together(steps, parallel)
+}
+
+/// What to say of fits to steps that share their light, where there are too many to weigh
+/// them with what they know of each other.
 pub fn shared_light(sensor: &Sensor) -> Option<String> {
     let parallel = sensor.timing().parallel;
-    (parallel > 1).then(|| {
+    let is_weighed_so = DetectorIndex::of(&sensor.scene().detectors)
+        .any(|detector| !weighs_shared_light(sensor, detector));
+    is_weighed_so.then(|| {
         format!(
             "with parallel = {parallel} the phase steps of a group see the same light, and the fit \
              weighs them as if they did not: the distance is unbiased, but not as precise as it \
@@ -320,7 +343,7 @@ pub fn shared_light(sensor: &Sensor) -> Option<String> {
 /// Whether standard deviations of a fit mean anything: steps must be independent,
 /// and their light the same.
 pub(super) fn check_independent(sensor: &Sensor, detector: DetectorIndex) -> Result<(), FitError> {
-    if sensor.timing().parallel > 1 {
+    if !weighs_shared_light(sensor, detector) {
         return Err(FitError::SharedLight {
             parallel: sensor.timing().parallel,
         });
