@@ -29,7 +29,7 @@ pub struct CountMoments {
 /// Moments of the counts of one group of phase steps, which share their light.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GroupMoments {
-    /// Mean of r of each step.
+    /// Mean of r of each step that was asked for.
     pub signed_means: Vec<f64>,
     /// Mean of N, which is one and the same for all of them.
     pub total_mean: f64,
@@ -140,14 +140,22 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
 
     /// Moments of the counts of a whole group.
     pub fn of_group(&self, group: Group) -> GroupMoments {
+        let steps = self.response.model.timing.grouping().steps_of(group);
+        self.of_steps_together(&steps.collect::<Vec<_>>())
+    }
+
+    /// Moments of the counts of some steps of one group.
+    ///
+    /// # Panics
+    /// If there are no steps.
+    pub fn of_steps_together(&self, steps: &[Step]) -> GroupMoments {
         let model = self.response.model;
-        let steps: Vec<Step> = model.timing.grouping().steps_of(group).collect();
         let first = steps[0];
         let signs: Vec<Vec<f64>> = steps
             .iter()
             .map(|&step| self.signs(model.timing.scan.phase_step(step)))
             .collect();
-        let excess: Vec<Vec<f64>> = signs.iter().map(|s| self.pairs.excess(s)).collect();
+        let excess: Vec<Vec<f64>> = signs.par_iter().map(|s| self.pairs.excess(s)).collect();
         let grid = &self.pairs.grid;
         let hits = &self.pairs.hits;
         let seen: Vec<f64> = self.pairs.seen_of_period().collect();

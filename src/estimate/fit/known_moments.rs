@@ -41,6 +41,13 @@ const OF_WINDOWS: Spacing = Spacing {
     kept: 10_000,
 };
 
+/// Steps that count the same light differ by what comes within a phase step of the
+/// reference's edges, where the light changes.
+const OF_SHARED_STEPS: Spacing = Spacing {
+    delay_chips: 1.0 / 128.0,
+    ..OF_WINDOWS
+};
+
 /// For derivatives: a peak's corners are round within some hundredths of a chip.
 const OF_SLOPES: Spacing = Spacing {
     delay_chips: 1.0 / 64.0,
@@ -220,9 +227,7 @@ impl KnownMoments {
                     .map_or(0.0, |&place| means[place].total);
                 group.expecting(signed.collect(), total)
             });
-            if let Some(weights) = Weights::of_groups(&groups.collect::<Vec<_>>()) {
-                return Ok(weights);
-            }
+            return Ok(Weights::of_groups(&groups.collect::<Vec<_>>()));
         }
         let known = self.nearest(problem, parameters)?;
         let moments = means.iter().zip(known.iter());
@@ -297,7 +302,8 @@ impl KnownMoments {
         problem: &Problem,
         parameters: &Parameters,
     ) -> Result<Arc<[SharedSteps]>, MeanResponseError> {
-        let (place, node) = nearest(parameters, &OF_WINDOWS, problem.model.dead_time_chips);
+        let dead_time = problem.model.dead_time_chips;
+        let (place, node) = nearest(parameters, &OF_SHARED_STEPS, dead_time);
         let key = Key::new(problem, place);
         // Whoever panicked meanwhile left the map whole.
         let nodes = || self.shared.lock().unwrap_or_else(PoisonError::into_inner);
@@ -308,7 +314,7 @@ impl KnownMoments {
         let found: Arc<[SharedSteps]> =
             problem.shared_steps(&SecondMoments::new(&response)?).into();
         let mut nodes = nodes();
-        if nodes.len() < OF_WINDOWS.kept {
+        if nodes.len() < OF_SHARED_STEPS.kept {
             nodes.insert(key, Arc::clone(&found));
         }
         Ok(found)

@@ -57,33 +57,24 @@ impl Weights {
         }
     }
 
-    /// Weights of steps that count the same light group by group; `None` where a
-    /// covariance is none.
-    pub fn of_groups(groups: &[SharedSteps]) -> Option<Weights> {
-        let mut factors = Vec::new();
-        let mut whitened = Vec::with_capacity(groups.len());
-        for group in groups {
-            let size = group.covariance.len();
-            let covariance = DMatrix::from_fn(size, size, |a, b| {
-                // Counts are rounded, and so are not known without error.
-                group.covariance[a][b] + if a == b { ROUNDING * 1e-3 } else { 0.0 }
-            });
-            factors.extend(group.places.iter().enumerate().map(|(lane, _)| {
-                let variance = covariance[(lane, lane)].max(ROUNDING);
-                [1.0 / variance.sqrt(), 0.0, 0.0]
-            }));
-            let factor = Cholesky::new(covariance)?;
-            whitened.push(GroupFactor {
-                places: group.places.clone(),
-                whitening: factor
-                    .l()
-                    .solve_lower_triangular(&DMatrix::identity(size, size))?,
-            });
+    /// Weights of steps that count the same light, group by group.
+    pub fn of_groups(groups: &[SharedSteps]) -> Weights {
+        let factor = |group: &SharedSteps| GroupFactor {
+            places: group.places.clone(),
+            whitening: whitening(&group.moments.covariance),
+        };
+        let lanes = |group: &SharedSteps| {
+            let covariance = &group.moments.covariance;
+            let variances = (0..group.places.len()).map(|lane| covariance[lane][lane]);
+            variances.collect::<Vec<_>>()
+        };
+        let variances = groups.iter().flat_map(lanes);
+        Weights {
+            factors: variances
+                .map(|variance| [1.0 / variance.max(ROUNDING).sqrt(), 0.0, 0.0])
+                .collect(),
+            groups: groups.iter().map(factor).collect(),
         }
-        Some(Weights {
-            factors,
-            groups: whitened,
-        })
     }
 
     /// How many numbers the counts are, those that are one and the same taken once.
@@ -175,6 +166,26 @@ impl GroupFactor {
         (&self.whitening * DVector::from_vec(values))
             .as_slice()
             .to_vec()
+    }
+}
+
+/// Inverse of the lower triangle L of covariance = L L^T. Where numbers that are nearly
+/// the same round to no covariance they are taken for as much less precise as it takes.
+fn whitening(covariance: &[Vec<f64>]) -> DMatrix<f64> {
+    let size = covariance.len();
+    let mut ridge = ROUNDING * 1e-3;
+    loop {
+        let known = |a: usize, b: usize| covariance[a][b] + if a == b { ridge } else { 0.0 };
+        let factor = Cholesky::new(DMatrix::from_fn(size, size, known));
+        let one = DMatrix::identity(size, size);
+        if let Some(inverse) = factor.and_then(|factor| factor.l().solve_lower_triangular(&one)) {
+            return inverse;
+        }
+        if !ridge.is_finite() {
+            // Covariances that are no numbers tell nothing.
+            return DMatrix::zeros(size, size);
+        }
+        ridge *= 10.0;
     }
 }
 

@@ -289,10 +289,10 @@ impl<'m> Problem<'m> {
 
     /// Inverse covariances of the steps' counts, from their second moments.
     pub fn weights_of(&self, second: &SecondMoments) -> Weights {
-        let groups = self.has_shared_steps().then(|| self.shared_steps(second));
-        groups
-            .and_then(|groups| Weights::of_groups(&groups))
-            .unwrap_or_else(|| Weights::of(&self.moments_of(second)))
+        match self.has_shared_steps() {
+            true => Weights::of_groups(&self.shared_steps(second)),
+            false => Weights::of(&self.moments_of(second)),
+        }
     }
 
     /// Moments of the steps' counts.

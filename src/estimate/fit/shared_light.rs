@@ -16,12 +16,8 @@ const MOST_STEPS: u64 = 512;
 pub struct SharedSteps {
     /// Their places among the problem's steps.
     pub places: Vec<usize>,
-    /// Mean signed counts of these, and the total.
-    pub signed_means: Vec<f64>,
-    /// Mean total.
-    pub total_mean: f64,
-    /// Covariances of the signed counts and, last, of the total.
-    pub covariance: Vec<Vec<f64>>,
+    /// Moments of their counts.
+    pub moments: GroupMoments,
 }
 
 /// Whether a problem of so many steps is weighed group by group, where steps are
@@ -47,50 +43,38 @@ impl Problem<'_> {
                 _ => groups.push((group, vec![place])),
             }
         }
-        let of_group = |(group, places): (Group, Vec<usize>)| {
-            let steps: Vec<Step> = grouping.steps_of(group).collect();
-            let lane = |place: &usize| {
-                let step = self.steps[*place];
-                steps.iter().position(|&of_group| of_group == step)
-            };
-            let lanes: Vec<usize> = places.iter().filter_map(lane).collect();
-            SharedSteps::of(&second.of_group(group), places, &lanes)
+        let of_group = |(_, places): (Group, Vec<usize>)| {
+            let steps: Vec<Step> = places.iter().map(|&place| self.steps[place]).collect();
+            SharedSteps {
+                moments: second.of_steps_together(&steps),
+                places,
+            }
         };
         groups.into_iter().map(of_group).collect()
     }
 }
 
 impl SharedSteps {
-    fn of(group: &GroupMoments, places: Vec<usize>, lanes: &[usize]) -> SharedSteps {
-        // The total is last.
-        let total = group.signed_means.len();
-        let kept: Vec<usize> = lanes.iter().copied().chain([total]).collect();
-        let row = |&a: &usize| kept.iter().map(|&b| group.covariance[a][b]).collect();
-        SharedSteps {
-            places,
-            signed_means: lanes.iter().map(|&lane| group.signed_means[lane]).collect(),
-            total_mean: group.total_mean,
-            covariance: kept.iter().map(row).collect(),
-        }
-    }
-
     /// The same steps where they expect other counts: covariances go with the
     /// detections, and those with the total with the signed counts.
     pub fn expecting(&self, signed_means: Vec<f64>, total_mean: f64) -> SharedSteps {
-        let share = total_mean / self.total_mean.max(f64::MIN_POSITIVE);
-        let mut covariance = self.covariance.clone();
+        let there = &self.moments;
+        let share = total_mean / there.total_mean.max(f64::MIN_POSITIVE);
+        let mut covariance = there.covariance.clone();
         covariance.iter_mut().flatten().for_each(|c| *c *= share);
         let total = self.places.len();
-        for (lane, (here, there)) in signed_means.iter().zip(&self.signed_means).enumerate() {
+        for (lane, (here, there)) in signed_means.iter().zip(&there.signed_means).enumerate() {
             let with_total = covariance[lane][total] + here - there * share;
             covariance[lane][total] = with_total;
             covariance[total][lane] = with_total;
         }
         SharedSteps {
             places: self.places.clone(),
-            signed_means,
-            total_mean,
-            covariance,
+            moments: GroupMoments {
+                signed_means,
+                total_mean,
+                covariance,
+            },
         }
     }
 }
