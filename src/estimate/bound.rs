@@ -7,7 +7,7 @@ use super::phase::first_maximum;
 use super::theory::ExpectedCounts;
 use super::{CountingTier, TheoryEffort, distance_m};
 use crate::estimate::fit::{
-    BinFitter, FitError, Parameters, PathParameters, Problem, check_independent, window,
+    Axis, BinFitter, FitError, Parameters, PathParameters, Problem, Weights, check_still, window,
 };
 use crate::photons::DetectorModel;
 use crate::response::{Light, MeanResponse, SecondMoments};
@@ -64,7 +64,7 @@ pub fn bound(
     if sensor.scene().hardware.architecture == Architecture::Histogram {
         return BinFitter::new(sensor, detector)?.bound();
     }
-    check_independent(sensor, detector)?;
+    check_still(sensor, detector)?;
     TheoryEffort::of(sensor, detector)?.check_bound()?;
     let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::of_tier(&model, tier)?;
@@ -84,7 +84,7 @@ pub(super) fn bound_of(
     tier: CountingTier,
     counts: &ExpectedCounts,
 ) -> Result<Bound, FitError> {
-    check_independent(sensor, detector)?;
+    check_still(sensor, detector)?;
     let model = counts.model();
     let light = Light::of(model);
     if light.paths.is_empty() {
@@ -107,13 +107,11 @@ pub(super) fn bound_of(
         codes: light.paths.iter().map(|p| Arc::clone(&p.code)).collect(),
         steps: steps(sensor, detector, counts),
     };
-    if sensor.timing().parallel > 1 && !problem.has_shared_steps() {
-        return Err(FitError::SharedLight {
-            parallel: sensor.timing().parallel,
-        });
-    }
     let jacobian = problem.central_jacobian(&parameters, counts.response)?;
-    let information = problem.weights_of(counts.second).information(&jacobian);
+    let axis = Axis::new(sensor, detector, &problem);
+    let means = counts.of_steps(&problem.steps);
+    let weights = problem.weights_of(counts.second, &parameters, &means, &axis);
+    let information = weights.information(&jacobian);
     let steps = problem.steps.len();
     let undetermined = FitError::Undetermined {
         steps,
@@ -121,7 +119,7 @@ pub(super) fn bound_of(
     };
     let deviations = information.ok_or(undetermined)?.standard_deviations();
     if counts.response.misses_pulses() {
-        check_even(&problem, &parameters, counts, &deviations)?;
+        check_even(&problem, &parameters, &weights, &deviations)?;
     }
     let paths = model.modulated_paths().zip(deviations.chunks(2));
     Ok(Bound {
@@ -142,10 +140,9 @@ pub(super) fn bound_of(
 fn check_even(
     problem: &Problem,
     parameters: &Parameters,
-    counts: &ExpectedCounts,
+    weights: &Weights,
     deviations: &[f64],
 ) -> Result<(), FitError> {
-    let weights = problem.weights_of(counts.second);
     let half_sample = 0.5 / problem.samples_per_chip();
     for index in 0..parameters.paths.len() {
         let std_chips = deviations[2 * index];

@@ -12,7 +12,7 @@ use super::{
     estimate, folded, predict, true_delay,
 };
 use crate::estimate::fit::{
-    ALARM_SIGMAS, BinFitter, FittedPath, ModelEstimate, expected_fit, fit, shared_light,
+    ALARM_SIGMAS, BinFitter, FittedPath, ModelEstimate, expected_fit, fit,
 };
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
@@ -308,10 +308,7 @@ impl EstimateReport {
             }
             Ok(fitted) => {
                 self.distance_m = Some(fitted.distance_m);
-                self.remark = shared_light(sensor);
-                if let Some(untold) = &fitted.untold {
-                    self.add_remark(&untold.to_string());
-                }
+                self.remark = fitted.untold.as_ref().map(ToString::to_string);
                 self.fit = Some(FitReport::of(sensor, &fitted));
                 Some(fitted.delay_ps)
             }
@@ -376,13 +373,6 @@ impl EstimateReport {
     }
 }
 
-/// Whether chi-square means something: with phase steps that share their light it does not,
-/// but with a histogram's bins.
-fn has_alarm(sensor: &Sensor) -> bool {
-    let scene = sensor.scene();
-    sensor.timing().parallel == 1 || scene.hardware.architecture == Architecture::Histogram
-}
-
 impl FitReport {
     fn of(sensor: &Sensor, fitted: &ModelEstimate) -> FitReport {
         let of_path = |path: &FittedPath| FittedPathReport {
@@ -403,7 +393,7 @@ impl FitReport {
             chi_square: fitted.chi_square,
             degrees_of_freedom: fitted.degrees_of_freedom,
             chi_square_excess_in_std: fitted.alarm_sigmas(),
-            alarm: has_alarm(sensor) && fitted.alarm_sigmas() > ALARM_SIGMAS,
+            alarm: fitted.alarm_sigmas() > ALARM_SIGMAS,
             phase_steps: fitted.steps,
         }
     }

@@ -35,6 +35,8 @@ const PRODUCT_S: f64 = 0.5e-9;
 const FFT_S: f64 = 12e-9;
 /// From this many steps on, mean counts are had by Fourier transform.
 const STEPS_FOR_FFT: f64 = 200.0;
+/// One cell's part in the covariance of two steps' counts.
+const PAIR_S: f64 = 1.5e-9;
 /// Jitter is followed to so many standard deviations on either side.
 const JITTER_REACH: f64 = 6.0;
 
@@ -51,6 +53,8 @@ pub struct Effort {
     pub moments_s: f64,
     /// Second moments of one step.
     pub step_s: f64,
+    /// Covariance of two steps that count the same light.
+    pub pair_s: f64,
     /// Second moments of every step.
     pub scan_s: f64,
     /// Bytes held by all of that.
@@ -96,6 +100,7 @@ impl Effort {
             count_s,
             moments_s: both.forwards_s() + step_s,
             step_s,
+            pair_s: both.cells * both.period * PAIR_S,
             scan_s: scan_s(model, light, &both, step_s),
             bytes: both.bytes(),
         })

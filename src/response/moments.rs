@@ -27,7 +27,7 @@ pub struct CountMoments {
 }
 
 /// Moments of the counts of one group of phase steps, which share their light.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct GroupMoments {
     /// Mean of r of each step that was asked for.
     pub signed_means: Vec<f64>,
@@ -35,6 +35,20 @@ pub struct GroupMoments {
     pub total_mean: f64,
     /// Covariances of r of each step and, last, of N.
     pub covariance: Vec<Vec<f64>>,
+}
+
+impl GroupMoments {
+    /// Those of the first `steps` steps only.
+    pub fn of_first(&self, steps: usize) -> GroupMoments {
+        let total = self.signed_means.len();
+        let kept: Vec<usize> = (0..steps.min(total)).chain([total]).collect();
+        let row = |&a: &usize| kept.iter().map(|&b| self.covariance[a][b]).collect();
+        GroupMoments {
+            signed_means: self.signed_means.iter().take(steps).copied().collect(),
+            total_mean: self.total_mean,
+            covariance: kept.iter().map(row).collect(),
+        }
+    }
 }
 
 /// Second moments of the counts around a mean response, for steps that last much

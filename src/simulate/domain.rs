@@ -1,7 +1,6 @@
 //! For which scenes and questions each tier's answers hold.
 
 use super::Tier;
-use crate::estimate::fit::shared_light;
 use crate::estimate::{Prediction, PredictionError};
 use crate::photons::DetectorModel;
 use crate::photons::memory::Memory;
@@ -119,10 +118,6 @@ pub fn warnings(
         Tier::Expected => warnings.extend(view.scatter(predicted)),
         Tier::Counts => warnings.extend(view.small_counts()),
         Tier::Events | Tier::Sampled | Tier::Rtl => {}
-    }
-    let is_updown = sensor.scene().hardware.architecture == Architecture::UpDown;
-    if is_updown && sensor.scene().estimator == EstimatorKind::Model {
-        warnings.extend(shared_light(sensor));
     }
     let name = &sensor.scene().detectors[detector].name;
     for warning in &mut warnings {

@@ -217,7 +217,8 @@ impl<'a, 'm> Search<'a, 'm> {
         let problem = self.descent.problem_of(&here.codes);
         let axis = &self.air.axis;
         let weights = known.scan_weights(&problem, &here.parameters, &here.expected, axis)?;
-        let (sigma, values) = (weights.signed_sigma(), weights.values());
+        let sigma = weights.signed_sigma(axis.samples_per_chip);
+        let values = weights.values();
         self.descent.weights = weights;
         let here = self.descent.weighed(here);
         let (hypothesis, normal) = self.descent.exactly(here)?;
@@ -331,7 +332,7 @@ impl<'a, 'm> Search<'a, 'm> {
         Place {
             code: Arc::clone(&candidate.code),
             delay_chips: axis.delay_at(best.0 as f64),
-            sigmas: best.1 / (power.sqrt() * self.descent.weights.signed_sigma()),
+            sigmas: best.1 / (power.sqrt() * self.sigma()),
             height: best.1 / power,
         }
     }
@@ -375,7 +376,7 @@ impl<'a, 'm> Search<'a, 'm> {
             places.push(Place {
                 code: Arc::new(code),
                 delay_chips: axis.delay_at((cell.chip * samples + phase) as f64),
-                sigmas: cell.product / (power.sqrt() * self.descent.weights.signed_sigma()),
+                sigmas: cell.product / (power.sqrt() * self.sigma()),
                 height: cell.product / power,
             });
         }
@@ -387,7 +388,7 @@ impl<'a, 'm> Search<'a, 'm> {
     /// Pairs must gain more than `least_gain`.
     fn split(&self, here: &Hypothesis, least_gain: f64) -> Result<Option<Split>, FitError> {
         let residual = self.residual(here);
-        let sigma = self.descent.weights.signed_sigma();
+        let sigma = self.sigma();
         let mut best: Option<Split> = None;
         for candidate in self.air.known.iter().filter(|c| self.air.room(c, here) > 0) {
             let products = candidate.matched.products(&self.air.axis, &residual);
@@ -432,6 +433,11 @@ impl<'a, 'm> Search<'a, 'm> {
         let templates = self.templates(&codes);
         let start = self.descent.near_hypothesis(here, codes, parameters)?;
         self.descent.roughly(start, &templates)
+    }
+
+    /// Standard deviation of a signed count.
+    fn sigma(&self) -> f64 {
+        self.descent.weights.signed_sigma(self.air.axis.samples_per_chip)
     }
 
     /// Where the scan's steps are.

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::least_squares::Weights;
 use super::problem::{Column, Parameters, PathParameters, Problem};
-use super::shared_light::SharedSteps;
+use super::shared_light::{self, SharedSteps};
 use super::template::Axis;
 use crate::response::{CountMoments, MeanCount, MeanResponseError, SecondMoments};
 use crate::scan::Step;
@@ -217,17 +217,9 @@ impl KnownMoments {
         parameters: &Parameters,
         means: &[MeanCount],
     ) -> Result<Weights, MeanResponseError> {
-        if problem.has_shared_steps() {
+        if problem.shares_light() {
             let known = self.nearest_shared(problem, parameters)?;
-            let groups = known.iter().map(|group| {
-                let signed = group.places.iter().map(|&place| means[place].signed);
-                let total = group
-                    .places
-                    .first()
-                    .map_or(0.0, |&place| means[place].total);
-                group.expecting(signed.collect(), total)
-            });
-            return Ok(Weights::of_groups(&groups.collect::<Vec<_>>()));
+            return Ok(shared_light::weights_of_all(&known, means));
         }
         let known = self.nearest(problem, parameters)?;
         let moments = means.iter().zip(known.iter());
@@ -275,12 +267,11 @@ impl KnownMoments {
         if problem.steps.len() <= STEPS_ONE_BY_ONE {
             return self.weights(problem, parameters, means);
         }
-        let reference = &problem.model.reference.chips;
-        let own = problem.codes.iter().zip(&parameters.paths);
-        let own: Vec<f64> = own
-            .filter(|(code, _)| &code.chips == reference)
-            .map(|(_, path)| axis.place_of(path.delay_chips))
-            .collect();
+        let own = problem.own_peaks(parameters, axis);
+        if problem.shares_light() {
+            let known = |few: &Problem| self.nearest_shared(few, parameters);
+            return shared_light::weights_of_scan(problem, axis, &own, means, known);
+        }
         let samples = sampled_steps(problem, axis, &own);
         let few = Problem {
             steps: samples.clone(),

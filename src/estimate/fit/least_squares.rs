@@ -14,6 +14,8 @@ pub struct Weights {
     factors: Vec<[f64; 3]>,
     /// In place of these, for steps that count the same light.
     groups: Vec<GroupFactor>,
+    /// Covariance of a signed count with that of the step so many behind it, on average.
+    beside: Vec<f64>,
 }
 
 /// Factor of the inverse covariance of a group's signed counts and its total.
@@ -42,6 +44,8 @@ pub struct Normal {
 
 impl Weights {
     pub fn of(moments: &[CountMoments]) -> Weights {
+        let variances = moments.iter().map(|m| m.signed_variance.max(ROUNDING));
+        let variance = variances.sum::<f64>() / moments.len() as f64;
         let factors = moments.iter().map(|m| {
             // Cholesky of C = [[v, c], [c, n]], then the inverse of its factor.
             let signed = m.signed_variance.max(ROUNDING).sqrt();
@@ -54,6 +58,7 @@ impl Weights {
         Weights {
             factors: factors.collect(),
             groups: Vec::new(),
+            beside: vec![variance],
         }
     }
 
@@ -63,26 +68,23 @@ impl Weights {
             places: group.places.clone(),
             whitening: whitening(&group.moments.covariance),
         };
-        let lanes = |group: &SharedSteps| {
-            let covariance = &group.moments.covariance;
-            let variances = (0..group.places.len()).map(|lane| covariance[lane][lane]);
-            variances.collect::<Vec<_>>()
-        };
-        let variances = groups.iter().flat_map(lanes);
         Weights {
-            factors: variances
-                .map(|variance| [1.0 / variance.max(ROUNDING).sqrt(), 0.0, 0.0])
-                .collect(),
+            factors: Vec::new(),
             groups: groups.iter().map(factor).collect(),
+            beside: covariances_beside(groups),
         }
     }
 
     /// How many numbers the counts are, those that are one and the same taken once.
     pub fn values(&self) -> usize {
-        match self.groups.is_empty() {
-            true => 2 * self.factors.len(),
-            false => self.groups.iter().map(|group| group.places.len() + 1).sum(),
-        }
+        let of_groups = self.groups.iter().map(|group| group.places.len() + 1);
+        2 * self.factors.len() + of_groups.sum::<usize>()
+    }
+
+    /// Steps that are weighed.
+    fn steps(&self) -> usize {
+        let of_groups = self.groups.iter().map(|group| group.places.len());
+        self.factors.len() + of_groups.sum::<usize>()
     }
 
     /// As if detections had no memory: both variances are the mean of N, the
@@ -101,10 +103,22 @@ impl Weights {
         Weights::of(&moments)
     }
 
-    /// Standard deviation of a signed count, about: the root mean square of all.
-    pub fn signed_sigma(&self) -> f64 {
-        let variances = self.factors.iter().map(|factor| factor[0].powi(-2));
-        (variances.sum::<f64>() / self.factors.len() as f64).sqrt()
+    /// Standard deviation of a signed count, about: that of a sum over a peak of the
+    /// steps' counts, each weighed with the peak's height there, over the root of the sum
+    /// of these squared. It is that of a step alone, unless neighbours go together.
+    pub fn signed_sigma(&self, samples_per_chip: f64) -> f64 {
+        let reach = samples_per_chip as i64;
+        let height = |offset: i64| (1.0 - offset.abs() as f64 / samples_per_chip).max(0.0);
+        let products = |apart: i64| -> f64 {
+            let offsets = -reach..=reach;
+            offsets.map(|offset| height(offset) * height(offset + apart)).sum()
+        };
+        let sides = |apart: usize| if apart == 0 { 1.0 } else { 2.0 };
+        let beside = self.beside.iter().enumerate();
+        let variance: f64 = beside
+            .map(|(apart, covariance)| sides(apart) * covariance * products(apart as i64))
+            .sum();
+        (variance / products(0)).max(ROUNDING).sqrt()
     }
 
     /// Sum of squared whitened residuals.
@@ -143,7 +157,7 @@ impl Weights {
                 signed: 0.0,
                 total: 0.0
             };
-            self.factors.len()
+            self.steps()
         ];
         self.normal(jacobian, &nothing, &nothing)
     }
@@ -167,6 +181,23 @@ impl GroupFactor {
             .as_slice()
             .to_vec()
     }
+}
+
+/// Covariance of a step's signed count with those of 0, 1, .. steps on, on average over
+/// all steps: those of other groups know nothing of it.
+fn covariances_beside(groups: &[SharedSteps]) -> Vec<f64> {
+    let most = groups.iter().map(|group| group.places.len()).max();
+    let mut sums = vec![0.0; most.unwrap_or(0)];
+    let mut steps = 0;
+    for group in groups {
+        let lanes = group.places.len();
+        steps += lanes;
+        for (apart, sum) in sums.iter_mut().enumerate().take(lanes) {
+            let pairs = (apart..lanes).map(|lane| group.moments.covariance[lane - apart][lane]);
+            *sum += pairs.sum::<f64>();
+        }
+    }
+    sums.iter().map(|sum| sum / steps as f64).collect()
 }
 
 /// Inverse of the lower triangle L of covariance = L L^T. Where numbers that are nearly

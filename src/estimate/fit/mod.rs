@@ -37,7 +37,9 @@ use std::sync::Arc;
 pub use bins::BinFitter;
 pub(super) use coarse::best_match;
 pub use fitter::Fitter;
+pub(super) use least_squares::Weights;
 pub(super) use problem::{Parameters, PathParameters, Problem, window};
+pub(super) use template::Axis;
 
 use super::bound::bound;
 use super::{CountingTier, NoEstimate, TheoryEffort};
@@ -167,16 +169,6 @@ pub enum FitError {
     /// The reference is no code of a Gold set.
     #[error("the reference's code is of no Gold set in which an interferer could be looked for")]
     NoGoldSet,
-    /// Precision is worked out for steps with light of their own, and for few that share it.
-    #[error(
-        "with parallel = {parallel} the phase steps of a group see the same light; precision of \
-         the model estimator is worked out for that of one path, or for a scan of no more than 512 \
-         steps"
-    )]
-    SharedLight {
-        /// Steps of a group.
-        parallel: u32,
-    },
     /// Precision is worked out for light that stands still.
     #[error(
         "path {path} moves; precision of the model estimator is worked out for paths that stand still"
@@ -283,7 +275,7 @@ pub fn fit_means(
 /// scene says: its average answer, to first order in the noise.
 ///
 /// # Errors
-/// As [`fit`]; and for paths that move, and phase steps that share their light.
+/// As [`fit`]; and for paths that move.
 ///
 /// # Panics
 /// If the scene has no such detector.
@@ -296,7 +288,7 @@ pub fn expected_fit(
         TheoryEffort::of(sensor, detector)?.check_histogram()?;
         return BinFitter::new(sensor, detector)?.expected();
     }
-    check_independent(sensor, detector)?;
+    check_still(sensor, detector)?;
     TheoryEffort::of(sensor, detector)?.check_fit()?;
     let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::of_tier(&model, tier)?;
@@ -308,46 +300,8 @@ pub fn expected_fit(
     fit_means(sensor, detector, tier, &means, sensor.scene().other_light)
 }
 
-/// Whether a detector's fit weighs steps with what they know of each other.
-fn weighs_shared_light(sensor: &Sensor, detector: DetectorIndex) -> bool {
-    let parallel = sensor.timing().parallel;
-    let known = candidates::known(sensor, detector, sensor.scene().other_light);
-    let is_one_path = known.iter().map(|(_, most)| most).sum::<usize>() == 1;
-    let steps = match is_one_path {
-        true => window(
-            &sensor.timing().scan,
-            sensor.clock().samples_per_chip,
-            Step(0),
-        )
-        .len() as u64,
-        false => sensor.timing().scan.steps,
-    };
-    parallel == 1 || shared_light::are_weighed_together(steps, parallel)
-}
-
-/// What to say of fits to steps that share their light, where there are too many to weigh
-/// them with what they know of each other.
-pub fn shared_light(sensor: &Sensor) -> Option<String> {
-    let parallel = sensor.timing().parallel;
-    let is_weighed_so = DetectorIndex::of(&sensor.scene().detectors)
-        .any(|detector| !weighs_shared_light(sensor, detector));
-    is_weighed_so.then(|| {
-        format!(
-            "with parallel = {parallel} the phase steps of a group see the same light, and the fit \
-             weighs them as if they did not: the distance is unbiased, but not as precise as it \
-             could be, and the fit's own standard deviations and chi-square do not hold"
-        )
-    })
-}
-
-/// Whether standard deviations of a fit mean anything: steps must be independent,
-/// and their light the same.
-pub(super) fn check_independent(sensor: &Sensor, detector: DetectorIndex) -> Result<(), FitError> {
-    if !weighs_shared_light(sensor, detector) {
-        return Err(FitError::SharedLight {
-            parallel: sensor.timing().parallel,
-        });
-    }
+/// Whether standard deviations of a fit mean anything: its light must stand still.
+pub(super) fn check_still(sensor: &Sensor, detector: DetectorIndex) -> Result<(), FitError> {
     let moves = |p: &PathIndex| {
         let path = &sensor.scene().paths[*p];
         path.detector == detector && path.movement.is_some()

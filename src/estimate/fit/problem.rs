@@ -1,8 +1,11 @@
 //! The unknowns of a fit, and what they let one expect.
 
+use std::convert::Infallible;
 use std::sync::Arc;
 
 use super::least_squares::Weights;
+use super::shared_light;
+use super::template::Axis;
 use crate::code::Code;
 use crate::photons::DetectorModel;
 use crate::response::{
@@ -287,9 +290,34 @@ impl<'m> Problem<'m> {
         Ok(slope(&self.means(&below)?, &self.means(&above)?, up - down))
     }
 
-    /// Inverse covariances of the steps' counts, from their second moments.
-    pub fn weights_of(&self, second: &SecondMoments) -> Weights {
-        match self.has_shared_steps() {
+    /// Places on the axis at which the detector's own code peaks.
+    pub fn own_peaks(&self, parameters: &Parameters, axis: &Axis) -> Vec<f64> {
+        let reference = &self.model.reference.chips;
+        let paths = self.codes.iter().zip(&parameters.paths);
+        paths
+            .filter(|(code, _)| &code.chips == reference)
+            .map(|(_, path)| axis.place_of(path.delay_chips))
+            .collect()
+    }
+
+    /// Inverse covariances of the steps' counts, from their second moments; `parameters`
+    /// and `means` are those of their light.
+    pub fn weights_of(
+        &self,
+        second: &SecondMoments,
+        parameters: &Parameters,
+        means: &[MeanCount],
+        axis: &Axis,
+    ) -> Weights {
+        if self.has_many_groups() {
+            let peaks = self.own_peaks(parameters, axis);
+            let of_few = |few: &Problem| Ok::<_, Infallible>(few.shared_steps(second).into());
+            return match shared_light::weights_of_scan(self, axis, &peaks, means, of_few) {
+                Ok(weights) => weights,
+                Err(never) => match never {},
+            };
+        }
+        match self.shares_light() {
             true => Weights::of_groups(&self.shared_steps(second)),
             false => Weights::of(&self.moments_of(second)),
         }
