@@ -69,9 +69,6 @@ const OF_FEW_STEPS: Spacing = Spacing {
     kept: 10_000,
 };
 
-/// Scans of so few steps have the moments of each.
-const STEPS_ONE_BY_ONE: usize = 512;
-
 /// Steps away from all peaks whose moments are taken.
 const STEPS_AWAY: usize = 12;
 
@@ -264,7 +261,7 @@ impl KnownMoments {
         means: &[MeanCount],
         axis: &Axis,
     ) -> Result<Weights, MeanResponseError> {
-        if problem.steps.len() <= STEPS_ONE_BY_ONE {
+        if !problem.is_long() {
             return self.weights(problem, parameters, means);
         }
         let own = problem.own_peaks(parameters, axis);

@@ -26,6 +26,9 @@ const CONSTANT_STEP: f64 = 5e-3;
 const LINEAR_CHIPS: f64 = 1.0 / 64.0;
 const LINEAR_SHARE: f64 = 0.03;
 
+/// Scans of more steps are weighed with the second moments of few that stand for all.
+const STEPS_ONE_BY_ONE: usize = 512;
+
 /// From this many steps on, second moments of all steps of the scan at once cost
 /// less than step by step.
 const STEPS_FOR_SCAN_MOMENTS: usize = 60;
@@ -233,6 +236,11 @@ impl<'m> Problem<'m> {
             .collect()
     }
 
+    /// Whether second moments of few steps stand for those of all.
+    pub fn is_long(&self) -> bool {
+        self.steps.len() > STEPS_ONE_BY_ONE
+    }
+
     /// Whether no step of the scan is left out.
     pub fn takes_all_steps(&self) -> bool {
         self.steps.len() as u64 == self.model.timing.scan.steps
@@ -309,7 +317,7 @@ impl<'m> Problem<'m> {
         means: &[MeanCount],
         axis: &Axis,
     ) -> Weights {
-        if self.has_many_groups() {
+        if self.shares_light() && self.is_long() {
             let peaks = self.own_peaks(parameters, axis);
             let of_few = |few: &Problem| Ok::<_, Infallible>(few.shared_steps(second).into());
             return match shared_light::weights_of_scan(self, axis, &peaks, means, of_few) {

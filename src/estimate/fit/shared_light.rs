@@ -14,10 +14,7 @@ use super::template::Axis;
 use crate::response::{GroupMoments, MeanCount, SecondMoments};
 use crate::scan::{Group, Step};
 
-/// Problems of so many steps have the moments of every group.
-const STEPS_ONE_BY_ONE: usize = 512;
-
-/// Of more, steps away from all peaks whose moments are taken, and groups at least.
+/// Steps of a long scan away from all peaks whose moments are taken, and groups at least.
 const STEPS_AWAY: usize = 24;
 const GROUPS_AWAY: usize = 2;
 
@@ -34,11 +31,6 @@ impl Problem<'_> {
     /// Whether several steps count the same light.
     pub fn shares_light(&self) -> bool {
         self.model.timing.parallel > 1
-    }
-
-    /// Whether moments of few groups stand for all.
-    pub fn has_many_groups(&self) -> bool {
-        self.shares_light() && self.steps.len() > STEPS_ONE_BY_ONE
     }
 
     /// Moments of the steps' counts, group by group.
