@@ -95,6 +95,9 @@ impl TheoryEffort {
     pub fn fit_s(&self) -> f64 {
         let of = &self.effort;
         let unknowns = 2.0 * self.paths + 1.0;
+        if self.moves {
+            return TURNS * self.moving_s() + of.moments_s + self.covariances_s();
+        }
         if self.one_path {
             let window = 3.0 * self.samples_per_chip;
             let response_s = of.response_s + window * of.count_s;
@@ -109,6 +112,9 @@ impl TheoryEffort {
     /// Seconds that the bound takes beside the predictions.
     pub fn bound_s(&self) -> f64 {
         let of = &self.effort;
+        if self.moves {
+            return self.moving_s() + of.moments_s + self.covariances_s();
+        }
         if self.one_path {
             let window = 3.0 * self.samples_per_chip;
             return 6.0 * (of.response_s + window * of.count_s) + self.covariances_s();
@@ -131,6 +137,14 @@ impl TheoryEffort {
         };
         let pairs = 0.5 * steps * (parallel - 1.0).min(steps);
         steps * of.step_s + pairs * of.pair_s
+    }
+
+    /// Seconds that expectation and derivatives of a path that moves take: two places of
+    /// each step, five times.
+    fn moving_s(&self) -> f64 {
+        let of = &self.effort;
+        let steps = 2.0 * 3.0 * self.samples_per_chip;
+        5.0 * (of.response_s + steps * (of.delayed_s + of.count_s))
     }
 
     /// Seconds until counts can be drawn.

@@ -94,9 +94,13 @@ pub struct FitReport {
     pub degrees_of_freedom: usize,
     /// How many standard deviations it is above that.
     pub chi_square_excess_in_std: f64,
-    /// Whether that is too much: the light or the detector is not as modelled
-    /// (never with phase steps that share their light, whose counts go together).
+    /// Whether that is too much: the light or the detector is not as modelled.
     pub alarm: bool,
+    /// Speed of the path's distance, positive away from the sensor; none of light that stands
+    /// still.
+    pub velocity_m_per_s: Option<f64>,
+    /// Its standard deviation, by the fit itself.
+    pub velocity_std_m_per_s: Option<f64>,
     /// Phase steps that took part.
     pub phase_steps: usize,
 }
@@ -394,6 +398,8 @@ impl FitReport {
             degrees_of_freedom: fitted.degrees_of_freedom,
             chi_square_excess_in_std: fitted.alarm_sigmas(),
             alarm: fitted.alarm_sigmas() > ALARM_SIGMAS,
+            velocity_m_per_s: fitted.velocity.map(|velocity| velocity.m_per_s),
+            velocity_std_m_per_s: fitted.velocity.map(|velocity| velocity.std_m_per_s),
             phase_steps: fitted.steps,
         }
     }
@@ -422,13 +428,9 @@ fn expectation(
     let fitted = expected_fit(sensor, detector, tier).map_err(|e| e.to_string())?;
     let code = &sensor.scene().sources[sensor.scene().paths[path].source].code;
     let code_period_ps = sensor.code_period_of_path_ps(path);
-    let error_ps = |fitted: &FittedPath| {
-        delay_error_ps(
-            fitted.delay_ps,
-            sensor.scene().paths[path].delay_ps,
-            code_period_ps,
-        )
-    };
+    let true_ps = true_delay(sensor, path, tier).delay_ps;
+    let error_ps =
+        |fitted: &FittedPath| delay_error_ps(fitted.delay_ps, true_ps, code_period_ps);
     let nearest = fitted
         .paths
         .iter()

@@ -45,6 +45,8 @@ const JITTER_REACH: f64 = 6.0;
 pub struct Effort {
     /// One mean response.
     pub response_s: f64,
+    /// The same of all light later or earlier.
+    pub delayed_s: f64,
     /// Mean counts of every step of a scan from it.
     pub counts_s: f64,
     /// Mean counts of one step.
@@ -96,6 +98,7 @@ impl Effort {
         let step_s = both.backwards_s();
         Ok(Effort {
             response_s: forwards.forwards_s() + correlator_s(model, &forwards),
+            delayed_s: correlator_s(model, &forwards),
             counts_s,
             count_s,
             moments_s: both.forwards_s() + step_s,

@@ -6,7 +6,8 @@ use std::sync::{Arc, OnceLock};
 use super::gauss_newton::Fitted;
 use super::joint::{Air, Search};
 use super::known_moments::KnownMoments;
-use super::problem::{Problem, window};
+use super::moving::{self, Course, MovingPath};
+use super::problem::{Parameters, Problem, window};
 use super::{FitError, ModelEstimate, OtherLight, candidates, start};
 use crate::estimate::{CountingTier, NoEstimate};
 use crate::photons::{DetectorModel, StepCount};
@@ -22,7 +23,10 @@ pub struct Fitter<'s> {
     detector: DetectorIndex,
     tier: CountingTier,
     other: OtherLight,
+    /// Of a path that moves, one that stands still as it does at the moment.
     model: DetectorModel,
+    /// The moment that a moving path's distance is told of.
+    moment_ps: Result<Option<f64>, FitError>,
     moments: KnownMoments,
     air: OnceLock<Result<Air, FitError>>,
 }
@@ -38,15 +42,29 @@ impl<'s> Fitter<'s> {
         tier: CountingTier,
         other: OtherLight,
     ) -> Fitter<'s> {
+        let moment_ps = moving::moment_ps(sensor, detector, tier, other);
         Fitter {
             sensor,
             detector,
             tier,
             other,
-            model: DetectorModel::new(sensor, detector),
+            model: match moment_ps {
+                Ok(Some(moment_ps)) => DetectorModel::new(&sensor.still_at(moment_ps), detector),
+                _ => DetectorModel::new(sensor, detector),
+            },
+            moment_ps,
             moments: KnownMoments::default(),
             air: OnceLock::new(),
         }
+    }
+
+    /// The moment that a moving path's distance is told of, from the start of the scan;
+    /// `None` of light that stands still.
+    ///
+    /// # Errors
+    /// Where it moves in a way that no fit follows.
+    pub fn moment_ps(&self) -> Result<Option<f64>, FitError> {
+        self.moment_ps.clone()
     }
 
     /// Fits the counts of one scan.
@@ -81,13 +99,14 @@ impl<'s> Fitter<'s> {
                 steps: sensor.timing().scan.steps,
             });
         }
+        let moment_ps = self.moment_ps()?;
         let own = &sensor.scene().sources[sensor.scene().detectors[detector].reference].code;
         let known = candidates::known(sensor, detector, self.other);
         let is_one_path = self.other != OtherLight::Search
             && known.iter().map(|(_, most)| most).sum::<usize>() == 1;
         if is_one_path {
             let start = start::start(sensor, detector, self.tier, counts)?;
-            let problem = Problem {
+            let mut problem = Problem {
                 model: &self.model,
                 tier: self.tier,
                 codes: vec![Arc::clone(own)],
@@ -97,6 +116,10 @@ impl<'s> Fitter<'s> {
                     start.peak,
                 ),
             };
+            if let Some(moment_ps) = moment_ps {
+                problem.steps = moving::in_one_go(&problem.steps, start.peak);
+                return self.fit_moving(&problem, moment_ps, &start.parameters, counts);
+            }
             let near = Fitted::near_node(&problem, &self.moments, &start.parameters, counts)?;
             let fitted = match near {
                 Some(fitted) => fitted,
@@ -117,6 +140,21 @@ impl<'s> Fitter<'s> {
         let air = air.as_ref().map_err(Clone::clone)?;
         let (search, start) = Search::new(air, &problem, &self.moments, counts)?;
         Ok(search.run(start, &self.moments)?.estimate(air, &problem))
+    }
+}
+
+impl Fitter<'_> {
+    /// The fit of a path that moves.
+    fn fit_moving(
+        &self,
+        problem: &Problem,
+        moment_ps: f64,
+        start: &Parameters,
+        counts: &[MeanCount],
+    ) -> Result<ModelEstimate, FitError> {
+        let measured: Vec<MeanCount> = problem.steps.iter().map(|&s| counts[s.index()]).collect();
+        let start = Course::still(start).ok_or(FitError::Dark)?;
+        MovingPath::new(problem, moment_ps).fit(&self.moments, start, &measured)
     }
 }
 

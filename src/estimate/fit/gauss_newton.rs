@@ -221,6 +221,7 @@ impl Fitted {
             delay_ps: paths[0].delay_ps,
             distance_m: distance_m(paths[0].delay_ps),
             std_m: distance_m(paths[0].delay_std_ps),
+            velocity: None,
             constant_rate_hz: self.parameters.constant / (chip_ps * 1e-12),
             chi_square: self.chi_square,
             degrees_of_freedom: self.values.saturating_sub(self.parameters.len()),

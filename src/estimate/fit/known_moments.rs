@@ -26,10 +26,14 @@ struct Spacing {
 }
 
 impl Spacing {
-    /// Distance of rates per chip. Without dead time moments per detection, and
-    /// derivatives per light, do not depend on the rate.
-    fn rate(&self, dead_time_chips: f64) -> f64 {
-        self.saturation / dead_time_chips.max(0.1)
+    /// Distance of rates per chip, in light of the parameters' brightness. Without dead
+    /// time moments per detection, and derivatives per light, do not depend on the rate; with
+    /// it they depend on the share of time that the detector is dead, which changes the less
+    /// the nearer it is to one. Brightnesses within a factor of two have one grid.
+    fn rate(&self, parameters: &Parameters, dead_time_chips: f64) -> f64 {
+        let dead_time_chips = dead_time_chips.max(0.1);
+        let octave = (1.0 + parameters.brightest() * dead_time_chips).log2();
+        self.saturation / dead_time_chips * octave.floor().exp2()
     }
 }
 
@@ -171,7 +175,7 @@ impl Linear {
     /// Whether the derivatives are good for some parameters: half as far again as to
     /// the border to the next node.
     pub fn holds_for(&self, parameters: &Parameters, dead_time_chips: f64) -> bool {
-        let rate = 0.75 * OF_SLOPES.rate(dead_time_chips);
+        let rate = 0.75 * OF_SLOPES.rate(parameters, dead_time_chips);
         let pairs = parameters.paths.iter().zip(&self.parameters.paths);
         let mut near = pairs.map(|(here, node)| {
             (here.delay_chips - node.delay_chips).abs() <= 0.75 * OF_SLOPES.delay_chips
@@ -365,7 +369,7 @@ fn nearest(
     dead_time_chips: f64,
 ) -> (Vec<i64>, Parameters) {
     let mut place = Vec::with_capacity(parameters.len());
-    let rate_spacing = spacing.rate(dead_time_chips);
+    let rate_spacing = spacing.rate(parameters, dead_time_chips);
     let mut numbered = |number: f64| {
         place.push(number as i64);
         number

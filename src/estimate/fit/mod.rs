@@ -24,6 +24,7 @@ mod hadamard;
 mod joint;
 mod known_moments;
 mod least_squares;
+pub(super) mod moving;
 mod outcome;
 mod pairs;
 mod problem;
@@ -66,6 +67,9 @@ pub struct ModelEstimate {
     pub distance_m: f64,
     /// Standard deviation of the distance, from the counts' covariances.
     pub std_m: f64,
+    /// Speed of the path, and the moment at which it is where it says; `None` of paths
+    /// that stand still.
+    pub velocity: Option<Velocity>,
     /// Every path of the fit, the strongest of the reference first.
     pub paths: Vec<FittedPath>,
     /// Primary rate of all light that is not modulated, dark counts included.
@@ -82,6 +86,17 @@ pub struct ModelEstimate {
     pub untold: Option<Untold>,
     /// Gauss-Newton steps of the last fit.
     pub iterations: usize,
+}
+
+/// How a path moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Velocity {
+    /// Speed of the distance, positive away from the sensor.
+    pub m_per_s: f64,
+    /// Its standard deviation.
+    pub std_m_per_s: f64,
+    /// The moment that the distance is of, from the start of the scan.
+    pub at_s: f64,
 }
 
 /// One path of a fit.
@@ -169,13 +184,24 @@ pub enum FitError {
     /// The reference is no code of a Gold set.
     #[error("the reference's code is of no Gold set in which an interferer could be looked for")]
     NoGoldSet,
-    /// Precision is worked out for light that stands still.
+    /// A path moves in a way that a fit does not follow.
     #[error(
-        "path {path} moves; precision of the model estimator is worked out for paths that stand still"
+        "path {path} moves; the model estimator follows the only path of a detector, at a constant \
+         speed, without a fluctuation (estimator = \"fft\" takes any)"
     )]
     Moves {
         /// Index of the path.
         path: PathIndex,
+    },
+    /// A path moves faster than a fit follows, or nobody can say how fast.
+    #[error(
+        "the counts are best explained by a path that moves by {limit_m_per_s:.1} m/s or more, a \
+         quarter of a phase step within one: integrate for a shorter time if it is so fast, or for a \
+         longer one if the light does not tell its speed"
+    )]
+    TooFast {
+        /// The fastest that is followed.
+        limit_m_per_s: f64,
     },
     /// There is nothing to range.
     #[error("nothing modulated reaches the detector")]
@@ -275,7 +301,7 @@ pub fn fit_means(
 /// scene says: its average answer, to first order in the noise.
 ///
 /// # Errors
-/// As [`fit`]; and for paths that move.
+/// As [`fit`].
 ///
 /// # Panics
 /// If the scene has no such detector.
@@ -288,26 +314,27 @@ pub fn expected_fit(
         TheoryEffort::of(sensor, detector)?.check_histogram()?;
         return BinFitter::new(sensor, detector)?.expected();
     }
-    check_still(sensor, detector)?;
+    let other = sensor.scene().other_light;
+    let fitter = Fitter::new(sensor, detector, tier, other);
+    let moment_ps = fitter.moment_ps()?;
     TheoryEffort::of(sensor, detector)?.check_fit()?;
-    let model = DetectorModel::new(sensor, detector);
+    let still;
+    let standing = match moment_ps {
+        Some(moment_ps) => {
+            still = sensor.still_at(moment_ps);
+            &still
+        }
+        None => sensor,
+    };
+    let model = DetectorModel::new(standing, detector);
     let response = MeanResponse::of_tier(&model, tier)?;
     if response.misses_pulses() {
         // A fit settles everywhere, but there its average is not that of the average.
         bound(sensor, detector, tier)?;
     }
-    let means = response.mean_counts();
-    fit_means(sensor, detector, tier, &means, sensor.scene().other_light)
-}
-
-/// Whether standard deviations of a fit mean anything: its light must stand still.
-pub(super) fn check_still(sensor: &Sensor, detector: DetectorIndex) -> Result<(), FitError> {
-    let moves = |p: &PathIndex| {
-        let path = &sensor.scene().paths[*p];
-        path.detector == detector && path.movement.is_some()
-    };
-    match PathIndex::of(&sensor.scene().paths).find(moves) {
-        Some(path) => Err(FitError::Moves { path }),
-        None => Ok(()),
+    let mut means = response.mean_counts();
+    if let Some(moment_ps) = moment_ps {
+        moving::take_movement(sensor, &response, tier, moment_ps, &mut means)?;
     }
+    fitter.fit_means(&means)
 }

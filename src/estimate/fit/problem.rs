@@ -132,7 +132,7 @@ impl Parameters {
     }
 
     /// Everything that shines, per chip.
-    fn brightest(&self) -> f64 {
+    pub fn brightest(&self) -> f64 {
         self.constant + self.paths.iter().map(|p| p.ln_rate.exp()).sum::<f64>()
     }
 
@@ -345,7 +345,8 @@ impl<'m> Problem<'m> {
     }
 }
 
-fn slope(from: &[MeanCount], to: &[MeanCount], step: f64) -> Column {
+/// Differences of counts over a step of an unknown.
+pub fn slope(from: &[MeanCount], to: &[MeanCount], step: f64) -> Column {
     from.iter()
         .zip(to)
         .map(|(a, b)| MeanCount {
