@@ -26,15 +26,19 @@ struct Spacing {
 }
 
 impl Spacing {
-    /// Distance of rates per chip, in light of the parameters' brightness. Without dead
-    /// time moments per detection, and derivatives per light, do not depend on the rate; with
-    /// it they depend on the share of time that the detector is dead, which changes the less
-    /// the nearer it is to one. Brightnesses within a factor of two have one grid.
-    fn rate(&self, parameters: &Parameters, dead_time_chips: f64) -> f64 {
-        let dead_time_chips = dead_time_chips.max(0.1);
-        let octave = (1.0 + parameters.brightest() * dead_time_chips).log2();
-        self.saturation / dead_time_chips * octave.floor().exp2()
+    /// Distance of rates per chip, in light of some octave. Without dead time moments per
+    /// detection, and derivatives per light, do not depend on the rate.
+    fn rate(&self, octave: i32, dead_time_chips: f64) -> f64 {
+        self.saturation / dead_time_chips.max(0.1) * f64::from(octave).exp2()
     }
+}
+
+/// How often the light is twice as bright as it takes to make the detector dead for half of
+/// the time. Moments depend on the share of time that it is dead, which changes the less
+/// with the light the nearer it is to one: so grids are as coarse as the light is bright.
+fn octave(parameters: &Parameters, dead_time_chips: f64) -> i32 {
+    let saturation = parameters.brightest() * dead_time_chips.max(0.1);
+    saturation.ln_1p().div_euclid(std::f64::consts::LN_2) as i32
 }
 
 /// Half a spacing changes moments by less than a per cent: chi-square of some tens
@@ -83,7 +87,8 @@ struct Key {
     steps: Vec<Step>,
     /// Chips of the codes.
     codes: Vec<Vec<u8>>,
-    /// Delay and strength of each path, and the background, in spacings.
+    /// The octave of the light, and delay and strength of each path, and the background, in
+    /// spacings.
     place: Vec<i64>,
 }
 
@@ -175,7 +180,8 @@ impl Linear {
     /// Whether the derivatives are good for some parameters: half as far again as to
     /// the border to the next node.
     pub fn holds_for(&self, parameters: &Parameters, dead_time_chips: f64) -> bool {
-        let rate = 0.75 * OF_SLOPES.rate(parameters, dead_time_chips);
+        let octave = octave(&self.parameters, dead_time_chips);
+        let rate = 0.75 * OF_SLOPES.rate(octave, dead_time_chips);
         let pairs = parameters.paths.iter().zip(&self.parameters.paths);
         let mut near = pairs.map(|(here, node)| {
             (here.delay_chips - node.delay_chips).abs() <= 0.75 * OF_SLOPES.delay_chips
@@ -361,7 +367,7 @@ impl fmt::Debug for KnownMoments {
     }
 }
 
-/// The node nearest to some parameters, and its numbers. Rates of nodes are odd
+/// The node nearest to some parameters, and its octave and numbers. Rates of nodes are odd
 /// multiples of half a spacing: there is some light at every node.
 fn nearest(
     parameters: &Parameters,
@@ -369,7 +375,9 @@ fn nearest(
     dead_time_chips: f64,
 ) -> (Vec<i64>, Parameters) {
     let mut place = Vec::with_capacity(parameters.len());
-    let rate_spacing = spacing.rate(parameters, dead_time_chips);
+    let octave = octave(parameters, dead_time_chips);
+    place.push(i64::from(octave));
+    let rate_spacing = spacing.rate(octave, dead_time_chips);
     let mut numbered = |number: f64| {
         place.push(number as i64);
         number
