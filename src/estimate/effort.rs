@@ -133,7 +133,8 @@ impl TheoryEffort {
             true => 3.0 * samples,
             false if parallel <= 1.0 => return of.scan_s,
             // Groups at the peaks, and those that stand for the rest.
-            false => (2.0 * self.paths * (samples + parallel) + 24_f64.max(2.0 * parallel)).min(self.steps),
+            false => (2.0 * self.paths * (samples + parallel) + 24_f64.max(2.0 * parallel))
+                .min(self.steps),
         };
         let pairs = 0.5 * steps * (parallel - 1.0).min(steps);
         steps * of.step_s + pairs * of.pair_s

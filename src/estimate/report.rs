@@ -11,9 +11,7 @@ use super::{
     CountingTier, Estimate, calibration_offset_ps, check_modulated, delay_error_ps, distance_m,
     estimate, folded, predict, true_delay,
 };
-use crate::estimate::fit::{
-    ALARM_SIGMAS, BinFitter, FittedPath, ModelEstimate, expected_fit, fit,
-};
+use crate::estimate::fit::{ALARM_SIGMAS, BinFitter, FittedPath, ModelEstimate, expected_fit, fit};
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
 use crate::scene::{Architecture, DetectorIndex, EstimatorKind, Path, PathIndex};
@@ -429,8 +427,7 @@ fn expectation(
     let code = &sensor.scene().sources[sensor.scene().paths[path].source].code;
     let code_period_ps = sensor.code_period_of_path_ps(path);
     let true_ps = true_delay(sensor, path, tier).delay_ps;
-    let error_ps =
-        |fitted: &FittedPath| delay_error_ps(fitted.delay_ps, true_ps, code_period_ps);
+    let error_ps = |fitted: &FittedPath| delay_error_ps(fitted.delay_ps, true_ps, code_period_ps);
     let nearest = fitted
         .paths
         .iter()

@@ -68,7 +68,8 @@ mod tests {
     /// 783 nm, detected with 31 %, 71 kcps of dark counts.
     #[test]
     fn photons_of_the_articles_sensor_are_these() {
-        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper-single.toml");
+        let file =
+            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper-single.toml");
         let mut scene = crate::scene::load(&file).expect("it is sound");
         let of = |scene: &crate::scene::Scene| link_budget(&Sensor::new(scene)).remove(0);
         let budget = of(&scene);

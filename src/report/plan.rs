@@ -168,7 +168,10 @@ pub(super) fn link(budgets: &[LinkBudget]) -> Vec<Row> {
             budget.background_hz,
             budget.dark_counts_hz,
         ];
-        let mut row = vec![format!("{source} to {detector}, {}", length(budget.distance_m))];
+        let mut row = vec![format!(
+            "{source} to {detector}, {}",
+            length(budget.distance_m)
+        )];
         row.extend(rates.map(|rate| format!("{rate:.3e}")));
         row.push(match budget.signal_to_background {
             Some(ratio) => format!("{ratio:.3}"),

@@ -237,33 +237,70 @@ mod tests {
         assert!((rate / 3.5584e10 - 1.0).abs() < 1e-3, "{rate:e}");
         // A third of the standard spectrum's light, with 0.805 W / (m^2 nm) at 895 nm, 0.705 at
         // 900 and 0.69 at 905: 0.242 on average.
-        let sunny = SUNLIT.replace("irradiance = \"0.5 W/m2/nm\"", "illuminance = \"36.498 klux\"");
+        let sunny = SUNLIT.replace(
+            "irradiance = \"0.5 W/m2/nm\"",
+            "illuminance = \"36.498 klux\"",
+        );
         let rate = read(LINK, &sunny).expect("it is sound").detectors[0].background_rate_cps;
-        assert!((rate / 3.5584e10 * 0.5 / 0.242 - 1.0).abs() < 1e-2, "{rate:e}");
+        assert!(
+            (rate / 3.5584e10 * 0.5 / 0.242 - 1.0).abs() < 1e-2,
+            "{rate:e}"
+        );
     }
 
     #[test]
     fn budgets_that_say_too_much_or_too_little_are_refused() {
         for (link, background, complaint) in [
-            (LINK.replace(", field_of_view = \"10 mrad\"", ""), SUNLIT.to_owned(), "go together"),
-            (LINK.replace("reflectance = 0.4, ", ""), SUNLIT.to_owned(), "`reflectance` is missing"),
-            (LINK.to_owned(), format!("{SUNLIT}, illuminance = \"1 lux\""), "one of `illuminance`"),
-            (LINK.to_owned(), SUNLIT.replace("irradiance = \"0.5 W/m2/nm\", ", ""), "one of `illuminance`"),
+            (
+                LINK.replace(", field_of_view = \"10 mrad\"", ""),
+                SUNLIT.to_owned(),
+                "go together",
+            ),
+            (
+                LINK.replace("reflectance = 0.4, ", ""),
+                SUNLIT.to_owned(),
+                "`reflectance` is missing",
+            ),
             (
                 LINK.to_owned(),
-                SUNLIT.replace("irradiance = \"0.5 W/m2/nm\"", "illuminance = \"1 klux\"").replace("10 nm", "1.2 um"),
+                format!("{SUNLIT}, illuminance = \"1 lux\""),
+                "one of `illuminance`",
+            ),
+            (
+                LINK.to_owned(),
+                SUNLIT.replace("irradiance = \"0.5 W/m2/nm\", ", ""),
+                "one of `illuminance`",
+            ),
+            (
+                LINK.to_owned(),
+                SUNLIT
+                    .replace("irradiance = \"0.5 W/m2/nm\"", "illuminance = \"1 klux\"")
+                    .replace("10 nm", "1.2 um"),
                 "350 nm to 1700 nm",
             ),
-            (LINK.to_owned(), SUNLIT.replace("20 mm", "10 m").replace("10 mrad", "3 rad"), "cps follow"),
+            (
+                LINK.to_owned(),
+                SUNLIT.replace("20 mm", "10 m").replace("10 mrad", "3 rad"),
+                "cps follow",
+            ),
         ] {
             let error = read(&link, &background).expect_err(complaint).to_string();
             assert!(error.contains(complaint), "{error}");
         }
         let twice = read(&format!("{LINK} }}\ntransmission = 0.5 # {{"), SUNLIT);
         let error = twice.expect_err("given twice").to_string();
-        assert!(error.contains("it follows from the table `link`"), "{error}");
-        let twice = read(LINK, &format!("{SUNLIT} }}\nbackground_rate = \"1 kcps\" # {{"));
+        assert!(
+            error.contains("it follows from the table `link`"),
+            "{error}"
+        );
+        let twice = read(
+            LINK,
+            &format!("{SUNLIT} }}\nbackground_rate = \"1 kcps\" # {{"),
+        );
         let error = twice.expect_err("given twice").to_string();
-        assert!(error.contains("it follows from the table `background`"), "{error}");
+        assert!(
+            error.contains("it follows from the table `background`"),
+            "{error}"
+        );
     }
 }

@@ -45,9 +45,7 @@ pub(super) fn read(
         reference: SourceIndex(reference?),
         photon_detection_probability: photon_detection_probability.unwrap_or(1.0),
         dark_count_rate_cps,
-        background_rate_cps: from_budget_cps
-            .or(background_rate_cps)
-            .unwrap_or(0.0),
+        background_rate_cps: from_budget_cps.or(background_rate_cps).unwrap_or(0.0),
         dead_time_ps,
         afterpulsing_probability,
         afterpulsing_time_constant_ps,

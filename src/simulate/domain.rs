@@ -6,7 +6,7 @@ use crate::photons::DetectorModel;
 use crate::photons::memory::Memory;
 use crate::response::{Light, MeanResponse, SecondMoments, merged_share};
 use crate::scan::{Group, Step};
-use crate::scene::{Architecture, DetectorIndex, EstimatorKind, PathIndex};
+use crate::scene::{Architecture, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
 /// Coarse estimates more often wrong than this show in the statistics.

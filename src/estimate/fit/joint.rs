@@ -437,7 +437,9 @@ impl<'a, 'm> Search<'a, 'm> {
 
     /// Standard deviation of a signed count.
     fn sigma(&self) -> f64 {
-        self.descent.weights.signed_sigma(self.air.axis.samples_per_chip)
+        self.descent
+            .weights
+            .signed_sigma(self.air.axis.samples_per_chip)
     }
 
     /// Where the scan's steps are.

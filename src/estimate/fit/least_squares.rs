@@ -111,7 +111,9 @@ impl Weights {
         let height = |offset: i64| (1.0 - offset.abs() as f64 / samples_per_chip).max(0.0);
         let products = |apart: i64| -> f64 {
             let offsets = -reach..=reach;
-            offsets.map(|offset| height(offset) * height(offset + apart)).sum()
+            offsets
+                .map(|offset| height(offset) * height(offset + apart))
+                .sum()
         };
         let sides = |apart: usize| if apart == 0 { 1.0 } else { 2.0 };
         let beside = self.beside.iter().enumerate();

@@ -49,7 +49,6 @@ use crate::estimate::histogram::Uncorrected;
 use crate::histogram::correction::CorrectionError;
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::{MeanCount, MeanResponse, MeanResponseError};
-use crate::scan::Step;
 pub use crate::scene::OtherLight;
 use crate::sensor::Sensor;
 

@@ -46,8 +46,9 @@ pub fn moment_ps(
     let model = DetectorModel::new(sensor, detector);
     let (moved_chips, limit_chips) = model.movement_in_scan();
     let scene = sensor.scene();
-    let moves =
-        |&path: &PathIndex| scene.paths[path].detector == detector && scene.paths[path].movement.is_some();
+    let moves = |&path: &PathIndex| {
+        scene.paths[path].detector == detector && scene.paths[path].movement.is_some()
+    };
     let mover = PathIndex::of(&scene.paths).find(moves);
     let Some(path) = mover.filter(|_| moved_chips > limit_chips) else {
         return Ok(None);
@@ -137,7 +138,11 @@ struct Fitted {
 impl<'p, 'm> MovingPath<'p, 'm> {
     pub fn new(still: &'p Problem<'m>, moment_ps: f64) -> MovingPath<'p, 'm> {
         let timing = &still.model.timing;
-        let time = |&step: &Step| timing.clock.chips(timing.middle_of_step_ps(step) - moment_ps);
+        let time = |&step: &Step| {
+            timing
+                .clock
+                .chips(timing.middle_of_step_ps(step) - moment_ps)
+        };
         MovingPath {
             times_chips: still.steps.iter().map(time).collect(),
             step_chips: timing.scan.integration_chips as f64,

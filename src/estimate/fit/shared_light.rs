@@ -134,7 +134,9 @@ fn mean_of(groups: &[&SharedSteps]) -> Option<GroupMoments> {
     };
     let row = |a: usize| (0..=steps).map(|b| mean(&|m| m.covariance[a][b])).collect();
     Some(GroupMoments {
-        signed_means: (0..steps).map(|lane| mean(&|m| m.signed_means[lane])).collect(),
+        signed_means: (0..steps)
+            .map(|lane| mean(&|m| m.signed_means[lane]))
+            .collect(),
         total_mean: mean(&|m| m.total_mean),
         covariance: (0..=steps).map(row).collect(),
     })
