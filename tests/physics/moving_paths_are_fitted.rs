@@ -76,7 +76,11 @@ fn expected_counts_of_a_path_that_moves_give_its_distance_and_speed() {
             "walk {walk}: off by {error_mm:.4} mm, {:?}",
             fitted.velocity
         );
-        assert!(error_mm.abs() < 0.05, "walk {walk}: {error_mm} mm");
+        // A step that moves by a fifth of its own is an average of more than two places.
+        assert!(
+            error_mm.abs() < 0.02 + 0.5 * walk.abs(),
+            "walk {walk}: {error_mm} mm"
+        );
         let Some(velocity) = fitted.velocity else {
             assert_eq!(walk, 0.0);
             continue;

@@ -324,7 +324,7 @@ fn steps_of_a_group_share_the_start_of_a_detector_that_is_nearly_always_blind() 
 /// chi-square hold.
 #[test]
 fn the_fit_meets_the_bound_with_steps_that_share_their_light() {
-    for (parallel, periods) in [(4, 200), (16, 200), (16, 1600)] {
+    for (parallel, periods) in [(4, 200), (16, 1600), (16, 200)] {
         let mut scene = scene();
         scene.scan.integration_chips = 31 * periods;
         scene.hardware.parallel = parallel;
@@ -349,10 +349,11 @@ fn the_fit_meets_the_bound_with_steps_that_share_their_light() {
         let chi_square = fits.iter().map(reduced).sum::<f64>() / scans;
         println!(
             "parallel {parallel}, {periods} periods: bound {:.2} mm, bias {:.2} mm, std / bound {ratio:.3}, own std / std {claimed:.3}, \
-             chi-square {chi_square:.3} a degree of {}",
+             chi-square {chi_square:.3} a degree of {}, largest {:.2} bounds",
             1e3 * bound_m,
             1e3 * bias,
-            fits[0].degrees_of_freedom
+            fits[0].degrees_of_freedom,
+            errors.iter().fold(0.0_f64, |most, e| most.max(e.abs())) / bound_m
         );
         // Standard errors are 0.041 of the scatter.
         let error = 1.0 / (2.0 * (scans - 1.0)).sqrt();

@@ -18,6 +18,10 @@ pub const MOST_ITERATIONS: usize = 50;
 /// correlation let no gradient vanish.
 pub const CONVERGED_SIGMAS: f64 = 0.02;
 
+/// Weights are made anew where a fit has settled farther than this from where they were
+/// made, if they are worth it.
+pub const WEIGHED_SIGMAS: f64 = 0.1;
+
 /// Most exact expectations of a fit that starts from known derivatives, and most nodes
 /// on the way to the nearest.
 const MOST_NEAR: usize = 4;
@@ -140,7 +144,8 @@ impl Fitted {
         let mut expected = problem.means_of(&response);
         let mut weights = Weights::of_poisson(&expected);
         let mut chi_square = weights.chi_square(&measured, &expected);
-        let mut reweighted = false;
+        let mut weighed_at: Option<Parameters> = None;
+        let mut times_weighed = 0;
         let mut jacobian = problem.jacobian(&parameters, &response, &expected)?;
         let mut linearised = parameters.clone();
         for iteration in 1..=MOST_ITERATIONS {
@@ -176,14 +181,22 @@ impl Fitted {
             // Where no way leads down even so is the minimum, as far as derivatives
             // from finite steps can tell.
             let moved = normal.largest_step_sigmas(&parameters.minus(&before));
-            if !reweighted && moved < 1.0 {
-                reweighted = true;
+            let fell = chi_square_before - chi_square;
+            let has_settled = moved < CONVERGED_SIGMAS
+                || weighed_at.is_some() && fell < CONVERGED_SIGMAS * CONVERGED_SIGMAS;
+            let is_weighed_elsewhere = match &weighed_at {
+                None => moved < 1.0,
+                Some(_) if !has_settled || times_weighed == problem.most_weighings() => false,
+                Some(there) => {
+                    normal.largest_step_sigmas(&parameters.minus(there)) > WEIGHED_SIGMAS
+                }
+            };
+            if is_weighed_elsewhere {
+                weighed_at = Some(parameters.clone());
+                times_weighed += 1;
                 weights = known.weights(problem, &parameters, &expected)?;
                 chi_square = weights.chi_square(&measured, &expected);
-            } else if moved < CONVERGED_SIGMAS
-                || reweighted
-                    && chi_square_before - chi_square < CONVERGED_SIGMAS * CONVERGED_SIGMAS
-            {
+            } else if has_settled {
                 return Ok(Fitted {
                     parameters,
                     normal,

@@ -12,6 +12,7 @@ use rustfft::num_complex::Complex64;
 
 use super::FitError;
 use super::descent::{Descent, Hypothesis};
+use super::gauss_newton::WEIGHED_SIGMAS;
 use super::hadamard::CodeSet;
 use super::known_moments::KnownMoments;
 use super::least_squares::Normal;
@@ -216,12 +217,21 @@ impl<'a, 'm> Search<'a, 'm> {
     ) -> Result<Found, FitError> {
         let problem = self.descent.problem_of(&here.codes);
         let axis = &self.air.axis;
-        let weights = known.scan_weights(&problem, &here.parameters, &here.expected, axis)?;
-        let sigma = weights.signed_sigma(axis.samples_per_chip);
-        let values = weights.values();
-        self.descent.weights = weights;
-        let here = self.descent.weighed(here);
-        let (hypothesis, normal) = self.descent.exactly(here)?;
+        let (mut hypothesis, mut normal) = (here, None);
+        for _ in 0..problem.most_weighings() {
+            let (parameters, expected) = (&hypothesis.parameters, &hypothesis.expected);
+            self.descent.weights = known.scan_weights(&problem, parameters, expected, axis)?;
+            let before = parameters.clone();
+            let (settled, found) = self.descent.exactly(self.descent.weighed(hypothesis))?;
+            let moved = found.largest_step_sigmas(&settled.parameters.minus(&before));
+            (hypothesis, normal) = (settled, Some(found));
+            if moved < WEIGHED_SIGMAS {
+                break;
+            }
+        }
+        let normal = normal.ok_or(FitError::NotConverged)?;
+        let sigma = self.sigma();
+        let values = self.descent.weights.values();
         let [pattern, _] = self.descent.gains(
             &hypothesis.codes,
             &hypothesis.parameters,

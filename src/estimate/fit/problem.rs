@@ -236,6 +236,12 @@ impl<'m> Problem<'m> {
             .collect()
     }
 
+    /// How often a fit makes its weights. Those of steps that count the same light depend
+    /// on where between two steps the light's edges are.
+    pub fn most_weighings(&self) -> usize {
+        if self.shares_light() { 4 } else { 1 }
+    }
+
     /// Whether second moments of few steps stand for those of all.
     pub fn is_long(&self) -> bool {
         self.steps.len() > STEPS_ONE_BY_ONE
