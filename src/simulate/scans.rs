@@ -7,12 +7,14 @@ use std::num::NonZero;
 use std::thread::available_parallelism;
 
 use super::Tier;
-use super::histograms::HistogramsError;
+use super::histograms::{self, HistogramsError};
 use crate::cosim::build::{Built, build, cache_dir};
 use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::exercised::Exercised;
+use crate::cosim::lanes::refuse_memories;
 use crate::cosim::lockstep::Lockstep;
+use crate::cosim::sent::SentCount;
 use crate::cosim::source::{SourceFile, sources_of};
 use crate::cosim::verilated::Verilated;
 use crate::cosim::window::Window;
@@ -20,11 +22,12 @@ use crate::cosim::{Cosimulation, Request, StimulusKind, TOP, Verdict, cosimulate
 use crate::deliver;
 use crate::deliver::HdlError;
 use crate::estimate::PredictionError;
+use crate::histogram::Histogram;
 use crate::photons::fast::StepCounter;
 use crate::photons::{DetectorModel, StepCount};
 use crate::reference::blocks::{Block, BlockMaker};
 use crate::reference::photons::Photons;
-use crate::reference::predictor::{Reference, ReferenceError};
+use crate::reference::predictor::{Reference, ReferenceError, StepResult};
 use crate::reference::stimulus::clocks_for_scans;
 use crate::response::{CountSampler, MeanResponse, MeanResponseError, SecondMoments};
 use crate::sensor::Sensor;
@@ -80,6 +83,24 @@ struct Rtl {
     sources: Vec<SourceFile>,
     library: Built,
     engine: Engine,
+}
+
+/// [`Prepared::histograms`] of a tier that is prepared for them alone.
+///
+/// # Errors
+/// When the tier cannot do the scene.
+///
+/// # Panics
+/// If the scene has no such detector.
+pub fn histograms(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    tier: Tier,
+    seed: u64,
+    repetitions: u64,
+    on_histogram: impl FnMut(Histogram),
+) -> Result<Vec<String>, ScansError> {
+    Prepared::new(sensor, tier)?.histograms(sensor, detector, seed, repetitions, on_histogram)
 }
 
 /// [`Prepared::scans`] of a tier that is prepared for them alone.
@@ -167,7 +188,74 @@ impl Prepared {
     }
 }
 
+impl Prepared {
+    /// Simulates `repetitions` histograms of one detector of a scene whose hardware keeps
+    /// them, as [`Prepared::scans`] does scans.
+    ///
+    /// # Errors
+    /// When the tier cannot do the scene.
+    ///
+    /// # Panics
+    /// If the scene has no such detector.
+    pub fn histograms(
+        &self,
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        seed: u64,
+        repetitions: u64,
+        mut on_histogram: impl FnMut(Histogram),
+    ) -> Result<Vec<String>, ScansError> {
+        let model = DetectorModel::new(sensor, detector);
+        match (self.tier, &self.rtl) {
+            (Tier::Expected, _) => {}
+            (Tier::Counts, _) => {
+                histograms::counts(sensor, detector, seed, repetitions, on_histogram)?;
+            }
+            (Tier::Events, _) => histograms::events(&model, seed, repetitions, on_histogram)?,
+            (_, None) => {
+                histograms::sampled(sensor, &model, seed, repetitions, on_histogram)?;
+            }
+            (_, Some(rtl)) => {
+                let mut made = Ok(());
+                let on_bins = |bins| match histograms::histogram(&model, bins) {
+                    Ok(histogram) => on_histogram(histogram),
+                    Err(error) => made = Err(error),
+                };
+                let remarks = rtl.histograms(sensor, detector, seed, repetitions, on_bins)?;
+                made.map_err(HistogramsError::from)?;
+                return Ok(remarks);
+            }
+        }
+        Ok(Vec::new())
+    }
+}
+
 impl Rtl {
+    /// Histograms of one detector as the Verilog sends them, each bin after the other.
+    fn histograms(
+        &self,
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        seed: u64,
+        repetitions: u64,
+        mut on_bins: impl FnMut(Vec<u64>),
+    ) -> Result<Vec<String>, ScansError> {
+        if self.engine == Engine::Lanes {
+            refuse_memories(sensor.interface())
+                .map_err(|reason| CosimError::NoLanes(reason.to_string()))?;
+        }
+        let bins = sensor.timing().scan.steps as usize;
+        let mut frame = Vec::with_capacity(bins);
+        let on_sent = |sent: SentCount| {
+            let bin = sent.bin.filter(|_| sent.detector == detector);
+            frame.extend(bin.filter(|_| sent.scan < repetitions));
+            if frame.len() == bins {
+                on_bins(std::mem::replace(&mut frame, Vec::with_capacity(bins)));
+            }
+        };
+        compared(sensor, &self.library, seed, repetitions, |_| (), on_sent)
+    }
+
     /// One scan, in lanes where it has a place there.
     fn one_scan(
         &self,
@@ -302,39 +390,52 @@ fn lockstep(
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),
 ) -> Result<Vec<String>, ScansError> {
-    let interface = sensor.interface();
-    let layout = Layout::of(interface);
-    let mut reference = Reference::new(interface.clone())?;
-    let mut model = Verilated::load(library, &layout)?;
-    let detectors = models(sensor);
-    let mut collector = Collector::new(interface, repetitions, on_scan);
+    let mut collector = Collector::new(sensor.interface(), repetitions, on_scan);
     // Hits of the steps that the Verilog has yet to send. They stand in where it
     // sends no totals: the rate of detections needs them, the estimator does not.
     let hits = RefCell::new(VecDeque::new());
+    let on_result = |result: StepResult| {
+        if result.detector == detector {
+            hits.borrow_mut().push_back(result.total);
+        }
+    };
+    let on_sent = |sent: SentCount| {
+        if sent.detector == detector {
+            let hits = hits.borrow_mut().pop_front();
+            let count = StepCount {
+                signed: sent.signed,
+                total: sent.total.or(hits).unwrap_or(0),
+            };
+            collector.take(sent.scan, count);
+        }
+    };
+    compared(sensor, library, seed, repetitions, on_result, on_sent)
+}
+
+/// Clocks the Verilog beside the reference model for so many scans. `on_result` gets what
+/// the model counts, `on_sent` what the Verilog sends. Gives what it was not made to show.
+fn compared(
+    sensor: &Sensor,
+    library: &Built,
+    seed: u64,
+    repetitions: u64,
+    on_result: impl FnMut(StepResult),
+    on_sent: impl FnMut(SentCount),
+) -> Result<Vec<String>, ScansError> {
+    let interface = sensor.interface();
+    let layout = Layout::of(interface);
+    let detectors = models(sensor);
     let outcome = Lockstep {
-        model: &mut model,
-        reference: &mut reference,
+        model: &mut Verilated::load(library, &layout)?,
+        reference: &mut Reference::new(interface.clone())?,
         stimulus: &mut Photons::new(&detectors, interface, seed),
         layout: &layout,
         window: Window::Found,
     }
     .run_and_read(
         clocks_for_scans(interface, repetitions),
-        |result| {
-            if result.detector == detector {
-                hits.borrow_mut().push_back(result.total);
-            }
-        },
-        |sent| {
-            if sent.detector == detector {
-                let hits = hits.borrow_mut().pop_front();
-                let count = StepCount {
-                    signed: sent.signed,
-                    total: sent.total.or(hits).unwrap_or(0),
-                };
-                collector.take(sent.scan, count);
-            }
-        },
+        on_result,
+        on_sent,
         |_| (),
     )?;
     if outcome.first.is_some() {

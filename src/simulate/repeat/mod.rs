@@ -9,7 +9,6 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::histograms::histograms;
 use super::path_statistics::PathStatistics;
 use super::scans::{Prepared, ScansError};
 use super::{Tier, domain, expected};
@@ -225,30 +224,27 @@ impl Run<'_> {
         detector: DetectorIndex,
         on_scan: &mut impl FnMut(),
     ) -> Result<OfDetector, ScansError> {
-        let (sensor, tier) = (self.sensor, self.prepared.tier());
+        let sensor = self.sensor;
         let ranging = Ranging::new(sensor, detector, CountingTier::Sampled);
         let mut answers = Answers::new(&ranging);
         let mut detections = 0;
         let mut waiting: Vec<Histogram> = Vec::new();
-        histograms(
-            sensor,
-            detector,
-            tier,
-            self.seed,
-            self.repetitions,
-            |histogram| {
-                on_scan();
-                detections += histogram.total();
-                let bins = histogram.bins().len();
-                waiting.push(histogram);
-                if waiting.len() * bins > COUNTS_AT_ONCE {
-                    answers.take_histograms(&waiting);
-                    waiting.clear();
-                }
-            },
-        )?;
+        let (seed, repetitions) = (self.seed, self.repetitions);
+        let keep = |histogram: Histogram| {
+            on_scan();
+            detections += histogram.total();
+            let bins = histogram.bins().len();
+            waiting.push(histogram);
+            if waiting.len() * bins > COUNTS_AT_ONCE {
+                answers.take_histograms(&waiting);
+                waiting.clear();
+            }
+        };
+        let remarks = self
+            .prepared
+            .histograms(sensor, detector, seed, repetitions, keep)?;
         answers.take_histograms(&waiting);
-        let mut of_detector = self.statistics(&ranging, &answers, detections, 1.0, Vec::new())?;
+        let mut of_detector = self.statistics(&ranging, &answers, detections, 1.0, remarks)?;
         if sensor.scene().estimator == EstimatorKind::Fft {
             let name = &sensor.scene().detectors[detector].name;
             let walks = ranging.walks().map(|walks| format!("{name}: {walks}"));
