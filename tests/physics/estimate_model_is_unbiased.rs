@@ -13,10 +13,8 @@ use goldtof::estimate::{
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::response::MeanCount;
 use goldtof::scan::Step;
-use goldtof::scene::{DetectorIndex, EstimatorKind, Path, Scene, Source, SourceIndex};
+use goldtof::scene::{DetectorIndex, Path, Scene, Source, SourceIndex};
 use goldtof::sensor::Sensor;
-use goldtof::simulate::Tier;
-use goldtof::simulate::repeat::simulate;
 
 const TIER: CountingTier = CountingTier::Events;
 const STEP_PS: f64 = 25.0;
