@@ -11,7 +11,9 @@ use super::{
     CountingTier, Estimate, calibration_offset_ps, check_modulated, delay_error_ps, distance_m,
     estimate, folded, predict, true_delay,
 };
-use crate::estimate::fit::{ALARM_SIGMAS, BinFitter, FittedPath, ModelEstimate, expected_fit, fit};
+use crate::estimate::fit::{
+    ALARM_SIGMAS, BinFitter, FittedPath, ModelEstimate, expected_fit, fit, shared_light,
+};
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
 use crate::scene::{Architecture, DetectorIndex, EstimatorKind, Path, PathIndex};
@@ -310,7 +312,10 @@ impl EstimateReport {
             }
             Ok(fitted) => {
                 self.distance_m = Some(fitted.distance_m);
-                self.remark = fitted.untold.as_ref().map(ToString::to_string);
+                self.remark = shared_light(sensor, detector);
+                if let Some(untold) = &fitted.untold {
+                    self.add_remark(&untold.to_string());
+                }
                 self.fit = Some(FitReport::of(sensor, &fitted));
                 Some(fitted.delay_ps)
             }

@@ -26,11 +26,12 @@ pub fn text(overview: &Overview, width: Option<usize>) -> String {
         }
     };
     text += &columns(&figures(&overview.figures), 2, width);
-    let budgets = link(&overview.link);
-    if !budgets.is_empty() {
-        let headings = LINK_HEADINGS.map(str::to_owned).to_vec();
-        let rows: Vec<Row> = std::iter::once(headings).chain(budgets).collect();
-        text += &table("Photons per second", &rows);
+    for budget in link(&overview.link) {
+        let cells = LINK_HEADINGS.iter().zip(&budget).skip(1);
+        let rows: Vec<Row> = cells
+            .map(|(what, rate)| vec![(*what).to_owned(), rate.clone()])
+            .collect();
+        text += &table(&format!("Photons per second, {}", budget[0]), &rows);
     }
     for of_detector in overview.expected.chunks(2) {
         text += &table(&expected_title(&of_detector[0]), &expected(of_detector));

@@ -1,12 +1,13 @@
 //! For which scenes and questions each tier's answers hold.
 
 use super::Tier;
+use crate::estimate::fit::shared_light;
 use crate::estimate::{Prediction, PredictionError};
 use crate::photons::DetectorModel;
 use crate::photons::memory::Memory;
 use crate::response::{Light, MeanResponse, SecondMoments, merged_share};
 use crate::scan::{Group, Step};
-use crate::scene::{Architecture, DetectorIndex, PathIndex};
+use crate::scene::{Architecture, DetectorIndex, EstimatorKind, PathIndex};
 use crate::sensor::Sensor;
 
 /// Coarse estimates more often wrong than this show in the statistics.
@@ -122,6 +123,10 @@ pub fn warnings(
         Tier::Expected => warnings.extend(view.scatter(predicted)),
         Tier::Counts => warnings.extend(view.small_counts()),
         Tier::Events | Tier::Sampled | Tier::Rtl => {}
+    }
+    let is_updown = sensor.scene().hardware.architecture == Architecture::UpDown;
+    if is_updown && sensor.scene().estimator == EstimatorKind::Model {
+        warnings.extend(shared_light(sensor, detector));
     }
     let name = &sensor.scene().detectors[detector].name;
     for warning in &mut warnings {

@@ -15,6 +15,13 @@ use crate::response::MeanCount;
 use crate::scan::Step;
 use crate::sensor::Sensor;
 
+/// A fit of steps that share their light is tried again from its neighbours if chi-square
+/// is so many standard deviations too large.
+const RETRIED_SIGMAS: f64 = 3.0;
+
+/// Phase steps from a fit to the places it is tried again from.
+const NEIGHBOURS: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
+
 /// Fits the scans of one detector. Second moments that one scan needed are kept for
 /// the next; what a scan gives does not depend on which came before.
 #[derive(Debug)]
@@ -101,10 +108,7 @@ impl<'s> Fitter<'s> {
         }
         let moment_ps = self.moment_ps()?;
         let own = &sensor.scene().sources[sensor.scene().detectors[detector].reference].code;
-        let known = candidates::known(sensor, detector, self.other);
-        let is_one_path = self.other != OtherLight::Search
-            && known.iter().map(|(_, most)| most).sum::<usize>() == 1;
-        if is_one_path {
+        if candidates::is_one_path(sensor, detector, self.other) {
             let start = start::start(sensor, detector, self.tier, counts)?;
             let mut problem = Problem {
                 model: &self.model,
@@ -120,11 +124,7 @@ impl<'s> Fitter<'s> {
                 problem.steps = moving::in_one_go(&problem.steps, start.peak);
                 return self.fit_moving(&problem, moment_ps, &start.parameters, counts);
             }
-            let near = Fitted::near_node(&problem, &self.moments, &start.parameters, counts)?;
-            let fitted = match near {
-                Some(fitted) => fitted,
-                None => Fitted::new(&problem, &self.moments, start.parameters, counts)?,
-            };
+            let fitted = self.fit_still(&problem, &start.parameters, counts)?;
             return Ok(fitted.estimate(&problem));
         }
         check_not_flat(counts)?;
@@ -144,6 +144,46 @@ impl<'s> Fitter<'s> {
 }
 
 impl Fitter<'_> {
+    /// The fit of a path that stands still. How precise steps of shared light are depends
+    /// on where between two steps the path is, so that a fit may settle in the wrong place;
+    /// it then fits so badly that it is tried again from the neighbours.
+    fn fit_still(
+        &self,
+        problem: &Problem,
+        start: &Parameters,
+        counts: &[MeanCount],
+    ) -> Result<Fitted, FitError> {
+        let mut best = self.settle(problem, start, counts)?;
+        if !problem.shares_light() || best.excess_sigmas() < RETRIED_SIGMAS {
+            return Ok(best);
+        }
+        let step_chips = self.sensor.clock().sample_period_chips();
+        let settled = best.parameters.clone();
+        for steps in NEIGHBOURS {
+            let mut there = settled.clone();
+            there.paths[0].delay_chips += steps * step_chips;
+            // One that does not settle is no better.
+            if let Ok(other) = self.settle(problem, &there, counts)
+                && other.excess_sigmas() < best.excess_sigmas()
+            {
+                best = other;
+            }
+        }
+        Ok(best)
+    }
+
+    fn settle(
+        &self,
+        problem: &Problem,
+        start: &Parameters,
+        counts: &[MeanCount],
+    ) -> Result<Fitted, FitError> {
+        match Fitted::near_node(problem, &self.moments, start, counts)? {
+            Some(fitted) => Ok(fitted),
+            None => Fitted::new(problem, &self.moments, start.clone(), counts),
+        }
+    }
+
     /// The fit of a path that moves.
     fn fit_moving(
         &self,

@@ -213,6 +213,16 @@ impl Fitted {
         Err(FitError::NotConverged)
     }
 
+    /// By how many standard deviations chi-square is above what it should be.
+    pub fn excess_sigmas(&self) -> f64 {
+        let degrees = self.degrees_of_freedom().max(1) as f64;
+        (self.chi_square - degrees) / (2.0 * degrees).sqrt()
+    }
+
+    fn degrees_of_freedom(&self) -> usize {
+        self.values.saturating_sub(self.parameters.len())
+    }
+
     pub fn estimate(&self, problem: &Problem) -> ModelEstimate {
         let chip_ps = problem.clock().chip_period_ps;
         let std = self.normal.standard_deviations();
@@ -237,7 +247,7 @@ impl Fitted {
             velocity: None,
             constant_rate_hz: self.parameters.constant / (chip_ps * 1e-12),
             chi_square: self.chi_square,
-            degrees_of_freedom: self.values.saturating_sub(self.parameters.len()),
+            degrees_of_freedom: self.degrees_of_freedom(),
             steps: problem.steps.len(),
             untold: None,
             iterations: self.iterations,

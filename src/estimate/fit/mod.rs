@@ -296,6 +296,18 @@ pub fn fit_means(
     Fitter::new(sensor, detector, tier, other).fit_means(counts)
 }
 
+/// What to say of joint fits to steps that share their light.
+pub fn shared_light(sensor: &Sensor, detector: DetectorIndex) -> Option<String> {
+    let parallel = sensor.timing().parallel;
+    let other = sensor.scene().other_light;
+    (parallel > 1 && !candidates::is_one_path(sensor, detector, other)).then(|| {
+        format!(
+            "with parallel = {parallel} the phase steps of a group see the same light; of several \
+             paths distances then scatter up to 1.7 times as much as the fit says"
+        )
+    })
+}
+
 /// What the fit says of a scene's expected counts, told of other light what the
 /// scene says: its average answer, to first order in the noise.
 ///

@@ -55,9 +55,7 @@ pub fn moment_ps(
     };
     let mut modulated = model.modulated_paths();
     let is_only = modulated.next() == Some(path) && modulated.next().is_none();
-    let known = candidates::known(sensor, detector, other);
-    let is_one_path =
-        other != OtherLight::Search && known.iter().map(|(_, most)| most).sum::<usize>() == 1;
+    let is_one_path = candidates::is_one_path(sensor, detector, other);
     let fluctuates = scene.paths[path].delay_std_ps() > 0.0;
     let is_own = scene.paths[path].source == scene.detectors[detector].reference;
     if !is_only || !is_one_path || !is_own || fluctuates {
