@@ -174,7 +174,7 @@ fn describe(plan: &BankPlan) -> About {
         )
 }
 
-fn plural(number: u32) -> &'static str {
+pub(super) fn plural(number: u32) -> &'static str {
     if number == 1 { "" } else { "s" }
 }
 
