@@ -8,6 +8,8 @@ use crate::sensor::Sensor;
 /// Predictions of all detectors of a scene take no longer than this on one core,
 /// and bounds no longer again.
 const LIMIT_S: f64 = 2.0;
+/// A fit of one scan takes no longer than this on one core.
+const LONGEST_FIT_S: f64 = 20.0;
 /// Most memory that is taken.
 const LIMIT_BYTES: f64 = 1e9;
 /// One step's part in a path's prediction beside its moments.
@@ -177,6 +179,12 @@ impl TheoryEffort {
         self.check(self.fit_s())
     }
 
+    /// How long a fit of one scan takes and the longest that is done, if it takes longer.
+    pub fn too_long_fit(&self) -> Option<(f64, f64)> {
+        let seconds = self.fit_s();
+        (seconds > LONGEST_FIT_S).then_some((seconds, LONGEST_FIT_S))
+    }
+
     /// Refuses what a histogram's expectation, its phase and a fit to it take, if that is
     /// too long.
     ///
@@ -202,5 +210,60 @@ impl TheoryEffort {
             });
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::CountingTier;
+    use crate::estimate::fit::{Fitter, OtherLight};
+    use crate::photons::StepCount;
+    use crate::scene::{Scene, load};
+
+    /// The article's sensor, under so many times its light.
+    fn brighter(times: f64) -> Scene {
+        let file =
+            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper-single.toml");
+        let mut scene = load(&file).expect("it is sound");
+        scene.sources[0].mean_power_w *= times;
+        scene
+    }
+
+    /// With 4.9 million primary detections a second: a thousand million are fitted, as slow
+    /// as that is, and a blinding light is refused.
+    #[test]
+    fn fits_are_done_up_to_a_stated_time() {
+        let of = |times: f64| {
+            let effort = TheoryEffort::of(&Sensor::new(&brighter(times)), DetectorIndex(0));
+            effort.expect("a response")
+        };
+        for times in [1.0, 200.0, 600.0] {
+            assert_eq!(of(times).too_long_fit(), None, "{times}");
+        }
+        let (seconds, limit_s) = of(1500.0).too_long_fit().expect("it is refused");
+        assert!(
+            seconds > 2.0 * limit_s && limit_s == 20.0,
+            "{seconds} {limit_s}"
+        );
+    }
+
+    /// The fit itself says so, before any work.
+    #[test]
+    fn a_fit_to_blinding_light_is_refused_at_once() {
+        let sensor = Sensor::new(&brighter(1500.0));
+        let fitter = Fitter::new(
+            &sensor,
+            DetectorIndex(0),
+            CountingTier::Sampled,
+            OtherLight::Given,
+        );
+        let count = StepCount {
+            signed: 3,
+            total: 5,
+        };
+        let counts = vec![count; sensor.timing().scan.steps as usize];
+        let refused = fitter.fit(&counts).expect_err("it is refused").to_string();
+        assert!(refused.contains("no more than 20 s is spent"), "{refused}");
     }
 }

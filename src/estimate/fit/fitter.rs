@@ -9,7 +9,7 @@ use super::known_moments::KnownMoments;
 use super::moving::{self, Course, MovingPath};
 use super::problem::{Parameters, Problem, window};
 use super::{FitError, ModelEstimate, OtherLight, candidates, start};
-use crate::estimate::{CountingTier, NoEstimate};
+use crate::estimate::{CountingTier, NoEstimate, TheoryEffort};
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::MeanCount;
 use crate::scan::Step;
@@ -34,6 +34,8 @@ pub struct Fitter<'s> {
     model: DetectorModel,
     /// The moment that a moving path's distance is told of.
     moment_ps: Result<Option<f64>, FitError>,
+    /// Seconds that a fit takes and the longest that is done, if it takes longer.
+    too_long: OnceLock<Option<(f64, f64)>>,
     moments: KnownMoments,
     air: OnceLock<Result<Air, FitError>>,
 }
@@ -60,6 +62,7 @@ impl<'s> Fitter<'s> {
                 _ => DetectorModel::new(sensor, detector),
             },
             moment_ps,
+            too_long: OnceLock::new(),
             moments: KnownMoments::default(),
             air: OnceLock::new(),
         }
@@ -107,6 +110,7 @@ impl<'s> Fitter<'s> {
             });
         }
         let moment_ps = self.moment_ps()?;
+        self.check_time()?;
         let own = &sensor.scene().sources[sensor.scene().detectors[detector].reference].code;
         if candidates::is_one_path(sensor, detector, self.other) {
             let start = start::start(sensor, detector, self.tier, counts)?;
@@ -144,6 +148,16 @@ impl<'s> Fitter<'s> {
 }
 
 impl Fitter<'_> {
+    /// Refuses what would take too long. Light whose time cannot be told has no response,
+    /// either, and the fit says why.
+    fn check_time(&self) -> Result<(), FitError> {
+        let too_long = |sensor| TheoryEffort::of(sensor, self.detector).ok()?.too_long_fit();
+        match *self.too_long.get_or_init(|| too_long(self.sensor)) {
+            Some((seconds, limit_s)) => Err(FitError::TooLong { seconds, limit_s }),
+            None => Ok(()),
+        }
+    }
+
     /// The fit of a path that stands still. How precise steps of shared light are depends
     /// on where between two steps the path is, so that a fit may settle in the wrong place;
     /// it then fits so badly that it is tried again from the neighbours.

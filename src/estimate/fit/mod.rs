@@ -202,6 +202,18 @@ pub enum FitError {
         /// The fastest that is followed.
         limit_m_per_s: f64,
     },
+    /// It would take too long.
+    #[error(
+        "to fit this light would take about {seconds:.0} s of one core, and no more than {limit_s:.0} s \
+         is spent on a scan: attenuate the light, or take fewer paths, a shorter dead time or a \
+         shorter code; estimator = \"fft\" takes any"
+    )]
+    TooLong {
+        /// How long.
+        seconds: f64,
+        /// The longest that is done.
+        limit_s: f64,
+    },
     /// There is nothing to range.
     #[error("nothing modulated reaches the detector")]
     Dark,
