@@ -1,5 +1,7 @@
 //! Histograms of whole integration times, one tier or another.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::Tier;
@@ -50,13 +52,31 @@ pub fn histograms(
     repetitions: u64,
     on_histogram: impl FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
+    some_histograms(sensor, detector, tier, seed, 0..repetitions, on_histogram)
+}
+
+/// Some of the [`histograms`] of a seed, by their numbers: each is what it is among all.
+///
+/// # Errors
+/// As there.
+///
+/// # Panics
+/// As there.
+pub fn some_histograms(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    tier: Tier,
+    seed: u64,
+    numbers: Range<u64>,
+    on_histogram: impl FnMut(Histogram),
+) -> Result<(), HistogramsError> {
     let model = DetectorModel::new(sensor, detector);
     match tier {
         Tier::Expected => Ok(()),
         Tier::Counts => Err(HistogramsError::NotDrawn),
         Tier::Rtl => Err(HistogramsError::NotOfVerilog),
-        Tier::Events => events(&model, seed, repetitions, on_histogram),
-        Tier::Sampled => sampled(sensor, &model, seed, repetitions, on_histogram),
+        Tier::Events => events(&model, seed, numbers, on_histogram),
+        Tier::Sampled => sampled(sensor, &model, seed, numbers, on_histogram),
     }
 }
 
@@ -76,7 +96,7 @@ fn histogram(model: &DetectorModel, bins: Vec<u64>) -> Result<Histogram, Histogr
 fn events(
     model: &DetectorModel,
     seed: u64,
-    repetitions: u64,
+    numbers: Range<u64>,
     mut on_histogram: impl FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
     let [period, _] = samples(model);
@@ -92,9 +112,9 @@ fn events(
         }
         histogram(model, bins)
     };
-    let mut first = 0;
-    while first < repetitions {
-        let batch = first..(first + AT_ONCE).min(repetitions);
+    let mut first = numbers.start;
+    while first < numbers.end {
+        let batch = first..first.saturating_add(AT_ONCE).min(numbers.end);
         first = batch.end;
         let made: Vec<_> = batch.into_par_iter().map(one).collect();
         for histogram in made {
@@ -109,7 +129,7 @@ fn sampled(
     sensor: &Sensor,
     model: &DetectorModel,
     seed: u64,
-    repetitions: u64,
+    numbers: Range<u64>,
     mut on_histogram: impl FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
     let [period, all] = samples(model);
@@ -118,12 +138,17 @@ fn sampled(
     let most = width
         .filter(|&width| width < u64::BITS)
         .map_or(u64::MAX, |width| (1 << width) - 1);
-    let mut stream = PulseStream::new(model, seed, 0);
+    // Pulses that are still high reach into the histograms that follow.
+    let reach = model.pulse_width_chips * f64::from(model.timing.clock.samples_per_chip);
+    let from = numbers
+        .start
+        .saturating_sub(1 + (reach / all as f64).ceil() as u64);
+    let mut stream = PulseStream::new(model, seed, from);
     let mut level = Level::default();
     let mut pulses = Vec::new();
-    for repetition in 0..repetitions {
+    for number in from..numbers.end {
         pulses.clear();
-        stream.advance((repetition + 1) * all, &mut pulses);
+        stream.advance((number - from + 1) * all, &mut pulses);
         let mut bins = vec![0_u64; period as usize];
         for pulse in &pulses {
             if level.rises(pulse) {
@@ -131,7 +156,9 @@ fn sampled(
                 *bin = (*bin + 1).min(most);
             }
         }
-        on_histogram(histogram(model, bins)?);
+        if numbers.contains(&number) {
+            on_histogram(histogram(model, bins)?);
+        }
     }
     Ok(())
 }

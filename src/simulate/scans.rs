@@ -4,6 +4,7 @@ use crate::scene::DetectorIndex;
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::num::NonZero;
+use std::ops::Range;
 use std::thread::available_parallelism;
 
 use super::Tier;
@@ -94,7 +95,7 @@ pub fn scans(
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),
 ) -> Result<Vec<String>, ScansError> {
-    Prepared::new(sensor, tier)?.scans(sensor, detector, seed, repetitions, on_scan)
+    Prepared::new(sensor, tier)?.scans(sensor, detector, seed, 0..repetitions, on_scan)
 }
 
 impl Prepared {
@@ -133,9 +134,10 @@ impl Prepared {
         self.tier
     }
 
-    /// Simulates `repetitions` scans of one detector of the scene. `on_scan` gets
-    /// the counts of each, those of the scan's steps in order. The tier that draws
-    /// nothing has no scans. Gives what is to be said of them: what the Verilog was
+    /// Simulates some scans of one detector of the scene, by their numbers among all
+    /// scans of the seed. `on_scan` gets the counts of each, those of the scan's steps
+    /// in order; they do not depend on which other scans are asked for. The tier that
+    /// draws nothing has no scans. Gives what is to be said of them: what the Verilog was
     /// not made to show.
     ///
     /// # Errors
@@ -145,22 +147,23 @@ impl Prepared {
         sensor: &Sensor,
         detector: DetectorIndex,
         seed: u64,
-        repetitions: u64,
+        scans: Range<u64>,
         on_scan: impl FnMut(&[StepCount]),
     ) -> Result<Vec<String>, ScansError> {
         match (self.tier, &self.rtl) {
             (Tier::Expected, _) => {}
-            (Tier::Counts, _) => counts(sensor, detector, seed, repetitions, on_scan)?,
-            (Tier::Events, _) => events(sensor, detector, seed, repetitions, on_scan),
-            (_, None) => sampled(sensor, detector, seed, repetitions, on_scan)?,
-            (_, Some(rtl)) if repetitions == 1 && rtl.engine != Engine::Lockstep => {
+            _ if scans.is_empty() => {}
+            (Tier::Counts, _) => counts(sensor, detector, seed, scans, on_scan)?,
+            (Tier::Events, _) => events(sensor, detector, seed, scans, on_scan),
+            (_, None) => sampled(sensor, detector, seed, scans, on_scan)?,
+            (_, Some(rtl)) if scans == (0..1) && rtl.engine != Engine::Lockstep => {
                 return rtl.one_scan(sensor, detector, seed, on_scan);
             }
             (_, Some(rtl)) if rtl.engine == Engine::Lanes => {
                 return Err(CosimError::NoLanes(ONE_SCAN.to_owned()).into());
             }
             (_, Some(rtl)) => {
-                return lockstep(sensor, detector, &rtl.library, seed, repetitions, on_scan);
+                return lockstep(sensor, detector, &rtl.library, seed, scans, on_scan);
             }
         }
         Ok(Vec::new())
@@ -196,7 +199,7 @@ impl Rtl {
         if report.verdict == Verdict::Mismatch {
             return Err(ScansError::Mismatch);
         }
-        let mut collector = Collector::new(sensor.interface(), 1, on_scan);
+        let mut collector = Collector::new(sensor.interface(), 0, 0..1, on_scan);
         for (sent, hits) in counts[detector].iter().zip(&hits[detector]) {
             let count = StepCount {
                 signed: sent.signed,
@@ -221,14 +224,14 @@ fn counts(
     sensor: &Sensor,
     detector: DetectorIndex,
     seed: u64,
-    repetitions: u64,
+    scans: Range<u64>,
     mut on_scan: impl FnMut(&[StepCount]),
 ) -> Result<(), ScansError> {
     let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::of_tier(&model, Tier::Counts.counting())?;
     let sampler = CountSampler::of(&model, &SecondMoments::new(&response)?);
-    for repetition in 0..repetitions {
-        on_scan(&sampler.scan(seed, repetition));
+    for scan in scans {
+        on_scan(&sampler.scan(seed, scan));
     }
     Ok(())
 }
@@ -237,7 +240,7 @@ fn events(
     sensor: &Sensor,
     detector: DetectorIndex,
     seed: u64,
-    repetitions: u64,
+    scans: Range<u64>,
     mut on_scan: impl FnMut(&[StepCount]),
 ) {
     let model = DetectorModel::new(sensor, detector);
@@ -246,9 +249,9 @@ fn events(
     let steps = sensor.timing().scan.steps;
     let at_once = (STEPS_AT_ONCE / steps).max(1);
     let mut counted = Vec::new();
-    let mut first = 0;
-    while first < repetitions {
-        let batch = first..(first + at_once).min(repetitions);
+    let mut first = scans.start;
+    while first < scans.end {
+        let batch = first..first.saturating_add(at_once).min(scans.end);
         first = batch.end;
         counted.resize(
             ((batch.end - batch.start) * steps) as usize,
@@ -263,16 +266,17 @@ fn sampled(
     sensor: &Sensor,
     detector: DetectorIndex,
     seed: u64,
-    repetitions: u64,
+    scans: Range<u64>,
     on_scan: impl FnMut(&[StepCount]),
 ) -> Result<(), ScansError> {
     let interface = sensor.interface();
     let layout = Layout::of(interface);
     let detectors = models(sensor);
+    let from = begun_by(&detectors, scans.start);
+    let clocks = clocks_for_scans(interface, scans.end - from);
     let mut reference = Reference::new(interface.clone())?;
-    let mut photons = Photons::new(&detectors, interface, seed);
-    let mut collector = Collector::new(interface, repetitions, on_scan);
-    let clocks = clocks_for_scans(interface, repetitions);
+    let mut photons = Photons::from_scan(&detectors, interface, seed, from);
+    let mut collector = Collector::new(interface, from, scans, on_scan);
     let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, clocks);
     let mut block = Block::default();
     while maker.make(&mut block) {
@@ -293,13 +297,26 @@ fn models(sensor: &Sensor) -> Vec<DetectorModel> {
         .collect()
 }
 
+/// The scan that a run has to begin with for scan `first` to be what it is in a run from
+/// scan 0 on. Light and detections of a scan are its own; only pulses that are still high
+/// reach into the next one.
+fn begun_by(detectors: &[DetectorModel], first: u64) -> u64 {
+    let scans_of_a_pulse = |model: &DetectorModel| {
+        let scan_chips = model.timing.scan_chips() as f64;
+        (model.pulse_width_chips / scan_chips).ceil() as u64
+    };
+    // A pulse begins as the scan ends, and lasts for some more.
+    let before = 1 + detectors.iter().map(scans_of_a_pulse).max().unwrap_or(0);
+    first.saturating_sub(before)
+}
+
 /// Any number of scans.
 fn lockstep(
     sensor: &Sensor,
     detector: DetectorIndex,
     library: &Built,
     seed: u64,
-    repetitions: u64,
+    scans: Range<u64>,
     on_scan: impl FnMut(&[StepCount]),
 ) -> Result<Vec<String>, ScansError> {
     let interface = sensor.interface();
@@ -307,19 +324,21 @@ fn lockstep(
     let mut reference = Reference::new(interface.clone())?;
     let mut model = Verilated::load(library, &layout)?;
     let detectors = models(sensor);
-    let mut collector = Collector::new(interface, repetitions, on_scan);
+    let from = begun_by(&detectors, scans.start);
+    let clocks = clocks_for_scans(interface, scans.end - from);
+    let mut collector = Collector::new(interface, from, scans, on_scan);
     // Hits of the steps that the Verilog has yet to send. They stand in where it
     // sends no totals: the rate of detections needs them, the estimator does not.
     let hits = RefCell::new(VecDeque::new());
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut reference,
-        stimulus: &mut Photons::new(&detectors, interface, seed),
+        stimulus: &mut Photons::from_scan(&detectors, interface, seed, from),
         layout: &layout,
         window: Window::Found,
     }
     .run_and_read(
-        clocks_for_scans(interface, repetitions),
+        clocks,
         |result| {
             if result.detector == detector {
                 hits.borrow_mut().push_back(result.total);
@@ -350,25 +369,30 @@ fn lockstep(
 /// Gathers a detector's counts, which come in order, into scans.
 struct Collector<F> {
     steps: u64,
-    repetitions: u64,
+    /// The scan that the run began with.
+    from: u64,
+    /// Those that were asked for.
+    scans: Range<u64>,
     scan: Vec<StepCount>,
     on_scan: F,
 }
 
 impl<F: FnMut(&[StepCount])> Collector<F> {
-    fn new(interface: &Interface, repetitions: u64, on_scan: F) -> Collector<F> {
+    fn new(interface: &Interface, from: u64, scans: Range<u64>, on_scan: F) -> Collector<F> {
         Collector {
             steps: interface.timing.scan.steps,
-            repetitions,
+            from,
+            scans,
             scan: Vec::new(),
             on_scan,
         }
     }
 
-    /// Takes the next step's counts. Those beyond the last scan that was asked for are
-    /// the start of one more, which the run's last clocks reach into.
+    /// Takes the next step's counts, of the `scan`-th scan of the run. Those before the
+    /// first that was asked for lead up to it, and those beyond the last are the start of
+    /// one more, which the run's last clocks reach into.
     fn take(&mut self, scan: u64, count: StepCount) {
-        if scan >= self.repetitions {
+        if !self.scans.contains(&(self.from + scan)) {
             return;
         }
         self.scan.push(count);
