@@ -375,6 +375,8 @@ pub(super) struct GradeArguments {
     /// proven equivalent: --at-least 99%
     #[arg(long, value_name = "SHARE", value_parser = super::grade::parse_share)]
     pub at_least: Option<f64>,
+    #[command(flatten)]
+    pub shard: ShardArguments,
 }
 
 #[derive(Debug, Args)]
@@ -546,6 +548,10 @@ pub(super) struct ReproduceArguments {
     #[arg(long, value_name = "R", default_value_t = 500,
           value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     pub repeat: u64,
+    /// Do one of N parts of the figures, on this machine or another, for `goldtof merge` to
+    /// join: --shard 3/12, or --shard task/12 in a task of an array (Slurm, HyperQueue)
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    pub shard: Option<Part>,
 }
 
 #[derive(Debug, Args)]
@@ -558,8 +564,10 @@ pub(super) struct StressArguments {
     #[arg(long)]
     pub quick: bool,
     /// Name the cases and run none
-    #[arg(long)]
+    #[arg(long, conflicts_with = "shard")]
     pub list: bool,
+    #[command(flatten)]
+    pub shard: ShardArguments,
 }
 
 #[derive(Debug, Args)]

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::arguments::MergeArguments;
 use super::output::Output;
 use super::provenance::typed_command;
-use super::{Ending, simulate, sweep};
+use super::{Ending, grade, reproduce, simulate, stress, sweep};
 use crate::document::{Body, Document};
 use crate::files::OutputFolder;
 use crate::printable::printable_path;
@@ -130,5 +130,8 @@ pub(super) fn merge(arguments: &MergeArguments, output: &mut Output) -> anyhow::
     match &job {
         Job::Simulate(job) => simulate::merge(job, shards, output),
         Job::Sweep(job) => sweep::merge(job, shards, &arguments.folder, output),
+        Job::Reproduce(job) => reproduce::merge(job, shards, &arguments.folder, output),
+        Job::Stress(job) => stress::merge(job, shards, output),
+        Job::Grade(job) => grade::merge(job, shards, output),
     }
 }

@@ -7,9 +7,12 @@ use serde_json::Value;
 
 use super::ShardError;
 use crate::cosim::engine::Engine;
+use crate::grade::{GradeStimulus, Graded};
 use crate::scene::{self, EstimatorKind, Scene, SceneErrors, SceneReference, Setting};
 use crate::simulate::Tier;
 use crate::simulate::repeat::Gathered;
+use crate::study::reproduce::KeptFigure;
+use crate::study::stress::KeptCase;
 use crate::study::sweep::{Axis, Sweep};
 
 /// What is done in shards. Two shards belong together if their jobs are equal.
@@ -21,6 +24,12 @@ pub enum Job {
     Simulate(SimulateJob),
     /// `goldtof sweep`.
     Sweep(SweepJob),
+    /// `goldtof reproduce`.
+    Reproduce(ReproduceJob),
+    /// `goldtof stress`.
+    Stress(StressJob),
+    /// `goldtof grade`.
+    Grade(GradeJob),
 }
 
 /// What a shard has of its job.
@@ -32,6 +41,12 @@ pub enum Results {
     Simulate(Gathered),
     /// Its points.
     Sweep(Vec<PointRows>),
+    /// Its figures.
+    Reproduce(Vec<KeptFigure>),
+    /// Its cases.
+    Stress(Vec<KeptCase>),
+    /// Its faults and mutants.
+    Grade(Graded),
 }
 
 /// A scene as it was read, so that what is made of shards needs no other file.
@@ -80,6 +95,52 @@ pub struct SweepJob {
     pub estimator: Option<EstimatorKind>,
     /// Seed of every point.
     pub seed: u64,
+}
+
+/// Figures and claims of the article.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct ReproduceJob {
+    /// Stems of the names of all figures' files.
+    pub figures: Vec<String>,
+    /// Scans behind each standard deviation and bias.
+    pub repetitions: u64,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+/// Stress cases.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct StressJob {
+    /// Names of all cases.
+    pub cases: Vec<String>,
+    /// Seed of each case.
+    pub seed: u64,
+}
+
+/// Faults and mutants of a design.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct GradeJob {
+    /// The scene.
+    pub scene: SceneText,
+    /// SHA-256 of the design's files, in hexadecimal digits.
+    pub verilog_sha256: String,
+    /// What is graded.
+    pub stimulus: GradeStimulus,
+    /// Its clocks; null for as many as it takes.
+    pub clocks: Option<u64>,
+    /// Mutants beside the stuck-at faults.
+    pub mutants: u32,
+    /// Time to prove that one that is not caught is equivalent.
+    pub proof_time_s: u32,
+    /// Time for all these proofs of a shard together.
+    pub proof_budget_s: u32,
+    /// Seed of the stimulus and of the choice of mutants.
+    pub seed: u64,
+    /// Share that is asked for.
+    pub asked_fraction: Option<f64>,
 }
 
 /// A point of a sweep that is done.
@@ -154,6 +215,9 @@ impl Job {
         match self {
             Job::Simulate(_) => "simulate",
             Job::Sweep(_) => "sweep",
+            Job::Reproduce(_) => "reproduce",
+            Job::Stress(_) => "stress",
+            Job::Grade(_) => "grade",
         }
     }
 
@@ -162,6 +226,8 @@ impl Job {
         match self {
             Job::Simulate(job) => Some(&job.scene),
             Job::Sweep(job) => Some(&job.scene),
+            Job::Grade(job) => Some(&job.scene),
+            Job::Reproduce(_) | Job::Stress(_) => None,
         }
     }
 

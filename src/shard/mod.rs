@@ -8,16 +8,24 @@
 
 mod file;
 mod folder;
+mod grade;
 mod job;
 mod part;
+mod reproduce;
 mod simulate;
+mod stress;
 mod sweep;
 
 pub use file::Shard;
 pub use folder::{Collected, Folder, listed};
-pub use job::{Job, PointRows, Results, SceneText, SimulateJob, SweepJob};
+pub use grade::{variants, whole_grade};
+pub use job::{
+    GradeJob, Job, PointRows, ReproduceJob, Results, SceneText, SimulateJob, StressJob, SweepJob,
+};
 pub use part::Part;
+pub use reproduce::figures;
 pub use simulate::simulation;
+pub use stress::stress_report;
 pub use sweep::{rows, table};
 
 use crate::files::FileError;
