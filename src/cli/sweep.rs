@@ -54,11 +54,15 @@ pub(super) fn run(
         estimator: arguments.estimator,
         seed,
     };
-    check(&sweep, output)?;
+    sweep.check_axes()?;
     if let Some(part) = arguments.shard {
+        // Of ten thousand points every shard has only its own to look at.
+        let own = part.every(sweep.len() as u64);
+        check(&sweep, own.map(|number| number as usize), output)?;
         let out = &arguments.out;
         return some_points(&sweep, &Order { part, out }, output);
     }
+    check(&sweep, 0..sweep.len(), output)?;
     let folder = output.folder(&arguments.out)?;
     let store = open_store(&sweep, &folder, output)?;
     let done_before = store.done()?.len();
@@ -72,14 +76,18 @@ pub(super) fn run(
     tell(&sweep, &table, done_before, &folder, output)
 }
 
-/// Whether every point is a scene, and what is to be said of them.
-fn check(sweep: &Sweep, output: &Output) -> anyhow::Result<()> {
-    sweep.check()?;
-    // One warning is enough: that of the first point that is too far.
-    for number in 0..sweep.len() {
-        if warn_of_far_paths(&sweep.point(number)?.sensor, output) {
-            break;
-        }
+/// Whether some points are scenes, before the first is simulated, and what is to be said of
+/// them.
+fn check(
+    sweep: &Sweep,
+    numbers: impl Iterator<Item = usize>,
+    output: &Output,
+) -> anyhow::Result<()> {
+    let mut is_warned = false;
+    for number in numbers {
+        let sensor = sweep.point(number)?.sensor;
+        // One warning is enough: that of the first point that is too far.
+        is_warned = is_warned || warn_of_far_paths(&sensor, output);
     }
     Ok(())
 }
@@ -124,7 +132,7 @@ pub(super) fn merge(
     output: &Output,
 ) -> anyhow::Result<Ending> {
     let sweep = job.sweep()?;
-    check(&sweep, output)?;
+    sweep.check_axes()?;
     let table = shard::table(&sweep, shards)?;
     tell(&sweep, &table, sweep.len(), &output.folder(out)?, output)
 }

@@ -5,7 +5,6 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::num::NonZero;
 use std::ops::Range;
-use std::thread::available_parallelism;
 
 use super::Tier;
 use super::histograms::HistogramsError;
@@ -245,7 +244,7 @@ fn events(
 ) {
     let model = DetectorModel::new(sensor, detector);
     let counter = StepCounter::new(&model);
-    let threads = available_parallelism().unwrap_or(NonZero::<usize>::MIN);
+    let threads = NonZero::new(rayon::current_num_threads()).unwrap_or(NonZero::<usize>::MIN);
     let steps = sensor.timing().scan.steps;
     let at_once = (STEPS_AT_ONCE / steps).max(1);
     let mut counted = Vec::new();
