@@ -163,7 +163,7 @@ fn tell(
     let report = SweepReport {
         points: sweep.len(),
         points_done_before: done_before,
-        seed,
+        seed: sweep.seed,
         rows: table.json(),
     };
     let document = Document {

@@ -126,7 +126,9 @@ impl Folder {
         };
         let mut parts: Vec<Part> = entries.filter_map(part).collect();
         parts.sort_unstable_by_key(|part| (part.of(), part.number()));
-        let folder = Folder { path: folder };
+        let folder = Folder {
+            path: folder.clone(),
+        };
         let (first, others) = parts.split_first().ok_or_else(none)?;
         let first_path = folder.path_of(*first);
         let document = Shard::read(&first_path)?;

@@ -6,11 +6,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use goldtof::OutputFolder;
 use goldtof::scene::{self, Setting};
 use goldtof::sensor::Sensor;
+use goldtof::shard::{self, Part, Results, StressJob};
 use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::{Simulated, Simulation};
 use goldtof::simulate::scans::Prepared;
+use goldtof::study::reproduce::{FigureId, MadeFigure, Options, Reproduction, reproduce};
+use goldtof::study::stress::{self, CaseReport, StressReport};
 use serde_json::{Value, json};
 
 const QUICK: &str = "scenes/quick.toml";
@@ -109,7 +113,10 @@ fn assert_cut_anywhere(sensor: &Sensor, tier: Tier, repetitions: u64, cuts: &[u6
 #[test]
 fn scans_are_the_same_wherever_they_are_cut() {
     // Windows of a scan, which begins anew each time.
-    let window = ["scan.steps=60", "scan.integration=1 us"];
+    let window = [
+        "scan.steps={ first = 0, count = 60 }",
+        "scan.integration=1 us",
+    ];
     let full = ["scan.integration=1 us"];
     let model = ["estimate.estimator=model", "scan.integration=2 us"];
     for tier in [Tier::Counts, Tier::Events, Tier::Sampled] {
@@ -120,7 +127,10 @@ fn scans_are_the_same_wherever_they_are_cut() {
     }
     let several = sensor(
         "scenes/dual-view.toml",
-        &["scan.integration=10 us", "scan.steps=64"],
+        &[
+            "scan.integration=10 us",
+            "scan.steps={ around = \"3.2 m\", halfwidth = 30 }",
+        ],
     );
     assert_cut_anywhere(&several, Tier::Events, 5, &[3]);
 }
@@ -578,4 +588,84 @@ fn a_worker_that_is_killed_leaves_its_shard_whole_or_not_at_all() {
     }
     assert!(kills >= 3, "{kills}");
     assert_eq!(numbers(done(&["merge", text(out)])), whole);
+}
+
+#[test]
+fn stress_cases_come_back_from_shards_in_their_order() {
+    let names = [
+        "triangles-on-the-grid",
+        "folding-is-said",
+        "degree-3-in-simulation",
+        "detection-probability-0",
+        "interleaving-0-to-8",
+    ];
+    let job = StressJob {
+        cases: names.map(str::to_owned).into(),
+        seed: 3,
+    };
+    let cases = job.cases().unwrap();
+    let verdicts = |mut report: StressReport| {
+        for case in &mut report.cases {
+            case.run_time_s = 0.0;
+        }
+        serde_json::to_value(report).unwrap()
+    };
+    let whole = verdicts(stress::run(&cases, job.seed, |_| ()).unwrap());
+    let shard = |number| {
+        let part = Part::new(number, 3).unwrap();
+        let some: Vec<_> = part.every(5).map(|place| cases[place as usize]).collect();
+        let report = stress::run(&some, job.seed, |_| ()).unwrap();
+        let kept = report.cases.iter().map(CaseReport::kept).collect();
+        (part, through_json(&Results::Stress(kept)))
+    };
+    let shards = vec![shard(1), shard(2), shard(3)];
+    let joined = verdicts(shard::stress_report(&job, shards).unwrap());
+    assert_eq!(joined, whole);
+    let swapped = vec![(shard(1).0, shard(2).1)];
+    let told = shard::stress_report(&job, swapped).unwrap_err().to_string();
+    assert!(told.contains("shard 1/3 does not hold its part"), "{told}");
+}
+
+#[test]
+fn figures_come_back_from_shards_in_their_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let open = |name: &str| OutputFolder::open(&folder.path().join(name), |_| ()).unwrap();
+    let options = Options {
+        seed: 5,
+        repetitions: 2,
+        figures: vec![FigureId::Fig11, FigureId::Fig3],
+    };
+    let [whole, joined] = ["whole", "joined"].map(open);
+    let of_one_run = reproduce(&options, &whole, |_| ()).unwrap();
+    let shard = |number| {
+        let part = Part::new(number, 2).unwrap();
+        let figures = part.every(2).map(|place| options.figures[place as usize]);
+        let made = figures.map(|id| MadeFigure::new(id, &options).unwrap().kept());
+        (part, through_json(&Results::Reproduce(made.collect())))
+    };
+    let figures = shard::figures(&options, vec![shard(2), shard(1)]).unwrap();
+    for figure in &figures {
+        figure.write(&joined).unwrap();
+    }
+    let said = |mut made: Reproduction| {
+        made.run_time_s = 0.0;
+        for figure in &mut made.figures {
+            figure.run_time_s = 0.0;
+        }
+        serde_json::to_value(made).unwrap()
+    };
+    assert_eq!(of_one_run.claims.len(), 3);
+    assert_eq!(said(Reproduction::of(&options, figures)), said(of_one_run));
+    for name in ["fig03-code-correlation", "fig11-path-resolution"] {
+        for kind in ["csv", "svg"] {
+            let file = format!("{name}.{kind}");
+            let read = |folder: &OutputFolder| fs::read(folder.join(&file)).unwrap();
+            assert!(read(&whole) == read(&joined), "{file}");
+        }
+    }
+}
+
+/// As another run reads them.
+fn through_json(results: &Results) -> Results {
+    serde_json::from_str(&serde_json::to_string(results).unwrap()).unwrap()
 }

@@ -106,13 +106,21 @@ pub struct KeptFigure {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct KeptClaim {
+    /// C1 to C8.
     id: String,
+    /// What the article says.
     article: String,
+    /// What has to be so for it to hold.
     criterion: String,
+    /// The measured value.
     measured: String,
+    /// Its unit.
     unit: String,
+    /// Its 95 % confidence interval.
     measured_ci95: Option<[String; 2]>,
+    /// `holds`, `does_not_hold` or `undecided`.
     verdict: String,
+    /// In which range, and at what price.
     remark: String,
 }
 
