@@ -8,7 +8,7 @@ use goldtof::response::{MeanResponse, SecondMoments};
 use goldtof::scene::{Architecture, DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
-use goldtof::simulate::histograms::histograms;
+use goldtof::simulate::scans::histograms;
 
 use crate::timing::milliseconds;
 use crate::{Outcome, set_detection_rate};

@@ -91,7 +91,15 @@ def test_cosim_tells_matches_from_faults(quick, tmp_path):
         goldtof.cosim(quick, rtl=tmp_path)
 
 
-def test_other_threads_run_and_ctrl_c_ends_a_long_call(quick):
+@pytest.fixture
+def interruptible():
+    """SIGINT as in a shell: whoever starts the tests in the background has it ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_other_threads_run_and_ctrl_c_ends_a_long_call(quick, interruptible):
     turns = []
     over = threading.Event()
 

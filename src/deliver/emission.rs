@@ -132,7 +132,9 @@ pub struct HistogramParameters {
     /// Neighbouring samples that share an adder: of several hits among them in a word the
     /// earliest counts.
     pub adder_samples: u32,
-    /// Bits of memory: two histograms for each detector.
+    /// Histograms that each detector has memory for: two take turns, or there is one.
+    pub buffers: u32,
+    /// Bits of memory, of all detectors.
     pub memory_bits: u64,
     /// Blocks of the target's block RAM that they take.
     pub block_ram_blocks: u64,
@@ -252,6 +254,7 @@ fn parameters(sensor: &Sensor) -> Parameters {
             bin_data_bits: plan.bin_data_bits(),
             periods: plan.periods,
             adder_samples: plan.adder_samples,
+            buffers: plan.buffers,
             memory_bits: plan.memory_bits(detectors) as u64,
             block_ram_blocks: block_ram(sensor.scene().hardware.target)
                 .blocks_of_histograms(&plan, detectors),
@@ -355,13 +358,22 @@ fn check_histogram(sensor: &Sensor, plan: &HistogramPlan) -> Result<(), HdlError
         );
     }
     let detectors = sensor.scene().detectors.len();
-    if plan.periods <= detectors as u64 {
+    if !plan.takes_turns() && detectors > 1 {
+        return limit(
+            "detectors of a histogram with buffers = 1",
+            detectors as u64,
+            "one, since its rows leave in the clocks in which the next ones are counted; write \
+             buffers = 2"
+                .to_owned(),
+        );
+    }
+    if plan.takes_turns() && plan.periods <= detectors as u64 {
         return limit(
             "the integration time in code periods",
             plan.periods,
             format!(
                 "at least {} with {detectors} detector{}: one histogram is read, a row a clock, while \
-                 the next counts; integrate over more code periods",
+                 the next counts; integrate over more code periods, or write buffers = 1",
                 detectors + 1,
                 if detectors == 1 { "" } else { "s" }
             ),
@@ -372,7 +384,11 @@ fn check_histogram(sensor: &Sensor, plan: &HistogramPlan) -> Result<(), HdlError
     if blocks > ram.blocks {
         return limit(
             &format!(
-                "the block RAM of two histograms of {} bins of {} bits in blocks ({})",
+                "the block RAM of {} of {} bins of {} bits in blocks ({})",
+                match plan.takes_turns() {
+                    true => "two histograms",
+                    false => "a histogram",
+                },
                 plan.bins(),
                 plan.bin_bits,
                 ram.name

@@ -118,9 +118,6 @@ const LEAST_READY: f64 = 1e-6;
 const LEAST_PERIODS: f64 = 1.0;
 const MOST_UNMEASURED: f64 = 0.1;
 
-/// A bin weighs as if it counted at least this share of what bins count on average.
-const LEAST_MEAN: f64 = 1e-6;
-
 /// Code periods after which the pending afterpulses have to repeat, and how nearly.
 const MOST_TURNS: u32 = 1_000;
 const SETTLED: f64 = 1e-12;
@@ -193,7 +190,7 @@ impl DeadTime {
         })
     }
 
-    fn check(&self) -> Result<(), CorrectionError> {
+    pub(super) fn check(&self) -> Result<(), CorrectionError> {
         let bins = self.bins;
         if !(bins.is_finite() && bins >= 0.0) {
             return Err(CorrectionError::NoDeadTime { bins });
@@ -219,7 +216,7 @@ impl DeadTime {
     }
 
     /// Share of periods in which the detector is ready, bin by bin.
-    fn ready(&self, per_period: &[f64]) -> Result<Vec<f64>, CorrectionError> {
+    pub(super) fn ready(&self, per_period: &[f64]) -> Result<Vec<f64>, CorrectionError> {
         let blind = self.blind(per_period);
         let ready: Vec<f64> = blind.iter().map(|blind| 1.0 - blind).collect();
         match ready.iter().position(|&ready| ready < LEAST_READY) {
@@ -237,18 +234,15 @@ impl DeadTime {
     }
 
     /// What of each bin the dead times of detections cover.
-    fn blind(&self, detections: &[f64]) -> Vec<f64> {
+    pub(super) fn blind(&self, detections: &[f64]) -> Vec<f64> {
         let before = Before::new(detections);
-        let whole = self.bins.floor();
-        let part = self.bins - whole;
+        let Shares {
+            first,
+            whole,
+            last,
+            after,
+        } = self.shares();
         let whole = whole as i64;
-        // w[m] = F(D - m) - F(-m), F the distribution of the time from one place anywhere in
-        // a bin to another, in bins. All between the first and the last two are 1.
-        let [first, last, after] = [
-            triangular(self.bins) - 0.5,
-            triangular(part),
-            triangular(part - 1.0),
-        ];
         let bin = |a: i64| detections[a.rem_euclid(detections.len() as i64) as usize];
         (0..detections.len() as i64)
             .map(|a| {
@@ -261,6 +255,19 @@ impl DeadTime {
             .collect()
     }
 
+    /// w\[m\] = F(D - m) - F(-m), F the distribution of the time from one place anywhere in
+    /// a bin to another, in bins.
+    pub(super) fn shares(&self) -> Shares {
+        let whole = self.bins.floor();
+        let part = self.bins - whole;
+        Shares {
+            first: triangular(self.bins) - 0.5,
+            whole: whole as usize,
+            last: triangular(part),
+            after: triangular(part - 1.0),
+        }
+    }
+
     /// Mean afterpulses that detections release in each bin of a code period, where a ready
     /// detector fires at the rates `hazard` per bin.
     fn released(&self, per_period: &[f64], hazard: &[f64]) -> Result<Vec<f64>, CorrectionError> {
@@ -271,11 +278,26 @@ impl DeadTime {
     }
 }
 
+/// The mean shares of later bins that the dead time of a detection covers.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shares {
+    /// Of its own bin.
+    pub(super) first: f64,
+    /// Whole bins of the dead time. Those before the bin so many later are covered.
+    pub(super) whole: usize,
+    /// Of the bin so many later, if that is not its own.
+    pub(super) last: f64,
+    /// Of the bin after that.
+    pub(super) after: f64,
+}
+
 /// How afterpulses that are pending go through the bins of a code period.
 #[derive(Debug, Clone)]
-struct Releases {
+pub(super) struct Releases {
     afterpulses: Afterpulses,
     dead_time_bins: f64,
+    /// Share of those pending that a dead time outlasts.
+    survival: f64,
     /// Rate per bin at which a ready detector fires.
     hazard: Vec<f64>,
     /// Of the part of each bin before the place of its start one dead time later, and after.
@@ -283,7 +305,7 @@ struct Releases {
 }
 
 impl Releases {
-    fn new(dead_time_bins: f64, afterpulses: Afterpulses, hazard: &[f64]) -> Releases {
+    pub(super) fn new(dead_time_bins: f64, afterpulses: Afterpulses, hazard: &[f64]) -> Releases {
         let release = 1.0 / afterpulses.time_constant_bins;
         let part = dead_time_bins.fract();
         let decays = hazard
@@ -292,17 +314,15 @@ impl Releases {
         Releases {
             afterpulses,
             dead_time_bins,
+            survival: (-dead_time_bins * release).exp(),
             decays: decays.collect(),
             hazard: hazard.to_vec(),
         }
     }
 
     /// Mean afterpulses that detections release in each bin. Linear in the detections.
-    fn of(&self, detections: &[f64]) -> Result<Vec<f64>, CorrectionError> {
+    pub(super) fn of(&self, detections: &[f64]) -> Result<Vec<f64>, CorrectionError> {
         let count = detections.len();
-        let mean_per_avalanche = self.afterpulses.mean_per_avalanche;
-        let release = 1.0 / self.afterpulses.time_constant_bins;
-        let survival = (-self.dead_time_bins * release).exp();
         let whole = self.dead_time_bins.floor() as usize;
         // Pending ones while ready, on average over each bin.
         let mut pending = vec![0.0; count];
@@ -314,13 +334,8 @@ impl Releases {
             let mut early = (count - (whole + 1) % count) % count;
             for a in 0..count {
                 let late = if early + 1 == count { 0 } else { early + 1 };
-                let back = |b: usize| {
-                    mean_per_avalanche * detections[b] + survival * self.hazard[b] * pending[b]
-                };
-                let [first, second] = &self.decays[a];
-                let mut sum = 0.0;
-                now = first.pass(now, back(early), &mut sum);
-                now = second.pass(now, back(late), &mut sum);
+                let back = |b: usize| self.back(b, detections[b], pending[b]);
+                let sum = self.through(a, [back(early), back(late)], &mut now);
                 change = change.max((sum - pending[a]).abs());
                 largest = largest.max(sum.abs());
                 pending[a] = sum;
@@ -330,81 +345,35 @@ impl Releases {
                 break;
             }
             if change <= SETTLED * largest {
-                return Ok(pending.iter().map(|pending| pending * release).collect());
+                return Ok(pending.iter().map(|p| p * self.rate()).collect());
             }
         }
         Err(CorrectionError::NotSettled {
             turns: MOST_TURNS,
-            mean_per_avalanche,
-        })
-    }
-}
-
-/// What in a histogram's deviations from its mean does not follow from those before.
-///
-/// Deviations of neighbouring bins go together, because each detection blinds the detector
-/// and traps afterpulses. A bin's deviation less what those of the bins before let one expect
-/// goes with no other's, and its variance is the bin's mean: the weights that a fit to the
-/// bins needs, without a matrix. Exact for bins that are short beside the dead time, but for
-/// two afterpulses pending at once.
-#[derive(Debug, Clone)]
-pub struct Innovations {
-    dead_time: DeadTime,
-    /// Rate per bin at which a ready detector fires.
-    hazard: Vec<f64>,
-    /// None without afterpulses.
-    releases: Option<Releases>,
-    /// Mean count of each bin.
-    means: Vec<f64>,
-}
-
-impl Innovations {
-    /// Those of a histogram with these mean counts over `periods` code periods.
-    ///
-    /// # Errors
-    /// When they cannot be of such a detector.
-    pub fn new(
-        dead_time: DeadTime,
-        means: &[f64],
-        periods: f64,
-    ) -> Result<Innovations, CorrectionError> {
-        dead_time.check()?;
-        let per_period: Vec<f64> = means.iter().map(|mean| mean / periods).collect();
-        let ready = dead_time.ready(&per_period)?;
-        // A bin that is never expected to count weighs as if it seldom did.
-        let least = LEAST_MEAN * means.iter().sum::<f64>() / means.len() as f64;
-        let least = least.max(f64::MIN_POSITIVE);
-        let hazard = quotients(&per_period, &ready);
-        let afterpulses = dead_time.afterpulses;
-        Ok(Innovations {
-            releases: afterpulses.map(|a| Releases::new(dead_time.bins, a, &hazard)),
-            dead_time,
-            hazard,
-            means: means.iter().map(|mean| mean.max(least)).collect(),
+            mean_per_avalanche: self.afterpulses.mean_per_avalanche,
         })
     }
 
-    /// The innovations of deviations from the means, over their standard deviations: of a
-    /// histogram that is as expected, numbers of mean 0 and variance 1.
-    ///
-    /// # Errors
-    /// When afterpulses pile up.
-    pub fn whitened(&self, deviations: &[f64]) -> Result<Vec<f64>, CorrectionError> {
-        let blind = self.dead_time.blind(deviations);
-        let released = match &self.releases {
-            None => vec![0.0; deviations.len()],
-            Some(releases) => releases.of(deviations)?,
-        };
-        let bins = (0..deviations.len()).map(|a| {
-            let innovation = deviations[a] + self.hazard[a] * blind[a] - released[a];
-            innovation / self.means[a].sqrt()
-        });
-        Ok(bins.collect())
+    /// Releases of each pending afterpulse, per bin.
+    pub(super) fn rate(&self) -> f64 {
+        1.0 / self.afterpulses.time_constant_bins
     }
 
-    /// Mean count of each bin, none of them zero.
-    pub fn means(&self) -> &[f64] {
-        &self.means
+    /// What comes back one dead time after the detections of bin `bin`, in which so many
+    /// are pending.
+    pub(super) fn back(&self, bin: usize, detections: f64, pending: f64) -> f64 {
+        self.afterpulses.mean_per_avalanche * detections
+            + self.survival * self.hazard[bin] * pending
+    }
+
+    /// Takes what is pending `now` through bin `bin`, with what comes back in its first
+    /// part and in its second; gives its average there.
+    pub(super) fn through(&self, bin: usize, back: [f64; 2], now: &mut f64) -> f64 {
+        let [first, second] = &self.decays[bin];
+        let mut sum = 0.0;
+        *now = first.pass(*now, back[0], &mut sum);
+        *now = second.pass(*now, back[1], &mut sum);
+        sum
     }
 }
 
@@ -428,7 +397,7 @@ fn filled(mut values: Vec<f64>, measured: &[bool]) -> Vec<f64> {
     values
 }
 
-fn quotients(per_period: &[f64], ready: &[f64]) -> Vec<f64> {
+pub(super) fn quotients(per_period: &[f64], ready: &[f64]) -> Vec<f64> {
     per_period.iter().zip(ready).map(|(h, q)| h / q).collect()
 }
 

@@ -12,10 +12,12 @@
 //!
 //! How often the detector was ready at each bin follows from the histogram itself, too, so
 //! that dead time and afterpulses can be taken out without a model of light or code
-//! ([`correction`]).
+//! ([`correction`]). How far bins go together follows, too ([`innovations`]): that weighs them in
+//! fits, and draws histograms without photons.
 
 pub mod correction;
 pub mod correlation;
+pub mod innovations;
 
 /// Counts by arrival time within the code period.
 ///

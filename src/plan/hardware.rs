@@ -44,10 +44,21 @@ fn histogram_parts(sensor: &Sensor, plan: &HistogramPlan) -> Vec<Part> {
         kept(
             "histogram_memory",
             format!(
-                "two histograms of {} bins of {} bits for each detector, of which one counts while \
-                 the other is read: {} of the target's {} {}",
-                plan.bins(),
-                plan.bin_bits,
+                "{}: {} of the target's {} {}",
+                match plan.takes_turns() {
+                    true => format!(
+                        "two histograms of {} bins of {} bits for each detector, of which one counts \
+                         while the other is read",
+                        plan.bins(),
+                        plan.bin_bits
+                    ),
+                    false => format!(
+                        "a histogram of {} bins of {} bits, read while the next one's first code \
+                         period is counted",
+                        plan.bins(),
+                        plan.bin_bits
+                    ),
+                },
                 ram.blocks_of_histograms(plan, detectors),
                 ram.blocks,
                 ram.name

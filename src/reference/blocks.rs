@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use super::stimulus::{Drive, Stimulus};
 use crate::reference::exercise::Exercise;
-use crate::reference::histogram::Frame;
 use crate::reference::level::Level;
 use crate::reference::predictor::{Reference, Skip, StepResult};
 use crate::sensor::layout::Layout;
@@ -123,12 +122,6 @@ impl<'a> BlockMaker<'a> {
         block.exercise.clone_from(self.reference.exercise());
         block.halted = None;
         true
-    }
-
-    /// Histograms that were completed in the blocks made so far; see
-    /// [`Reference::take_frames`].
-    pub fn take_frames(&mut self) -> impl Iterator<Item = Frame> {
-        self.reference.take_frames()
     }
 
     fn paint_inputs(&mut self, inputs: &mut [u64]) {

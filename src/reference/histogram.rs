@@ -15,17 +15,6 @@ use crate::sensor::histogram::{CLOCKS_TO_FLAG, CLOCKS_TO_ROW, CLOCKS_TO_TURN, Hi
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Layout, mask};
 
-/// A histogram that is complete, whether or not it was sent.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Frame {
-    /// Its number since the last reset.
-    pub scan: u64,
-    /// The detector.
-    pub detector: DetectorIndex,
-    /// Hits of each sample of the code period, as far as a bin can hold them.
-    pub bins: Vec<u64>,
-}
-
 /// Bins, and the stream of their rows.
 #[derive(Debug, Clone)]
 pub(super) struct HistogramModel {
@@ -47,7 +36,6 @@ pub(super) struct HistogramModel {
     /// What the two memories held last, and which of them counts.
     memories: [Option<Vec<Vec<u64>>>; 2],
     half: usize,
-    finished: Vec<Frame>,
 }
 
 /// A frame whose last word has been presented.
@@ -77,6 +65,19 @@ struct Row {
     counted: Counted,
 }
 
+/// A row that leaves a single memory.
+#[derive(Debug, Clone)]
+struct Arrival {
+    /// Clock after whose rising edge it shows, if nothing waits.
+    clock: u64,
+    row: Row,
+    /// Its number in the frame.
+    beat: usize,
+    is_last: bool,
+    /// Cover points that the frame proves, with its last row.
+    proves: Vec<usize>,
+}
+
 /// The stream's registers.
 #[derive(Debug, Clone, Default)]
 struct Stream {
@@ -88,6 +89,10 @@ struct Stream {
     /// Clock after whose rising edge the first row of the frame that is read shows.
     first_shows: Option<u64>,
     waiting: VecDeque<Row>,
+    /// Those that leave a single memory, one a clock.
+    arrivals: VecDeque<Arrival>,
+    /// Rows of the present frame are lost.
+    is_cut: bool,
     proves: Vec<usize>,
     /// Number of the row that shows, since when, and whether it was left standing.
     beat: usize,
@@ -97,8 +102,10 @@ struct Stream {
     /// Rows that stood while a frame was lost, and when that was last.
     across: Vec<usize>,
     lost_at: Option<u64>,
-    /// The frame before this one was lost.
+    /// The frame before was lost, or one of its rows.
     follows_lost: bool,
+    /// The same of the frame before the one that shows, of a single memory.
+    is_after_lost: bool,
 }
 
 impl HistogramModel {
@@ -133,12 +140,7 @@ impl HistogramModel {
             stream: Stream::default(),
             memories: [None, None],
             half: 0,
-            finished: Vec::new(),
         })
-    }
-
-    pub(super) fn take_frames(&mut self) -> std::vec::Drain<'_, Frame> {
-        self.finished.drain(..)
     }
 
     /// What the ports show.
@@ -258,13 +260,6 @@ impl HistogramModel {
             later_scan: is_later,
         }));
         proves.append(&mut resets.of_results);
-        for (detector, bins) in DetectorIndex::all().zip(&bins) {
-            self.finished.push(Frame {
-                scan,
-                detector,
-                bins: bins.clone(),
-            });
-        }
         self.ended.push_back(Ended {
             turn: clock + u64::from(CLOCKS_TO_TURN),
             is_later,
@@ -306,7 +301,12 @@ impl HistogramModel {
             let turn = self.ended.front().map_or(u64::MAX, |ended| ended.turn);
             let flag = self.flags.front().map_or(u64::MAX, |flag| flag.0);
             let shows = self.stream.first_shows.unwrap_or(u64::MAX);
-            let event = taken.min(turn).min(flag).min(shows);
+            let comes = self
+                .stream
+                .arrivals
+                .front()
+                .map_or(u64::MAX, |row| row.clock);
+            let event = taken.min(turn).min(flag).min(shows).min(comes);
             if event >= clocks.end {
                 break;
             }
@@ -321,6 +321,11 @@ impl HistogramModel {
                 self.stream.first_shown_at = event;
             } else if taken == event {
                 self.take(event, exercise);
+            }
+            if comes == event
+                && let Some(row) = self.stream.arrivals.pop_front()
+            {
+                self.come(row, taken == event, exercise);
             }
             if turn == event
                 && let Some(ended) = self.ended.pop_front()
@@ -373,8 +378,57 @@ impl HistogramModel {
         if self.stream.is_last {
             self.end_reading(clock, exercise);
         }
-        self.stream.beat += 1;
-        self.show_next(clock, exercise);
+        if self.plan.takes_turns() {
+            self.stream.beat += 1;
+            self.show_next(clock, exercise);
+        } else {
+            self.stream.is_valid = false;
+        }
+    }
+
+    /// A row leaves the single memory: it shows, or is lost if another still waits.
+    fn come(&mut self, arrival: Arrival, took: bool, exercise: &mut Exercise) {
+        let stream = &mut self.stream;
+        if arrival.beat == 0 {
+            stream.is_cut = false;
+            stream.is_after_lost = std::mem::take(&mut stream.follows_lost);
+        }
+        if stream.is_valid {
+            stream.is_overrun = true;
+            stream.follows_lost = true;
+            stream.lost_at = Some(arrival.clock);
+            if stream.is_last {
+                stream.across = vec![stream.beat];
+            }
+            if !std::mem::replace(&mut stream.is_cut, true) {
+                exercise.groups_lost += 1;
+                let place = Place::Last;
+                self.mark(CoverPoint::Lost { place }, exercise);
+            }
+            return;
+        }
+        stream.row = arrival.row;
+        stream.is_valid = true;
+        stream.is_last = arrival.is_last;
+        stream.beat = arrival.beat;
+        (stream.shown_at, stream.is_held) = (arrival.clock, false);
+        if arrival.beat == 0 {
+            stream.first_shown_at = arrival.clock;
+        }
+        let is_whole = arrival.is_last && !stream.is_cut;
+        let is_after_lost = stream.is_after_lost;
+        exercise.shows(arrival.row.counted, arrival.is_last);
+        if took && arrival.beat == 0 {
+            self.mark(CoverPoint::BackToBack, exercise);
+        }
+        if is_whole {
+            for point in arrival.proves {
+                exercise.covered.mark(point);
+            }
+            if is_after_lost {
+                self.mark(CoverPoint::AfterLost, exercise);
+            }
+        }
     }
 
     /// The last row of a frame is taken.
@@ -394,7 +448,7 @@ impl HistogramModel {
         {
             self.mark(CoverPoint::TooLate, exercise);
         }
-        if self.stream.first_shown_at + last as u64 + 1 == clock {
+        if self.stream.first_shown_at + last as u64 + 1 == clock && !self.stream.is_cut {
             self.mark(CoverPoint::Burst, exercise);
         }
     }
@@ -418,11 +472,15 @@ impl HistogramModel {
         }
     }
 
-    /// A frame's turn: it is read if nothing of the one before is left, or lost.
+    /// A frame's turn: it is read if nothing of the one before is left, or lost. Out of a
+    /// single memory its rows leave in any case.
     fn turn(&mut self, mut ended: Ended, clock: u64, took: bool, exercise: &mut Exercise) {
         let is_busy = self.stream.is_valid || self.stream.first_shows.is_some();
         self.find_emptied(&mut ended);
         self.memories[self.half] = Some(ended.bins.clone());
+        if !self.plan.takes_turns() {
+            return self.send(ended, clock);
+        }
         if is_busy {
             let stream = &mut self.stream;
             stream.is_overrun = true;
@@ -450,6 +508,24 @@ impl HistogramModel {
             let point = self.table.number(CoverPoint::AfterLost);
             self.stream.proves.extend(point);
         }
+    }
+
+    /// The rows of a frame leave, one a clock.
+    fn send(&mut self, ended: Ended, clock: u64) {
+        let rows = self.rows(&ended.bins);
+        let (last, mut proves) = (rows.len() - 1, ended.proves);
+        let first_clock = clock + u64::from(CLOCKS_TO_ROW);
+        let arrivals = rows.into_iter().enumerate().map(|(beat, row)| Arrival {
+            clock: first_clock + beat as u64,
+            row,
+            beat,
+            is_last: beat == last,
+            proves: match beat == last {
+                true => std::mem::take(&mut proves),
+                false => Vec::new(),
+            },
+        });
+        self.stream.arrivals.extend(arrivals);
     }
 
     /// Lanes with a bin that this frame has no hit in, and that its memory had counts in.

@@ -11,7 +11,7 @@ pub mod canvas;
 pub mod cover_report;
 pub mod coverage;
 pub mod exercise;
-pub mod histogram;
+mod histogram;
 pub mod level;
 mod pattern;
 mod peak_ports;

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use super::canvas::{Canvas, Changes, EveryClock};
 use super::coverage::{CoverPoint, CoverTable, Place, Running};
 use super::exercise::{Counted, Exercise};
-use super::histogram::{Frame, HistogramModel};
+use super::histogram::HistogramModel;
 use super::pattern::{ChipPattern, chip_patterns};
 use super::peak_ports::PeakPorts;
 use super::resets::{ResetWatch, Upon};
@@ -247,13 +247,6 @@ impl Reference {
     /// whether or not the stream had room for them. Empties the list.
     pub fn take_finished(&mut self) -> std::vec::Drain<'_, StepResult> {
         self.finished.drain(..)
-    }
-
-    /// Histograms that were completed in the blocks predicted so far, in order, whether
-    /// or not they were sent. Empties the list.
-    pub fn take_frames(&mut self) -> impl Iterator<Item = Frame> + '_ {
-        let histogram = self.histogram.iter_mut();
-        histogram.flat_map(HistogramModel::take_frames)
     }
 
     /// What it is to be seen doing.

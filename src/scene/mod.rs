@@ -306,6 +306,8 @@ pub struct Hardware {
     pub total_counts: Option<bool>,
     /// Whether the hardware finds the peak of a scan, beside sending its counts.
     pub peak_detector: bool,
+    /// Histograms that each detector has memory for, 1 or 2.
+    pub buffers: u32,
 }
 
 /// What the hardware counts.

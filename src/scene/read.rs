@@ -394,6 +394,7 @@ fn read_hardware(root: &Section, scan: Option<&Scan>, estimator: EstimatorKind) 
         counter_width: None,
         total_counts: None,
         peak_detector: false,
+        buffers: 2,
     };
     let Some(section) = root.section("hardware", "[hardware]") else {
         return hardware;
@@ -430,6 +431,14 @@ fn read_hardware(root: &Section, scan: Option<&Scan>, estimator: EstimatorKind) 
         section.report("total_counts", &TotalsMissing.to_string());
     }
     hardware.peak_detector = section.boolean("peak_detector").unwrap_or(false);
+    if let Some(buffers) = section.integer("buffers") {
+        hardware.buffers = buffers as u32;
+        if hardware.architecture == Architecture::UpDown {
+            let message = "up/down counts have no memories; leave out this key, or write \
+                           architecture = \"histogram\"";
+            section.report("buffers", message);
+        }
+    }
     if hardware.architecture == Architecture::Histogram {
         check_histogram(&section, scan, hardware.parallel);
     }

@@ -60,10 +60,10 @@ impl BlockRam {
         self.shapes.iter().map(of_shape).min().unwrap_or(u64::MAX)
     }
 
-    /// Blocks of the histograms of so many detectors: two memories for each sample of the
-    /// chip.
+    /// Blocks of the histograms of so many detectors: for each sample of the chip a memory,
+    /// or two.
     pub fn blocks_of_histograms(&self, plan: &HistogramPlan, detectors: usize) -> u64 {
-        let memories = 2 * u64::from(plan.row_bins) * detectors as u64;
+        let memories = u64::from(plan.buffers) * u64::from(plan.row_bins) * detectors as u64;
         memories * self.blocks_of(plan.rows, plan.bin_bits)
     }
 
@@ -71,6 +71,13 @@ impl BlockRam {
     pub fn advice(&self, plan: &HistogramPlan, detectors: usize) -> String {
         let mut advice = String::new();
         let fits = |plan: &HistogramPlan| self.blocks_of_histograms(plan, detectors) <= self.blocks;
+        let single = HistogramPlan {
+            buffers: 1,
+            ..*plan
+        };
+        if plan.takes_turns() && detectors == 1 && fits(&single) {
+            advice.push_str("buffers = 1, ");
+        }
         let narrower = (2..plan.bin_bits)
             .rev()
             .find(|&bin_bits| fits(&HistogramPlan { bin_bits, ..*plan }));

@@ -9,8 +9,9 @@ const MOST_SIGMAS: f64 = 6.0;
 /// A histogram of arrival times: a bin for each sample of the code period, a row of bins
 /// for each of its chips. A frame is what one histogram counts.
 ///
-/// Two memories take turns: one counts while the other is read. In the first code
-/// period of a frame counts begin anew, so that nothing has to be cleared.
+/// In the first code period of a frame counts begin anew, so that nothing has to be
+/// cleared. Two memories take turns, one counts while the other is read; or there is one, and
+/// a frame's rows leave it while the next frame's first code period is counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct HistogramPlan {
     /// Rows: chips of the code period, L'.
@@ -28,10 +29,13 @@ pub struct HistogramPlan {
     /// can be a hit: two always, since a rising edge needs a low sample; more where the
     /// dead time says so. Of several hits among them the earliest counts.
     pub adder_samples: u32,
+    /// Memories of each detector: two, or one.
+    pub buffers: u32,
 }
 
 /// Clocks from the one at which a frame's last word is on `i_samples` to the one at
-/// whose rising edge the memories change places, if the one before has been read.
+/// whose rising edge the memories change places, if the one before has been read; from there
+/// on the next frame begins anew in a single memory.
 pub const CLOCKS_TO_TURN: u32 = 1;
 /// Clocks from there to the first row on the stream: address, memory, its register, row.
 pub const CLOCKS_TO_ROW: u32 = 3;
@@ -72,7 +76,13 @@ impl HistogramPlan {
                 .map_or(exact_bits, |bits| bits.min(exact_bits)),
             exact_bits,
             adder_samples,
+            buffers: scene.hardware.buffers,
         }
+    }
+
+    /// Whether two memories take turns.
+    pub fn takes_turns(&self) -> bool {
+        self.buffers == 2
     }
 
     /// Whether bins can saturate.
@@ -106,9 +116,10 @@ impl HistogramPlan {
         CLOCKS_TO_TURN + CLOCKS_TO_ROW
     }
 
-    /// Bits of memory for so many detectors: two histograms each.
+    /// Bits of memory for so many detectors.
     pub fn memory_bits(&self, detectors: usize) -> u128 {
-        2 * detectors as u128 * u128::from(self.bins()) * u128::from(self.bin_bits)
+        let histograms = u128::from(self.buffers) * detectors as u128;
+        histograms * u128::from(self.bins()) * u128::from(self.bin_bits)
     }
 }
 

@@ -47,7 +47,11 @@ fn of_histograms(tier: Tier) -> &'static str {
              deviation is linear in their errors, takes bins that dead time and afterpulses are \
              taken out of as independent, and is that of scans whose coarse stage finds the path"
         }
-        Tier::Counts => "not for histograms",
+        Tier::Counts => {
+            "bins of exact means, each drawn by what those before let one expect: a detection \
+             keeps others away for the dead time and traps afterpulses, of which two pending at \
+             once, saturated bins, and what the last bins say of the first are left out"
+        }
         Tier::Events => {
             "every detection, in the bin of the first sample at or after it; the hardware's \
              sampling (pulses that merge or slip between samples, saturated bins) is left out"

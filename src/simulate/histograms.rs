@@ -4,9 +4,14 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::Tier;
+use super::run_up::begun_by;
+use crate::estimate::histogram::{Uncorrected, dead_time};
+use crate::histogram::correction::CorrectionError;
+use crate::histogram::innovations::Innovations;
 use crate::histogram::{Histogram, HistogramError};
+use crate::photons::random::Part;
 use crate::photons::{DetectorModel, Pulse, PulseStream};
+use crate::response::{MeanResponse, MeanResponseError};
 use crate::scan::Group;
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
@@ -15,69 +20,23 @@ use crate::sensor::Sensor;
 const AT_ONCE: u64 = 64;
 
 /// Why there are no histograms.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum HistogramsError {
-    /// Bins are not drawn.
+    /// How bins go together cannot be told.
     #[error(
-        "the tier counts draws counts of phase steps from their covariances, and not the bins of a \
-         histogram, which are too small to be normal numbers: take --fidelity events, which \
-         simulates only the photons of one integration time"
+        "the tier counts draws bins by how often the detector was ready at each, but {0}; take \
+         --fidelity sampled"
     )]
-    NotDrawn,
-    /// The Verilog's histograms are not read.
-    #[error(
-        "the tier rtl does not read histograms out of the Verilog: take --fidelity sampled for what \
-         the hardware counts, and goldtof cosim to compare the Verilog with it"
-    )]
-    NotOfVerilog,
+    NotDrawn(Uncorrected),
+    /// The light is too bright for the dead time.
+    #[error(transparent)]
+    Correction(#[from] CorrectionError),
+    /// The expected histogram cannot be had.
+    #[error(transparent)]
+    MeanResponse(#[from] MeanResponseError),
     /// What was counted is no histogram.
     #[error(transparent)]
     Histogram(#[from] HistogramError),
-}
-
-/// Simulates `repetitions` histograms of one detector of a scene whose hardware keeps them;
-/// `on_histogram` gets them in order. The tier that draws nothing has none. They depend on
-/// the arguments alone.
-///
-/// # Errors
-/// When the tier cannot do histograms.
-///
-/// # Panics
-/// If the scene has no such detector.
-pub fn histograms(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    tier: Tier,
-    seed: u64,
-    repetitions: u64,
-    on_histogram: impl FnMut(Histogram),
-) -> Result<(), HistogramsError> {
-    some_histograms(sensor, detector, tier, seed, 0..repetitions, on_histogram)
-}
-
-/// Some of the [`histograms`] of a seed, by their numbers: each is what it is among all.
-///
-/// # Errors
-/// As there.
-///
-/// # Panics
-/// As there.
-pub fn some_histograms(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    tier: Tier,
-    seed: u64,
-    numbers: Range<u64>,
-    on_histogram: impl FnMut(Histogram),
-) -> Result<(), HistogramsError> {
-    let model = DetectorModel::new(sensor, detector);
-    match tier {
-        Tier::Expected => Ok(()),
-        Tier::Counts => Err(HistogramsError::NotDrawn),
-        Tier::Rtl => Err(HistogramsError::NotOfVerilog),
-        Tier::Events => events(&model, seed, numbers, on_histogram),
-        Tier::Sampled => sampled(sensor, &model, seed, numbers, on_histogram),
-    }
 }
 
 /// Samples of a code period, and of a histogram.
@@ -87,17 +46,40 @@ fn samples(model: &DetectorModel) -> [u64; 2] {
     [timing.code_chips(), timing.scan.integration_chips].map(|chips| chips * samples_per_chip)
 }
 
-fn histogram(model: &DetectorModel, bins: Vec<u64>) -> Result<Histogram, HistogramError> {
+pub(super) fn histogram(
+    model: &DetectorModel,
+    bins: Vec<u64>,
+) -> Result<Histogram, HistogramError> {
     let [period, all] = samples(model);
     Histogram::new(bins, model.timing.clock.samples_per_chip, all / period)
 }
 
+/// Bins drawn one after the other, each by what those before let one expect.
+pub(super) fn counts(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    seed: u64,
+    numbers: Range<u64>,
+    on_histogram: impl FnMut(Histogram),
+) -> Result<(), HistogramsError> {
+    let dead_time = dead_time(sensor, detector).map_err(HistogramsError::NotDrawn)?;
+    let model = &DetectorModel::new(sensor, detector);
+    let [period, all] = samples(model);
+    let means = MeanResponse::new(model)?.mean_bins();
+    let bins = Innovations::new(dead_time, &means, (all / period) as f64)?;
+    let one = |repetition: u64| {
+        let key = model.key(seed, repetition, Group(0));
+        histogram(model, bins.draw(&mut key.stream(Part::Counts)))
+    };
+    in_batches(numbers, one, on_histogram)
+}
+
 /// Every detection in the bin of the first sample at or after it.
-fn events(
+pub(super) fn events(
     model: &DetectorModel,
     seed: u64,
     numbers: Range<u64>,
-    mut on_histogram: impl FnMut(Histogram),
+    on_histogram: impl FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
     let [period, _] = samples(model);
     let samples_per_chip = model.timing.clock.samples_per_chip;
@@ -112,11 +94,20 @@ fn events(
         }
         histogram(model, bins)
     };
+    in_batches(numbers, one, on_histogram)
+}
+
+/// Makes histograms on all cores; `on_histogram` gets them in order.
+fn in_batches(
+    numbers: Range<u64>,
+    one: impl Fn(u64) -> Result<Histogram, HistogramError> + Sync,
+    mut on_histogram: impl FnMut(Histogram),
+) -> Result<(), HistogramsError> {
     let mut first = numbers.start;
     while first < numbers.end {
         let batch = first..first.saturating_add(AT_ONCE).min(numbers.end);
         first = batch.end;
-        let made: Vec<_> = batch.into_par_iter().map(one).collect();
+        let made: Vec<_> = batch.into_par_iter().map(&one).collect();
         for histogram in made {
             on_histogram(histogram?);
         }
@@ -125,7 +116,7 @@ fn events(
 }
 
 /// Rising edges of the sampled level, without a gap from one histogram to the next.
-fn sampled(
+pub(super) fn sampled(
     sensor: &Sensor,
     model: &DetectorModel,
     seed: u64,
@@ -138,11 +129,7 @@ fn sampled(
     let most = width
         .filter(|&width| width < u64::BITS)
         .map_or(u64::MAX, |width| (1 << width) - 1);
-    // Pulses that are still high reach into the histograms that follow.
-    let reach = model.pulse_width_chips * f64::from(model.timing.clock.samples_per_chip);
-    let from = numbers
-        .start
-        .saturating_sub(1 + (reach / all as f64).ceil() as u64);
+    let from = begun_by([model], numbers.start);
     let mut stream = PulseStream::new(model, seed, from);
     let mut level = Level::default();
     let mut pulses = Vec::new();

@@ -21,6 +21,7 @@ pub mod forecast;
 pub mod histograms;
 pub mod path_statistics;
 pub mod repeat;
+mod run_up;
 pub mod scans;
 
 use serde::{Deserialize, Serialize};

@@ -7,12 +7,15 @@ use std::num::NonZero;
 use std::ops::Range;
 
 use super::Tier;
-use super::histograms::HistogramsError;
+use super::histograms::{self, HistogramsError};
+use super::run_up::begun_by;
 use crate::cosim::build::{Built, build, cache_dir};
 use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::exercised::Exercised;
+use crate::cosim::lanes::refuse_memories;
 use crate::cosim::lockstep::Lockstep;
+use crate::cosim::sent::SentCount;
 use crate::cosim::source::{SourceFile, sources_of};
 use crate::cosim::verilated::Verilated;
 use crate::cosim::window::Window;
@@ -20,11 +23,12 @@ use crate::cosim::{Cosimulation, Request, StimulusKind, TOP, Verdict, cosimulate
 use crate::deliver;
 use crate::deliver::HdlError;
 use crate::estimate::PredictionError;
+use crate::histogram::Histogram;
 use crate::photons::fast::StepCounter;
 use crate::photons::{DetectorModel, StepCount};
 use crate::reference::blocks::{Block, BlockMaker};
 use crate::reference::photons::Photons;
-use crate::reference::predictor::{Reference, ReferenceError};
+use crate::reference::predictor::{Reference, ReferenceError, StepResult};
 use crate::reference::stimulus::clocks_for_scans;
 use crate::response::{CountSampler, MeanResponse, MeanResponseError, SecondMoments};
 use crate::sensor::Sensor;
@@ -80,6 +84,24 @@ struct Rtl {
     sources: Vec<SourceFile>,
     library: Built,
     engine: Engine,
+}
+
+/// [`Prepared::histograms`] of a tier that is prepared for them alone.
+///
+/// # Errors
+/// When the tier cannot do the scene.
+///
+/// # Panics
+/// If the scene has no such detector.
+pub fn histograms(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    tier: Tier,
+    seed: u64,
+    repetitions: u64,
+    on_histogram: impl FnMut(Histogram),
+) -> Result<Vec<String>, ScansError> {
+    Prepared::new(sensor, tier)?.histograms(sensor, detector, seed, 0..repetitions, on_histogram)
 }
 
 /// [`Prepared::scans`] of a tier that is prepared for them alone.
@@ -169,7 +191,77 @@ impl Prepared {
     }
 }
 
+impl Prepared {
+    /// Simulates some histograms of one detector of a scene whose hardware keeps them, as
+    /// [`Prepared::scans`] does scans.
+    ///
+    /// # Errors
+    /// When the tier cannot do the scene.
+    ///
+    /// # Panics
+    /// If the scene has no such detector.
+    pub fn histograms(
+        &self,
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        seed: u64,
+        numbers: Range<u64>,
+        mut on_histogram: impl FnMut(Histogram),
+    ) -> Result<Vec<String>, ScansError> {
+        let model = DetectorModel::new(sensor, detector);
+        match (self.tier, &self.rtl) {
+            (Tier::Expected, _) => {}
+            _ if numbers.is_empty() => {}
+            (Tier::Counts, _) => {
+                histograms::counts(sensor, detector, seed, numbers, on_histogram)?;
+            }
+            (Tier::Events, _) => histograms::events(&model, seed, numbers, on_histogram)?,
+            (_, None) => {
+                histograms::sampled(sensor, &model, seed, numbers, on_histogram)?;
+            }
+            (_, Some(rtl)) => {
+                let mut made = Ok(());
+                let on_bins = |bins| match histograms::histogram(&model, bins) {
+                    Ok(histogram) => on_histogram(histogram),
+                    Err(error) => made = Err(error),
+                };
+                let remarks = rtl.histograms(sensor, detector, seed, numbers, on_bins)?;
+                made.map_err(HistogramsError::from)?;
+                return Ok(remarks);
+            }
+        }
+        Ok(Vec::new())
+    }
+}
+
 impl Rtl {
+    /// Histograms of one detector as the Verilog sends them, each bin after the other.
+    fn histograms(
+        &self,
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        seed: u64,
+        numbers: Range<u64>,
+        mut on_bins: impl FnMut(Vec<u64>),
+    ) -> Result<Vec<String>, ScansError> {
+        if self.engine == Engine::Lanes {
+            refuse_memories(sensor.interface())
+                .map_err(|reason| CosimError::NoLanes(reason.to_string()))?;
+        }
+        let bins = sensor.timing().scan.steps as usize;
+        let from = begun_by(&models(sensor), numbers.start);
+        let run = from..numbers.end;
+        let mut frame = Vec::with_capacity(bins);
+        let on_sent = |sent: SentCount| {
+            let bin = sent.bin.filter(|_| sent.detector == detector);
+            frame.extend(bin.filter(|_| numbers.contains(&(from + sent.scan))));
+            if frame.len() == bins {
+                on_bins(std::mem::replace(&mut frame, Vec::with_capacity(bins)));
+            }
+        };
+        compared(sensor, &self.library, seed, run, |_| (), on_sent)
+    }
+
     /// One scan, in lanes where it has a place there.
     fn one_scan(
         &self,
@@ -296,19 +388,6 @@ fn models(sensor: &Sensor) -> Vec<DetectorModel> {
         .collect()
 }
 
-/// The scan that a run has to begin with for scan `first` to be what it is in a run from
-/// scan 0 on. Light and detections of a scan are its own; only pulses that are still high
-/// reach into the next one.
-fn begun_by(detectors: &[DetectorModel], first: u64) -> u64 {
-    let scans_of_a_pulse = |model: &DetectorModel| {
-        let scan_chips = model.timing.scan_chips() as f64;
-        (model.pulse_width_chips / scan_chips).ceil() as u64
-    };
-    // A pulse begins as the scan ends, and lasts for some more.
-    let before = 1 + detectors.iter().map(scans_of_a_pulse).max().unwrap_or(0);
-    first.saturating_sub(before)
-}
-
 /// Any number of scans.
 fn lockstep(
     sensor: &Sensor,
@@ -318,41 +397,56 @@ fn lockstep(
     scans: Range<u64>,
     on_scan: impl FnMut(&[StepCount]),
 ) -> Result<Vec<String>, ScansError> {
-    let interface = sensor.interface();
-    let layout = Layout::of(interface);
-    let mut reference = Reference::new(interface.clone())?;
-    let mut model = Verilated::load(library, &layout)?;
-    let detectors = models(sensor);
-    let from = begun_by(&detectors, scans.start);
-    let clocks = clocks_for_scans(interface, scans.end - from);
-    let mut collector = Collector::new(interface, from, scans, on_scan);
+    let from = begun_by(&models(sensor), scans.start);
+    let run = from..scans.end;
+    let mut collector = Collector::new(sensor.interface(), from, scans, on_scan);
     // Hits of the steps that the Verilog has yet to send. They stand in where it
     // sends no totals: the rate of detections needs them, the estimator does not.
     let hits = RefCell::new(VecDeque::new());
+    let on_result = |result: StepResult| {
+        if result.detector == detector {
+            hits.borrow_mut().push_back(result.total);
+        }
+    };
+    let on_sent = |sent: SentCount| {
+        if sent.detector == detector {
+            let hits = hits.borrow_mut().pop_front();
+            let count = StepCount {
+                signed: sent.signed,
+                total: sent.total.or(hits).unwrap_or(0),
+            };
+            collector.take(sent.scan, count);
+        }
+    };
+    compared(sensor, library, seed, run, on_result, on_sent)
+}
+
+/// Clocks the Verilog beside the reference model for scans that follow one another, by
+/// their numbers among all of the seed. `on_result` gets what the model counts, `on_sent`
+/// what the Verilog sends, with scans numbered from the run's first. Gives what it was not
+/// made to show.
+fn compared(
+    sensor: &Sensor,
+    library: &Built,
+    seed: u64,
+    run: Range<u64>,
+    on_result: impl FnMut(StepResult),
+    on_sent: impl FnMut(SentCount),
+) -> Result<Vec<String>, ScansError> {
+    let interface = sensor.interface();
+    let layout = Layout::of(interface);
+    let detectors = models(sensor);
     let outcome = Lockstep {
-        model: &mut model,
-        reference: &mut reference,
-        stimulus: &mut Photons::from_scan(&detectors, interface, seed, from),
+        model: &mut Verilated::load(library, &layout)?,
+        reference: &mut Reference::new(interface.clone())?,
+        stimulus: &mut Photons::from_scan(&detectors, interface, seed, run.start),
         layout: &layout,
         window: Window::Found,
     }
     .run_and_read(
-        clocks,
-        |result| {
-            if result.detector == detector {
-                hits.borrow_mut().push_back(result.total);
-            }
-        },
-        |sent| {
-            if sent.detector == detector {
-                let hits = hits.borrow_mut().pop_front();
-                let count = StepCount {
-                    signed: sent.signed,
-                    total: sent.total.or(hits).unwrap_or(0),
-                };
-                collector.take(sent.scan, count);
-            }
-        },
+        clocks_for_scans(interface, run.end - run.start),
+        on_result,
+        on_sent,
         |_| (),
     )?;
     if outcome.first.is_some() {

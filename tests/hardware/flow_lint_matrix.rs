@@ -68,6 +68,16 @@ fn a_hundred_random_scenes_are_clean_under_four_tools() {
     assert!(emissions.iter().filter(has_peak).count() > SCENES / 5);
     let has_totals = |emission: &&Emission| emission.parameters.total_count.is_some();
     assert!(emissions.iter().filter(has_totals).count() > SCENES / 5);
+    for buffers in [1, 2] {
+        let keeps = |emission: &&Emission| {
+            let histogram = &emission.parameters.histogram;
+            histogram.as_ref().is_some_and(|h| h.buffers == buffers)
+        };
+        assert!(
+            emissions.iter().filter(keeps).count() >= SCENES / 50,
+            "{buffers}"
+        );
+    }
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder_of = |number: usize| folder.path().join(format!("scene-{number}"));
     let said: String = (0..SCENES)

@@ -156,15 +156,21 @@ fn pulses_that_reach_into_the_next_scan_are_there_in_every_shard() {
 
 #[test]
 fn histograms_are_the_same_wherever_they_are_cut() {
-    let settings = [
-        "source.code={ family = \"gold\", degree = 5 }",
-        "scan.integration=3 us",
-        "detector.pulse_width=90 ns",
-    ];
-    let sensor = sensor("scenes/histogram.toml", &settings);
-    for tier in [Tier::Events, Tier::Sampled] {
-        assert_cut_anywhere(&sensor, tier, 70, &[1, 2, 40]);
+    let settings = |buffers| {
+        [
+            "source.code={ family = \"gold\", degree = 5 }",
+            "scan.integration=3 us",
+            "detector.pulse_width=90 ns",
+            buffers,
+        ]
+    };
+    let of_scene = |buffers| sensor("scenes/histogram.toml", &settings(buffers));
+    let two = of_scene("hardware.buffers=2");
+    for tier in [Tier::Counts, Tier::Events, Tier::Sampled] {
+        assert_cut_anywhere(&two, tier, 70, &[1, 2, 40]);
     }
+    // Read out of the Verilog, whose frames follow one another without a gap.
+    assert_cut_anywhere(&of_scene("hardware.buffers=1"), Tier::Rtl, 5, &[1, 3, 3]);
 }
 
 #[test]

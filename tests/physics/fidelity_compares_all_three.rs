@@ -68,3 +68,20 @@ fn a_target_that_the_budget_cannot_resolve_is_refused_with_the_one_that_would() 
         assert!(low - 0.15 < 0.0 && high + 0.15 > 0.0, "{tier}");
     }
 }
+
+#[test]
+fn every_tier_of_a_histogram_is_compared() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = dim(folder.path());
+    let histogram = ["--set", "hardware.architecture=histogram"];
+    let (_, report) = fidelity(&scene, &[&histogram[..], &["--budget-s", "2"]].concat());
+    let tiers = report["tiers"].as_array().unwrap();
+    let named = |name: &'static str| tiers.iter().filter(move |tier| tier["fidelity"] == name);
+    for name in ["expected", "counts", "events", "sampled", "rtl"] {
+        assert!(named(name).count() > 0, "{name}: {report:#}");
+    }
+    for tier in tiers {
+        let [low, high] = [0, 1].map(|i| tier["std_relative_error_ci95"][i].as_f64().unwrap());
+        assert!(low - 0.15 < 0.0 && high + 0.15 > 0.0, "{tier}");
+    }
+}

@@ -16,8 +16,8 @@ use goldtof::response::{MeanResponse, SecondMoments};
 use goldtof::scene::{Architecture, DetectorIndex, EstimatorKind, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
-use goldtof::simulate::histograms::histograms;
 use goldtof::simulate::repeat::simulate;
+use goldtof::simulate::scans::histograms;
 
 const STEP_PS: f64 = 25.0;
 const DELAY_PS: f64 = 21_350.0;
@@ -97,31 +97,46 @@ fn bins_go_together_as_photons_do() {
         sums.push((0..means.len()).map(sign).collect());
     }
     let covariance = second.covariance_of_bin_sums(&sums);
-    let histograms = made(&scene, Tier::Sampled, 3, 40_000);
-    for (number, sum) in sums.iter().enumerate() {
-        let counted = |histogram: &Histogram| -> f64 {
-            histogram
-                .bins()
+    let photons = made(&scene, Tier::Sampled, 3, 40_000);
+    let drawn = made(&scene, Tier::Counts, 3, 40_000);
+    for (tier, histograms) in [("photons", photons), ("drawn", drawn)] {
+        for (number, sum) in sums.iter().enumerate() {
+            let counted = |histogram: &Histogram| -> f64 {
+                let pairs = histogram.bins().iter().zip(sum);
+                pairs.map(|(&count, weight)| count as f64 * weight).sum()
+            };
+            let moments = Moments::of(histograms.iter().map(counted));
+            let mean: f64 = means
                 .iter()
                 .zip(sum)
-                .map(|(&count, weight)| count as f64 * weight)
-                .sum()
-        };
-        let moments = Moments::of(histograms.iter().map(counted));
-        let mean: f64 = means
-            .iter()
-            .zip(sum)
-            .map(|(mean, weight)| mean * weight)
-            .sum();
-        assert_within_standard_errors(moments.z(mean), 4.0, &format!("mean {number}"));
-        let z = moments.variance_z(covariance[number][number]);
-        assert_within_standard_errors(z, 4.0, &format!("variance {number}"));
-        if number >= 6 {
-            // Bins that did not go together would be more than five standard errors off.
-            let poisson: f64 = means.iter().zip(sum).map(|(mean, w)| mean * w * w).sum();
-            assert!(moments.variance_z(poisson).abs() > 5.0);
+                .map(|(mean, weight)| mean * weight)
+                .sum();
+            let what = format!("{tier} {number}");
+            assert_within_standard_errors(moments.z(mean), 4.0, &format!("mean {what}"));
+            let z = moments.variance_z(covariance[number][number]);
+            assert_within_standard_errors(z, 4.0, &format!("variance {what}"));
+            if number >= 6 {
+                // Bins that did not go together would be more than five standard errors off.
+                let poisson: f64 = means.iter().zip(sum).map(|(mean, w)| mean * w * w).sum();
+                assert!(moments.variance_z(poisson).abs() > 5.0, "{what}");
+            }
         }
     }
+}
+
+/// Drawn bins fit as photons do: bias, scatter and chi-square.
+#[test]
+fn drawn_bins_fit_as_those_of_photons() {
+    let mut scene = scene(8e6, 70);
+    scene.estimator = EstimatorKind::Model;
+    let said = simulate(&Sensor::new(&scene), Tier::Counts, 1, 300).expect("it does");
+    let path = &said.estimates[0];
+    let bound = path.bound_m.expect("there is one");
+    let [std, std_error] = [path.std_m, path.std_std_error_m].map(|m| m.expect("some"));
+    assert_within_standard_errors((std - bound) / std_error, 4.0, "std");
+    let [bias, error] = [path.bias_m, path.bias_std_error_m].map(|m| m.expect("some"));
+    assert_within_standard_errors(bias / error, 4.0, "bias");
+    assert_eq!(path.chi_square_alarm_fraction, Some(0.0));
 }
 
 /// However few the periods: the total of the corrected light is that of the expected
@@ -258,9 +273,11 @@ fn what_histograms_do_not_show_is_said() {
             .iter()
             .any(|warning| warning.contains("range walk is left in"))
     );
-    for tier in [Tier::Counts, Tier::Rtl] {
-        assert!(histograms(&short, FIRST, tier, 1, 1, |_| ()).is_err());
-    }
+    let refused = histograms(&short, FIRST, Tier::Counts, 1, 1, |_| ()).expect_err("it draws none");
+    assert!(
+        refused.to_string().contains("between two samples"),
+        "{refused}"
+    );
 }
 
 /// A histogram has a report like a scan's; the counts of its phase steps alone keep the walk,

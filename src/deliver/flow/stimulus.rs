@@ -195,10 +195,6 @@ pub fn record(interface: &Interface, names: &[String]) -> Result<Recording, Refe
             chips.push(words);
             results.push(words);
         }
-        for frame in maker.take_frames() {
-            phase_steps += frame.bins.len() as u64;
-            scans += u64::from(frame.detector.0 == 0);
-        }
         for result in maker.take_finished() {
             phase_steps += 1;
             scans += u64::from(result.step + 1 == interface.timing.scan.steps);
@@ -207,6 +203,9 @@ pub fn record(interface: &Interface, names: &[String]) -> Result<Recording, Refe
     }
     let table = reference.cover_table();
     let exercise = &block.exercise;
+    if let Some(plan) = &interface.histogram {
+        (phase_steps, scans) = (exercise.phase_steps, exercise.phase_steps / plan.bins());
+    }
     let coverage = Coverage::new(interface, table, &exercise.covered, names, Some(MEANS));
     Ok(Recording {
         inputs,

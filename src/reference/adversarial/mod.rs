@@ -433,11 +433,14 @@ impl Adversarial {
         };
         // No stall can begin in what is decided.
         let from = (arrived + 1).max(origin);
-        // Of a histogram it is decided before its first row shows whether it is read.
-        let next = match self.interface.histogram {
-            Some(_) => next - u64::from(CLOCKS_TO_ROW),
-            None => next,
+        let histogram = self.interface.histogram;
+        // Of histograms in two memories it is decided before the first row shows whether it
+        // is read.
+        let next = match histogram.is_some_and(|plan| plan.takes_turns()) {
+            true => next - u64::from(CLOCKS_TO_ROW),
+            false => next,
         };
+        let sends_at_once = histogram.is_some_and(|plan| !plan.takes_turns());
         match receiver {
             Receiver::Takes => self.stall_idly(from + beats + 1..next.saturating_sub(1)),
             // Until a reset that follows has begun.
@@ -451,6 +454,10 @@ impl Adversarial {
                 let beat = beat.min(beats - 1);
                 let more = length(&mut self.rng, 8);
                 self.stall(from + beat..next + 1 + more);
+            }
+            // Rows that leave one a clock do not wait for each other.
+            Receiver::TakesLastAfter { clocks } if sends_at_once => {
+                self.stall(from + beats - 1..next + clocks);
             }
             Receiver::TakesLastAfter { clocks } => {
                 self.stall(from..(next + clocks + 1).saturating_sub(beats));

@@ -297,7 +297,7 @@ impl Kitchen<'_> {
             BinPoint::Hit { lane: l, .. } | BinPoint::Full { lane: l } => {
                 vec![self.fresh().with(lane(l.into()))]
             }
-            // The frame after the next has the first one's memory.
+            // The frame after the next has the first one's memory, or the next.
             BinPoint::Emptied { lane: l } => vec![
                 self.fresh().with(lane(l.into())),
                 plain().with(Hits::None),

@@ -3,7 +3,7 @@ use std::path::Path;
 use super::*;
 use crate::scene;
 
-const SCENES: [&str; 12] = [
+const SCENES: [&str; 13] = [
     "scenes/quick.toml",
     "scenes/paper-single.toml",
     "scenes/paper-square.toml",
@@ -16,6 +16,7 @@ const SCENES: [&str; 12] = [
     "tests/scenes/peak.toml",
     "tests/scenes/totals.toml",
     "tests/scenes/histogram.toml",
+    "tests/scenes/histogram-one-memory.toml",
 ];
 
 /// The points that an adversary leaves out, and its clocks.

@@ -87,7 +87,11 @@ fn frames(interface: &Interface, plan: &HistogramPlan, table: &mut CoverTable) {
     beats.retain(|&beat| beat < detectors * rows);
     for beat in beats {
         table.add(CoverPoint::Held { beat });
-        table.add(CoverPoint::HeldAcross { beat });
+        // Out of a single memory every row that is held, but the last, stands while one is
+        // lost.
+        if plan.takes_turns() {
+            table.add(CoverPoint::HeldAcross { beat });
+        }
     }
     for point in [
         CoverPoint::Lost { place: Place::Last },

@@ -13,6 +13,7 @@
 use super::BinBank;
 use super::bin_bank::row_bits;
 use crate::rtl::front::prelude::*;
+use crate::sensor::histogram::HistogramPlan;
 
 /// Banks that share an adder.
 #[block(AdderPlan)]
@@ -32,14 +33,18 @@ pub struct BinAdder {
     #[width(plan.row_bits())]
     pub i_row: Input<Word>,
     /// memory that counts the present word
-    pub i_half: Input<bool>,
+    #[when(plan.takes_turns)]
+    pub i_half: Optional<Input<bool>>,
     /// row to be read from the other memory
+    #[when(plan.takes_turns)]
     #[width(plan.row_bits())]
-    pub i_read_row: Input<Word>,
+    pub i_read_row: Optional<Input<Word>>,
     /// the reader goes on
-    pub i_go: Input<bool>,
+    #[when(plan.takes_turns)]
+    pub i_go: Optional<Input<bool>>,
     /// memory of the word two clocks ago
-    pub i_counted_half: Input<bool>,
+    #[when(plan.takes_turns)]
+    pub i_counted_half: Optional<Input<bool>>,
     /// the word two clocks ago is one of a frame's first code period
     pub i_counted_first: Input<bool>,
     /// the word four clocks ago is one of a frame's first code period
@@ -48,7 +53,8 @@ pub struct BinAdder {
     #[width(plan.row_bits())]
     pub i_write_row: Input<Word>,
     /// its memory
-    pub i_write_half: Input<bool>,
+    #[when(plan.takes_turns)]
+    pub i_write_half: Optional<Input<bool>>,
     /// bins of the row that was read, the first sample's lowest
     #[width(plan.samples * plan.bin_bits())]
     pub o_bins: Output<Word>,
@@ -69,7 +75,7 @@ pub struct BinAdder {
     #[width(plan.samples)]
     hit: Vec<Register<Word>>,
     #[each(_sample in 0..plan.samples)]
-    #[is(BinBank::new(plan.rows, plan.bits))]
+    #[is(BinBank::new(plan.rows, plan.bits, plan.takes_turns))]
     bank: Vec<BinBank>,
     #[each(sample in 0..plan.samples)]
     #[about(match sample {
@@ -84,6 +90,13 @@ pub struct BinAdder {
     /// the same with the hit
     #[width(plan.bits)]
     sum: Register<Word>,
+    #[when(plan.bits > 1)]
+    #[width(plan.bits - 1)]
+    above_lowest: Optional<Wiring>,
+    /// its bits above the lowest, a clock later
+    #[when(plan.bits > 1)]
+    #[width(plan.bits - 1)]
+    above: Optional<Register<Word>>,
     /// a hit found its bin full
     #[when(plan.saturates)]
     clamped: Optional<Register<bool>>,
@@ -96,6 +109,8 @@ struct AdderPlan {
     rows: u64,
     bits: u32,
     saturates: bool,
+    /// Whether there are two memories.
+    takes_turns: bool,
 }
 
 impl AdderPlan {
@@ -113,13 +128,14 @@ impl AdderPlan {
 }
 
 impl BinAdder {
-    /// For so many samples, in so many rows of bins of `bits` bits.
-    pub fn new(samples: u32, rows: u64, bits: u32, saturates: bool) -> BinAdder {
+    /// For the neighbouring samples of a histogram that share an adder.
+    pub fn new(histogram: &HistogramPlan) -> BinAdder {
         BinAdder::build(&AdderPlan {
-            samples: samples as usize,
-            rows,
-            bits,
-            saturates,
+            samples: histogram.adder_samples as usize,
+            rows: histogram.rows,
+            bits: histogram.bin_bits,
+            saturates: histogram.saturates(),
+            takes_turns: histogram.takes_turns(),
         })
     }
 }
@@ -171,6 +187,9 @@ impl Logic for BinAdder {
             self.chosen.d.next = self.choice[self.plan.samples - 1].val();
         }
         self.sum.d.next = self.chosen.q.val() + 1;
+        if self.plan.bits > 1 {
+            self.hand_back();
+        }
         if self.o_clamped.is_present() {
             self.clamp();
         }
@@ -207,23 +226,53 @@ impl Logic for BinAdder {
             self.bank[s].i_clk.next = self.i_clk.val();
             self.bank[s].i_rst.next = self.i_rst.val();
             self.bank[s].i_row.next = self.i_row.val();
+            self.bank[s].i_hit.next = self.hit[3].q.val().get_bit(s);
+            self.bank[s].i_first.next = self.i_added_first.val();
+            self.bank[s].i_lowest.next = self.sum.q.val().get_bit(0);
+            self.bank[s].i_write_row.next = self.i_write_row.val();
+        }
+        if self.plan.takes_turns {
+            self.read_other_memory();
+        } else {
+            self.read_same_memory();
+        }
+        self.o_bins.next = self.bins.o.val();
+    }
+
+    fn read_other_memory(&mut self) {
+        let bits = self.plan.bin_bits();
+        for s in 0..self.plan.samples {
             self.bank[s].i_half.next = self.i_half.val();
             self.bank[s].i_read_row.next = self.i_read_row.val();
             self.bank[s].i_go.next = self.i_go.val();
             self.bank[s].i_counted_half.next = self.i_counted_half.val();
-            self.bank[s].i_hit.next = self.hit[3].q.val().get_bit(s);
-            self.bank[s].i_first.next = self.i_added_first.val();
-            self.bank[s].i_bin.next = self.sum.q.val();
-            self.bank[s].i_write_row.next = self.i_write_row.val();
             self.bank[s].i_write_half.next = self.i_write_half.val();
-        }
-        let bits = self.plan.bin_bits();
-        for s in 0..self.plan.samples {
             for b in 0..bits {
                 self.bins.i[bits * s + b].next = self.bank[s].o_read.val().get_bit(b);
             }
         }
-        self.o_bins.next = self.bins.o.val();
+    }
+
+    fn read_same_memory(&mut self) {
+        let bits = self.plan.bin_bits();
+        for s in 0..self.plan.samples {
+            for b in 0..bits {
+                self.bins.i[bits * s + b].next = self.bank[s].o_counted.val().get_bit(b);
+            }
+        }
+    }
+
+    /// The bits that all banks have in common. In a first code period they are 0: the bin with
+    /// the hit is 1.
+    fn hand_back(&mut self) {
+        dff_setup!(self, i_clk, above);
+        for b in 1..self.plan.bin_bits() {
+            self.above_lowest.i[b - 1].next = self.sum.q.val().get_bit(b);
+        }
+        self.above.d.next = self.above_lowest.o.val();
+        for s in 0..self.plan.samples {
+            self.bank[s].i_above.next = self.above.q.val();
+        }
     }
 
     fn clamp(&mut self) {

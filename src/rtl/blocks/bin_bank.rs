@@ -1,18 +1,20 @@
-//! The bins of one sample of the chip: two memories that take turns.
+//! The bins of one sample of the chip: a memory, or two that take turns.
 //!
 //! | port | |
 //! |---|---|
 //! | `i_row`, `i_half`, `i_first` | row to be counted, memory that counts, first code period |
 //! | `i_read_row`, `i_go` | row to be read from the other memory; the reader goes on |
-//! | `i_hit`, `i_bin`, `i_write_row`, `i_write_half` | what comes back, four and five clocks later |
+//! | `i_hit`, `i_lowest`, `i_above`, `i_write_*` | what comes back, four and five clocks later |
 //! | `o_counted`, `o_read` | the bin that counts, two clocks after its row; the bin that is read |
 //!
 //! A bin is read, and written five clocks after that; its row comes round after a code period, so
 //! that nothing has to be handed forward. In the first code period every bin is written: what the
-//! memory held before is of no consequence, and nothing has to be cleared.
+//! memory held before is of no consequence, and nothing has to be cleared. Of the bin that
+//! comes back only the lowest bit is this bank's own: in the first code period the bin
+//! with a hit is 1 and the others are 0, and later no others are written.
 //!
-//! Cost: two memories, 3 registers as wide as a bin, a multiplexer for each bit of `o_counted` and
-//! `o_read`.
+//! Cost: for each memory a register as wide as a bin; of two, a multiplexer for each bit of
+//! `o_counted` and `o_read`. A single one needs neither.
 
 use crate::rtl::front::prelude::*;
 
@@ -34,57 +36,73 @@ pub struct BinBank {
     pub i_row: Input<Word>,
     /// memory that counts the present word
     #[under(ROWS)]
-    pub i_half: Input<bool>,
+    #[when(plan.takes_turns)]
+    pub i_half: Optional<Input<bool>>,
     /// row to be read from the other memory
     #[under(ROWS)]
+    #[when(plan.takes_turns)]
     #[width(plan.row_bits())]
-    pub i_read_row: Input<Word>,
+    pub i_read_row: Optional<Input<Word>>,
     /// the reader goes on
     #[under(ROWS)]
-    pub i_go: Input<bool>,
+    #[when(plan.takes_turns)]
+    pub i_go: Optional<Input<bool>>,
     /// memory of the word that reaches o_counted
     #[under(ROWS)]
-    pub i_counted_half: Input<bool>,
+    #[when(plan.takes_turns)]
+    pub i_counted_half: Optional<Input<bool>>,
     /// the word has its hit here
     #[under(BACK)]
     pub i_hit: Input<bool>,
     /// it is one of a frame's first code period
     #[under(BACK)]
     pub i_first: Input<bool>,
-    /// the bin with its hit
+    /// lowest bit of the bin with its hit
     #[under(BACK)]
-    #[width(plan.bits)]
-    pub i_bin: Input<Word>,
+    pub i_lowest: Input<bool>,
+    /// the bits above it, a clock later
+    #[under(BACK)]
+    #[when(plan.bits > 1)]
+    #[width(plan.bits - 1)]
+    pub i_above: Optional<Input<Word>>,
     /// its row, a clock later
     #[under(BACK)]
     #[width(plan.row_bits())]
     pub i_write_row: Input<Word>,
     /// its memory, a clock later
     #[under(BACK)]
-    pub i_write_half: Input<bool>,
+    #[when(plan.takes_turns)]
+    pub i_write_half: Optional<Input<bool>>,
     /// bin of the row that was counted
     #[width(plan.bits)]
     pub o_counted: Output<Word>,
     /// bin of the row that was read
+    #[when(plan.takes_turns)]
     #[width(plan.bits)]
-    pub o_read: Output<Word>,
+    pub o_read: Optional<Output<Word>>,
     #[is(describe(plan))]
     about: About,
     /// memories that go on: the one that counts, and the other with its reader
+    #[when(plan.takes_turns)]
     #[width(2)]
-    goes: Wiring,
-    #[each(half in 0..2)]
-    #[is(Memory::new(plan.rows, plan.bits, &format!("Bins of memory {half}, one for each row")))]
-    bins: Vec<Memory>,
-    #[each(half in 0..2)]
-    #[about(format!("bin out of memory {half}"))]
+    goes: Optional<Wiring>,
+    #[each(half in 0..plan.memories())]
+    #[is(Memory::new(plan.rows, plan.bits, &plan.about_memory(half)))]
+    memory: Vec<Memory>,
+    #[each(half in 0..plan.memories())]
+    #[about(match plan.takes_turns {
+        true => format!("bin out of memory {half}"),
+        false => "bin out of the memory".to_owned(),
+    })]
     #[width(plan.bits)]
     held: Vec<Register<Word>>,
     /// to be written
     writes: Register<bool>,
+    /// lowest bit of what is written
+    lowest: Register<bool>,
     /// what is written
     #[width(plan.bits)]
-    written: Register<Word>,
+    written: Wiring,
     plan: Plan<BankPlan>,
 }
 
@@ -92,11 +110,24 @@ pub struct BinBank {
 struct BankPlan {
     rows: u64,
     bits: u32,
+    /// Whether there are two memories.
+    takes_turns: bool,
 }
 
 impl BankPlan {
     fn row_bits(&self) -> u32 {
         row_bits(self.rows)
+    }
+
+    fn memories(&self) -> usize {
+        1 + usize::from(self.takes_turns)
+    }
+
+    fn about_memory(&self, half: usize) -> String {
+        match self.takes_turns {
+            true => format!("Bins of memory {half}, one for each row"),
+            false => "Bins, one for each row".to_owned(),
+        }
     }
 }
 
@@ -106,56 +137,101 @@ pub(super) fn row_bits(rows: u64) -> u32 {
 }
 
 impl BinBank {
-    /// For so many rows of bins of `bits` bits.
-    pub fn new(rows: u64, bits: u32) -> BinBank {
-        BinBank::build(&BankPlan { rows, bits })
+    /// For so many rows of bins of `bits` bits, in two memories if they take turns.
+    pub fn new(rows: u64, bits: u32, takes_turns: bool) -> BinBank {
+        BinBank::build(&BankPlan {
+            rows,
+            bits,
+            takes_turns,
+        })
     }
 }
 
 fn describe(plan: &BankPlan) -> About {
-    About::new("bin_bank", "a histogram's bins of one sample of the chip, twice")
-        .note(
-            "One memory counts while the other is read. A word's bin is read, goes to the adder that \
-             neighbouring samples share, and is written when it comes back. In a frame's first code \
-             period every bin is written, 0 where there was no hit, so that counts begin anew.",
-        )
-        .fact("Memory", format!("2 x {} bins of {} bits", plan.rows, plan.bits))
+    let BankPlan { rows, bits, .. } = plan;
+    let title = "a histogram's bins of one sample of the chip";
+    let back = "A word's bin is read, goes to the adder that neighbouring samples share, and is \
+                written when it comes back. In a frame's first code period every bin is written, 0 \
+                where there was no hit, so that counts begin anew.";
+    if !plan.takes_turns {
+        return About::new("bin_bank", title)
+            .note(back)
+            .fact(
+                "Memory",
+                format!("{rows} bins of {bits} bit{}", plural(*bits)),
+            )
+            .fact(
+                "Latency",
+                "2 clocks from i_row to o_counted; written 6 clocks after i_row",
+            );
+    }
+    About::new("bin_bank", &format!("{title}, twice"))
+        .note(format!("One memory counts while the other is read. {back}"))
+        .fact("Memory", format!("2 x {rows} bins of {bits} bits"))
         .fact(
             "Latency",
             "2 clocks from i_row to o_counted and from i_read_row to o_read; written 6 clocks after i_row",
         )
 }
 
+fn plural(number: u32) -> &'static str {
+    if number == 1 { "" } else { "s" }
+}
+
 #[kernel]
 impl Logic for BinBank {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, writes, written);
+        dff_setup!(self, i_clk, writes, lowest);
+        self.writes.d.next = self.i_hit.val() | self.i_first.val();
+        self.lowest.d.next = self.i_lowest.val();
+        if self.i_first.val() {
+            self.lowest.d.next = self.i_hit.val();
+        }
+        self.written.i[0].next = self.lowest.q.val();
+        for b in 1..self.plan.bits as usize {
+            self.written.i[b].next = self.i_above.val().get_bit(b - 1);
+        }
+        for h in 0..self.memory.len() {
+            self.memory[h].clock.next = self.i_clk.val();
+            self.memory[h].data.next = self.written.o.val();
+            self.memory[h].write_address.next = self.i_write_row.val();
+        }
+        if self.plan.takes_turns {
+            self.take_turns();
+        } else {
+            self.count();
+        }
+    }
+
+    /// One memory, whose bins are read where they count.
+    fn count(&mut self) {
+        dff_setup!(self, i_clk, held[0]);
+        self.memory[0].read.next = true;
+        self.memory[0].write.next = self.writes.q.val();
+        self.memory[0].address.next = self.i_row.val();
+        self.held[0].d.next = self.memory[0].q.val();
+        self.o_counted.next = self.held[0].q.val();
+    }
+
+    /// One memory counts, the other is read.
+    fn take_turns(&mut self) {
         self.goes.i[0].next = self.i_go.val() | !self.i_half.val();
         self.goes.i[1].next = self.i_go.val() | self.i_half.val();
-        self.writes.d.next = self.i_hit.val() | self.i_first.val();
-        if self.i_hit.val() {
-            self.written.d.next = self.i_bin.val();
-        } else {
-            self.written.d.next = bit_cast(false, self.plan.bits as usize);
-        }
         for h in 0..2 {
             dff_setup!(self, i_clk, held[h]);
-            self.bins[h].clock.next = self.i_clk.val();
-            self.bins[h].read.next = self.goes.o.val().get_bit(h);
-            self.bins[h].data.next = self.written.q.val();
-            self.bins[h].write_address.next = self.i_write_row.val();
+            self.memory[h].read.next = self.goes.o.val().get_bit(h);
             if self.goes.o.val().get_bit(h) {
-                self.held[h].d.next = self.bins[h].q.val();
+                self.held[h].d.next = self.memory[h].q.val();
             }
         }
-        self.bins[0].write.next = self.writes.q.val() & !self.i_write_half.val();
-        self.bins[1].write.next = self.writes.q.val() & self.i_write_half.val();
+        self.memory[0].write.next = self.writes.q.val() & !self.i_write_half.val();
+        self.memory[1].write.next = self.writes.q.val() & self.i_write_half.val();
         if self.i_half.val() {
-            self.bins[0].address.next = self.i_read_row.val();
-            self.bins[1].address.next = self.i_row.val();
+            self.memory[0].address.next = self.i_read_row.val();
+            self.memory[1].address.next = self.i_row.val();
         } else {
-            self.bins[0].address.next = self.i_row.val();
-            self.bins[1].address.next = self.i_read_row.val();
+            self.memory[0].address.next = self.i_row.val();
+            self.memory[1].address.next = self.i_read_row.val();
         }
         if self.i_counted_half.val() {
             self.o_counted.next = self.held[1].q.val();

@@ -31,14 +31,18 @@ pub struct HistogramChannel {
     #[width(row_bits(plan.rows))]
     pub i_row: Input<Word>,
     /// memory that counts it
-    pub i_half: Input<bool>,
+    #[when(plan.takes_turns())]
+    pub i_half: Optional<Input<bool>>,
     /// row to be read from the other memory
+    #[when(plan.takes_turns())]
     #[width(row_bits(plan.rows))]
-    pub i_read_row: Input<Word>,
+    pub i_read_row: Optional<Input<Word>>,
     /// the reader goes on
-    pub i_go: Input<bool>,
+    #[when(plan.takes_turns())]
+    pub i_go: Optional<Input<bool>>,
     /// memory of the word two clocks ago
-    pub i_counted_half: Input<bool>,
+    #[when(plan.takes_turns())]
+    pub i_counted_half: Optional<Input<bool>>,
     /// the word two clocks ago is one of a frame's first code period
     pub i_counted_first: Input<bool>,
     /// the word four clocks ago is one of a frame's first code period
@@ -47,7 +51,8 @@ pub struct HistogramChannel {
     #[width(row_bits(plan.rows))]
     pub i_write_row: Input<Word>,
     /// its memory
-    pub i_write_half: Input<bool>,
+    #[when(plan.takes_turns())]
+    pub i_write_half: Optional<Input<bool>>,
     /// Bins of the row that was read.
     #[about(format!("bins of the row that was read, {} bits each, bit 0 earliest", plan.bin_data_bits()))]
     #[width(plan.row_data_bits())]
@@ -66,7 +71,7 @@ pub struct HistogramChannel {
     #[width(pairs(plan))]
     early: Vec<Wiring>,
     #[each(_adder in 0..plan.adders())]
-    #[is(BinAdder::new(plan.adder_samples, plan.rows, plan.bin_bits, plan.saturates()))]
+    #[is(BinAdder::new(plan))]
     adder: Vec<BinAdder>,
     #[sources(places_in_row(plan), plan.row_bins * plan.bin_bits + 1)]
     row: Wiring,
@@ -149,14 +154,12 @@ impl Logic for HistogramChannel {
             self.adder[a].i_clk.next = self.i_clk.val();
             self.adder[a].i_rst.next = self.i_rst.val();
             self.adder[a].i_row.next = self.i_row.val();
-            self.adder[a].i_half.next = self.i_half.val();
-            self.adder[a].i_read_row.next = self.i_read_row.val();
-            self.adder[a].i_go.next = self.i_go.val();
-            self.adder[a].i_counted_half.next = self.i_counted_half.val();
             self.adder[a].i_counted_first.next = self.i_counted_first.val();
             self.adder[a].i_added_first.next = self.i_added_first.val();
             self.adder[a].i_write_row.next = self.i_write_row.val();
-            self.adder[a].i_write_half.next = self.i_write_half.val();
+        }
+        if self.plan.takes_turns() {
+            self.name_memories();
         }
         self.make_row();
         if self.o_clamped.is_present() {
@@ -164,6 +167,16 @@ impl Logic for HistogramChannel {
                 self.clamped.i[a].next = self.adder[a].o_clamped.val();
             }
             self.o_clamped.next = self.clamped.o.val().any();
+        }
+    }
+
+    fn name_memories(&mut self) {
+        for a in 0..self.adder.len() {
+            self.adder[a].i_half.next = self.i_half.val();
+            self.adder[a].i_read_row.next = self.i_read_row.val();
+            self.adder[a].i_go.next = self.i_go.val();
+            self.adder[a].i_counted_half.next = self.i_counted_half.val();
+            self.adder[a].i_write_half.next = self.i_write_half.val();
         }
     }
 

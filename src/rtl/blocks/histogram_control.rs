@@ -9,11 +9,13 @@
 //! | `o_read_row`, `o_read_detector`, `o_go` | row and detector to be read; the reader goes on |
 //! | `o_valid`, `o_last`, `o_overrun` | of the stream |
 //!
-//! A frame ends with the last row of its last code period. The memories change places then if all
+//! A frame ends with the last row of its last code period. Two memories change places then if all
 //! rows of the frame before it have been taken; if not, it is lost, and the next one begins in the
-//! same memory.
+//! same memory. Of a single memory the rows leave while the next frame's first code period
+//! begins anew in it, a row a clock; one that comes while another waits is lost.
 //!
-//! Cost: two counters of rows, one of code periods, and the row's way in registers.
+//! Cost: a counter of rows and one of code periods, the row's way in registers; with two memories
+//! one more counter of rows.
 
 use super::bin_bank::row_bits;
 use crate::rtl::front::prelude::*;
@@ -41,10 +43,12 @@ pub struct HistogramControl {
     pub o_row: Output<Word>,
     /// memory that counts it
     #[under(WORD)]
-    pub o_half: Output<bool>,
+    #[when(plan.takes_turns())]
+    pub o_half: Optional<Output<bool>>,
     /// memory of the word two clocks ago
     #[under(WORD)]
-    pub o_counted_half: Output<bool>,
+    #[when(plan.takes_turns())]
+    pub o_counted_half: Optional<Output<bool>>,
     /// the word two clocks ago is one of a frame's first code period
     #[under(WORD)]
     pub o_counted_first: Output<bool>,
@@ -57,11 +61,13 @@ pub struct HistogramControl {
     pub o_write_row: Output<Word>,
     /// its memory
     #[under(WORD)]
-    pub o_write_half: Output<bool>,
+    #[when(plan.takes_turns())]
+    pub o_write_half: Optional<Output<bool>>,
     /// row to be read
     #[under(READER)]
+    #[when(plan.takes_turns())]
     #[width(plan.row_bits())]
-    pub o_read_row: Output<Word>,
+    pub o_read_row: Optional<Output<Word>>,
     /// detector of the row that comes to the stream, one bit for each
     #[under(READER)]
     #[when(plan.detectors > 1)]
@@ -69,7 +75,8 @@ pub struct HistogramControl {
     pub o_read_detector: Optional<Output<Word>>,
     /// it goes on
     #[under(READER)]
-    pub o_go: Output<bool>,
+    #[when(plan.takes_turns())]
+    pub o_go: Optional<Output<bool>>,
     /// a row comes to the stream
     #[under(READER)]
     pub o_shows: Output<bool>,
@@ -77,7 +84,10 @@ pub struct HistogramControl {
     pub o_valid: Output<bool>,
     /// it is the frame's last
     pub o_last: Output<bool>,
-    /// a frame was lost
+    #[about(match plan.takes_turns() {
+        true => "a frame was lost",
+        false => "a row was lost",
+    }.to_owned())]
     pub o_overrun: Output<bool>,
     #[is(describe(plan))]
     about: About,
@@ -112,29 +122,52 @@ pub struct HistogramControl {
     #[reset(true)]
     first: Register<bool>,
     /// memory that counts
-    half: Register<bool>,
+    #[when(plan.takes_turns())]
+    half: Optional<Register<bool>>,
     #[each(clocks in 1..6usize)]
     #[about(format!("row of the word {clocks} clocks ago"))]
     #[width(plan.row_bits())]
     row_before: Vec<Register<Word>>,
     /// memory of the words 1 to 5 clocks ago
+    #[when(plan.takes_turns())]
     #[width(5)]
-    half_before: Register<Word>,
+    half_before: Optional<Register<Word>>,
     /// whether the words 1 to 4 clocks ago are of a first code period
     #[width(4)]
     #[reset(15)]
     first_before: Register<Word>,
-    /// the reader goes on
+    #[about(match plan.takes_turns() {
+        true => "the reader goes on",
+        false => "the stream has room for a row",
+    }.to_owned())]
     goes: Local<bool>,
+    /// a frame has been counted since reset
+    #[when(!plan.takes_turns())]
+    follows: Optional<Register<bool>>,
+    /// whether the words 1 and 2 clocks ago found the bins of a whole frame
+    #[when(!plan.takes_turns())]
+    #[width(2)]
+    whole_before: Optional<Register<Word>>,
+    /// whether their rows are the last
+    #[when(!plan.takes_turns())]
+    #[width(2)]
+    last_before: Optional<Register<Word>>,
+    /// a row of a whole frame comes out of the memory
+    #[when(!plan.takes_turns())]
+    comes: Optional<Local<bool>>,
     /// rows of the frame before are still to be taken
-    busy: Local<bool>,
+    #[when(plan.takes_turns())]
+    busy: Optional<Local<bool>>,
     /// rows are read
-    reads: Register<bool>,
+    #[when(plan.takes_turns())]
+    reads: Optional<Register<bool>>,
     /// row that is read
+    #[when(plan.takes_turns())]
     #[width(plan.row_bits())]
-    read_row: Register<Word>,
+    read_row: Optional<Register<Word>>,
     /// it is the last
-    read_is_last: Register<bool>,
+    #[when(plan.takes_turns())]
+    read_is_last: Optional<Register<bool>>,
     /// detector that is read, one bit for each
     #[when(plan.detectors > 1)]
     #[width(plan.detectors)]
@@ -149,13 +182,16 @@ pub struct HistogramControl {
     #[width(plan.detectors)]
     detector_held: Optional<Register<Word>>,
     /// the last row of the last detector is read
-    read_ends: Local<bool>,
+    #[when(plan.takes_turns())]
+    read_ends: Optional<Local<bool>>,
     /// a row is in the memories' output, and in the register behind it
+    #[when(plan.takes_turns())]
     #[width(2)]
-    out: Register<Word>,
+    out: Optional<Register<Word>>,
     /// the last of a frame is
+    #[when(plan.takes_turns())]
     #[width(2)]
-    last_out: Register<Word>,
+    last_out: Optional<Register<Word>>,
     valid: Register<bool>,
     last: Register<bool>,
     overrun: Register<bool>,
@@ -184,6 +220,10 @@ impl ControlPlan {
     fn has_periods(&self) -> bool {
         self.histogram.periods > 1
     }
+
+    fn takes_turns(&self) -> bool {
+        self.histogram.takes_turns()
+    }
 }
 
 impl HistogramControl {
@@ -198,11 +238,19 @@ impl HistogramControl {
 
 fn describe(plan: &ControlPlan) -> About {
     let about = About::new("histogram_control", "rows and frames of the histogram")
-        .note(
-            "A frame ends with the last row of its last code period. If all rows of the frame before \
-             it have been taken, or the last is taken at that clock's edge, the memories change \
-             places and it is read. If not it is lost, whole, and counts begin anew in its memory.",
-        )
+        .note(match plan.takes_turns() {
+            true => {
+                "A frame ends with the last row of its last code period. If all rows of the frame \
+                 before it have been taken, or the last is taken at that clock's edge, the memories \
+                 change places and it is read. If not it is lost, whole, and counts begin anew in its \
+                 memory."
+            }
+            false => {
+                "A frame ends with the last row of its last code period. Its rows come to the stream, \
+                 one a clock, while the next frame's first code period begins anew in the same bins. \
+                 A row that comes while one waits is lost."
+            }
+        })
         .note("o_overrun stays high until reset.")
         .fact(
             "Frame",
@@ -223,7 +271,7 @@ fn describe(plan: &ControlPlan) -> About {
 #[kernel]
 impl Logic for HistogramControl {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, runs, counts, row, row_is_last, first, half);
+        dff_setup!(self, i_clk, runs, counts, row, row_is_last, first);
         self.runs.d.next = true;
         self.o_run.next = self.runs.q.val();
         self.counts.d.next = self.runs.q.val();
@@ -240,7 +288,15 @@ impl Logic for HistogramControl {
             self.ends.next = self.row_is_last.q.val();
         }
         self.follow_words();
-        self.read_frames();
+        if self.plan.takes_turns() {
+            self.follow_memories();
+            self.read_frames();
+        } else {
+            self.send_rows();
+        }
+        self.o_valid.next = self.valid.q.val();
+        self.o_last.next = self.last.q.val();
+        self.o_overrun.next = self.overrun.q.val();
     }
 
     fn count_periods(&mut self) {
@@ -256,9 +312,9 @@ impl Logic for HistogramControl {
         }
     }
 
-    /// Row, memory and first code period of the words on their way to the memories.
+    /// Row and first code period of the words on their way to the memories.
     fn follow_words(&mut self) {
-        dff_setup!(self, i_clk, half_before, first_before);
+        dff_setup!(self, i_clk, first_before, valid, last, overrun);
         for c in 0..5 {
             dff_setup!(self, i_clk, row_before[c]);
         }
@@ -266,32 +322,50 @@ impl Logic for HistogramControl {
         for c in 1..5 {
             self.row_before[c].d.next = self.row_before[c - 1].q.val();
         }
-        self.half_before.d.next = (self.half_before.q.val() << 1) | bit_cast(self.half.q.val(), 5);
         self.first_before.d.next =
             (self.first_before.q.val() << 1) | bit_cast(self.first.q.val(), 4);
         self.o_row.next = self.row.q.val();
-        self.o_half.next = self.half.q.val();
-        self.o_counted_half.next = self.half_before.q.val().get_bit(1);
         self.o_counted_first.next = self.first_before.q.val().get_bit(1);
         self.o_added_first.next = self.first_before.q.val().get_bit(3);
         self.o_write_row.next = self.row_before[4].q.val();
+    }
+
+    /// Their memory.
+    fn follow_memories(&mut self) {
+        dff_setup!(self, i_clk, half, half_before);
+        self.half_before.d.next = (self.half_before.q.val() << 1) | bit_cast(self.half.q.val(), 5);
+        self.o_half.next = self.half.q.val();
+        self.o_counted_half.next = self.half_before.q.val().get_bit(1);
         self.o_write_half.next = self.half_before.q.val().get_bit(4);
+    }
+
+    /// Offers the rows that the next frame's first code period finds.
+    fn send_rows(&mut self) {
+        dff_setup!(self, i_clk, follows, whole_before, last_before);
+        if self.ends.val() {
+            self.follows.d.next = true;
+        }
+        self.whole_before.d.next = (self.whole_before.q.val() << 1)
+            | bit_cast(self.follows.q.val() & self.first.q.val(), 2);
+        self.last_before.d.next =
+            (self.last_before.q.val() << 1) | bit_cast(self.row_is_last.q.val(), 2);
+        self.goes.next = !self.valid.q.val() | self.i_ready.val();
+        self.comes.next = self.whole_before.q.val().get_bit(1);
+        if self.goes.val() {
+            self.valid.d.next = self.comes.val();
+        }
+        if self.goes.val() & self.comes.val() {
+            self.last.d.next = self.last_before.q.val().get_bit(1);
+        }
+        if self.comes.val() & !self.goes.val() {
+            self.overrun.d.next = true;
+        }
+        self.o_shows.next = self.goes.val() & self.comes.val();
     }
 
     /// Reads the rows of a frame, and offers them.
     fn read_frames(&mut self) {
-        dff_setup!(
-            self,
-            i_clk,
-            reads,
-            read_row,
-            read_is_last,
-            out,
-            last_out,
-            valid,
-            last,
-            overrun
-        );
+        dff_setup!(self, i_clk, reads, read_row, read_is_last, out, last_out);
         self.goes.next = !self.valid.q.val() | self.i_ready.val();
         self.busy.next = self.reads.q.val() | self.out.q.val().any() | !self.goes.val();
         if self.plan.detectors > 1 {
@@ -325,9 +399,6 @@ impl Logic for HistogramControl {
         self.o_read_row.next = self.read_row.q.val();
         self.o_go.next = self.goes.val();
         self.o_shows.next = self.goes.val() & self.out.q.val().get_bit(1);
-        self.o_valid.next = self.valid.q.val();
-        self.o_last.next = self.last.q.val();
-        self.o_overrun.next = self.overrun.q.val();
     }
 
     /// The detectors take turns, and each row has its detector beside it.

@@ -56,8 +56,8 @@ pub struct HistogramTop {
     /// it is the frame's last
     #[under(RESULTS)]
     pub m_axis_tlast: Output<bool>,
-    /// a frame was lost since reset
     #[under(FLAGS)]
+    #[about(format!("a {} was lost since reset", plan.lost()))]
     pub o_overrun: Output<bool>,
     /// a bin was full and had a hit since reset
     #[under(FLAGS)]
@@ -111,6 +111,14 @@ struct TopPlan {
 }
 
 impl TopPlan {
+    /// What is lost when the receiver is too slow.
+    fn lost(&self) -> &'static str {
+        match self.histogram.takes_turns() {
+            true => "frame",
+            false => "row",
+        }
+    }
+
     /// Detectors whose samples have to be taken out of a common word.
     fn shared_words(&self) -> usize {
         match self.detectors {
@@ -183,8 +191,12 @@ fn describe(plan: &TopPlan) -> About {
     .fact(
         "Memory",
         format!(
-            "{} bits: one histogram counts while the other is read",
-            histogram.memory_bits(plan.detectors)
+            "{} bits: {}",
+            histogram.memory_bits(plan.detectors),
+            match histogram.takes_turns() {
+                true => "one histogram counts while the other is read",
+                false => "a frame's rows leave while the next frame's first code period is counted",
+            }
         ),
     );
     about
@@ -242,13 +254,21 @@ impl Logic for HistogramTop {
             self.channel[d].i_rst.next = self.i_rst.val();
             self.channel[d].i_run.next = self.control.o_run.val();
             self.channel[d].i_row.next = self.control.o_row.val();
+            self.channel[d].i_counted_first.next = self.control.o_counted_first.val();
+            self.channel[d].i_added_first.next = self.control.o_added_first.val();
+            self.channel[d].i_write_row.next = self.control.o_write_row.val();
+        }
+        if self.plan.histogram.takes_turns() {
+            self.name_memories();
+        }
+    }
+
+    fn name_memories(&mut self) {
+        for d in 0..self.channel.len() {
             self.channel[d].i_half.next = self.control.o_half.val();
             self.channel[d].i_read_row.next = self.control.o_read_row.val();
             self.channel[d].i_go.next = self.control.o_go.val();
             self.channel[d].i_counted_half.next = self.control.o_counted_half.val();
-            self.channel[d].i_counted_first.next = self.control.o_counted_first.val();
-            self.channel[d].i_added_first.next = self.control.o_added_first.val();
-            self.channel[d].i_write_row.next = self.control.o_write_row.val();
             self.channel[d].i_write_half.next = self.control.o_write_half.val();
         }
     }

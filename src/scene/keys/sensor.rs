@@ -198,5 +198,15 @@ pub(in crate::scene) static HARDWARE: Table = Table {
             meaning: "whether the hardware finds the largest count of a scan",
             why: "",
         },
+        Key {
+            name: "buffers",
+            kind: Kind::Integer { least: 1, most: 2 },
+            default: Some("2"),
+            example: "1",
+            meaning: "histograms that each detector has memory for: with 2 one counts while the \
+                      other is read, as slowly as the receiver likes; with 1 a row leaves at each \
+                      clock of the next frame's first code period, and the receiver has to take it",
+            why: "a third would wait for nothing",
+        },
     ],
 };

@@ -11,7 +11,6 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use super::histograms::some_histograms;
 use super::path_statistics::PathStatistics;
 use super::scans::{Prepared, ScansError};
 use super::{Tier, domain, expected};
@@ -239,19 +238,16 @@ impl<'a> Simulated<'a> {
         };
         for ranging in &self.rangings {
             let scans = scans.clone();
-            let tally = match self.sensor.scene().hardware.architecture {
+            let (tally, remarks) = match self.sensor.scene().hardware.architecture {
                 Architecture::Histogram => {
-                    of_histograms(ranging, self.tier, seed, scans, &mut on_scan)?
+                    of_histograms(ranging, prepared, seed, scans, &mut on_scan)?
                 }
-                Architecture::UpDown => {
-                    let (tally, remarks) = of_counts(ranging, prepared, seed, scans, &mut on_scan)?;
-                    // Every detector's scans run the whole hardware.
-                    if ranging.detector == DetectorIndex(0) {
-                        gathered.remarks = remarks;
-                    }
-                    tally
-                }
+                Architecture::UpDown => of_counts(ranging, prepared, seed, scans, &mut on_scan)?,
             };
+            // Every detector's scans run the whole hardware.
+            if ranging.detector == DetectorIndex(0) {
+                gathered.remarks = remarks;
+            }
             gathered.tallies.push(tally);
         }
         gathered.run_time_s = started.elapsed().as_secs_f64();
@@ -360,20 +356,20 @@ fn of_counts(
     Ok((tally, remarks))
 }
 
-/// Scans that are histograms.
+/// Scans that are histograms; and what the Verilog was not made to show.
 fn of_histograms(
     ranging: &Ranging,
-    tier: Tier,
+    prepared: &Prepared,
     seed: u64,
     scans: Range<u64>,
     on_scan: &mut impl FnMut(),
-) -> Result<Tally, ScansError> {
+) -> Result<(Tally, Vec<String>), ScansError> {
     let (sensor, detector) = (ranging.sensor, ranging.detector);
     let tolerance_m = ranging.tolerance_m();
     let mut tally = Tally::of_paths(ranging.paths.len());
     let mut detections = 0;
     let mut waiting: Vec<Histogram> = Vec::new();
-    some_histograms(sensor, detector, tier, seed, scans, |histogram| {
+    let remarks = prepared.histograms(sensor, detector, seed, scans, |histogram| {
         on_scan();
         detections += histogram.total();
         let bins = histogram.bins().len();
@@ -385,5 +381,5 @@ fn of_histograms(
     })?;
     tally.add(ranging.answers_of_histograms(&waiting), tolerance_m);
     tally.detections = detections;
-    Ok(tally)
+    Ok((tally, remarks))
 }

@@ -21,7 +21,7 @@ use serde::Serialize;
 use crate::document::Body;
 use crate::estimate::{NoEstimate, check_modulated, predict};
 use crate::plan::{self, Part};
-use crate::scene::{Architecture, DetectorIndex, PathIndex, Scene};
+use crate::scene::{DetectorIndex, PathIndex, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::scans::{Prepared, ScansError};
 use crate::simulate::{Tier, domain};
@@ -233,13 +233,6 @@ pub enum FidelityError {
     /// A tier failed.
     #[error(transparent)]
     Scans(#[from] ScansError),
-    /// Tiers are compared on counts of phase steps.
-    #[error(
-        "fidelity compares the tiers of a sensor that counts up and down, phase step by phase step; \
-         this scene's keeps a histogram: write hardware.architecture = \"updown\", or take simulate \
-         --fidelity with one tier and another"
-    )]
-    Histogram,
     /// No path of the detector's own source.
     #[error(
         "no path leads from the first detector's own source to it, so there is no error to compare"
@@ -269,9 +262,6 @@ pub fn compare(
     budget: Duration,
     target_error: f64,
 ) -> Result<FidelityReport, FidelityError> {
-    if scene.hardware.architecture == Architecture::Histogram {
-        return Err(FidelityError::Histogram);
-    }
     let own = scene.detectors[0].reference;
     let path = PathIndex::of(&scene.paths)
         .find(|&p| scene.paths[p].detector == DetectorIndex(0) && scene.paths[p].source == own)
@@ -304,7 +294,9 @@ pub fn compare(
         let runs = match runs {
             // A tier that works the response out may not be able to; others can.
             Err(FidelityError::Scans(
-                reason @ (ScansError::MeanResponse(_) | ScansError::Prediction(_)),
+                reason @ (ScansError::MeanResponse(_)
+                | ScansError::Prediction(_)
+                | ScansError::Histograms(_)),
             )) => {
                 warnings.push(format!("left out: {reason}"));
                 Vec::new()
@@ -323,7 +315,7 @@ pub fn compare(
         tiers.extend(known);
         domains.push(TierDomain {
             fidelity: tier.to_string(),
-            domain: domain::of(tier, Architecture::UpDown),
+            domain: domain::of(tier, scene.hardware.architecture),
             build_time_s,
             warnings,
         });

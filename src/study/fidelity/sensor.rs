@@ -2,7 +2,7 @@
 
 use super::SensorPoint;
 use crate::estimate::{CountingTier, predict};
-use crate::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
+use crate::scene::{Architecture, DetectorIndex, EstimatorKind, PathIndex, Scene};
 use crate::sensor::Sensor;
 
 /// Powers and integration times, relative to the scene's.
@@ -21,9 +21,13 @@ pub fn trade(scene: &Scene, path: PathIndex) -> Vec<SensorPoint> {
             for source in &mut other.sources {
                 source.mean_power_w *= relative_power;
             }
-            let chips = (scene.scan.integration_chips as f64 * factor)
-                .round()
-                .max(1.0);
+            let whole_chips = match scene.hardware.architecture {
+                Architecture::UpDown => 1,
+                // Whole code periods.
+                Architecture::Histogram => Sensor::new(scene).timing().code_chips(),
+            } as f64;
+            let times = (scene.scan.integration_chips as f64 * factor / whole_chips).round();
+            let chips = times.max(1.0) * whole_chips;
             other.scan.integration_chips = chips as u64;
             let Ok(expected) = predict(
                 &Sensor::new(&other),

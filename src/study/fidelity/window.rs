@@ -2,7 +2,7 @@
 
 use crate::estimate::{CountingTier, calibration_offset_ps, predict};
 use crate::plan::{Part, Saving};
-use crate::scene::{DetectorIndex, PathIndex};
+use crate::scene::{Architecture, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
 /// Expected misses of the whole scan that a window may leave out, in target errors.
@@ -16,6 +16,10 @@ const LEFT_OUT: f64 = 0.01;
 /// chances of all of them.
 pub fn round_peak(sensor: &Sensor, path: PathIndex, target_error: f64) -> (Sensor, Option<Part>) {
     let scene = sensor.scene();
+    if scene.hardware.architecture == Architecture::Histogram {
+        // Its bins make up the whole range.
+        return (sensor.clone(), None);
+    }
     let step_ps = sensor.clock().sample_period_ps();
     let offset_ps = calibration_offset_ps(sensor, DetectorIndex(0), CountingTier::Sampled);
     let period = scene.scan.steps_per_period;

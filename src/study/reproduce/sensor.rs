@@ -135,6 +135,7 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
             counter_width: None,
             total_counts: None,
             peak_detector: false,
+            buffers: 2,
         },
     }
 }

@@ -1,7 +1,7 @@
 //! Scenes drawn at random from the interface.
 
 use goldtof::deliver::{Emission, HdlError, emit};
-use goldtof::scene::{Scene, Target};
+use goldtof::scene::{Architecture, Scene, Target};
 use goldtof::sensor::Sensor;
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -82,7 +82,24 @@ fn draw(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> Scene {
     if rng.random_bool(0.3) {
         scene.hardware.target = Target::Ice40Hx8k;
     }
+    if scene.scan.is_full() && first == 0 && rng.random_bool(0.3) {
+        keep_histogram(&mut scene, rng.random_range(1..=2));
+    }
     scene
+}
+
+/// A histogram over whole code periods in place of up/down counts.
+fn keep_histogram(scene: &mut Scene, buffers: u32) {
+    let detector = &scene.detectors[0];
+    let period = scene.sources[detector.reference].code.len();
+    let chips = scene.scan.integration_chips.next_multiple_of(period);
+    scene.scan.integration_chips = chips;
+    let hardware = &mut scene.hardware;
+    hardware.architecture = Architecture::Histogram;
+    hardware.buffers = buffers;
+    hardware.parallel = 1;
+    hardware.peak_detector = false;
+    hardware.total_counts = None;
 }
 
 fn draw_family(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> Family {

@@ -177,6 +177,7 @@ pub fn scene(
             total_counts: None,
             architecture: goldtof::scene::Architecture::UpDown,
             peak_detector: false,
+            buffers: 2,
         },
     }
 }

@@ -117,6 +117,7 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
             total_counts: None,
             architecture: goldtof::scene::Architecture::UpDown,
             peak_detector: false,
+            buffers: 2,
         },
     }
 }

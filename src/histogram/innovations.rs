@@ -1,0 +1,187 @@
+//! What in a histogram's bins goes together, and what is each bin's own.
+
+use rand::Rng;
+use rand_distr::{Binomial, Distribution, Poisson};
+
+use super::correction::{CorrectionError, DeadTime, Releases, Shares, quotients};
+
+/// A bin weighs as if it counted at least this share of what bins count on average.
+const LEAST_MEAN: f64 = 1e-6;
+
+/// Time constants of afterpulses after which they are forgotten.
+const TIME_CONSTANTS: f64 = 6.0;
+
+/// A share of detections that are kept away below which numbers are as good as Poisson's.
+const HARDLY_ANY: f64 = 1e-3;
+
+/// What in a histogram's deviations from its mean does not follow from those before.
+///
+/// Deviations of neighbouring bins go together, because each detection blinds the detector
+/// and traps afterpulses. A bin's deviation less what those of the bins before let one expect
+/// goes with no other's, and its variance is the bin's mean: the weights that a fit to the
+/// bins needs, without a matrix. Exact for bins that are short beside the dead time, but for
+/// two afterpulses pending at once.
+#[derive(Debug, Clone)]
+pub struct Innovations {
+    dead_time: DeadTime,
+    /// Rate per bin at which a ready detector fires.
+    hazard: Vec<f64>,
+    /// None without afterpulses.
+    releases: Option<Releases>,
+    /// Mean count of each bin.
+    means: Vec<f64>,
+}
+
+impl Innovations {
+    /// Those of a histogram with these mean counts over `periods` code periods.
+    ///
+    /// # Errors
+    /// When they cannot be of such a detector.
+    pub fn new(
+        dead_time: DeadTime,
+        means: &[f64],
+        periods: f64,
+    ) -> Result<Innovations, CorrectionError> {
+        dead_time.check()?;
+        let per_period: Vec<f64> = means.iter().map(|mean| mean / periods).collect();
+        let ready = dead_time.ready(&per_period)?;
+        // A bin that is never expected to count weighs as if it seldom did.
+        let least = LEAST_MEAN * means.iter().sum::<f64>() / means.len() as f64;
+        let least = least.max(f64::MIN_POSITIVE);
+        let hazard = quotients(&per_period, &ready);
+        let afterpulses = dead_time.afterpulses;
+        Ok(Innovations {
+            releases: afterpulses.map(|a| Releases::new(dead_time.bins, a, &hazard)),
+            dead_time,
+            hazard,
+            means: means.iter().map(|mean| mean.max(least)).collect(),
+        })
+    }
+
+    /// The innovations of deviations from the means, over their standard deviations: of a
+    /// histogram that is as expected, numbers of mean 0 and variance 1.
+    ///
+    /// # Errors
+    /// When afterpulses pile up.
+    pub fn whitened(&self, deviations: &[f64]) -> Result<Vec<f64>, CorrectionError> {
+        let blind = self.dead_time.blind(deviations);
+        let released = match &self.releases {
+            None => vec![0.0; deviations.len()],
+            Some(releases) => releases.of(deviations)?,
+        };
+        let bins = (0..deviations.len()).map(|a| {
+            let innovation = deviations[a] + self.hazard[a] * blind[a] - released[a];
+            innovation / self.means[a].sqrt()
+        });
+        Ok(bins.collect())
+    }
+
+    /// A histogram of these means: bin by bin, what those before let one expect and what is
+    /// the bin's own. Its first bins follow some that are drawn for them and thrown away, and
+    /// not its own last ones.
+    pub fn draw(&self, rng: &mut impl Rng) -> Vec<u64> {
+        let bins = self.means.len();
+        let lead = self.memory_bins().min(bins);
+        let mut past = Past::with_capacity(lead + bins);
+        let mut counts = Vec::with_capacity(bins);
+        let shares = self.dead_time.shares();
+        for bin in (bins - lead..bins).chain(0..bins) {
+            let released = match &self.releases {
+                None => 0.0,
+                Some(releases) => past.released(releases, bin, shares.whole),
+            };
+            let expected = released - self.hazard[bin] * past.blind(&shares);
+            // The own detections of a bin keep it from more of them.
+            let own = 1.0 / (1.0 + self.hazard[bin] * shares.first);
+            let mean = self.means[bin] + expected * own;
+            let count = drawn(mean, 1.0 - own * own, rng);
+            past.push(bin, count as f64 - self.means[bin]);
+            counts.push(count);
+        }
+        counts.split_off(lead)
+    }
+
+    /// Bins after which a detection is forgotten.
+    fn memory_bins(&self) -> usize {
+        let traps = self.dead_time.afterpulses;
+        let traps = traps.map_or(0.0, |traps| TIME_CONSTANTS * traps.time_constant_bins);
+        (self.dead_time.bins + traps).ceil() as usize + 2
+    }
+
+    /// Mean count of each bin, none of them zero.
+    pub fn means(&self) -> &[f64] {
+        &self.means
+    }
+}
+
+/// What has been drawn so far, bin after bin.
+#[derive(Debug)]
+struct Past {
+    bins: Vec<usize>,
+    /// Deviations of their counts from the means.
+    deviations: Vec<f64>,
+    /// Sums of the deviations before each, and of all.
+    sums: Vec<f64>,
+    /// What is pending of afterpulses, as a deviation, on average over each bin.
+    pending: Vec<f64>,
+    /// The same at the end of the last bin.
+    now: f64,
+}
+
+impl Past {
+    fn with_capacity(bins: usize) -> Past {
+        Past {
+            bins: Vec::with_capacity(bins),
+            deviations: Vec::with_capacity(bins),
+            sums: vec![0.0],
+            pending: Vec::with_capacity(bins),
+            now: 0.0,
+        }
+    }
+
+    fn push(&mut self, bin: usize, deviation: f64) {
+        self.bins.push(bin);
+        self.deviations.push(deviation);
+        self.sums.push(self.sums[self.sums.len() - 1] + deviation);
+    }
+
+    /// What of the next bin the dead times cover, beyond the mean.
+    fn blind(&self, shares: &Shares) -> f64 {
+        let next = self.deviations.len();
+        let before = |bins: usize| next.checked_sub(bins).map_or(0.0, |at| self.deviations[at]);
+        let end = match shares.whole {
+            0 => 0.0,
+            whole => {
+                let covered = self.sums[next] - self.sums[(next + 1).saturating_sub(whole)];
+                covered + shares.last * before(whole)
+            }
+        };
+        end + shares.after * before(shares.whole + 1)
+    }
+
+    /// Afterpulses released in the next bin, beyond the mean.
+    fn released(&mut self, releases: &Releases, bin: usize, dead_time_bins: usize) -> f64 {
+        let back = |bins: usize| match self.deviations.len().checked_sub(bins) {
+            None => 0.0,
+            Some(at) => releases.back(self.bins[at], self.deviations[at], self.pending[at]),
+        };
+        let back = [back(dead_time_bins + 1), back(dead_time_bins)];
+        let pending = releases.through(bin, back, &mut self.now);
+        self.pending.push(pending);
+        pending * releases.rate()
+    }
+}
+
+/// A number of this mean, binomial if a detection keeps a share of others away.
+fn drawn(mean: f64, kept_away: f64, rng: &mut impl Rng) -> u64 {
+    if mean <= 0.0 {
+        return 0;
+    }
+    if kept_away < HARDLY_ANY {
+        return Poisson::new(mean).map_or(0, |poisson| poisson.sample(rng) as u64);
+    }
+    // The number of trials is whole, the mean is kept.
+    let trials = (mean / kept_away).round().max(1.0);
+    let binomial = Binomial::new(trials as u64, (mean / trials).min(1.0));
+    binomial.map_or(0, |binomial| binomial.sample(rng))
+}
