@@ -100,7 +100,7 @@ pub fn histograms(
     seed: u64,
     repetitions: u64,
     on_histogram: impl FnMut(Histogram),
-) -> Result<Vec<String>, ScansError> {
+) -> Result<Option<Exercised>, ScansError> {
     Prepared::new(sensor, tier)?.histograms(sensor, detector, seed, 0..repetitions, on_histogram)
 }
 
@@ -115,7 +115,7 @@ pub fn scans(
     seed: u64,
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),
-) -> Result<Vec<String>, ScansError> {
+) -> Result<Option<Exercised>, ScansError> {
     Prepared::new(sensor, tier)?.scans(sensor, detector, seed, 0..repetitions, on_scan)
 }
 
@@ -158,8 +158,7 @@ impl Prepared {
     /// Simulates some scans of one detector of the scene, by their numbers among all
     /// scans of the seed. `on_scan` gets the counts of each, those of the scan's steps
     /// in order; they do not depend on which other scans are asked for. The tier that
-    /// draws nothing has no scans. Gives what is to be said of them: what the Verilog was
-    /// not made to show.
+    /// draws nothing has no scans. Gives what the Verilog was made to show, if it was run.
     ///
     /// # Errors
     /// When the tier cannot do the scene.
@@ -170,7 +169,7 @@ impl Prepared {
         seed: u64,
         scans: Range<u64>,
         on_scan: impl FnMut(&[StepCount]),
-    ) -> Result<Vec<String>, ScansError> {
+    ) -> Result<Option<Exercised>, ScansError> {
         match (self.tier, &self.rtl) {
             (Tier::Expected, _) => {}
             _ if scans.is_empty() => {}
@@ -187,7 +186,7 @@ impl Prepared {
                 return lockstep(sensor, detector, &rtl.library, seed, scans, on_scan);
             }
         }
-        Ok(Vec::new())
+        Ok(None)
     }
 }
 
@@ -207,7 +206,7 @@ impl Prepared {
         seed: u64,
         numbers: Range<u64>,
         mut on_histogram: impl FnMut(Histogram),
-    ) -> Result<Vec<String>, ScansError> {
+    ) -> Result<Option<Exercised>, ScansError> {
         let model = DetectorModel::new(sensor, detector);
         match (self.tier, &self.rtl) {
             (Tier::Expected, _) => {}
@@ -225,12 +224,12 @@ impl Prepared {
                     Ok(histogram) => on_histogram(histogram),
                     Err(error) => made = Err(error),
                 };
-                let remarks = rtl.histograms(sensor, detector, seed, numbers, on_bins)?;
+                let exercised = rtl.histograms(sensor, detector, seed, numbers, on_bins)?;
                 made.map_err(HistogramsError::from)?;
-                return Ok(remarks);
+                return Ok(exercised);
             }
         }
-        Ok(Vec::new())
+        Ok(None)
     }
 }
 
@@ -243,7 +242,7 @@ impl Rtl {
         seed: u64,
         numbers: Range<u64>,
         mut on_bins: impl FnMut(Vec<u64>),
-    ) -> Result<Vec<String>, ScansError> {
+    ) -> Result<Option<Exercised>, ScansError> {
         if self.engine == Engine::Lanes {
             refuse_memories(sensor.interface())
                 .map_err(|reason| CosimError::NoLanes(reason.to_string()))?;
@@ -269,7 +268,7 @@ impl Rtl {
         detector: DetectorIndex,
         seed: u64,
         on_scan: impl FnMut(&[StepCount]),
-    ) -> Result<Vec<String>, ScansError> {
+    ) -> Result<Option<Exercised>, ScansError> {
         let request = Request {
             top: TOP.to_owned(),
             sources: self.sources.clone(),
@@ -298,17 +297,8 @@ impl Rtl {
             };
             collector.take(sent.scan, count);
         }
-        Ok(report
-            .missing
-            .iter()
-            .map(|missing| remark(missing))
-            .collect())
+        Ok(Some(report.exercised))
     }
-}
-
-/// That the Verilog was not made to show something.
-fn remark(missing: &str) -> String {
-    format!("the Verilog is not shown to count as the model does: {missing}")
 }
 
 fn counts(
@@ -396,7 +386,7 @@ fn lockstep(
     seed: u64,
     scans: Range<u64>,
     on_scan: impl FnMut(&[StepCount]),
-) -> Result<Vec<String>, ScansError> {
+) -> Result<Option<Exercised>, ScansError> {
     let from = begun_by(&models(sensor), scans.start);
     let run = from..scans.end;
     let mut collector = Collector::new(sensor.interface(), from, scans, on_scan);
@@ -423,8 +413,8 @@ fn lockstep(
 
 /// Clocks the Verilog beside the reference model for scans that follow one another, by
 /// their numbers among all of the seed. `on_result` gets what the model counts, `on_sent`
-/// what the Verilog sends, with scans numbered from the run's first. Gives what it was not
-/// made to show.
+/// what the Verilog sends, with scans numbered from the run's first. Gives what it was made
+/// to show.
 fn compared(
     sensor: &Sensor,
     library: &Built,
@@ -432,7 +422,7 @@ fn compared(
     run: Range<u64>,
     on_result: impl FnMut(StepResult),
     on_sent: impl FnMut(SentCount),
-) -> Result<Vec<String>, ScansError> {
+) -> Result<Option<Exercised>, ScansError> {
     let interface = sensor.interface();
     let layout = Layout::of(interface);
     let detectors = models(sensor);
@@ -454,9 +444,7 @@ fn compared(
     }
     let detectors = sensor.scene().detectors.iter();
     let names = detectors.map(|detector| detector.name.as_str());
-    let missing =
-        Exercised::new(&outcome.exercise, names).missing(interface, StimulusKind::Photons);
-    Ok(missing.iter().map(|missing| remark(missing)).collect())
+    Ok(Some(Exercised::new(&outcome.exercise, names)))
 }
 
 /// Gathers a detector's counts, which come in order, into scans.

@@ -156,27 +156,58 @@ fn pulses_that_reach_into_the_next_scan_are_there_in_every_shard() {
 
 #[test]
 fn histograms_are_the_same_wherever_they_are_cut() {
-    let settings = |buffers| {
-        [
-            "source.code={ family = \"gold\", degree = 5 }",
-            "scan.integration=3 us",
-            "detector.pulse_width=90 ns",
-            buffers,
-        ]
+    let of_scene = |more| {
+        let code = "source.code={ family = \"gold\", degree = 5 }";
+        let settings = [code, "scan.integration=3 us", more];
+        sensor("scenes/histogram.toml", &settings)
     };
-    let of_scene = |buffers| sensor("scenes/histogram.toml", &settings(buffers));
-    let two = of_scene("hardware.buffers=2");
-    for tier in [Tier::Counts, Tier::Events, Tier::Sampled] {
-        assert_cut_anywhere(&two, tier, 70, &[1, 2, 40]);
+    assert_cut_anywhere(
+        &of_scene("path.distance=3 m"),
+        Tier::Counts,
+        70,
+        &[1, 2, 40],
+    );
+    let long_pulses = of_scene("detector.pulse_width=90 ns");
+    for tier in [Tier::Events, Tier::Sampled] {
+        assert_cut_anywhere(&long_pulses, tier, 70, &[1, 2, 40]);
     }
     // Read out of the Verilog, whose frames follow one another without a gap.
-    assert_cut_anywhere(&of_scene("hardware.buffers=1"), Tier::Rtl, 5, &[1, 3, 3]);
+    let one_memory = of_scene("hardware.buffers=1");
+    assert_cut_anywhere(&one_memory, Tier::Rtl, 5, &[1, 3, 3]);
 }
 
 #[test]
 fn scans_through_the_verilog_are_the_same_wherever_they_are_cut() {
     let sensor = sensor(QUICK, &["scan.integration=2 us"]);
     assert_cut_anywhere(&sensor, Tier::Rtl, 4, &[1, 3]);
+}
+
+/// In light so dim that a scan has a hit or none, what the Verilog was not made to show is
+/// said of all scans, and not of those of a shard.
+#[test]
+fn what_the_verilog_was_not_made_to_show_is_that_of_all_shards() {
+    let dim = [
+        "scan.steps={ first = 0, count = 2 }",
+        "scan.integration=248 ns",
+        "source[0].mean_power=2 pW",
+    ];
+    let sensor = sensor(QUICK, &dim);
+    let prepared = Prepared::new(&sensor, Tier::Rtl).unwrap();
+    let simulated = Simulated::new(&sensor, Tier::Rtl).unwrap();
+    let mut said = [0; 3];
+    for seed in 0..24 {
+        let gather = |scans| simulated.gather(&prepared, seed, scans, |_, _| ()).unwrap();
+        let conclude = |gathered| simulated.conclude(seed, 2, gathered).unwrap();
+        let [mut joined, second] = [gather(0..1), gather(1..2)];
+        let alone = [&joined, &second].map(|one| conclude(one.clone()).warnings.len());
+        joined.append(second);
+        let [joined, whole] = [joined, gather(0..2)].map(conclude);
+        assert_eq!(written(&joined), written(&whole), "seed {seed}");
+        // Neither shard shows all, one of them, or both.
+        let all_shown = alone.map(|warnings| warnings == 0);
+        said[all_shown.iter().filter(|&&shown| shown).count()] += 1;
+    }
+    assert!(said.iter().all(|&seeds| seeds > 0), "{said:?}");
 }
 
 const SIMULATE: [&str; 8] = [

@@ -14,7 +14,9 @@ use serde::{Deserialize, Serialize};
 use super::path_statistics::PathStatistics;
 use super::scans::{Prepared, ScansError};
 use super::{Tier, domain, expected};
+use crate::cosim::StimulusKind;
 use crate::cosim::engine::Engine;
+use crate::cosim::exercised::Exercised;
 use crate::document::Body;
 use crate::estimate::{CountingTier, TheoryEffort, theory};
 use crate::histogram::Histogram;
@@ -142,8 +144,8 @@ fn simulate_counting(
 pub struct Gathered {
     /// For each detector what its scans say of its paths.
     pub tallies: Vec<Tally>,
-    /// What the Verilog was not made to show.
-    pub remarks: Vec<String>,
+    /// What the Verilog was made to show, where it is simulated.
+    pub exercised: Option<Exercised>,
     /// Wall time.
     pub run_time_s: f64,
 }
@@ -151,15 +153,11 @@ pub struct Gathered {
 impl Gathered {
     /// Takes the stretch that follows.
     pub fn append(&mut self, later: Gathered) {
-        let is_empty = |gathered: &Gathered| gathered.tallies.iter().all(|tally| tally.scans == 0);
         self.run_time_s += later.run_time_s;
-        if is_empty(&later) {
-            return;
-        }
-        match is_empty(self) {
-            true => self.remarks = later.remarks,
-            // What one stretch was made to show has been shown.
-            false => self.remarks.retain(|remark| later.remarks.contains(remark)),
+        match (&mut self.exercised, later.exercised) {
+            (Some(exercised), Some(more)) => exercised.append(&more),
+            (None, more) => self.exercised = more,
+            (Some(_), None) => {}
         }
         for (tally, more) in self.tallies.iter_mut().zip(later.tallies) {
             tally.append(more);
@@ -207,7 +205,7 @@ impl<'a> Simulated<'a> {
         let of_detector = |ranging: &Ranging| Tally::of_paths(ranging.paths.len());
         Gathered {
             tallies: self.rangings.iter().map(of_detector).collect(),
-            remarks: Vec::new(),
+            exercised: None,
             run_time_s: 0.0,
         }
     }
@@ -233,12 +231,12 @@ impl<'a> Simulated<'a> {
         };
         let mut gathered = Gathered {
             tallies: Vec::new(),
-            remarks: Vec::new(),
+            exercised: None,
             run_time_s: 0.0,
         };
         for ranging in &self.rangings {
             let scans = scans.clone();
-            let (tally, remarks) = match self.sensor.scene().hardware.architecture {
+            let (tally, exercised) = match self.sensor.scene().hardware.architecture {
                 Architecture::Histogram => {
                     of_histograms(ranging, prepared, seed, scans, &mut on_scan)?
                 }
@@ -246,7 +244,7 @@ impl<'a> Simulated<'a> {
             };
             // Every detector's scans run the whole hardware.
             if ranging.detector == DetectorIndex(0) {
-                gathered.remarks = remarks;
+                gathered.exercised = exercised;
             }
             gathered.tallies.push(tally);
         }
@@ -268,7 +266,7 @@ impl<'a> Simulated<'a> {
         let started = Instant::now();
         let scene = self.sensor.scene();
         let mut estimates = Vec::new();
-        let mut warnings = gathered.remarks;
+        let mut warnings = self.not_shown(gathered.exercised.as_ref());
         for (ranging, tally) in self.rangings.iter().zip(&gathered.tallies) {
             let of_detector = self.statistics(ranging, tally, repetitions)?;
             warnings.extend(of_detector.warnings);
@@ -285,6 +283,18 @@ impl<'a> Simulated<'a> {
             estimates,
             run_time_s: gathered.run_time_s + started.elapsed().as_secs_f64(),
         })
+    }
+
+    /// What the Verilog was not made to show, where it is simulated.
+    fn not_shown(&self, exercised: Option<&Exercised>) -> Vec<String> {
+        let interface = self.sensor.interface();
+        let missing = exercised.map(|shown| shown.missing(interface, StimulusKind::Photons));
+        let missing = missing.into_iter().flatten();
+        missing
+            .map(|missing| {
+                format!("the Verilog is not shown to count as the model does: {missing}")
+            })
+            .collect()
     }
 
     /// The statistics of all scans of a detector.
@@ -329,20 +339,20 @@ struct OfDetector {
     warnings: Vec<String>,
 }
 
-/// Scans of counts, phase step by phase step; and what the Verilog was not made to show.
+/// Scans of counts, phase step by phase step; and what the Verilog was made to show.
 fn of_counts(
     ranging: &Ranging,
     prepared: &Prepared,
     seed: u64,
     scans: Range<u64>,
     on_scan: &mut impl FnMut(),
-) -> Result<(Tally, Vec<String>), ScansError> {
+) -> Result<(Tally, Option<Exercised>), ScansError> {
     let (sensor, detector) = (ranging.sensor, ranging.detector);
     let tolerance_m = ranging.tolerance_m();
     let mut tally = Tally::of_paths(ranging.paths.len());
     let mut detections = 0;
     let mut waiting: Vec<StepCount> = Vec::new();
-    let remarks = prepared.scans(sensor, detector, seed, scans, |counts| {
+    let exercised = prepared.scans(sensor, detector, seed, scans, |counts| {
         on_scan();
         detections += counts.iter().map(|count| count.total).sum::<u64>();
         waiting.extend_from_slice(counts);
@@ -353,23 +363,23 @@ fn of_counts(
     })?;
     tally.add(ranging.answers(&waiting), tolerance_m);
     tally.detections = detections;
-    Ok((tally, remarks))
+    Ok((tally, exercised))
 }
 
-/// Scans that are histograms; and what the Verilog was not made to show.
+/// Scans that are histograms; and what the Verilog was made to show.
 fn of_histograms(
     ranging: &Ranging,
     prepared: &Prepared,
     seed: u64,
     scans: Range<u64>,
     on_scan: &mut impl FnMut(),
-) -> Result<(Tally, Vec<String>), ScansError> {
+) -> Result<(Tally, Option<Exercised>), ScansError> {
     let (sensor, detector) = (ranging.sensor, ranging.detector);
     let tolerance_m = ranging.tolerance_m();
     let mut tally = Tally::of_paths(ranging.paths.len());
     let mut detections = 0;
     let mut waiting: Vec<Histogram> = Vec::new();
-    let remarks = prepared.histograms(sensor, detector, seed, scans, |histogram| {
+    let exercised = prepared.histograms(sensor, detector, seed, scans, |histogram| {
         on_scan();
         detections += histogram.total();
         let bins = histogram.bins().len();
@@ -381,5 +391,5 @@ fn of_histograms(
     })?;
     tally.add(ranging.answers_of_histograms(&waiting), tolerance_m);
     tally.detections = detections;
-    Ok((tally, remarks))
+    Ok((tally, exercised))
 }
