@@ -17,7 +17,7 @@ pub struct Outcome {
 /// What became of a fault or a mutant.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", tag = "fate")]
 pub enum Fate {
     /// An output showed it.
     Caught {

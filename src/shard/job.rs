@@ -18,7 +18,7 @@ use crate::study::sweep::{Axis, Sweep};
 /// What is done in shards. Two shards belong together if their jobs are equal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", tag = "command")]
 pub enum Job {
     /// `goldtof simulate`.
     Simulate(SimulateJob),
@@ -37,16 +37,31 @@ pub enum Job {
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Results {
-    /// What its scans say.
-    Simulate(Gathered),
-    /// Its points.
-    Sweep(Vec<PointRows>),
-    /// Its figures.
-    Reproduce(Vec<KeptFigure>),
-    /// Its cases.
-    Stress(Vec<KeptCase>),
-    /// Its faults and mutants.
-    Grade(Graded),
+    /// Of `goldtof simulate`.
+    Simulate(
+        /// What its scans say.
+        Gathered,
+    ),
+    /// Of `goldtof sweep`.
+    Sweep(
+        /// Its points.
+        Vec<PointRows>,
+    ),
+    /// Of `goldtof reproduce`.
+    Reproduce(
+        /// Its figures.
+        Vec<KeptFigure>,
+    ),
+    /// Of `goldtof stress`.
+    Stress(
+        /// Its cases.
+        Vec<KeptCase>,
+    ),
+    /// Of `goldtof grade`.
+    Grade(
+        /// Its faults and mutants.
+        Graded,
+    ),
 }
 
 /// A scene as it was read, so that what is made of shards needs no other file.
@@ -259,7 +274,7 @@ impl Job {
         // A job is always JSON.
         let job = serde_json::to_value(self).unwrap_or_default();
         let mut values = BTreeMap::new();
-        if let Some(fields) = job.get(self.command()).and_then(Value::as_object) {
+        if let Some(fields) = job.as_object() {
             for (name, value) in fields {
                 match value {
                     Value::Object(inner) => {
