@@ -180,7 +180,7 @@ impl Tried {
         request: &GradeRequest,
     ) -> Fate {
         if let Some(clock) = self.caught.at[number] {
-            return Fate::Caught { clock };
+            return Fate::Caught(clock);
         }
         let (verdict, needs) = match self.shown.get(&number) {
             Some(clock) => {

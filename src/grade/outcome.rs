@@ -17,17 +17,20 @@ pub struct Outcome {
 /// What became of a fault or a mutant.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case", tag = "fate")]
+#[serde(rename_all = "snake_case")]
 pub enum Fate {
     /// An output showed it.
-    Caught {
-        /// When.
-        clock: u64,
-    },
+    Caught(
+        /// The clock at which an output showed it.
+        u64,
+    ),
     /// No stimulus could show it, as proven.
     Equivalent,
     /// It was not shown.
-    Survives(Survivor),
+    Survives(
+        /// What it is, and what is known of it.
+        Survivor,
+    ),
 }
 
 /// Faults, or mutants: how many there are, and what became of those that were run.
@@ -55,7 +58,7 @@ impl Outcomes {
         let mut survivors = Vec::new();
         for outcome in self.of {
             match outcome.fate {
-                Fate::Caught { clock } => {
+                Fate::Caught(clock) => {
                     caught += 1;
                     last_caught_clock = last_caught_clock.max(Some(clock));
                 }

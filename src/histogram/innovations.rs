@@ -114,6 +114,7 @@ impl Innovations {
     }
 }
 
+
 /// What has been drawn so far, bin after bin.
 #[derive(Debug)]
 struct Past {

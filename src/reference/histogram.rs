@@ -301,11 +301,7 @@ impl HistogramModel {
             let turn = self.ended.front().map_or(u64::MAX, |ended| ended.turn);
             let flag = self.flags.front().map_or(u64::MAX, |flag| flag.0);
             let shows = self.stream.first_shows.unwrap_or(u64::MAX);
-            let comes = self
-                .stream
-                .arrivals
-                .front()
-                .map_or(u64::MAX, |row| row.clock);
+            let comes = self.stream.arrivals.front().map_or(u64::MAX, |row| row.clock);
             let event = taken.min(turn).min(flag).min(shows).min(comes);
             if event >= clocks.end {
                 break;

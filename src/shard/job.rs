@@ -18,18 +18,33 @@ use crate::study::sweep::{Axis, Sweep};
 /// What is done in shards. Two shards belong together if their jobs are equal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case", tag = "command")]
+#[serde(rename_all = "snake_case")]
 pub enum Job {
-    /// `goldtof simulate`.
-    Simulate(SimulateJob),
-    /// `goldtof sweep`.
-    Sweep(SweepJob),
-    /// `goldtof reproduce`.
-    Reproduce(ReproduceJob),
-    /// `goldtof stress`.
-    Stress(StressJob),
-    /// `goldtof grade`.
-    Grade(GradeJob),
+    /// Of `goldtof simulate`.
+    Simulate(
+        /// The scans.
+        SimulateJob,
+    ),
+    /// Of `goldtof sweep`.
+    Sweep(
+        /// The points.
+        SweepJob,
+    ),
+    /// Of `goldtof reproduce`.
+    Reproduce(
+        /// The figures.
+        ReproduceJob,
+    ),
+    /// Of `goldtof stress`.
+    Stress(
+        /// The cases.
+        StressJob,
+    ),
+    /// Of `goldtof grade`.
+    Grade(
+        /// The faults and mutants.
+        GradeJob,
+    ),
 }
 
 /// What a shard has of its job.
@@ -274,7 +289,7 @@ impl Job {
         // A job is always JSON.
         let job = serde_json::to_value(self).unwrap_or_default();
         let mut values = BTreeMap::new();
-        if let Some(fields) = job.as_object() {
+        if let Some(fields) = job.get(self.command()).and_then(Value::as_object) {
             for (name, value) in fields {
                 match value {
                     Value::Object(inner) => {

@@ -73,10 +73,7 @@ fn a_hundred_random_scenes_are_clean_under_four_tools() {
             let histogram = &emission.parameters.histogram;
             histogram.as_ref().is_some_and(|h| h.buffers == buffers)
         };
-        assert!(
-            emissions.iter().filter(keeps).count() >= SCENES / 50,
-            "{buffers}"
-        );
+        assert!(emissions.iter().filter(keeps).count() >= SCENES / 50, "{buffers}");
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder_of = |number: usize| folder.path().join(format!("scene-{number}"));

@@ -362,7 +362,7 @@ fn files_that_are_not_what_was_written_are_refused() {
     for (pointer, value) in [
         (format!("{errors}/errors_m/0/0"), json!(0.125)),
         (format!("{errors}/detections"), json!(3)),
-        ("/job/seed".to_owned(), json!(3)),
+        ("/job/simulate/seed".to_owned(), json!(3)),
         ("/shards".to_owned(), json!(3)),
     ] {
         changed(&file, &pointer, value);

@@ -76,7 +76,7 @@ fn every_tier_of_a_histogram_is_compared() {
     let histogram = ["--set", "hardware.architecture=histogram"];
     let (_, report) = fidelity(&scene, &[&histogram[..], &["--budget-s", "2"]].concat());
     let tiers = report["tiers"].as_array().unwrap();
-    let named = |name: &'static str| tiers.iter().filter(move |tier| tier["fidelity"] == name);
+    let named = |name: &str| tiers.iter().filter(move |tier| tier["fidelity"] == name);
     for name in ["expected", "counts", "events", "sampled", "rtl"] {
         assert!(named(name).count() > 0, "{name}: {report:#}");
     }

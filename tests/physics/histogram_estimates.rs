@@ -16,8 +16,8 @@ use goldtof::response::{MeanResponse, SecondMoments};
 use goldtof::scene::{Architecture, DetectorIndex, EstimatorKind, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
-use goldtof::simulate::repeat::simulate;
 use goldtof::simulate::scans::histograms;
+use goldtof::simulate::repeat::simulate;
 
 const STEP_PS: f64 = 25.0;
 const DELAY_PS: f64 = 21_350.0;
@@ -274,10 +274,7 @@ fn what_histograms_do_not_show_is_said() {
             .any(|warning| warning.contains("range walk is left in"))
     );
     let refused = histograms(&short, FIRST, Tier::Counts, 1, 1, |_| ()).expect_err("it draws none");
-    assert!(
-        refused.to_string().contains("between two samples"),
-        "{refused}"
-    );
+    assert!(refused.to_string().contains("between two samples"), "{refused}");
 }
 
 /// A histogram has a report like a scan's; the counts of its phase steps alone keep the walk,

@@ -156,17 +156,14 @@ fn describe(plan: &BankPlan) -> About {
     if !plan.takes_turns {
         return About::new("bin_bank", title)
             .note(back)
-            .fact(
-                "Memory",
-                format!("{rows} bins of {bits} bit{}", plural(*bits)),
-            )
+            .fact("Memory", format!("{rows} bins of {bits} bit{}", plural(*bits)))
             .fact(
                 "Latency",
                 "2 clocks from i_row to o_counted; written 6 clocks after i_row",
             );
     }
     About::new("bin_bank", &format!("{title}, twice"))
-        .note(format!("One memory counts while the other is read. {back}"))
+        .note(&format!("One memory counts while the other is read. {back}"))
         .fact("Memory", format!("2 x {rows} bins of {bits} bits"))
         .fact(
             "Latency",

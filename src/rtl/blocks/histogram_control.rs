@@ -365,7 +365,15 @@ impl Logic for HistogramControl {
 
     /// Reads the rows of a frame, and offers them.
     fn read_frames(&mut self) {
-        dff_setup!(self, i_clk, reads, read_row, read_is_last, out, last_out);
+        dff_setup!(
+            self,
+            i_clk,
+            reads,
+            read_row,
+            read_is_last,
+            out,
+            last_out
+        );
         self.goes.next = !self.valid.q.val() | self.i_ready.val();
         self.busy.next = self.reads.q.val() | self.out.q.val().any() | !self.goes.val();
         if self.plan.detectors > 1 {
