@@ -29,12 +29,13 @@ module bin_adder (
     output wire [23:0] o_bins           // bins of the row that was read, the first sample's lowest
 );
 
-    reg  [7:0] hit_0_r;        // sample with the hit of the word 1 clocks ago
+    reg  [7:0] hit_0_r;        // sample with the hit of the word 1 clock ago
     reg  [7:0] hit_1_r;        // sample with the hit of the word 2 clocks ago
     reg  [7:0] hit_2_r;        // sample with the hit of the word 3 clocks ago
     reg  [7:0] hit_3_r;        // sample with the hit of the word 4 clocks ago
     reg  [2:0] chosen_r;       // bin with a hit
     reg  [2:0] sum_r;          // the same with the hit
+    reg  [1:0] above_r;        // its bits above the lowest, a clock later
     wire       hit_before_0;   // a pair or one before it has a hit
     wire       hit_before_1;   // a pair or one before it has a hit
     wire       hit_before_2;   // a pair or one before it has a hit
@@ -94,7 +95,8 @@ module bin_adder (
         .i_counted_half (i_counted_half),
         .i_hit          (hit_3_r[0]),
         .i_first        (i_added_first),
-        .i_bin          (sum_r),
+        .i_lowest       (sum_r[0]),
+        .i_above        (above_r),
         .i_write_row    (i_write_row),
         .i_write_half   (i_write_half),
         .o_counted      (bank_0_counted),
@@ -111,7 +113,8 @@ module bin_adder (
         .i_counted_half (i_counted_half),
         .i_hit          (hit_3_r[1]),
         .i_first        (i_added_first),
-        .i_bin          (sum_r),
+        .i_lowest       (sum_r[0]),
+        .i_above        (above_r),
         .i_write_row    (i_write_row),
         .i_write_half   (i_write_half),
         .o_counted      (bank_1_counted),
@@ -128,7 +131,8 @@ module bin_adder (
         .i_counted_half (i_counted_half),
         .i_hit          (hit_3_r[2]),
         .i_first        (i_added_first),
-        .i_bin          (sum_r),
+        .i_lowest       (sum_r[0]),
+        .i_above        (above_r),
         .i_write_row    (i_write_row),
         .i_write_half   (i_write_half),
         .o_counted      (bank_2_counted),
@@ -145,7 +149,8 @@ module bin_adder (
         .i_counted_half (i_counted_half),
         .i_hit          (hit_3_r[3]),
         .i_first        (i_added_first),
-        .i_bin          (sum_r),
+        .i_lowest       (sum_r[0]),
+        .i_above        (above_r),
         .i_write_row    (i_write_row),
         .i_write_half   (i_write_half),
         .o_counted      (bank_3_counted),
@@ -162,7 +167,8 @@ module bin_adder (
         .i_counted_half (i_counted_half),
         .i_hit          (hit_3_r[4]),
         .i_first        (i_added_first),
-        .i_bin          (sum_r),
+        .i_lowest       (sum_r[0]),
+        .i_above        (above_r),
         .i_write_row    (i_write_row),
         .i_write_half   (i_write_half),
         .o_counted      (bank_4_counted),
@@ -179,7 +185,8 @@ module bin_adder (
         .i_counted_half (i_counted_half),
         .i_hit          (hit_3_r[5]),
         .i_first        (i_added_first),
-        .i_bin          (sum_r),
+        .i_lowest       (sum_r[0]),
+        .i_above        (above_r),
         .i_write_row    (i_write_row),
         .i_write_half   (i_write_half),
         .o_counted      (bank_5_counted),
@@ -196,7 +203,8 @@ module bin_adder (
         .i_counted_half (i_counted_half),
         .i_hit          (hit_3_r[6]),
         .i_first        (i_added_first),
-        .i_bin          (sum_r),
+        .i_lowest       (sum_r[0]),
+        .i_above        (above_r),
         .i_write_row    (i_write_row),
         .i_write_half   (i_write_half),
         .o_counted      (bank_6_counted),
@@ -213,7 +221,8 @@ module bin_adder (
         .i_counted_half (i_counted_half),
         .i_hit          (hit_3_r[7]),
         .i_first        (i_added_first),
-        .i_bin          (sum_r),
+        .i_lowest       (sum_r[0]),
+        .i_above        (above_r),
         .i_write_row    (i_write_row),
         .i_write_half   (i_write_half),
         .o_counted      (bank_7_counted),
@@ -228,6 +237,7 @@ module bin_adder (
             hit_3_r <= 8'd0;
             chosen_r <= 3'd0;
             sum_r <= 3'd0;
+            above_r <= 2'd0;
         end else begin
             hit_0_r <= place;
             hit_1_r <= hit_0_r;
@@ -239,6 +249,7 @@ module bin_adder (
                 chosen_r <= choice_7;
             end
             sum_r <= chosen_r + 3'd1;
+            above_r <= sum_r[2:1];
         end
     end
 

@@ -25,7 +25,8 @@ module bin_bank (
     // What is written
     input  wire        i_hit,          // the word has its hit here
     input  wire        i_first,        // it is one of a frame's first code period
-    input  wire [2:0]  i_bin,          // the bin with its hit
+    input  wire        i_lowest,       // lowest bit of the bin with its hit
+    input  wire [1:0]  i_above,        // the bits above it, a clock later
     input  wire [10:0] i_write_row,    // its row, a clock later
     input  wire        i_write_half,   // its memory, a clock later
 
@@ -33,54 +34,56 @@ module bin_bank (
     output wire [2:0]  o_read          // bin of the row that was read
 );
 
-    reg  [2:0] held_0_r;  // bin out of memory 0
-    reg  [2:0] held_1_r;  // bin out of memory 1
-    reg        writes_r;  // to be written
-    reg  [2:0] written_r; // what is written
-    reg  [2:0] bins_0_q;
-    reg  [2:0] bins_1_q;
-    wire [1:0] goes;      // memories that go on: the one that counts, and the other with its reader
+    reg  [2:0] held_0_r;   // bin out of memory 0
+    reg  [2:0] held_1_r;   // bin out of memory 1
+    reg        writes_r;   // to be written
+    reg        lowest_r;   // lowest bit of what is written
+    reg  [2:0] memory_0_q;
+    reg  [2:0] memory_1_q;
+    // memories that go on: the one that counts, and the other with its reader
+    wire [1:0] goes;
+    wire [2:0] written;    // what is written
 
     assign o_counted = i_counted_half ? held_1_r : held_0_r;
     assign o_read = i_half ? held_0_r : held_1_r;
     assign goes = {i_go | i_half, i_go | ~i_half};
+    assign written = {i_above, lowest_r};
 
     always @(posedge i_clk) begin
         if (i_rst) begin
             held_0_r <= 3'd0;
             held_1_r <= 3'd0;
             writes_r <= 1'b0;
-            written_r <= 3'd0;
+            lowest_r <= 1'b0;
         end else begin
             writes_r <= i_hit | i_first;
-            if (i_hit) begin
-                written_r <= i_bin;
-            end else begin
-                written_r <= 3'd0;
+            lowest_r <= i_lowest;
+            if (i_first) begin
+                lowest_r <= i_hit;
             end
             if (goes[0]) begin
-                held_0_r <= bins_0_q;
+                held_0_r <= memory_0_q;
             end
             if (goes[1]) begin
-                held_1_r <= bins_1_q;
+                held_1_r <= memory_1_q;
             end
         end
     end
 
-    reg [2:0] bins_0 [0:2046]; // Bins of memory 0, one for each row
+    reg [2:0] memory_0 [0:2046]; // Bins of memory 0, one for each row
     always @(posedge i_clk) begin
         if (writes_r & ~i_write_half)
-            bins_0[i_write_row] <= written_r;
+            memory_0[i_write_row] <= written;
         if (goes[0])
-            bins_0_q <= bins_0[i_half ? i_read_row : i_row];
+            memory_0_q <= memory_0[i_half ? i_read_row : i_row];
     end
 
-    reg [2:0] bins_1 [0:2046]; // Bins of memory 1, one for each row
+    reg [2:0] memory_1 [0:2046]; // Bins of memory 1, one for each row
     always @(posedge i_clk) begin
         if (writes_r & i_write_half)
-            bins_1[i_write_row] <= written_r;
+            memory_1[i_write_row] <= written;
         if (goes[1])
-            bins_1_q <= bins_1[i_half ? i_row : i_read_row];
+            memory_1_q <= memory_1[i_half ? i_row : i_read_row];
     end
 
 endmodule

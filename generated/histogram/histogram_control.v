@@ -49,7 +49,7 @@ module histogram_control (
     reg  [2:0]  period_r;         // code period of the frame
     reg         period_is_last_r; // it is the last
     reg         first_r;          // the first code period of a frame
-    reg  [10:0] row_before_0_r;   // row of the word 1 clocks ago
+    reg  [10:0] row_before_0_r;   // row of the word 1 clock ago
     reg  [10:0] row_before_1_r;   // row of the word 2 clocks ago
     reg  [10:0] row_before_2_r;   // row of the word 3 clocks ago
     reg  [10:0] row_before_3_r;   // row of the word 4 clocks ago
@@ -64,9 +64,9 @@ module histogram_control (
     wire        busy;             // rows of the frame before are still to be taken
 
     assign ends = row_is_last_r & period_is_last_r;
-    assign o_counted_half = half_before_r[1];
     assign o_counted_first = first_before_r[1];
     assign o_added_first = first_before_r[3];
+    assign o_counted_half = half_before_r[1];
     assign o_write_half = half_before_r[4];
     assign goes = ~o_valid | i_ready;
     assign busy = reads_r | (|out_r) | ~goes;
@@ -121,8 +121,8 @@ module histogram_control (
             row_before_2_r <= row_before_1_r;
             row_before_3_r <= row_before_2_r;
             o_write_row <= row_before_3_r;
-            half_before_r <= {half_before_r[3:0], o_half};
             first_before_r <= {first_before_r[2:0], first_r};
+            half_before_r <= {half_before_r[3:0], o_half};
             if (goes) begin
                 out_r <= {out_r[0], reads_r};
                 last_out_r <= {last_out_r[0], read_is_last_r};

@@ -206,10 +206,11 @@ fn runtime(tools: &Tools, cache: &Path) -> Result<Vec<u8>, CosimError> {
                 .collect();
             let unit = folder.join("runtime.cpp");
             write(&unit, &all)?;
+            let include = include_flags(tools)?;
             tools.compiler.run(|command| {
                 command
                     .args(COMPILER_FLAGS)
-                    .args(include_flags(tools))
+                    .args(include)
                     .arg("-c")
                     .arg(&unit)
                     .arg("-o")
@@ -282,19 +283,21 @@ fn link(tools: &Tools, folder: &Path, runtime: &[u8]) -> Result<(), CosimError> 
     // The bytes that were checked, and not what the cache has by now.
     let object = folder.join(RUNTIME_OBJECT);
     fs::write(&object, runtime).map_err(CosimError::cache(&object))?;
+    let include = include_flags(tools)?;
     tools.compiler.run(|command| {
         command
             .current_dir(folder)
             .args(COMPILER_FLAGS)
             .args(["-I", "."])
-            .args(include_flags(tools))
+            .args(include)
             .args([UNIT, RUNTIME_OBJECT, "-o", PROGRAM, "-pthread"])
     })?;
     Ok(())
 }
 
-fn include_flags(tools: &Tools) -> [OsString; 2] {
-    [&tools.include, &tools.include.join("vltstd")].map(|folder| include_flag(folder))
+fn include_flags(tools: &Tools) -> Result<[OsString; 2], CosimError> {
+    let include = tools.include()?;
+    Ok([&include, &include.join("vltstd")].map(|folder| include_flag(folder)))
 }
 
 fn include_flag(folder: &Path) -> OsString {

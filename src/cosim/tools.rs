@@ -26,8 +26,6 @@ pub struct Tools {
     pub compiler: Tool,
     /// What both said of their versions; part of the build's identity.
     pub versions: String,
-    /// Where Verilator keeps its run-time library.
-    pub include: PathBuf,
 }
 
 impl Tools {
@@ -58,14 +56,22 @@ impl Tools {
                 install: verilator.install,
             });
         }
-        let root = verilator.ask(&["--getenv", "VERILATOR_ROOT"])?;
         let compiler_version = compiler.ask(&["--version"])?;
         Ok(Tools {
             versions: format!("{version}\n{}", first_line(&compiler_version)),
-            include: PathBuf::from(first_line(&root)).join("include"),
             verilator,
             compiler,
         })
+    }
+
+    /// Where Verilator keeps its run-time library. It is asked only where something is built:
+    /// what is found built has no use for it.
+    ///
+    /// # Errors
+    /// When Verilator fails.
+    pub fn include(&self) -> Result<PathBuf, CosimError> {
+        let root = self.verilator.ask(&["--getenv", "VERILATOR_ROOT"])?;
+        Ok(PathBuf::from(first_line(&root)).join("include"))
     }
 }
 

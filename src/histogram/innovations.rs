@@ -114,7 +114,6 @@ impl Innovations {
     }
 }
 
-
 /// What has been drawn so far, bin after bin.
 #[derive(Debug)]
 struct Past {

@@ -26,7 +26,9 @@ pub(super) struct HistogramModel {
     /// Bins of the present frame, detector by detector.
     bins: Vec<Vec<u64>>,
     /// Cover points that it proves when all of it has shown.
-    proves: Vec<usize>,
+    proves: Proofs,
+    /// Those of each detector's bins.
+    points: Vec<BinPoints>,
     was_clamped: bool,
     /// Clocks after whose rising edge a bin's flag comes, with detector and adder.
     flags: VecDeque<(u64, DetectorIndex, u32)>,
@@ -36,6 +38,76 @@ pub(super) struct HistogramModel {
     /// What the two memories held last, and which of them counts.
     memories: [Option<Vec<Vec<u64>>>; 2],
     half: usize,
+}
+
+/// Cover points that a frame proves, each once.
+#[derive(Debug, Clone, Default)]
+struct Proofs {
+    numbers: Vec<usize>,
+    /// Whether each point is among them.
+    has: Vec<bool>,
+}
+
+impl Proofs {
+    /// Adds a point, if the table has it.
+    fn add(&mut self, number: Option<usize>) {
+        let Some(number) = number else {
+            return;
+        };
+        if self.has.len() <= number {
+            self.has.resize(number + 1, false);
+        }
+        if !std::mem::replace(&mut self.has[number], true) {
+            self.numbers.push(number);
+        }
+    }
+
+    /// All of them, which leaves none.
+    fn take(&mut self) -> Vec<usize> {
+        for &number in &self.numbers {
+            self.has[number] = false;
+        }
+        std::mem::take(&mut self.numbers)
+    }
+}
+
+/// Numbers of the cover points of a detector's bins.
+#[derive(Debug, Clone)]
+struct BinPoints {
+    /// By lane; in the first code period, and later.
+    hit: Vec<[Option<usize>; 2]>,
+    full: Vec<Option<usize>>,
+    /// By adder, and by bit.
+    carry: Vec<Vec<Option<usize>>>,
+    extra: Vec<Option<usize>>,
+    full_row: Option<usize>,
+    /// At the last sample, and at the first.
+    border: [Option<usize>; 2],
+}
+
+impl BinPoints {
+    fn new(plan: &HistogramPlan, table: &CoverTable, detector: DetectorIndex) -> BinPoints {
+        let number = |point| table.number(CoverPoint::Bin { detector, point });
+        let (lanes, adders) = (0..plan.row_bins, 0..plan.adders());
+        let carries = |adder| {
+            let bits = 0..plan.bin_bits;
+            bits.map(|bit| number(BinPoint::Carry { adder, bit }))
+                .collect()
+        };
+        BinPoints {
+            hit: lanes
+                .clone()
+                .map(|lane| [false, true].map(|later| number(BinPoint::Hit { lane, later })))
+                .collect(),
+            full: lanes.map(|lane| number(BinPoint::Full { lane })).collect(),
+            carry: adders.clone().map(carries).collect(),
+            extra: adders
+                .map(|adder| number(BinPoint::Extra { adder }))
+                .collect(),
+            full_row: number(BinPoint::FullRow),
+            border: [false, true].map(|first| number(BinPoint::Border { first })),
+        }
+    }
 }
 
 /// A frame whose last word has been presented.
@@ -121,8 +193,12 @@ impl HistogramModel {
         };
         let detectors = interface.reference_codes.len();
         let codes = interface.reference_codes.iter();
+        let points = DetectorIndex::first(detectors);
         Some(HistogramModel {
             plan,
+            points: points
+                .map(|detector| BinPoints::new(&plan, &table, detector))
+                .collect(),
             chips: codes.map(|code| code.chips.clone()).collect(),
             fields: Fields {
                 data: place("m_axis_tdata"),
@@ -133,7 +209,7 @@ impl HistogramModel {
             },
             table,
             bins: vec![vec![0; plan.bins() as usize]; detectors],
-            proves: Vec::new(),
+            proves: Proofs::default(),
             was_clamped: false,
             flags: VecDeque::new(),
             ended: VecDeque::new(),
@@ -156,7 +232,7 @@ impl HistogramModel {
     /// further.
     pub(super) fn reset(&mut self) {
         self.bins.iter_mut().for_each(|bins| bins.fill(0));
-        self.proves.clear();
+        self.proves.take();
         self.was_clamped = false;
         self.flags.clear();
         self.ended.clear();
@@ -193,8 +269,9 @@ impl HistogramModel {
                 let sample = at_adder[0];
                 let adder = (sample % lanes / width) as u32;
                 adders += 1;
+                let points = &self.points[detector.0];
                 if at_adder.len() > 1 {
-                    self.proves(detector, BinPoint::Extra { adder });
+                    self.proves.add(points.extra[adder as usize]);
                 }
                 let bin = ((sample - first_sample) % period) as usize;
                 let lane = (sample % lanes) as u32;
@@ -207,29 +284,21 @@ impl HistogramModel {
                 }
                 self.bins[detector][bin] += 1;
                 let later = sample - frame_start >= period;
-                self.proves(detector, BinPoint::Hit { lane, later });
+                self.proves
+                    .add(points.hit[lane as usize][usize::from(later)]);
                 if (count + 1).is_power_of_two() {
                     let bit = (count + 1).ilog2();
-                    self.proves(detector, BinPoint::Carry { adder, bit });
+                    self.proves.add(points.carry[adder as usize][bit as usize]);
                 }
                 for (first, at) in [(true, 0), (false, frame_samples - 1)] {
                     if sample - frame_start == at {
-                        self.proves(detector, BinPoint::Border { first });
+                        self.proves.add(points.border[usize::from(first)]);
                     }
                 }
             }
             if adders == self.plan.adders() {
-                self.proves(detector, BinPoint::FullRow);
+                self.proves.add(self.points[detector.0].full_row);
             }
-        }
-    }
-
-    fn proves(&mut self, detector: DetectorIndex, point: BinPoint) {
-        let point = CoverPoint::Bin { detector, point };
-        if let Some(number) = self.table.number(point)
-            && !self.proves.contains(&number)
-        {
-            self.proves.push(number);
         }
     }
 
@@ -252,7 +321,7 @@ impl HistogramModel {
         if self.plan.saturates() {
             self.find_full(&bins);
         }
-        let mut proves = std::mem::take(&mut self.proves);
+        let mut proves = self.proves.take();
         let is_later = scan > 0;
         let place = Place::Last;
         proves.extend(self.table.number(CoverPoint::Result {
@@ -275,7 +344,7 @@ impl HistogramModel {
             for lane in 0..lanes {
                 let of_lane = bins.iter().skip(lane as usize).step_by(lanes as usize);
                 if of_lane.into_iter().any(|&bin| bin == limit) {
-                    self.proves(detector, BinPoint::Full { lane });
+                    self.proves.add(self.points[detector.0].full[lane as usize]);
                 }
             }
         }
@@ -301,7 +370,11 @@ impl HistogramModel {
             let turn = self.ended.front().map_or(u64::MAX, |ended| ended.turn);
             let flag = self.flags.front().map_or(u64::MAX, |flag| flag.0);
             let shows = self.stream.first_shows.unwrap_or(u64::MAX);
-            let comes = self.stream.arrivals.front().map_or(u64::MAX, |row| row.clock);
+            let comes = self
+                .stream
+                .arrivals
+                .front()
+                .map_or(u64::MAX, |row| row.clock);
             let event = taken.min(turn).min(flag).min(shows).min(comes);
             if event >= clocks.end {
                 break;

@@ -394,7 +394,7 @@ fn read_hardware(root: &Section, scan: Option<&Scan>, estimator: EstimatorKind) 
         counter_width: None,
         total_counts: None,
         peak_detector: false,
-            buffers: 2,
+        buffers: 2,
     };
     let Some(section) = root.section("hardware", "[hardware]") else {
         return hardware;

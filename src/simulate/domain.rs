@@ -121,7 +121,10 @@ pub fn warnings(
     }
     match tier {
         Tier::Expected => warnings.extend(view.scatter(predicted)),
-        Tier::Counts => warnings.extend(view.small_counts()),
+        Tier::Counts => warnings.extend(match sensor.scene().hardware.architecture {
+            Architecture::UpDown => view.small_counts(),
+            Architecture::Histogram => view.short_period(),
+        }),
         Tier::Events | Tier::Sampled | Tier::Rtl => {}
     }
     let is_updown = sensor.scene().hardware.architecture == Architecture::UpDown;
@@ -286,6 +289,22 @@ impl View<'_> {
                 coarse.into_iter().chain(linear).chain(torn)
             })
             .collect()
+    }
+
+    /// The bins of a drawn histogram that do not follow its own last ones.
+    fn short_period(&self) -> Option<String> {
+        let timing = &self.model.timing;
+        let period_chips = timing.scan.steps_per_period / u64::from(timing.clock.samples_per_chip);
+        let memory = self.memory().scale_chips();
+        let share = memory / period_chips as f64;
+        (share > SHARE).then(|| {
+            format!(
+                "the detector's memory of {memory:.1} chips is {:.0} % of the code period: drawn \
+                 first bins do not follow the last ones of the period before, which changes a \
+                 share like this of what bins have to do with each other",
+                share * 100.0
+            )
+        })
     }
 
     fn small_counts(&self) -> Option<String> {

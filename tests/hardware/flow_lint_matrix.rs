@@ -12,7 +12,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
 /// Scenes that are linted; those that `emit` refuses are drawn again.
-const SCENES: usize = 100;
+const SCENES: usize = 60;
 const SEED: u64 = 20_231_115;
 
 /// Design and testbench under Verilator, Icarus and Yosys; what they said.
@@ -49,7 +49,7 @@ fn lint(emission: &Emission, folder: &Path) -> String {
 }
 
 #[test]
-fn a_hundred_random_scenes_are_clean_under_four_tools() {
+fn sixty_random_scenes_are_clean_under_four_tools() {
     let drawn: Vec<(Emission, Vec<String>)> = (0..SCENES as u64)
         .into_par_iter()
         .map(|number| {
@@ -73,7 +73,10 @@ fn a_hundred_random_scenes_are_clean_under_four_tools() {
             let histogram = &emission.parameters.histogram;
             histogram.as_ref().is_some_and(|h| h.buffers == buffers)
         };
-        assert!(emissions.iter().filter(keeps).count() >= SCENES / 50, "{buffers}");
+        assert!(
+            emissions.iter().any(|emission| keeps(&emission)),
+            "{buffers}"
+        );
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder_of = |number: usize| folder.path().join(format!("scene-{number}"));

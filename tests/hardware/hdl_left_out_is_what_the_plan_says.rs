@@ -1,5 +1,7 @@
 //! Plan, manifest and Verilog agree on what a scene does without.
 
+use std::collections::BTreeMap;
+
 use crate::hdl_support::draw::{self, Extent};
 use goldtof::deliver::Emission;
 use goldtof::plan::{Plan, plan};
@@ -20,7 +22,7 @@ fn keeps(plan: &Plan, name: &str) -> bool {
 }
 
 /// Each part that leaves a trace in the Verilog, and whether it is there.
-fn traces(emission: &Emission) -> [(&'static str, bool); 7] {
+fn traces(emission: &Emission) -> Vec<(&'static str, bool)> {
     let has_port = |name: &str| emission.ports.iter().any(|port| port.name == name);
     let has_module = |name: &str| {
         let begins = |line: &str| {
@@ -32,42 +34,52 @@ fn traces(emission: &Emission) -> [(&'static str, bool); 7] {
             .iter()
             .any(|file| file.text.lines().any(begins))
     };
-    let controller = emission
-        .files
-        .iter()
-        .find(|file| file.name == "scan_controller.v");
-    let samples = emission
-        .ports
-        .iter()
-        .find(|port| port.name == "i_samples")
-        .unwrap();
-    [
+    let text_of = |name: &str| {
+        let mut files = emission.files.iter();
+        &files
+            .find(|file| file.name == name)
+            .expect("it is emitted")
+            .text
+    };
+    let mut traces = vec![
         ("second_lfsr", has_module("gold_generator")),
         ("interleaver", has_module("interleaver")),
         ("saturation", has_port("o_saturated")),
         ("peak_detector", has_port("o_peak_valid")),
+    ];
+    if emission.parameters.histogram.is_some() {
+        let adders = text_of("histogram_channel.v").matches("bin_adder ").count();
+        traces.push(("further_adders", adders > 1));
+        return traces;
+    }
+    let mut ports = emission.ports.iter();
+    let samples = ports
+        .find(|port| port.name == "i_samples")
+        .expect("every sensor takes samples");
+    traces.extend([
         (
             "scan_realignment",
-            controller.unwrap().text.contains("o_start"),
+            text_of("scan_controller.v").contains("o_start"),
         ),
         (
             "lane_choice",
             samples.width as usize > emission.parameters.detectors,
         ),
         ("parallel_correlators", emission.parameters.parallel > 1),
-    ]
+    ]);
+    traces
 }
 
 #[test]
-fn in_eighty_random_scenes() {
+fn in_a_hundred_and_sixty_random_scenes() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
-    let mut seen = [[0_u32; 2]; 7];
-    for number in 0..80 {
+    let mut seen = BTreeMap::<&str, [u32; 2]>::new();
+    for number in 0..160 {
         let (scene, emission) = draw::emitted(&mut rng, Extent::SHORT, |_| ());
         let plan = plan(&Sensor::new(&scene));
-        for (at, (part, is_there)) in traces(&emission).into_iter().enumerate() {
+        for (part, is_there) in traces(&emission) {
             assert_eq!(keeps(&plan, part), is_there, "scene {number}: {part}");
-            seen[at][usize::from(is_there)] += 1;
+            seen.entry(part).or_default()[usize::from(is_there)] += 1;
         }
         // The documents that people get, and not the lists behind them.
         let [plan, manifest] = [serde_json::to_value(&plan), serde_json::to_value(&emission)]
@@ -86,8 +98,6 @@ fn in_eighty_random_scenes() {
             "scene {number}"
         );
     }
-    assert!(
-        seen.as_flattened().iter().all(|&times| times > 2),
-        "{seen:?}"
-    );
+    let often = |times: &[u32; 2]| times.iter().all(|&times| times > 2);
+    assert!(seen.len() == 8 && seen.values().all(often), "{seen:?}");
 }

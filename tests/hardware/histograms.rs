@@ -213,7 +213,11 @@ fn every_phase_steps_count_follows_from_the_histogram_that_the_verilog_sent() {
         }
         for (detector, sent) in DetectorIndex::all().zip(&done.counts) {
             let bins: Vec<u64> = sent.iter().filter_map(|count| count.bin).collect();
-            assert_eq!([bins], simulated(&sensor, detector, Tier::Sampled, 1)[..], "{name}");
+            assert_eq!(
+                [bins],
+                simulated(&sensor, detector, Tier::Sampled, 1)[..],
+                "{name}"
+            );
         }
     });
 }

@@ -76,9 +76,9 @@ fn every_tier_of_a_histogram_is_compared() {
     let histogram = ["--set", "hardware.architecture=histogram"];
     let (_, report) = fidelity(&scene, &[&histogram[..], &["--budget-s", "2"]].concat());
     let tiers = report["tiers"].as_array().unwrap();
-    let named = |name: &str| tiers.iter().filter(move |tier| tier["fidelity"] == name);
     for name in ["expected", "counts", "events", "sampled", "rtl"] {
-        assert!(named(name).count() > 0, "{name}: {report:#}");
+        let is_there = tiers.iter().any(|tier| tier["fidelity"] == name);
+        assert!(is_there, "{name}: {report:#}");
     }
     for tier in tiers {
         let [low, high] = [0, 1].map(|i| tier["std_relative_error_ci95"][i].as_f64().unwrap());

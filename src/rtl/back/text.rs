@@ -121,11 +121,14 @@ pub fn memory_block(memory: &Memory, module: &Module) -> String {
     let [write, place, word] = memory.write.each_ref().map(|pin| expression(pin, module));
     let [read, from] = memory.read.each_ref().map(|pin| expression(pin, module));
     let (name, q) = (&contents.name, &module.signals[memory.q].name);
+    let reads = match read.as_str() {
+        "1'b1" => String::new(),
+        read => format!("if ({read})\n            "),
+    };
     let _ = write!(
         out,
         "    always @(posedge i_clk) begin\n        if ({write})\n            \
-         {name}[{place}] <= {word};\n        if ({read})\n            {q} <= {name}[{from}];\n    \
-         end\n",
+         {name}[{place}] <= {word};\n        {reads}{q} <= {name}[{from}];\n    end\n",
     );
     out
 }

@@ -11,7 +11,7 @@
 //! Cost: a bank for each sample, a choice of one of them, an adder of a bin's bits.
 
 use super::BinBank;
-use super::bin_bank::row_bits;
+use super::bin_bank::{plural, row_bits};
 use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 
@@ -70,8 +70,8 @@ pub struct BinAdder {
     place: Wiring,
     #[width(plan.samples * plan.bin_bits())]
     bins: Wiring,
-    #[each(clocks in 1..5usize)]
-    #[about(format!("sample with the hit of the word {clocks} clocks ago"))]
+    #[each(clocks in 1..5)]
+    #[about(format!("sample with the hit of the word {clocks} clock{} ago", plural(clocks)))]
     #[width(plan.samples)]
     hit: Vec<Register<Word>>,
     #[each(_sample in 0..plan.samples)]

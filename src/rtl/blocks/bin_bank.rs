@@ -156,7 +156,10 @@ fn describe(plan: &BankPlan) -> About {
     if !plan.takes_turns {
         return About::new("bin_bank", title)
             .note(back)
-            .fact("Memory", format!("{rows} bins of {bits} bit{}", plural(*bits)))
+            .fact(
+                "Memory",
+                format!("{rows} bins of {bits} bit{}", plural(*bits)),
+            )
             .fact(
                 "Latency",
                 "2 clocks from i_row to o_counted; written 6 clocks after i_row",
@@ -171,7 +174,7 @@ fn describe(plan: &BankPlan) -> About {
         )
 }
 
-fn plural(number: u32) -> &'static str {
+pub(super) fn plural(number: u32) -> &'static str {
     if number == 1 { "" } else { "s" }
 }
 

@@ -17,7 +17,7 @@
 //! Cost: a counter of rows and one of code periods, the row's way in registers; with two memories
 //! one more counter of rows.
 
-use super::bin_bank::row_bits;
+use super::bin_bank::{plural, row_bits};
 use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 
@@ -124,8 +124,8 @@ pub struct HistogramControl {
     /// memory that counts
     #[when(plan.takes_turns())]
     half: Optional<Register<bool>>,
-    #[each(clocks in 1..6usize)]
-    #[about(format!("row of the word {clocks} clocks ago"))]
+    #[each(clocks in 1..6)]
+    #[about(format!("row of the word {clocks} clock{} ago", plural(clocks)))]
     #[width(plan.row_bits())]
     row_before: Vec<Register<Word>>,
     /// memory of the words 1 to 5 clocks ago
@@ -365,15 +365,7 @@ impl Logic for HistogramControl {
 
     /// Reads the rows of a frame, and offers them.
     fn read_frames(&mut self) {
-        dff_setup!(
-            self,
-            i_clk,
-            reads,
-            read_row,
-            read_is_last,
-            out,
-            last_out
-        );
+        dff_setup!(self, i_clk, reads, read_row, read_is_last, out, last_out);
         self.goes.next = !self.valid.q.val() | self.i_ready.val();
         self.busy.next = self.reads.q.val() | self.out.q.val().any() | !self.goes.val();
         if self.plan.detectors > 1 {

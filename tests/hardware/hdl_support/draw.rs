@@ -82,18 +82,26 @@ fn draw(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> Scene {
     if rng.random_bool(0.3) {
         scene.hardware.target = Target::Ice40Hx8k;
     }
-    if scene.scan.is_full() && first == 0 && rng.random_bool(0.3) {
+    if rng.random_bool(0.2) {
+        // With the shorter one, several samples of a word can be hits.
+        let dead_time_ps = [14_000.0, 2_000.0][rng.random_range(0..=1)];
+        scene
+            .detectors
+            .iter_mut()
+            .for_each(|d| d.dead_time_ps = dead_time_ps);
         keep_histogram(&mut scene, rng.random_range(1..=2));
     }
     scene
 }
 
-/// A histogram over whole code periods in place of up/down counts.
+/// A histogram of every phase step over whole code periods in place of up/down counts.
 fn keep_histogram(scene: &mut Scene, buffers: u32) {
     let detector = &scene.detectors[0];
     let period = scene.sources[detector.reference].code.len();
     let chips = scene.scan.integration_chips.next_multiple_of(period);
     scene.scan.integration_chips = chips;
+    scene.scan.first_step = 0;
+    scene.scan.steps = scene.scan.steps_per_period;
     let hardware = &mut scene.hardware;
     hardware.architecture = Architecture::Histogram;
     hardware.buffers = buffers;
