@@ -1,7 +1,16 @@
-//! How far light goes in a time, there and back.
+//! How far light goes in a time, there and back, and how many photons it is.
 
 /// Speed of light in vacuum (exact, SI).
 pub const SPEED_OF_LIGHT_M_PER_S: f64 = 299_792_458.0;
+
+/// Planck constant (exact, SI).
+const PLANCK_J_S: f64 = 6.626_070_15e-34;
+
+/// Photons per second in `power_w` of light: P lambda / (h c), the first factor of
+/// eq. 5.
+pub fn photon_rate_hz(power_w: f64, wavelength_nm: f64) -> f64 {
+    power_w * wavelength_nm * 1e-9 / (PLANCK_J_S * SPEED_OF_LIGHT_M_PER_S)
+}
 
 /// Distance of a target whose light is under way for `delay_ps`, there and back: half
 /// the path (eq. 1).

@@ -7,7 +7,7 @@ use super::phase::first_maximum;
 use super::theory::ExpectedCounts;
 use super::{CountingTier, TheoryEffort, distance_m};
 use crate::estimate::fit::{
-    BinFitter, FitError, Parameters, PathParameters, Problem, check_independent, window,
+    Axis, BinFitter, FitError, Parameters, PathParameters, Problem, Weights, moving, window,
 };
 use crate::photons::DetectorModel;
 use crate::response::{Light, MeanResponse, SecondMoments};
@@ -36,6 +36,9 @@ pub struct PathBound {
     /// Least standard deviation of its distance, with delay and strength of
     /// every path and the background unknown.
     pub bound_m: f64,
+    /// Least standard deviation of its speed, of a path that moves: then that is unknown,
+    /// too, and the distance that at the moment at which the scan comes by.
+    pub velocity_bound_m_per_s: Option<f64>,
 }
 
 impl Bound {
@@ -64,8 +67,11 @@ pub fn bound(
     if sensor.scene().hardware.architecture == Architecture::Histogram {
         return BinFitter::new(sensor, detector)?.bound();
     }
-    check_independent(sensor, detector)?;
     TheoryEffort::of(sensor, detector)?.check_bound()?;
+    let moment_ps = moving::moment_ps(sensor, detector, tier, sensor.scene().other_light)?;
+    if let Some(moment_ps) = moment_ps {
+        return bound_of_moving(sensor, detector, tier, moment_ps);
+    }
     let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::of_tier(&model, tier)?;
     let second = SecondMoments::new(&response)?;
@@ -84,7 +90,6 @@ pub(super) fn bound_of(
     tier: CountingTier,
     counts: &ExpectedCounts,
 ) -> Result<Bound, FitError> {
-    check_independent(sensor, detector)?;
     let model = counts.model();
     let light = Light::of(model);
     if light.paths.is_empty() {
@@ -108,7 +113,10 @@ pub(super) fn bound_of(
         steps: steps(sensor, detector, counts),
     };
     let jacobian = problem.central_jacobian(&parameters, counts.response)?;
-    let information = problem.weights_of(counts.second).information(&jacobian);
+    let axis = Axis::new(sensor, detector, &problem);
+    let means = counts.of_steps(&problem.steps);
+    let weights = problem.weights_of(counts.second, &parameters, &means, &axis);
+    let information = weights.information(&jacobian);
     let steps = problem.steps.len();
     let undetermined = FitError::Undetermined {
         steps,
@@ -116,7 +124,7 @@ pub(super) fn bound_of(
     };
     let deviations = information.ok_or(undetermined)?.standard_deviations();
     if counts.response.misses_pulses() {
-        check_even(&problem, &parameters, counts, &deviations)?;
+        check_even(&problem, &parameters, &weights, &deviations)?;
     }
     let paths = model.modulated_paths().zip(deviations.chunks(2));
     Ok(Bound {
@@ -124,9 +132,49 @@ pub(super) fn bound_of(
             .map(|(path, deviations)| PathBound {
                 path,
                 bound_m: distance_m(sensor.clock().ps(deviations[0])),
+                velocity_bound_m_per_s: None,
             })
             .collect(),
         steps,
+    })
+}
+
+/// The bound of a path that moves, and of its speed.
+fn bound_of_moving(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    tier: CountingTier,
+    moment_ps: f64,
+) -> Result<Bound, FitError> {
+    let still = sensor.still_at(moment_ps);
+    let model = DetectorModel::new(&still, detector);
+    let response = MeanResponse::of_tier(&model, tier)?;
+    let second = SecondMoments::new(&response)?;
+    let counts = ExpectedCounts::new(&response, &second);
+    let peak = Step::at(first_maximum(&counts.signed()));
+    let samples_per_chip = sensor.clock().samples_per_chip;
+    let steps = moving::in_one_go(&window(&sensor.timing().scan, samples_per_chip, peak), peak);
+    let (problem, course) = moving::of_scene(sensor, &model, tier, steps)?;
+    let moving = moving::MovingPath::new(&problem, moment_ps);
+    let means = moving.means(&course)?;
+    let jacobian = moving.jacobian(&course, &means)?;
+    let axis = Axis::new(&still, detector, &problem);
+    let standing = counts.of_steps(&problem.steps);
+    let weights = problem.weights_of(&second, &course.parameters(), &standing, &axis);
+    let undetermined = FitError::Undetermined {
+        steps: problem.steps.len(),
+        unknowns: jacobian.len(),
+    };
+    let information = weights.information(&jacobian).ok_or(undetermined)?;
+    let deviations = information.standard_deviations();
+    let bound = |path: PathIndex| PathBound {
+        path,
+        bound_m: distance_m(sensor.clock().ps(deviations[0])),
+        velocity_bound_m_per_s: Some(distance_m(1e12 * deviations[1])),
+    };
+    Ok(Bound {
+        paths: model.modulated_paths().take(1).map(bound).collect(),
+        steps: problem.steps.len(),
     })
 }
 
@@ -137,10 +185,9 @@ pub(super) fn bound_of(
 fn check_even(
     problem: &Problem,
     parameters: &Parameters,
-    counts: &ExpectedCounts,
+    weights: &Weights,
     deviations: &[f64],
 ) -> Result<(), FitError> {
-    let weights = problem.weights_of(counts.second);
     let half_sample = 0.5 / problem.samples_per_chip();
     for index in 0..parameters.paths.len() {
         let std_chips = deviations[2 * index];

@@ -30,6 +30,8 @@ pub struct TheoryEffort {
     moves: bool,
     /// Whether the bound takes the steps round one peak.
     one_path: bool,
+    /// Steps that count the same light.
+    parallel: f64,
     limit_s: f64,
 }
 
@@ -65,6 +67,7 @@ impl TheoryEffort {
             fluctuating: of_detector().filter(|p| p.delay_std_ps() > 0.0).count() as f64,
             moves: of_detector().any(|p| p.movement.is_some()),
             one_path: first == Some(own) && modulated.next().is_none(),
+            parallel: f64::from(sensor.timing().parallel),
             limit_s: LIMIT_S / sensor.scene().detectors.len() as f64,
         })
     }
@@ -92,28 +95,57 @@ impl TheoryEffort {
     pub fn fit_s(&self) -> f64 {
         let of = &self.effort;
         let unknowns = 2.0 * self.paths + 1.0;
+        if self.moves {
+            return TURNS * self.moving_s() + of.moments_s + self.covariances_s();
+        }
         if self.one_path {
             let window = 3.0 * self.samples_per_chip;
             let response_s = of.response_s + window * of.count_s;
-            return TURNS * (unknowns + 1.0) * response_s + of.moments_s + window * of.step_s;
+            return TURNS * (unknowns + 1.0) * response_s + of.moments_s + self.covariances_s();
         }
         TURNS * ((unknowns + 1.0) * (of.response_s + of.counts_s))
             + of.moments_s
-            + of.scan_s
+            + self.covariances_s()
             + TURNS * self.steps * unknowns * unknowns * DERIVATIVES_S
     }
 
     /// Seconds that the bound takes beside the predictions.
     pub fn bound_s(&self) -> f64 {
         let of = &self.effort;
+        if self.moves {
+            return self.moving_s() + of.moments_s + self.covariances_s();
+        }
         if self.one_path {
             let window = 3.0 * self.samples_per_chip;
-            return 6.0 * (of.response_s + window * of.count_s) + window * of.step_s;
+            return 6.0 * (of.response_s + window * of.count_s) + self.covariances_s();
         }
         let unknowns = 2.0 * self.paths + 1.0;
         2.0 * unknowns * (of.response_s + of.counts_s)
-            + of.scan_s
+            + self.covariances_s()
             + self.steps * unknowns * unknowns * DERIVATIVES_S
+    }
+
+    /// Seconds that the covariances of fit and bound take.
+    fn covariances_s(&self) -> f64 {
+        let of = &self.effort;
+        let (samples, parallel) = (self.samples_per_chip, self.parallel);
+        let steps = match self.one_path {
+            true => 3.0 * samples,
+            false if parallel <= 1.0 => return of.scan_s,
+            // Groups at the peaks, and those that stand for the rest.
+            false => (2.0 * self.paths * (samples + parallel) + 24_f64.max(2.0 * parallel))
+                .min(self.steps),
+        };
+        let pairs = 0.5 * steps * (parallel - 1.0).min(steps);
+        steps * of.step_s + pairs * of.pair_s
+    }
+
+    /// Seconds that expectation and derivatives of a path that moves take: two places of
+    /// each step, five times.
+    fn moving_s(&self) -> f64 {
+        let of = &self.effort;
+        let steps = 2.0 * 3.0 * self.samples_per_chip;
+        5.0 * (of.response_s + steps * (of.delayed_s + of.count_s))
     }
 
     /// Seconds until counts can be drawn.

@@ -94,9 +94,13 @@ pub struct FitReport {
     pub degrees_of_freedom: usize,
     /// How many standard deviations it is above that.
     pub chi_square_excess_in_std: f64,
-    /// Whether that is too much: the light or the detector is not as modelled
-    /// (never with phase steps that share their light, whose counts go together).
+    /// Whether that is too much: the light or the detector is not as modelled.
     pub alarm: bool,
+    /// Speed of the path's distance, positive away from the sensor; none of light that stands
+    /// still.
+    pub velocity_m_per_s: Option<f64>,
+    /// Its standard deviation, by the fit itself.
+    pub velocity_std_m_per_s: Option<f64>,
     /// Phase steps that took part.
     pub phase_steps: usize,
 }
@@ -308,7 +312,7 @@ impl EstimateReport {
             }
             Ok(fitted) => {
                 self.distance_m = Some(fitted.distance_m);
-                self.remark = shared_light(sensor);
+                self.remark = shared_light(sensor, detector);
                 if let Some(untold) = &fitted.untold {
                     self.add_remark(&untold.to_string());
                 }
@@ -376,13 +380,6 @@ impl EstimateReport {
     }
 }
 
-/// Whether chi-square means something: with phase steps that share their light it does not,
-/// but with a histogram's bins.
-fn has_alarm(sensor: &Sensor) -> bool {
-    let scene = sensor.scene();
-    sensor.timing().parallel == 1 || scene.hardware.architecture == Architecture::Histogram
-}
-
 impl FitReport {
     fn of(sensor: &Sensor, fitted: &ModelEstimate) -> FitReport {
         let of_path = |path: &FittedPath| FittedPathReport {
@@ -403,7 +400,9 @@ impl FitReport {
             chi_square: fitted.chi_square,
             degrees_of_freedom: fitted.degrees_of_freedom,
             chi_square_excess_in_std: fitted.alarm_sigmas(),
-            alarm: has_alarm(sensor) && fitted.alarm_sigmas() > ALARM_SIGMAS,
+            alarm: fitted.alarm_sigmas() > ALARM_SIGMAS,
+            velocity_m_per_s: fitted.velocity.map(|velocity| velocity.m_per_s),
+            velocity_std_m_per_s: fitted.velocity.map(|velocity| velocity.std_m_per_s),
             phase_steps: fitted.steps,
         }
     }
@@ -432,13 +431,8 @@ fn expectation(
     let fitted = expected_fit(sensor, detector, tier).map_err(|e| e.to_string())?;
     let code = &sensor.scene().sources[sensor.scene().paths[path].source].code;
     let code_period_ps = sensor.code_period_of_path_ps(path);
-    let error_ps = |fitted: &FittedPath| {
-        delay_error_ps(
-            fitted.delay_ps,
-            sensor.scene().paths[path].delay_ps,
-            code_period_ps,
-        )
-    };
+    let true_ps = true_delay(sensor, path, tier).delay_ps;
+    let error_ps = |fitted: &FittedPath| delay_error_ps(fitted.delay_ps, true_ps, code_period_ps);
     let nearest = fitted
         .paths
         .iter()

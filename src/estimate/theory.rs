@@ -7,6 +7,7 @@ use super::{CountingTier, Prediction, PredictionError, TheoryEffort, bound::boun
 use crate::estimate::fit::FitError;
 use crate::photons::DetectorModel;
 use crate::response::{MeanCount, MeanResponse, MeanResponseError, SecondMoments};
+use crate::scan::Step;
 use crate::scene::{Architecture, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
@@ -128,6 +129,11 @@ impl<'r, 'm> ExpectedCounts<'r, 'm> {
 
     pub fn model(&self) -> &'m DetectorModel {
         self.response.model()
+    }
+
+    /// Of some steps.
+    pub fn of_steps(&self, steps: &[Step]) -> Vec<MeanCount> {
+        steps.iter().map(|step| self.means[step.index()]).collect()
     }
 
     /// Expected signed counts.

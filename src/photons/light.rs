@@ -10,18 +10,9 @@ use super::random::{StreamRng, scatter};
 use super::shape::{Gate, PulseShape, Strand};
 use super::time::ChipTime;
 use crate::code::Code;
-use crate::light::SPEED_OF_LIGHT_M_PER_S;
+use crate::light::photon_rate_hz;
 use crate::scan::Clock;
 use crate::scene::{Detector, Path, PathIndex, Source};
-
-/// Planck constant (exact, SI).
-const PLANCK_J_S: f64 = 6.626_070_15e-34;
-
-/// Photons per second in `power_w` of light: P lambda / (h c), the first factor of
-/// eq. 5.
-pub fn photon_rate_hz(power_w: f64, wavelength_nm: f64) -> f64 {
-    power_w * wavelength_nm * 1e-9 / (PLANCK_J_S * SPEED_OF_LIGHT_M_PER_S)
-}
 
 /// Primary detection rates that one path causes in a ready detector.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -47,7 +47,6 @@ pub(crate) mod time;
 pub use counter::{StepCount, count_step};
 pub use detector::DetectorModel;
 pub use full::OptionalPart;
-pub(crate) use light::photon_rate_hz;
 pub use sampled::{Pulse, PulseStream};
 pub use shape::{Gate, PulseShape, Strand};
 pub use step::{Detection, StepDetections};

@@ -19,6 +19,7 @@
 pub mod cells;
 pub mod figures;
 mod hardware;
+pub mod link;
 mod measure;
 mod movement;
 pub mod overview;

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::cells::Cells;
 use super::figures::Figures;
+use super::link::{LinkBudget, link_budget};
 use super::resources::{Resources, resources, saved_by};
 use super::{Plan, measure};
 use crate::document::Body;
@@ -25,6 +26,8 @@ pub struct Overview {
     pub figures: Figures,
     /// What its hardware takes; none of a sensor like none that was measured.
     pub resources: Option<Resources>,
+    /// Photons of each path, but for those of dark sources.
+    pub link: Vec<LinkBudget>,
     /// What theory expects of each detector's estimates, by either estimator.
     pub expected: Vec<ExpectedError>,
 }
@@ -65,6 +68,7 @@ pub fn overview(sensor: &Sensor) -> Overview {
         plan: with_cells(plan, sensor),
         figures: Figures::of(sensor),
         resources: resources(sensor),
+        link: link_budget(sensor),
         expected: expected(sensor),
     }
 }

@@ -108,7 +108,14 @@ impl<'a> BothEstimates<'a> {
                 }
                 None => {}
             }
-            if estimate.fit.as_ref().is_some_and(|fit| fit.alarm) {
+            let fit = estimate.fit.as_ref();
+            let velocity = fit.and_then(|fit| fit.velocity_m_per_s.zip(fit.velocity_std_m_per_s));
+            if let Some((velocity, std)) = velocity {
+                notes.push(format!(
+                    "model fit: the path moves at {velocity:+.2} +- {std:.2} m/s"
+                ));
+            }
+            if fit.is_some_and(|fit| fit.alarm) {
                 notes.push(
                     "model fit: chi-square alarm, the light or the detector is not as the scene \
                      says"

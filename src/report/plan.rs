@@ -4,6 +4,7 @@ use super::columns::columns;
 use super::estimates::{estimator_name, millimetres};
 use super::quantities::{frequency, length, number, time};
 use crate::plan::figures::Figures;
+use crate::plan::link::LinkBudget;
 use crate::plan::overview::{ExpectedError, Overview};
 use crate::plan::resources::{Basis, Resources};
 use crate::plan::{Part, Plan, Saving};
@@ -25,6 +26,13 @@ pub fn text(overview: &Overview, width: Option<usize>) -> String {
         }
     };
     text += &columns(&figures(&overview.figures), 2, width);
+    for budget in link(&overview.link) {
+        let cells = LINK_HEADINGS.iter().zip(&budget).skip(1);
+        let rows: Vec<Row> = cells
+            .map(|(what, rate)| vec![(*what).to_owned(), rate.clone()])
+            .collect();
+        text += &table(&format!("Photons per second, {}", budget[0]), &rows);
+    }
     for of_detector in overview.expected.chunks(2) {
         text += &table(&expected_title(&of_detector[0]), &expected(of_detector));
     }
@@ -137,6 +145,42 @@ pub(super) fn figures(figures: &Figures) -> Vec<Row> {
             ),
         ),
     ]
+}
+
+/// What the columns of [`link`] are.
+pub(super) const LINK_HEADINGS: [&str; 7] = [
+    "path",
+    "emitted",
+    "returned",
+    "primary",
+    "background",
+    "dark counts",
+    "signal to background",
+];
+
+/// Photons per second of each path, and what else fires its detector.
+pub(super) fn link(budgets: &[LinkBudget]) -> Vec<Row> {
+    let row = |budget: &LinkBudget| {
+        let (source, detector) = (&budget.source, &budget.detector);
+        let rates = [
+            budget.emitted_hz,
+            budget.returned_hz,
+            budget.primary_hz,
+            budget.background_hz,
+            budget.dark_counts_hz,
+        ];
+        let mut row = vec![format!(
+            "{source} to {detector}, {}",
+            length(budget.distance_m)
+        )];
+        row.extend(rates.map(|rate| format!("{rate:.3e}")));
+        row.push(match budget.signal_to_background {
+            Some(ratio) => format!("{ratio:.3}"),
+            None => "no background".to_owned(),
+        });
+        row
+    };
+    budgets.iter().map(row).collect()
 }
 
 /// Whose errors, and where.

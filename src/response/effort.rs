@@ -35,6 +35,8 @@ const PRODUCT_S: f64 = 0.5e-9;
 const FFT_S: f64 = 12e-9;
 /// From this many steps on, mean counts are had by Fourier transform.
 const STEPS_FOR_FFT: f64 = 200.0;
+/// One cell's part in the covariance of two steps' counts.
+const PAIR_S: f64 = 1.5e-9;
 /// Jitter is followed to so many standard deviations on either side.
 const JITTER_REACH: f64 = 6.0;
 
@@ -43,6 +45,8 @@ const JITTER_REACH: f64 = 6.0;
 pub struct Effort {
     /// One mean response.
     pub response_s: f64,
+    /// The same of all light later or earlier.
+    pub delayed_s: f64,
     /// Mean counts of every step of a scan from it.
     pub counts_s: f64,
     /// Mean counts of one step.
@@ -51,6 +55,8 @@ pub struct Effort {
     pub moments_s: f64,
     /// Second moments of one step.
     pub step_s: f64,
+    /// Covariance of two steps that count the same light.
+    pub pair_s: f64,
     /// Second moments of every step.
     pub scan_s: f64,
     /// Bytes held by all of that.
@@ -92,10 +98,12 @@ impl Effort {
         let step_s = both.backwards_s();
         Ok(Effort {
             response_s: forwards.forwards_s() + correlator_s(model, &forwards),
+            delayed_s: correlator_s(model, &forwards),
             counts_s,
             count_s,
             moments_s: both.forwards_s() + step_s,
             step_s,
+            pair_s: both.cells * both.period * PAIR_S,
             scan_s: scan_s(model, light, &both, step_s),
             bytes: both.bytes(),
         })

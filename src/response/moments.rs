@@ -27,14 +27,28 @@ pub struct CountMoments {
 }
 
 /// Moments of the counts of one group of phase steps, which share their light.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct GroupMoments {
-    /// Mean of r of each step.
+    /// Mean of r of each step that was asked for.
     pub signed_means: Vec<f64>,
     /// Mean of N, which is one and the same for all of them.
     pub total_mean: f64,
     /// Covariances of r of each step and, last, of N.
     pub covariance: Vec<Vec<f64>>,
+}
+
+impl GroupMoments {
+    /// Those of the first `steps` steps only.
+    pub fn of_first(&self, steps: usize) -> GroupMoments {
+        let total = self.signed_means.len();
+        let kept: Vec<usize> = (0..steps.min(total)).chain([total]).collect();
+        let row = |&a: &usize| kept.iter().map(|&b| self.covariance[a][b]).collect();
+        GroupMoments {
+            signed_means: self.signed_means.iter().take(steps).copied().collect(),
+            total_mean: self.total_mean,
+            covariance: kept.iter().map(row).collect(),
+        }
+    }
 }
 
 /// Second moments of the counts around a mean response, for steps that last much
@@ -140,14 +154,22 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
 
     /// Moments of the counts of a whole group.
     pub fn of_group(&self, group: Group) -> GroupMoments {
+        let steps = self.response.model.timing.grouping().steps_of(group);
+        self.of_steps_together(&steps.collect::<Vec<_>>())
+    }
+
+    /// Moments of the counts of some steps of one group.
+    ///
+    /// # Panics
+    /// If there are no steps.
+    pub fn of_steps_together(&self, steps: &[Step]) -> GroupMoments {
         let model = self.response.model;
-        let steps: Vec<Step> = model.timing.grouping().steps_of(group).collect();
         let first = steps[0];
         let signs: Vec<Vec<f64>> = steps
             .iter()
             .map(|&step| self.signs(model.timing.scan.phase_step(step)))
             .collect();
-        let excess: Vec<Vec<f64>> = signs.iter().map(|s| self.pairs.excess(s)).collect();
+        let excess: Vec<Vec<f64>> = signs.par_iter().map(|s| self.pairs.excess(s)).collect();
         let grid = &self.pairs.grid;
         let hits = &self.pairs.hits;
         let seen: Vec<f64> = self.pairs.seen_of_period().collect();

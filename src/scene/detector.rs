@@ -1,5 +1,6 @@
 //! Tables `[[detector]]`.
 
+use super::budget;
 use super::reader::Section;
 use super::{CounterTiming, Detector, JitterTail, std_of_sum, waveform};
 use crate::scan::Clock;
@@ -12,16 +13,18 @@ const LARGEST_JITTER_CHIPS: f64 = (1_u32 << 16) as f64;
 const MOST_EDGE_CHIPS: f64 = (1_u32 << 16) as f64;
 
 /// Reads one detector. `reference` is the index of the source it names, if that
-/// is known, and `clock` is for the default pulse width.
+/// is known, `clock` is for the default pulse width, and `wavelength_nm` is that source's.
 pub(super) fn read(
     section: Section,
     reference: Option<usize>,
     clock: Option<Clock>,
+    wavelength_nm: Option<f64>,
 ) -> Option<Detector> {
     let name = section.get("name").and_then(|name| name.get_ref().as_str());
     let photon_detection_probability = section.number("photon_detection_probability");
     let dark_count_rate_cps = section.quantity("dark_count_rate").unwrap_or(0.0);
-    let background_rate_cps = section.quantity("background_rate").unwrap_or(0.0);
+    let background_rate_cps = section.quantity("background_rate");
+    let from_budget_cps = budget::read_background(&section, wavelength_nm);
     let dead_time_ps = section.quantity("dead_time");
     let has_dead_time = match dead_time_ps {
         Some(dead_time_ps) => dead_time_ps > 0.0,
@@ -42,7 +45,7 @@ pub(super) fn read(
         reference: SourceIndex(reference?),
         photon_detection_probability: photon_detection_probability.unwrap_or(1.0),
         dark_count_rate_cps,
-        background_rate_cps,
+        background_rate_cps: from_budget_cps.or(background_rate_cps).unwrap_or(0.0),
         dead_time_ps,
         afterpulsing_probability,
         afterpulsing_time_constant_ps,

@@ -14,12 +14,12 @@
 //! | `source.code.index`, `source.code.interleave` | 0 |
 //! | `source.code.polynomials`, `source.code.seeds` | a preferred pair (for an m-sequence its first polynomial), all-ones |
 //! | `detector.photon_detection_probability` | 1 |
-//! | `detector.dark_count_rate`, `detector.background_rate` | 0 |
+//! | `detector.dark_count_rate`, `detector.background_rate`, `detector.background` | 0 |
 //! | `detector.dead_time`, `detector.delay` | 0 |
 //! | `detector.afterpulsing`, `detector.jitter`, `detector.jitter_tail`, `detector.jitter_histogram` | none |
 //! | `detector.pulse_width` | half the dead time, but at least a phase step T_s, so that every pulse is seen |
 //! | `detector.counter` and each of its keys | 0 |
-//! | `path.transmission` | 1 |
+//! | `path.transmission`, `path.link` | 1 |
 //! | `path.velocity`, `path.fluctuation` | the path stands still |
 //! | `scan.steps` | `"all"` |
 //! | `estimate.estimator` | `"fft"` |
@@ -43,6 +43,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod budget;
 mod detector;
 mod error;
 mod index;
@@ -55,6 +56,7 @@ mod reader;
 mod scan;
 mod setting;
 mod source;
+mod sunlight;
 mod totals;
 mod units;
 mod waveform;

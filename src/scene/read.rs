@@ -230,7 +230,17 @@ fn read_scene(root: &Section, reference: SceneReference) -> Option<Scene> {
         .map(|(chips, clock)| chips * u64::from(clock.samples_per_chip));
     let mut references = references.into_iter();
     let detectors: Option<Vec<Detector>> = all(detector_sections, |section| {
-        detector::read(section, references.next().flatten(), clock)
+        let reference = references.next().flatten();
+        let source = sources
+            .as_deref()
+            .zip(reference)
+            .map(|(sources, index)| &sources[index]);
+        detector::read(
+            section,
+            reference,
+            clock,
+            source.map(|source| source.wavelength_nm),
+        )
     });
     let scan = root
         .section("scan", "[scan]")

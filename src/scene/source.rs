@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use toml::de::DeValue;
 
+use super::budget;
 use super::keys::SOURCE;
 use super::movement;
 use super::names::Names;
@@ -12,7 +13,7 @@ use super::reader::Section;
 use super::waveform;
 use super::{Path, Source, SourceClock};
 use crate::code::{Code, CodeSpec, Family};
-use crate::light::round_trip_ps;
+use crate::light::{self, round_trip_ps};
 use crate::scan::Clock;
 
 const CODE_EXAMPLE: &str = "{ family = \"gold\", degree = 11 }";
@@ -69,13 +70,14 @@ pub(super) fn read_path(
         _ => {}
     }
     let transmission = section.number("transmission");
+    let link = budget::read_link(&section, distance_m.or(delay_ps.map(light::distance_m)));
     let movement = movement::read(&section, clock);
     section.finish();
     Some(Path {
         source: SourceIndex(source?),
         detector: DetectorIndex(detector?),
         delay_ps: delay_ps.or(distance_m.map(round_trip_ps))?,
-        transmission: transmission.unwrap_or(1.0),
+        transmission: link.or(transmission).unwrap_or(1.0),
         movement,
     })
 }

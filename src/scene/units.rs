@@ -19,6 +19,12 @@ pub(super) enum Quantity {
     ClockOffset,
     /// Its change per second.
     ClockDrift,
+    /// In radians.
+    Angle,
+    /// In lux.
+    Illuminance,
+    /// In watts per square metre and nanometre.
+    SpectralIrradiance,
 }
 
 impl Quantity {
@@ -33,6 +39,9 @@ impl Quantity {
             Quantity::Speed => "a speed",
             Quantity::ClockOffset => "a clock's offset",
             Quantity::ClockDrift => "a clock's drift",
+            Quantity::Angle => "an angle",
+            Quantity::Illuminance => "an illuminance",
+            Quantity::SpectralIrradiance => "a spectral irradiance",
         }
     }
 
@@ -45,6 +54,9 @@ impl Quantity {
             Quantity::Speed => Dimension::Speed,
             Quantity::ClockOffset => Dimension::ClockOffset,
             Quantity::ClockDrift => Dimension::ClockDrift,
+            Quantity::Angle => Dimension::Angle,
+            Quantity::Illuminance => Dimension::Illuminance,
+            Quantity::SpectralIrradiance => Dimension::SpectralIrradiance,
         }
     }
 
@@ -58,7 +70,10 @@ impl Quantity {
             | Quantity::Power
             | Quantity::Speed
             | Quantity::ClockOffset
-            | Quantity::ClockDrift => 0,
+            | Quantity::ClockDrift
+            | Quantity::Angle
+            | Quantity::Illuminance
+            | Quantity::SpectralIrradiance => 0,
         }
     }
 }
@@ -72,6 +87,9 @@ enum Dimension {
     Speed,
     ClockOffset,
     ClockDrift,
+    Angle,
+    Illuminance,
+    SpectralIrradiance,
 }
 
 impl Dimension {
@@ -84,6 +102,9 @@ impl Dimension {
             Dimension::Speed => "a speed",
             Dimension::ClockOffset => "a clock's offset",
             Dimension::ClockDrift => "a clock's drift",
+            Dimension::Angle => "an angle",
+            Dimension::Illuminance => "an illuminance",
+            Dimension::SpectralIrradiance => "a spectral irradiance",
         }
     }
 }
@@ -113,7 +134,7 @@ const fn decimal(name: &'static str, dimension: Dimension, exponent: i32) -> Uni
 }
 
 /// Every unit. Spellings that only repeat another one's meaning come last.
-const UNITS: [Unit; 40] = [
+const UNITS: [Unit; 49] = [
     decimal("fs", Dimension::Time, -15),
     decimal("ps", Dimension::Time, -12),
     decimal("ns", Dimension::Time, -9),
@@ -164,6 +185,19 @@ const UNITS: [Unit; 40] = [
     decimal("ppm", Dimension::ClockOffset, -6),
     decimal("ppb/s", Dimension::ClockDrift, -9),
     decimal("ppm/s", Dimension::ClockDrift, -6),
+    decimal("urad", Dimension::Angle, -6),
+    decimal("mrad", Dimension::Angle, -3),
+    decimal("rad", Dimension::Angle, 0),
+    Unit {
+        name: "deg",
+        dimension: Dimension::Angle,
+        scale: Scale::Multiple(std::f64::consts::PI / 180.0),
+    },
+    decimal("lux", Dimension::Illuminance, 0),
+    decimal("klux", Dimension::Illuminance, 3),
+    decimal("uW/m2/nm", Dimension::SpectralIrradiance, -6),
+    decimal("mW/m2/nm", Dimension::SpectralIrradiance, -3),
+    decimal("W/m2/nm", Dimension::SpectralIrradiance, 0),
     // The micro sign and the Greek letter.
     decimal("\u{b5}s", Dimension::Time, -6),
     decimal("\u{3bc}s", Dimension::Time, -6),

@@ -129,7 +129,7 @@ pub fn warnings(
     }
     let is_updown = sensor.scene().hardware.architecture == Architecture::UpDown;
     if is_updown && sensor.scene().estimator == EstimatorKind::Model {
-        warnings.extend(shared_light(sensor));
+        warnings.extend(shared_light(sensor, detector));
     }
     let name = &sensor.scene().detectors[detector].name;
     for warning in &mut warnings {

@@ -25,7 +25,7 @@ print(json.dumps([[e.json_path + ': ' + e.message[:200] for e in validator(n).it
 
 /// Property names that are numbers without a unit: ratios, statistics, counts that were
 /// drawn or expected, and numbers whose unit stands beside them.
-const WITHOUT_UNIT: [&str; 19] = [
+const WITHOUT_UNIT: [&str; 20] = [
     "at_least",
     "at_most",
     "chi_square",
@@ -41,6 +41,7 @@ const WITHOUT_UNIT: [&str; 19] = [
     "resolved_error",
     "scene_value",
     "shown_error",
+    "signal_to_background",
     "statistic",
     "std_over_bound",
     "std_relative_error",

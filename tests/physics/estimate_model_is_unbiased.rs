@@ -13,10 +13,8 @@ use goldtof::estimate::{
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::response::MeanCount;
 use goldtof::scan::Step;
-use goldtof::scene::{DetectorIndex, EstimatorKind, Path, Scene, Source, SourceIndex};
+use goldtof::scene::{DetectorIndex, Path, Scene, Source, SourceIndex};
 use goldtof::sensor::Sensor;
-use goldtof::simulate::Tier;
-use goldtof::simulate::repeat::simulate;
 
 const TIER: CountingTier = CountingTier::Events;
 const STEP_PS: f64 = 25.0;
@@ -164,22 +162,5 @@ fn what_a_scan_gives_does_not_depend_on_the_scans_before_it() {
     for (counts, delay_ps) in scans.iter().zip(in_order).rev() {
         let alone = Fitter::new(&sensor, DetectorIndex(0), TIER, OtherLight::None);
         assert_eq!(alone.fit(counts).expect("it fits").delay_ps, delay_ps);
-    }
-}
-
-#[test]
-fn fits_of_steps_that_share_their_light_say_so() {
-    let mut scene = table_i_scene(gold_7(0), 12e6, 127 * 20);
-    scene.estimator = EstimatorKind::Model;
-    scan_around(&mut scene, 16);
-    for (parallel, warned) in [(1, false), (4, true)] {
-        scene.hardware.parallel = parallel;
-        let simulation =
-            simulate(&Sensor::new(&scene), Tier::Events, 5, 2).expect("it is simulated");
-        let says = |text: &String| text.contains("parallel = 4");
-        assert_eq!(simulation.warnings.iter().any(says), warned, "{parallel}");
-        // The alarm is of no use there.
-        let alarm = simulation.estimates[0].chi_square_alarm_fraction;
-        assert_eq!(alarm.is_none(), warned);
     }
 }

@@ -125,7 +125,7 @@ fn bins_go_together_as_photons_do() {
             assert_within_standard_errors(moments.z(mean), 4.0, &format!("mean {what}"));
             let z = moments.variance_z(covariance[number][number]);
             assert_within_standard_errors(z, 4.0, &format!("variance {what}"));
-            if number >= 6 && number < 9 {
+            if (6..9).contains(&number) {
                 // Bins that did not go together would be more than five standard errors off.
                 let poisson: f64 = means.iter().zip(sum).map(|(mean, w)| mean * w * w).sum();
                 assert!(moments.variance_z(poisson).abs() > 5.0, "{what}");

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::optics_support::table_i_scene;
 use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::estimate::bound::bound;
-use goldtof::estimate::fit::{FitError, Fitter, ModelEstimate, OtherLight};
+use goldtof::estimate::fit::{FitError, Fitter, ModelEstimate, OtherLight, shared_light};
 use goldtof::estimate::{CountingTier, delay_error_ps, distance_m};
 use goldtof::photons::DetectorModel;
 use goldtof::response::{CountSampler, MeanResponse, SecondMoments};
@@ -211,4 +211,47 @@ fn two_paths_in_a_scan_round_them_are_told_apart() {
         assert!((0.65..1.4).contains(&root_mean_square(of_path)));
     }
     assert!(largest < 5.0, "{largest}");
+}
+
+/// With several steps at once the counts of a group go together, in a scan that is too long
+/// to work out every group's moments: every path is found, what noise makes of neighbours
+/// that go together passes for no light, and chi-square is what it should be. Scatter is
+/// not the bound's, and a warning says so.
+#[test]
+fn steps_that_share_their_light_are_told_apart() {
+    for parallel in [4, 16] {
+        let mut scene = scene(
+            10e6,
+            20_000,
+            &[(3, 40.3, 0.6), (3, 42.1, 0.4), (9, 90.7, 0.6)],
+        );
+        scene.hardware.parallel = parallel;
+        let warned = shared_light(&Sensor::new(&scene), DetectorIndex(0)).expect("a warning");
+        assert!(warned.contains("1.7 times"), "{warned}");
+        let fits = fits(&scene, OtherLight::Given, 24);
+        let (errors, _) = errors_in_bounds(&scene, &fits);
+        let found: Vec<&ModelEstimate> = fits.iter().flatten().collect();
+        let degrees = found.iter().map(|fit| fit.degrees_of_freedom as f64);
+        let reduced = found.iter().map(|fit| fit.chi_square).sum::<f64>() / degrees.sum::<f64>();
+        for (number, of_path) in errors.iter().enumerate() {
+            let mut sizes: Vec<f64> = of_path.iter().map(|error| error.abs()).collect();
+            sizes.sort_by(f64::total_cmp);
+            let median = sizes[sizes.len() / 2];
+            println!(
+                "parallel {parallel}, path {number}: {} of 24 found, median error {median:.3} \
+                 bounds, rms {:.3}, chi-square {reduced:.4} a degree",
+                of_path.len(),
+                root_mean_square(of_path)
+            );
+            assert!(of_path.len() >= 23, "{parallel}: {}", of_path.len());
+            // Half of a normal distribution's is within 0.67, of 24 draws within 0.67 +- 0.5
+            // (3 standard errors); the joint fit's scatter is up to 1.7 times the bound.
+            assert!((0.17..1.7).contains(&median), "{parallel}: {median}");
+        }
+        // 24 scans of 1016 steps and their totals scatter by 0.8 %; few groups stand for all.
+        assert!((0.95..1.05).contains(&reduced), "{parallel}: {reduced}");
+        assert!(found.iter().all(|fit| fit.paths.len() == 3));
+    }
+    let alone = scene(10e6, 20_000, &[(3, 40.3, 0.6)]);
+    assert_eq!(shared_light(&Sensor::new(&alone), DetectorIndex(0)), None);
 }

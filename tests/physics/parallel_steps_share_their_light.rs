@@ -2,10 +2,12 @@
 //! detections: in every tier, and in what theory expects.
 
 use crate::optics_support::{assert_within_standard_errors, gold_5, table_i_scene};
+use goldtof::estimate::bound::bound;
+use goldtof::estimate::fit::{Fitter, ModelEstimate, OtherLight};
 use goldtof::estimate::predict;
 use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, StepCount, count_step};
-use goldtof::response::{CountingTier, MeanResponse, SecondMoments};
+use goldtof::response::{CountSampler, CountingTier, MeanResponse, SecondMoments};
 use goldtof::scan::{Group, Step};
 use goldtof::scene::{DetectorIndex, PathIndex, Scene};
 use goldtof::sensor::Sensor;
@@ -315,4 +317,76 @@ fn steps_of_a_group_share_the_start_of_a_detector_that_is_nearly_always_blind() 
             });
         assert!(least < most, "{what}: groups have light of their own");
     }
+}
+
+/// Holds fits of many scans against truth and bound: bias, scatter, what the fits say of
+/// themselves, and chi-square.
+fn check_fits(scene: &Scene, fits: &[ModelEstimate], what: &str) {
+    let bound = bound(&Sensor::new(scene), DetectorIndex(0), CountingTier::Events);
+    let bound = bound.expect("a bound").of_path(PathIndex(0));
+    let bound_m = bound.expect("that of the path");
+    let scans = fits.len() as f64;
+    let truth_m = scene.paths[0].distance_m();
+    let errors: Vec<f64> = fits.iter().map(|fit| fit.distance_m - truth_m).collect();
+    let bias = errors.iter().sum::<f64>() / scans;
+    let variance = errors.iter().map(|e| (e - bias).powi(2)).sum::<f64>() / (scans - 1.0);
+    let ratio = variance.sqrt() / bound_m;
+    let claimed = fits.iter().map(|fit| fit.std_m).sum::<f64>() / scans / variance.sqrt();
+    let degrees = fits[0].degrees_of_freedom as f64;
+    let chi_square = fits.iter().map(|fit| fit.chi_square).sum::<f64>() / scans / degrees;
+    let largest = errors.iter().fold(0.0_f64, |most, e| most.max(e.abs())) / bound_m;
+    println!(
+        "{what}: bound {:.2} mm, bias {:.2} mm, std / bound {ratio:.3}, own std / std \
+         {claimed:.3}, chi-square {chi_square:.3} a degree of {degrees}, largest {largest:.2} \
+         bounds",
+        1e3 * bound_m,
+        1e3 * bias,
+    );
+    let error = 1.0 / (2.0 * (scans - 1.0)).sqrt();
+    assert_within_standard_errors((ratio - 1.0) / error, 4.0, "std / bound");
+    assert_within_standard_errors((claimed - 1.0) / error, 4.0, "own std / std");
+    assert_within_standard_errors(bias / bound_m * scans.sqrt(), 5.0, "bias");
+    let spread = (2.0 / degrees / scans).sqrt();
+    assert_within_standard_errors((chi_square - 1.0) / spread, 5.0, "chi-square");
+}
+
+fn scene_of(parallel: u32, periods: u64) -> Scene {
+    let mut scene = scene();
+    scene.scan.integration_chips = 31 * periods;
+    scene.hardware.parallel = parallel;
+    scene
+}
+
+/// The model estimator: steps of a group are weighed with what they know of each other, so
+/// that its scatter is the bound's and its own standard deviation and chi-square hold.
+#[test]
+fn the_fit_meets_the_bound_with_steps_that_share_their_light() {
+    let (detector, tier) = (DetectorIndex(0), CountingTier::Events);
+    for (parallel, periods) in [(4, 200), (16, 200), (16, 1600)] {
+        let scene = scene_of(parallel, periods);
+        let sensor = Sensor::new(&scene);
+        let model = DetectorModel::new(&sensor, detector);
+        let response = MeanResponse::of_tier(&model, tier).expect("a response");
+        let second = SecondMoments::new(&response).expect("second moments");
+        let sampler = CountSampler::of(&model, &second);
+        let fitter = Fitter::new(&sensor, detector, tier, OtherLight::Given);
+        let fits = (0..150).map(|scan| fitter.fit(&sampler.scan(11, scan)).expect("a fit"));
+        let what = format!("moments, parallel {parallel}, {periods} periods");
+        check_fits(&scene, &fits.collect::<Vec<_>>(), &what);
+    }
+}
+
+/// The same on photons.
+#[test]
+fn the_fit_meets_the_bound_in_photons_of_shared_light() {
+    let scene = scene_of(4, 100);
+    let (detector, tier) = (DetectorIndex(0), CountingTier::Events);
+    let sensor = Sensor::new(&scene);
+    let fitter = Fitter::new(&sensor, detector, tier, OtherLight::Given);
+    let mut fits: Vec<ModelEstimate> = Vec::new();
+    scans(&sensor, detector, Tier::Events, 3, 100, |scan| {
+        fits.push(fitter.fit(scan).expect("a fit"));
+    })
+    .unwrap();
+    check_fits(&scene, &fits, "photons, parallel 4");
 }

@@ -203,6 +203,7 @@ impl<'s> BinFitter<'s> {
             paths: vec![PathBound {
                 path: self.path,
                 bound_m: distance_m(self.sensor.clock().ps(delay_std_chips)),
+                velocity_bound_m_per_s: None,
             }],
             steps: place.means.len(),
         })
@@ -277,6 +278,7 @@ impl<'s> BinFitter<'s> {
         let delay_ps = clock.ps(path.delay_chips.rem_euclid(code.len() as f64));
         let bins = self.correlator.bins();
         ModelEstimate {
+            velocity: None,
             delay_ps,
             distance_m: distance_m(delay_ps),
             std_m: distance_m(clock.ps(std[0])),

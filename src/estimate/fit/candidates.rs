@@ -11,6 +11,12 @@ use super::{FitError, OtherLight};
 use crate::code::Code;
 use crate::sensor::Sensor;
 
+/// Whether a fit is of one path of the detector's own code, and looks for nothing else.
+pub fn is_one_path(sensor: &Sensor, detector: DetectorIndex, other: OtherLight) -> bool {
+    let paths = known(sensor, detector, other);
+    other != OtherLight::Search && paths.iter().map(|(_, most)| most).sum::<usize>() == 1
+}
+
 /// Codes that a fit knows, the detector's own first, and of how many paths each.
 pub fn known(
     sensor: &Sensor,

@@ -6,13 +6,21 @@ use std::sync::{Arc, OnceLock};
 use super::gauss_newton::Fitted;
 use super::joint::{Air, Search};
 use super::known_moments::KnownMoments;
-use super::problem::{Problem, window};
+use super::moving::{self, Course, MovingPath};
+use super::problem::{Parameters, Problem, window};
 use super::{FitError, ModelEstimate, OtherLight, candidates, start};
 use crate::estimate::{CountingTier, NoEstimate};
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::MeanCount;
 use crate::scan::Step;
 use crate::sensor::Sensor;
+
+/// A fit of steps that share their light is tried again from its neighbours if chi-square
+/// is so many standard deviations too large.
+const RETRIED_SIGMAS: f64 = 3.0;
+
+/// Phase steps from a fit to the places it is tried again from.
+const NEIGHBOURS: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
 
 /// Fits the scans of one detector. Second moments that one scan needed are kept for
 /// the next; what a scan gives does not depend on which came before.
@@ -22,7 +30,10 @@ pub struct Fitter<'s> {
     detector: DetectorIndex,
     tier: CountingTier,
     other: OtherLight,
+    /// Of a path that moves, one that stands still as it does at the moment.
     model: DetectorModel,
+    /// The moment that a moving path's distance is told of.
+    moment_ps: Result<Option<f64>, FitError>,
     moments: KnownMoments,
     air: OnceLock<Result<Air, FitError>>,
 }
@@ -38,15 +49,29 @@ impl<'s> Fitter<'s> {
         tier: CountingTier,
         other: OtherLight,
     ) -> Fitter<'s> {
+        let moment_ps = moving::moment_ps(sensor, detector, tier, other);
         Fitter {
             sensor,
             detector,
             tier,
             other,
-            model: DetectorModel::new(sensor, detector),
+            model: match moment_ps {
+                Ok(Some(moment_ps)) => DetectorModel::new(&sensor.still_at(moment_ps), detector),
+                _ => DetectorModel::new(sensor, detector),
+            },
+            moment_ps,
             moments: KnownMoments::default(),
             air: OnceLock::new(),
         }
+    }
+
+    /// The moment that a moving path's distance is told of, from the start of the scan;
+    /// `None` of light that stands still.
+    ///
+    /// # Errors
+    /// Where it moves in a way that no fit follows.
+    pub fn moment_ps(&self) -> Result<Option<f64>, FitError> {
+        self.moment_ps.clone()
     }
 
     /// Fits the counts of one scan.
@@ -81,13 +106,11 @@ impl<'s> Fitter<'s> {
                 steps: sensor.timing().scan.steps,
             });
         }
+        let moment_ps = self.moment_ps()?;
         let own = &sensor.scene().sources[sensor.scene().detectors[detector].reference].code;
-        let known = candidates::known(sensor, detector, self.other);
-        let is_one_path = self.other != OtherLight::Search
-            && known.iter().map(|(_, most)| most).sum::<usize>() == 1;
-        if is_one_path {
+        if candidates::is_one_path(sensor, detector, self.other) {
             let start = start::start(sensor, detector, self.tier, counts)?;
-            let problem = Problem {
+            let mut problem = Problem {
                 model: &self.model,
                 tier: self.tier,
                 codes: vec![Arc::clone(own)],
@@ -97,11 +120,11 @@ impl<'s> Fitter<'s> {
                     start.peak,
                 ),
             };
-            let near = Fitted::near_node(&problem, &self.moments, &start.parameters, counts)?;
-            let fitted = match near {
-                Some(fitted) => fitted,
-                None => Fitted::new(&problem, &self.moments, start.parameters, counts)?,
-            };
+            if let Some(moment_ps) = moment_ps {
+                problem.steps = moving::in_one_go(&problem.steps, start.peak);
+                return self.fit_moving(&problem, moment_ps, &start.parameters, counts);
+            }
+            let fitted = self.fit_still(&problem, &start.parameters, counts)?;
             return Ok(fitted.estimate(&problem));
         }
         check_not_flat(counts)?;
@@ -117,6 +140,61 @@ impl<'s> Fitter<'s> {
         let air = air.as_ref().map_err(Clone::clone)?;
         let (search, start) = Search::new(air, &problem, &self.moments, counts)?;
         Ok(search.run(start, &self.moments)?.estimate(air, &problem))
+    }
+}
+
+impl Fitter<'_> {
+    /// The fit of a path that stands still. How precise steps of shared light are depends
+    /// on where between two steps the path is, so that a fit may settle in the wrong place;
+    /// it then fits so badly that it is tried again from the neighbours.
+    fn fit_still(
+        &self,
+        problem: &Problem,
+        start: &Parameters,
+        counts: &[MeanCount],
+    ) -> Result<Fitted, FitError> {
+        let mut best = self.settle(problem, start, counts)?;
+        if !problem.shares_light() || best.excess_sigmas() < RETRIED_SIGMAS {
+            return Ok(best);
+        }
+        let step_chips = self.sensor.clock().sample_period_chips();
+        let settled = best.parameters.clone();
+        for steps in NEIGHBOURS {
+            let mut there = settled.clone();
+            there.paths[0].delay_chips += steps * step_chips;
+            // One that does not settle is no better.
+            if let Ok(other) = self.settle(problem, &there, counts)
+                && other.excess_sigmas() < best.excess_sigmas()
+            {
+                best = other;
+            }
+        }
+        Ok(best)
+    }
+
+    fn settle(
+        &self,
+        problem: &Problem,
+        start: &Parameters,
+        counts: &[MeanCount],
+    ) -> Result<Fitted, FitError> {
+        match Fitted::near_node(problem, &self.moments, start, counts)? {
+            Some(fitted) => Ok(fitted),
+            None => Fitted::new(problem, &self.moments, start.clone(), counts),
+        }
+    }
+
+    /// The fit of a path that moves.
+    fn fit_moving(
+        &self,
+        problem: &Problem,
+        moment_ps: f64,
+        start: &Parameters,
+        counts: &[MeanCount],
+    ) -> Result<ModelEstimate, FitError> {
+        let measured: Vec<MeanCount> = problem.steps.iter().map(|&s| counts[s.index()]).collect();
+        let start = Course::still(start).ok_or(FitError::Dark)?;
+        MovingPath::new(problem, moment_ps).fit(&self.moments, start, &measured)
     }
 }
 

@@ -18,6 +18,10 @@ pub const MOST_ITERATIONS: usize = 50;
 /// correlation let no gradient vanish.
 pub const CONVERGED_SIGMAS: f64 = 0.02;
 
+/// Weights are made anew where a fit has settled farther than this from where they were
+/// made, if they are worth it.
+pub const WEIGHED_SIGMAS: f64 = 0.1;
+
 /// Most exact expectations of a fit that starts from known derivatives, and most nodes
 /// on the way to the nearest.
 const MOST_NEAR: usize = 4;
@@ -68,6 +72,8 @@ pub struct Fitted {
     pub parameters: Parameters,
     normal: Normal,
     chi_square: f64,
+    /// Numbers that the counts are.
+    values: usize,
     iterations: usize,
 }
 
@@ -102,6 +108,7 @@ impl Fitted {
             if normal.largest_step_sigmas(&step) < CONVERGED_SIGMAS {
                 return Ok(Some(Fitted {
                     chi_square: weights.chi_square(&measured, &expected),
+                    values: weights.values(),
                     parameters: next,
                     normal,
                     iterations: iteration,
@@ -137,7 +144,8 @@ impl Fitted {
         let mut expected = problem.means_of(&response);
         let mut weights = Weights::of_poisson(&expected);
         let mut chi_square = weights.chi_square(&measured, &expected);
-        let mut reweighted = false;
+        let mut weighed_at: Option<Parameters> = None;
+        let mut times_weighed = 0;
         let mut jacobian = problem.jacobian(&parameters, &response, &expected)?;
         let mut linearised = parameters.clone();
         for iteration in 1..=MOST_ITERATIONS {
@@ -173,18 +181,27 @@ impl Fitted {
             // Where no way leads down even so is the minimum, as far as derivatives
             // from finite steps can tell.
             let moved = normal.largest_step_sigmas(&parameters.minus(&before));
-            if !reweighted && moved < 1.0 {
-                reweighted = true;
+            let fell = chi_square_before - chi_square;
+            let has_settled = moved < CONVERGED_SIGMAS
+                || weighed_at.is_some() && fell < CONVERGED_SIGMAS * CONVERGED_SIGMAS;
+            let is_weighed_elsewhere = match &weighed_at {
+                None => moved < 1.0,
+                Some(_) if !has_settled || times_weighed == problem.most_weighings() => false,
+                Some(there) => {
+                    normal.largest_step_sigmas(&parameters.minus(there)) > WEIGHED_SIGMAS
+                }
+            };
+            if is_weighed_elsewhere {
+                weighed_at = Some(parameters.clone());
+                times_weighed += 1;
                 weights = known.weights(problem, &parameters, &expected)?;
                 chi_square = weights.chi_square(&measured, &expected);
-            } else if moved < CONVERGED_SIGMAS
-                || reweighted
-                    && chi_square_before - chi_square < CONVERGED_SIGMAS * CONVERGED_SIGMAS
-            {
+            } else if has_settled {
                 return Ok(Fitted {
                     parameters,
                     normal,
                     chi_square,
+                    values: weights.values(),
                     iterations: iteration,
                 });
             }
@@ -194,6 +211,16 @@ impl Fitted {
             }
         }
         Err(FitError::NotConverged)
+    }
+
+    /// By how many standard deviations chi-square is above what it should be.
+    pub fn excess_sigmas(&self) -> f64 {
+        let degrees = self.degrees_of_freedom().max(1) as f64;
+        (self.chi_square - degrees) / (2.0 * degrees).sqrt()
+    }
+
+    fn degrees_of_freedom(&self) -> usize {
+        self.values.saturating_sub(self.parameters.len())
     }
 
     pub fn estimate(&self, problem: &Problem) -> ModelEstimate {
@@ -217,9 +244,10 @@ impl Fitted {
             delay_ps: paths[0].delay_ps,
             distance_m: distance_m(paths[0].delay_ps),
             std_m: distance_m(paths[0].delay_std_ps),
+            velocity: None,
             constant_rate_hz: self.parameters.constant / (chip_ps * 1e-12),
             chi_square: self.chi_square,
-            degrees_of_freedom: 2 * problem.steps.len() - self.parameters.len(),
+            degrees_of_freedom: self.degrees_of_freedom(),
             steps: problem.steps.len(),
             untold: None,
             iterations: self.iterations,

@@ -12,6 +12,7 @@ use rustfft::num_complex::Complex64;
 
 use super::FitError;
 use super::descent::{Descent, Hypothesis};
+use super::gauss_newton::WEIGHED_SIGMAS;
 use super::hadamard::CodeSet;
 use super::known_moments::KnownMoments;
 use super::least_squares::Normal;
@@ -72,6 +73,8 @@ pub struct Found {
     /// of a template's value and of light.
     pub sigma: f64,
     pub unit: f64,
+    /// Numbers that the counts are.
+    pub values: usize,
 }
 
 /// The deviation that the largest of so many places exceeds in a share of scans.
@@ -214,11 +217,21 @@ impl<'a, 'm> Search<'a, 'm> {
     ) -> Result<Found, FitError> {
         let problem = self.descent.problem_of(&here.codes);
         let axis = &self.air.axis;
-        let weights = known.scan_weights(&problem, &here.parameters, &here.expected, axis)?;
-        let sigma = weights.signed_sigma();
-        self.descent.weights = weights;
-        let here = self.descent.weighed(here);
-        let (hypothesis, normal) = self.descent.exactly(here)?;
+        let (mut hypothesis, mut normal) = (here, None);
+        for _ in 0..problem.most_weighings() {
+            let (parameters, expected) = (&hypothesis.parameters, &hypothesis.expected);
+            self.descent.weights = known.scan_weights(&problem, parameters, expected, axis)?;
+            let before = parameters.clone();
+            let (settled, found) = self.descent.exactly(self.descent.weighed(hypothesis))?;
+            let moved = found.largest_step_sigmas(&settled.parameters.minus(&before));
+            (hypothesis, normal) = (settled, Some(found));
+            if moved < WEIGHED_SIGMAS {
+                break;
+            }
+        }
+        let normal = normal.ok_or(FitError::NotConverged)?;
+        let sigma = self.sigma();
+        let values = self.descent.weights.values();
         let [pattern, _] = self.descent.gains(
             &hypothesis.codes,
             &hypothesis.parameters,
@@ -230,6 +243,7 @@ impl<'a, 'm> Search<'a, 'm> {
             hypothesis,
             normal,
             sigma,
+            values,
         })
     }
 
@@ -328,7 +342,7 @@ impl<'a, 'm> Search<'a, 'm> {
         Place {
             code: Arc::clone(&candidate.code),
             delay_chips: axis.delay_at(best.0 as f64),
-            sigmas: best.1 / (power.sqrt() * self.descent.weights.signed_sigma()),
+            sigmas: best.1 / (power.sqrt() * self.sigma()),
             height: best.1 / power,
         }
     }
@@ -372,7 +386,7 @@ impl<'a, 'm> Search<'a, 'm> {
             places.push(Place {
                 code: Arc::new(code),
                 delay_chips: axis.delay_at((cell.chip * samples + phase) as f64),
-                sigmas: cell.product / (power.sqrt() * self.descent.weights.signed_sigma()),
+                sigmas: cell.product / (power.sqrt() * self.sigma()),
                 height: cell.product / power,
             });
         }
@@ -384,7 +398,7 @@ impl<'a, 'm> Search<'a, 'm> {
     /// Pairs must gain more than `least_gain`.
     fn split(&self, here: &Hypothesis, least_gain: f64) -> Result<Option<Split>, FitError> {
         let residual = self.residual(here);
-        let sigma = self.descent.weights.signed_sigma();
+        let sigma = self.sigma();
         let mut best: Option<Split> = None;
         for candidate in self.air.known.iter().filter(|c| self.air.room(c, here) > 0) {
             let products = candidate.matched.products(&self.air.axis, &residual);
@@ -429,6 +443,13 @@ impl<'a, 'm> Search<'a, 'm> {
         let templates = self.templates(&codes);
         let start = self.descent.near_hypothesis(here, codes, parameters)?;
         self.descent.roughly(start, &templates)
+    }
+
+    /// Standard deviation of a signed count.
+    fn sigma(&self) -> f64 {
+        self.descent
+            .weights
+            .signed_sigma(self.air.axis.samples_per_chip)
     }
 
     /// Where the scan's steps are.

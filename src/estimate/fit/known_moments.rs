@@ -11,8 +11,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::least_squares::Weights;
 use super::problem::{Column, Parameters, PathParameters, Problem};
+use super::shared_light::{self, SharedSteps};
 use super::template::Axis;
-use crate::response::{CountMoments, MeanCount, MeanResponseError};
+use crate::response::{CountMoments, MeanCount, MeanResponseError, SecondMoments};
 use crate::scan::Step;
 
 /// Distance of nodes: delays in chips, and rates times dead time, which is what
@@ -25,11 +26,19 @@ struct Spacing {
 }
 
 impl Spacing {
-    /// Distance of rates per chip. Without dead time moments per detection, and
-    /// derivatives per light, do not depend on the rate.
-    fn rate(&self, dead_time_chips: f64) -> f64 {
-        self.saturation / dead_time_chips.max(0.1)
+    /// Distance of rates per chip, in light of some octave. Without dead time moments per
+    /// detection, and derivatives per light, do not depend on the rate.
+    fn rate(&self, octave: i32, dead_time_chips: f64) -> f64 {
+        self.saturation / dead_time_chips.max(0.1) * f64::from(octave).exp2()
     }
+}
+
+/// How often the light is twice as bright as it takes to make the detector dead for half of
+/// the time. Moments depend on the share of time that it is dead, which changes the less
+/// with the light the nearer it is to one: so grids are as coarse as the light is bright.
+fn octave(parameters: &Parameters, dead_time_chips: f64) -> i32 {
+    let saturation = parameters.brightest() * dead_time_chips.max(0.1);
+    saturation.ln_1p().div_euclid(std::f64::consts::LN_2) as i32
 }
 
 /// Half a spacing changes moments by less than a per cent: chi-square of some tens
@@ -38,6 +47,13 @@ const OF_WINDOWS: Spacing = Spacing {
     delay_chips: 1.0 / 32.0,
     saturation: 0.008,
     kept: 10_000,
+};
+
+/// Steps that count the same light differ by what comes within a phase step of the
+/// reference's edges, where the light changes.
+const OF_SHARED_STEPS: Spacing = Spacing {
+    delay_chips: 1.0 / 128.0,
+    ..OF_WINDOWS
 };
 
 /// For derivatives: a peak's corners are round within some hundredths of a chip.
@@ -61,9 +77,6 @@ const OF_FEW_STEPS: Spacing = Spacing {
     kept: 10_000,
 };
 
-/// Scans of so few steps have the moments of each.
-const STEPS_ONE_BY_ONE: usize = 512;
-
 /// Steps away from all peaks whose moments are taken.
 const STEPS_AWAY: usize = 12;
 
@@ -74,7 +87,8 @@ struct Key {
     steps: Vec<Step>,
     /// Chips of the codes.
     codes: Vec<Vec<u8>>,
-    /// Delay and strength of each path, and the background, in spacings.
+    /// The octave of the light, and delay and strength of each path, and the background, in
+    /// spacings.
     place: Vec<i64>,
 }
 
@@ -166,7 +180,8 @@ impl Linear {
     /// Whether the derivatives are good for some parameters: half as far again as to
     /// the border to the next node.
     pub fn holds_for(&self, parameters: &Parameters, dead_time_chips: f64) -> bool {
-        let rate = 0.75 * OF_SLOPES.rate(dead_time_chips);
+        let octave = octave(&self.parameters, dead_time_chips);
+        let rate = 0.75 * OF_SLOPES.rate(octave, dead_time_chips);
         let pairs = parameters.paths.iter().zip(&self.parameters.paths);
         let mut near = pairs.map(|(here, node)| {
             (here.delay_chips - node.delay_chips).abs() <= 0.75 * OF_SLOPES.delay_chips
@@ -198,6 +213,7 @@ impl Linear {
 pub struct KnownMoments {
     nodes: Mutex<HashMap<Key, Arc<[PerDetection]>>>,
     linear: Mutex<HashMap<Key, Arc<Linear>>>,
+    shared: Mutex<HashMap<Key, Arc<[SharedSteps]>>>,
 }
 
 impl KnownMoments {
@@ -208,6 +224,10 @@ impl KnownMoments {
         parameters: &Parameters,
         means: &[MeanCount],
     ) -> Result<Weights, MeanResponseError> {
+        if problem.shares_light() {
+            let known = self.nearest_shared(problem, parameters)?;
+            return Ok(shared_light::weights_of_all(&known, means));
+        }
         let known = self.nearest(problem, parameters)?;
         let moments = means.iter().zip(known.iter());
         let moments: Vec<CountMoments> = moments.map(|(mean, known)| known.of(mean)).collect();
@@ -251,15 +271,14 @@ impl KnownMoments {
         means: &[MeanCount],
         axis: &Axis,
     ) -> Result<Weights, MeanResponseError> {
-        if problem.steps.len() <= STEPS_ONE_BY_ONE {
+        if !problem.is_long() {
             return self.weights(problem, parameters, means);
         }
-        let reference = &problem.model.reference.chips;
-        let own = problem.codes.iter().zip(&parameters.paths);
-        let own: Vec<f64> = own
-            .filter(|(code, _)| &code.chips == reference)
-            .map(|(_, path)| axis.place_of(path.delay_chips))
-            .collect();
+        let own = problem.own_peaks(parameters, axis);
+        if problem.shares_light() {
+            let known = |few: &Problem| self.nearest_shared(few, parameters);
+            return shared_light::weights_of_scan(problem, axis, &own, means, known);
+        }
         let samples = sampled_steps(problem, axis, &own);
         let few = Problem {
             steps: samples.clone(),
@@ -274,6 +293,29 @@ impl KnownMoments {
             away.towards(peaks.iter().zip(shapes)).of(mean)
         });
         Ok(Weights::of(&moments.collect::<Vec<_>>()))
+    }
+
+    fn nearest_shared(
+        &self,
+        problem: &Problem,
+        parameters: &Parameters,
+    ) -> Result<Arc<[SharedSteps]>, MeanResponseError> {
+        let dead_time = problem.model.dead_time_chips;
+        let (place, node) = nearest(parameters, &OF_SHARED_STEPS, dead_time);
+        let key = Key::new(problem, place);
+        // Whoever panicked meanwhile left the map whole.
+        let nodes = || self.shared.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = nodes().get(&key) {
+            return Ok(Arc::clone(known));
+        }
+        let response = problem.response(&node)?;
+        let found: Arc<[SharedSteps]> =
+            problem.shared_steps(&SecondMoments::new(&response)?).into();
+        let mut nodes = nodes();
+        if nodes.len() < OF_SHARED_STEPS.kept {
+            nodes.insert(key, Arc::clone(&found));
+        }
+        Ok(found)
     }
 
     fn nearest(
@@ -325,7 +367,7 @@ impl fmt::Debug for KnownMoments {
     }
 }
 
-/// The node nearest to some parameters, and its numbers. Rates of nodes are odd
+/// The node nearest to some parameters, and its octave and numbers. Rates of nodes are odd
 /// multiples of half a spacing: there is some light at every node.
 fn nearest(
     parameters: &Parameters,
@@ -333,7 +375,9 @@ fn nearest(
     dead_time_chips: f64,
 ) -> (Vec<i64>, Parameters) {
     let mut place = Vec::with_capacity(parameters.len());
-    let rate_spacing = spacing.rate(dead_time_chips);
+    let octave = octave(parameters, dead_time_chips);
+    place.push(i64::from(octave));
+    let rate_spacing = spacing.rate(octave, dead_time_chips);
     let mut numbered = |number: f64| {
         place.push(number as i64);
         number

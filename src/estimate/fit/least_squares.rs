@@ -1,8 +1,10 @@
-//! Weighted least squares with a 2 x 2 covariance per step.
+//! Weighted least squares with a 2 x 2 covariance per step, or one of each group of steps
+//! that count the same light.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::problem::Column;
+use super::shared_light::SharedSteps;
 use crate::response::{CountMoments, MeanCount};
 
 /// Factors W of each step's inverse covariance, W^T W = C^-1.
@@ -10,7 +12,24 @@ use crate::response::{CountMoments, MeanCount};
 pub struct Weights {
     /// Whitened: a r, b r + c N.
     factors: Vec<[f64; 3]>,
+    /// In place of these, for steps that count the same light.
+    groups: Vec<GroupFactor>,
+    /// Covariance of a signed count with that of the step so many behind it, on average.
+    beside: Vec<f64>,
 }
+
+/// Factor of the inverse covariance of a group's signed counts and its total.
+#[derive(Debug, Clone)]
+struct GroupFactor {
+    /// Places of its steps.
+    places: Vec<usize>,
+    /// Lower triangle.
+    whitening: DMatrix<f64>,
+}
+
+/// A count that is never anything but its mean weighs as if it had the variance of
+/// rounding.
+const ROUNDING: f64 = 1.0 / 12.0;
 
 /// Normal equations, ready to solve.
 #[derive(Debug, Clone)]
@@ -25,21 +44,47 @@ pub struct Normal {
 
 impl Weights {
     pub fn of(moments: &[CountMoments]) -> Weights {
+        let variances = moments.iter().map(|m| m.signed_variance.max(ROUNDING));
+        let variance = variances.sum::<f64>() / moments.len() as f64;
         let factors = moments.iter().map(|m| {
             // Cholesky of C = [[v, c], [c, n]], then the inverse of its factor.
-            // A count that is never anything but its mean weighs as if it had the
-            // variance of rounding.
-            let rounding = 1.0 / 12.0;
-            let signed = m.signed_variance.max(rounding).sqrt();
+            let signed = m.signed_variance.max(ROUNDING).sqrt();
             let shared = m.covariance / signed;
             let rest = (m.total_variance - shared * shared)
-                .max(rounding * 1e-3)
+                .max(ROUNDING * 1e-3)
                 .sqrt();
             [1.0 / signed, -shared / (signed * rest), 1.0 / rest]
         });
         Weights {
             factors: factors.collect(),
+            groups: Vec::new(),
+            beside: vec![variance],
         }
+    }
+
+    /// Weights of steps that count the same light, group by group.
+    pub fn of_groups(groups: &[SharedSteps]) -> Weights {
+        let factor = |group: &SharedSteps| GroupFactor {
+            places: group.places.clone(),
+            whitening: whitening(&group.moments.covariance),
+        };
+        Weights {
+            factors: Vec::new(),
+            groups: groups.iter().map(factor).collect(),
+            beside: covariances_beside(groups),
+        }
+    }
+
+    /// How many numbers the counts are, those that are one and the same taken once.
+    pub fn values(&self) -> usize {
+        let of_groups = self.groups.iter().map(|group| group.places.len() + 1);
+        2 * self.factors.len() + of_groups.sum::<usize>()
+    }
+
+    /// Steps that are weighed.
+    fn steps(&self) -> usize {
+        let of_groups = self.groups.iter().map(|group| group.places.len());
+        self.factors.len() + of_groups.sum::<usize>()
     }
 
     /// As if detections had no memory: both variances are the mean of N, the
@@ -58,38 +103,41 @@ impl Weights {
         Weights::of(&moments)
     }
 
-    /// Standard deviation of a signed count, about: the root mean square of all.
-    pub fn signed_sigma(&self) -> f64 {
-        let variances = self.factors.iter().map(|factor| factor[0].powi(-2));
-        (variances.sum::<f64>() / self.factors.len() as f64).sqrt()
+    /// Standard deviation of a signed count, about: that of a sum over a peak of the
+    /// steps' counts, each weighed with the peak's height there, over the root of the sum
+    /// of these squared. It is that of a step alone, unless neighbours go together.
+    pub fn signed_sigma(&self, samples_per_chip: f64) -> f64 {
+        let reach = samples_per_chip as i64;
+        let height = |offset: i64| (1.0 - offset.abs() as f64 / samples_per_chip).max(0.0);
+        let products = |apart: i64| -> f64 {
+            let offsets = -reach..=reach;
+            offsets
+                .map(|offset| height(offset) * height(offset + apart))
+                .sum()
+        };
+        let sides = |apart: usize| if apart == 0 { 1.0 } else { 2.0 };
+        let beside = self.beside.iter().enumerate();
+        let variance: f64 = beside
+            .map(|(apart, covariance)| sides(apart) * covariance * products(apart as i64))
+            .sum();
+        (variance / products(0)).max(ROUNDING).sqrt()
     }
 
     /// Sum of squared whitened residuals.
     pub fn chi_square(&self, measured: &[MeanCount], expected: &[MeanCount]) -> f64 {
-        self.residuals(measured, expected)
-            .flatten()
-            .map(|r| r * r)
-            .sum()
+        let residuals = self.residuals(measured, expected);
+        residuals.iter().map(|r| r * r).sum()
     }
 
-    fn residuals<'a>(
-        &'a self,
-        measured: &'a [MeanCount],
-        expected: &'a [MeanCount],
-    ) -> impl Iterator<Item = [f64; 2]> + 'a {
-        measured
-            .iter()
-            .zip(expected)
-            .zip(&self.factors)
-            .map(|((m, e), factor)| {
-                whiten(
-                    factor,
-                    &MeanCount {
-                        signed: m.signed - e.signed,
-                        total: m.total - e.total,
-                    },
-                )
+    fn residuals(&self, measured: &[MeanCount], expected: &[MeanCount]) -> Vec<f64> {
+        let pairs = measured.iter().zip(expected);
+        let differences: Column = pairs
+            .map(|(m, e)| MeanCount {
+                signed: m.signed - e.signed,
+                total: m.total - e.total,
             })
+            .collect();
+        self.whitened(&differences)
     }
 
     /// The normal equations; `None` if they are singular, or say nothing finite.
@@ -100,7 +148,7 @@ impl Weights {
         expected: &[MeanCount],
     ) -> Option<Normal> {
         let columns = jacobian.iter().map(|column| self.whitened(column));
-        let residuals: Vec<f64> = self.residuals(measured, expected).flatten().collect();
+        let residuals = self.residuals(measured, expected);
         Normal::of_whitened(&columns.collect::<Vec<_>>(), &residuals)
     }
 
@@ -111,14 +159,66 @@ impl Weights {
                 signed: 0.0,
                 total: 0.0
             };
-            self.factors.len()
+            self.steps()
         ];
         self.normal(jacobian, &nothing, &nothing)
     }
 
     fn whitened(&self, column: &Column) -> Vec<f64> {
+        if !self.groups.is_empty() {
+            let groups = self.groups.iter();
+            return groups.flat_map(|group| group.whitened(column)).collect();
+        }
         let pairs = column.iter().zip(&self.factors);
         pairs.flat_map(|(d, factor)| whiten(factor, d)).collect()
+    }
+}
+
+impl GroupFactor {
+    fn whitened(&self, column: &Column) -> Vec<f64> {
+        let signed = self.places.iter().map(|&place| column[place].signed);
+        let total = self.places.first().map(|&place| column[place].total);
+        let values: Vec<f64> = signed.chain(total).collect();
+        (&self.whitening * DVector::from_vec(values))
+            .as_slice()
+            .to_vec()
+    }
+}
+
+/// Covariance of a step's signed count with those of 0, 1, .. steps on, on average over
+/// all steps: those of other groups know nothing of it.
+fn covariances_beside(groups: &[SharedSteps]) -> Vec<f64> {
+    let most = groups.iter().map(|group| group.places.len()).max();
+    let mut sums = vec![0.0; most.unwrap_or(0)];
+    let mut steps = 0;
+    for group in groups {
+        let lanes = group.places.len();
+        steps += lanes;
+        for (apart, sum) in sums.iter_mut().enumerate().take(lanes) {
+            let pairs = (apart..lanes).map(|lane| group.moments.covariance[lane - apart][lane]);
+            *sum += pairs.sum::<f64>();
+        }
+    }
+    sums.iter().map(|sum| sum / steps as f64).collect()
+}
+
+/// Inverse of the lower triangle L of covariance = L L^T. Where numbers that are nearly
+/// the same round to no covariance they are taken for as much less precise as it takes.
+fn whitening(covariance: &[Vec<f64>]) -> DMatrix<f64> {
+    let size = covariance.len();
+    let mut ridge = ROUNDING * 1e-3;
+    loop {
+        let known = |a: usize, b: usize| covariance[a][b] + if a == b { ridge } else { 0.0 };
+        let factor = Cholesky::new(DMatrix::from_fn(size, size, known));
+        let one = DMatrix::identity(size, size);
+        if let Some(inverse) = factor.and_then(|factor| factor.l().solve_lower_triangular(&one)) {
+            return inverse;
+        }
+        if !ridge.is_finite() {
+            // Covariances that are no numbers tell nothing.
+            return DMatrix::zeros(size, size);
+        }
+        ridge *= 10.0;
     }
 }
 

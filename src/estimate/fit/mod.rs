@@ -6,7 +6,7 @@
 //! squares of (r\[k\], N\[k\]) with the full 2 x 2 covariance of each step, by
 //! Gauss-Newton. Range walk, circular error and interference are in the model
 //! and do not bias the fit. The background is always unknown, which makes
-//! extinction ratio and ambient light harmless at the price of under 2 % of
+//! extinction ratio and background harmless at the price of under 2 % of
 //! precision.
 //!
 //! One path is fitted to a window of 3 S steps round the peak. More light is looked
@@ -24,9 +24,11 @@ mod hadamard;
 mod joint;
 mod known_moments;
 mod least_squares;
+pub(super) mod moving;
 mod outcome;
 mod pairs;
 mod problem;
+mod shared_light;
 mod start;
 mod template;
 
@@ -36,7 +38,9 @@ use std::sync::Arc;
 pub use bins::BinFitter;
 pub(super) use coarse::best_match;
 pub use fitter::Fitter;
+pub(super) use least_squares::Weights;
 pub(super) use problem::{Parameters, PathParameters, Problem, window};
+pub(super) use template::Axis;
 
 use super::bound::bound;
 use super::{CountingTier, NoEstimate, TheoryEffort};
@@ -62,6 +66,9 @@ pub struct ModelEstimate {
     pub distance_m: f64,
     /// Standard deviation of the distance, from the counts' covariances.
     pub std_m: f64,
+    /// Speed of the path, and the moment at which it is where it says; `None` of paths
+    /// that stand still.
+    pub velocity: Option<Velocity>,
     /// Every path of the fit, the strongest of the reference first.
     pub paths: Vec<FittedPath>,
     /// Primary rate of all light that is not modulated, dark counts included.
@@ -78,6 +85,17 @@ pub struct ModelEstimate {
     pub untold: Option<Untold>,
     /// Gauss-Newton steps of the last fit.
     pub iterations: usize,
+}
+
+/// How a path moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Velocity {
+    /// Speed of the distance, positive away from the sensor.
+    pub m_per_s: f64,
+    /// Its standard deviation.
+    pub std_m_per_s: f64,
+    /// The moment that the distance is of, from the start of the scan.
+    pub at_s: f64,
 }
 
 /// One path of a fit.
@@ -165,22 +183,24 @@ pub enum FitError {
     /// The reference is no code of a Gold set.
     #[error("the reference's code is of no Gold set in which an interferer could be looked for")]
     NoGoldSet,
-    /// Precision is worked out for steps with light of their own.
+    /// A path moves in a way that a fit does not follow.
     #[error(
-        "with parallel = {parallel} the phase steps of a group see the same light; precision of \
-         the model estimator is worked out for parallel = 1"
-    )]
-    SharedLight {
-        /// Steps of a group.
-        parallel: u32,
-    },
-    /// Precision is worked out for light that stands still.
-    #[error(
-        "path {path} moves; precision of the model estimator is worked out for paths that stand still"
+        "path {path} moves; the model estimator follows the only path of a detector, at a constant \
+         speed, without a fluctuation (estimator = \"fft\" takes any)"
     )]
     Moves {
         /// Index of the path.
         path: PathIndex,
+    },
+    /// A path moves faster than a fit follows, or nobody can say how fast.
+    #[error(
+        "the counts are best explained by a path that moves by {limit_m_per_s:.1} m/s or more, a \
+         quarter of a phase step within one: integrate for a shorter time if it is so fast, or for a \
+         longer one if the light does not tell its speed"
+    )]
+    TooFast {
+        /// The fastest that is followed.
+        limit_m_per_s: f64,
     },
     /// There is nothing to range.
     #[error("nothing modulated reaches the detector")]
@@ -276,11 +296,23 @@ pub fn fit_means(
     Fitter::new(sensor, detector, tier, other).fit_means(counts)
 }
 
+/// What to say of joint fits to steps that share their light.
+pub fn shared_light(sensor: &Sensor, detector: DetectorIndex) -> Option<String> {
+    let parallel = sensor.timing().parallel;
+    let other = sensor.scene().other_light;
+    (parallel > 1 && !candidates::is_one_path(sensor, detector, other)).then(|| {
+        format!(
+            "with parallel = {parallel} the phase steps of a group see the same light; of several \
+             paths distances then scatter up to 1.7 times as much as the fit says"
+        )
+    })
+}
+
 /// What the fit says of a scene's expected counts, told of other light what the
 /// scene says: its average answer, to first order in the noise.
 ///
 /// # Errors
-/// As [`fit`]; and for paths that move, and phase steps that share their light.
+/// As [`fit`].
 ///
 /// # Panics
 /// If the scene has no such detector.
@@ -293,44 +325,27 @@ pub fn expected_fit(
         TheoryEffort::of(sensor, detector)?.check_histogram()?;
         return BinFitter::new(sensor, detector)?.expected();
     }
-    check_independent(sensor, detector)?;
+    let other = sensor.scene().other_light;
+    let fitter = Fitter::new(sensor, detector, tier, other);
+    let moment_ps = fitter.moment_ps()?;
     TheoryEffort::of(sensor, detector)?.check_fit()?;
-    let model = DetectorModel::new(sensor, detector);
+    let still;
+    let standing = match moment_ps {
+        Some(moment_ps) => {
+            still = sensor.still_at(moment_ps);
+            &still
+        }
+        None => sensor,
+    };
+    let model = DetectorModel::new(standing, detector);
     let response = MeanResponse::of_tier(&model, tier)?;
     if response.misses_pulses() {
         // A fit settles everywhere, but there its average is not that of the average.
         bound(sensor, detector, tier)?;
     }
-    let means = response.mean_counts();
-    fit_means(sensor, detector, tier, &means, sensor.scene().other_light)
-}
-
-/// What to say of fits to steps that share their light.
-pub fn shared_light(sensor: &Sensor) -> Option<String> {
-    let parallel = sensor.timing().parallel;
-    (parallel > 1).then(|| {
-        format!(
-            "with parallel = {parallel} the phase steps of a group see the same light, and the fit \
-             weighs them as if they did not: the distance is unbiased, but not as precise as it \
-             could be, and the fit's own standard deviations and chi-square do not hold"
-        )
-    })
-}
-
-/// Whether standard deviations of a fit mean anything: steps must be independent,
-/// and their light the same.
-pub(super) fn check_independent(sensor: &Sensor, detector: DetectorIndex) -> Result<(), FitError> {
-    if sensor.timing().parallel > 1 {
-        return Err(FitError::SharedLight {
-            parallel: sensor.timing().parallel,
-        });
+    let mut means = response.mean_counts();
+    if let Some(moment_ps) = moment_ps {
+        moving::take_movement(sensor, &response, tier, moment_ps, &mut means)?;
     }
-    let moves = |p: &PathIndex| {
-        let path = &sensor.scene().paths[*p];
-        path.detector == detector && path.movement.is_some()
-    };
-    match PathIndex::of(&sensor.scene().paths).find(moves) {
-        Some(path) => Err(FitError::Moves { path }),
-        None => Ok(()),
-    }
+    fitter.fit_means(&means)
 }

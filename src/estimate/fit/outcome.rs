@@ -60,9 +60,10 @@ impl Found {
             delay_ps: paths[0].delay_ps,
             distance_m: distance_m(paths[0].delay_ps),
             std_m: distance_m(paths[0].delay_std_ps),
+            velocity: None,
             constant_rate_hz: fitted.parameters.constant / (chip_ps * 1e-12),
             chi_square: fitted.chi_square,
-            degrees_of_freedom: 2 * air.axis.len() - fitted.parameters.len(),
+            degrees_of_freedom: self.values.saturating_sub(fitted.parameters.len()),
             steps: air.axis.len(),
             untold: (missing > 0).then(|| Untold {
                 missing,

@@ -1,8 +1,11 @@
 //! The unknowns of a fit, and what they let one expect.
 
+use std::convert::Infallible;
 use std::sync::Arc;
 
 use super::least_squares::Weights;
+use super::shared_light;
+use super::template::Axis;
 use crate::code::Code;
 use crate::photons::DetectorModel;
 use crate::response::{
@@ -22,6 +25,9 @@ const CONSTANT_STEP: f64 = 5e-3;
 /// the light.
 const LINEAR_CHIPS: f64 = 1.0 / 64.0;
 const LINEAR_SHARE: f64 = 0.03;
+
+/// Scans of more steps are weighed with the second moments of few that stand for all.
+const STEPS_ONE_BY_ONE: usize = 512;
 
 /// From this many steps on, second moments of all steps of the scan at once cost
 /// less than step by step.
@@ -126,7 +132,7 @@ impl Parameters {
     }
 
     /// Everything that shines, per chip.
-    fn brightest(&self) -> f64 {
+    pub fn brightest(&self) -> f64 {
         self.constant + self.paths.iter().map(|p| p.ln_rate.exp()).sum::<f64>()
     }
 
@@ -230,6 +236,17 @@ impl<'m> Problem<'m> {
             .collect()
     }
 
+    /// How often a fit makes its weights. Those of steps that count the same light depend
+    /// on where between two steps the light's edges are.
+    pub fn most_weighings(&self) -> usize {
+        if self.shares_light() { 4 } else { 1 }
+    }
+
+    /// Whether second moments of few steps stand for those of all.
+    pub fn is_long(&self) -> bool {
+        self.steps.len() > STEPS_ONE_BY_ONE
+    }
+
     /// Whether no step of the scan is left out.
     pub fn takes_all_steps(&self) -> bool {
         self.steps.len() as u64 == self.model.timing.scan.steps
@@ -287,9 +304,37 @@ impl<'m> Problem<'m> {
         Ok(slope(&self.means(&below)?, &self.means(&above)?, up - down))
     }
 
-    /// Inverse covariances of the steps' counts, from their second moments.
-    pub fn weights_of(&self, second: &SecondMoments) -> Weights {
-        Weights::of(&self.moments_of(second))
+    /// Places on the axis at which the detector's own code peaks.
+    pub fn own_peaks(&self, parameters: &Parameters, axis: &Axis) -> Vec<f64> {
+        let reference = &self.model.reference.chips;
+        let paths = self.codes.iter().zip(&parameters.paths);
+        paths
+            .filter(|(code, _)| &code.chips == reference)
+            .map(|(_, path)| axis.place_of(path.delay_chips))
+            .collect()
+    }
+
+    /// Inverse covariances of the steps' counts, from their second moments; `parameters`
+    /// and `means` are those of their light.
+    pub fn weights_of(
+        &self,
+        second: &SecondMoments,
+        parameters: &Parameters,
+        means: &[MeanCount],
+        axis: &Axis,
+    ) -> Weights {
+        if self.shares_light() && self.is_long() {
+            let peaks = self.own_peaks(parameters, axis);
+            let of_few = |few: &Problem| Ok::<_, Infallible>(few.shared_steps(second).into());
+            return match shared_light::weights_of_scan(self, axis, &peaks, means, of_few) {
+                Ok(weights) => weights,
+                Err(never) => match never {},
+            };
+        }
+        match self.shares_light() {
+            true => Weights::of_groups(&self.shared_steps(second)),
+            false => Weights::of(&self.moments_of(second)),
+        }
     }
 
     /// Moments of the steps' counts.
@@ -306,7 +351,8 @@ impl<'m> Problem<'m> {
     }
 }
 
-fn slope(from: &[MeanCount], to: &[MeanCount], step: f64) -> Column {
+/// Differences of counts over a step of an unknown.
+pub fn slope(from: &[MeanCount], to: &[MeanCount], step: f64) -> Column {
     from.iter()
         .zip(to)
         .map(|(a, b)| MeanCount {

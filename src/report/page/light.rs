@@ -3,9 +3,12 @@
 use maud::{Markup, html};
 
 use super::Page;
+use super::tables::table;
+use crate::plan::link::link_budget;
 use crate::report::chart::Scale;
 use crate::report::figure::Figure;
 use crate::report::line_plot::{LinePlot, Series, decimate};
+use crate::report::plan::{LINK_HEADINGS, link};
 use crate::report::{DetectorCounts, curves, geometry};
 use crate::scene::{DetectorIndex, EstimatorKind};
 
@@ -13,12 +16,17 @@ use crate::scene::{DetectorIndex, EstimatorKind};
 const ZOOM_CHIPS: usize = 4;
 
 pub(super) fn section(page: &Page) -> Markup {
+    let budgets = link(&link_budget(page.sensor));
     html! {
         div.figures {
             (geometry::figure(page.sensor.scene()).markup())
             @for counts in page.counts {
                 @for figure in correlation(page, counts) { (figure.markup()) }
             }
+        }
+        @if !budgets.is_empty() {
+            h3 { "Photons per second" }
+            (table(&LINK_HEADINGS, &budgets))
         }
     }
 }

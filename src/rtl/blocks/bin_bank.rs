@@ -166,7 +166,7 @@ fn describe(plan: &BankPlan) -> About {
             );
     }
     About::new("bin_bank", &format!("{title}, twice"))
-        .note(&format!("One memory counts while the other is read. {back}"))
+        .note(format!("One memory counts while the other is read. {back}"))
         .fact("Memory", format!("2 x {rows} bins of {bits} bits"))
         .fact(
             "Latency",

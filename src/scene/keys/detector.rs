@@ -58,6 +58,14 @@ pub(in crate::scene) static DETECTOR: Table = Table {
             why: "one in a femtosecond",
         },
         Key {
+            name: "background",
+            kind: Kind::Words("a table", Form::Table("detector.background")),
+            default: Some("none: `background_rate` stands for it"),
+            example: "{ illuminance = \"10 klux\", filter_width = \"10 nm\", reflectance = 0.5, aperture = \"20 mm\", field_of_view = \"10 mrad\" }",
+            meaning: "in place of `background_rate` what it follows from",
+            why: "",
+        },
+        Key {
             name: "dead_time",
             kind: Kind::Quantity {
                 quantity: Quantity::Time,

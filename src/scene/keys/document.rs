@@ -16,7 +16,8 @@ pub fn reference() -> String {
         A quantity is a text of a number and a unit, in any unit of its kind: times in fs, ps, ns, \
         us, ms, s, min, h; lengths in nm, um, mm, cm, m, km; rates in cps, kcps, Mcps, Gcps; powers \
         in fW, pW, nW, uW, mW, W, dBm; speeds in um/s, mm/s, m/s, km/s, km/h; offsets of a clock in \
-        ppb, ppm, its drifts in ppb/s, ppm/s.\n\n\
+        ppb, ppm, its drifts in ppb/s, ppm/s; angles in urad, mrad, rad, deg; illuminances in lux, klux; \
+        spectral irradiances in uW/m2/nm, mW/m2/nm, W/m2/nm.\n\n\
         A value at a bound is allowed. One outside is refused when the scene is read, with file, \
         line, column and the bound. Bounds are what the arithmetic keeps precise, or what is \
         physical, whichever is narrower. Time in a simulation is whole chips in 64 bits and an \

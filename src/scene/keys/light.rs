@@ -263,6 +263,14 @@ pub(in crate::scene) static PATH: Table = Table {
             why: "a share",
         },
         Key {
+            name: "link",
+            kind: Kind::Words("a table", Form::Table("path.link")),
+            default: Some("none: `transmission` stands for it"),
+            example: "{ reflectance = 0.5, aperture = \"20 mm\" }",
+            meaning: "in place of `transmission` what it follows from, at the path's distance",
+            why: "",
+        },
+        Key {
             name: "velocity",
             kind: Kind::Quantity {
                 quantity: Quantity::Speed,
@@ -283,6 +291,142 @@ pub(in crate::scene) static PATH: Table = Table {
             why: "",
         },
     ],
+};
+
+pub(in crate::scene) static LINK: Table = Table {
+    path: "path.link",
+    keys: &[
+        REFLECTANCE,
+        APERTURE,
+        OPTICS,
+        FILL_FACTOR,
+        Key {
+            name: "divergence",
+            kind: ANGLE,
+            default: Some("none: the spot is in the field of view"),
+            example: "20 mrad",
+            meaning: "full angle of the source's cone, evenly lit",
+            why: "lenses look forwards",
+        },
+        Key {
+            name: "field_of_view",
+            kind: ANGLE,
+            default: Some("none: the spot is in the field of view"),
+            example: "10 mrad",
+            meaning: "full angle of the detector's cone; of a larger spot the part within it counts",
+            why: "as for `divergence`",
+        },
+    ],
+};
+
+pub(in crate::scene) static BACKGROUND: Table = Table {
+    path: "detector.background",
+    keys: &[
+        Key {
+            name: "illuminance",
+            kind: Kind::Quantity {
+                quantity: Quantity::Illuminance,
+                least: "0 lux",
+                most: "1000 klux",
+            },
+            default: Some("none: `irradiance` stands for it"),
+            example: "10 klux",
+            meaning: "sunlight on the target, whose spectrum is known from 350 nm to 1700 nm",
+            why: "nine suns at noon",
+        },
+        Key {
+            name: "irradiance",
+            kind: Kind::Quantity {
+                quantity: Quantity::SpectralIrradiance,
+                least: "0 W/m2/nm",
+                most: "1000 W/m2/nm",
+            },
+            default: Some("none: `illuminance` stands for it"),
+            example: "100 mW/m2/nm",
+            meaning: "light on the target near the source's wavelength",
+            why: "the sun has less than two",
+        },
+        Key {
+            name: "filter_width",
+            kind: Kind::Quantity {
+                quantity: Quantity::Wavelength,
+                least: "1e-6 nm",
+                most: "10 um",
+            },
+            default: None,
+            example: "10 nm",
+            meaning: "width of the filter that passes the source's wavelength",
+            why: "from a laser's line to no filter at all",
+        },
+        Key {
+            name: "field_of_view",
+            kind: ANGLE,
+            default: None,
+            example: "10 mrad",
+            meaning: "full angle of the cone that the detector sees, filled by the target",
+            why: "as for `divergence`",
+        },
+        REFLECTANCE,
+        APERTURE,
+        OPTICS,
+        FILL_FACTOR,
+    ],
+};
+
+/// A full angle.
+const ANGLE: Kind = Kind::Quantity {
+    quantity: Quantity::Angle,
+    least: "1e-3 urad",
+    most: "3 rad",
+};
+
+const REFLECTANCE: Key = Key {
+    name: "reflectance",
+    kind: Kind::Number {
+        least: 0.0,
+        most: 1.0,
+    },
+    default: None,
+    example: "0.5",
+    meaning: "share of the light that the target sends back, in all directions (Lambertian)",
+    why: "a share",
+};
+
+const APERTURE: Key = Key {
+    name: "aperture",
+    kind: Kind::Quantity {
+        quantity: Quantity::Distance,
+        least: "1 um",
+        most: "10 m",
+    },
+    default: None,
+    example: "20 mm",
+    meaning: "diameter of the receiving lens",
+    why: "from a bare detector to the largest telescope",
+};
+
+const OPTICS: Key = Key {
+    name: "optics",
+    kind: Kind::Number {
+        least: 0.0,
+        most: 1.0,
+    },
+    default: Some("1"),
+    example: "0.7",
+    meaning: "transmission of lenses and filter at the source's wavelength",
+    why: "a share",
+};
+
+const FILL_FACTOR: Key = Key {
+    name: "fill_factor",
+    kind: Kind::Number {
+        least: 0.0,
+        most: 1.0,
+    },
+    default: Some("1"),
+    example: "0.3",
+    meaning: "share of the detector's area that detects",
+    why: "a share",
 };
 
 pub(in crate::scene) static FLUCTUATION: Table = Table {

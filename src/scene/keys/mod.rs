@@ -26,7 +26,7 @@ pub use document::reference;
 pub use schema::schema;
 
 pub(super) use detector::{AFTERPULSING, COUNTER, DETECTOR, JITTER_TAIL};
-pub(super) use light::{CODE, FLUCTUATION, PATH, SOURCE};
+pub(super) use light::{BACKGROUND, CODE, FLUCTUATION, LINK, PATH, SOURCE};
 pub(super) use sensor::{CLOCK, ESTIMATE, HARDWARE, SCAN, STEPS};
 
 /// A key of a table.
@@ -85,15 +85,17 @@ pub(super) struct Table {
 }
 
 /// Every table of a scene.
-pub(super) const TABLES: [&Table; 13] = [
+pub(super) const TABLES: [&Table; 15] = [
     &CLOCK,
     &SOURCE,
     &CODE,
     &DETECTOR,
+    &BACKGROUND,
     &AFTERPULSING,
     &JITTER_TAIL,
     &COUNTER,
     &PATH,
+    &LINK,
     &FLUCTUATION,
     &SCAN,
     &STEPS,

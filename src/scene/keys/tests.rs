@@ -35,6 +35,19 @@ fn scene_with(changed: &str, name: &str, value: &str) -> String {
                 ("probability", "0.1".to_owned()),
                 ("time_constant", "\"5 ns\"".to_owned()),
             ],
+            "path.link" => vec![
+                ("reflectance", "0.5".to_owned()),
+                ("aperture", "\"20 mm\"".to_owned()),
+                ("divergence", "\"20 mrad\"".to_owned()),
+                ("field_of_view", "\"10 mrad\"".to_owned()),
+            ],
+            "detector.background" => vec![
+                ("irradiance", "\"100 mW/m2/nm\"".to_owned()),
+                ("filter_width", "\"10 nm\"".to_owned()),
+                ("field_of_view", "\"1 mrad\"".to_owned()),
+                ("reflectance", "0.5".to_owned()),
+                ("aperture", "\"20 mm\"".to_owned()),
+            ],
             "detector.jitter_tail" => vec![
                 ("share", "0.1".to_owned()),
                 ("time_constant", "\"200 ps\"".to_owned()),
@@ -49,6 +62,9 @@ fn scene_with(changed: &str, name: &str, value: &str) -> String {
             match (table.path, name) {
                 ("path", "delay") => keys.retain(|(key, _)| *key != "distance"),
                 ("source.code", "interleave") => keys[1].1 = "3".to_owned(),
+                ("detector.background", "illuminance") => {
+                    keys.retain(|(key, _)| *key != "irradiance");
+                }
                 _ => {}
             }
             keys.retain(|(key, _)| *key != name);
@@ -68,9 +84,14 @@ fn scene_with(changed: &str, name: &str, value: &str) -> String {
                 ("afterpulsing", &AFTERPULSING),
                 ("counter", &COUNTER),
                 ("jitter_tail", &JITTER_TAIL),
+                ("background", &BACKGROUND),
             ][..],
         ),
-        ("[[path]]", &PATH, &[("fluctuation", &FLUCTUATION)][..]),
+        (
+            "[[path]]",
+            &PATH,
+            &[("fluctuation", &FLUCTUATION), ("link", &LINK)][..],
+        ),
         ("[scan]", &SCAN, &[("steps", &STEPS)][..]),
         ("[estimate]", &ESTIMATE, &[][..]),
         ("[hardware]", &HARDWARE, &[][..]),

@@ -132,9 +132,7 @@ impl<'a> Ranging<'a> {
         }
         match self.sensor.scene().estimator {
             EstimatorKind::Fft => self.by_phase(counts),
-            EstimatorKind::Model => {
-                self.by_fit(self.fitter.fit(counts), self.sensor.timing().parallel == 1)
-            }
+            EstimatorKind::Model => self.by_fit(self.fitter.fit(counts)),
         }
     }
 
@@ -153,13 +151,13 @@ impl<'a> Ranging<'a> {
             },
             EstimatorKind::Model => match &estimators.fitter {
                 Err(reason) => Answer::none(reason),
-                Ok(fitter) => self.by_fit(fitter.fit(histogram), true),
+                Ok(fitter) => self.by_fit(fitter.fit(histogram)),
             },
         }
     }
 
-    /// The answer of a fit, whose chi-square may mean something or not.
-    fn by_fit(&self, fitted: Result<ModelEstimate, FitError>, has_alarm: bool) -> Answer {
+    /// The answer of a fit.
+    fn by_fit(&self, fitted: Result<ModelEstimate, FitError>) -> Answer {
         match fitted {
             Ok(fitted) => Answer {
                 found: self
@@ -167,7 +165,7 @@ impl<'a> Ranging<'a> {
                     .into_iter()
                     .map(|(_, place, error_m)| (place, error_m))
                     .collect(),
-                alarm: has_alarm.then(|| fitted.alarm_sigmas() > ALARM_SIGMAS),
+                alarm: Some(fitted.alarm_sigmas() > ALARM_SIGMAS),
                 remark: fitted.untold.as_ref().map(ToString::to_string),
             },
             Err(reason) => Answer::none(reason),

@@ -1,7 +1,7 @@
 //! Scenes that the cases start from.
 
+use crate::light::photon_rate_hz;
 use crate::light::round_trip_ps;
-use crate::photons::photon_rate_hz;
 use crate::scene::{self, Scene, SceneErrors};
 use crate::study::article;
 
