@@ -12,7 +12,7 @@ use crate::cosim::window::Window;
 use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate};
 use crate::deliver::{self, Emission, HdlError, Prefix};
 use crate::estimate::report::{EstimateReport, estimate_scan};
-use crate::grade::{Bounds, Grade, GradeRequest, GradeStimulus};
+use crate::grade::{Bounds, Grade, GradeRequest, GradeStimulus, Graded};
 use crate::photons::StepCount;
 use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
@@ -217,6 +217,28 @@ pub fn cosim(
 }
 
 impl Rtl {
+    /// SHA-256 of the design that is meant, in hexadecimal digits: of its top module's name
+    /// and of name and text of every file.
+    ///
+    /// # Errors
+    /// When it cannot be emitted or read.
+    #[cfg(feature = "cli")]
+    pub(crate) fn sha256(&self, scene: &Scene) -> Result<String, CosimFailed> {
+        use sha2::{Digest as _, Sha256};
+        let design = self.read(&Sensor::new(scene))?;
+        let files = design
+            .sources
+            .iter()
+            .flat_map(|file| [&file.name, &file.text]);
+        let mut digest = Sha256::new();
+        for text in std::iter::once(&design.top).chain(files) {
+            digest.update((text.len() as u64).to_le_bytes());
+            digest.update(text);
+        }
+        let digest = digest.finalize();
+        Ok(digest.iter().map(|byte| format!("{byte:02x}")).collect())
+    }
+
     /// The design that is meant.
     fn read(&self, sensor: &Sensor) -> Result<OwnDesign, CosimFailed> {
         Ok(match self {
@@ -262,6 +284,21 @@ pub fn grade(
     options: &GradeOptions,
     on_stage: impl FnMut(&'static str),
 ) -> Result<Grade, CosimFailed> {
+    let graded = grade_some(scene, options, |count| (0..count).collect(), on_stage)?;
+    Ok(graded.grade(options.stimulus, options.seed, options.bounds))
+}
+
+/// What becomes of some faults and mutants of a design: of those that `choose` says, by
+/// their numbers in order, given how many there are of a kind.
+///
+/// # Errors
+/// As [`grade`].
+pub(crate) fn grade_some(
+    scene: &Scene,
+    options: &GradeOptions,
+    choose: impl Fn(usize) -> Vec<usize> + Sync,
+    on_stage: impl FnMut(&'static str),
+) -> Result<Graded, CosimFailed> {
     let sensor = Sensor::new(scene);
     let design = options.rtl.read(&sensor)?;
     let request = GradeRequest {
@@ -275,7 +312,7 @@ pub fn grade(
         mutants: options.mutants,
         bounds: options.bounds,
     };
-    let graded = crate::grade::grade(&sensor, &request, on_stage);
+    let graded = crate::grade::grade(&sensor, &request, choose, on_stage);
     Ok(graded.map_err(|refusal| match refusal {
         Refusal::Unfit(reason) => CosimError::NotGraded(reason.to_string()),
         Refusal::Failed(error) => error,

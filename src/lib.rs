@@ -72,6 +72,9 @@ mod run;
 pub mod scan;
 pub mod scene;
 pub mod sensor;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod shard;
 pub mod simulate;
 pub mod study;
 pub mod version;

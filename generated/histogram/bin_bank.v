@@ -70,6 +70,8 @@ module bin_bank (
         end
     end
 
+    // No word is used that is read at the clock that writes it.
+    (* no_rw_check *)
     reg [2:0] memory_0 [0:2046]; // Bins of memory 0, one for each row
     always @(posedge i_clk) begin
         if (writes_r & ~i_write_half)
@@ -78,6 +80,8 @@ module bin_bank (
             memory_0_q <= memory_0[i_half ? i_read_row : i_row];
     end
 
+    // No word is used that is read at the clock that writes it.
+    (* no_rw_check *)
     reg [2:0] memory_1 [0:2046]; // Bins of memory 1, one for each row
     always @(posedge i_clk) begin
         if (writes_r & i_write_half)

@@ -263,7 +263,7 @@ pub(crate) fn scans<'py>(
         let prepared = Prepared::new(&sensor, tier).map_err(of_scans)?;
         let (mut signed, mut total) = (Vec::new(), Vec::new());
         let mut done = 0;
-        let taken = prepared.scans(&sensor, detector, seed, repetitions, |counts| {
+        let taken = prepared.scans(&sensor, detector, seed, 0..repetitions, |counts| {
             done += 1;
             watch.progress(done, repetitions);
             signed.extend(counts.iter().map(|count| count.signed));

@@ -12,6 +12,7 @@ fn the_python_package_keeps_its_tests() {
     let status = Command::new(target.join("python/bin/python"))
         // Without the folder itself on the path, where the package has no library.
         .args(["-P", "-m", "pytest", "-q", "-p", "no:cacheprovider"])
+        .args(["--numprocesses", "auto", "--dist", "worksteal"])
         .current_dir(folder)
         .env("PYTHONPATH", package::folder())
         .env("PYTHONDONTWRITEBYTECODE", "1")

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use clap::{ArgGroup, Args, Parser, Subcommand};
 
+use super::shards::Order;
 use super::values::{Like, parse_error};
 use crate::code::Family;
 use crate::cosim::StimulusKind;
@@ -16,6 +17,7 @@ use crate::deliver::Prefix;
 use crate::grade::{Bounds, GradeStimulus};
 use crate::printable::{printable, printable_path};
 use crate::scene::{self, EstimatorKind, Scene, SceneErrors, Setting};
+use crate::shard::Part;
 use crate::simulate::Tier;
 use crate::study::reproduce::FigureId;
 use crate::study::sweep::Axis;
@@ -82,6 +84,31 @@ fn parse_time(text: &str) -> Result<Duration, String> {
     }
 }
 
+/// `--shard`, which may ask for the number of the present task.
+fn parse_shard(text: &str) -> Result<Part, String> {
+    Part::parse(text, |name| std::env::var(name).ok())
+}
+
+/// A part of the work, of a command that has no folder otherwise.
+#[derive(Debug, Args)]
+pub(super) struct ShardArguments {
+    /// Do one of N parts of the work, on this machine or another, for `goldtof merge` to
+    /// join: --shard 3/20, or --shard task/20 in a task of an array (Slurm, HyperQueue)
+    #[arg(long, value_name = "I/N", value_parser = parse_shard, requires = "out")]
+    pub shard: Option<Part>,
+    /// Folder for the shards of all parts; made when missing, for example --out out/many
+    #[arg(long, value_name = "DIR", requires = "shard")]
+    pub out: Option<PathBuf>,
+}
+
+impl ShardArguments {
+    /// Which part, and where it goes, if only a part is asked for.
+    pub fn order(&self) -> Option<Order<'_>> {
+        let (part, out) = (self.shard?, self.out.as_deref()?);
+        Some(Order { part, out })
+    }
+}
+
 fn parse_latency(text: &str) -> Result<Latency, String> {
     match text {
         "" => Ok(Latency::Emitted),
@@ -108,6 +135,8 @@ pub(super) enum Command {
     Simulate(SimulateArguments),
     /// A scene over and over, with some of its keys otherwise: a table and a plot
     Sweep(SweepArguments),
+    /// What the shards of a command say together, as if it had run as one
+    Merge(MergeArguments),
     /// A scene to start from, with comments
     New(NewArguments),
     /// Recorded counts to distance, with residuals and what seems wrong
@@ -346,6 +375,8 @@ pub(super) struct GradeArguments {
     /// proven equivalent: --at-least 99%
     #[arg(long, value_name = "SHARE", value_parser = super::grade::parse_share)]
     pub at_least: Option<f64>,
+    #[command(flatten)]
+    pub shard: ShardArguments,
 }
 
 #[derive(Debug, Args)]
@@ -367,11 +398,13 @@ pub(super) struct SimulateArguments {
     pub engine: Engine,
     /// Write what each phase step is expected to count, with its standard deviation,
     /// as CSV, for example --expected expected.csv
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "shard")]
     pub expected: Option<PathBuf>,
     /// How counts become distances [default: the scene's]
     #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
+    #[command(flatten)]
+    pub shard: ShardArguments,
 }
 
 #[derive(Debug, Args)]
@@ -400,6 +433,21 @@ pub(super) struct SweepArguments {
     /// for example --out out/sweep
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// Do one of N parts of the points, on this machine or another, for `goldtof merge` to
+    /// join: --shard 3/20, or --shard task/20 in a task of an array (Slurm, HyperQueue)
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    pub shard: Option<Part>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof merge out/many")]
+pub(super) struct MergeArguments {
+    /// Folder that the shards were written to, with --out
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// Only say which shards are not there, as `sbatch --array` takes their numbers
+    #[arg(long)]
+    pub missing: bool,
 }
 
 #[derive(Debug, Args)]
@@ -500,6 +548,10 @@ pub(super) struct ReproduceArguments {
     #[arg(long, value_name = "R", default_value_t = 500,
           value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     pub repeat: u64,
+    /// Do one of N parts of the figures, on this machine or another, for `goldtof merge` to
+    /// join: --shard 3/12, or --shard task/12 in a task of an array (Slurm, HyperQueue)
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    pub shard: Option<Part>,
 }
 
 #[derive(Debug, Args)]
@@ -512,8 +564,10 @@ pub(super) struct StressArguments {
     #[arg(long)]
     pub quick: bool,
     /// Name the cases and run none
-    #[arg(long)]
+    #[arg(long, conflicts_with = "shard")]
     pub list: bool,
+    #[command(flatten)]
+    pub shard: ShardArguments,
 }
 
 #[derive(Debug, Args)]

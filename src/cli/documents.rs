@@ -10,6 +10,7 @@ use super::estimate::Estimates;
 use super::failure::Failure;
 use super::manual::Pages;
 use super::new::Made;
+use super::shards::{MissingShards, ShardDone};
 use super::stress::CaseList;
 use super::sweep::SweepReport;
 use crate::code::CodesReport;
@@ -19,6 +20,7 @@ use crate::document::{Body, Document};
 use crate::grade::Grade;
 use crate::plan::overview::Overview;
 use crate::run::Run;
+use crate::shard::Shard;
 use crate::simulate::repeat::Simulation;
 use crate::study::architectures::Comparison;
 use crate::study::fidelity::FidelityReport;
@@ -47,6 +49,9 @@ pub fn schemas() -> Vec<(&'static str, String)> {
         schema::<CaseList>(),
         schema::<SweepReport>(),
         schema::<Definition>(),
+        schema::<Shard>(),
+        schema::<ShardDone>(),
+        schema::<MissingShards>(),
     ]
 }
 

@@ -6,9 +6,14 @@ use super::Ending;
 use super::arguments::GradeArguments;
 use super::emit::rtl;
 use super::output::Output;
-use crate::door::{GradeOptions, grade};
+use super::provenance::typed_command;
+use super::shards::{Order, at_once};
+use crate::document::Document;
+use crate::door::{GradeOptions, grade, grade_some};
 use crate::grade::{Bounds, Grade, GradeStimulus, Score};
-use crate::printable::printable_lines;
+use crate::printable::{printable_lines, printable_path};
+use crate::scene::{Scene, SceneReference};
+use crate::shard::{self, GradeJob, Job, Part, Results, SceneText};
 
 /// Survivors that are printed; the JSON has all.
 const SHOWN: usize = 20;
@@ -18,7 +23,7 @@ pub(super) fn run(
     seed: u64,
     output: &Output,
 ) -> anyhow::Result<Ending> {
-    let scene = arguments.scene.load()?;
+    let (scene, scene_text) = arguments.scene.load_with_text()?;
     let options = GradeOptions {
         rtl: rtl(&arguments.own, &arguments.scene),
         stimulus: arguments.stimulus,
@@ -30,13 +35,71 @@ pub(super) fn run(
             all_s: arguments.proof_budget,
         },
     };
+    if let Some(order) = arguments.shard.order() {
+        let job = GradeJob {
+            scene: SceneText::new(
+                &printable_path(&arguments.scene.scene),
+                scene_text,
+                &arguments.scene.settings,
+            ),
+            verilog_sha256: options.rtl.sha256(&scene)?,
+            stimulus: options.stimulus,
+            clocks: options.clocks,
+            mutants: options.mutants,
+            proof_time_s: options.bounds.each_s,
+            proof_budget_s: options.bounds.all_s,
+            seed,
+            asked_fraction: arguments.at_least,
+        };
+        return some_variants(job, &scene, &options, &order, output);
+    }
     let progress = output.progress();
     let graded = grade(&scene, &options, |stage| progress.stage(stage));
     progress.end();
-    let mut grade = graded?;
-    grade.asked_fraction = arguments.at_least;
-    output.answer(Some(&scene), &grade, &text(&grade))?;
-    Ok(match arguments.at_least {
+    let grade = Grade {
+        asked_fraction: arguments.at_least,
+        ..graded?
+    };
+    tell(&grade, scene.reference(), output)
+}
+
+/// A part of the faults and mutants.
+fn some_variants(
+    job: GradeJob,
+    scene: &Scene,
+    options: &GradeOptions,
+    order: &Order,
+    output: &Output,
+) -> anyhow::Result<Ending> {
+    order.fulfil(Job::Grade(job), output, |_| {
+        let progress = output.progress();
+        let choose = |count| shard::variants(order.part, count);
+        let graded = grade_some(scene, options, choose, |stage| progress.stage(stage));
+        progress.end();
+        Ok(at_once(Results::Grade(graded?)))
+    })
+}
+
+/// What the faults and mutants of all shards say.
+pub(super) fn merge(
+    job: &GradeJob,
+    shards: Vec<(Part, Results)>,
+    output: &Output,
+) -> anyhow::Result<Ending> {
+    tell(
+        &shard::whole_grade(job, shards)?,
+        job.scene.reference(),
+        output,
+    )
+}
+
+fn tell(grade: &Grade, scene: SceneReference, output: &Output) -> anyhow::Result<Ending> {
+    let document = Document {
+        scene: Some(scene),
+        ..Document::new(grade, typed_command(), None)
+    };
+    output.answer_document(&document, &text(grade))?;
+    Ok(match grade.asked_fraction {
         Some(asked) if grade.caught_fraction < asked => Ending::BelowThreshold,
         _ => Ending::Done,
     })

@@ -29,6 +29,7 @@ pub mod plan;
 mod provenance;
 mod reproduce;
 mod run;
+mod shards;
 mod simulate;
 mod stress;
 mod sweep;
@@ -101,6 +102,7 @@ pub fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments, cli.seed, &mut output),
         Command::Reproduce(arguments) => reproduce::run(&arguments, cli.seed, &mut output),
         Command::Sweep(arguments) => sweep::run(&arguments, cli.seed, &mut output),
+        Command::Merge(arguments) => shards::merge(&arguments, &mut output),
         Command::New(arguments) => new::run(&arguments, &output),
         Command::Completions(arguments) => manual::completions(&arguments),
         Command::Man(arguments) => manual::pages(&arguments, &output),

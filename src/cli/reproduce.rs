@@ -1,12 +1,15 @@
 //! `goldtof reproduce`: the article's figures and claims.
 
 use std::cell::RefCell;
+use std::path::Path;
 
 use super::Ending;
 use super::arguments::ReproduceArguments;
 use super::forecast::Forecast;
 use super::output::Output;
-use crate::study::reproduce::{FigureId, Options, reproduce};
+use super::shards::{Order, at_once};
+use crate::shard::{self, Job, Part, ReproduceJob, Results};
+use crate::study::reproduce::{FigureId, MadeFigure, Options, Reproduction, reproduce};
 
 pub(super) fn run(
     arguments: &ReproduceArguments,
@@ -21,6 +24,10 @@ pub(super) fn run(
             None => FigureId::ALL.to_vec(),
         },
     };
+    if let Some(part) = arguments.shard {
+        let out = &arguments.out;
+        return some_figures(&options, &Order { part, out }, output);
+    }
     let figures = options.figures.len() as u64;
     // Heard one after another.
     let progress = RefCell::new((Forecast::new(output, "all figures"), 0));
@@ -30,7 +37,46 @@ pub(super) fn run(
         forecast.progress(*done, figures);
         output.note(title);
     })?;
-    output.answer(None, &made, &made.to_text())?;
+    tell(&made, output)
+}
+
+/// A part of the figures.
+fn some_figures(options: &Options, order: &Order, output: &Output) -> anyhow::Result<Ending> {
+    let names = options.figures.iter().map(|id| id.name().to_owned());
+    let job = Job::Reproduce(ReproduceJob {
+        figures: names.collect(),
+        repetitions: options.repetitions,
+        seed: options.seed,
+    });
+    order.fulfil(job, output, |_| {
+        let mut kept = Vec::new();
+        for number in order.part.every(options.figures.len() as u64) {
+            let figure = MadeFigure::new(options.figures[number as usize], options)?;
+            output.note(&format!("{} ({:.1} s)", figure.title, figure.run_time_s));
+            kept.push(figure.kept());
+        }
+        Ok(at_once(Results::Reproduce(kept)))
+    })
+}
+
+/// The figures and claims of all shards.
+pub(super) fn merge(
+    job: &ReproduceJob,
+    shards: Vec<(Part, Results)>,
+    out: &Path,
+    output: &Output,
+) -> anyhow::Result<Ending> {
+    let options = job.options()?;
+    let figures = shard::figures(&options, shards)?;
+    let folder = output.folder(out)?;
+    for figure in &figures {
+        figure.write(&folder)?;
+    }
+    tell(&Reproduction::of(&options, figures), output)
+}
+
+fn tell(made: &Reproduction, output: &Output) -> anyhow::Result<Ending> {
+    output.answer(None, made, &made.to_text())?;
     Ok(if made.holds() {
         Ending::Done
     } else {

@@ -4,24 +4,39 @@ use super::Ending;
 use super::arguments::SimulateArguments;
 use super::forecast::announce;
 use super::output::Output;
+use super::provenance::typed_command;
+use super::shards::{Order, at_once};
 use super::warnings::warn_of_far_paths;
+use crate::document::Document;
 use crate::files;
 use crate::recorded::expected_csv;
+use crate::scene::SceneReference;
 use crate::sensor::Sensor;
+use crate::shard::{self, Job, Part, Results, SceneText, SimulateJob};
 use crate::simulate::forecast;
-use crate::simulate::repeat::simulate_with;
+use crate::simulate::repeat::{Simulated, Simulation, simulate_with};
+use crate::simulate::scans::Prepared;
 
 pub(super) fn run(
     arguments: &SimulateArguments,
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let scene = arguments.scene.load()?;
+    let (scene, text) = arguments.scene.load_with_text()?;
+    let reference = scene.reference();
     let scene = scene.with_estimator(arguments.estimator)?;
     let sensor = Sensor::new(&scene);
     warn_of_far_paths(&sensor, output);
-    if let Some(seconds) = forecast::seconds(&sensor, arguments.fidelity, arguments.repeat) {
+    let order = arguments.shard.order();
+    let scans = order.as_ref().map_or(arguments.repeat, |order| {
+        let stretch = order.part.stretch(arguments.repeat);
+        stretch.end - stretch.start
+    });
+    if let Some(seconds) = forecast::seconds(&sensor, arguments.fidelity, scans) {
         announce(output, "the simulation", seconds);
+    }
+    if let Some(order) = order {
+        return part(arguments, &sensor, text, seed, &order, output);
     }
     if let Some(path) = &arguments.expected {
         let expected = expected_csv(&sensor, arguments.fidelity.counting())?;
@@ -34,9 +49,62 @@ pub(super) fn run(
         seed,
         arguments.repeat,
     )?;
+    tell(reference, &simulation, output)
+}
+
+/// Some of the scans.
+fn part(
+    arguments: &SimulateArguments,
+    sensor: &Sensor,
+    text: String,
+    seed: u64,
+    order: &Order,
+    output: &Output,
+) -> anyhow::Result<Ending> {
+    let (tier, repetitions) = (arguments.fidelity, arguments.repeat);
+    anyhow::ensure!(
+        tier.draws(),
+        "the tier {tier} has no scans that could be shared out; leave out --shard"
+    );
+    let path = crate::printable::printable_path(&arguments.scene.scene);
+    let job = Job::Simulate(SimulateJob {
+        scene: SceneText::new(&path, text, &arguments.scene.settings),
+        repetitions,
+        fidelity: tier,
+        engine: arguments.engine,
+        estimator: arguments.estimator,
+        seed,
+    });
+    order.fulfil(job, output, |_| {
+        let simulated = Simulated::new(sensor, tier)?;
+        let scans = order.part.stretch(repetitions);
+        let prepared = Prepared::with_engine(sensor, tier, arguments.engine)?;
+        let gathered = simulated.gather(&prepared, seed, scans, |_, _| ())?;
+        Ok(at_once(Results::Simulate(gathered)))
+    })
+}
+
+/// What all shards say.
+pub(super) fn merge(
+    job: &SimulateJob,
+    shards: Vec<(Part, Results)>,
+    output: &Output,
+) -> anyhow::Result<Ending> {
+    let scene = job.scene.scene()?.with_estimator(job.estimator)?;
+    let sensor = Sensor::new(&scene);
+    warn_of_far_paths(&sensor, output);
+    let simulation = shard::simulation(job, &sensor, shards)?;
+    tell(job.scene.reference(), &simulation, output)
+}
+
+fn tell(scene: SceneReference, simulation: &Simulation, output: &Output) -> anyhow::Result<Ending> {
     for warning in &simulation.warnings {
         output.note(&format!("warning: {warning}"));
     }
-    output.answer(Some(&scene), &simulation, &simulation.to_text())?;
+    let document = Document {
+        scene: Some(scene),
+        ..Document::new(simulation, typed_command(), None)
+    };
+    output.answer_document(&document, &simulation.to_text())?;
     Ok(Ending::Done)
 }

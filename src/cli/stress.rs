@@ -8,8 +8,10 @@ use super::Ending;
 use super::arguments::StressArguments;
 use super::forecast::Forecast;
 use super::output::Output;
+use super::shards::{Order, at_once};
 use crate::document::Body;
-use crate::study::stress::{Case, Group, cases, run as run_cases};
+use crate::shard::{self, Job, Part, Results, StressJob};
+use crate::study::stress::{Case, CaseReport, Group, StressReport, cases, run as run_cases};
 
 /// The JSON of `goldtof stress --list`.
 #[derive(Serialize)]
@@ -60,14 +62,54 @@ pub(super) fn run(
         output.answer(None, &CaseList { cases }, &text)?;
         return Ok(Ending::Done);
     }
+    if let Some(order) = arguments.shard.order() {
+        return some_cases(&chosen, seed, &order, output);
+    }
+    tell(&watched(&chosen, seed, output)?, output)
+}
+
+/// Runs cases, and says which are done.
+fn watched(chosen: &[Case], seed: u64, output: &Output) -> anyhow::Result<StressReport> {
     let mut forecast = Forecast::new(output, "all cases");
     let mut done = 0;
-    let report = run_cases(&chosen, seed, |case| {
+    Ok(run_cases(chosen, seed, |case| {
         done += 1;
         forecast.progress(done, chosen.len() as u64);
         output.note(&format!("{:>6.2} s  {}", case.run_time_s, case.name));
-    })?;
-    output.answer(None, &report, &report.to_text())?;
+    })?)
+}
+
+/// A part of the cases.
+fn some_cases(
+    chosen: &[Case],
+    seed: u64,
+    order: &Order,
+    output: &Output,
+) -> anyhow::Result<Ending> {
+    let job = Job::Stress(StressJob {
+        cases: chosen.iter().map(|case| case.name.to_owned()).collect(),
+        seed,
+    });
+    order.fulfil(job, output, |_| {
+        let numbers = order.part.every(chosen.len() as u64);
+        let some: Vec<Case> = numbers.map(|number| chosen[number as usize]).collect();
+        let report = watched(&some, seed, output)?;
+        let kept = report.cases.iter().map(CaseReport::kept).collect();
+        Ok(at_once(Results::Stress(kept)))
+    })
+}
+
+/// The cases of all shards.
+pub(super) fn merge(
+    job: &StressJob,
+    shards: Vec<(Part, Results)>,
+    output: &Output,
+) -> anyhow::Result<Ending> {
+    tell(&shard::stress_report(job, shards)?, output)
+}
+
+fn tell(report: &StressReport, output: &Output) -> anyhow::Result<Ending> {
+    output.answer(None, report, &report.to_text())?;
     Ok(if report.all_hold() {
         Ending::Done
     } else {

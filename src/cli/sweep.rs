@@ -1,16 +1,21 @@
 //! `goldtof sweep`: a scene over and over, with some of its keys otherwise.
 
+use std::path::Path;
+
 use serde::Serialize;
 
 use super::Ending;
 use super::arguments::SweepArguments;
 use super::output::Output;
 use super::provenance::typed_command;
+use super::shards::{Order, TidyUp};
 use super::warnings::warn_of_far_paths;
 use crate::document::{Body, Document};
+use crate::files::OutputFolder;
 use crate::printable::printable_path;
 use crate::scene;
-use crate::study::sweep::{self, Definition, Store, Sweep};
+use crate::shard::{self, Job, Part, Results, SceneText, SweepJob};
+use crate::study::sweep::{self, Definition, Store, Sweep, Table};
 
 const CSV: &str = "sweep.csv";
 const PLOT: &str = "sweep.svg";
@@ -49,16 +54,17 @@ pub(super) fn run(
         estimator: arguments.estimator,
         seed,
     };
-    sweep.check()?;
-    // One warning is enough: that of the first point that is too far.
-    for number in 0..sweep.len() {
-        if warn_of_far_paths(&sweep.point(number)?.sensor, output) {
-            break;
-        }
+    sweep.check_axes()?;
+    if let Some(part) = arguments.shard {
+        // Of ten thousand points every shard has only its own to look at.
+        let own = part.every(sweep.len() as u64);
+        check(&sweep, own.map(|number| number as usize), output)?;
+        let out = &arguments.out;
+        return some_points(&sweep, &Order { part, out }, output);
     }
+    check(&sweep, 0..sweep.len(), output)?;
     let folder = output.folder(&arguments.out)?;
-    let points = folder.subfolder("points", |path| output.waits(path))?;
-    let store = Store::open(&folder, points, &Definition::of(&sweep, &typed_command()))?;
+    let store = open_store(&sweep, &folder, output)?;
     let done_before = store.done()?.len();
     if done_before > 0 {
         let all = sweep.len();
@@ -67,6 +73,78 @@ pub(super) fn run(
     let bar = output.points(sweep.len());
     let table = sweep::run(&sweep, &store, |done| bar.set_position(done as u64))?;
     bar.finish_and_clear();
+    tell(&sweep, &table, done_before, &folder, output)
+}
+
+/// Whether some points are scenes, before the first is simulated, and what is to be said of
+/// them.
+fn check(
+    sweep: &Sweep,
+    numbers: impl Iterator<Item = usize>,
+    output: &Output,
+) -> anyhow::Result<()> {
+    let mut is_warned = false;
+    for number in numbers {
+        let sensor = sweep.point(number)?.sensor;
+        // One warning is enough: that of the first point that is too far.
+        is_warned = is_warned || warn_of_far_paths(&sensor, output);
+    }
+    Ok(())
+}
+
+fn open_store(sweep: &Sweep, folder: &OutputFolder, output: &Output) -> anyhow::Result<Store> {
+    let points = folder.subfolder("points", |path| output.waits(path))?;
+    let definition = Definition::of(sweep, &typed_command());
+    Ok(Store::open(folder, points, &definition)?)
+}
+
+/// A part of the points. They are kept in a folder of the shard's own until all are done,
+/// so that a part that was cut off goes on.
+fn some_points(sweep: &Sweep, order: &Order, output: &Output) -> anyhow::Result<Ending> {
+    let job = Job::Sweep(SweepJob {
+        scene: SceneText::new(&sweep.file, sweep.text.clone(), &sweep.settings),
+        over: sweep.axes.iter().map(|axis| axis.text.clone()).collect(),
+        repetitions: sweep.repeat,
+        fidelity: sweep.fidelity,
+        estimator: sweep.estimator,
+        seed: sweep.seed,
+    });
+    let part = order.part;
+    order.fulfil(job, output, |folder| {
+        let store = open_store(sweep, folder, output)?;
+        let numbers = || part.every(sweep.len() as u64).map(|number| number as usize);
+        let bar = output.points(numbers().count());
+        sweep::run_points(sweep, &store, numbers(), |done| {
+            bar.set_position(done as u64);
+        })?;
+        bar.finish_and_clear();
+        let rows = shard::rows(part, sweep, &store)?;
+        let tidy_up: TidyUp = Box::new(|folder| Ok(store.clear(folder)?));
+        Ok((Results::Sweep(rows), tidy_up))
+    })
+}
+
+/// The table and the plot of all shards.
+pub(super) fn merge(
+    job: &SweepJob,
+    shards: Vec<(Part, Results)>,
+    out: &Path,
+    output: &Output,
+) -> anyhow::Result<Ending> {
+    let sweep = job.sweep()?;
+    sweep.check_axes()?;
+    let table = shard::table(&sweep, shards)?;
+    tell(&sweep, &table, sweep.len(), &output.folder(out)?, output)
+}
+
+/// Writes table and plot.
+fn tell(
+    sweep: &Sweep,
+    table: &Table,
+    done_before: usize,
+    folder: &OutputFolder,
+    output: &Output,
+) -> anyhow::Result<Ending> {
     let name = sweep.point(0)?.sensor.scene().name.clone();
     let (plot, left_out) = table.plot(&name, &sweep.axes)?;
     if left_out > 0 {
@@ -85,7 +163,7 @@ pub(super) fn run(
     let report = SweepReport {
         points: sweep.len(),
         points_done_before: done_before,
-        seed,
+        seed: sweep.seed,
         rows: table.json(),
     };
     let document = Document {

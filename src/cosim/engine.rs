@@ -4,7 +4,7 @@ use std::sync::mpsc::channel;
 use std::thread;
 use std::time::Instant;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::lanes::run::LanesOutcome;
 use super::lanes::{Prepared, Refusal, Unfit, refuse_memories};
@@ -27,7 +27,7 @@ const LEAST_CLOCKS: u64 = 20_000_000;
 const WITNESSED_CLOCKS: u64 = 500_000;
 
 /// How Verilog and reference model are clocked.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]

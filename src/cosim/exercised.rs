@@ -1,7 +1,7 @@
 //! What a co-simulation exercised: a match says no more than that.
 
 use crate::scene::DetectorIndex;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::StimulusKind;
 use crate::reference::exercise::Exercise;
@@ -10,7 +10,7 @@ use crate::scan::Step;
 use crate::sensor::interface::Interface;
 
 /// What the compared outputs have shown.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Exercised {
     /// Detector by detector.
@@ -32,7 +32,7 @@ pub struct Exercised {
 }
 
 /// What the results of one detector have shown.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct DetectorExercised {
     /// The detector's name.
@@ -66,6 +66,22 @@ impl Exercised {
             overruns: exercise.groups_lost,
             saturations: exercise.groups_saturated,
         }
+    }
+
+    /// Takes what other clocks of the same sensor have shown.
+    pub fn append(&mut self, other: &Exercised) {
+        for (detector, more) in self.detectors.iter_mut().zip(&other.detectors) {
+            detector.results += more.results;
+            detector.hits_up += more.hits_up;
+            detector.hits_down += more.hits_down;
+        }
+        self.phase_steps += other.phase_steps;
+        self.results_taken += other.results_taken;
+        self.scan_ends += other.scan_ends;
+        self.resets += other.resets;
+        self.stalls += other.stalls;
+        self.overruns += other.overruns;
+        self.saturations += other.saturations;
     }
 
     /// What was not exercised and without which equal outputs say nothing of the

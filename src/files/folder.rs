@@ -126,6 +126,12 @@ impl OutputFolder {
         sync_folder(&self.path).map_err(FileError::new(&self.path, "cannot sync the folder"))
     }
 
+    /// Removes the folder itself, if it is empty; else it stays.
+    #[cfg(feature = "cli")]
+    pub fn discard(self) {
+        let _ = fs::remove_dir(&self.path);
+    }
+
     /// Removes a file of an earlier run, if it is there.
     ///
     /// # Errors

@@ -51,6 +51,16 @@ pub fn write(path: &Path, text: &str) -> Result<(), FileError> {
     stage(path, |out| out.write_all(text.as_bytes()))?.publish()
 }
 
+/// Makes a folder, and those above it, when missing; without a lock, for files of which
+/// each appears whole.
+///
+/// # Errors
+/// When it cannot be made.
+#[cfg(feature = "cli")]
+pub fn make_folder(path: &Path) -> Result<(), FileError> {
+    durable::make_folders(path).map_err(FileError::new(path, "cannot make the folder"))
+}
+
 impl FileError {
     fn new(path: &Path, problem: &'static str) -> impl FnOnce(io::Error) -> FileError {
         move |source| FileError {

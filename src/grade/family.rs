@@ -3,9 +3,10 @@
 use std::collections::HashMap;
 
 use super::labels::{Labels, places};
+use super::outcome::{Fate, Outcome};
 use super::proof::{Answer, Question};
 use super::run::{Caught, Stream};
-use super::{GradeRequest, Score, Survivor, Verdict};
+use super::{GradeRequest, Survivor, Verdict};
 use crate::cosim::in_users_terms;
 use crate::cosim::lanes::Refusal;
 use crate::cosim::lanes::mutants::{Mutant, mutants};
@@ -107,6 +108,8 @@ fn chosen(all: &Netlist, number: Option<usize>) -> Netlist {
 /// Variants under a stimulus.
 pub(super) struct Tried {
     family: Family,
+    /// Those that are run, in order.
+    chosen: Vec<usize>,
     caught: Caught,
     /// What the hostile inputs show of the others, with its clock.
     shown: HashMap<usize, u64>,
@@ -115,20 +118,20 @@ pub(super) struct Tried {
 }
 
 impl Tried {
-    /// Runs all variants under a stimulus, and what it does not catch under that of a
-    /// witness.
+    /// Runs some variants, in order, under a stimulus, and what it does not catch under
+    /// that of a witness.
     ///
     /// # Errors
     /// What of the design has no place in lanes; or a tool fails.
     pub(super) fn new(
         family: Family,
+        chosen: Vec<usize>,
         stream: &Stream,
         witness: Option<&Stream>,
     ) -> Result<Tried, Refusal> {
-        let all: Vec<usize> = (0..family.count()).collect();
         let mut machines = stream.machines(&family)?;
-        let caught = stream.run(&mut machines, &all)?;
-        let left = caught.missed();
+        let caught = stream.run(&mut machines, &chosen)?;
+        let left = caught.missed(&chosen);
         let shown = match witness {
             Some(witness) if !left.is_empty() => {
                 let later = witness.run(&mut machines, &left)?;
@@ -143,6 +146,7 @@ impl Tried {
         Ok(Tried {
             open: open.collect(),
             family,
+            chosen,
             caught,
             shown,
         })
@@ -158,66 +162,56 @@ impl Tried {
         })
     }
 
-    /// The score, with an answer for each that nothing has shown.
-    pub(super) fn score(&self, answers: &[Answer], request: &GradeRequest) -> Score {
+    /// What became of each, with an answer for each that nothing has shown.
+    pub(super) fn outcomes(&self, answers: &[Answer], request: &GradeRequest) -> Vec<Outcome> {
         let labels = Labels::of(&self.family.good);
-        let mut survivors = Vec::new();
-        let mut proven_equivalent = 0;
-        for number in self.caught.missed() {
-            let (verdict, needs) = match self.shown.get(&number) {
-                Some(clock) => {
-                    let needs = format!(
-                        "the adversarial inputs of seed {} show it at clock {clock}",
-                        request.seed
-                    );
-                    (Verdict::NotCaught, needs)
-                }
-                None => {
-                    let place = self.open.binary_search(&number);
-                    let answer = &answers[place.expect("what is not shown is open")];
-                    match answer {
-                        Answer::Equivalent => {
-                            proven_equivalent += 1;
-                            continue;
-                        }
-                        Answer::Shown(needs) => (Verdict::NotCaught, needs.clone()),
-                        Answer::Undecided(why) => (Verdict::Undecided, why.clone()),
-                    }
-                }
-            };
-            let (change, net, source) = self.family.describe(&labels, number);
-            let in_users = |text: &str| in_users_terms(text, &request.sources);
-            survivors.push(Survivor {
-                change,
-                net: in_users(&net),
-                source: in_users(&places(&source)),
-                verdict,
-                needs,
-            });
-        }
-        self.counted(proven_equivalent, survivors)
+        let outcome = |&number: &usize| Outcome {
+            number,
+            fate: self.fate(number, answers, &labels, request),
+        };
+        self.chosen.iter().map(outcome).collect()
     }
 
-    fn counted(&self, proven_equivalent: usize, survivors: Vec<Survivor>) -> Score {
-        let total = self.family.count();
-        let caught = total - proven_equivalent - survivors.len();
-        let of = |verdict| {
-            let found = survivors.iter().filter(|found| found.verdict == verdict);
-            found.count()
-        };
-        Score {
-            total,
-            caught,
-            proven_equivalent,
-            not_caught: of(Verdict::NotCaught),
-            undecided: of(Verdict::Undecided),
-            caught_fraction: match total - proven_equivalent {
-                // There is nothing that could have been missed.
-                0 => 1.0,
-                shown => caught as f64 / shown as f64,
-            },
-            last_caught_clock: self.caught.at.iter().flatten().copied().max(),
-            survivors,
+    fn fate(
+        &self,
+        number: usize,
+        answers: &[Answer],
+        labels: &Labels,
+        request: &GradeRequest,
+    ) -> Fate {
+        if let Some(clock) = self.caught.at[number] {
+            return Fate::Caught(clock);
         }
+        let (verdict, needs) = match self.shown.get(&number) {
+            Some(clock) => {
+                let needs = format!(
+                    "the adversarial inputs of seed {} show it at clock {clock}",
+                    request.seed
+                );
+                (Verdict::NotCaught, needs)
+            }
+            None => {
+                let place = self.open.binary_search(&number);
+                match &answers[place.expect("what is not shown is open")] {
+                    Answer::Equivalent => return Fate::Equivalent,
+                    Answer::Shown(needs) => (Verdict::NotCaught, needs.clone()),
+                    Answer::Undecided(why) => (Verdict::Undecided, why.clone()),
+                }
+            }
+        };
+        let (change, net, source) = self.family.describe(labels, number);
+        let in_users = |text: &str| in_users_terms(text, &request.sources);
+        Fate::Survives(Survivor {
+            change,
+            net: in_users(&net),
+            source: in_users(&places(&source)),
+            verdict,
+            needs,
+        })
+    }
+
+    /// How many variants there are, with those that were not run.
+    pub(super) fn total(&self) -> usize {
+        self.family.count()
     }
 }

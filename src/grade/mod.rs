@@ -29,6 +29,7 @@
 mod aiger;
 mod family;
 mod labels;
+mod outcome;
 mod proof;
 mod run;
 #[cfg(test)]
@@ -37,9 +38,10 @@ mod tests;
 use std::path::PathBuf;
 use std::thread;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use self::family::{Family, Tried};
+pub use self::outcome::{Fate, Outcome, Outcomes};
 pub use self::proof::Bounds;
 use self::proof::{Answer, prove};
 use self::run::Stream;
@@ -51,7 +53,7 @@ use crate::rtl::blocks::ScanRegisters;
 use crate::sensor::Sensor;
 
 /// What is graded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
@@ -145,7 +147,7 @@ pub struct Score {
 }
 
 /// A fault or mutant that the stimulus does not show.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Survivor {
     /// What it is: stuck at 0, stuck at 1, or Yosys's name of what a mutant does.
@@ -161,7 +163,7 @@ pub struct Survivor {
 }
 
 /// What is known of a survivor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -171,15 +173,48 @@ pub enum Verdict {
     Undecided,
 }
 
-/// Grades a stimulus on a design.
+/// What became of some of a design's faults and mutants, or of all.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Graded {
+    /// Clocks of the stimulus.
+    pub clocks: u64,
+    /// Nets stuck at 0 or at 1.
+    pub faults: Outcomes,
+    /// Mutants of Yosys, if they were asked for.
+    pub mutants: Option<Outcomes>,
+}
+
+impl Graded {
+    /// What a stimulus is worth by what became of all.
+    pub fn grade(self, stimulus: GradeStimulus, seed: u64, proof_bounds: Bounds) -> Grade {
+        let faults = self.faults.score();
+        let mutants = self.mutants.map(Outcomes::score);
+        let share = |score: &Score| score.caught_fraction;
+        Grade {
+            stimulus,
+            seed,
+            clocks: self.clocks,
+            caught_fraction: share(&faults).min(mutants.as_ref().map_or(1.0, share)),
+            asked_fraction: None,
+            faults,
+            mutants,
+            proof_bounds,
+        }
+    }
+}
+
+/// Tries a stimulus on faults and mutants of a design: on those that `choose` says, by
+/// their numbers in order, given how many there are of a kind.
 ///
 /// # Errors
 /// What of the design has no place in lanes; or a tool fails.
 pub fn grade(
     sensor: &Sensor,
     request: &GradeRequest,
+    choose: impl Fn(usize) -> Vec<usize> + Sync,
     mut on_progress: impl FnMut(&'static str),
-) -> Result<Grade, Refusal> {
+) -> Result<Graded, Refusal> {
     refuse_memories(sensor.interface())?;
     let design = Design::netlist(&request.top, &request.sources, &request.cache)?;
     let stream = Stream::of(sensor, request, &design)?;
@@ -187,8 +222,11 @@ pub fn grade(
     stream.check()?;
     on_progress("running faults and mutants");
     let witness = stream.witness()?;
-    let run = |family: Family| Tried::new(family, &stream, witness.as_ref());
-    let tried = thread::scope(|scope| {
+    let run = |family: Family| {
+        let chosen = choose(family.count());
+        Tried::new(family, chosen, &stream, witness.as_ref())
+    };
+    let (faults, mutants) = thread::scope(|scope| {
         let mutants = scope.spawn(|| match request.mutants {
             0 => Ok(None),
             count => run(Family::mutants(request, count)?).map(Some),
@@ -197,27 +235,22 @@ pub fn grade(
         let mutants = mutants
             .join()
             .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        Ok::<_, Refusal>([Some(faults?), mutants?])
+        Ok::<_, Refusal>((faults?, mutants?))
     })?;
     on_progress("proving what is left");
-    let tried: Vec<Tried> = tried.into_iter().flatten().collect();
-    let questions: Vec<_> = tried.iter().flat_map(Tried::questions).collect();
+    let tried = || std::iter::once(&faults).chain(&mutants);
+    let questions: Vec<_> = tried().flat_map(Tried::questions).collect();
     let mut answers = prove(&questions, request.is_users(), request.bounds)?.into_iter();
-    let mut scores = tried.iter().map(|tried| {
+    let mut outcomes = |tried: &Tried| {
         let answers: Vec<Answer> = answers.by_ref().take(tried.open.len()).collect();
-        tried.score(&answers, request)
-    });
-    let faults = scores.next().expect("there are always faults");
-    let mutants = scores.next();
-    let share = |score: &Score| score.caught_fraction;
-    Ok(Grade {
-        stimulus: request.stimulus,
-        seed: request.seed,
+        Outcomes {
+            total: tried.total(),
+            of: tried.outcomes(&answers, request),
+        }
+    };
+    Ok(Graded {
         clocks: stream.clocks,
-        caught_fraction: share(&faults).min(mutants.as_ref().map_or(1.0, share)),
-        asked_fraction: None,
-        faults,
-        mutants,
-        proof_bounds: request.bounds,
+        faults: outcomes(&faults),
+        mutants: mutants.as_ref().map(outcomes),
     })
 }

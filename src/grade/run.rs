@@ -55,11 +55,10 @@ pub(super) struct Caught {
 }
 
 impl Caught {
-    /// Those that were not caught, in order.
-    pub(super) fn missed(&self) -> Vec<usize> {
-        let all = self.at.iter().enumerate();
-        all.filter_map(|(number, at)| at.is_none().then_some(number))
-            .collect()
+    /// Those of some that were not caught.
+    pub(super) fn missed(&self, some: &[usize]) -> Vec<usize> {
+        let missed = some.iter().filter(|&&number| self.at[number].is_none());
+        missed.copied().collect()
     }
 }
 

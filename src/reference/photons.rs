@@ -9,6 +9,8 @@ pub struct Photons<'a> {
     models: &'a [DetectorModel],
     interface: &'a Interface,
     seed: u64,
+    /// The repetition of the seed that the first scan is.
+    first: u64,
     scan: u64,
     streams: Vec<PulseStream<'a>>,
 }
@@ -17,10 +19,21 @@ impl<'a> Photons<'a> {
     /// Streams for the scene's detectors, in their order. The n-th scan is the
     /// n-th repetition of the seed.
     pub fn new(models: &'a [DetectorModel], interface: &'a Interface, seed: u64) -> Photons<'a> {
+        Photons::from_scan(models, interface, seed, 0)
+    }
+
+    /// The same from repetition `first` of the seed on: it is the run's first scan.
+    pub fn from_scan(
+        models: &'a [DetectorModel],
+        interface: &'a Interface,
+        seed: u64,
+        first: u64,
+    ) -> Photons<'a> {
         let mut photons = Photons {
             models,
             interface,
             seed,
+            first,
             scan: 0,
             streams: Vec::new(),
         };
@@ -29,7 +42,7 @@ impl<'a> Photons<'a> {
     }
 
     fn start_scan(&mut self) {
-        let stream = |model| PulseStream::new(model, self.seed, self.scan);
+        let stream = |model| PulseStream::new(model, self.seed, self.first + self.scan);
         self.streams = self.models.iter().map(stream).collect();
     }
 }

@@ -1,7 +1,10 @@
 //! Histograms of whole integration times, one tier or another.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
+use super::run_up::begun_by;
 use crate::estimate::histogram::{Uncorrected, dead_time};
 use crate::histogram::correction::CorrectionError;
 use crate::histogram::innovations::Innovations;
@@ -56,7 +59,7 @@ pub(super) fn counts(
     sensor: &Sensor,
     detector: DetectorIndex,
     seed: u64,
-    repetitions: u64,
+    numbers: Range<u64>,
     on_histogram: impl FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
     let dead_time = dead_time(sensor, detector).map_err(HistogramsError::NotDrawn)?;
@@ -68,14 +71,14 @@ pub(super) fn counts(
         let key = model.key(seed, repetition, Group(0));
         histogram(model, bins.draw(&mut key.stream(Part::Counts)))
     };
-    in_batches(repetitions, one, on_histogram)
+    in_batches(numbers, one, on_histogram)
 }
 
 /// Every detection in the bin of the first sample at or after it.
 pub(super) fn events(
     model: &DetectorModel,
     seed: u64,
-    repetitions: u64,
+    numbers: Range<u64>,
     on_histogram: impl FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
     let [period, _] = samples(model);
@@ -91,18 +94,18 @@ pub(super) fn events(
         }
         histogram(model, bins)
     };
-    in_batches(repetitions, one, on_histogram)
+    in_batches(numbers, one, on_histogram)
 }
 
 /// Makes histograms on all cores; `on_histogram` gets them in order.
 fn in_batches(
-    repetitions: u64,
+    numbers: Range<u64>,
     one: impl Fn(u64) -> Result<Histogram, HistogramError> + Sync,
     mut on_histogram: impl FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
-    let mut first = 0;
-    while first < repetitions {
-        let batch = first..(first + AT_ONCE).min(repetitions);
+    let mut first = numbers.start;
+    while first < numbers.end {
+        let batch = first..first.saturating_add(AT_ONCE).min(numbers.end);
         first = batch.end;
         let made: Vec<_> = batch.into_par_iter().map(&one).collect();
         for histogram in made {
@@ -117,7 +120,7 @@ pub(super) fn sampled(
     sensor: &Sensor,
     model: &DetectorModel,
     seed: u64,
-    repetitions: u64,
+    numbers: Range<u64>,
     mut on_histogram: impl FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
     let [period, all] = samples(model);
@@ -126,12 +129,13 @@ pub(super) fn sampled(
     let most = width
         .filter(|&width| width < u64::BITS)
         .map_or(u64::MAX, |width| (1 << width) - 1);
-    let mut stream = PulseStream::new(model, seed, 0);
+    let from = begun_by([model], numbers.start);
+    let mut stream = PulseStream::new(model, seed, from);
     let mut level = Level::default();
     let mut pulses = Vec::new();
-    for repetition in 0..repetitions {
+    for number in from..numbers.end {
         pulses.clear();
-        stream.advance((repetition + 1) * all, &mut pulses);
+        stream.advance((number - from + 1) * all, &mut pulses);
         let mut bins = vec![0_u64; period as usize];
         for pulse in &pulses {
             if level.rises(pulse) {
@@ -139,7 +143,9 @@ pub(super) fn sampled(
                 *bin = (*bin + 1).min(most);
             }
         }
-        on_histogram(histogram(model, bins)?);
+        if numbers.contains(&number) {
+            on_histogram(histogram(model, bins)?);
+        }
     }
     Ok(())
 }

@@ -21,14 +21,15 @@ pub mod forecast;
 pub mod histograms;
 pub mod path_statistics;
 pub mod repeat;
+mod run_up;
 pub mod scans;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::estimate::CountingTier;
 
 /// How much of the sensor a simulation goes through, from least to most.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]

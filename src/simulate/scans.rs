@@ -4,10 +4,11 @@ use crate::scene::DetectorIndex;
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::num::NonZero;
-use std::thread::available_parallelism;
+use std::ops::Range;
 
 use super::Tier;
 use super::histograms::{self, HistogramsError};
+use super::run_up::begun_by;
 use crate::cosim::build::{Built, build, cache_dir};
 use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
@@ -99,8 +100,8 @@ pub fn histograms(
     seed: u64,
     repetitions: u64,
     on_histogram: impl FnMut(Histogram),
-) -> Result<Vec<String>, ScansError> {
-    Prepared::new(sensor, tier)?.histograms(sensor, detector, seed, repetitions, on_histogram)
+) -> Result<Option<Exercised>, ScansError> {
+    Prepared::new(sensor, tier)?.histograms(sensor, detector, seed, 0..repetitions, on_histogram)
 }
 
 /// [`Prepared::scans`] of a tier that is prepared for them alone.
@@ -114,8 +115,8 @@ pub fn scans(
     seed: u64,
     repetitions: u64,
     on_scan: impl FnMut(&[StepCount]),
-) -> Result<Vec<String>, ScansError> {
-    Prepared::new(sensor, tier)?.scans(sensor, detector, seed, repetitions, on_scan)
+) -> Result<Option<Exercised>, ScansError> {
+    Prepared::new(sensor, tier)?.scans(sensor, detector, seed, 0..repetitions, on_scan)
 }
 
 impl Prepared {
@@ -154,10 +155,10 @@ impl Prepared {
         self.tier
     }
 
-    /// Simulates `repetitions` scans of one detector of the scene. `on_scan` gets
-    /// the counts of each, those of the scan's steps in order. The tier that draws
-    /// nothing has no scans. Gives what is to be said of them: what the Verilog was
-    /// not made to show.
+    /// Simulates some scans of one detector of the scene, by their numbers among all
+    /// scans of the seed. `on_scan` gets the counts of each, those of the scan's steps
+    /// in order; they do not depend on which other scans are asked for. The tier that
+    /// draws nothing has no scans. Gives what the Verilog was made to show, if it was run.
     ///
     /// # Errors
     /// When the tier cannot do the scene.
@@ -166,31 +167,32 @@ impl Prepared {
         sensor: &Sensor,
         detector: DetectorIndex,
         seed: u64,
-        repetitions: u64,
+        scans: Range<u64>,
         on_scan: impl FnMut(&[StepCount]),
-    ) -> Result<Vec<String>, ScansError> {
+    ) -> Result<Option<Exercised>, ScansError> {
         match (self.tier, &self.rtl) {
             (Tier::Expected, _) => {}
-            (Tier::Counts, _) => counts(sensor, detector, seed, repetitions, on_scan)?,
-            (Tier::Events, _) => events(sensor, detector, seed, repetitions, on_scan),
-            (_, None) => sampled(sensor, detector, seed, repetitions, on_scan)?,
-            (_, Some(rtl)) if repetitions == 1 && rtl.engine != Engine::Lockstep => {
+            _ if scans.is_empty() => {}
+            (Tier::Counts, _) => counts(sensor, detector, seed, scans, on_scan)?,
+            (Tier::Events, _) => events(sensor, detector, seed, scans, on_scan),
+            (_, None) => sampled(sensor, detector, seed, scans, on_scan)?,
+            (_, Some(rtl)) if scans == (0..1) && rtl.engine != Engine::Lockstep => {
                 return rtl.one_scan(sensor, detector, seed, on_scan);
             }
             (_, Some(rtl)) if rtl.engine == Engine::Lanes => {
                 return Err(CosimError::NoLanes(ONE_SCAN.to_owned()).into());
             }
             (_, Some(rtl)) => {
-                return lockstep(sensor, detector, &rtl.library, seed, repetitions, on_scan);
+                return lockstep(sensor, detector, &rtl.library, seed, scans, on_scan);
             }
         }
-        Ok(Vec::new())
+        Ok(None)
     }
 }
 
 impl Prepared {
-    /// Simulates `repetitions` histograms of one detector of a scene whose hardware keeps
-    /// them, as [`Prepared::scans`] does scans.
+    /// Simulates some histograms of one detector of a scene whose hardware keeps them, as
+    /// [`Prepared::scans`] does scans.
     ///
     /// # Errors
     /// When the tier cannot do the scene.
@@ -202,18 +204,19 @@ impl Prepared {
         sensor: &Sensor,
         detector: DetectorIndex,
         seed: u64,
-        repetitions: u64,
+        numbers: Range<u64>,
         mut on_histogram: impl FnMut(Histogram),
-    ) -> Result<Vec<String>, ScansError> {
+    ) -> Result<Option<Exercised>, ScansError> {
         let model = DetectorModel::new(sensor, detector);
         match (self.tier, &self.rtl) {
             (Tier::Expected, _) => {}
+            _ if numbers.is_empty() => {}
             (Tier::Counts, _) => {
-                histograms::counts(sensor, detector, seed, repetitions, on_histogram)?;
+                histograms::counts(sensor, detector, seed, numbers, on_histogram)?;
             }
-            (Tier::Events, _) => histograms::events(&model, seed, repetitions, on_histogram)?,
+            (Tier::Events, _) => histograms::events(&model, seed, numbers, on_histogram)?,
             (_, None) => {
-                histograms::sampled(sensor, &model, seed, repetitions, on_histogram)?;
+                histograms::sampled(sensor, &model, seed, numbers, on_histogram)?;
             }
             (_, Some(rtl)) => {
                 let mut made = Ok(());
@@ -221,12 +224,12 @@ impl Prepared {
                     Ok(histogram) => on_histogram(histogram),
                     Err(error) => made = Err(error),
                 };
-                let remarks = rtl.histograms(sensor, detector, seed, repetitions, on_bins)?;
+                let exercised = rtl.histograms(sensor, detector, seed, numbers, on_bins)?;
                 made.map_err(HistogramsError::from)?;
-                return Ok(remarks);
+                return Ok(exercised);
             }
         }
-        Ok(Vec::new())
+        Ok(None)
     }
 }
 
@@ -237,23 +240,25 @@ impl Rtl {
         sensor: &Sensor,
         detector: DetectorIndex,
         seed: u64,
-        repetitions: u64,
+        numbers: Range<u64>,
         mut on_bins: impl FnMut(Vec<u64>),
-    ) -> Result<Vec<String>, ScansError> {
+    ) -> Result<Option<Exercised>, ScansError> {
         if self.engine == Engine::Lanes {
             refuse_memories(sensor.interface())
                 .map_err(|reason| CosimError::NoLanes(reason.to_string()))?;
         }
         let bins = sensor.timing().scan.steps as usize;
+        let from = begun_by(&models(sensor), numbers.start);
+        let run = from..numbers.end;
         let mut frame = Vec::with_capacity(bins);
         let on_sent = |sent: SentCount| {
             let bin = sent.bin.filter(|_| sent.detector == detector);
-            frame.extend(bin.filter(|_| sent.scan < repetitions));
+            frame.extend(bin.filter(|_| numbers.contains(&(from + sent.scan))));
             if frame.len() == bins {
                 on_bins(std::mem::replace(&mut frame, Vec::with_capacity(bins)));
             }
         };
-        compared(sensor, &self.library, seed, repetitions, |_| (), on_sent)
+        compared(sensor, &self.library, seed, run, |_| (), on_sent)
     }
 
     /// One scan, in lanes where it has a place there.
@@ -263,7 +268,7 @@ impl Rtl {
         detector: DetectorIndex,
         seed: u64,
         on_scan: impl FnMut(&[StepCount]),
-    ) -> Result<Vec<String>, ScansError> {
+    ) -> Result<Option<Exercised>, ScansError> {
         let request = Request {
             top: TOP.to_owned(),
             sources: self.sources.clone(),
@@ -284,7 +289,7 @@ impl Rtl {
         if report.verdict == Verdict::Mismatch {
             return Err(ScansError::Mismatch);
         }
-        let mut collector = Collector::new(sensor.interface(), 1, on_scan);
+        let mut collector = Collector::new(sensor.interface(), 0, 0..1, on_scan);
         for (sent, hits) in counts[detector].iter().zip(&hits[detector]) {
             let count = StepCount {
                 signed: sent.signed,
@@ -292,31 +297,22 @@ impl Rtl {
             };
             collector.take(sent.scan, count);
         }
-        Ok(report
-            .missing
-            .iter()
-            .map(|missing| remark(missing))
-            .collect())
+        Ok(Some(report.exercised))
     }
-}
-
-/// That the Verilog was not made to show something.
-fn remark(missing: &str) -> String {
-    format!("the Verilog is not shown to count as the model does: {missing}")
 }
 
 fn counts(
     sensor: &Sensor,
     detector: DetectorIndex,
     seed: u64,
-    repetitions: u64,
+    scans: Range<u64>,
     mut on_scan: impl FnMut(&[StepCount]),
 ) -> Result<(), ScansError> {
     let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::of_tier(&model, Tier::Counts.counting())?;
     let sampler = CountSampler::of(&model, &SecondMoments::new(&response)?);
-    for repetition in 0..repetitions {
-        on_scan(&sampler.scan(seed, repetition));
+    for scan in scans {
+        on_scan(&sampler.scan(seed, scan));
     }
     Ok(())
 }
@@ -325,18 +321,18 @@ fn events(
     sensor: &Sensor,
     detector: DetectorIndex,
     seed: u64,
-    repetitions: u64,
+    scans: Range<u64>,
     mut on_scan: impl FnMut(&[StepCount]),
 ) {
     let model = DetectorModel::new(sensor, detector);
     let counter = StepCounter::new(&model);
-    let threads = available_parallelism().unwrap_or(NonZero::<usize>::MIN);
+    let threads = NonZero::new(rayon::current_num_threads()).unwrap_or(NonZero::<usize>::MIN);
     let steps = sensor.timing().scan.steps;
     let at_once = (STEPS_AT_ONCE / steps).max(1);
     let mut counted = Vec::new();
-    let mut first = 0;
-    while first < repetitions {
-        let batch = first..(first + at_once).min(repetitions);
+    let mut first = scans.start;
+    while first < scans.end {
+        let batch = first..first.saturating_add(at_once).min(scans.end);
         first = batch.end;
         counted.resize(
             ((batch.end - batch.start) * steps) as usize,
@@ -351,16 +347,17 @@ fn sampled(
     sensor: &Sensor,
     detector: DetectorIndex,
     seed: u64,
-    repetitions: u64,
+    scans: Range<u64>,
     on_scan: impl FnMut(&[StepCount]),
 ) -> Result<(), ScansError> {
     let interface = sensor.interface();
     let layout = Layout::of(interface);
     let detectors = models(sensor);
+    let from = begun_by(&detectors, scans.start);
+    let clocks = clocks_for_scans(interface, scans.end - from);
     let mut reference = Reference::new(interface.clone())?;
-    let mut photons = Photons::new(&detectors, interface, seed);
-    let mut collector = Collector::new(interface, repetitions, on_scan);
-    let clocks = clocks_for_scans(interface, repetitions);
+    let mut photons = Photons::from_scan(&detectors, interface, seed, from);
+    let mut collector = Collector::new(interface, from, scans, on_scan);
     let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, clocks);
     let mut block = Block::default();
     while maker.make(&mut block) {
@@ -387,10 +384,12 @@ fn lockstep(
     detector: DetectorIndex,
     library: &Built,
     seed: u64,
-    repetitions: u64,
+    scans: Range<u64>,
     on_scan: impl FnMut(&[StepCount]),
-) -> Result<Vec<String>, ScansError> {
-    let mut collector = Collector::new(sensor.interface(), repetitions, on_scan);
+) -> Result<Option<Exercised>, ScansError> {
+    let from = begun_by(&models(sensor), scans.start);
+    let run = from..scans.end;
+    let mut collector = Collector::new(sensor.interface(), from, scans, on_scan);
     // Hits of the steps that the Verilog has yet to send. They stand in where it
     // sends no totals: the rate of detections needs them, the estimator does not.
     let hits = RefCell::new(VecDeque::new());
@@ -409,31 +408,33 @@ fn lockstep(
             collector.take(sent.scan, count);
         }
     };
-    compared(sensor, library, seed, repetitions, on_result, on_sent)
+    compared(sensor, library, seed, run, on_result, on_sent)
 }
 
-/// Clocks the Verilog beside the reference model for so many scans. `on_result` gets what
-/// the model counts, `on_sent` what the Verilog sends. Gives what it was not made to show.
+/// Clocks the Verilog beside the reference model for scans that follow one another, by
+/// their numbers among all of the seed. `on_result` gets what the model counts, `on_sent`
+/// what the Verilog sends, with scans numbered from the run's first. Gives what it was made
+/// to show.
 fn compared(
     sensor: &Sensor,
     library: &Built,
     seed: u64,
-    repetitions: u64,
+    run: Range<u64>,
     on_result: impl FnMut(StepResult),
     on_sent: impl FnMut(SentCount),
-) -> Result<Vec<String>, ScansError> {
+) -> Result<Option<Exercised>, ScansError> {
     let interface = sensor.interface();
     let layout = Layout::of(interface);
     let detectors = models(sensor);
     let outcome = Lockstep {
         model: &mut Verilated::load(library, &layout)?,
         reference: &mut Reference::new(interface.clone())?,
-        stimulus: &mut Photons::new(&detectors, interface, seed),
+        stimulus: &mut Photons::from_scan(&detectors, interface, seed, run.start),
         layout: &layout,
         window: Window::Found,
     }
     .run_and_read(
-        clocks_for_scans(interface, repetitions),
+        clocks_for_scans(interface, run.end - run.start),
         on_result,
         on_sent,
         |_| (),
@@ -443,33 +444,36 @@ fn compared(
     }
     let detectors = sensor.scene().detectors.iter();
     let names = detectors.map(|detector| detector.name.as_str());
-    let missing =
-        Exercised::new(&outcome.exercise, names).missing(interface, StimulusKind::Photons);
-    Ok(missing.iter().map(|missing| remark(missing)).collect())
+    Ok(Some(Exercised::new(&outcome.exercise, names)))
 }
 
 /// Gathers a detector's counts, which come in order, into scans.
 struct Collector<F> {
     steps: u64,
-    repetitions: u64,
+    /// The scan that the run began with.
+    from: u64,
+    /// Those that were asked for.
+    scans: Range<u64>,
     scan: Vec<StepCount>,
     on_scan: F,
 }
 
 impl<F: FnMut(&[StepCount])> Collector<F> {
-    fn new(interface: &Interface, repetitions: u64, on_scan: F) -> Collector<F> {
+    fn new(interface: &Interface, from: u64, scans: Range<u64>, on_scan: F) -> Collector<F> {
         Collector {
             steps: interface.timing.scan.steps,
-            repetitions,
+            from,
+            scans,
             scan: Vec::new(),
             on_scan,
         }
     }
 
-    /// Takes the next step's counts. Those beyond the last scan that was asked for are
-    /// the start of one more, which the run's last clocks reach into.
+    /// Takes the next step's counts, of the `scan`-th scan of the run. Those before the
+    /// first that was asked for lead up to it, and those beyond the last are the start of
+    /// one more, which the run's last clocks reach into.
     fn take(&mut self, scan: u64, count: StepCount) {
-        if scan >= self.repetitions {
+        if !self.scans.contains(&(self.from + scan)) {
             return;
         }
         self.scan.push(count);

@@ -108,6 +108,8 @@ fn workplace() -> tempfile::TempDir {
         "goldtof run scenes/quick.toml --out counted --quiet",
     );
     assert!(counted.status.success());
+    let shard = "goldtof simulate scenes/quick.toml --repeat 2 --shard 1/1 --out out --quiet";
+    assert!(shell(folder.path(), shard).status.success());
     let quick = fs::read_to_string(root().join("scenes/quick.toml")).expect("it is there");
     let without_unit = quick.replace("chip_period = \"8 ns\"", "chip_period = 8");
     fs::write(folder.path().join("scene.toml"), without_unit).expect("it can be written");

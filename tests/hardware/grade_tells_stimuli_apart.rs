@@ -65,3 +65,43 @@ fn photons_never_stall_and_so_stay_below_a_threshold_that_hostile_inputs_reach()
         "{all}"
     );
 }
+
+/// Shards of a grade, joined, are the grade: each fault and mutant once, in their order.
+#[test]
+fn shards_of_a_grade_are_joined_to_the_grade_of_one_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let goldtof = |arguments: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_goldtof"))
+            .args(arguments)
+            .args(["--json", "--quiet"])
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .output()
+            .unwrap();
+        let mut json: Value = serde_json::from_slice(&output.stdout).unwrap();
+        json.as_object_mut().unwrap().remove("command");
+        (output.status.code(), json)
+    };
+    // What these clocks leave open is little, and decided far within the bounds.
+    let arguments = [
+        &["grade", "scenes/quick.toml", "--clocks", "40000"][..],
+        &["--mutants", "5", "--at-least", "99.99%"],
+        &["--proof-time", "20", "--proof-budget", "60"],
+    ]
+    .concat();
+    let whole = goldtof(&arguments);
+    assert_eq!(whole.0, Some(4), "{}", whole.1);
+    assert_eq!(whole.1["mutants"]["total"], 5);
+    assert!(
+        !whole.1["faults"]["survivors"]
+            .as_array()
+            .unwrap()
+            .is_empty()
+    );
+    // The last two have no mutant.
+    for shard in ["1/7", "2/7", "3/7", "4/7", "5/7", "6/7", "7/7"] {
+        let part = goldtof(&[&arguments[..], &["--shard", shard, "--out", out]].concat());
+        assert_eq!(part.0, Some(0), "{}", part.1);
+    }
+    assert_eq!(goldtof(&["merge", out]), whole);
+}

@@ -274,6 +274,7 @@ fn documents(work: &Path) -> Vec<Value> {
         &[&["sweep", quick, "--out", &at("sweep")][..], &sweep].concat(),
     ));
     all.push(read(&work.join("sweep/sweep.json")));
+    all.extend(shards(work));
     let model = ["--estimator", "model"];
     all.push(document(
         &[&["run", quick, "--out", &at("run")][..], &model].concat(),
@@ -295,6 +296,54 @@ fn documents(work: &Path) -> Vec<Value> {
         "--set",
         "source.mean_power=1 pW",
     ]));
+    all
+}
+
+/// Of shards of every command that has them.
+fn shards(work: &Path) -> Vec<Value> {
+    let quick = "scenes/quick.toml";
+    let axis = "path.distance=1 m, 2 m";
+    let case = goldtof::study::stress::cases()[0].name;
+    let expected = ["--fidelity", "expected"];
+    let commands = [
+        &["simulate", quick, "--repeat", "3", "--shard", "1/2"][..],
+        &[
+            &["sweep", quick, "--over", axis, "--shard", "1/1"][..],
+            &expected,
+        ]
+        .concat(),
+        &[
+            "reproduce",
+            "--figure",
+            "3",
+            "--repeat",
+            "2",
+            "--shard",
+            "1/1",
+        ],
+        &["stress", "--case", case, "--shard", "1/1"],
+        &[
+            "grade",
+            quick,
+            "--clocks",
+            "40000",
+            "--mutants",
+            "5",
+            "--shard",
+            "1/7",
+        ],
+    ];
+    let mut all = Vec::new();
+    for command in commands {
+        let out = work.join("shards").join(command[0]);
+        let path = out.to_str().expect("text");
+        all.push(document(&[command, &["--out", path]].concat()));
+        all.push(document(&["merge", path, "--missing"]));
+        let mut files = fs::read_dir(out.join("shards")).expect("it is there");
+        all.push(read(
+            &files.next().expect("a shard").expect("readable").path(),
+        ));
+    }
     all
 }
 

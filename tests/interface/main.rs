@@ -14,4 +14,5 @@ mod scene_malformed_scenes_are_refused;
 mod scene_plan_names_every_part;
 mod scene_standard_scenes_load;
 mod scene_values_reach_the_scene;
+mod shards_join_bit_for_bit;
 mod sweep_goes_on_where_it_stopped;

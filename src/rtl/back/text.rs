@@ -117,7 +117,12 @@ pub fn memory_block(memory: &Memory, module: &Module) -> String {
         contents.name,
         memory.words - 1
     );
-    let mut out = format!("\n{}", commented(4, &words, 0, &contents.about));
+    // Without the attribute Yosys guards the word that is read while it is written, with an
+    // addition to every bit.
+    let mut out = "\n    // No word is used that is read at the clock that writes it.\n    \
+                   (* no_rw_check *)\n"
+        .to_owned();
+    out.push_str(&commented(4, &words, 0, &contents.about));
     let [write, place, word] = memory.write.each_ref().map(|pin| expression(pin, module));
     let [read, from] = memory.read.each_ref().map(|pin| expression(pin, module));
     let (name, q) = (&contents.name, &module.signals[memory.q].name);

@@ -1,4 +1,4 @@
-//! What the scene's estimator says of scans, path by path.
+//! What the scene's estimator says of a scan, path by path.
 
 use rayon::prelude::*;
 use std::fmt::Display;
@@ -104,7 +104,29 @@ impl<'a> Ranging<'a> {
         }
     }
 
-    pub fn answer(&self, counts: &[StepCount]) -> Answer {
+    /// The answers of whole scans, whose counts follow one another.
+    pub fn answers(&self, counts: &[StepCount]) -> Vec<Answer> {
+        counts
+            .par_chunks_exact(self.sensor.timing().scan.steps as usize)
+            .map(|counts| self.answer(counts))
+            .collect()
+    }
+
+    /// The answers of histograms.
+    pub fn answers_of_histograms(&self, histograms: &[Histogram]) -> Vec<Answer> {
+        histograms
+            .par_iter()
+            .map(|histogram| self.answer_histogram(histogram))
+            .collect()
+    }
+
+    /// Largest error of an estimate that has found its peak.
+    pub fn tolerance_m(&self) -> f64 {
+        let chip_ps = self.sensor.clock().chip_period_ps;
+        distance_m(tolerance_ps(chip_ps, self.code_period_ps))
+    }
+
+    fn answer(&self, counts: &[StepCount]) -> Answer {
         if let Some(reason) = self.hopeless {
             return Answer::none(reason);
         }
@@ -234,88 +256,6 @@ fn best_matching(near: &[Vec<(usize, f64)>], taken: &mut Vec<usize>) -> Vec<(usi
         }
     }
     best
-}
-
-/// What many scans say.
-pub struct Answers<'r> {
-    ranging: &'r Ranging<'r>,
-    /// For each path the errors of its estimates, in metres.
-    pub errors_m: Vec<Vec<f64>>,
-    /// For each path how many of them found its peak.
-    pub found: Vec<u64>,
-    pub scans: u64,
-    /// Fits, and those of them with an alarm.
-    pub fits: u64,
-    pub alarms: u64,
-    /// The last remark of any scan, and how many had one.
-    pub remark: Option<String>,
-    pub remarks: u64,
-}
-
-impl<'r> Answers<'r> {
-    pub fn new(ranging: &'r Ranging<'r>) -> Answers<'r> {
-        Answers {
-            ranging,
-            errors_m: vec![Vec::new(); ranging.paths.len()],
-            found: vec![0; ranging.paths.len()],
-            scans: 0,
-            fits: 0,
-            alarms: 0,
-            remark: None,
-            remarks: 0,
-        }
-    }
-
-    /// What went wrong in scans, and in how many, unless it was in all.
-    pub fn remark(&self) -> Option<String> {
-        let remark = self.remark.as_ref()?;
-        Some(match self.remarks == self.scans {
-            true => remark.clone(),
-            false => format!("in {} of {} scans: {remark}", self.remarks, self.scans),
-        })
-    }
-
-    /// Takes the counts of whole scans, one after another.
-    pub fn take(&mut self, counts: &[StepCount]) {
-        let ranging = self.ranging;
-        let answers = counts
-            .par_chunks_exact(ranging.sensor.timing().scan.steps as usize)
-            .map(|counts| ranging.answer(counts))
-            .collect();
-        self.add(answers);
-    }
-
-    /// Takes histograms, one after another.
-    pub fn take_histograms(&mut self, histograms: &[Histogram]) {
-        let ranging = self.ranging;
-        let answers = histograms
-            .par_iter()
-            .map(|histogram| ranging.answer_histogram(histogram));
-        self.add(answers.collect());
-    }
-
-    fn add(&mut self, answers: Vec<Answer>) {
-        let ranging = self.ranging;
-        let tolerance_m = distance_m(tolerance_ps(
-            ranging.sensor.clock().chip_period_ps,
-            ranging.code_period_ps,
-        ));
-        for answer in answers {
-            self.scans += 1;
-            for (place, error_m) in answer.found {
-                self.errors_m[place].push(error_m);
-                self.found[place] += u64::from(error_m.abs() <= tolerance_m);
-            }
-            if let Some(alarm) = answer.alarm {
-                self.fits += 1;
-                self.alarms += u64::from(alarm);
-            }
-            if answer.remark.is_some() {
-                self.remark = answer.remark;
-                self.remarks += 1;
-            }
-        }
-    }
 }
 
 #[cfg(test)]

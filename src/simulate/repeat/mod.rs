@@ -3,16 +3,20 @@
 mod answers;
 mod moments;
 mod statistics;
+mod tally;
 mod text;
 
+use std::ops::Range;
 use std::time::Instant;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::path_statistics::PathStatistics;
 use super::scans::{Prepared, ScansError};
 use super::{Tier, domain, expected};
+use crate::cosim::StimulusKind;
 use crate::cosim::engine::Engine;
+use crate::cosim::exercised::Exercised;
 use crate::document::Body;
 use crate::estimate::{CountingTier, TheoryEffort, theory};
 use crate::histogram::Histogram;
@@ -20,8 +24,9 @@ use crate::photons::StepCount;
 use crate::scene::{Architecture, DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
-use answers::{Answers, Ranging};
+use answers::Ranging;
 use statistics::statistics;
+pub use tally::Tally;
 
 /// Counts that wait for their estimates, about.
 const COUNTS_AT_ONCE: usize = 1 << 21;
@@ -126,157 +131,265 @@ fn simulate_counting(
     prepared: &Prepared,
     seed: u64,
     repetitions: u64,
-    mut on_progress: impl FnMut(u64, u64),
+    on_progress: impl FnMut(u64, u64),
 ) -> Result<Simulation, ScansError> {
-    let started = Instant::now();
-    let tier = prepared.tier();
-    let run = Run {
-        sensor,
-        prepared,
-        seed,
-        repetitions,
-    };
-    let all = repetitions.saturating_mul(sensor.scene().detectors.len() as u64);
-    let mut done = 0;
-    let mut on_scan = || {
-        done += 1;
-        on_progress(done, all);
-    };
-    let mut estimates = Vec::new();
-    let mut warnings = Vec::new();
-    for detector in DetectorIndex::of(&sensor.scene().detectors) {
-        if !tier.draws() {
-            // Before anything that takes as long as there are steps or paths.
-            TheoryEffort::of(sensor, detector)?.check_predictions(1)?;
-        }
-        let of_detector = match sensor.scene().hardware.architecture {
-            Architecture::UpDown => run.of_counts(detector, &mut on_scan)?,
-            Architecture::Histogram => run.of_histograms(detector, &mut on_scan)?,
-        };
-        // Every detector's scans run the whole hardware.
-        if detector == DetectorIndex(0) {
-            warnings.extend(of_detector.remarks);
-        }
-        warnings.extend(of_detector.warnings);
-        estimates.extend(of_detector.estimates);
-    }
-    Ok(Simulation {
-        scene: sensor.scene().name.clone(),
-        seed,
-        fidelity: tier,
-        domain: domain::of(tier, sensor.scene().hardware.architecture),
-        warnings,
-        estimator: sensor.scene().estimator,
-        repetitions: if tier.draws() { repetitions } else { 0 },
-        estimates,
-        run_time_s: started.elapsed().as_secs_f64(),
-    })
+    let simulated = Simulated::new(sensor, prepared.tier())?;
+    let gathered = simulated.gather(prepared, seed, 0..repetitions, on_progress)?;
+    simulated.conclude(seed, repetitions, gathered)
 }
 
-/// Scans to simulate.
-struct Run<'a> {
+/// What the scans of a stretch say, detector by detector.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Gathered {
+    /// For each detector what its scans say of its paths.
+    pub tallies: Vec<Tally>,
+    /// What the Verilog was made to show, where it is simulated.
+    pub exercised: Option<Exercised>,
+    /// Wall time.
+    pub run_time_s: f64,
+}
+
+impl Gathered {
+    /// Takes the stretch that follows.
+    pub fn append(&mut self, later: Gathered) {
+        self.run_time_s += later.run_time_s;
+        match (&mut self.exercised, later.exercised) {
+            (Some(exercised), Some(more)) => exercised.append(&more),
+            (None, more) => self.exercised = more,
+            (Some(_), None) => {}
+        }
+        for (tally, more) in self.tallies.iter_mut().zip(later.tallies) {
+            tally.append(more);
+        }
+    }
+}
+
+/// A sensor that is simulated scan by scan: what the scans say is gathered, all at once or
+/// stretch by stretch, and concluded from in the end.
+pub struct Simulated<'a> {
     sensor: &'a Sensor,
-    prepared: &'a Prepared,
-    seed: u64,
-    repetitions: u64,
+    tier: Tier,
+    /// For each detector.
+    rangings: Vec<Ranging<'a>>,
+}
+
+impl<'a> Simulated<'a> {
+    /// A sensor, and how it is simulated.
+    ///
+    /// # Errors
+    /// When what the tier that draws nothing has to work out takes too long.
+    pub fn new(sensor: &'a Sensor, tier: Tier) -> Result<Simulated<'a>, ScansError> {
+        let detectors = || DetectorIndex::of(&sensor.scene().detectors);
+        if !tier.draws() {
+            // Before anything that takes as long as there are steps or paths.
+            for detector in detectors() {
+                TheoryEffort::of(sensor, detector)?.check_predictions(1)?;
+            }
+        }
+        let counting = match sensor.scene().hardware.architecture {
+            Architecture::UpDown => tier.counting(),
+            // Each tier counts as the hardware does.
+            Architecture::Histogram => CountingTier::Sampled,
+        };
+        let ranging = |detector| Ranging::new(sensor, detector, counting);
+        Ok(Simulated {
+            sensor,
+            tier,
+            rangings: detectors().map(ranging).collect(),
+        })
+    }
+
+    /// What is gathered of no scans.
+    pub fn nothing(&self) -> Gathered {
+        let of_detector = |ranging: &Ranging| Tally::of_paths(ranging.paths.len());
+        Gathered {
+            tallies: self.rangings.iter().map(of_detector).collect(),
+            exercised: None,
+            run_time_s: 0.0,
+        }
+    }
+
+    /// Simulates some scans of every detector, by their numbers among all of the seed, with
+    /// the tier prepared. `on_progress` is that of [`simulate_watched`].
+    ///
+    /// # Errors
+    /// When the tier cannot do the scene.
+    pub fn gather(
+        &self,
+        prepared: &Prepared,
+        seed: u64,
+        scans: Range<u64>,
+        mut on_progress: impl FnMut(u64, u64),
+    ) -> Result<Gathered, ScansError> {
+        let started = Instant::now();
+        let all = (scans.end - scans.start).saturating_mul(self.rangings.len() as u64);
+        let mut done = 0;
+        let mut on_scan = || {
+            done += 1;
+            on_progress(done, all);
+        };
+        let mut gathered = Gathered {
+            tallies: Vec::new(),
+            exercised: None,
+            run_time_s: 0.0,
+        };
+        for ranging in &self.rangings {
+            let scans = scans.clone();
+            let (tally, exercised) = match self.sensor.scene().hardware.architecture {
+                Architecture::Histogram => {
+                    of_histograms(ranging, prepared, seed, scans, &mut on_scan)?
+                }
+                Architecture::UpDown => of_counts(ranging, prepared, seed, scans, &mut on_scan)?,
+            };
+            // Every detector's scans run the whole hardware.
+            if ranging.detector == DetectorIndex(0) {
+                gathered.exercised = exercised;
+            }
+            gathered.tallies.push(tally);
+        }
+        gathered.run_time_s = started.elapsed().as_secs_f64();
+        Ok(gathered)
+    }
+
+    /// What all scans say, beside what is expected. Its run time is that of the gathering,
+    /// and its own.
+    ///
+    /// # Errors
+    /// When the tier that draws nothing cannot do the scene.
+    pub fn conclude(
+        &self,
+        seed: u64,
+        repetitions: u64,
+        gathered: Gathered,
+    ) -> Result<Simulation, ScansError> {
+        let started = Instant::now();
+        let scene = self.sensor.scene();
+        let mut estimates = Vec::new();
+        let mut warnings = self.not_shown(gathered.exercised.as_ref());
+        for (ranging, tally) in self.rangings.iter().zip(&gathered.tallies) {
+            let of_detector = self.statistics(ranging, tally, repetitions)?;
+            warnings.extend(of_detector.warnings);
+            estimates.extend(of_detector.estimates);
+        }
+        Ok(Simulation {
+            scene: scene.name.clone(),
+            seed,
+            fidelity: self.tier,
+            domain: domain::of(self.tier, scene.hardware.architecture),
+            warnings,
+            estimator: scene.estimator,
+            repetitions: if self.tier.draws() { repetitions } else { 0 },
+            estimates,
+            run_time_s: gathered.run_time_s + started.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// What the Verilog was not made to show, where it is simulated.
+    fn not_shown(&self, exercised: Option<&Exercised>) -> Vec<String> {
+        let interface = self.sensor.interface();
+        let missing = exercised.map(|shown| shown.missing(interface, StimulusKind::Photons));
+        let missing = missing.into_iter().flatten();
+        missing
+            .map(|missing| {
+                format!("the Verilog is not shown to count as the model does: {missing}")
+            })
+            .collect()
+    }
+
+    /// The statistics of all scans of a detector.
+    fn statistics(
+        &self,
+        ranging: &Ranging,
+        tally: &Tally,
+        repetitions: u64,
+    ) -> Result<OfDetector, ScansError> {
+        let (sensor, detector) = (self.sensor, ranging.detector);
+        let architecture = sensor.scene().hardware.architecture;
+        let integrations = match architecture {
+            Architecture::UpDown => sensor.timing().scan.steps as f64,
+            Architecture::Histogram => 1.0,
+        };
+        let integration_s = sensor.timing().integration_ps() * 1e-12;
+        let measured_s = repetitions as f64 * integrations * integration_s;
+        let rate_cps = tally.detections as f64 / measured_s;
+        let theory = theory(sensor, detector, &ranging.paths, ranging.counting);
+        let mut estimates = statistics(ranging, tally, &theory, rate_cps);
+        if !self.tier.draws() {
+            expected::answer(sensor, detector, &theory, &mut estimates)?;
+        }
+        let predicted = ranging.paths.iter().copied().zip(theory.predictions);
+        let predicted: Vec<_> = predicted.collect();
+        let mut warnings = domain::warnings(sensor, detector, self.tier, &predicted);
+        let by_phase = sensor.scene().estimator == EstimatorKind::Fft;
+        if architecture == Architecture::Histogram && by_phase {
+            let name = &sensor.scene().detectors[detector].name;
+            warnings.extend(ranging.walks().map(|walks| format!("{name}: {walks}")));
+        }
+        Ok(OfDetector {
+            estimates,
+            warnings,
+        })
+    }
 }
 
 /// What the scans of one detector say.
 struct OfDetector {
     estimates: Vec<PathStatistics>,
     warnings: Vec<String>,
-    /// What the Verilog was not made to show.
-    remarks: Vec<String>,
 }
 
-impl Run<'_> {
-    /// Scans of counts, phase step by phase step.
-    fn of_counts(
-        &self,
-        detector: DetectorIndex,
-        on_scan: &mut impl FnMut(),
-    ) -> Result<OfDetector, ScansError> {
-        let sensor = self.sensor;
-        let ranging = Ranging::new(sensor, detector, self.prepared.tier().counting());
-        let mut answers = Answers::new(&ranging);
-        let mut detections = 0;
-        let mut waiting: Vec<StepCount> = Vec::new();
-        let (seed, repetitions) = (self.seed, self.repetitions);
-        let remarks = self
-            .prepared
-            .scans(sensor, detector, seed, repetitions, |counts| {
-                on_scan();
-                detections += counts.iter().map(|count| count.total).sum::<u64>();
-                waiting.extend_from_slice(counts);
-                if waiting.len() + counts.len() > COUNTS_AT_ONCE {
-                    answers.take(&waiting);
-                    waiting.clear();
-                }
-            })?;
-        answers.take(&waiting);
-        let steps = sensor.timing().scan.steps as f64;
-        self.statistics(&ranging, &answers, detections, steps, remarks)
-    }
-
-    /// Scans that are histograms. Each tier counts as the hardware does.
-    fn of_histograms(
-        &self,
-        detector: DetectorIndex,
-        on_scan: &mut impl FnMut(),
-    ) -> Result<OfDetector, ScansError> {
-        let sensor = self.sensor;
-        let ranging = Ranging::new(sensor, detector, CountingTier::Sampled);
-        let mut answers = Answers::new(&ranging);
-        let mut detections = 0;
-        let mut waiting: Vec<Histogram> = Vec::new();
-        let (seed, repetitions) = (self.seed, self.repetitions);
-        let keep = |histogram: Histogram| {
-            on_scan();
-            detections += histogram.total();
-            let bins = histogram.bins().len();
-            waiting.push(histogram);
-            if waiting.len() * bins > COUNTS_AT_ONCE {
-                answers.take_histograms(&waiting);
-                waiting.clear();
-            }
-        };
-        let remarks = self
-            .prepared
-            .histograms(sensor, detector, seed, repetitions, keep)?;
-        answers.take_histograms(&waiting);
-        let mut of_detector = self.statistics(&ranging, &answers, detections, 1.0, remarks)?;
-        if sensor.scene().estimator == EstimatorKind::Fft {
-            let name = &sensor.scene().detectors[detector].name;
-            let walks = ranging.walks().map(|walks| format!("{name}: {walks}"));
-            of_detector.warnings.extend(walks);
+/// Scans of counts, phase step by phase step; and what the Verilog was made to show.
+fn of_counts(
+    ranging: &Ranging,
+    prepared: &Prepared,
+    seed: u64,
+    scans: Range<u64>,
+    on_scan: &mut impl FnMut(),
+) -> Result<(Tally, Option<Exercised>), ScansError> {
+    let (sensor, detector) = (ranging.sensor, ranging.detector);
+    let tolerance_m = ranging.tolerance_m();
+    let mut tally = Tally::of_paths(ranging.paths.len());
+    let mut detections = 0;
+    let mut waiting: Vec<StepCount> = Vec::new();
+    let exercised = prepared.scans(sensor, detector, seed, scans, |counts| {
+        on_scan();
+        detections += counts.iter().map(|count| count.total).sum::<u64>();
+        waiting.extend_from_slice(counts);
+        if waiting.len() + counts.len() > COUNTS_AT_ONCE {
+            tally.add(ranging.answers(&waiting), tolerance_m);
+            waiting.clear();
         }
-        Ok(of_detector)
-    }
+    })?;
+    tally.add(ranging.answers(&waiting), tolerance_m);
+    tally.detections = detections;
+    Ok((tally, exercised))
+}
 
-    /// The statistics of all scans, each of which has integrated so many times.
-    fn statistics(
-        &self,
-        ranging: &Ranging,
-        answers: &Answers,
-        detections: u64,
-        integrations: f64,
-        remarks: Vec<String>,
-    ) -> Result<OfDetector, ScansError> {
-        let (sensor, detector, tier) = (self.sensor, ranging.detector, self.prepared.tier());
-        let integration_s = sensor.timing().integration_ps() * 1e-12;
-        let measured_s = self.repetitions as f64 * integrations * integration_s;
-        let rate_cps = detections as f64 / measured_s;
-        let theory = theory(sensor, detector, &ranging.paths, ranging.counting);
-        let mut estimates = statistics(ranging, answers, &theory, rate_cps);
-        if !tier.draws() {
-            expected::answer(sensor, detector, &theory, &mut estimates)?;
+/// Scans that are histograms; and what the Verilog was made to show.
+fn of_histograms(
+    ranging: &Ranging,
+    prepared: &Prepared,
+    seed: u64,
+    scans: Range<u64>,
+    on_scan: &mut impl FnMut(),
+) -> Result<(Tally, Option<Exercised>), ScansError> {
+    let (sensor, detector) = (ranging.sensor, ranging.detector);
+    let tolerance_m = ranging.tolerance_m();
+    let mut tally = Tally::of_paths(ranging.paths.len());
+    let mut detections = 0;
+    let mut waiting: Vec<Histogram> = Vec::new();
+    let exercised = prepared.histograms(sensor, detector, seed, scans, |histogram| {
+        on_scan();
+        detections += histogram.total();
+        let bins = histogram.bins().len();
+        waiting.push(histogram);
+        if waiting.len() * bins > COUNTS_AT_ONCE {
+            tally.add(ranging.answers_of_histograms(&waiting), tolerance_m);
+            waiting.clear();
         }
-        let predicted = ranging.paths.iter().copied().zip(theory.predictions);
-        let predicted: Vec<_> = predicted.collect();
-        Ok(OfDetector {
-            estimates,
-            warnings: domain::warnings(sensor, detector, tier, &predicted),
-            remarks,
-        })
-    }
+    })?;
+    tally.add(ranging.answers_of_histograms(&waiting), tolerance_m);
+    tally.detections = detections;
+    Ok((tally, exercised))
 }

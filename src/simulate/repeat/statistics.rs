@@ -1,7 +1,8 @@
 //! The statistics of many scans beside what theory expects.
 
-use super::answers::{Answers, Ranging};
+use super::answers::Ranging;
 use super::moments::{Moments, share_interval};
+use super::tally::Tally;
 use crate::estimate::fit::{FitError, expected_fit};
 use crate::estimate::unwrap::{check_normal, fold, fold_distance, unwrap};
 use crate::estimate::{Theory, distance_m, folded};
@@ -17,7 +18,7 @@ type Expected = Result<Expectation, String>;
 /// One entry per path of a detector.
 pub fn statistics(
     ranging: &Ranging,
-    answers: &Answers,
+    tally: &Tally,
     theory: &Theory,
     detected_rate_cps: f64,
 ) -> Vec<PathStatistics> {
@@ -29,16 +30,15 @@ pub fn statistics(
         let truth = &ranging.truths[place];
         let range_m = distance_m(ranging.code_period_ps);
         let true_distance_m = fold_distance(distance_m(truth.delay_ps), range_m);
-        let errors_m = &answers.errors_m[place];
+        let errors_m = &tally.errors_m[place];
         let (moments, spread) = match unwrap(errors_m, range_m) {
             Ok(unwrapped) => (Moments::of(&unwrapped), None),
             Err(spread) => (Moments::NONE, Some(spread.to_string())),
         };
         let bias_m = moments.mean.map(|mean| fold(mean, range_m));
-        let found = answers.found[place];
-        let missed_scans = answers.scans - found;
-        let of_scans =
-            |count: u64| (answers.scans > 0).then(|| count as f64 / answers.scans as f64);
+        let found = tally.found[place];
+        let missed_scans = tally.scans - found;
+        let of_scans = |count: u64| (tally.scans > 0).then(|| count as f64 / tally.scans as f64);
         let bound_m = bound.as_ref().ok().and_then(|bound| bound.of_path(path));
         let bound_remark = match bound {
             Err(reason) => Some(format!("no bound: {reason}")),
@@ -56,8 +56,8 @@ pub fn statistics(
             estimates: errors_m.len() as u64,
             missed_scans,
             missed_fraction: of_scans(missed_scans),
-            missed_fraction_ci95: (answers.scans > 0)
-                .then(|| share_interval(missed_scans, answers.scans)),
+            missed_fraction_ci95: (tally.scans > 0)
+                .then(|| share_interval(missed_scans, tally.scans)),
             expected_missed_fraction: theory.missed[place],
             correct_coarse_fraction: of_scans(found),
             mean_distance_m: bias_m.map(|bias_m| fold_distance(true_distance_m + bias_m, range_m)),
@@ -70,11 +70,11 @@ pub fn statistics(
             bound_m,
             std_over_bound: moments.std.zip(bound_m).map(|(std, bound)| std / bound),
             bound_remark,
-            chi_square_alarm_fraction: (answers.fits > 0)
-                .then(|| answers.alarms as f64 / answers.fits as f64),
+            chi_square_alarm_fraction: (tally.fits > 0)
+                .then(|| tally.alarms as f64 / tally.fits as f64),
             detected_rate_cps,
             remark: joined([
-                answers.remark(),
+                tally.remark(),
                 spread,
                 expected[place]
                     .as_ref()

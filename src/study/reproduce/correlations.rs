@@ -183,12 +183,13 @@ fn resolution(dips: &[(usize, Measured)]) -> Option<Claim> {
         .collect::<Vec<_>>()
         .join(", ");
     Some(Claim {
-        id: "C7",
-        article: "two paths 1.5 T_c apart are told apart",
+        id: "C7".into(),
+        article: "two paths 1.5 T_c apart are told apart".into(),
         criterion: "a single scan of 1.04 ms shows a dip between two peaks 12 phase steps apart \
-                    in at least 99 % of the cases, interval included",
+                    in at least 99 % of the cases, interval included"
+            .into(),
         measured: resolved.value,
-        unit: "of the scans",
+        unit: "of the scans".into(),
         measured_ci95: Some(resolved.interval()),
         verdict: Verdict::at_least(resolved, 0.99),
         remark: format!(

@@ -1,5 +1,6 @@
 //! What a figure and a claim are.
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 
 use serde::Serialize;
@@ -164,15 +165,15 @@ impl Table {
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Claim {
     /// C1 to C8; with a letter, a second criterion of ours for the same claim.
-    pub id: &'static str,
+    pub id: Cow<'static, str>,
     /// What the article says.
-    pub article: &'static str,
+    pub article: Cow<'static, str>,
     /// What has to be so for `holds`.
-    pub criterion: &'static str,
+    pub criterion: Cow<'static, str>,
     /// The measured value.
     pub measured: f64,
     /// Its unit.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// 95 % confidence interval; none for what is exact.
     pub measured_ci95: Option<[f64; 2]>,
     /// Whether the criterion is met; `holds` and `verdict` in JSON.

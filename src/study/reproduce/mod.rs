@@ -18,6 +18,7 @@ mod correlations;
 mod errors;
 mod extremes;
 mod figure;
+mod made;
 mod phase;
 mod precision;
 mod printed;
@@ -35,6 +36,7 @@ use serde::Serialize;
 
 use self::figure::Figure;
 pub use self::figure::{Claim, FigureId};
+pub use self::made::{KeptFigure, MadeFigure};
 use self::run::Run;
 pub use self::run::RunError;
 pub use self::verdict::Verdict;
@@ -119,36 +121,47 @@ pub fn reproduce(
     progress: impl Fn(&str),
 ) -> Result<Reproduction, ReproduceError> {
     let started = Instant::now();
-    let mut claims = Vec::new();
     let mut figures = Vec::new();
     for &id in &options.figures {
-        let figure_started = Instant::now();
-        let figure = make(id, options)?;
-        let drawing = format!("{}.svg", id.name());
-        let data = format!("{}.csv", id.name());
-        out.write(&drawing, &figure.chart.svg()?)?;
-        out.write(&data, figure.table.csv())?;
-        claims.extend(figure.claims);
-        let files = FigureFiles {
-            number: id.number(),
-            title: figure.chart.title,
-            files: vec![drawing, data],
-            notes: figure.notes,
-            run_time_s: figure_started.elapsed().as_secs_f64(),
-        };
-        progress(&format!("{} ({:.1} s)", files.title, files.run_time_s));
-        figures.push(files);
+        let figure = MadeFigure::new(id, options)?;
+        figure.write(out)?;
+        progress(&format!("{} ({:.1} s)", figure.title, figure.run_time_s));
+        figures.push(figure);
     }
-    claims.sort_by_key(|claim| claim.id);
+    let run_time_s = started.elapsed().as_secs_f64();
     Ok(Reproduction {
-        seed: options.seed,
-        repetitions: options.repetitions,
-        confidence: "95 %: normal standard errors of means and of standard deviations, \
-                     exact binomial (Clopper-Pearson) for rates",
-        claims,
-        figures,
-        run_time_s: started.elapsed().as_secs_f64(),
+        run_time_s,
+        ..Reproduction::of(options, figures)
     })
+}
+
+impl Reproduction {
+    /// What figures say together, in the order of the options.
+    pub fn of(options: &Options, figures: Vec<MadeFigure>) -> Reproduction {
+        let run_time_s = figures.iter().map(|figure| figure.run_time_s).sum();
+        let mut claims = Vec::new();
+        let mut files = Vec::new();
+        for figure in figures {
+            files.push(FigureFiles {
+                number: figure.id.number(),
+                files: figure.file_names().into(),
+                title: figure.title,
+                notes: figure.notes,
+                run_time_s: figure.run_time_s,
+            });
+            claims.extend(figure.claims);
+        }
+        claims.sort_by(|a, b| a.id.cmp(&b.id));
+        Reproduction {
+            seed: options.seed,
+            repetitions: options.repetitions,
+            confidence: "95 %: normal standard errors of means and of standard deviations, \
+                         exact binomial (Clopper-Pearson) for rates",
+            claims,
+            figures: files,
+            run_time_s,
+        }
+    }
 }
 
 fn make(id: FigureId, options: &Options) -> Result<Figure, RunError> {

@@ -102,12 +102,13 @@ fn unambiguous_range(run: &mut Run) -> Result<Claim, RunError> {
     let light = Light::new(&code, POWER_PW).at(FAR_TARGET_PS);
     let found: Measured = run.search(&sensor(&[light], 104.8e-6))?;
     Ok(Claim {
-        id: "C5",
-        article: "unambiguous range up a thousandfold, 2.45 km for n = 11 at 8 ns",
+        id: "C5".into(),
+        article: "unambiguous range up a thousandfold, 2.45 km for n = 11 at 8 ns".into(),
         criterion: "the code's smallest period, as a distance, is 2.45 km and at least 1000 times \
-                    the square wave's; every scan finds a target at 2.4 km",
+                    the square wave's; every scan finds a target at 2.4 km"
+            .into(),
         measured: range_m(&code),
-        unit: "m",
+        unit: "m".into(),
         measured_ci95: None,
         verdict: Verdict::exact(
             (range_m(&code) - 2450.0).abs() < 5.0 && times >= 1000.0 && found.value >= 1.0,
@@ -145,12 +146,13 @@ fn side_lobes() -> Result<Claim, CodeError> {
         codes += 1;
     }
     Ok(Claim {
-        id: "C8",
-        article: "side lobes within Gold's three values",
+        id: "C8".into(),
+        article: "side lobes within Gold's three values".into(),
         criterion: "no autocorrelation side lobe of any code of the set, and no cross-correlation \
-                    of the figures' code with another, is any other value than -1, -65, 63",
+                    of the figures' code with another, is any other value than -1, -65, 63"
+            .into(),
         measured: outside as f64,
-        unit: "other values",
+        unit: "other values".into(),
         measured_ci95: None,
         verdict: Verdict::exact(outside == 0),
         remark: format!(

@@ -70,6 +70,12 @@ impl Verdict {
         }
     }
 
+    /// The verdict of a [`Verdict::name`].
+    pub fn of_name(name: &str) -> Option<Verdict> {
+        let all = [Verdict::Holds, Verdict::DoesNotHold, Verdict::Undecided];
+        all.into_iter().find(|verdict| verdict.name() == name)
+    }
+
     /// As JSON has it.
     pub fn name(self) -> &'static str {
         match self {

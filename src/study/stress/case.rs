@@ -1,6 +1,6 @@
 //! What a stress case is: a measurement, and the bound that it must keep.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::code::CodeError;
 use crate::cosim::error::CosimError;
@@ -105,7 +105,7 @@ pub struct Measured {
 }
 
 /// What a number must keep. NaN keeps nothing.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Bound {
     /// Smallest value allowed.

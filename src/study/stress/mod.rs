@@ -21,7 +21,7 @@ mod testbench;
 use std::time::Instant;
 
 pub use case::{Bound, Case, CaseError, Group, Measured};
-pub use report::{CaseReport, StressReport};
+pub use report::{CaseReport, KeptCase, StressReport};
 
 use crate::cosim::error::CosimError;
 use crate::simulate::scans::ScansError;

@@ -38,21 +38,36 @@ pub enum RunError {
     Point(#[from] Unreadable),
 }
 
-/// Simulates every point that the folder does not have yet. `on_point` is told how many
-/// are done, before the first and after each.
+/// Simulates every point that the folder does not have yet, and reads all of them.
+/// `on_point` is that of [`run_points`].
+///
+/// # Errors
+/// As there; and when a finished point cannot be read.
+pub fn run(sweep: &Sweep, store: &Store, on_point: impl FnMut(usize)) -> Result<Table, RunError> {
+    run_points(sweep, store, 0..sweep.len(), on_point)?;
+    let mut table = Table::new(&sweep.axes);
+    for number in 0..sweep.len() {
+        table.read(&store.point(number)?)?;
+    }
+    Ok(table)
+}
+
+/// Simulates those of some points that the folder does not have yet. `on_point` is told how
+/// many are done, before the first and after each.
 ///
 /// # Errors
 /// When a tool fails or a file cannot be written. A point that a tier cannot do is no
 /// error: its row has the reason.
-pub fn run(
+pub fn run_points(
     sweep: &Sweep,
     store: &Store,
+    numbers: impl Iterator<Item = usize>,
     mut on_point: impl FnMut(usize),
-) -> Result<Table, RunError> {
-    let mut table = Table::new(&sweep.axes);
+) -> Result<(), RunError> {
+    let table = Table::new(&sweep.axes);
     let mut done = store.done()?;
     on_point(done.len());
-    for number in 0..sweep.len() {
+    for number in numbers {
         if done.contains(&number) {
             continue;
         }
@@ -66,8 +81,5 @@ pub fn run(
         done.insert(number);
         on_point(done.len());
     }
-    for number in 0..sweep.len() {
-        table.read(&store.point(number)?)?;
-    }
-    Ok(table)
+    Ok(())
 }

@@ -193,6 +193,21 @@ impl Store {
         Ok(self.points.write(&name(number), text)?)
     }
 
+    /// Removes all that it has in `folder`, the one that it was opened with: the points
+    /// stand elsewhere.
+    ///
+    /// # Errors
+    /// When a file cannot be removed.
+    #[cfg(feature = "cli")]
+    pub fn clear(self, folder: &OutputFolder) -> Result<(), StoreError> {
+        for number in numbers(&self.points)? {
+            self.points.remove(&name(number))?;
+        }
+        folder.remove(DEFINITION)?;
+        self.points.discard();
+        Ok(())
+    }
+
     /// A point that is done.
     ///
     /// # Errors

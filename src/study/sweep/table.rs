@@ -58,7 +58,7 @@ pub struct Unreadable(String);
 
 impl Table {
     /// A table without rows.
-    pub(super) fn new(axes: &[Axis]) -> Table {
+    pub(crate) fn new(axes: &[Axis]) -> Table {
         let of_axis = |axis: &Axis| match axis.unit() {
             Some(_) => (axis.column(), Kind::Number),
             None => (axis.column(), Kind::Text),
@@ -125,7 +125,7 @@ impl Table {
     }
 
     /// Adds the rows of a file.
-    pub(super) fn read(&mut self, text: &str) -> Result<(), Unreadable> {
+    pub(crate) fn read(&mut self, text: &str) -> Result<(), Unreadable> {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let unreadable = |error: csv::Error| Unreadable(error.to_string());
         let heading = reader.headers().map_err(unreadable)?;

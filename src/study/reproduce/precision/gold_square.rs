@@ -159,16 +159,17 @@ fn degradation(losses: &[(f64, Measured)], range_pw: f64, reasons: &str) -> Opti
         found.unwrap_or_else(|| format!("nothing to compare {range}"))
     });
     Some(Claim {
-        id: "C1",
-        article: "a Gold code costs 3.24 dB of precision against a square wave (104.8 us)",
+        id: "C1".into(),
+        article: "a Gold code costs 3.24 dB of precision against a square wave (104.8 us)".into(),
         criterion: "mean of 10 log10(ratio of standard deviations) over the article's powers \
                     within 0.30 dB of 3.24 dB, interval included; 0.30 dB is what 100 samples at \
                     each of eight powers leave open of the article's mean. Its text names no \
                     powers, but says that these curves come down to a few millimetres: its powers \
                     are taken as those up to the first at which the Gold code scatters by at most \
-                    5 mm",
+                    5 mm"
+            .into(),
         measured: loss.value,
-        unit: "dB",
+        unit: "dB".into(),
         measured_ci95: Some(loss.interval()),
         verdict: verdict(loss),
         remark: format!(

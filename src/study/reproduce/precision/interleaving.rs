@@ -79,12 +79,14 @@ fn recovery(curves: &[Curve], by_amplitude: &str) -> Option<Claim> {
     );
     let little_more = Verdict::below(beyond, 0.0);
     Some(Claim {
-        id: "C4",
-        article: "interleaving wins the loss back, nu = 1 most of it, nu > 1 little more (eq. 25)",
+        id: "C4".into(),
+        article: "interleaving wins the loss back, nu = 1 most of it, nu > 1 little more (eq. 25)"
+            .into(),
         criterion: "nu = 1 wins back more than half of the loss in dB (lower end of the \
-                    interval), and nu = 3 wins less than half as much again, intervals included",
+                    interval), and nu = 3 wins less than half as much again, intervals included"
+            .into(),
         measured: share.value,
-        unit: "of the loss",
+        unit: "of the loss".into(),
         measured_ci95: Some(share.interval()),
         verdict: Verdict::at_least(share, 0.5).and(little_more),
         remark: format!(

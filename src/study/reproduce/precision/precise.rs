@@ -73,16 +73,17 @@ fn best_of(codes: &[(&str, Arc<Code>)]) -> Result<String, RunError> {
 
 fn decide(single: &Curve, best: &Best) -> [Claim; 2] {
     let std = best.again.std_m().scaled(1e3);
-    let claim = |id, article, criterion, limit_mm: f64| Claim {
-        id,
-        article,
-        criterion,
-        measured: std.value,
-        unit: "mm",
-        measured_ci95: Some(std.interval()),
-        verdict: Verdict::below(std, limit_mm),
-        remark: remark(single, best, limit_mm),
-    };
+    let claim =
+        |id: &'static str, article: &'static str, criterion: &'static str, limit_mm: f64| Claim {
+            id: id.into(),
+            article: article.into(),
+            criterion: criterion.into(),
+            measured: std.value,
+            unit: "mm".into(),
+            measured_ci95: Some(std.interval()),
+            verdict: Verdict::below(std, limit_mm),
+            remark: remark(single, best, limit_mm),
+        };
     [
         claim(
             "C2",

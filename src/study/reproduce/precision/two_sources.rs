@@ -99,12 +99,17 @@ fn multi_view(
         return Vec::new();
     };
     let found = Verdict::exact(unique.value >= 1.0);
-    let claim = |id, article, criterion, loss: Measured, limit_db, remark| Claim {
-        id,
-        article,
-        criterion,
+    let claim = |id: &'static str,
+                 article: &'static str,
+                 criterion: &'static str,
+                 loss: Measured,
+                 limit_db,
+                 remark| Claim {
+        id: id.into(),
+        article: article.into(),
+        criterion: criterion.into(),
         measured: loss.value,
-        unit: "dB",
+        unit: "dB".into(),
         measured_ci95: Some(loss.interval()),
         verdict: Verdict::below(loss, limit_db).and(found),
         remark,

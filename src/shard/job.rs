@@ -1,0 +1,305 @@
+//! What a job is: all that its numbers depend on.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::ShardError;
+use crate::cosim::engine::Engine;
+use crate::grade::{GradeStimulus, Graded};
+use crate::scene::{self, EstimatorKind, Scene, SceneErrors, SceneReference, Setting};
+use crate::simulate::Tier;
+use crate::simulate::repeat::Gathered;
+use crate::study::reproduce::KeptFigure;
+use crate::study::stress::KeptCase;
+use crate::study::sweep::{Axis, Sweep};
+
+/// What is done in shards. Two shards belong together if their jobs are equal.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Job {
+    /// Of `goldtof simulate`.
+    Simulate(
+        /// The scans.
+        SimulateJob,
+    ),
+    /// Of `goldtof sweep`.
+    Sweep(
+        /// The points.
+        SweepJob,
+    ),
+    /// Of `goldtof reproduce`.
+    Reproduce(
+        /// The figures.
+        ReproduceJob,
+    ),
+    /// Of `goldtof stress`.
+    Stress(
+        /// The cases.
+        StressJob,
+    ),
+    /// Of `goldtof grade`.
+    Grade(
+        /// The faults and mutants.
+        GradeJob,
+    ),
+}
+
+/// What a shard has of its job.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Results {
+    /// Of `goldtof simulate`.
+    Simulate(
+        /// What its scans say.
+        Gathered,
+    ),
+    /// Of `goldtof sweep`.
+    Sweep(
+        /// Its points.
+        Vec<PointRows>,
+    ),
+    /// Of `goldtof reproduce`.
+    Reproduce(
+        /// Its figures.
+        Vec<KeptFigure>,
+    ),
+    /// Of `goldtof stress`.
+    Stress(
+        /// Its cases.
+        Vec<KeptCase>,
+    ),
+    /// Of `goldtof grade`.
+    Grade(
+        /// Its faults and mutants.
+        Graded,
+    ),
+}
+
+/// A scene as it was read, so that what is made of shards needs no other file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct SceneText {
+    /// Name of the file, without its folder.
+    pub file: String,
+    /// Its text.
+    pub text: String,
+    /// Keys that are set otherwise than in the text: `path.distance=5 m`.
+    pub settings: Vec<String>,
+}
+
+/// Scans of a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct SimulateJob {
+    /// The scene.
+    pub scene: SceneText,
+    /// Scans of all shards.
+    pub repetitions: u64,
+    /// How they are simulated.
+    pub fidelity: Tier,
+    /// How the Verilog is clocked, where it is.
+    pub engine: Engine,
+    /// The estimator, if it is not the scene's.
+    pub estimator: Option<EstimatorKind>,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+/// Points of a sweep.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct SweepJob {
+    /// The scene.
+    pub scene: SceneText,
+    /// What differs from point to point.
+    pub over: Vec<String>,
+    /// Scans of each point.
+    pub repetitions: u64,
+    /// How they are simulated.
+    pub fidelity: Tier,
+    /// The estimator, if it is not the scene's.
+    pub estimator: Option<EstimatorKind>,
+    /// Seed of every point.
+    pub seed: u64,
+}
+
+/// Figures and claims of the article.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct ReproduceJob {
+    /// Stems of the names of all figures' files.
+    pub figures: Vec<String>,
+    /// Scans behind each standard deviation and bias.
+    pub repetitions: u64,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+/// Stress cases.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct StressJob {
+    /// Names of all cases.
+    pub cases: Vec<String>,
+    /// Seed of each case.
+    pub seed: u64,
+}
+
+/// Faults and mutants of a design.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct GradeJob {
+    /// The scene.
+    pub scene: SceneText,
+    /// SHA-256 of the design's files, in hexadecimal digits.
+    pub verilog_sha256: String,
+    /// What is graded.
+    pub stimulus: GradeStimulus,
+    /// Its clocks; null for as many as it takes.
+    pub clocks: Option<u64>,
+    /// Mutants beside the stuck-at faults.
+    pub mutants: u32,
+    /// Time to prove that one that is not caught is equivalent.
+    pub proof_time_s: u32,
+    /// Time for all these proofs of a shard together.
+    pub proof_budget_s: u32,
+    /// Seed of the stimulus and of the choice of mutants.
+    pub seed: u64,
+    /// Share that is asked for.
+    pub asked_fraction: Option<f64>,
+}
+
+/// A point of a sweep that is done.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct PointRows {
+    /// Its number, from 0.
+    pub point: u64,
+    /// Its rows of the table as CSV, with their heading.
+    pub rows_csv: String,
+}
+
+impl SceneText {
+    /// The scene of the file `path`, whose text it is.
+    pub fn new(path: &str, text: String, settings: &[Setting]) -> SceneText {
+        let SceneReference { file, settings, .. } = SceneReference::of_text(path, &text, settings);
+        SceneText {
+            file,
+            text,
+            settings,
+        }
+    }
+
+    /// The settings.
+    ///
+    /// # Errors
+    /// When one is none.
+    pub fn settings(&self) -> Result<Vec<Setting>, String> {
+        self.settings.iter().map(|text| text.parse()).collect()
+    }
+
+    /// The scene.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn scene(&self) -> Result<Scene, SceneErrors> {
+        // What is no setting was none when it was written.
+        let settings = self.settings().unwrap_or_default();
+        scene::parse_with(&self.file, &self.text, &settings)
+    }
+
+    /// What documents name it by.
+    pub fn reference(&self) -> SceneReference {
+        SceneReference::of_text(&self.file, &self.text, &self.settings().unwrap_or_default())
+    }
+}
+
+impl SweepJob {
+    /// The sweep that it is.
+    ///
+    /// # Errors
+    /// When a key or a value is none.
+    pub fn sweep(&self) -> Result<Sweep, ShardError> {
+        let unsound = |reason| ShardError::NoJob { reason };
+        let axes: Result<Vec<Axis>, String> = self.over.iter().map(|axis| axis.parse()).collect();
+        Ok(Sweep {
+            file: self.scene.file.clone(),
+            text: self.scene.text.clone(),
+            settings: self.scene.settings().map_err(unsound)?,
+            axes: axes.map_err(unsound)?,
+            repeat: self.repetitions,
+            fidelity: self.fidelity,
+            estimator: self.estimator,
+            seed: self.seed,
+        })
+    }
+}
+
+impl Job {
+    /// The command that it is of.
+    pub fn command(&self) -> &'static str {
+        match self {
+            Job::Simulate(_) => "simulate",
+            Job::Sweep(_) => "sweep",
+            Job::Reproduce(_) => "reproduce",
+            Job::Stress(_) => "stress",
+            Job::Grade(_) => "grade",
+        }
+    }
+
+    /// The scene that it is of, if it is of one.
+    pub fn scene(&self) -> Option<&SceneText> {
+        match self {
+            Job::Simulate(job) => Some(&job.scene),
+            Job::Sweep(job) => Some(&job.scene),
+            Job::Grade(job) => Some(&job.scene),
+            Job::Reproduce(_) | Job::Stress(_) => None,
+        }
+    }
+
+    /// What another job has otherwise, in words: empty if it has nothing.
+    pub fn differences(&self, other: &Job) -> Vec<String> {
+        let (here, there) = (self.command(), other.command());
+        if here != there {
+            return vec![format!("the command is {here}, there {there}")];
+        }
+        let (here, there) = (self.values(), other.values());
+        let differing = here
+            .iter()
+            .filter(|(name, value)| there.get(*name) != Some(*value));
+        let told = |(name, value): (&String, &Value)| match name.as_str() {
+            "scene.text" => "the scene's text is another".to_owned(),
+            _ => {
+                let name = name.rsplit('.').next().unwrap_or(name);
+                let there = there
+                    .get(name)
+                    .or_else(|| there.get(&format!("scene.{name}")));
+                format!("{name} is {value}, there {}", there.unwrap_or(&Value::Null))
+            }
+        };
+        differing.map(told).collect()
+    }
+
+    /// Each value with its name.
+    fn values(&self) -> BTreeMap<String, Value> {
+        // A job is always JSON.
+        let job = serde_json::to_value(self).unwrap_or_default();
+        let mut values = BTreeMap::new();
+        if let Some(fields) = job.get(self.command()).and_then(Value::as_object) {
+            for (name, value) in fields {
+                match value {
+                    Value::Object(inner) => {
+                        let inner = inner.iter();
+                        values.extend(inner.map(|(n, v)| (format!("{name}.{n}"), v.clone())));
+                    }
+                    _ => _ = values.insert(name.clone(), value.clone()),
+                }
+            }
+        }
+        values
+    }
+}

@@ -1,0 +1,116 @@
+//! Jobs that are done in parts, on one machine or many.
+//!
+//! A [`Part`] of a job is a run of its own, which writes a file of its own into the job's
+//! [`Folder`]; runs need nothing of each other. A file ([`Shard`]) has all that the job's
+//! numbers depend on ([`Job`]) and the part's results in full: what is made of all parts is
+//! what one run would have made, bit for bit. Random numbers follow from their place in the
+//! job, not from who draws them, and sums that depend on their order are made in the end.
+
+mod file;
+mod folder;
+mod grade;
+mod job;
+mod part;
+mod reproduce;
+mod simulate;
+mod stress;
+mod sweep;
+
+pub use file::Shard;
+pub use folder::{Collected, Folder, listed};
+pub use grade::{variants, whole_grade};
+pub use job::{
+    GradeJob, Job, PointRows, ReproduceJob, Results, SceneText, SimulateJob, StressJob, SweepJob,
+};
+pub use part::Part;
+pub use reproduce::figures;
+pub use simulate::simulation;
+pub use stress::stress_report;
+pub use sweep::{rows, table};
+
+use crate::files::FileError;
+use crate::scene::SceneErrors;
+use crate::simulate::scans::ScansError;
+
+/// Why there is no shard, or nothing can be made of shards.
+#[derive(Debug, thiserror::Error)]
+pub enum ShardError {
+    /// A file or folder cannot be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A file is no shard.
+    #[error("{path}: cannot be read as a shard: {reason}; remove it and do that shard again")]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// Why not.
+        reason: String,
+    },
+    /// A shard of another job has the name of one that is to be made.
+    #[error(
+        "{path} is of another job: {differences} (there: in that file); name another folder with \
+         --out, or remove this one to begin anew"
+    )]
+    Taken {
+        /// The file.
+        path: String,
+        /// What differs.
+        differences: String,
+    },
+    /// Shards of several jobs.
+    #[error(
+        "{path} is not of the same job as {first}: {differences} (there: in the second); keep the \
+         shards of one job in a folder"
+    )]
+    Other {
+        /// A file.
+        path: String,
+        /// The first.
+        first: String,
+        /// What differs.
+        differences: String,
+    },
+    /// A folder without shards.
+    #[error("{path} has no shards; a command with --shard I/N and --out writes them there")]
+    None {
+        /// The folder.
+        path: String,
+    },
+    /// Not all shards are there.
+    #[error(
+        "{path} has {found} of {of} shards; {missing} missing: give the command again with \
+         --shard {example}/{of}, and so on"
+    )]
+    Missing {
+        /// The folder.
+        path: String,
+        /// How many are there.
+        found: usize,
+        /// How many there should be.
+        of: u64,
+        /// Their numbers.
+        missing: String,
+        /// One of them.
+        example: u64,
+    },
+    /// A shard's results are not those of its part of the job.
+    #[error("shard {part} does not hold its part of the job: {reason}; do it again")]
+    Unfit {
+        /// Which one.
+        part: Part,
+        /// What is wrong.
+        reason: &'static str,
+    },
+    /// What the shards say that they are of is nothing that could be done.
+    #[error("the shards are of a job that cannot be done: {reason}; do all shards again")]
+    NoJob {
+        /// What is wrong.
+        reason: String,
+    },
+    /// The job's scene is none.
+    #[error(transparent)]
+    Scene(#[from] SceneErrors),
+    /// Nothing can be concluded from the scans.
+    #[error(transparent)]
+    Scans(#[from] ScansError),
+}
