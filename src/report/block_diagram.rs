@@ -11,6 +11,9 @@ const MARGIN: f64 = 8.0;
 /// Height of a box, and from one layer to the next.
 const BOX: f64 = 38.0;
 const PITCH: f64 = 76.0;
+/// From one line of a crowded row to the next, and the least space between two places.
+const LINE: f64 = 44.0;
+const LEAST_GAP: f64 = 2.0;
 /// Width of a character of a label.
 const CHARACTER: f64 = 6.6;
 /// Longest label that is shown whole.
@@ -143,26 +146,19 @@ impl Places {
         let mut centres = Vec::new();
         for row in &layers.rows {
             let widths: Vec<f64> = row.iter().map(|place| width(place, nodes)).collect();
-            let free = WIDTH - 2.0 * MARGIN - widths.iter().sum::<f64>();
-            let gap = free / (row.len() as f64 + 1.0);
-            // Too many for one line stand in a zigzag.
-            let crowded = gap < 2.0;
-            let gap = gap.max(-widths.iter().copied().fold(f64::INFINITY, f64::min) / 2.0);
-            let mut x = MARGIN + gap;
-            let line = |index: usize| {
-                if crowded {
-                    (index % 2) as f64 * (BOX + 6.0)
-                } else {
-                    0.0
+            let lines = lines(&widths);
+            let mut places = vec![(0.0, 0.0); row.len()];
+            for line in 0..lines {
+                let on_line: Vec<usize> = (line..row.len()).step_by(lines).collect();
+                let gap = gap(on_line.iter().map(|&index| widths[index]));
+                let mut x = MARGIN + gap;
+                for index in on_line {
+                    places[index] = (x + widths[index] / 2.0, y + line as f64 * LINE);
+                    x += widths[index] + gap;
                 }
-            };
-            let places = widths.iter().enumerate().map(|(index, width)| {
-                let centre = (x + width / 2.0, y + line(index));
-                x += width + gap;
-                centre
-            });
-            centres.push(places.collect());
-            y += PITCH + line(1);
+            }
+            centres.push(places);
+            y += PITCH + (lines - 1) as f64 * LINE;
         }
         Places {
             centres,
@@ -174,6 +170,23 @@ impl Places {
         let index = layers.rows[layer].iter().position(|&other| other == place);
         index.map_or((0.0, 0.0), |index| self.centres[layer][index])
     }
+}
+
+/// Space between what stands on a line, and beside it.
+fn gap(widths: impl Iterator<Item = f64>) -> f64 {
+    let (number, taken) = widths.fold((0.0, 0.0), |(n, sum), width| (n + 1.0, sum + width));
+    (WIDTH - 2.0 * MARGIN - taken) / (number + 1.0)
+}
+
+/// Lines that a row needs, on which its places take turns.
+fn lines(widths: &[f64]) -> usize {
+    let fits = |lines: &usize| {
+        (0..*lines).all(|line| {
+            let on_line = widths.iter().skip(line).step_by(*lines);
+            gap(on_line.copied()) >= LEAST_GAP
+        })
+    };
+    (1..widths.len()).find(fits).unwrap_or(widths.len().max(1))
 }
 
 fn width(place: &Place, nodes: &[Node]) -> f64 {
@@ -278,4 +291,41 @@ fn in_words(module: &Module, connections: &Connections) -> Vec<[String; 3]> {
         [name(from), name(to), nets.join(", ")]
     })
     .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn however_many_stand_in_a_row_none_is_cut_or_covers_another() {
+        for number in 1..40 {
+            let nodes: Vec<Node> = (0..number)
+                .map(|index| Node {
+                    end: vec![End::Instance(index)],
+                    lines: vec!["x".repeat(3 + index % 19)],
+                    class: "block",
+                })
+                .collect();
+            let all: Vec<usize> = (0..number).collect();
+            let layers = layers(number, &[], &all, &[]);
+            let places = Places::of(&layers, &nodes);
+            let boxes: Vec<(f64, f64, f64)> = all
+                .iter()
+                .map(|&node| {
+                    let (x, y) = places.centre(&layers, 0, Place::Node(node));
+                    (x, y, width(&Place::Node(node), &nodes) / 2.0)
+                })
+                .collect();
+            for (index, &(x, y, half)) in boxes.iter().enumerate() {
+                assert!(x - half >= 0.0 && x + half <= WIDTH, "{number}: {index}");
+                assert!(y + BOX / 2.0 <= places.height, "{number}: {index}");
+                for &(other_x, other_y, other_half) in &boxes[..index] {
+                    let is_apart =
+                        (x - other_x).abs() >= half + other_half || (y - other_y).abs() >= BOX;
+                    assert!(is_apart, "{number}: {index}");
+                }
+            }
+        }
+    }
 }
