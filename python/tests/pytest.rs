@@ -15,7 +15,8 @@ fn the_python_package_keeps_its_tests() {
         .args(["--numprocesses", "auto", "--dist", "worksteal"])
         .current_dir(folder)
         .env("PYTHONPATH", package::folder())
-        .env("PYTHONDONTWRITEBYTECODE", "1")
+        // Compiled once for all processes, and not beside the sources.
+        .env("PYTHONPYCACHEPREFIX", target.join("python/compiled"))
         .env("GOLDTOF", target.join("debug/goldtof"))
         .status()
         .unwrap_or_else(|error| panic!("scripts/test installs Python's tools: {error}"));

@@ -19,14 +19,14 @@ RECIPES = ROOT / "examples/cluster"
 SWEEP = [
     "sweep",
     "scenes/quick.toml",
-    "--repeat",
-    "300",
     "--over",
     "path.distance=2 m..7 m +6",
+    "--repeat",
+    "150",
 ]
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def environment():
     """With goldtof and Python's tools in the path."""
     programs = [Path(os.environ["GOLDTOF"]).parent, Path(sys.executable).parent]
@@ -34,12 +34,13 @@ def environment():
     return os.environ | {"PATH": path}
 
 
-@pytest.fixture
-def whole(tmp_path, environment):
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory, environment):
     """Bytes of the table that one run makes."""
-    words = ["goldtof", *SWEEP, "--quiet", "--out", tmp_path / "whole"]
+    out = tmp_path_factory.mktemp("whole")
+    words = ["goldtof", *SWEEP, "--quiet", "--out", out]
     subprocess.run(words, cwd=ROOT, env=environment, check=True)
-    return (tmp_path / "whole/sweep.csv").read_bytes()
+    return (out / "sweep.csv").read_bytes()
 
 
 def one_that_writes_to(out):
