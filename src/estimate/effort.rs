@@ -8,7 +8,8 @@ use crate::sensor::Sensor;
 /// Predictions of all detectors of a scene take no longer than this on one core,
 /// and bounds no longer again.
 const LIMIT_S: f64 = 2.0;
-/// A fit of one scan takes no longer than this on one core.
+/// A fit of one scan that is expected to take longer on one core is refused. Under light
+/// that all but blinds a detector it has taken up to three times what is expected.
 const LONGEST_FIT_S: f64 = 20.0;
 /// Most memory that is taken.
 const LIMIT_BYTES: f64 = 1e9;

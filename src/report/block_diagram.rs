@@ -12,7 +12,7 @@ const MARGIN: f64 = 8.0;
 const BOX: f64 = 38.0;
 const PITCH: f64 = 76.0;
 /// From one line of a crowded row to the next, and the least space between two places.
-const LINE: f64 = 44.0;
+const LINE: f64 = BOX + 6.0;
 const LEAST_GAP: f64 = 2.0;
 /// Width of a character of a label.
 const CHARACTER: f64 = 6.6;

@@ -300,8 +300,8 @@ impl View<'_> {
         (share > SHARE).then(|| {
             format!(
                 "the detector's memory of {memory:.1} chips is {:.0} % of the code period: drawn \
-                 first bins do not follow the last ones of the period before, which changes a \
-                 share like this of what bins have to do with each other",
+                 first bins do not follow the last ones of the period before, whose covariances \
+                 are about as large a share of all",
                 share * 100.0
             )
         })

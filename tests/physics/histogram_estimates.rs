@@ -276,6 +276,18 @@ fn what_histograms_do_not_show_is_said() {
     });
     let refused = BinFitter::new(&two, FIRST).map(|_| ());
     assert_eq!(refused, Err(FitError::NotOnePath { paths: 2, own: 2 }));
+    // Drawn bins do not go together round the end of a code period: of 31 chips that is
+    // said, of 2047 it is nothing.
+    let mut scene_of_31 = table_i_scene(gold_5(), 8e6, 31 * 40);
+    scene_of_31.hardware.architecture = Architecture::Histogram;
+    let told = |sensor: &Sensor, tier| {
+        let said = simulate(sensor, tier, 1, 2).expect("it does");
+        let is_it = |warning: &String| warning.contains("of the code period: drawn first bins");
+        said.warnings.iter().any(is_it)
+    };
+    let of_31 = Sensor::new(&scene_of_31);
+    assert!(told(&of_31, Tier::Counts) && !told(&of_31, Tier::Sampled));
+    assert!(!told(&of(&|_| ()), Tier::Counts));
     // The phase goes without the correction, and says so.
     let said = simulate(&merging, Tier::Sampled, 1, 2).expect("it does");
     assert!(

@@ -19,12 +19,10 @@ use crate::cosim::engine::Engine;
 use crate::cosim::exercised::Exercised;
 use crate::document::Body;
 use crate::estimate::{CountingTier, TheoryEffort, theory};
-use crate::histogram::Histogram;
-use crate::photons::StepCount;
 use crate::scene::{Architecture, DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
-use answers::Ranging;
+use answers::{Answer, Ranging};
 use statistics::statistics;
 pub use tally::Tally;
 
@@ -348,22 +346,13 @@ fn of_counts(
     on_scan: &mut impl FnMut(),
 ) -> Result<(Tally, Option<Exercised>), ScansError> {
     let (sensor, detector) = (ranging.sensor, ranging.detector);
-    let tolerance_m = ranging.tolerance_m();
-    let mut tally = Tally::of_paths(ranging.paths.len());
-    let mut detections = 0;
-    let mut waiting: Vec<StepCount> = Vec::new();
+    let mut batches = Batches::new(ranging, Ranging::answers);
     let exercised = prepared.scans(sensor, detector, seed, scans, |counts| {
         on_scan();
-        detections += counts.iter().map(|count| count.total).sum::<u64>();
-        waiting.extend_from_slice(counts);
-        if waiting.len() + counts.len() > COUNTS_AT_ONCE {
-            tally.add(ranging.answers(&waiting), tolerance_m);
-            waiting.clear();
-        }
+        let detections = counts.iter().map(|count| count.total).sum();
+        batches.add(counts.iter().copied(), counts.len(), detections);
     })?;
-    tally.add(ranging.answers(&waiting), tolerance_m);
-    tally.detections = detections;
-    Ok((tally, exercised))
+    Ok((batches.tally(), exercised))
 }
 
 /// Scans that are histograms; and what the Verilog was made to show.
@@ -375,21 +364,56 @@ fn of_histograms(
     on_scan: &mut impl FnMut(),
 ) -> Result<(Tally, Option<Exercised>), ScansError> {
     let (sensor, detector) = (ranging.sensor, ranging.detector);
-    let tolerance_m = ranging.tolerance_m();
-    let mut tally = Tally::of_paths(ranging.paths.len());
-    let mut detections = 0;
-    let mut waiting: Vec<Histogram> = Vec::new();
+    let mut batches = Batches::new(ranging, Ranging::answers_of_histograms);
     let exercised = prepared.histograms(sensor, detector, seed, scans, |histogram| {
         on_scan();
-        detections += histogram.total();
-        let bins = histogram.bins().len();
-        waiting.push(histogram);
-        if waiting.len() * bins > COUNTS_AT_ONCE {
-            tally.add(ranging.answers_of_histograms(&waiting), tolerance_m);
-            waiting.clear();
-        }
+        let (bins, detections) = (histogram.bins().len(), histogram.total());
+        batches.add([histogram], bins, detections);
     })?;
-    tally.add(ranging.answers_of_histograms(&waiting), tolerance_m);
-    tally.detections = detections;
-    Ok((tally, exercised))
+    Ok((batches.tally(), exercised))
+}
+
+/// Scans that wait until there are enough of them to be estimated from on all cores.
+struct Batches<'r, 's, T> {
+    ranging: &'r Ranging<'s>,
+    answers: fn(&Ranging<'s>, &[T]) -> Vec<Answer>,
+    tally: Tally,
+    waiting: Vec<T>,
+    /// Counts, or bins, of the scans that wait.
+    counts: usize,
+}
+
+impl<'r, 's, T> Batches<'r, 's, T> {
+    fn new(ranging: &'r Ranging<'s>, answers: fn(&Ranging<'s>, &[T]) -> Vec<Answer>) -> Self {
+        Batches {
+            ranging,
+            answers,
+            tally: Tally::of_paths(ranging.paths.len()),
+            waiting: Vec::new(),
+            counts: 0,
+        }
+    }
+
+    /// A scan of so many counts, or bins, and detections.
+    fn add(&mut self, scan: impl IntoIterator<Item = T>, counts: usize, detections: u64) {
+        self.waiting.extend(scan);
+        self.counts += counts;
+        self.tally.detections += detections;
+        if self.counts + counts > COUNTS_AT_ONCE {
+            self.estimate();
+        }
+    }
+
+    fn estimate(&mut self) {
+        let answers = (self.answers)(self.ranging, &self.waiting);
+        self.tally.add(answers, self.ranging.tolerance_m());
+        self.waiting.clear();
+        self.counts = 0;
+    }
+
+    /// What all scans say.
+    fn tally(mut self) -> Tally {
+        self.estimate();
+        self.tally
+    }
 }
