@@ -30,13 +30,15 @@ use crate::report::page::Page;
 use crate::report::provenance::Provenance;
 #[cfg(feature = "plots")]
 use crate::report::timing::waves;
-use crate::report::{DetectorCounts, counts_csv};
+use crate::report::{DetectorCounts, bins_csv, counts_csv};
 use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 
 /// The report page; written last.
 pub const REPORT: &str = "report.html";
 const COUNTS: &str = "counts.csv";
+/// File of the bins that a sensor's histograms have, as the Verilog sent them.
+const BINS: &str = "bins.csv";
 /// Waveforms round the first mismatch, and those that were asked for, each with its views.
 const MISMATCH: &str = "mismatch.vcd";
 const WAVES: &str = "waves.vcd";
@@ -48,9 +50,9 @@ const OF_THE_VERILOG: &str = "the counts are the Verilog's, which differs from t
 /// What a run is to do beside what its scene says.
 #[derive(Debug, Clone)]
 pub struct RunOptions {
-    /// Folder for the Verilog (in `rtl`), `counts.csv`, `report.html` (with the feature
-    /// `plots`), after a mismatch `mismatch.vcd`, and `waves.vcd` if asked for; made when
-    /// missing.
+    /// Folder for the Verilog (in `rtl`), `counts.csv`, of histograms `bins.csv`, too,
+    /// `report.html` (with the feature `plots`), after a mismatch `mismatch.vcd`, and
+    /// `waves.vcd` if asked for; made when missing.
     pub out: PathBuf,
     /// Seed of all random numbers.
     pub seed: u64,
@@ -247,6 +249,13 @@ fn write(
         })
         .collect();
     folder.write(COUNTS, &counts_csv(sensor, &counts))?;
+    let histograms: Vec<(DetectorIndex, Histogram)> = DetectorIndex::all()
+        .zip(sent)
+        .filter_map(|(detector, sent)| Some((detector, histogram_of(sensor, sent)?)))
+        .collect();
+    if !histograms.is_empty() {
+        folder.write(BINS, &bins_csv(sensor, &histograms))?;
+    }
     #[cfg(feature = "plots")]
     {
         let taken = resources(sensor);

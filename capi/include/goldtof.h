@@ -167,6 +167,12 @@ int32_t goldtof_scoreboard_begin(struct goldtof_scoreboard *scoreboard);
 // to differ; goldtof_scoreboard_report() says which, where and how.
 goldtof_status goldtof_scoreboard_word(struct goldtof_scoreboard *scoreboard, uint64_t word);
 
+// Takes the next words of records, as goldtof_scoreboard_word() does one by one: of some
+// clocks, whole ones or not, in one call.
+goldtof_status goldtof_scoreboard_words(struct goldtof_scoreboard *scoreboard,
+                                        const uint64_t *words,
+                                        int32_t count);
+
 // Compares what has come, and judges: GOLDTOF_STATUS_OK, _MISMATCH, or _INCONCLUSIVE if
 // too little has happened to tell.
 goldtof_status goldtof_scoreboard_verdict(struct goldtof_scoreboard *scoreboard);

@@ -9,7 +9,7 @@ use goldtof::batch::{Scoreboard, ScoreboardOptions, TestbenchPort};
 use goldtof::cosim::Verdict;
 use goldtof::sensor::Sensor;
 
-use crate::border::{call, free, handle, locked, new_handle, status_of, text};
+use crate::border::{array, call, free, handle, locked, new_handle, status_of, text};
 use crate::scene::SceneHandle;
 use crate::status::{Failure, Status};
 
@@ -130,6 +130,31 @@ pub unsafe extern "C" fn goldtof_scoreboard_word(
         let mut scoreboard = unsafe { locked(scoreboard, "scoreboard") }?;
         let scoreboard = scoreboard.begun()?;
         scoreboard.push(&[word]);
+        Ok(match scoreboard.first_mismatch() {
+            Some(_) => Status::Mismatch,
+            None => Status::Ok,
+        })
+    });
+    status.unwrap_or_else(|status| status)
+}
+
+/// Takes the next words of records, as goldtof_scoreboard_word() does one by one: of some
+/// clocks, whole ones or not, in one call.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn goldtof_scoreboard_words(
+    scoreboard: *mut ScoreboardHandle,
+    words: *const u64,
+    count: i32,
+) -> Status {
+    let status = call(|| {
+        // SAFETY: the caller's word.
+        let mut scoreboard = unsafe { locked(scoreboard, "scoreboard") }?;
+        let count = usize::try_from(count)
+            .map_err(|_| Failure::invalid(format!("count is {count}, and has to be 0 or more")))?;
+        // SAFETY: the caller's word.
+        let words = unsafe { array(words, count, "words") }?;
+        let scoreboard = scoreboard.begun()?;
+        scoreboard.push(words);
         Ok(match scoreboard.first_mismatch() {
             Some(_) => Status::Mismatch,
             None => Status::Ok,

@@ -31,8 +31,11 @@ package goldtof_dpi;
     import "DPI-C" function int     goldtof_scoreboard_port(
         input chandle scoreboard, input string name, input int width);
     import "DPI-C" function int     goldtof_scoreboard_begin(input chandle scoreboard);
-    import "DPI-C" function int     goldtof_scoreboard_word(
-        input chandle scoreboard, input longint unsigned word);
+    // A call for each clock would take as long as a small design: words wait for one.
+    localparam int MOST_WORDS = 64;
+    typedef longint unsigned words_t [MOST_WORDS];
+    import "DPI-C" function int     goldtof_scoreboard_words(
+        input chandle scoreboard, input words_t words, input int count);
     import "DPI-C" function int     goldtof_scoreboard_verdict(input chandle scoreboard);
     import "DPI-C" function string  goldtof_scoreboard_report(input chandle scoreboard);
     import "DPI-C" function void    goldtof_scoreboard_free(input chandle scoreboard);
@@ -90,6 +93,9 @@ module goldtof_scoreboard #(
     bit              is_unknown = 0;  // changes when a bit is
     bit              has_unknown = 0;
     int              status = 0;
+    words_t          waiting;         // of records, not yet handed over
+    int              waiting_words = 0;
+    int              waiting_clocks = 0;
 
     // Inputs of the clock whose outputs show now.
     logic               held_rst;
@@ -177,6 +183,13 @@ module goldtof_scoreboard #(
         if ($isunknown(o_peak_valid))  unknown("o_peak_valid");
     endfunction
 
+    function automatic void hand_over();
+        if (waiting_words != 0)
+            status = goldtof_scoreboard_words(scoreboard, waiting, waiting_words);
+        waiting_words = 0;
+        waiting_clocks = 0;
+    endfunction
+
     initial begin_comparison();
 
     // What happens at each clock is kept apart from what hardly ever does, whose texts
@@ -185,8 +198,13 @@ module goldtof_scoreboard #(
         if (!is_over && clocks != 0) begin
             if (held_rst === 1'b1) has_reset = 1;
             if (has_reset && $isunknown(record)) is_unknown = !is_unknown;
-            for (int i = 0; i < WORDS; i++)
-                status = goldtof_scoreboard_word(scoreboard, record[i*64 +: 64]);
+            for (int i = 0; i < WORDS; i++) begin
+                waiting[waiting_words] = record[i*64 +: 64];
+                waiting_words = waiting_words + 1;
+                if (waiting_words == MOST_WORDS) hand_over();
+            end
+            waiting_clocks = waiting_clocks + 1;
+            if (waiting_clocks >= BATCH_CLOCKS) hand_over();
         end
         clocks = clocks + 1;
         held_rst     <= i_rst;
@@ -214,6 +232,7 @@ module goldtof_scoreboard #(
     function automatic int verdict();
         if (scoreboard == null) return INVALID;
         if (has_unknown) return MISMATCH;
+        hand_over();
         return goldtof_scoreboard_verdict(scoreboard);
     endfunction
 

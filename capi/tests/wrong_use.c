@@ -24,6 +24,7 @@ int main(void) {
     refused("null scene", !goldtof_model_new(NULL, -1, -1), "the scene is a null pointer");
     refused("null model", goldtof_model_words(NULL) == 0, "the model is a null pointer");
     refused("null board", goldtof_scoreboard_word(NULL, 0) == invalid, "the scoreboard is a null");
+    refused("null board", goldtof_scoreboard_words(NULL, NULL, 0) == invalid, "the scoreboard is a null");
     refused("null board", !goldtof_scoreboard_report(NULL), "the scoreboard is a null");
 
     goldtof_scene *scene = goldtof_scene_load("scenes/quick.toml");
@@ -56,6 +57,8 @@ int main(void) {
     refused("width", goldtof_scoreboard_begin(board) == 0,
             "port i_samples has 16 bits in the testbench and 8 in the sensor");
     refused("word", goldtof_scoreboard_word(board, 0) == invalid, "i_samples");
+    refused("null words", goldtof_scoreboard_words(board, NULL, 3) == invalid, "words is a null");
+    refused("words", goldtof_scoreboard_words(board, NULL, -1) == invalid, "count is -1");
     refused("verdict", goldtof_scoreboard_verdict(board) == invalid, "i_samples");
 
     goldtof_scoreboard_free(board);

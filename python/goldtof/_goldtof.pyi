@@ -152,9 +152,10 @@ def scans(
 ) -> dict[str, NDArray[Any]]: ...
 def estimate(
     scene: Scene,
-    counts: NDArray[np.int64],
+    counts: NDArray[np.int64] | None = None,
     *,
     total: NDArray[np.uint64] | None = None,
+    bins: NDArray[np.uint64] | None = None,
     detector: str | None = None,
     estimator: _Estimator | None = None,
 ) -> dict[str, Any]: ...

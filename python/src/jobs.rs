@@ -9,9 +9,11 @@ use goldtof::cosim::latency::Latency;
 use goldtof::cosim::window::Window;
 use goldtof::deliver::Prefix;
 use goldtof::estimate::report::expected_errors;
+use goldtof::histogram::Histogram;
 use goldtof::photons::{DetectorModel, StepCount};
-use goldtof::recorded::{RecordedScan, assess};
-use goldtof::response::{MeanResponse, SecondMoments};
+use goldtof::recorded::{RecordedHistogram, RecordedScan, assess, assess_histogram, expected_bins};
+use goldtof::response::{CountMoments, MeanResponse, SecondMoments};
+use goldtof::scene::{Architecture, DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::{Tier, scans::Prepared};
 use goldtof::{CosimOptions, EmitOptions, OwnRtl, Rtl, SimulateOptions};
@@ -168,7 +170,8 @@ pub(crate) fn emit<'py>(
 /// Arrays of one number for each phase step: means and variances of signed and total
 /// count and their covariance; and the numbers that follow of its strongest path: bias,
 /// standard deviation, Cramer-Rao bound (``expected_bias_m``, ``expected_std_m``,
-/// ``bound_m``; None where there is none, with the reason).
+/// ``bound_m``; None where there is none, with the reason). Of a sensor that keeps a
+/// histogram the arrays are ``bin_mean`` and ``bin_std``, one number for each bin.
 #[pyfunction]
 #[pyo3(signature = (scene, *, detector=None, fidelity="expected", estimator=None))]
 pub(crate) fn expected<'py>(
@@ -180,23 +183,44 @@ pub(crate) fn expected<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let scene = scene.with_estimator(estimator)?;
     let (detector, tier) = (detector_of(&scene, detector)?, tier(fidelity)?);
-    let (moments, errors) = wait_for(python, None, move |_| {
+    let (columns, errors) = wait_for(python, None, move |_| {
         let sensor = Sensor::new(&scene);
-        let model = DetectorModel::new(&sensor, detector);
-        let response = MeanResponse::of_tier(&model, tier.counting()).map_err(failed)?;
-        let moments = SecondMoments::new(&response).map_err(failed)?.of_scan();
-        Ok((moments, expected_errors(&sensor, detector)))
+        let columns = match sensor.interface().histogram {
+            Some(_) => columns_of_bins(&sensor, detector)?,
+            None => columns_of_steps(&sensor, detector, tier)?,
+        };
+        Ok((columns, expected_errors(&sensor, detector)))
     })?;
     let told = to_python(python, &errors)?;
-    let steps = |of: fn(&goldtof::response::CountMoments) -> f64| {
-        PyArray1::from_vec(python, moments.iter().map(of).collect())
-    };
-    told.set_item("signed_mean", steps(|step| step.signed_mean))?;
-    told.set_item("total_mean", steps(|step| step.total_mean))?;
-    told.set_item("signed_variance", steps(|step| step.signed_variance))?;
-    told.set_item("total_variance", steps(|step| step.total_variance))?;
-    told.set_item("covariance", steps(|step| step.covariance))?;
+    for (name, column) in columns {
+        told.set_item(name, PyArray1::from_vec(python, column))?;
+    }
     Ok(told)
+}
+
+/// An array, and its name.
+type Column = (&'static str, Vec<f64>);
+
+/// What every step is expected to count.
+fn columns_of_steps(sensor: &Sensor, detector: DetectorIndex, tier: Tier) -> PyResult<Vec<Column>> {
+    let model = DetectorModel::new(sensor, detector);
+    let response = MeanResponse::of_tier(&model, tier.counting()).map_err(failed)?;
+    let moments = SecondMoments::new(&response).map_err(failed)?.of_scan();
+    let column = |of: fn(&CountMoments) -> f64| moments.iter().map(of).collect();
+    Ok(vec![
+        ("signed_mean", column(|step| step.signed_mean)),
+        ("total_mean", column(|step| step.total_mean)),
+        ("signed_variance", column(|step| step.signed_variance)),
+        ("total_variance", column(|step| step.total_variance)),
+        ("covariance", column(|step| step.covariance)),
+    ])
+}
+
+/// What every bin is expected to count.
+fn columns_of_bins(sensor: &Sensor, detector: DetectorIndex) -> PyResult<Vec<Column>> {
+    let bins = expected_bins(sensor, detector).map_err(failed)?;
+    let column = |of: usize| bins.iter().map(|bin| bin[of]).collect();
+    Ok(vec![("bin_mean", column(0)), ("bin_std", column(1))])
 }
 
 /// From photons to distance, ``repetitions`` times, in a tier of fidelity: expected,
@@ -236,7 +260,8 @@ pub(crate) fn simulate<'py>(
 }
 
 /// The counts of ``repetitions`` simulated scans of one detector: arrays ``signed`` and
-/// ``total`` of (repetitions, phase steps).
+/// ``total`` of (repetitions, phase steps); of a sensor that keeps a histogram ``bins`` of
+/// (repetitions, bins).
 #[pyfunction]
 #[pyo3(signature = (scene, *, fidelity="events", repetitions=1, seed=1, detector=None,
                     on_progress=None))]
@@ -257,6 +282,17 @@ pub(crate) fn scans<'py>(
         ));
     }
     within(repetitions, MOST_REPETITIONS, "repetitions")?;
+    if scene.hardware.architecture == Architecture::Histogram {
+        return histograms(
+            python,
+            scene,
+            detector,
+            tier,
+            seed,
+            repetitions,
+            on_progress,
+        );
+    }
     let steps = scene.scan.steps as usize;
     let counts = wait_for(python, on_progress, move |watch| {
         let sensor = Sensor::new(&scene);
@@ -283,21 +319,64 @@ pub(crate) fn scans<'py>(
     Ok(told)
 }
 
+/// The bins of simulated histograms.
+fn histograms<'py>(
+    python: Python<'py>,
+    scene: Scene,
+    detector: DetectorIndex,
+    tier: Tier,
+    seed: u64,
+    repetitions: u64,
+    on_progress: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let bins = wait_for(python, on_progress, move |watch| {
+        let sensor = Sensor::new(&scene);
+        let prepared = Prepared::new(&sensor, tier).map_err(of_scans)?;
+        let (mut bins, mut done) = (Vec::new(), 0);
+        let taken = prepared.histograms(&sensor, detector, seed, 0..repetitions, |histogram| {
+            done += 1;
+            watch.progress(done, repetitions);
+            bins.extend_from_slice(histogram.bins());
+        });
+        taken.map_err(of_scans)?;
+        Ok(bins)
+    })?;
+    let rows = repetitions as usize;
+    let shape = [rows, bins.len().checked_div(rows).unwrap_or(0)];
+    let told = PyDict::new(python);
+    told.set_item("bins", PyArray1::from_vec(python, bins).reshape(shape)?)?;
+    Ok(told)
+}
+
 /// The distance that the counts of a real sensor's scan give, and what seems wrong, as
 /// ``goldtof estimate`` has it: ``counts`` are the signed counts of all phase steps,
-/// ``total`` the total ones, if the hardware sends them.
+/// ``total`` the total ones, if the hardware sends them; of a sensor that keeps a histogram
+/// ``bins`` are its bins.
 #[pyfunction]
-#[pyo3(signature = (scene, counts, *, total=None, detector=None, estimator=None))]
+#[pyo3(signature = (scene, counts=None, *, total=None, bins=None, detector=None, estimator=None))]
 pub(crate) fn estimate<'py>(
     python: Python<'py>,
     scene: &PyScene,
-    counts: PyReadonlyArray1<'py, i64>,
+    counts: Option<PyReadonlyArray1<'py, i64>>,
     total: Option<PyReadonlyArray1<'py, u64>>,
+    bins: Option<PyReadonlyArray1<'py, u64>>,
     detector: Option<&str>,
     estimator: Option<&str>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let scene = scene.with_estimator(estimator)?;
     let detector = detector_of(&scene, detector)?;
+    let counts = match (counts, bins) {
+        (Some(counts), None) => counts,
+        (None, Some(bins)) if total.is_none() => {
+            let bins = bins.as_array().iter().copied().collect();
+            return of_bins(python, scene, detector, bins);
+        }
+        _ => {
+            return Err(bad_argument(
+                "give counts, of phase steps, with total if there are any; or bins, of a histogram",
+            ));
+        }
+    };
     let found = counts.as_array().len();
     let of_totals = total.as_ref().map_or(found, |total| total.as_array().len());
     if found as u64 != scene.scan.steps || of_totals != found {
@@ -328,6 +407,38 @@ pub(crate) fn estimate<'py>(
     };
     let assessment = wait_for(python, None, move |_| {
         Ok(assess(&Sensor::new(&scene), &scan))
+    })?;
+    to_python(python, &assessment)
+}
+
+/// The distance that a histogram gives.
+fn of_bins(
+    python: Python<'_>,
+    scene: Scene,
+    detector: DetectorIndex,
+    bins: Vec<u64>,
+) -> PyResult<Bound<'_, PyAny>> {
+    let sensor = Sensor::new(&scene);
+    let Some(plan) = sensor.interface().histogram else {
+        return Err(bad_argument(
+            "bins are of a sensor that keeps a histogram, and this scene's correlates phase step by \
+             phase step (hardware.architecture = \"histogram\" keeps one)",
+        ));
+    };
+    if bins.len() as u64 != plan.bins() {
+        return Err(bad_argument(format!(
+            "{} bins were given, and a histogram of this scene has {}",
+            bins.len(),
+            plan.bins()
+        )));
+    }
+    let histogram = Histogram::new(bins, plan.row_bins, plan.periods).map_err(bad_argument)?;
+    let recorded = RecordedHistogram {
+        detector,
+        histogram,
+    };
+    let assessment = wait_for(python, None, move |_| {
+        Ok(assess_histogram(&sensor, &recorded))
     })?;
     to_python(python, &assessment)
 }

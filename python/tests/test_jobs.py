@@ -75,6 +75,29 @@ def test_estimates_find_the_scenes_distance(quick):
         goldtof.estimate(quick, counts["signed"][0], detector="eye")
 
 
+def test_histograms_come_as_bins_and_give_the_distance(quick):
+    quick["hardware.architecture"] = "histogram"
+    bins = goldtof.scans(quick, fidelity="sampled", repetitions=40, seed=2)["bins"]
+    assert bins.shape == (40, 248) and bins.dtype == np.uint64
+    expected = goldtof.expected(quick)
+    # Neighbours go together, so that the sum of squares scatters more than its parts do.
+    sigmas = (bins.mean(axis=0) - expected["bin_mean"]) / (expected["bin_std"] / np.sqrt(40))
+    assert abs(np.mean(sigmas**2) - 1) < 0.5
+    told = goldtof.estimate(quick, bins=bins[0])
+    assert abs(told["estimate"]["distance_m"] - 3.2) < 0.3
+    assert len(told["bins"]) == 248 and told["bins"][7]["count"] == bins[0][7]
+    assert told["diagnosis"]["causes"] == []
+    with pytest.raises(ValueError, match="3 bins were given, and a histogram of this scene has 248"):
+        goldtof.estimate(quick, bins=np.zeros(3, np.uint64))
+    with pytest.raises(ValueError, match="bin 0 counts 99 rising edges, but each of the 80"):
+        goldtof.estimate(quick, bins=np.full(248, 99, np.uint64))
+    with pytest.raises(ValueError, match="give counts, of phase steps"):
+        goldtof.estimate(quick)
+    quick["hardware.architecture"] = "updown"
+    with pytest.raises(ValueError, match="bins are of a sensor that keeps a histogram"):
+        goldtof.estimate(quick, bins=bins[0])
+
+
 def test_cosim_tells_matches_from_faults(quick, tmp_path):
     own = ["examples/own-rtl/range_top.f"]
     lists = [ROOT / name for name in own]

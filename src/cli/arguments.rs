@@ -396,8 +396,8 @@ pub(super) struct SimulateArguments {
     /// How the Verilog is clocked, where it is (rtl)
     #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
     pub engine: Engine,
-    /// Write what each phase step is expected to count, with its standard deviation,
-    /// as CSV, for example --expected expected.csv
+    /// Write what each phase step, or bin of a histogram, is expected to count, with its
+    /// standard deviation, as CSV, for example --expected expected.csv
     #[arg(long, value_name = "FILE", conflicts_with = "shard")]
     pub expected: Option<PathBuf>,
     /// How counts become distances [default: the scene's]
@@ -487,7 +487,7 @@ pub(super) struct EstimateArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
     /// Counts of one scan, as `run` writes them: columns phase_step, count, and if
-    /// there are any detector and total_count
+    /// there are any detector and total_count; or of one histogram: bin, count, detector
     pub counts: PathBuf,
     /// How counts become distances [default: the scene's]
     #[arg(long, value_name = "E", value_enum)]

@@ -7,7 +7,11 @@ use super::arguments::EstimateArguments;
 use super::output::Output;
 use super::warnings::warn_of_far_paths;
 use crate::document::Body;
-use crate::recorded::{Assessment, assess, read_counts, residual_plot};
+use crate::recorded::{
+    Assessment, RecordedHistogram, RecordedScan, assess, assess_histogram, has_bins, read_bins,
+    read_counts, residual_plot,
+};
+use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
 /// The JSON of `goldtof estimate`.
@@ -29,12 +33,19 @@ pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow:
         .with_estimator(arguments.estimator)?;
     let sensor = Sensor::new(&scene);
     warn_of_far_paths(&sensor, output);
-    let scans = read_counts(&arguments.counts, &sensor)?;
-    let assessments: Vec<Assessment> = scans.iter().map(|scan| assess(&sensor, scan)).collect();
+    let file = &arguments.counts;
+    let assessments: Vec<(DetectorIndex, Assessment)> = if has_bins(file)? {
+        let histograms = read_bins(file, &sensor)?;
+        let assessed = |one: &RecordedHistogram| (one.detector, assess_histogram(&sensor, one));
+        histograms.iter().map(assessed).collect()
+    } else {
+        let scans = read_counts(file, &sensor)?;
+        let assessed = |scan: &RecordedScan| (scan.detector, assess(&sensor, scan));
+        scans.iter().map(assessed).collect()
+    };
     if let Some(out) = &arguments.out {
         let folder = output.folder(out)?;
-        for (scan, assessment) in scans.iter().zip(&assessments) {
-            let number = scan.detector;
+        for (number, assessment) in &assessments {
             folder.write(
                 &format!("residuals-{number}.csv"),
                 &assessment.residuals_csv(),
@@ -45,6 +56,7 @@ pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow:
             )?;
         }
     }
+    let assessments: Vec<Assessment> = assessments.into_iter().map(|(_, one)| one).collect();
     let text: String = assessments.iter().map(Assessment::to_string).collect();
     let document = Estimates {
         assessments: &assessments,

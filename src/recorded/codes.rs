@@ -6,10 +6,11 @@ use goldtof_fft::Planner;
 use rustfft::Fft;
 use rustfft::num_complex::Complex64;
 
+use super::observed::Observed;
 use crate::code::{Code, Generator, GoldSet};
 use crate::photons::StepCount;
 use crate::scan::Step;
-use crate::scene::{DetectorIndex, Scene};
+use crate::scene::Scene;
 
 /// Most codes times chips that are searched: some ten seconds.
 const MOST_WORK: u64 = 1 << 27;
@@ -35,13 +36,13 @@ pub(super) struct Candidate {
 /// Why there is no search.
 pub(super) fn search(
     scene: &Scene,
-    detector: DetectorIndex,
+    observed: Observed,
     counts: &[StepCount],
 ) -> Result<(Vec<Candidate>, usize), String> {
     if !scene.scan.is_full() {
         return Err("codes are told apart over a whole scan; this one is a window".to_owned());
     }
-    let own = &scene.sources[scene.detectors[detector].reference].code;
+    let own = &scene.sources[scene.detectors[observed.detector()].reference].code;
     let others = others(scene, own);
     if others.len() as u64 * own.len() > MOST_WORK {
         return Err(format!(
@@ -52,11 +53,20 @@ pub(super) fn search(
     }
     let mut counts = Counts::new(scene, counts);
     let own_reference = counts.spectrum(&signs(own));
+    // A histogram is kept without a code: the light's alone can be another one.
+    let slots = match observed {
+        Observed::Steps(_) => 2,
+        Observed::Bins(_) => 1,
+    };
     let mut best: [Option<Candidate>; 2] = [None, None];
     for (name, code) in &others {
         let light = counts.spectrum(&levels(code));
         let its_own = counts.spectrum(&signs(code));
-        for (slot, reference) in [&own_reference, &its_own].into_iter().enumerate() {
+        for (slot, reference) in [&own_reference, &its_own]
+            .into_iter()
+            .take(slots)
+            .enumerate()
+        {
             let (at_step, sigmas) = counts.peak(&light, reference);
             if best[slot].as_ref().is_none_or(|best| sigmas > best.sigmas) {
                 best[slot] = Some(Candidate {
@@ -69,7 +79,7 @@ pub(super) fn search(
             }
         }
     }
-    Ok((best.into_iter().flatten().collect(), 2 * others.len()))
+    Ok((best.into_iter().flatten().collect(), slots * others.len()))
 }
 
 /// The codes of the scene's other sources, and of the own code's Gold set.

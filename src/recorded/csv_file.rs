@@ -53,46 +53,71 @@ pub enum CountsError {
     },
 }
 
+impl CountsError {
+    pub(super) fn of(path: &Path, (line, problem): Wrong) -> CountsError {
+        CountsError::Invalid {
+            file: printable_path(path),
+            line,
+            problem: printable(&problem).into_owned(),
+        }
+    }
+}
+
 /// Reads the counts of one scan of a scene, of every detector that the file names.
 ///
 /// # Errors
 /// If the file cannot be read, is not of the format, or is of another scene.
 pub fn read_counts(path: &Path, sensor: &Sensor) -> Result<Vec<RecordedScan>, CountsError> {
-    let file = printable_path(path);
-    let text = read_text(path, MOST_BYTES).map_err(|source| CountsError::Unreadable {
-        file: file.clone(),
+    let text = text_of(path)?;
+    parse(&text, sensor).map_err(|wrong| CountsError::of(path, wrong))
+}
+
+/// The text of a file.
+pub(super) fn text_of(path: &Path) -> Result<String, CountsError> {
+    read_text(path, MOST_BYTES).map_err(|source| CountsError::Unreadable {
+        file: printable_path(path),
         source,
-    })?;
-    parse(&text, sensor).map_err(|(line, problem)| CountsError::Invalid {
-        file,
-        line,
-        problem: printable(&problem).into_owned(),
     })
 }
 
 /// A line's number, and what is wrong with it.
-type Wrong = (u64, String);
+pub(super) type Wrong = (u64, String);
 
 fn parse(text: &str, sensor: &Sensor) -> Result<Vec<RecordedScan>, Wrong> {
     let scene = sensor.scene();
+    let begin = |heading: &StringRecord| {
+        let columns = Columns::of(heading, scene)?;
+        let table = Table::new(scene, &columns);
+        Ok((columns, table))
+    };
+    let ((_, table), last_line) = read_records(text, begin, |line, record, (columns, table)| {
+        table.take(line, Row::of(record, columns, sensor)?)
+    })?;
+    table.finish().map_err(|problem| (last_line, problem))
+}
+
+/// Reads the heading, which begins a table, then every record with its line into it; gives
+/// the table and the last line.
+pub(super) fn read_records<T>(
+    text: &str,
+    begin: impl FnOnce(&StringRecord) -> Result<T, String>,
+    take: impl Fn(u64, &StringRecord, &mut T) -> Result<(), String>,
+) -> Result<(T, u64), Wrong> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
         .from_reader(text.as_bytes());
     let heading = reader.headers().map_err(|error| unreadable(&error))?;
-    let columns = Columns::of(heading, scene).map_err(|problem| (1, problem))?;
-    let mut table = Table::new(scene, &columns);
+    let mut table = begin(heading).map_err(|problem| (1, problem))?;
     let mut record = StringRecord::new();
     while reader
         .read_record(&mut record)
         .map_err(|error| unreadable(&error))?
     {
         let line = record.position().map_or(0, csv::Position::line);
-        let row = Row::of(&record, &columns, sensor).map_err(|problem| (line, problem))?;
-        table.take(line, row).map_err(|problem| (line, problem))?;
+        take(line, &record, &mut table).map_err(|problem| (line, problem))?;
     }
-    let last_line = text.lines().count().max(1) as u64;
-    table.finish().map_err(|problem| (last_line, problem))
+    Ok((table, text.lines().count().max(1) as u64))
 }
 
 /// What the reader says of a record that is none.
@@ -197,7 +222,7 @@ impl Row {
     }
 }
 
-fn detector_of(name: Option<&str>, scene: &Scene) -> Result<DetectorIndex, String> {
+pub(super) fn detector_of(name: Option<&str>, scene: &Scene) -> Result<DetectorIndex, String> {
     let Some(name) = name else {
         return Ok(DetectorIndex(0));
     };
@@ -214,7 +239,7 @@ fn detector_of(name: Option<&str>, scene: &Scene) -> Result<DetectorIndex, Strin
 }
 
 /// A whole number, of any size that has a meaning somewhere.
-fn whole(name: &str, field: Option<&str>) -> Result<i128, String> {
+pub(super) fn whole(name: &str, field: Option<&str>) -> Result<i128, String> {
     let field = field.unwrap_or_default();
     field.parse().map_err(|_| {
         let shown: String = field.chars().take(40).collect();

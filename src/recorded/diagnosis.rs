@@ -13,9 +13,9 @@ use std::sync::Arc;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::RecordedScan;
 use super::codes::{self, Candidate};
 use super::hypothesis::{Change, Fitted, NoFit, Unknown, fit};
+use super::observed::Observed;
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
 use crate::math::normal_cdf;
 use crate::scene::{Scene, SourceIndex};
@@ -24,9 +24,9 @@ use crate::sensor::Sensor;
 /// Chance of each test to be wrong about counts that are as the scene says.
 pub const LEVEL: f64 = 0.002;
 
-/// Hits of a step, on average over a scan, from which on causes are looked for: of
-/// scans with 370 the tests accuse a right scene as seldom as their level says, of scans
-/// with 7 one time in five.
+/// Hits of a step, on average over a scan, or of a histogram, from which on causes are
+/// looked for: of scans with 370 the tests accuse a right scene as seldom as their level
+/// says, of scans with 7 one time in five.
 pub const FEWEST_HITS: f64 = 300.0;
 
 /// What may be wrong.
@@ -98,7 +98,7 @@ pub(super) struct Found {
 /// the scene's.
 pub(super) fn diagnose(
     sensor: &Sensor,
-    scan: &RecordedScan,
+    observed: Observed,
     delay_ps: Option<f64>,
 ) -> Result<Found, NoFit> {
     let start = Change {
@@ -108,10 +108,10 @@ pub(super) fn diagnose(
     let mut search = Search {
         sensor,
         scene: sensor.scene(),
-        scan,
+        observed,
         unknowns: vec![Unknown::Delay],
-        fitted: fit(sensor, scan, &[Unknown::Delay], start)
-            .or_else(|_| fit(sensor, scan, &[], start))?,
+        fitted: fit(sensor, observed, &[Unknown::Delay], start)
+            .or_else(|_| fit(sensor, observed, &[], start))?,
         tests: Vec::new(),
         alike: Vec::new(),
         not_tested: Vec::new(),
@@ -119,10 +119,9 @@ pub(super) fn diagnose(
     if search.fitted.errors.is_empty() {
         search.unknowns.clear();
     }
-    let hits = search.fitted.moments.iter().map(|step| step.total_mean);
-    let hits_per_step = hits.sum::<f64>() / search.fitted.moments.len().max(1) as f64;
-    if hits_per_step < FEWEST_HITS {
-        return Ok(search.too_few_hits(hits_per_step));
+    let hits = search.fitted.expected.hits();
+    if hits < FEWEST_HITS {
+        return Ok(search.too_few_hits(hits));
     }
     while search.take_in_best() {}
     let code = match search.is_explained() {
@@ -135,7 +134,7 @@ pub(super) fn diagnose(
 struct Search<'s> {
     sensor: &'s Sensor,
     scene: &'s Scene,
-    scan: &'s RecordedScan,
+    observed: Observed<'s>,
     unknowns: Vec<Unknown>,
     fitted: Fitted,
     tests: Vec<TestOutcome>,
@@ -157,7 +156,7 @@ fn critical() -> f64 {
 impl Search<'_> {
     /// Takes in what raises the likelihood most, if significantly.
     fn take_in_best(&mut self) -> bool {
-        let has_dead_time = self.scene.detectors[self.scan.detector].dead_time_ps > 0.0;
+        let has_dead_time = self.scene.detectors[self.observed.detector()].dead_time_ps > 0.0;
         let mut candidates = vec![Unknown::Light, Unknown::Constant];
         candidates.extend(has_dead_time.then_some(Unknown::DeadTime));
         candidates.retain(|unknown| !self.unknowns.contains(unknown));
@@ -165,9 +164,9 @@ impl Search<'_> {
         for unknown in candidates {
             let mut unknowns = self.unknowns.clone();
             unknowns.push(unknown);
-            match fit(self.sensor, self.scan, &unknowns, self.fitted.change) {
+            match fit(self.sensor, self.observed, &unknowns, self.fitted.change) {
                 Ok(fitted) => {
-                    let gain = self.fitted.deviance - fitted.deviance;
+                    let gain = self.fitted.agreement.deviance - fitted.agreement.deviance;
                     self.tests.retain(|test| test.cause != cause_of(unknown));
                     self.tests.push(self.outcome(unknown, gain, &fitted));
                     gains.push((gain, unknown, fitted));
@@ -193,10 +192,14 @@ impl Search<'_> {
     }
 
     /// No diagnosis: the tests do not hold their level where hits are few.
-    fn too_few_hits(self, hits_per_step: f64) -> Found {
+    fn too_few_hits(self, hits: f64) -> Found {
+        let of = match self.observed {
+            Observed::Steps(_) => "a step",
+            Observed::Bins(_) => "all bins",
+        };
         let reason = format!(
-            "causes: {hits_per_step:.1} hits are expected in a step; from {FEWEST_HITS} on \
-             the tests are known to hold"
+            "causes: {hits:.1} hits are expected in {of}; from {FEWEST_HITS} on the tests are \
+             known to hold"
         );
         Found {
             diagnosis: Diagnosis {
@@ -210,7 +213,7 @@ impl Search<'_> {
     }
 
     fn outcome(&self, unknown: Unknown, statistic: f64, fitted: &Fitted) -> TestOutcome {
-        let spad = &self.scene.detectors[self.scan.detector];
+        let spad = &self.scene.detectors[self.observed.detector()];
         let value = unknown.of(&fitted.change);
         let std = fitted.errors.iter().find(|(of, _)| *of == unknown);
         let std = std.map(|(_, std)| *std);
@@ -248,7 +251,11 @@ impl Search<'_> {
 
     /// The code that explains the counts better than the scene's, if one does.
     fn other_code(&mut self) -> Option<(Candidate, Fitted)> {
-        let found = codes::search(self.scene, self.scan.detector, &self.scan.counts);
+        let found = codes::search(
+            self.scene,
+            self.observed,
+            &self.observed.step_counts(self.sensor),
+        );
         let (candidates, tried) = match found {
             Ok(found) => found,
             Err(reason) => {
@@ -257,14 +264,14 @@ impl Search<'_> {
             }
         };
         // As many codes and as many places as were tried.
-        let tried = tried as f64 * self.scan.counts.len() as f64;
+        let tried = tried as f64 * self.observed.phase_steps() as f64;
         let needed = critical() + 2.0 * tried.ln();
         let fits = candidates.into_iter().filter_map(|candidate| {
             let fitted = self.with_code(&candidate)?;
             Some((candidate, fitted))
         });
-        let best = fits.min_by(|a, b| a.1.deviance.total_cmp(&b.1.deviance))?;
-        let gain = self.fitted.deviance - best.1.deviance;
+        let best = fits.min_by(|a, b| a.1.agreement.deviance.total_cmp(&b.1.agreement.deviance))?;
+        let gain = self.fitted.agreement.deviance - best.1.agreement.deviance;
         self.tests.push(TestOutcome {
             cause: Cause::Code,
             statistic: gain,
@@ -281,7 +288,7 @@ impl Search<'_> {
     /// The scene with another code, fitted from several places within a chip on.
     fn with_code(&self, candidate: &Candidate) -> Option<Fitted> {
         let mut scene = self.scene.clone();
-        let own = scene.detectors[self.scan.detector].reference;
+        let own = scene.detectors[self.observed.detector()].reference;
         if candidate.of_reference {
             scene.sources[own].code = Arc::clone(&candidate.code);
         } else {
@@ -295,11 +302,12 @@ impl Search<'_> {
         }
         let sensor = Sensor::new(&scene);
         let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
-        let offset_ps = calibration_offset_ps(&sensor, self.scan.detector, CountingTier::Sampled);
+        let offset_ps =
+            calibration_offset_ps(&sensor, self.observed.detector(), CountingTier::Sampled);
         let first = scene
             .paths
             .iter()
-            .find(|path| path.detector == self.scan.detector)?;
+            .find(|path| path.detector == self.observed.detector())?;
         let at_ps = candidate.at_step as f64 * step_ps - offset_ps - first.delay_ps;
         let unknowns = [Unknown::Delay, Unknown::Light];
         let starts = [-0.5, 0.0, 0.5].map(|chips| at_ps + chips * scene.chip_period_ps);
@@ -309,9 +317,9 @@ impl Search<'_> {
                 delay_ps,
                 ..Change::default()
             };
-            fit(&sensor, self.scan, &unknowns, start).ok()
+            fit(&sensor, self.observed, &unknowns, start).ok()
         });
-        fits.min_by(|a, b| a.deviance.total_cmp(&b.deviance))
+        fits.min_by(|a, b| a.agreement.deviance.total_cmp(&b.agreement.deviance))
     }
 
     fn conclude(mut self, code: Option<(Candidate, Fitted)>) -> Found {
@@ -355,7 +363,8 @@ impl Search<'_> {
             .iter()
             .find(|(of, _)| *of == Unknown::Delay)?
             .1;
-        let code = &self.scene.sources[self.scene.detectors[self.scan.detector].reference].code;
+        let code =
+            &self.scene.sources[self.scene.detectors[self.observed.detector()].reference].code;
         let period_ps = self.scene.chip_period_ps * code.len() as f64;
         let turns = (self.fitted.change.delay_ps / period_ps).round();
         self.fitted.change.delay_ps -= turns * period_ps;
@@ -373,7 +382,7 @@ impl Search<'_> {
                 if by_ps > 0.0 { "later" } else { "earlier" },
                 distance_m(by_ps.abs()),
                 if by_ps > 0.0 { "farther" } else { "nearer" },
-            ) + match self.scan.has_totals {
+            ) + match self.observed.tells_light() {
                 true => "",
                 false => "; without total counts another dead time or light level also fits",
             }
@@ -397,11 +406,11 @@ impl Search<'_> {
         };
         self.tests.push(TestOutcome {
             cause,
-            statistic: self.fitted.chi_square,
+            statistic: self.fitted.agreement.chi_square,
             p_value: Some(p),
             rejects,
             scene_value: Some(self.fitted.degrees as f64),
-            fitted_value: Some(self.fitted.chi_square),
+            fitted_value: Some(self.fitted.agreement.chi_square),
             fitted_value_std: None,
             unit: "chi-square",
         });

@@ -4,11 +4,11 @@
 use crate::scene::DetectorIndex;
 use nalgebra::{DMatrix, DVector};
 
-use super::RecordedScan;
-use super::weights::Whitening;
+use super::observed::{Agreement, Expected, Observed, Weights, differences};
+use crate::estimate::histogram::Uncorrected;
+use crate::histogram::correction::CorrectionError;
 use crate::photons::DetectorModel;
-use crate::response::SecondMoments;
-use crate::response::{CountMoments, CountingTier, MeanCount, MeanResponse, MeanResponseError};
+use crate::response::MeanResponseError;
 use crate::sensor::Sensor;
 
 /// Something about a scene that may be otherwise than it says.
@@ -39,14 +39,10 @@ pub(super) struct Fitted {
     pub change: Change,
     /// The unknowns and their standard deviations.
     pub errors: Vec<(Unknown, f64)>,
-    pub moments: Vec<CountMoments>,
-    pub chi_square: f64,
+    pub expected: Expected,
+    pub agreement: Agreement,
     pub degrees: usize,
     pub p_value: Option<f64>,
-    /// Twice the negative logarithm of the normal likelihood, less a constant.
-    pub deviance: f64,
-    /// Whitened residuals of every step.
-    pub whitened: Vec<f64>,
 }
 
 /// Why a scene cannot be fitted.
@@ -54,6 +50,10 @@ pub(super) struct Fitted {
 pub(super) enum NoFit {
     #[error(transparent)]
     Response(#[from] MeanResponseError),
+    #[error(transparent)]
+    Correction(#[from] CorrectionError),
+    #[error(transparent)]
+    Uncorrected(#[from] Uncorrected),
     #[error("the counts do not determine what is unknown")]
     Undetermined,
 }
@@ -136,85 +136,78 @@ impl Change {
         })
     }
 
-    fn means(
-        &self,
-        sensor: &Sensor,
-        detector: DetectorIndex,
-    ) -> Result<Vec<MeanCount>, MeanResponseError> {
-        let model = DetectorModel::new(&self.applied(sensor, detector), detector);
-        let response = MeanResponse::of_tier(&model, CountingTier::Sampled)?;
-        Ok(response.delayed(self.delay_ps)?.mean_counts())
+    fn means(&self, sensor: &Sensor, observed: Observed) -> Result<Vec<f64>, NoFit> {
+        let applied = self.applied(sensor, observed.detector());
+        observed.means(&applied, self.delay_ps)
     }
 
-    fn moments(
-        &self,
-        sensor: &Sensor,
-        detector: DetectorIndex,
-    ) -> Result<Vec<CountMoments>, MeanResponseError> {
-        let model = DetectorModel::new(&self.applied(sensor, detector), detector);
-        let response = MeanResponse::of_tier(&model, CountingTier::Sampled)?;
-        let delayed = response.delayed(self.delay_ps)?;
-        Ok(SecondMoments::new(&delayed)?.of_scan())
+    fn expected(&self, sensor: &Sensor, observed: Observed) -> Result<Expected, NoFit> {
+        let applied = self.applied(sensor, observed.detector());
+        observed.expected(&applied, self.delay_ps)
     }
 }
 
-/// Fits the unknowns to a scan, from `start` on.
+/// Fits the unknowns to what was recorded, from `start` on.
 pub(super) fn fit(
     sensor: &Sensor,
-    scan: &RecordedScan,
+    observed: Observed,
     unknowns: &[Unknown],
     start: Change,
 ) -> Result<Fitted, NoFit> {
     let problem = Problem {
         sensor,
-        scan,
+        observed,
+        values: observed.values(),
         unknowns,
     };
     let mut change = start;
-    let mut moments = change.moments(sensor, scan.detector)?;
+    let mut expected = change.expected(sensor, observed)?;
     let mut errors = Vec::new();
     if !unknowns.is_empty() {
         // Weights of where the fit began may be off: those of where it ended are not.
         for _ in 0..2 {
-            (change, errors) = problem.settle(change, &moments)?;
-            moments = change.moments(sensor, scan.detector)?;
+            (change, errors) = problem.settle(change, &expected)?;
+            expected = change.expected(sensor, observed)?;
         }
     }
-    Ok(problem.fitted(change, errors, moments))
+    let agreement = expected.judge(&problem.values)?;
+    let degrees = agreement.numbers.saturating_sub(unknowns.len());
+    Ok(Fitted {
+        change,
+        errors,
+        expected,
+        p_value: agreement.p_value(degrees),
+        agreement,
+        degrees,
+    })
 }
 
 struct Problem<'p> {
     sensor: &'p Sensor,
-    scan: &'p RecordedScan,
+    observed: Observed<'p>,
+    values: Vec<f64>,
     unknowns: &'p [Unknown],
 }
 
 impl Problem<'_> {
-    fn measured(&self) -> impl Iterator<Item = MeanCount> {
-        self.scan.counts.iter().map(|count| MeanCount {
-            signed: count.signed as f64,
-            total: count.total as f64,
-        })
-    }
-
     /// Gauss-Newton with weights from `known`, scaled to the light as it changes.
     fn settle(
         &self,
         start: Change,
-        known: &[CountMoments],
+        known: &Expected,
     ) -> Result<(Change, Vec<(Unknown, f64)>), NoFit> {
         let mut change = start;
         let mut errors = Vec::new();
         for _ in 0..MOST_ITERATIONS {
-            let means = change.means(self.sensor, self.scan.detector)?;
-            let whitening = Whitening::of(&scaled(known, &means), self.scan.has_totals);
-            let residuals = whitening.whitened(difference(self.measured(), &means));
-            let columns = self.columns(&change, &whitening)?;
+            let means = change.means(self.sensor, self.observed)?;
+            let weights = known.weights(&means)?;
+            let residuals = weights.whitened(&differences(&self.values, &means))?;
+            let columns = self.columns(&change, &weights)?;
             let (step, sigmas) = solve(&columns, &residuals).ok_or(NoFit::Undetermined)?;
             let mut settled = true;
             let mut share: f64 = 1.0;
             for ((unknown, step), sigma) in self.unknowns.iter().zip(&step).zip(&sigmas) {
-                let [_, farthest] = unknown.steps(self.sensor, self.scan.detector);
+                let [_, farthest] = unknown.steps(self.sensor, self.observed.detector());
                 share = share.min(farthest / step.abs().max(f64::MIN_POSITIVE));
                 settled &= (step / sigma).abs() < SETTLED_SIGMAS;
             }
@@ -230,13 +223,12 @@ impl Problem<'_> {
     }
 
     /// Whitened derivatives of the expected counts by every unknown.
-    fn columns(&self, change: &Change, whitening: &Whitening) -> Result<Vec<Vec<f64>>, NoFit> {
+    fn columns(&self, change: &Change, weights: &Weights) -> Result<Vec<Vec<f64>>, NoFit> {
         let of_unknown = |unknown: &Unknown| {
-            let [step, _] = unknown.steps(self.sensor, self.scan.detector);
+            let [step, _] = unknown.steps(self.sensor, self.observed.detector());
             let at = |by: f64| {
-                change
-                    .plus(&unknown.change(by))
-                    .means(self.sensor, self.scan.detector)
+                let changed = change.plus(&unknown.change(by));
+                changed.means(self.sensor, self.observed)
             };
             // A rate cannot be less than none.
             let down = if *unknown == Unknown::Constant {
@@ -245,68 +237,14 @@ impl Problem<'_> {
                 step
             };
             let (below, above) = (at(-down)?, at(step)?);
-            let slopes = above.iter().zip(&below).map(|(above, below)| MeanCount {
-                signed: (above.signed - below.signed) / (step + down),
-                total: (above.total - below.total) / (step + down),
-            });
-            Ok(whitening.whitened(slopes))
+            let slopes: Vec<f64> = differences(&above, &below)
+                .into_iter()
+                .map(|difference| difference / (step + down))
+                .collect();
+            weights.whitened(&slopes)
         };
         self.unknowns.iter().map(of_unknown).collect()
     }
-
-    fn fitted(
-        &self,
-        change: Change,
-        errors: Vec<(Unknown, f64)>,
-        moments: Vec<CountMoments>,
-    ) -> Fitted {
-        let means: Vec<MeanCount> = moments
-            .iter()
-            .map(|moment| MeanCount {
-                signed: moment.signed_mean,
-                total: moment.total_mean,
-            })
-            .collect();
-        let whitening = Whitening::of(&moments, self.scan.has_totals);
-        let whitened = whitening.whitened(difference(self.measured(), &means));
-        let chi_square = whitened.iter().map(|z| z * z).sum();
-        let degrees = whitened.len().saturating_sub(self.unknowns.len());
-        Fitted {
-            change,
-            errors,
-            p_value: whitening.p_value(chi_square, degrees),
-            chi_square,
-            degrees,
-            deviance: chi_square + whitening.ln_determinant,
-            whitened,
-            moments,
-        }
-    }
-}
-
-/// Second moments that are known, for other means: per detection they change little.
-fn scaled(known: &[CountMoments], means: &[MeanCount]) -> Vec<CountMoments> {
-    let scaled = known.iter().zip(means).map(|(known, mean)| {
-        let more = mean.total / known.total_mean.max(f64::MIN_POSITIVE);
-        CountMoments {
-            signed_mean: mean.signed,
-            total_mean: mean.total,
-            signed_variance: known.signed_variance * more,
-            total_variance: known.total_variance * more,
-            covariance: (known.covariance - known.signed_mean) * more + mean.signed,
-        }
-    });
-    scaled.collect()
-}
-
-fn difference(
-    measured: impl Iterator<Item = MeanCount>,
-    means: &[MeanCount],
-) -> impl Iterator<Item = MeanCount> {
-    measured.zip(means).map(|(measured, mean)| MeanCount {
-        signed: measured.signed - mean.signed,
-        total: measured.total - mean.total,
-    })
 }
 
 /// The least squares step and the standard deviations; none if the columns are nearly

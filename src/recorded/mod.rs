@@ -21,23 +21,27 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod bins_csv;
 mod codes;
 mod csv_file;
 mod diagnosis;
 mod expected;
 mod hypothesis;
+mod observed;
 #[cfg(feature = "plots")]
 mod plot;
 mod report;
 mod weights;
 
+pub use bins_csv::{has_bins, read_bins};
 pub use csv_file::{CountsError, read_counts};
 pub use diagnosis::{Cause, Diagnosis, LEVEL, TestOutcome};
-pub use expected::expected_csv;
+pub use expected::{expected_bins, expected_csv};
 #[cfg(feature = "plots")]
 pub use plot::residual_plot;
-pub use report::{Assessment, StepResidual, assess};
+pub use report::{Assessment, BinResidual, StepResidual, assess, assess_histogram};
 
+use crate::histogram::Histogram;
 use crate::photons::StepCount;
 use crate::scene::DetectorIndex;
 
@@ -50,4 +54,13 @@ pub struct RecordedScan {
     pub counts: Vec<StepCount>,
     /// Whether the file has total counts.
     pub has_totals: bool,
+}
+
+/// One histogram of one detector, as a file has it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RecordedHistogram {
+    /// Index of the detector in the scene.
+    pub detector: DetectorIndex,
+    /// Its bins.
+    pub histogram: Histogram,
 }

@@ -6,25 +6,61 @@ use crate::report::chart::{Axis, Chart, ChartError, Legend, Mark, Panel, Point, 
 /// Most points of a series: of longer scans the steps round the largest count.
 const MOST_POINTS: usize = 400;
 
+/// What a point of both panels says.
+struct Shown {
+    x: f64,
+    count: f64,
+    expected: f64,
+    residual: f64,
+}
+
 /// Counts and expected counts on the left, residuals in standard deviations on the
-/// right; of a long scan the steps round the largest count.
+/// right; of a long scan the steps round the largest count, of a histogram the bins round
+/// that which is farthest from what is expected.
 ///
 /// # Errors
 /// When the drawing library gives up.
 pub fn residual_plot(assessment: &Assessment) -> Result<String, ChartError> {
-    let steps = &assessment.phase_steps;
-    let largest = (0..steps.len()).max_by_key(|&j| steps[j].count);
-    let first = largest.unwrap_or(0).saturating_sub(MOST_POINTS / 2);
-    let first = first.min(steps.len().saturating_sub(MOST_POINTS));
-    let shown = &steps[first..(first + MOST_POINTS).min(steps.len())];
+    let of_steps = assessment.phase_steps.iter().map(|step| Shown {
+        x: step.distance_m,
+        count: step.count as f64,
+        expected: step.expected_count,
+        residual: step.residual_in_std,
+    });
+    let of_bins = assessment.bins.iter().map(|bin| Shown {
+        x: bin.bin as f64,
+        count: bin.count as f64,
+        expected: bin.expected_count,
+        residual: bin.residual_in_std,
+    });
+    let all: Vec<Shown> = of_steps.chain(of_bins).collect();
+    let is_histogram = !assessment.bins.is_empty();
+    let height = |shown: &Shown| match is_histogram {
+        true => shown.residual.abs(),
+        false => shown.count,
+    };
+    let middle = (0..all.len()).max_by(|&a, &b| height(&all[a]).total_cmp(&height(&all[b])));
+    let first = middle.unwrap_or(0).saturating_sub(MOST_POINTS / 2);
+    let first = first.min(all.len().saturating_sub(MOST_POINTS));
+    let shown = &all[first..(first + MOST_POINTS).min(all.len())];
+    let (along, title) = match is_histogram {
+        true => (
+            "bin (sample of the code period)",
+            "recorded bins and residuals",
+        ),
+        false => (
+            "distance of the phase step (m)",
+            "recorded counts and residuals",
+        ),
+    };
     let axis = |label: &str| Axis {
         label: label.to_owned(),
         scale: Scale::Linear,
     };
-    let of = |value: fn(&super::StepResidual) -> f64| {
-        let points = shown.iter().map(|step| Point {
-            x: step.distance_m,
-            y: value(step),
+    let of = |value: fn(&Shown) -> f64| {
+        let points = shown.iter().map(|shown| Point {
+            x: shown.x,
+            y: value(shown),
             interval: None,
         });
         points.collect::<Vec<Point>>()
@@ -36,24 +72,24 @@ pub fn residual_plot(assessment: &Assessment) -> Result<String, ChartError> {
         points,
     };
     let counts = Panel {
-        x: axis("distance of the phase step (m)"),
+        x: axis(along),
         y: axis("count"),
         series: vec![
-            series("expected", Mark::Line, 0, of(|s| s.expected_count)),
-            series("recorded", Mark::Dots, 1, of(|s| s.count as f64)),
+            series("expected", Mark::Line, 0, of(|s| s.expected)),
+            series("recorded", Mark::Dots, 1, of(|s| s.count)),
         ],
         legend: Legend::UpperRight,
         headroom: 0.2,
     };
     let residuals = Panel {
-        x: axis("distance of the phase step (m)"),
+        x: axis(along),
         y: axis("residual (standard deviations)"),
-        series: vec![series("", Mark::Dots, 1, of(|s| s.residual_in_std))],
+        series: vec![series("", Mark::Dots, 1, of(|s| s.residual))],
         legend: Legend::UpperRight,
         headroom: 0.0,
     };
     let chart = Chart {
-        title: format!("{}: recorded counts and residuals", assessment.detector),
+        title: format!("{}: {title}", assessment.detector),
         panels: vec![counts, residuals],
     };
     chart.svg()

@@ -5,13 +5,15 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::RecordedScan;
 use super::diagnosis::{Diagnosis, Found, diagnose};
-use super::hypothesis::{NoFit, Unknown};
-use crate::estimate::report::{EstimateReport, estimate_scan};
+use super::hypothesis::{Fitted, NoFit, Unknown};
+use super::observed::Observed;
+use super::{RecordedHistogram, RecordedScan};
+use crate::estimate::report::EstimateReport;
 use crate::estimate::{TheoryEffort, distance_m};
+use crate::photons::StepCount;
 use crate::scan::Step;
-use crate::scene::{DetectorIndex, EstimatorKind};
+use crate::scene::EstimatorKind;
 use crate::sensor::Sensor;
 
 /// What one detector's recorded scan says.
@@ -36,8 +38,10 @@ pub struct Assessment {
     pub diagnosis: Option<Diagnosis>,
     /// Why there are no residuals, where that is so.
     pub remark: Option<String>,
-    /// The residual of every step.
+    /// The residual of every step; none of a histogram.
     pub phase_steps: Vec<StepResidual>,
+    /// The residual of every bin of a histogram; none of phase steps.
+    pub bins: Vec<BinResidual>,
 }
 
 /// One phase step of an assessment.
@@ -60,27 +64,57 @@ pub struct StepResidual {
     pub total_residual_in_std: Option<f64>,
 }
 
+/// One bin of an assessment.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct BinResidual {
+    /// The bin: samples from the start of the code period.
+    pub bin: u64,
+    /// The recorded count.
+    pub count: u64,
+    /// What the fitted scene expects.
+    pub expected_count: f64,
+    /// Its standard deviation.
+    pub expected_count_std: f64,
+    /// Recorded less what is expected once the bins before are known, in standard deviations.
+    pub residual_in_std: f64,
+}
+
 /// Ranges a recorded scan with the scene's estimator, and holds it against what the
 /// scene lets one expect.
 ///
 /// The model estimator needs total counts: a scan without them is ranged by the phase,
 /// with a remark.
 pub fn assess(sensor: &Sensor, scan: &RecordedScan) -> Assessment {
-    let scene = sensor.scene();
-    let without_totals = !scan.has_totals && scene.estimator == EstimatorKind::Model;
-    let mut estimate = match without_totals {
-        true => estimate_scan(&by_phase(sensor), scan.detector, &scan.counts),
-        false => estimate_scan(sensor, scan.detector, &scan.counts),
+    let without_totals = !scan.has_totals && sensor.scene().estimator == EstimatorKind::Model;
+    let observed = Observed::Steps(scan);
+    let mut assessment = match without_totals {
+        true => held_against(&by_phase(sensor), observed),
+        false => held_against(sensor, observed),
     };
     if without_totals {
-        estimate
-            .add_remark("ranged by the phase: the model estimator needs the column total_count");
+        let why = "ranged by the phase: the model estimator needs the column total_count";
+        assessment.estimate.add_remark(why);
     }
-    let found = check_testable(sensor, scan.detector)
-        .and_then(|()| diagnose(sensor, scan, later_ps(sensor, scan)).map_err(|e| e.to_string()));
+    assessment
+}
+
+/// The same of a recorded histogram.
+///
+/// # Panics
+/// If it has not one bin per sample of the scene's code period.
+pub fn assess_histogram(sensor: &Sensor, recorded: &RecordedHistogram) -> Assessment {
+    held_against(sensor, Observed::Bins(recorded))
+}
+
+/// Ranges with the sensor's estimator, and holds against the scene.
+fn held_against(sensor: &Sensor, observed: Observed) -> Assessment {
+    let found = check_testable(sensor, observed).and_then(|()| {
+        diagnose(sensor, observed, later_ps(sensor, observed)).map_err(|e| e.to_string())
+    });
     let mut assessment = Assessment {
-        detector: scene.detectors[scan.detector].name.clone(),
-        estimate,
+        detector: sensor.scene().detectors[observed.detector()].name.clone(),
+        estimate: observed.estimate(sensor),
         fitted_distance_m: None,
         fitted_distance_std_m: None,
         chi_square: None,
@@ -89,16 +123,27 @@ pub fn assess(sensor: &Sensor, scan: &RecordedScan) -> Assessment {
         diagnosis: None,
         remark: None,
         phase_steps: Vec::new(),
+        bins: Vec::new(),
     };
     match found {
-        Ok(found) => assessment.take(sensor, scan, found),
+        Ok(found) => assessment.take(sensor, observed, found),
         Err(reason) => assessment.remark = Some(format!("no residuals: {reason}")),
     }
     assessment
 }
 
 /// Why counts cannot be held against their scene.
-fn check_testable(sensor: &Sensor, detector: DetectorIndex) -> Result<(), String> {
+fn check_testable(sensor: &Sensor, observed: Observed) -> Result<(), String> {
+    if matches!(observed, Observed::Bins(_)) {
+        return Ok(());
+    }
+    if sensor.interface().histogram.is_some() {
+        return Err(
+            "counts of a histogram's phase steps are of the same photons, and their residuals go \
+             together; its bins (bins.csv of `goldtof run`) have some that do not"
+                .to_owned(),
+        );
+    }
     let parallel = sensor.scene().hardware.parallel;
     if parallel > 1 {
         return Err(format!(
@@ -106,14 +151,14 @@ fn check_testable(sensor: &Sensor, detector: DetectorIndex) -> Result<(), String
              go together"
         ));
     }
-    TheoryEffort::of(sensor, detector)
+    TheoryEffort::of(sensor, observed.detector())
         .and_then(|effort| effort.check_fit())
         .map_err(|reason| NoFit::from(reason).to_string())
 }
 
 /// How much later than the scene's nearest own path the peak stands, by the phase.
-fn later_ps(sensor: &Sensor, scan: &RecordedScan) -> Option<f64> {
-    let report = estimate_scan(&by_phase(sensor), scan.detector, &scan.counts);
+fn later_ps(sensor: &Sensor, observed: Observed) -> Option<f64> {
+    let report = observed.estimate(&by_phase(sensor));
     let bias_m = report.expected_bias_m.unwrap_or(0.0);
     let ps_per_m = 1.0 / distance_m(1.0);
     Some((report.error_m? - bias_m) * ps_per_m)
@@ -125,26 +170,12 @@ fn by_phase(sensor: &Sensor) -> Sensor {
 }
 
 impl Assessment {
-    fn take(&mut self, sensor: &Sensor, scan: &RecordedScan, found: Found) {
+    fn take(&mut self, sensor: &Sensor, observed: Observed, found: Found) {
         let (scene, fitted) = (sensor.scene(), found.fitted);
-        let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
-        let offset_ps = self.estimate.calibration_offset_ps;
-        let per_step = fitted.whitened.len() / scan.counts.len().max(1);
-        let of_step = |(j, count): (usize, &crate::photons::StepCount)| {
-            let moment = &fitted.moments[j];
-            let phase_step = scene.scan.phase_step(Step::at(j));
-            let residuals = &fitted.whitened[j * per_step..(j + 1) * per_step];
-            StepResidual {
-                phase_step,
-                distance_m: distance_m(phase_step as f64 * step_ps - offset_ps),
-                count: count.signed,
-                expected_count: moment.signed_mean,
-                expected_count_std: moment.signed_variance.max(0.0).sqrt(),
-                residual_in_std: residuals[0],
-                total_residual_in_std: residuals.get(1).copied(),
-            }
-        };
-        self.phase_steps = scan.counts.iter().enumerate().map(of_step).collect();
+        match observed {
+            Observed::Steps(scan) => self.phase_steps = self.steps(sensor, scan, &fitted),
+            Observed::Bins(recorded) => self.bins = bins(recorded, &fitted),
+        }
         let delay_std = fitted.errors.iter().find(|(of, _)| *of == Unknown::Delay);
         if let (Some((_, std_ps)), Some(path)) = (delay_std, self.estimate.path) {
             let code = &scene.sources[scene.paths[path].source].code;
@@ -153,14 +184,41 @@ impl Assessment {
             self.fitted_distance_m = Some(distance_m(delay_ps.rem_euclid(period_ps)));
             self.fitted_distance_std_m = Some(distance_m(*std_ps));
         }
-        self.chi_square = Some(fitted.chi_square);
+        self.chi_square = Some(fitted.agreement.chi_square);
         self.degrees_of_freedom = Some(fitted.degrees);
         self.p_value = fitted.p_value;
         self.diagnosis = Some(found.diagnosis);
     }
 
+    /// What each step of a scan says.
+    fn steps(&self, sensor: &Sensor, scan: &RecordedScan, fitted: &Fitted) -> Vec<StepResidual> {
+        let step_ps = sensor.clock().sample_period_ps();
+        let offset_ps = self.estimate.calibration_offset_ps;
+        let residuals = &fitted.agreement.whitened;
+        let per_step = residuals.len() / scan.counts.len().max(1);
+        let expected = fitted.expected.each();
+        let of_step = |(j, count): (usize, &StepCount)| {
+            let phase_step = sensor.timing().scan.phase_step(Step::at(j));
+            let [mean, std] = expected[j];
+            let residuals = &residuals[j * per_step..(j + 1) * per_step];
+            StepResidual {
+                phase_step,
+                distance_m: distance_m(phase_step as f64 * step_ps - offset_ps),
+                count: count.signed,
+                expected_count: mean,
+                expected_count_std: std,
+                residual_in_std: residuals[0],
+                total_residual_in_std: residuals.get(1).copied(),
+            }
+        };
+        scan.counts.iter().enumerate().map(of_step).collect()
+    }
+
     /// The residuals as CSV.
     pub fn residuals_csv(&self) -> String {
+        if !self.bins.is_empty() {
+            return self.bins_csv();
+        }
         let mut text = "phase_step,distance_m,count,expected,expected_std,residual_in_std,\
                         total_residual_in_std\n"
             .to_owned();
@@ -180,6 +238,35 @@ impl Assessment {
         }
         text
     }
+
+    fn bins_csv(&self) -> String {
+        let mut text = "bin,count,expected,expected_std,residual_in_std\n".to_owned();
+        for bin in &self.bins {
+            let _ = writeln!(
+                text,
+                "{},{},{:.6},{:.6},{:.4}",
+                bin.bin, bin.count, bin.expected_count, bin.expected_count_std, bin.residual_in_std
+            );
+        }
+        text
+    }
+}
+
+/// What each bin of a histogram says.
+fn bins(recorded: &RecordedHistogram, fitted: &Fitted) -> Vec<BinResidual> {
+    let counts = recorded.histogram.bins().iter().copied();
+    let of_bins = counts
+        .zip(fitted.expected.each())
+        .zip(&fitted.agreement.whitened);
+    let of_bin =
+        |(bin, ((count, [mean, std]), residual)): (u64, ((u64, [f64; 2]), &f64))| BinResidual {
+            bin,
+            count,
+            expected_count: mean,
+            expected_count_std: std,
+            residual_in_std: *residual,
+        };
+    (0..).zip(of_bins).map(of_bin).collect()
 }
 
 impl fmt::Display for Assessment {

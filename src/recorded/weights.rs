@@ -9,11 +9,11 @@ pub(super) struct Whitening {
     /// Of each step: the signed count's factor, and the total's two.
     factors: Vec<[f64; 3]>,
     /// Number of counts of a step: 1, or 2 with totals.
-    pub per_step: usize,
+    per_step: usize,
     /// Logarithm of the determinant of all covariances.
     pub ln_determinant: f64,
     /// What the counts' fourth cumulants add to the variance of chi-square.
-    excess_variance: f64,
+    pub excess_variance: f64,
 }
 
 /// Variance that rounding to whole numbers alone would have: no count has less.
@@ -48,19 +48,19 @@ impl Whitening {
         }
         values
     }
+}
 
-    /// Chance of a chi-square at least this large, by a scaled chi-square distribution
-    /// with its mean and variance (Satterthwaite): squares of small counts scatter
-    /// more than those of normal numbers.
-    pub fn p_value(&self, chi_square: f64, degrees: usize) -> Option<f64> {
-        if degrees == 0 {
-            return None;
-        }
-        let mean = degrees as f64;
-        let variance = 2.0 * mean + self.excess_variance;
-        let distribution = ChiSquared::new(2.0 * mean * mean / variance).ok()?;
-        Some(distribution.sf(chi_square * 2.0 * mean / variance))
+/// Chance of a chi-square at least this large, by a scaled chi-square distribution
+/// with its mean and variance (Satterthwaite): squares of small counts scatter
+/// more than those of normal numbers.
+pub(super) fn tail(chi_square: f64, degrees: usize, excess_variance: f64) -> Option<f64> {
+    if degrees == 0 {
+        return None;
     }
+    let mean = degrees as f64;
+    let variance = 2.0 * mean + excess_variance;
+    let distribution = ChiSquared::new(2.0 * mean * mean / variance).ok()?;
+    Some(distribution.sf(chi_square * 2.0 * mean / variance))
 }
 
 /// Cholesky's factor of a step's covariance, inverted.
@@ -120,9 +120,9 @@ mod tests {
         // Abramowitz and Stegun, table 26.8: 18.307 for 10 degrees at 5 %.
         let moments = [poisson(1e9, 1e9); 10];
         let whitening = Whitening::of(&moments, false);
-        let p = whitening.p_value(18.307, 10).unwrap();
+        let p = tail(18.307, 10, whitening.excess_variance).unwrap();
         assert!((p - 0.05).abs() < 1e-5, "{p}");
-        assert_eq!(whitening.p_value(1.0, 0), None);
+        assert_eq!(tail(1.0, 0, whitening.excess_variance), None);
     }
 
     /// A Poisson number's squared deviation in variances has the variance 2 + 1/mean.

@@ -33,6 +33,7 @@ use std::fmt::Write as _;
 
 use crate::cosim::sent::SentCount;
 use crate::estimate::distance_m;
+use crate::histogram::Histogram;
 use crate::scan::Step;
 use crate::sensor::Sensor;
 
@@ -90,6 +91,18 @@ pub fn counts_csv(sensor: &Sensor, detectors: &[DetectorCounts]) -> String {
                 Some(total) => writeln!(text, ",{total}"),
                 None => writeln!(text),
             };
+        }
+    }
+    text
+}
+
+/// Histograms as CSV: bin, its count, and the name of the detector.
+pub fn bins_csv(sensor: &Sensor, histograms: &[(DetectorIndex, Histogram)]) -> String {
+    let mut text = "bin,count,detector\n".to_owned();
+    for (detector, histogram) in histograms {
+        let name = quoted(&sensor.scene().detectors[*detector].name);
+        for (bin, count) in histogram.bins().iter().enumerate() {
+            let _ = writeln!(text, "{bin},{count},{name}");
         }
     }
     text

@@ -215,3 +215,68 @@ fn a_key_is_set_on_the_command_line_and_named_in_what_is_made() {
         assert!(said(&wrong).contains(told), "{command}: {}", said(&wrong));
     }
 }
+
+/// The bins that the Verilog sent give what `run` gave, and agree with their scene.
+#[test]
+fn the_bins_of_a_run_give_the_distance_that_the_run_gave() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let with = |command: &str, more: &[&str]| {
+        let all = [command, QUICK];
+        let mut all: Vec<String> = all.iter().chain(more).map(|&s| s.to_owned()).collect();
+        all.extend(["--set", "hardware.architecture=histogram"].map(str::to_owned));
+        all
+    };
+    let of = |command: &str, more: &[&str]| {
+        let all = with(command, more);
+        let all: Vec<&str> = all.iter().map(String::as_str).collect();
+        (goldtof(&all), all.join(" "))
+    };
+    let document = |command: &str, more: &[&str]| -> Value {
+        let (output, all) = of(
+            command,
+            &[more, &["--json", "--estimator", "model"]].concat(),
+        );
+        assert_eq!(output.status.code(), Some(0), "{all}: {}", said(&output));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let report = document("run", &["--out", &file("")]);
+    let bins = file("bins.csv");
+    let found = document("estimate", &[&bins, "--out", &file("residuals")]);
+    let found = &found["assessments"][0];
+    assert_eq!(
+        found["estimate"]["distance_m"],
+        report["estimates"][0]["distance_m"]
+    );
+    let p = found["p_value"].as_f64().unwrap();
+    assert!(p > 1e-4 && p < 1.0 - 1e-4, "{p}");
+    assert_eq!(found["diagnosis"]["causes"], Value::Array(Vec::new()));
+    assert_eq!(found["phase_steps"], Value::Array(Vec::new()));
+    assert_eq!(found["bins"].as_array().unwrap().len(), 248);
+    let csv = fs::read_to_string(file("residuals/residuals-0.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + 248);
+    let plot = fs::read_to_string(file("residuals/residuals-0.svg")).unwrap();
+    assert!(plot.contains("recorded bins and residuals"));
+    // The counts of its phase steps are all of the same photons.
+    let (output, _) = of("estimate", &[&file("counts.csv")]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let why = "no residuals: counts of a histogram's phase steps are of the same photons";
+    assert!(text.contains(why), "{text}");
+    // Its expectation has a row for each bin, which sum up to what the run counted.
+    of("simulate", &["--expected", &file("expected.csv")]);
+    let sum = |file: &str| -> f64 {
+        let text = fs::read_to_string(file).unwrap();
+        let count = |line: &str| line.split(',').nth(1).unwrap().parse::<f64>().unwrap();
+        text.lines().skip(1).map(count).sum()
+    };
+    let (expected, counted) = (sum(&file("expected.csv")), sum(&bins));
+    assert!(
+        (counted - expected).abs() < 5.0 * expected.sqrt(),
+        "{counted}, {expected}"
+    );
+    // Bins of a scene that keeps none.
+    let output = goldtof(&["estimate", QUICK, &bins]);
+    assert_eq!(output.status.code(), Some(2));
+    let text = said(&output);
+    assert!(text.contains("bins.csv:1: bins are of a sensor"), "{text}");
+}

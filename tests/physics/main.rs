@@ -26,6 +26,7 @@ mod optics_support;
 mod parallel_steps_share_their_light;
 mod parts_left_out_change_nothing;
 mod recorded_counts_are_diagnosed;
+mod recorded_histograms_are_diagnosed;
 mod reproduce_makes_figures_and_claims;
 mod simulate_agrees_with_theory;
 mod sources_with_clocks_of_their_own;
