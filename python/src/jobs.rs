@@ -11,7 +11,10 @@ use goldtof::deliver::Prefix;
 use goldtof::estimate::report::expected_errors;
 use goldtof::histogram::Histogram;
 use goldtof::photons::{DetectorModel, StepCount};
-use goldtof::recorded::{RecordedHistogram, RecordedScan, assess, assess_histogram, expected_bins};
+use goldtof::recorded::{
+    Assessment, BinResidual, RecordedHistogram, RecordedScan, StepResidual, assess,
+    assess_histogram, expected_bins,
+};
 use goldtof::response::{CountMoments, MeanResponse, SecondMoments};
 use goldtof::scene::{Architecture, DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
@@ -351,7 +354,7 @@ fn histograms<'py>(
 /// The distance that the counts of a real sensor's scan give, and what seems wrong, as
 /// ``goldtof estimate`` has it: ``counts`` are the signed counts of all phase steps,
 /// ``total`` the total ones, if the hardware sends them; of a sensor that keeps a histogram
-/// ``bins`` are its bins.
+/// ``bins`` are its bins. What is said of every step, or bin, is a dict of arrays.
 #[pyfunction]
 #[pyo3(signature = (scene, counts=None, *, total=None, bins=None, detector=None, estimator=None))]
 pub(crate) fn estimate<'py>(
@@ -408,7 +411,45 @@ pub(crate) fn estimate<'py>(
     let assessment = wait_for(python, None, move |_| {
         Ok(assess(&Sensor::new(&scene), &scan))
     })?;
-    to_python(python, &assessment)
+    with_arrays(python, &assessment)
+}
+
+/// An assessment whose steps and bins are dicts of arrays.
+fn with_arrays<'py>(python: Python<'py>, assessment: &Assessment) -> PyResult<Bound<'py, PyAny>> {
+    let told = to_python(python, assessment)?;
+    let (steps, bins) = (&assessment.phase_steps, &assessment.bins);
+    let of_steps = |of: fn(&StepResidual) -> f64| -> Vec<f64> { steps.iter().map(of).collect() };
+    let of_bins = |of: fn(&BinResidual) -> f64| -> Vec<f64> { bins.iter().map(of).collect() };
+    let numbers = |numbers: Vec<u64>| PyArray1::from_vec(python, numbers);
+    let floats = |floats: Vec<f64>| PyArray1::from_vec(python, floats);
+    let table = PyDict::new(python);
+    table.set_item(
+        "phase_step",
+        numbers(steps.iter().map(|s| s.phase_step).collect()),
+    )?;
+    table.set_item("distance_m", floats(of_steps(|s| s.distance_m)))?;
+    let counts: Vec<i64> = steps.iter().map(|step| step.count).collect();
+    table.set_item("count", PyArray1::from_vec(python, counts))?;
+    table.set_item("expected_count", floats(of_steps(|s| s.expected_count)))?;
+    table.set_item(
+        "expected_count_std",
+        floats(of_steps(|s| s.expected_count_std)),
+    )?;
+    table.set_item("residual_in_std", floats(of_steps(|s| s.residual_in_std)))?;
+    let of_totals = |step: &StepResidual| step.total_residual_in_std.unwrap_or(f64::NAN);
+    table.set_item("total_residual_in_std", floats(of_steps(of_totals)))?;
+    told.set_item("phase_steps", table)?;
+    let table = PyDict::new(python);
+    table.set_item("bin", numbers(bins.iter().map(|b| b.bin).collect()))?;
+    table.set_item("count", numbers(bins.iter().map(|b| b.count).collect()))?;
+    table.set_item("expected_count", floats(of_bins(|b| b.expected_count)))?;
+    table.set_item(
+        "expected_count_std",
+        floats(of_bins(|b| b.expected_count_std)),
+    )?;
+    table.set_item("residual_in_std", floats(of_bins(|b| b.residual_in_std)))?;
+    told.set_item("bins", table)?;
+    Ok(told)
 }
 
 /// The distance that a histogram gives.
@@ -440,7 +481,7 @@ fn of_bins(
     let assessment = wait_for(python, None, move |_| {
         Ok(assess_histogram(&sensor, &recorded))
     })?;
-    to_python(python, &assessment)
+    with_arrays(python, &assessment)
 }
 
 /// Runs Verilog beside the reference model, every port at every clock: the emitted one,

@@ -8,8 +8,8 @@ use super::output::Output;
 use super::warnings::warn_of_far_paths;
 use crate::document::Body;
 use crate::recorded::{
-    Assessment, RecordedHistogram, RecordedScan, assess, assess_histogram, has_bins, read_bins,
-    read_counts, residual_plot,
+    Assessment, Recorded, RecordedHistogram, RecordedScan, assess, assess_histogram, read_recorded,
+    residual_plot,
 };
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
@@ -33,16 +33,18 @@ pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow:
         .with_estimator(arguments.estimator)?;
     let sensor = Sensor::new(&scene);
     warn_of_far_paths(&sensor, output);
-    let file = &arguments.counts;
-    let assessments: Vec<(DetectorIndex, Assessment)> = if has_bins(file)? {
-        let histograms = read_bins(file, &sensor)?;
-        let assessed = |one: &RecordedHistogram| (one.detector, assess_histogram(&sensor, one));
-        histograms.iter().map(assessed).collect()
-    } else {
-        let scans = read_counts(file, &sensor)?;
-        let assessed = |scan: &RecordedScan| (scan.detector, assess(&sensor, scan));
-        scans.iter().map(assessed).collect()
-    };
+    let assessments: Vec<(DetectorIndex, Assessment)> =
+        match read_recorded(&arguments.counts, &sensor)? {
+            Recorded::Scans(scans) => {
+                let assessed = |scan: &RecordedScan| (scan.detector, assess(&sensor, scan));
+                scans.iter().map(assessed).collect()
+            }
+            Recorded::Histograms(histograms) => {
+                let assessed =
+                    |one: &RecordedHistogram| (one.detector, assess_histogram(&sensor, one));
+                histograms.iter().map(assessed).collect()
+            }
+        };
     if let Some(out) = &arguments.out {
         let folder = output.folder(out)?;
         for (number, assessment) in &assessments {

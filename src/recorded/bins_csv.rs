@@ -1,11 +1,9 @@
 //! Reading `bins.csv`: every mistake with its line and what would be right.
 
-use std::path::Path;
-
 use csv::StringRecord;
 
 use super::RecordedHistogram;
-use super::csv_file::{CountsError, Wrong, detector_of, read_records, text_of, whole};
+use super::csv_file::{Wrong, detector_of, read_records, whole};
 use crate::histogram::Histogram;
 use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
@@ -13,28 +11,16 @@ use crate::sensor::Sensor;
 /// Columns that a file may have; all but the last it must.
 const COLUMNS: [&str; 3] = ["bin", "count", "detector"];
 
-/// Whether a file of counts has bins, by its heading.
-///
-/// # Errors
-/// If the file cannot be read.
-pub fn has_bins(path: &Path) -> Result<bool, CountsError> {
-    let text = text_of(path)?;
+/// Whether a text is of bins, by its heading.
+pub(super) fn has_bins(text: &str) -> bool {
     let heading = text.lines().next().unwrap_or_default();
     let heading = heading.trim_start_matches('\u{feff}');
     let mut names = heading.split(',');
-    Ok(names.any(|name| name.trim().trim_matches('"') == COLUMNS[0]))
+    names.any(|name| name.trim().trim_matches('"') == COLUMNS[0])
 }
 
-/// Reads one histogram of a scene, of every detector that the file names.
-///
-/// # Errors
-/// If the file cannot be read, is not of the format, or is of another scene.
-pub fn read_bins(path: &Path, sensor: &Sensor) -> Result<Vec<RecordedHistogram>, CountsError> {
-    let text = text_of(path)?;
-    parse(&text, sensor).map_err(|wrong| CountsError::of(path, wrong))
-}
-
-fn parse(text: &str, sensor: &Sensor) -> Result<Vec<RecordedHistogram>, Wrong> {
+/// The histograms of a text: one of every detector that it names.
+pub(super) fn parse(text: &str, sensor: &Sensor) -> Result<Vec<RecordedHistogram>, Wrong> {
     let scene = sensor.scene();
     let Some(plan) = sensor.interface().histogram else {
         let says = "bins are of a sensor that keeps a histogram, and this scene's correlates phase \

@@ -63,15 +63,6 @@ impl CountsError {
     }
 }
 
-/// Reads the counts of one scan of a scene, of every detector that the file names.
-///
-/// # Errors
-/// If the file cannot be read, is not of the format, or is of another scene.
-pub fn read_counts(path: &Path, sensor: &Sensor) -> Result<Vec<RecordedScan>, CountsError> {
-    let text = text_of(path)?;
-    parse(&text, sensor).map_err(|wrong| CountsError::of(path, wrong))
-}
-
 /// The text of a file.
 pub(super) fn text_of(path: &Path) -> Result<String, CountsError> {
     read_text(path, MOST_BYTES).map_err(|source| CountsError::Unreadable {
@@ -83,7 +74,8 @@ pub(super) fn text_of(path: &Path) -> Result<String, CountsError> {
 /// A line's number, and what is wrong with it.
 pub(super) type Wrong = (u64, String);
 
-fn parse(text: &str, sensor: &Sensor) -> Result<Vec<RecordedScan>, Wrong> {
+/// The scans of a text: one of every detector that it names.
+pub(super) fn parse(text: &str, sensor: &Sensor) -> Result<Vec<RecordedScan>, Wrong> {
     let scene = sensor.scene();
     let begin = |heading: &StringRecord| {
         let columns = Columns::of(heading, scene)?;

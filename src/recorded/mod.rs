@@ -33,17 +33,19 @@ mod plot;
 mod report;
 mod weights;
 
-pub use bins_csv::{has_bins, read_bins};
-pub use csv_file::{CountsError, read_counts};
+pub use csv_file::CountsError;
 pub use diagnosis::{Cause, Diagnosis, LEVEL, TestOutcome};
 pub use expected::{expected_bins, expected_csv};
 #[cfg(feature = "plots")]
 pub use plot::residual_plot;
 pub use report::{Assessment, BinResidual, StepResidual, assess, assess_histogram};
 
+use std::path::Path;
+
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
 use crate::scene::DetectorIndex;
+use crate::sensor::Sensor;
 
 /// One scan of one detector, as a file has it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -54,6 +56,38 @@ pub struct RecordedScan {
     pub counts: Vec<StepCount>,
     /// Whether the file has total counts.
     pub has_totals: bool,
+}
+
+/// What a file has of every detector that it names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Recorded {
+    /// Counts of the phase steps of a scan.
+    Scans(Vec<RecordedScan>),
+    /// Bins, of a sensor that keeps a histogram.
+    Histograms(Vec<RecordedHistogram>),
+}
+
+/// Reads what was recorded with a scene: the counts of one scan, or the bins of one
+/// histogram, as the heading says.
+///
+/// # Errors
+/// If the file cannot be read, is not of the format, or is of another scene.
+pub fn read_recorded(path: &Path, sensor: &Sensor) -> Result<Recorded, CountsError> {
+    let text = csv_file::text_of(path)?;
+    let recorded = match bins_csv::has_bins(&text) {
+        true => bins_csv::parse(&text, sensor).map(Recorded::Histograms),
+        false => csv_file::parse(&text, sensor).map(Recorded::Scans),
+    };
+    recorded.map_err(|wrong| CountsError::of(path, wrong))
+}
+
+/// Reads the counts of one scan of a scene, of every detector that the file names.
+///
+/// # Errors
+/// If the file cannot be read, is not of the format, or is of another scene.
+pub fn read_counts(path: &Path, sensor: &Sensor) -> Result<Vec<RecordedScan>, CountsError> {
+    let text = csv_file::text_of(path)?;
+    csv_file::parse(&text, sensor).map_err(|wrong| CountsError::of(path, wrong))
 }
 
 /// One histogram of one detector, as a file has it.

@@ -18,7 +18,7 @@ use crate::sensor::Sensor;
 
 /// Neighbouring bins are summed for the chi-square until this many hits are expected in
 /// each sum: its distribution is known well where sums are not small.
-const HITS_OF_A_SUM: f64 = 5.0;
+pub(super) const HITS_OF_A_SUM: f64 = 5.0;
 /// A bin is expected to count at least this, given those before: what they say is a mean's
 /// first order, and may be less than nothing.
 const LEAST_EXPECTED: f64 = 1e-9;

@@ -1,6 +1,7 @@
 //! Recorded counts over what was expected, and what is left.
 
-use super::report::Assessment;
+use super::observed::HITS_OF_A_SUM;
+use super::report::{Assessment, BinResidual};
 use crate::report::chart::{Axis, Chart, ChartError, Legend, Mark, Panel, Point, Scale, Series};
 
 /// Most points of a series: of longer scans the steps round the largest count.
@@ -14,9 +15,32 @@ struct Shown {
     residual: f64,
 }
 
+/// Neighbouring bins together, at the middle of them: where hardly any bin counts at all, a
+/// single hit would be many standard deviations.
+fn sums_of_bins(bins: &[BinResidual]) -> Vec<Shown> {
+    let mut sums = Vec::new();
+    let (mut count, mut expected, mut beyond, mut first) = (0.0, 0.0, 0.0, 0);
+    for (last, bin) in bins.iter().enumerate() {
+        count += bin.count as f64;
+        expected += bin.expected_count;
+        beyond += bin.residual_in_std * bin.expected_count.max(0.0).sqrt();
+        if expected >= HITS_OF_A_SUM {
+            sums.push(Shown {
+                x: 0.5 * (first + last) as f64,
+                count,
+                expected,
+                residual: beyond / expected.sqrt(),
+            });
+            (count, expected, beyond, first) = (0.0, 0.0, 0.0, last + 1);
+        }
+    }
+    sums
+}
+
 /// Counts and expected counts on the left, residuals in standard deviations on the
-/// right; of a long scan the steps round the largest count, of a histogram the bins round
-/// that which is farthest from what is expected.
+/// right; of a long scan the steps round the largest count. Of a histogram each point is the
+/// sum of so many bins that five hits are expected, and of many those round the one that is
+/// farthest from what is expected.
 ///
 /// # Errors
 /// When the drawing library gives up.
@@ -27,13 +51,7 @@ pub fn residual_plot(assessment: &Assessment) -> Result<String, ChartError> {
         expected: step.expected_count,
         residual: step.residual_in_std,
     });
-    let of_bins = assessment.bins.iter().map(|bin| Shown {
-        x: bin.bin as f64,
-        count: bin.count as f64,
-        expected: bin.expected_count,
-        residual: bin.residual_in_std,
-    });
-    let all: Vec<Shown> = of_steps.chain(of_bins).collect();
+    let all: Vec<Shown> = of_steps.chain(sums_of_bins(&assessment.bins)).collect();
     let is_histogram = !assessment.bins.is_empty();
     let height = |shown: &Shown| match is_histogram {
         true => shown.residual.abs(),
@@ -45,7 +63,7 @@ pub fn residual_plot(assessment: &Assessment) -> Result<String, ChartError> {
     let shown = &all[first..(first + MOST_POINTS).min(all.len())];
     let (along, title) = match is_histogram {
         true => (
-            "bin (sample of the code period)",
+            "bin (sample of the code period; sums of neighbours)",
             "recorded bins and residuals",
         ),
         false => (

@@ -200,6 +200,10 @@ impl Panel {
         for series in self.series.iter().filter(|s| !s.points.is_empty()) {
             series.draw(&mut chart, &x, &y)?;
         }
+        // A legend without a name would be an empty box.
+        if self.series.iter().all(|series| series.label.is_empty()) {
+            return Ok(());
+        }
         chart
             .configure_series_labels()
             .position(match self.legend {

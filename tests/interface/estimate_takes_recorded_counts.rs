@@ -2,8 +2,9 @@
 
 use goldtof::scene::DetectorIndex;
 use std::fs;
+use std::io::Write as _;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
@@ -274,6 +275,23 @@ fn the_bins_of_a_run_give_the_distance_that_the_run_gave() {
         (counted - expected).abs() < 5.0 * expected.sqrt(),
         "{counted}, {expected}"
     );
+    // From a pipe, which can be read but once.
+    let all = with(
+        "estimate",
+        &["/dev/stdin", "--json", "--estimator", "model"],
+    );
+    let mut child = Command::new(env!("CARGO_BIN_EXE_goldtof"))
+        .args(all)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut pipe = child.stdin.take().unwrap();
+    pipe.write_all(&fs::read(&bins).unwrap()).unwrap();
+    drop(pipe);
+    let piped = child.wait_with_output().unwrap();
+    let piped: Value = serde_json::from_slice(&piped.stdout).unwrap();
+    assert_eq!(piped["assessments"][0]["bins"], found["bins"]);
     // Bins of a scene that keeps none.
     let output = goldtof(&["estimate", QUICK, &bins]);
     assert_eq!(output.status.code(), Some(2));

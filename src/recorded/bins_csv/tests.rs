@@ -1,3 +1,5 @@
+use std::path::Path;
+
 use super::*;
 use crate::scene;
 
@@ -32,6 +34,7 @@ fn bins_come_into_their_places_in_whatever_form_the_file_has() {
         file.replace('\n', "\r\n"),
         format!("detector,count,bin\r\n{swapped}"),
     ] {
+        assert!(has_bins(&text));
         assert_eq!(parse(&text, &sensor).as_ref(), Ok(&right));
     }
 }
@@ -77,6 +80,7 @@ fn what_is_wrong_is_said_with_its_line() {
         let (at, problem) = wrong(&text);
         assert!(at == line && problem.contains(says), "{at}: {problem}");
     }
+    assert!(!has_bins("phase_step,count\nbin,1\n") && !has_bins(""));
     let of_steps = Sensor::new(&scene::load(Path::new("scenes/quick.toml")).unwrap());
     let (line, problem) = parse(&right, &of_steps).expect_err("it correlates");
     assert!(line == 1 && problem.contains("architecture = \"histogram\""));
