@@ -94,7 +94,7 @@ def test_histograms_come_as_bins_and_give_the_distance(quick):
     assert told["diagnosis"]["causes"] == []
     with pytest.raises(ValueError, match="3 bins were given, and a histogram of this scene has 248"):
         goldtof.estimate(quick, bins=np.zeros(3, np.uint64))
-    with pytest.raises(ValueError, match="bin 0 counts 99 rising edges, but each of the 80"):
+    with pytest.raises(ValueError, match="bin 0 counts 99 rising edges, but each of the 81"):
         goldtof.estimate(quick, bins=np.full(248, 99, np.uint64))
     with pytest.raises(ValueError, match="give counts, of phase steps"):
         goldtof.estimate(quick)
