@@ -125,17 +125,8 @@ pub unsafe extern "C" fn goldtof_scoreboard_word(
     scoreboard: *mut ScoreboardHandle,
     word: u64,
 ) -> Status {
-    let status = call(|| {
-        // SAFETY: the caller's word.
-        let mut scoreboard = unsafe { locked(scoreboard, "scoreboard") }?;
-        let scoreboard = scoreboard.begun()?;
-        scoreboard.push(&[word]);
-        Ok(match scoreboard.first_mismatch() {
-            Some(_) => Status::Mismatch,
-            None => Status::Ok,
-        })
-    });
-    status.unwrap_or_else(|status| status)
+    // SAFETY: the caller's word, and one word stands there.
+    unsafe { goldtof_scoreboard_words(scoreboard, &raw const word, 1) }
 }
 
 /// Takes the next words of records, as goldtof_scoreboard_word() does one by one: of some

@@ -62,7 +62,8 @@ module goldtof_scoreboard #(
     parameter int PEAK_LATENCY   = -1,
     // What m_axis_tdata and m_axis_tlast hold while m_axis_tvalid is low is not compared.
     parameter bit IDLE_PAYLOAD_IS_FREE = 1,
-    // Clocks that are compared at once: a mismatch is told up to as many clocks late.
+    // Clocks that are compared at once: a mismatch is told up to as many clocks late, and those
+    // of MOST_WORDS words; with 1 at its own clock.
     parameter int BATCH_CLOCKS = 4096,
     parameter bit STOP = 1
 ) (

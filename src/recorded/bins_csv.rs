@@ -131,7 +131,7 @@ impl Row {
         let count = u64::try_from(count).ok().filter(|&count| count <= periods);
         let Some(count) = count else {
             return Err(format!(
-                "bin {bin} counts {}; each of the {periods} code periods of scan.integration_time \
+                "bin {bin} counts {}; each of the {periods} code periods of scan.integration \
                  has it once, so that it is 0 to {periods}",
                 columns.field(record, 1).unwrap_or_default()
             ));

@@ -65,7 +65,7 @@ fn what_is_wrong_is_said_with_its_line() {
         (
             format!("bin,count\n0,{}\n", periods + 1),
             2,
-            "code periods of scan.integration_time",
+            "code periods of scan.integration",
         ),
         ("bin,count\n0,-1\n".to_owned(), 2, "bin 0 counts -1"),
         ("bin,count\n0,1.5\n".to_owned(), 2, "write a whole number"),
