@@ -1,7 +1,7 @@
 //! `goldtof codes`: a code and its correlation properties.
 
-use super::Ending;
 use super::arguments::CodesArguments;
+use super::ending::Ending;
 use super::output::Output;
 use crate::code::{CodeSpec, parse_polynomials, parse_seeds, report};
 

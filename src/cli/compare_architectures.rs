@@ -1,7 +1,7 @@
 //! `goldtof compare-architectures`.
 
-use super::Ending;
 use super::arguments::CompareArchitecturesArguments;
+use super::ending::Ending;
 use super::output::Output;
 use super::warnings::warn_of_far_paths;
 use crate::printable::printable_path;

@@ -1,8 +1,8 @@
 //! `goldtof cosim`.
 
-use super::Ending;
 use super::arguments::CosimArguments;
 use super::emit::rtl;
+use super::ending::Ending;
 use super::forecast::Forecast;
 use super::junit;
 use super::output::{Output, Progress, with_causes};

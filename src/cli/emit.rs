@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::Ending;
 use super::arguments::{EmitArguments, OwnArguments, SceneArgument};
+use super::ending::Ending;
 use super::output::Output;
 use super::warnings::warn_of_far_paths;
 use crate::deliver;

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::Ending;
 use super::arguments::EstimateArguments;
+use super::ending::Ending;
 use super::output::Output;
 use super::warnings::warn_of_far_paths;
 use crate::document::Body;

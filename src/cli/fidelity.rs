@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use super::Ending;
 use super::arguments::FidelityArguments;
+use super::ending::Ending;
 use super::forecast::announce;
 use super::output::Output;
 use super::warnings::warn_of_far_paths;

@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 
-use super::Ending;
-use super::arguments::GradeArguments;
+use super::arguments::{GradeArguments, Order};
 use super::emit::rtl;
+use super::ending::Ending;
 use super::output::Output;
 use super::provenance::typed_command;
-use super::shards::{Order, at_once};
+use super::shards::at_once;
 use crate::document::Document;
 use crate::door::{GradeOptions, grade, grade_some};
 use crate::grade::{Bounds, Grade, GradeStimulus, Score};
@@ -158,18 +158,4 @@ fn of_kind(name: &str, score: &Score) -> String {
 /// Rounded down: what is not whole is not shown as whole.
 fn percent(share: f64) -> String {
     format!("{:.2} %", (share * 1e4).floor() / 1e2)
-}
-
-/// A share of all: `99%` or `0.99`.
-pub(super) fn parse_share(text: &str) -> Result<f64, String> {
-    let (number, scale) = match text.trim().strip_suffix('%') {
-        Some(number) => (number, 0.01),
-        None => (text.trim(), 1.0),
-    };
-    let share = number.trim().parse::<f64>().map_or(f64::NAN, |n| n * scale);
-    if (0.0..=1.0).contains(&share) {
-        Ok(share)
-    } else {
-        Err("write a share from 0% to 100%, as 99% or 0.99".to_owned())
-    }
 }

@@ -7,8 +7,8 @@ use anyhow::Context as _;
 use clap::CommandFactory as _;
 use serde::Serialize;
 
-use super::Ending;
 use super::arguments::{Cli, CompletionsArguments, ManArguments};
+use super::ending::Ending;
 use super::output::Output;
 use crate::document::Body;
 use crate::printable::printable_path;

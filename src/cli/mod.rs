@@ -16,6 +16,7 @@ mod cosim;
 #[doc(hidden)]
 pub mod documents;
 mod emit;
+mod ending;
 mod estimate;
 mod failure;
 mod fidelity;
@@ -23,6 +24,7 @@ mod forecast;
 mod grade;
 mod junit;
 mod manual;
+mod merge;
 mod new;
 mod output;
 pub mod plan;
@@ -41,6 +43,7 @@ use std::process::ExitCode;
 use clap::Parser as _;
 
 use self::arguments::{Cli, Command};
+use self::ending::Ending;
 use self::failure::Failure;
 use self::output::Output;
 use crate::cosim::build::set_cache_dir;
@@ -52,17 +55,6 @@ use crate::programs;
 use crate::run::RunError;
 use crate::simulate::scans::ScansError;
 use crate::study::sweep::RunError as SweepFailed;
-
-/// How a command that did its work ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Ending {
-    /// Exit status 0.
-    Done,
-    /// Exit status 1: what was checked does not hold.
-    DoesNotHold,
-    /// Exit status 4: a score is below what was asked for.
-    BelowThreshold,
-}
 
 /// Parses the command line, runs the command, and says how it ended.
 pub fn main() -> ExitCode {
@@ -102,7 +94,7 @@ pub fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments, cli.seed, &mut output),
         Command::Reproduce(arguments) => reproduce::run(&arguments, cli.seed, &mut output),
         Command::Sweep(arguments) => sweep::run(&arguments, cli.seed, &mut output),
-        Command::Merge(arguments) => shards::merge(&arguments, &mut output),
+        Command::Merge(arguments) => merge::run(&arguments, &mut output),
         Command::New(arguments) => new::run(&arguments, &output),
         Command::Completions(arguments) => manual::completions(&arguments),
         Command::Man(arguments) => manual::pages(&arguments, &output),

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use anyhow::bail;
 use serde::Serialize;
 
-use super::Ending;
 use super::arguments::NewArguments;
+use super::ending::Ending;
 use super::output::Output;
 use super::values::Like;
 use crate::document::Body;

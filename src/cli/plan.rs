@@ -1,7 +1,7 @@
 //! `goldtof plan`: what is kept and what is left out, and why; the sensor in numbers.
 
-use super::Ending;
 use super::arguments::SceneArgument;
+use super::ending::Ending;
 use super::output::{Output, terminal_width};
 use super::warnings::warn_of_far_paths;
 use crate::plan::overview::overview;

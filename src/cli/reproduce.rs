@@ -3,11 +3,11 @@
 use std::cell::RefCell;
 use std::path::Path;
 
-use super::Ending;
-use super::arguments::ReproduceArguments;
+use super::arguments::{Order, ReproduceArguments};
+use super::ending::Ending;
 use super::forecast::Forecast;
 use super::output::Output;
-use super::shards::{Order, at_once};
+use super::shards::at_once;
 use crate::shard::{self, Job, Part, ReproduceJob, Results};
 use crate::study::reproduce::{FigureId, MadeFigure, Options, Reproduction, reproduce};
 

@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::Ending;
 use super::arguments::RunArguments;
 use super::cosim::{CosimProgress, ending, exercised, score, text as cosim_text, with_junit};
 use super::emit::{command_line, text as emit_text};
+use super::ending::Ending;
 use super::junit;
 use super::output::{Output, terminal_width};
 use super::provenance::provenance;

@@ -1,17 +1,15 @@
-//! `--shard`: a part of a command's work, and `goldtof merge`, which joins the parts.
-
-use std::path::Path;
+//! `--shard`: a part of a command's work. `super::merge` joins the parts.
 
 use serde::Serialize;
 
-use super::arguments::MergeArguments;
+use super::arguments::Order;
+use super::ending::Ending;
 use super::output::Output;
 use super::provenance::typed_command;
-use super::{Ending, grade, reproduce, simulate, stress, sweep};
 use crate::document::{Body, Document};
 use crate::files::OutputFolder;
 use crate::printable::printable_path;
-use crate::shard::{Folder, Job, Part, Results, SceneText, Shard, listed};
+use crate::shard::{Folder, Job, Results, SceneText, Shard};
 
 /// The JSON of a command with `--shard`.
 #[derive(Serialize)]
@@ -29,28 +27,6 @@ pub(super) struct ShardDone {
 
 impl Body for ShardDone {
     const NAME: &'static str = "shard-done";
-}
-
-/// The JSON of `goldtof merge --missing`.
-#[derive(Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub(super) struct MissingShards {
-    /// How many shards there are to be.
-    shards: u64,
-    /// Numbers of those that are not there.
-    missing: Vec<u64>,
-}
-
-impl Body for MissingShards {
-    const NAME: &'static str = "merge-missing";
-}
-
-/// Which part of the work, and where it goes.
-pub(super) struct Order<'a> {
-    /// Which part.
-    pub part: Part,
-    /// The folder of the job's shards is in this one.
-    pub out: &'a Path,
 }
 
 impl Order<'_> {
@@ -104,34 +80,4 @@ pub(super) type TidyUp = Box<dyn FnOnce(&OutputFolder) -> anyhow::Result<()>>;
 /// What work that keeps nothing on the way gives.
 pub(super) fn at_once(results: Results) -> (Results, TidyUp) {
     (results, Box::new(|_| Ok(())))
-}
-
-pub(super) fn merge(arguments: &MergeArguments, output: &mut Output) -> anyhow::Result<Ending> {
-    let collected = Folder::collect(&arguments.folder)?;
-    if arguments.missing {
-        let missing = collected.missing();
-        let text = match missing.is_empty() {
-            true => String::new(),
-            false => listed(&missing) + "\n",
-        };
-        let report = MissingShards {
-            shards: collected.of,
-            missing,
-        };
-        let document = Document {
-            scene: collected.scene,
-            ..Document::new(report, typed_command(), None)
-        };
-        output.answer_document(&document, &text)?;
-        return Ok(Ending::Done);
-    }
-    let job = collected.job.clone();
-    let shards = collected.whole()?;
-    match &job {
-        Job::Simulate(job) => simulate::merge(job, shards, output),
-        Job::Sweep(job) => sweep::merge(job, shards, &arguments.folder, output),
-        Job::Reproduce(job) => reproduce::merge(job, shards, &arguments.folder, output),
-        Job::Stress(job) => stress::merge(job, shards, output),
-        Job::Grade(job) => grade::merge(job, shards, output),
-    }
 }

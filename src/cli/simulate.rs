@@ -1,11 +1,11 @@
 //! `goldtof simulate`.
 
-use super::Ending;
-use super::arguments::SimulateArguments;
+use super::arguments::{Order, SimulateArguments};
+use super::ending::Ending;
 use super::forecast::announce;
 use super::output::Output;
 use super::provenance::typed_command;
-use super::shards::{Order, at_once};
+use super::shards::at_once;
 use super::warnings::warn_of_far_paths;
 use crate::document::Document;
 use crate::files;

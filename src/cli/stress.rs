@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::Ending;
-use super::arguments::StressArguments;
+use super::arguments::{Order, StressArguments};
+use super::ending::Ending;
 use super::forecast::Forecast;
 use super::output::Output;
-use super::shards::{Order, at_once};
+use super::shards::at_once;
 use crate::document::Body;
 use crate::shard::{self, Job, Part, Results, StressJob};
 use crate::study::stress::{Case, CaseReport, Group, StressReport, cases, run as run_cases};

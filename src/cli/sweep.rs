@@ -4,11 +4,11 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::Ending;
-use super::arguments::SweepArguments;
+use super::arguments::{Order, SweepArguments};
+use super::ending::Ending;
 use super::output::Output;
 use super::provenance::typed_command;
-use super::shards::{Order, TidyUp};
+use super::shards::TidyUp;
 use super::warnings::warn_of_far_paths;
 use crate::document::{Body, Document};
 use crate::files::OutputFolder;

@@ -1,5 +1,10 @@
 //! Values of options that have a form of their own.
 
+use std::time::Duration;
+
+use crate::cosim::latency::Latency;
+use crate::shard::Part;
+
 /// The standard scenes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum Like {
@@ -39,9 +44,71 @@ pub(super) fn parse_error(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Most clocks of a co-simulation: years of them, whose samples 64 bits number.
+pub(super) const MOST_CLOCKS: u64 = 1 << 50;
+
+/// Longest time that can be asked for: 1000 days.
+const MOST_SECONDS: f64 = 1000.0 * 86_400.0;
+
+/// Reads a time with its unit: "90s", "10min" or "2h".
+pub(super) fn parse_time(text: &str) -> Result<Duration, String> {
+    let text = text.trim();
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit_s = match &text[digits.len()..] {
+        "s" => 1.0,
+        "min" => 60.0,
+        "h" => 3600.0,
+        _ => {
+            return Err(
+                "write a number with its unit, as \"90 s\", \"10min\" or \"2h\"".to_owned(),
+            );
+        }
+    };
+    let seconds = digits
+        .trim()
+        .parse::<f64>()
+        .map_or(f64::NAN, |n| n * unit_s);
+    // Neither is one that is no number.
+    if (1e-3..=MOST_SECONDS).contains(&seconds) {
+        Ok(Duration::from_secs_f64(seconds))
+    } else {
+        Err(format!(
+            "write a time from 0.001 s to {} h",
+            MOST_SECONDS / 3600.0
+        ))
+    }
+}
+
+/// `--shard`, which may ask for the number of the present task.
+pub(super) fn parse_shard(text: &str) -> Result<Part, String> {
+    Part::parse(text, |name| std::env::var(name).ok())
+}
+
+/// `--latency`: nothing for that of the emitted design.
+pub(super) fn parse_latency(text: &str) -> Result<Latency, String> {
+    match text {
+        "" => Ok(Latency::Emitted),
+        text => text.parse(),
+    }
+}
+
+/// A share of all: `99%` or `0.99`.
+pub(super) fn parse_share(text: &str) -> Result<f64, String> {
+    let (number, scale) = match text.trim().strip_suffix('%') {
+        Some(number) => (number, 0.01),
+        None => (text.trim(), 1.0),
+    };
+    let share = number.trim().parse::<f64>().map_or(f64::NAN, |n| n * scale);
+    if (0.0..=1.0).contains(&share) {
+        Ok(share)
+    } else {
+        Err("write a share from 0% to 100%, as 99% or 0.99".to_owned())
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::parse_error;
+    use super::{parse_error, parse_time};
 
     #[test]
     fn an_error_is_a_percentage_or_a_fraction() {
@@ -51,6 +118,28 @@ mod tests {
             "", "%", "0", "-1%", "100%", "nan", "one", "1e-300", "0.001%",
         ] {
             assert!(parse_error(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_time_has_its_unit_and_its_bounds() {
+        let time = |text| parse_time(text).map(|time| time.as_secs_f64());
+        assert_eq!(time("10min"), Ok(600.0));
+        assert_eq!(time(" 1.5 h "), Ok(5400.0));
+        assert_eq!(time("0.25s"), Ok(0.25));
+        for text in [
+            "",
+            "10",
+            "s",
+            "-1 s",
+            "0 s",
+            "1e99 h",
+            "nan s",
+            "inf s",
+            "1 d",
+            "1 \u{b5}s",
+        ] {
+            assert!(time(text).is_err(), "{text}");
         }
     }
 }

@@ -1,0 +1,79 @@
+//! What several commands take: a scene, and a part of the work.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::cli::values::parse_shard;
+use crate::printable::{printable, printable_path};
+use crate::scene::{self, Scene, SceneErrors, Setting};
+use crate::shard::Part;
+
+#[derive(Debug, Args)]
+pub(in crate::cli) struct SceneArgument {
+    /// Scene file (TOML), for example scenes/paper-single.toml
+    pub scene: PathBuf,
+    /// Set a key otherwise than the file has it; may be repeated. Of several tables say
+    /// which: --set 'path[0].distance=5 m' --set 'source[laser].mean_power=1 pW'
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<Setting>,
+}
+
+impl SceneArgument {
+    /// The scene, with its settings.
+    ///
+    /// # Errors
+    /// If it cannot be read, and everything that is wrong with it.
+    pub fn load(&self) -> Result<Scene, SceneErrors> {
+        scene::load_with(&self.scene, &self.settings)
+    }
+
+    /// [`SceneArgument::load`], and the file's text.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn load_with_text(&self) -> Result<(Scene, String), SceneErrors> {
+        scene::load_with_text(&self.scene, &self.settings)
+    }
+
+    /// The file's name and the settings, as a command line has them. Where the file lies
+    /// is left out, so that what is made does not depend on it.
+    pub fn shown(&self) -> String {
+        let name = self.scene.file_name().unwrap_or_default();
+        let mut shown = printable_path(Path::new(name));
+        for setting in &self.settings {
+            let origin = printable(setting.origin());
+            let (option, set) = origin.split_once(' ').unwrap_or(("", &origin));
+            shown += &format!(" {option} '{}'", set.replace('\'', "'\\''"));
+        }
+        shown
+    }
+}
+
+/// Which part of the work, and where it goes.
+pub(in crate::cli) struct Order<'a> {
+    /// Which part.
+    pub part: Part,
+    /// The folder of the job's shards is in this one.
+    pub out: &'a Path,
+}
+
+/// A part of the work, of a command that has no folder otherwise.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct ShardArguments {
+    /// Do one of N parts of the work, on this machine or another, for `goldtof merge` to
+    /// join: --shard 3/20, or --shard task/20 in a task of an array (Slurm, HyperQueue)
+    #[arg(long, value_name = "I/N", value_parser = parse_shard, requires = "out")]
+    pub shard: Option<Part>,
+    /// Folder for the shards of all parts; made when missing, for example --out out/many
+    #[arg(long, value_name = "DIR", requires = "shard")]
+    pub out: Option<PathBuf>,
+}
+
+impl ShardArguments {
+    /// Which part, and where it goes, if only a part is asked for.
+    pub fn order(&self) -> Option<Order<'_>> {
+        let (part, out) = (self.shard?, self.out.as_deref()?);
+        Some(Order { part, out })
+    }
+}

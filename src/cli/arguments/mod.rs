@@ -1,0 +1,137 @@
+//! What can be written on the command line.
+
+mod common;
+mod hardware;
+mod simulation;
+mod study;
+mod tools;
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::{Parser, Subcommand};
+
+pub(super) use self::common::{Order, SceneArgument};
+pub(super) use self::hardware::{
+    CosimArguments, EmitArguments, GradeArguments, OwnArguments, RunArguments,
+};
+pub(super) use self::simulation::{
+    EstimateArguments, MergeArguments, SimulateArguments, SweepArguments,
+};
+pub(super) use self::study::{
+    CompareArchitecturesArguments, FidelityArguments, ReproduceArguments, StressArguments,
+};
+pub(super) use self::tools::{CodesArguments, CompletionsArguments, ManArguments, NewArguments};
+use super::values::parse_time;
+
+/// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
+/// time-of-flight sensors.
+#[derive(Debug, Parser)]
+#[command(name = "goldtof", version = crate::version::VERSION, propagate_version = true)]
+pub(super) struct Cli {
+    /// Print one JSON document on stdout, and nothing else there
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Seed of all random numbers, 0 to 18446744073709551615, for example --seed 7
+    #[arg(long, global = true, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Print no progress and no summary
+    #[arg(long, global = true)]
+    pub quiet: bool,
+    /// Longest time that an external tool, or a block of clocks of the Verilog, may
+    /// take: a number with its unit (s, min or h), 0.001 s to 24000 h, for example
+    /// --tool-timeout 90s
+    #[arg(long, global = true, value_name = "TIME", default_value = "10min",
+          value_parser = parse_time)]
+    pub tool_timeout: Duration,
+    /// Folder for built models, which later runs find again [default: $GOLDTOF_CACHE_DIR, or
+    /// goldtof in the user's folder for caches], for example --cache target/models
+    #[arg(long, global = true, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// The main job: plan, emit, simulate photons, co-simulate, estimate, report
+    Run(RunArguments),
+    /// What is kept and what is left out for a scene, and why
+    #[command(after_help = "Example: goldtof plan scenes/quick.toml")]
+    Plan(SceneArgument),
+    /// A code and its correlation properties
+    Codes(CodesArguments),
+    /// Write the Verilog for a scene, and what goes with it
+    Emit(EmitArguments),
+    /// Run Verilog and the reference model in lock-step
+    Cosim(CosimArguments),
+    /// How many faults and mutants of a design a stimulus would find
+    Grade(GradeArguments),
+    /// Photons to distance, many times: bias and standard deviation
+    Simulate(SimulateArguments),
+    /// A scene over and over, with some of its keys otherwise: a table and a plot
+    Sweep(SweepArguments),
+    /// What the shards of a command say together, as if it had run as one
+    Merge(MergeArguments),
+    /// A scene to start from, with comments
+    New(NewArguments),
+    /// Recorded counts to distance, with residuals and what seems wrong
+    Estimate(EstimateArguments),
+    /// Error against run time for every way of simulating
+    Fidelity(FidelityArguments),
+    /// Which sensor to build: one phase step after another, sixteen at once, or a histogram
+    CompareArchitectures(CompareArchitecturesArguments),
+    /// The article's figures and claims, and the errors it leaves out
+    Reproduce(ReproduceArguments),
+    /// Stiff and extreme cases, each with what is measured and its bound
+    Stress(StressArguments),
+    /// Completions for a shell, on stdout
+    Completions(CompletionsArguments),
+    /// Manual pages, one for each command
+    Man(ManArguments),
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    /// Each option that takes what is not in a list says how it is written.
+    #[test]
+    fn every_option_and_every_command_has_an_example() {
+        let mut command = super::Cli::command();
+        command.build();
+        let mut checked = 0;
+        for sub in command
+            .get_subcommands()
+            .filter(|sub| sub.get_name() != "help")
+        {
+            let more = sub.get_after_help().map(ToString::to_string);
+            let example = format!("Example: goldtof {} ", sub.get_name());
+            assert!(more.unwrap_or_default().starts_with(&example), "{example}");
+            let options = sub
+                .get_arguments()
+                .filter(|option| option.get_long().is_some());
+            for option in options.filter(|option| option.get_action().takes_values()) {
+                let name = format!("--{}", option.get_long().unwrap_or_default());
+                let help = option
+                    .get_help()
+                    .map(ToString::to_string)
+                    .unwrap_or_default();
+                let has_example = help.contains(&format!("{name} "));
+                let is_choice = !option.get_possible_values().is_empty();
+                assert!(
+                    has_example || is_choice,
+                    "{} {name}: {help}",
+                    sub.get_name()
+                );
+                checked += 1;
+            }
+        }
+        assert!(checked > 60, "{checked}");
+    }
+
+    #[test]
+    fn the_argument_tree_is_sound() {
+        super::Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,103 @@
+//! What the commands take that simulate a scene, or range with its counts.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::common::{SceneArgument, ShardArguments};
+use crate::cli::values::parse_shard;
+use crate::cosim::engine::Engine;
+use crate::scene::EstimatorKind;
+use crate::shard::Part;
+use crate::simulate::Tier;
+use crate::study::sweep::Axis;
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: goldtof simulate scenes/quick.toml --repeat 1000 --fidelity sampled"
+)]
+pub(in crate::cli) struct SimulateArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    /// Scans to simulate, 1 to 1000000, for example --repeat 1000
+    #[arg(long, value_name = "R", default_value_t = 100,
+          value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub repeat: u64,
+    /// How much of the sensor to simulate
+    #[arg(long, value_name = "T", value_enum, default_value_t = Tier::Events)]
+    pub fidelity: Tier,
+    /// How the Verilog is clocked, where it is (rtl)
+    #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
+    pub engine: Engine,
+    /// Write what each phase step, or bin of a histogram, is expected to count, with its
+    /// standard deviation, as CSV, for example --expected expected.csv
+    #[arg(long, value_name = "FILE", conflicts_with = "shard")]
+    pub expected: Option<PathBuf>,
+    /// How counts become distances [default: the scene's]
+    #[arg(long, value_name = "E", value_enum)]
+    pub estimator: Option<EstimatorKind>,
+    #[command(flatten)]
+    pub shard: ShardArguments,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof sweep scenes/quick.toml \
+    --over 'source[0].mean_power=1 pW..64 pW x7' --over 'path.distance=1 m, 2 m' --out out/sweep\n\n\
+    A sweep that was cut off goes on where it stopped when it is started again.")]
+pub(in crate::cli) struct SweepArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    /// A key and its values: a list, as --over 'path.distance=1 m, 2 m, 5 m'; values spaced evenly
+    /// by ratio, 'source[0].mean_power=1 pW..64 pW x7'; or by difference,
+    /// 'path.distance=1 m..10 m +10'. Repeated, every combination is taken
+    #[arg(long, value_name = "KEY=VALUES", required = true)]
+    pub over: Vec<Axis>,
+    /// Scans of each point, 1 to 1000000, for example --repeat 1000
+    #[arg(long, value_name = "R", default_value_t = 100,
+          value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub repeat: u64,
+    /// How much of the sensor to simulate
+    #[arg(long, value_name = "T", value_enum, default_value_t = Tier::Events)]
+    pub fidelity: Tier,
+    /// How counts become distances [default: the scene's]
+    #[arg(long, value_name = "E", value_enum)]
+    pub estimator: Option<EstimatorKind>,
+    /// Folder for sweep.csv, sweep.svg and the finished points; made when missing,
+    /// for example --out out/sweep
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Do one of N parts of the points, on this machine or another, for `goldtof merge` to
+    /// join: --shard 3/20, or --shard task/20 in a task of an array (Slurm, HyperQueue)
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    pub shard: Option<Part>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof merge out/many")]
+pub(in crate::cli) struct MergeArguments {
+    /// Folder that the shards were written to, with --out
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// Only say which shards are not there, as `sbatch --array` takes their numbers
+    #[arg(long)]
+    pub missing: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: goldtof estimate scenes/quick.toml out/quick/counts.csv --out out/residuals"
+)]
+pub(in crate::cli) struct EstimateArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    /// Counts of one scan, as `run` writes them: columns phase_step, count, and if
+    /// there are any detector and total_count; or of one histogram: bin, count, detector
+    pub counts: PathBuf,
+    /// How counts become distances [default: the scene's]
+    #[arg(long, value_name = "E", value_enum)]
+    pub estimator: Option<EstimatorKind>,
+    /// Folder for the residuals as CSV and as a plot, a file for each detector; made
+    /// when missing, for example --out out/residuals
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}

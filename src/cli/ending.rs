@@ -1,0 +1,12 @@
+//! What the run of a command comes to, and with it the exit status.
+
+/// How a command that did its work ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ending {
+    /// Exit status 0.
+    Done,
+    /// Exit status 1: what was checked does not hold.
+    DoesNotHold,
+    /// Exit status 4: a score is below what was asked for.
+    BelowThreshold,
+}

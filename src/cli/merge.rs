@@ -1,0 +1,55 @@
+//! `goldtof merge`: what the shards of a command say together.
+
+use serde::Serialize;
+
+use super::arguments::MergeArguments;
+use super::ending::Ending;
+use super::output::Output;
+use super::provenance::typed_command;
+use super::{grade, reproduce, simulate, stress, sweep};
+use crate::document::{Body, Document};
+use crate::shard::{Folder, Job, listed};
+
+/// The JSON of `goldtof merge --missing`.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub(super) struct MissingShards {
+    /// How many shards there are to be.
+    shards: u64,
+    /// Numbers of those that are not there.
+    missing: Vec<u64>,
+}
+
+impl Body for MissingShards {
+    const NAME: &'static str = "merge-missing";
+}
+
+pub(super) fn run(arguments: &MergeArguments, output: &mut Output) -> anyhow::Result<Ending> {
+    let collected = Folder::collect(&arguments.folder)?;
+    if arguments.missing {
+        let missing = collected.missing();
+        let text = match missing.is_empty() {
+            true => String::new(),
+            false => listed(&missing) + "\n",
+        };
+        let report = MissingShards {
+            shards: collected.of,
+            missing,
+        };
+        let document = Document {
+            scene: collected.scene,
+            ..Document::new(report, typed_command(), None)
+        };
+        output.answer_document(&document, &text)?;
+        return Ok(Ending::Done);
+    }
+    let job = collected.job.clone();
+    let shards = collected.whole()?;
+    match &job {
+        Job::Simulate(job) => simulate::merge(job, shards, output),
+        Job::Sweep(job) => sweep::merge(job, shards, &arguments.folder, output),
+        Job::Reproduce(job) => reproduce::merge(job, shards, &arguments.folder, output),
+        Job::Stress(job) => stress::merge(job, shards, output),
+        Job::Grade(job) => grade::merge(job, shards, output),
+    }
+}
