@@ -1,53 +1,27 @@
 //! The Cramer-Rao bound: how precise any unbiased estimator can be.
 
-use crate::scene::{Architecture, DetectorIndex, PathIndex};
 use std::sync::Arc;
 
+use super::expected_counts::ExpectedCounts;
+use super::fit::bins::BinFitter;
+use super::fit::error::FitError;
+use super::fit::least_squares::Weights;
+use super::fit::moving;
+use super::fit::parameters::{Parameters, PathParameters};
+use super::fit::problem::{Problem, window};
+use super::fit::template::Axis;
+pub use super::path_bound::{Bound, PathBound};
 use super::phase::first_maximum;
-use super::theory::ExpectedCounts;
 use super::{CountingTier, TheoryEffort, distance_m};
-use crate::estimate::fit::{
-    Axis, BinFitter, FitError, Parameters, PathParameters, Problem, Weights, moving, window,
-};
 use crate::photons::DetectorModel;
 use crate::response::{Light, MeanResponse, SecondMoments};
 use crate::scan::Step;
+use crate::scene::{Architecture, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
 /// Standard deviations a standard deviation apart that differ by more than this factor
 /// are no measure of an estimate's scatter.
 const MOST_UNEVEN: f64 = 1.5;
-
-/// What the counts of one scan can tell of distances.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Bound {
-    /// One entry per path that carries modulated light, in the scene's order.
-    pub paths: Vec<PathBound>,
-    /// Phase steps that take part: 3 S round the peak for one path of the
-    /// detector's own source, the whole scan for other light.
-    pub steps: usize,
-}
-
-/// What the counts can tell of one path.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PathBound {
-    /// Index of the path in the scene.
-    pub path: PathIndex,
-    /// Least standard deviation of its distance, with delay and strength of
-    /// every path and the background unknown.
-    pub bound_m: f64,
-    /// Least standard deviation of its speed, of a path that moves: then that is unknown,
-    /// too, and the distance that at the moment at which the scan comes by.
-    pub velocity_bound_m_per_s: Option<f64>,
-}
-
-impl Bound {
-    /// The bound of path `path` of the sensor, if it carries modulated light.
-    pub fn of_path(&self, path: PathIndex) -> Option<f64> {
-        let entry = self.paths.iter().find(|entry| entry.path == path)?;
-        Some(entry.bound_m)
-    }
-}
 
 /// The bound for all light of a detector, from derivatives of the means and the
 /// exact covariance of r and N at each step. What the variances alone would tell
@@ -113,7 +87,7 @@ pub(super) fn bound_of(
         steps: steps(sensor, detector, counts),
     };
     let jacobian = problem.central_jacobian(&parameters, counts.response)?;
-    let axis = Axis::new(sensor, detector, &problem);
+    let axis = Axis::new(sensor, detector, tier, &problem.steps);
     let means = counts.of_steps(&problem.steps);
     let weights = problem.weights_of(counts.second, &parameters, &means, &axis);
     let information = weights.information(&jacobian);
@@ -158,7 +132,7 @@ fn bound_of_moving(
     let moving = moving::MovingPath::new(&problem, moment_ps);
     let means = moving.means(&course)?;
     let jacobian = moving.jacobian(&course, &means)?;
-    let axis = Axis::new(&still, detector, &problem);
+    let axis = Axis::new(&still, detector, tier, &problem.steps);
     let standing = counts.of_steps(&problem.steps);
     let weights = problem.weights_of(&second, &course.parameters(), &standing, &axis);
     let undetermined = FitError::Undetermined {

@@ -6,117 +6,29 @@
 
 use std::f64::consts::PI;
 
-use super::fit::BinFitter;
+use super::dead_time::periods;
+pub use super::dead_time::{Uncorrected, dead_time};
 use super::phase::{
     Estimate, NoEstimate, estimate, estimate_at, estimate_values, fundamental, window_indices,
 };
 use super::prediction::{
     check_path_is_modulated, coarse_failure_bound_fraction, coarse_spread_m, peak_of_path,
 };
-use super::theory::Theory;
 use super::{
     CountingTier, Prediction, PredictionError, TheoryEffort, calibration_offset_ps, delay_error_ps,
     distance_m,
 };
 use crate::histogram::Histogram;
-use crate::histogram::correction::{Afterpulses, CorrectionError, DeadTime};
+use crate::histogram::correction::{CorrectionError, DeadTime};
 use crate::histogram::correlation::Correlator;
 use crate::photons::DetectorModel;
-use crate::response::{MeanResponse, SecondMoments};
+use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::Step;
 use crate::scene::{DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
-/// Jitter of two detections is taken to reach this many standard deviations of one.
-const JITTER_REACH_SIGMAS: f64 = 8.5;
-
 /// A share of misses that is the sum of all steps' chances, which count the same photons.
 const SURELY_FOUND: f64 = 1e-7;
-
-/// Why dead time and afterpulses are left in a histogram.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum Uncorrected {
-    /// Some pulses lie between two samples.
-    #[error(
-        "pulses of {pulse_ns} ns may fall between two samples, {sample_ns} ns apart, so that the \
-         histogram does not show when the detector was blind"
-    )]
-    PulsesMissed {
-        /// Width of a pulse.
-        pulse_ns: f64,
-        /// From one sample to the next.
-        sample_ns: f64,
-    },
-    /// Some detections have no rising edge of their own.
-    #[error(
-        "pulses of {pulse_ns} ns, sampled every {sample_ns} ns, may merge after a dead time of \
-         {dead_time_ns} ns, so that the histogram does not show when the detector was blind"
-    )]
-    PulsesMerge {
-        /// Width of a pulse.
-        pulse_ns: f64,
-        /// From one sample to the next.
-        sample_ns: f64,
-        /// The dead time.
-        dead_time_ns: f64,
-    },
-    /// Afterpulses follow within a bin.
-    #[error(
-        "a dead time of {dead_time_ns} ns is shorter than a sample of {sample_ns} ns, so that the \
-         histogram does not show afterpulses apart"
-    )]
-    DeadTimeBelowSample {
-        /// The dead time.
-        dead_time_ns: f64,
-        /// From one sample to the next.
-        sample_ns: f64,
-    },
-    /// Only counts of phase steps are known.
-    #[error("counts of phase steps do not show when the detector was blind")]
-    CountsOfSteps,
-}
-
-/// Dead time and afterpulses of a detector as its histogram has them, if it shows them.
-///
-/// # Errors
-/// Why it does not.
-///
-/// # Panics
-/// If the scene has no such detector.
-pub fn dead_time(sensor: &Sensor, detector: DetectorIndex) -> Result<DeadTime, Uncorrected> {
-    let spad = &sensor.scene().detectors[detector];
-    let sample_ps = sensor.clock().sample_period_ps();
-    let [pulse_ns, sample_ns, dead_time_ns] =
-        [spad.pulse_width_ps, sample_ps, spad.dead_time_ps].map(|ps| ps / 1e3);
-    if pulse_ns < sample_ns {
-        return Err(Uncorrected::PulsesMissed {
-            pulse_ns,
-            sample_ns,
-        });
-    }
-    let low_ps = spad.pulse_width_ps + sample_ps + JITTER_REACH_SIGMAS * spad.jitter_std_ps();
-    if low_ps > spad.dead_time_ps {
-        return Err(Uncorrected::PulsesMerge {
-            pulse_ns,
-            sample_ns,
-            dead_time_ns,
-        });
-    }
-    let afterpulses = (spad.afterpulsing_probability > 0.0).then(|| Afterpulses {
-        mean_per_avalanche: -(-spad.afterpulsing_probability).ln_1p(),
-        time_constant_bins: spad.afterpulsing_time_constant_ps / sample_ps,
-    });
-    if afterpulses.is_some() && spad.dead_time_ps < sample_ps {
-        return Err(Uncorrected::DeadTimeBelowSample {
-            dead_time_ns,
-            sample_ns,
-        });
-    }
-    Ok(DeadTime {
-        bins: spad.dead_time_ps / sample_ps,
-        afterpulses,
-    })
-}
 
 /// Why a histogram gives no distance.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -274,12 +186,6 @@ impl<'e, 'm> Expected<'e, 'm> {
     }
 }
 
-/// Whole code periods that a sensor's histogram takes in.
-pub(super) fn periods(sensor: &Sensor) -> f64 {
-    let timing = sensor.timing();
-    (timing.scan.integration_chips / timing.code_chips()) as f64
-}
-
 /// What the phase of a histogram is expected to say of a path.
 ///
 /// # Errors
@@ -325,28 +231,25 @@ fn predict_by(
     Expected::new(phase, &response)?.predict(path)
 }
 
-/// Predictions and bound of a detector's histograms.
-pub(super) fn theory(sensor: &Sensor, detector: DetectorIndex, paths: &[PathIndex]) -> Theory {
-    let effort = TheoryEffort::of(sensor, detector).and_then(|effort| effort.check_histogram());
+/// [`predict`] for some paths, from one solution of the detector's state.
+///
+/// # Errors
+/// When there is none, or it would take too long; and for each path as there.
+///
+/// # Panics
+/// As there.
+pub(super) fn predictions(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    paths: &[PathIndex],
+) -> Result<Vec<Result<Prediction, PredictionError>>, MeanResponseError> {
+    TheoryEffort::of(sensor, detector)?.check_histogram()?;
     let model = DetectorModel::new(sensor, detector);
-    let response = match effort.and_then(|()| MeanResponse::new(&model)) {
-        Ok(response) => response,
-        Err(reason) => return Theory::refused(reason, paths.len()),
-    };
-    let predictions: Vec<_> =
+    let response = MeanResponse::new(&model)?;
+    Ok(
         match Expected::new(PhaseOfHistogram::new(sensor, detector), &response) {
             Ok(expected) => paths.iter().map(|&path| expected.predict(path)).collect(),
             Err(reason) => vec![Err(reason.into()); paths.len()],
-        };
-    let missed = |predicted: &Result<Prediction, PredictionError>| match predicted {
-        Ok(predicted) => predicted.missed_fraction,
-        // A peak that is not there is not found.
-        Err(PredictionError::Flat) => Some(1.0),
-        Err(_) => None,
-    };
-    Theory {
-        missed: predictions.iter().map(missed).collect(),
-        predictions,
-        bound: BinFitter::new(sensor, detector).and_then(|fitter| fitter.bound()),
-    }
+        },
+    )
 }

@@ -17,15 +17,19 @@
 
 pub mod bound;
 mod calibration;
+mod dead_time;
 mod effort;
+mod expected_counts;
 pub mod fit;
 pub mod histogram;
 mod missed;
 mod modulation;
 mod moving;
+mod path_bound;
 mod phase;
 mod prediction;
 pub mod report;
+mod still;
 mod theory;
 mod truth;
 pub mod unwrap;
@@ -37,8 +41,8 @@ pub(crate) use effort::TheoryEffort;
 pub(crate) use missed::tolerance_ps;
 pub(crate) use modulation::check_modulated;
 pub use phase::{CoarseOnly, Estimate, NoEstimate, estimate, estimate_values};
-pub use prediction::{Prediction, PredictionError, predict};
-pub use theory::{Theory, theory};
+pub use prediction::{Prediction, PredictionError};
+pub use theory::{Theory, predict, theory};
 pub use truth::{TrueDelay, true_delay};
 
 use crate::scene::PathIndex;

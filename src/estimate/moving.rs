@@ -4,8 +4,8 @@
 use std::f64::consts::PI;
 
 use super::phase::{estimate_at, fundamental, window_indices};
-use super::prediction::{Prediction, PredictionError, predict_still};
-use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, true_delay};
+use super::prediction::{Prediction, PredictionError};
+use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, still, true_delay};
 use crate::photons::DetectorModel;
 use crate::response::{MeanResponse, SecondMoments};
 use crate::scan::Step;
@@ -32,10 +32,10 @@ pub(super) fn predict(
 ) -> Result<Prediction, PredictionError> {
     let truth = true_delay(sensor, path, counting);
     let at_ps = truth.at_ps.unwrap_or(0.0);
-    let still = predict_still(&sensor.still_at(at_ps), detector, path, counting)?;
+    let standing = still::predict(&sensor.still_at(at_ps), detector, path, counting)?;
 
     let timing = sensor.timing();
-    let peak = peak_in_scan(sensor, still.estimate.coarse_step);
+    let peak = peak_in_scan(sensor, standing.estimate.coarse_step);
     let window: Vec<(i64, usize)> = window_indices(peak, timing)?.collect();
     let mut expected = vec![0.0; sensor.timing().scan.steps as usize];
     let mut variances = Vec::with_capacity(window.len());
@@ -67,7 +67,7 @@ pub(super) fn predict(
             .sum()
     } else {
         // Steps that share their light know of each other.
-        (still.std_m / distance_m(1.0)).powi(2)
+        (standing.std_m / distance_m(1.0)).powi(2)
     };
     for (index, other) in sensor.scene().paths.iter().enumerate() {
         let fluctuation = other.movement.and_then(|movement| movement.fluctuation);
@@ -91,11 +91,11 @@ pub(super) fn predict(
         bias_m: distance_m(delay_error_ps(estimate.delay_ps, truth.delay_ps, period_ps)),
         std_m: distance_m(f64::sqrt(variance_ps2)),
         estimate,
-        detection_rate_hz: still.detection_rate_hz,
+        detection_rate_hz: standing.detection_rate_hz,
         phase_std_rad: PI * variance_ps2.sqrt() / sensor.clock().chip_period_ps,
-        coarse_failure_bound_fraction: still.coarse_failure_bound_fraction,
-        missed_fraction: still.missed_fraction,
-        coarse_spread_m: still.coarse_spread_m,
+        coarse_failure_bound_fraction: standing.coarse_failure_bound_fraction,
+        missed_fraction: standing.missed_fraction,
+        coarse_spread_m: standing.coarse_spread_m,
     })
 }
 

@@ -1,20 +1,14 @@
-//! What the phase estimator will say on average, and how much it will scatter.
+//! What is predicted of the phase estimator, why it may not be, and what every way to
+//! predict needs.
 
-use std::collections::BTreeMap;
-use std::f64::consts::PI;
-
-use super::histogram;
-use super::phase::{CoarseOnly, Estimate, estimate_at, first_maximum, fundamental, window_indices};
-use super::theory::ExpectedCounts;
-use super::{
-    CountingTier, TheoryEffort, calibration_offset_ps, delay_error_ps, distance_m, missed, moving,
-};
+use super::phase::{CoarseOnly, Estimate, estimate_at, first_maximum};
+use super::{delay_error_ps, distance_m};
 use crate::histogram::correction::CorrectionError;
 use crate::math::normal_cdf;
 use crate::photons::DetectorModel;
-use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
-use crate::scan::{Group, Step, Timing};
-use crate::scene::{Architecture, DetectorIndex, Path, PathIndex};
+use crate::response::MeanResponseError;
+use crate::scan::{Step, Timing};
+use crate::scene::{DetectorIndex, Path, PathIndex};
 use crate::sensor::Sensor;
 
 /// The estimate that the expected counts give.
@@ -76,38 +70,6 @@ pub enum PredictionError {
     },
 }
 
-/// Predicts the phase estimator's bias against path `path`, and its standard
-/// deviation, for counts of tier `counting`.
-///
-/// The standard deviation comes from the phase's linearisation: with Z the
-/// fundamental, the phase's error is the sum over offsets i of the count's error
-/// times sin(pi i / S + phi) / |Z|. Steps of one group (`parallel` in the sensor)
-/// see the same detections, so their counts go together; groups are independent.
-/// Paths may move, slowly beside the phase steps; the bias is against their
-/// [`true_delay`](super::true_delay).
-///
-/// # Panics
-/// If the scene has no such detector or path.
-pub fn predict(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    path: PathIndex,
-    counting: CountingTier,
-) -> Result<Prediction, PredictionError> {
-    if sensor.scene().hardware.architecture == Architecture::Histogram {
-        return histogram::predict(sensor, detector, path);
-    }
-    if moves(sensor, detector) {
-        moving::check_speed(sensor, detector)?;
-    }
-    TheoryEffort::of(sensor, detector)?.check_predictions(1)?;
-    if moves(sensor, detector) {
-        moving::predict(sensor, detector, path, counting)
-    } else {
-        predict_still(sensor, detector, path, counting)
-    }
-}
-
 /// A path without modulated light has no peak, whatever other light peaks.
 pub(super) fn check_path_is_modulated(
     model: &DetectorModel,
@@ -124,110 +86,6 @@ pub(super) fn check_path_is_modulated(
 pub(super) fn moves(sensor: &Sensor, detector: DetectorIndex) -> bool {
     let moves = |p: &Path| p.detector == detector && p.movement.is_some();
     sensor.scene().paths.iter().any(moves)
-}
-
-/// The same for paths that stand still.
-pub(super) fn predict_still(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    path: PathIndex,
-    counting: CountingTier,
-) -> Result<Prediction, PredictionError> {
-    let model = DetectorModel::new(sensor, detector);
-    let response = MeanResponse::of_tier(&model, counting)?;
-    let second = SecondMoments::new(&response)?;
-    let counts = ExpectedCounts::new(&response, &second);
-    predict_from(&counts, sensor, detector, path, counting)
-}
-
-/// The same from the scene's expected counts.
-pub(super) fn predict_from(
-    counts: &ExpectedCounts,
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    path: PathIndex,
-    counting: CountingTier,
-) -> Result<Prediction, PredictionError> {
-    check_path_is_modulated(counts.model(), path)?;
-    let expected = counts.signed();
-    let smallest = expected.iter().copied().fold(f64::INFINITY, f64::min);
-    let offset_ps = calibration_offset_ps(sensor, detector, counting);
-    let peak = peak_of_path(&expected, sensor, path, offset_ps);
-    // Equal up to rounding: the sums run over thousands of chips.
-    if expected[peak] - smallest <= 1e-9 * expected[peak].abs() {
-        return Err(PredictionError::Flat);
-    }
-
-    let timing = sensor.timing();
-    let fundamental = fundamental(&expected, peak, timing)?;
-    let mut window = Vec::new();
-    for (offset, index) in window_indices(peak, timing)? {
-        let angle =
-            PI * offset as f64 / f64::from(sensor.clock().samples_per_chip) + fundamental.arg();
-        window.push((Step::at(index), angle.sin()));
-    }
-    let phase_std = variance_of_sum(counts, &window).sqrt() / fundamental.norm();
-
-    let estimate = estimate_at(&expected, peak, timing, offset_ps);
-    let peak_variance = counts.second.of_steps(&[Step::at(peak)])[0].signed_variance;
-    let code_period_ps = sensor.timing().code_period_ps();
-    let true_delay_ps = sensor.scene().paths[path].delay_ps;
-    let failures = coarse_failure_bound_fraction(&expected, peak, peak_variance, sensor);
-    Ok(Prediction {
-        bias_m: distance_m(delay_error_ps(
-            estimate.delay_ps,
-            true_delay_ps,
-            code_period_ps,
-        )),
-        std_m: distance_m(sensor.clock().ps(phase_std / PI)),
-        estimate,
-        detection_rate_hz: counts.response.detection_rate_hz(),
-        phase_std_rad: phase_std,
-        coarse_failure_bound_fraction: failures,
-        missed_fraction: missed_from(counts, sensor, detector, path, counting),
-        coarse_spread_m: coarse_spread_m(&expected, peak, peak_variance, timing),
-    })
-}
-
-/// [`Prediction::missed_fraction`], also where there is only a coarse estimate.
-pub(super) fn missed_from(
-    counts: &ExpectedCounts,
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    path: PathIndex,
-    counting: CountingTier,
-) -> Option<f64> {
-    let expected = counts.signed();
-    let offset_ps = calibration_offset_ps(sensor, detector, counting);
-    let peak = peak_of_path(&expected, sensor, path, offset_ps);
-    let variance = counts.second.of_steps(&[Step::at(peak)])[0].signed_variance;
-    let bound = coarse_failure_bound_fraction(&expected, peak, variance, sensor);
-    missed::missed_fraction(counts, sensor, detector, path, counting, (peak, bound))
-}
-
-/// Variance of the sum of weight x r over steps: those of one group go together,
-/// groups are independent.
-fn variance_of_sum(counts: &ExpectedCounts, weighted: &[(Step, f64)]) -> f64 {
-    let model = counts.model();
-    if model.timing.parallel == 1 {
-        let steps: Vec<Step> = weighted.iter().map(|(step, _)| *step).collect();
-        let moments = counts.second.of_steps(&steps);
-        let terms = weighted.iter().zip(moments);
-        return terms
-            .map(|((_, weight), moments)| weight * weight * moments.signed_variance)
-            .sum();
-    }
-    let mut groups: BTreeMap<Group, Vec<(Step, f64)>> = BTreeMap::new();
-    for &(step, weight) in weighted {
-        let group = groups
-            .entry(model.timing.grouping().group_of(step))
-            .or_default();
-        group.push((step, weight));
-    }
-    let variances = groups.values();
-    variances
-        .map(|steps| counts.second.variance_of_sum(steps))
-        .sum()
 }
 
 /// Sum over all steps more than a chip from the peak of the chance that they

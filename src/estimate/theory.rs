@@ -1,13 +1,13 @@
 //! What theory says of a detector's scans, from one solution of its state.
 
-use super::bound::{Bound, bound_of};
-use super::histogram;
-use super::prediction::{missed_from, moves, predict_from};
-use super::{CountingTier, Prediction, PredictionError, TheoryEffort, bound::bound, predict};
-use crate::estimate::fit::FitError;
+use super::bound::{Bound, bound, bound_of};
+use super::expected_counts::ExpectedCounts;
+use super::fit::bins::BinFitter;
+use super::fit::error::FitError;
+use super::prediction::{Prediction, PredictionError, moves};
+use super::{CountingTier, TheoryEffort, histogram, moving, still};
 use crate::photons::DetectorModel;
-use crate::response::{MeanCount, MeanResponse, MeanResponseError, SecondMoments};
-use crate::scan::Step;
+use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::{Architecture, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
@@ -23,6 +23,38 @@ pub struct Theory {
     pub bound: Result<Bound, FitError>,
 }
 
+/// Predicts the phase estimator's bias against path `path`, and its standard
+/// deviation, for counts of tier `counting`.
+///
+/// The standard deviation comes from the phase's linearisation: with Z the
+/// fundamental, the phase's error is the sum over offsets i of the count's error
+/// times sin(pi i / S + phi) / |Z|. Steps of one group (`parallel` in the sensor)
+/// see the same detections, so their counts go together; groups are independent.
+/// Paths may move, slowly beside the phase steps; the bias is against their
+/// [`true_delay`](super::true_delay).
+///
+/// # Panics
+/// If the scene has no such detector or path.
+pub fn predict(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    path: PathIndex,
+    counting: CountingTier,
+) -> Result<Prediction, PredictionError> {
+    if sensor.scene().hardware.architecture == Architecture::Histogram {
+        return histogram::predict(sensor, detector, path);
+    }
+    if moves(sensor, detector) {
+        moving::check_speed(sensor, detector)?;
+    }
+    TheoryEffort::of(sensor, detector)?.check_predictions(1)?;
+    if moves(sensor, detector) {
+        moving::predict(sensor, detector, path, counting)
+    } else {
+        still::predict(sensor, detector, path, counting)
+    }
+}
+
 /// [`predict`] for some paths and [`bound`](super::bound::bound) together, which
 /// share nearly all of their work.
 ///
@@ -35,7 +67,7 @@ pub fn theory(
     counting: CountingTier,
 ) -> Theory {
     if sensor.scene().hardware.architecture == Architecture::Histogram {
-        return histogram::theory(sensor, detector, paths);
+        return of_histograms(sensor, detector, paths);
     }
     if moves(sensor, detector) {
         // Each phase step has a response of its own.
@@ -58,12 +90,13 @@ pub fn theory(
         Err(reason) => return Theory::refused(reason, paths.len()),
     };
     let of_counts = |counts: &ExpectedCounts| {
-        let predict = |&path: &PathIndex| predict_from(counts, sensor, detector, path, counting);
+        let predict =
+            |&path: &PathIndex| still::predict_from(counts, sensor, detector, path, counting);
         let predictions: Vec<_> = paths.iter().map(predict).collect();
         let missed = |(predicted, &path): (&Result<Prediction, _>, &PathIndex)| match predicted {
             Ok(predicted) => predicted.missed_fraction,
             Err(PredictionError::CoarseOnly(_)) => {
-                missed_from(counts, sensor, detector, path, counting)
+                still::missed_from(counts, sensor, detector, path, counting)
             }
             // A peak that is not there is not found.
             Err(PredictionError::Flat) => Some(1.0),
@@ -86,8 +119,27 @@ pub fn theory(
     solved.unwrap_or_else(|reason: MeanResponseError| Theory::refused(reason, paths.len()))
 }
 
+/// Predictions and bound of a detector's histograms.
+fn of_histograms(sensor: &Sensor, detector: DetectorIndex, paths: &[PathIndex]) -> Theory {
+    let predictions = match histogram::predictions(sensor, detector, paths) {
+        Ok(predictions) => predictions,
+        Err(reason) => return Theory::refused(reason, paths.len()),
+    };
+    let missed = |predicted: &Result<Prediction, PredictionError>| match predicted {
+        Ok(predicted) => predicted.missed_fraction,
+        // A peak that is not there is not found.
+        Err(PredictionError::Flat) => Some(1.0),
+        Err(_) => None,
+    };
+    Theory {
+        missed: predictions.iter().map(missed).collect(),
+        predictions,
+        bound: BinFitter::new(sensor, detector).and_then(|fitter| fitter.bound()),
+    }
+}
+
 impl Theory {
-    pub(super) fn refused(reason: MeanResponseError, paths: usize) -> Theory {
+    fn refused(reason: MeanResponseError, paths: usize) -> Theory {
         Theory {
             predictions: vec![Err(reason.into()); paths],
             missed: vec![None; paths],
@@ -105,39 +157,4 @@ fn checked_effort(
     let effort = TheoryEffort::of(sensor, detector)?;
     effort.check_predictions(paths)?;
     Ok(effort)
-}
-
-/// The expected counts of a scan, and what their second moments follow from.
-pub(super) struct ExpectedCounts<'r, 'm> {
-    pub response: &'r MeanResponse<'m>,
-    pub second: &'r SecondMoments<'r, 'm>,
-    /// Of every step.
-    pub means: Vec<MeanCount>,
-}
-
-impl<'r, 'm> ExpectedCounts<'r, 'm> {
-    pub fn new(
-        response: &'r MeanResponse<'m>,
-        second: &'r SecondMoments<'r, 'm>,
-    ) -> ExpectedCounts<'r, 'm> {
-        ExpectedCounts {
-            response,
-            second,
-            means: response.mean_counts(),
-        }
-    }
-
-    pub fn model(&self) -> &'m DetectorModel {
-        self.response.model()
-    }
-
-    /// Of some steps.
-    pub fn of_steps(&self, steps: &[Step]) -> Vec<MeanCount> {
-        steps.iter().map(|step| self.means[step.index()]).collect()
-    }
-
-    /// Expected signed counts.
-    pub fn signed(&self) -> Vec<f64> {
-        self.means.iter().map(|mean| mean.signed).collect()
-    }
 }

@@ -7,12 +7,15 @@
 
 use std::sync::Arc;
 
+use super::error::FitError;
 use super::gauss_newton::{CONVERGED_SIGMAS, bounded};
 use super::least_squares::Normal;
-use super::problem::{DELAY_STEP_CHIPS, Parameters, PathParameters, Problem};
-use super::{FitError, FittedPath, ModelEstimate, start};
-use crate::estimate::bound::{Bound, PathBound};
-use crate::estimate::histogram::{dead_time, periods};
+use super::model_estimate::{FittedPath, ModelEstimate};
+use super::parameters::{DELAY_STEP_CHIPS, Parameters, PathParameters};
+use super::problem::Problem;
+use super::start;
+use crate::estimate::dead_time::{dead_time, periods};
+use crate::estimate::path_bound::{Bound, PathBound};
 use crate::estimate::phase::estimate_at;
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
 use crate::histogram::Histogram;
@@ -163,7 +166,9 @@ impl<'s> BinFitter<'s> {
             known = Some(light);
             place = self.place(&problem, moved)?;
         }
-        Err(FitError::NotConverged)
+        Err(FitError::NotConverged {
+            steps: MOST_ITERATIONS,
+        })
     }
 
     /// What the fit says of the expected histogram of the scene's own light.

@@ -1,14 +1,14 @@
 //! What light a detector's fit looks for.
 
-use crate::scene::DetectorIndex;
 use std::sync::Arc;
 
+use super::air::{Air, Candidate, MOST_OWN};
+use super::error::FitError;
 use super::hadamard::CodeSet;
-use super::joint::{Air, Candidate, MOST_OWN};
 use super::problem::Problem;
 use super::template::{Axis, Matched, Template};
-use super::{FitError, OtherLight};
 use crate::code::Code;
+use crate::scene::{DetectorIndex, OtherLight};
 use crate::sensor::Sensor;
 
 /// Whether a fit is of one path of the detector's own code, and looks for nothing else.
@@ -74,7 +74,7 @@ pub fn air(
             steps_per_period: sensor.timing().scan.steps_per_period,
         });
     }
-    let axis = Axis::new(sensor, detector, problem);
+    let axis = Axis::new(sensor, detector, problem.tier, &problem.steps);
     let sigma_chips = problem.model.jitter_chips.unwrap_or(0.0);
     let own = Arc::clone(&codes[0].0);
     // A code of another length repeats at other times: none of its delays stands out.

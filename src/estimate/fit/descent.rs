@@ -7,9 +7,10 @@
 
 use std::sync::Arc;
 
-use super::FitError;
+use super::error::FitError;
 use super::least_squares::{Normal, Weights};
-use super::problem::{Column, Parameters, Problem};
+use super::parameters::{Column, Parameters};
+use super::problem::Problem;
 use super::template::{Axis, Template};
 use crate::code::Code;
 use crate::response::{MeanCount, MeanResponse};

@@ -1,18 +1,22 @@
 //! From counts to a fit: of one path in a window, or of all light in a scan.
 
-use crate::scene::DetectorIndex;
 use std::sync::{Arc, OnceLock};
 
+use super::air::Air;
+use super::error::FitError;
 use super::gauss_newton::Fitted;
-use super::joint::{Air, Search};
+use super::joint;
 use super::known_moments::KnownMoments;
+use super::model_estimate::ModelEstimate;
 use super::moving::{self, Course, MovingPath};
-use super::problem::{Parameters, Problem, window};
-use super::{FitError, ModelEstimate, OtherLight, candidates, start};
+use super::parameters::Parameters;
+use super::problem::{Problem, window};
+use super::{candidates, start};
 use crate::estimate::{CountingTier, NoEstimate, TheoryEffort};
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::MeanCount;
 use crate::scan::Step;
+use crate::scene::{DetectorIndex, OtherLight};
 use crate::sensor::Sensor;
 
 /// A fit of steps that share their light is tried again from its neighbours if chi-square
@@ -142,8 +146,8 @@ impl<'s> Fitter<'s> {
             .air
             .get_or_init(|| candidates::air(sensor, detector, self.other, &problem));
         let air = air.as_ref().map_err(Clone::clone)?;
-        let (search, start) = Search::new(air, &problem, &self.moments, counts)?;
-        Ok(search.run(start, &self.moments)?.estimate(air, &problem))
+        let found = joint::all_light(air, &problem, &self.moments, counts)?;
+        Ok(found.estimate(air, &problem))
     }
 }
 

@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use super::error::FitError;
 use super::known_moments::{KnownMoments, Linear};
 use super::least_squares::{Normal, Weights};
-use super::problem::{Parameters, Problem};
-use super::{FitError, FittedPath, ModelEstimate};
+use super::model_estimate::{FittedPath, ModelEstimate};
+use super::parameters::Parameters;
+use super::problem::Problem;
 use crate::estimate::distance_m;
 use crate::response::MeanCount;
 
@@ -210,7 +212,9 @@ impl Fitted {
                 linearised = parameters.clone();
             }
         }
-        Err(FitError::NotConverged)
+        Err(FitError::NotConverged {
+            steps: MOST_ITERATIONS,
+        })
     }
 
     /// By how many standard deviations chi-square is above what it should be.

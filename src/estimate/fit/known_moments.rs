@@ -10,8 +10,10 @@ use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::least_squares::Weights;
-use super::problem::{Column, Parameters, PathParameters, Problem};
-use super::shared_light::{self, SharedSteps};
+use super::parameters::{Column, Parameters, PathParameters};
+use super::problem::Problem;
+use super::shared_light;
+use super::shared_steps::SharedSteps;
 use super::template::Axis;
 use crate::response::{CountMoments, MeanCount, MeanResponseError, SecondMoments};
 use crate::scan::Step;
@@ -152,14 +154,14 @@ impl PerDetection {
 fn sampled_steps(problem: &Problem, axis: &Axis, peaks: &[f64]) -> Vec<Step> {
     let steps = problem.steps.len();
     let is_away = |&index: &usize| {
-        let place = axis.place_of_step(problem, problem.steps[index]);
+        let place = problem.place_of(problem.steps[index], axis);
         peaks.iter().all(|peak| axis.shape(place - peak) <= 0.0)
     };
     let spread = (0..STEPS_AWAY).map(|part| (2 * part + 1) * steps / (2 * STEPS_AWAY));
     let away = spread.filter_map(|from| (from..steps).find(is_away));
     let mut chosen: Vec<Step> = away.map(|index| problem.steps[index]).collect();
     let nearest = |peak: f64| {
-        let off = |step: &&Step| axis.steps_apart(axis.place_of_step(problem, **step) - peak);
+        let off = |step: &&Step| axis.steps_apart(problem.place_of(**step, axis) - peak);
         problem
             .steps
             .iter()
@@ -288,7 +290,7 @@ impl KnownMoments {
         let (away, peaks) = known.split_at(samples.len() - own.len());
         let away = PerDetection::mean(away);
         let moments = problem.steps.iter().zip(means).map(|(&step, mean)| {
-            let place = axis.place_of_step(problem, step);
+            let place = problem.place_of(step, axis);
             let shapes = own.iter().map(|&peak| axis.shape(place - peak));
             away.towards(peaks.iter().zip(shapes)).of(mean)
         });

@@ -3,8 +3,8 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::problem::Column;
-use super::shared_light::SharedSteps;
+use super::parameters::Column;
+use super::shared_steps::SharedSteps;
 use crate::response::{CountMoments, MeanCount};
 
 /// Factors W of each step's inverse covariance, W^T W = C^-1.

@@ -10,19 +10,19 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::candidates;
+use super::error::FitError;
 use super::gauss_newton::{CONVERGED_SIGMAS, MOST_ITERATIONS};
 use super::known_moments::KnownMoments;
 use super::least_squares::{Normal, Weights};
-use super::problem::{
-    Column, DELAY_STEP_CHIPS, Parameters, PathParameters, Problem, slope, window,
-};
-use super::{FitError, FittedPath, ModelEstimate, OtherLight, Velocity};
+use super::model_estimate::{FittedPath, ModelEstimate, Velocity};
+use super::parameters::{Column, DELAY_STEP_CHIPS, Parameters, PathParameters, slope};
+use super::problem::{Problem, window};
 use crate::estimate::phase::first_maximum;
 use crate::estimate::{CountingTier, distance_m, true_delay};
 use crate::photons::DetectorModel;
 use crate::response::{Light, MeanCount, MeanResponse, MeanResponseError};
 use crate::scan::Step;
-use crate::scene::{DetectorIndex, PathIndex};
+use crate::scene::{DetectorIndex, OtherLight, PathIndex};
 use crate::sensor::Sensor;
 
 /// Most phase steps by which a path may move within one: beyond, a step's average
@@ -271,7 +271,9 @@ impl<'p, 'm> MovingPath<'p, 'm> {
                 });
             }
         }
-        Err(FitError::NotConverged)
+        Err(FitError::NotConverged {
+            steps: MOST_ITERATIONS,
+        })
     }
 
     /// A step that does not make chi-square worse, with what is expected there; `None`

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use super::joint::{Air, Found};
+use super::air::Air;
+use super::joint::Found;
+use super::model_estimate::{FittedPath, ModelEstimate, Untold};
 use super::pairs::TOLD_APART;
 use super::problem::Problem;
-use super::{FittedPath, ModelEstimate, Untold};
 use crate::estimate::distance_m;
 
 /// Deviations that a pair must have on average to be told apart in 95 % of scans.

@@ -5,10 +5,10 @@
 //! paths are told apart if that lowers chi-square by more than noise would in one of
 //! a thousand scans.
 
-use super::FitError;
 use super::descent::Hypothesis;
-use super::joint::Search;
-use super::problem::PathParameters;
+use super::error::FitError;
+use super::parameters::PathParameters;
+use super::search::Search;
 use super::template::Matched;
 
 /// Two paths are told apart if chi-square falls by this: 99.9 % of chi-square of two

@@ -1,53 +1,17 @@
-//! The unknowns of a fit, and what they let one expect.
+//! What the unknowns of a fit let one expect.
 
-use std::convert::Infallible;
 use std::sync::Arc;
 
-use super::least_squares::Weights;
-use super::shared_light;
+use super::parameters::{Column, DELAY_STEP_CHIPS, Parameters, slope};
 use super::template::Axis;
 use crate::code::Code;
 use crate::photons::DetectorModel;
-use crate::response::{
-    CountMoments, CountingTier, Light, LightPath, MeanCount, MeanResponse, MeanResponseError,
-    SecondMoments,
-};
+use crate::response::{CountingTier, Light, LightPath, MeanCount, MeanResponse, MeanResponseError};
 use crate::scan::{Clock, Step};
 use crate::scene::Scan;
 
-/// Steps for derivatives: delay in chips, logarithm of a strength, and constant
-/// light as a share of all light.
-pub const DELAY_STEP_CHIPS: f64 = 2e-3;
-const STRENGTH_STEP: f64 = 5e-3;
-const CONSTANT_STEP: f64 = 5e-3;
-
-/// Derivatives are good for steps of a fit this near: delay in chips, and shares of
-/// the light.
-const LINEAR_CHIPS: f64 = 1.0 / 64.0;
-const LINEAR_SHARE: f64 = 0.03;
-
 /// Scans of more steps are weighed with the second moments of few that stand for all.
 const STEPS_ONE_BY_ONE: usize = 512;
-
-/// From this many steps on, second moments of all steps of the scan at once cost
-/// less than step by step.
-const STEPS_FOR_SCAN_MOMENTS: usize = 60;
-
-/// The unknowns: delay and ln(strength) of each path, and the background.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Parameters {
-    pub paths: Vec<PathParameters>,
-    /// Background per chip.
-    pub constant: f64,
-}
-
-/// The unknowns of one path.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PathParameters {
-    pub delay_chips: f64,
-    /// Logarithm of what an on-chip adds to the primary rate per chip.
-    pub ln_rate: f64,
-}
 
 /// A detector, codes, and the steps that take part.
 #[derive(Debug, Clone)]
@@ -59,9 +23,6 @@ pub struct Problem<'m> {
     /// Numbers of the steps in the scan, ascending.
     pub steps: Vec<Step>,
 }
-
-/// Derivatives of every step's means by one unknown.
-pub type Column = Vec<MeanCount>;
 
 /// 3 S steps round a peak, or what the scan has of them.
 pub fn window(scan: &Scan, samples_per_chip: u32, peak: Step) -> Vec<Step> {
@@ -79,84 +40,6 @@ pub fn window(scan: &Scan, samples_per_chip: u32, peak: Step) -> Vec<Step> {
     };
     window.sort_unstable();
     window
-}
-
-impl Parameters {
-    /// Number of unknowns.
-    pub fn len(&self) -> usize {
-        2 * self.paths.len() + 1
-    }
-
-    /// All unknowns moved by `share` of a step. Background stays at or above
-    /// zero, strengths within e^2 of what they were, delays within half a chip.
-    pub fn moved(&self, step: &[f64], share: f64) -> Parameters {
-        let mut moved = self.clone();
-        for (path, step) in moved.paths.iter_mut().zip(step.chunks(2)) {
-            path.delay_chips += (share * step[0]).clamp(-0.5, 0.5);
-            path.ln_rate += (share * step[1]).clamp(-2.0, 2.0);
-        }
-        moved.constant = (self.constant + share * step[step.len() - 1]).max(0.0);
-        moved
-    }
-
-    /// The differences of all unknowns.
-    pub fn minus(&self, other: &Parameters) -> Vec<f64> {
-        let pairs = self.paths.iter().zip(&other.paths);
-        let mut differences: Vec<f64> = pairs
-            .flat_map(|(a, b)| [a.delay_chips - b.delay_chips, a.ln_rate - b.ln_rate])
-            .collect();
-        differences.push(self.constant - other.constant);
-        differences
-    }
-
-    /// Whether derivatives at `other` are too far off for a fit that is here.
-    pub fn differ_from(&self, other: &Parameters) -> bool {
-        let differences = self.minus(other);
-        let (constant, paths) = differences.split_last().unwrap_or((&0.0, &[]));
-        let far = |path: &[f64]| path[0].abs() > LINEAR_CHIPS || path[1].abs() > LINEAR_SHARE;
-        paths.chunks(2).any(far) || constant.abs() > LINEAR_SHARE * self.brightest()
-    }
-
-    /// Adds a path, whose mean is taken from the background.
-    pub fn add_path(&mut self, path: PathParameters, problem: &Problem) {
-        if let Some(code) = problem.codes.get(self.paths.len()) {
-            let mean = path.ln_rate.exp() * code.weight() as f64 / code.len() as f64;
-            self.constant = (self.constant - mean).max(0.1 * self.constant);
-        }
-        self.paths.push(path);
-    }
-
-    /// Whether unknown number `index` is a delay.
-    fn is_delay(&self, index: usize) -> bool {
-        index < 2 * self.paths.len() && index.is_multiple_of(2)
-    }
-
-    /// Everything that shines, per chip.
-    pub fn brightest(&self) -> f64 {
-        self.constant + self.paths.iter().map(|p| p.ln_rate.exp()).sum::<f64>()
-    }
-
-    /// Unknown number `index` moved by `sign` times its step for derivatives,
-    /// and that step.
-    pub fn nudged(&self, index: usize, sign: f64) -> (Parameters, f64) {
-        let mut nudged = self.clone();
-        let step = match nudged.paths.get_mut(index / 2) {
-            Some(path) if index.is_multiple_of(2) => {
-                path.delay_chips += sign * DELAY_STEP_CHIPS;
-                DELAY_STEP_CHIPS
-            }
-            Some(path) => {
-                path.ln_rate += sign * STRENGTH_STEP;
-                STRENGTH_STEP
-            }
-            None => {
-                let step = CONSTANT_STEP * self.brightest();
-                nudged.constant += sign * step;
-                step
-            }
-        };
-        (nudged, sign * step)
-    }
 }
 
 impl<'m> Problem<'m> {
@@ -242,6 +125,11 @@ impl<'m> Problem<'m> {
         if self.shares_light() { 4 } else { 1 }
     }
 
+    /// Whether several steps count the same light.
+    pub fn shares_light(&self) -> bool {
+        self.model.timing.parallel > 1
+    }
+
     /// Whether second moments of few steps stand for those of all.
     pub fn is_long(&self) -> bool {
         self.steps.len() > STEPS_ONE_BY_ONE
@@ -304,6 +192,11 @@ impl<'m> Problem<'m> {
         Ok(slope(&self.means(&below)?, &self.means(&above)?, up - down))
     }
 
+    /// The place of a step of the scan on the axis.
+    pub fn place_of(&self, step: Step, axis: &Axis) -> f64 {
+        axis.place_of_phase_step(self.model.timing.scan.phase_step(step))
+    }
+
     /// Places on the axis at which the detector's own code peaks.
     pub fn own_peaks(&self, parameters: &Parameters, axis: &Axis) -> Vec<f64> {
         let reference = &self.model.reference.chips;
@@ -313,51 +206,4 @@ impl<'m> Problem<'m> {
             .map(|(_, path)| axis.place_of(path.delay_chips))
             .collect()
     }
-
-    /// Inverse covariances of the steps' counts, from their second moments; `parameters`
-    /// and `means` are those of their light.
-    pub fn weights_of(
-        &self,
-        second: &SecondMoments,
-        parameters: &Parameters,
-        means: &[MeanCount],
-        axis: &Axis,
-    ) -> Weights {
-        if self.shares_light() && self.is_long() {
-            let peaks = self.own_peaks(parameters, axis);
-            let of_few = |few: &Problem| Ok::<_, Infallible>(few.shared_steps(second).into());
-            return match shared_light::weights_of_scan(self, axis, &peaks, means, of_few) {
-                Ok(weights) => weights,
-                Err(never) => match never {},
-            };
-        }
-        match self.shares_light() {
-            true => Weights::of_groups(&self.shared_steps(second)),
-            false => Weights::of(&self.moments_of(second)),
-        }
-    }
-
-    /// Moments of the steps' counts.
-    pub fn moments(&self, response: &MeanResponse) -> Result<Vec<CountMoments>, MeanResponseError> {
-        Ok(self.moments_of(&SecondMoments::new(response)?))
-    }
-
-    fn moments_of(&self, second: &SecondMoments) -> Vec<CountMoments> {
-        if self.takes_all_steps() && self.steps.len() > STEPS_FOR_SCAN_MOMENTS {
-            second.of_scan()
-        } else {
-            second.of_steps(&self.steps)
-        }
-    }
-}
-
-/// Differences of counts over a step of an unknown.
-pub fn slope(from: &[MeanCount], to: &[MeanCount], step: f64) -> Column {
-    from.iter()
-        .zip(to)
-        .map(|(a, b)| MeanCount {
-            signed: (b.signed - a.signed) / step,
-            total: (b.total - a.total) / step,
-        })
-        .collect()
 }

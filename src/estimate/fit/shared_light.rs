@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use super::least_squares::Weights;
 use super::problem::Problem;
+use super::shared_steps::SharedSteps;
 use super::template::Axis;
 use crate::response::{GroupMoments, MeanCount, SecondMoments};
 use crate::scan::{Group, Step};
@@ -18,21 +19,7 @@ use crate::scan::{Group, Step};
 const STEPS_AWAY: usize = 24;
 const GROUPS_AWAY: usize = 2;
 
-/// Steps of a problem that count the same light.
-#[derive(Debug, Clone)]
-pub struct SharedSteps {
-    /// Their places among the problem's steps.
-    pub places: Vec<usize>,
-    /// Moments of their counts.
-    pub moments: GroupMoments,
-}
-
 impl Problem<'_> {
-    /// Whether several steps count the same light.
-    pub fn shares_light(&self) -> bool {
-        self.model.timing.parallel > 1
-    }
-
     /// Moments of the steps' counts, group by group.
     pub fn shared_steps(&self, second: &SecondMoments) -> Vec<SharedSteps> {
         let of_group = |places: Vec<usize>| {
@@ -79,7 +66,7 @@ pub fn weights_of_scan<E>(
     let groups = problem.groups();
     let is_near = |places: &Vec<usize>| {
         places.iter().any(|&place| {
-            let place = axis.place_of_step(problem, problem.steps[place]);
+            let place = problem.place_of(problem.steps[place], axis);
             peaks.iter().any(|peak| axis.shape(place - peak) > 0.0)
         })
     };
@@ -140,31 +127,4 @@ fn mean_of(groups: &[&SharedSteps]) -> Option<GroupMoments> {
         total_mean: mean(&|m| m.total_mean),
         covariance: (0..=steps).map(row).collect(),
     })
-}
-
-impl SharedSteps {
-    /// The same steps where they expect other counts: covariances go with the
-    /// detections, and those with the total with the signed counts.
-    fn expecting(&self, means: &[MeanCount]) -> SharedSteps {
-        let there = &self.moments;
-        let signed_means: Vec<f64> = self.places.iter().map(|&p| means[p].signed).collect();
-        let total_mean = self.places.first().map_or(0.0, |&p| means[p].total);
-        let share = total_mean / there.total_mean.max(f64::MIN_POSITIVE);
-        let mut covariance = there.covariance.clone();
-        covariance.iter_mut().flatten().for_each(|c| *c *= share);
-        let total = self.places.len();
-        for (lane, (here, there)) in signed_means.iter().zip(&there.signed_means).enumerate() {
-            let with_total = covariance[lane][total] + here - there * share;
-            covariance[lane][total] = with_total;
-            covariance[total][lane] = with_total;
-        }
-        SharedSteps {
-            places: self.places.clone(),
-            moments: GroupMoments {
-                signed_means,
-                total_mean,
-                covariance,
-            },
-        }
-    }
 }

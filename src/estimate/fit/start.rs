@@ -1,7 +1,7 @@
 //! Where the fit of one path starts: at the phase estimate and the rate.
 
 use super::coarse::best_match;
-use super::problem::{Parameters, PathParameters};
+use super::parameters::{Parameters, PathParameters};
 use crate::estimate::phase::estimate_at;
 use crate::estimate::{CountingTier, NoEstimate, calibration_offset_ps};
 use crate::response::MeanCount;

@@ -1,15 +1,13 @@
 //! What light of a code adds to the signed counts of a scan, to first order.
 
-use crate::scene::DetectorIndex;
+use goldtof_fft::Planner;
 use rustfft::num_complex::Complex64;
 
-use goldtof_fft::Planner;
-
-use super::problem::Problem;
 use crate::code::{Code, correlate};
-use crate::estimate::calibration_offset_ps;
+use crate::estimate::{CountingTier, calibration_offset_ps};
 use crate::math::{normal_cdf, normal_density};
 use crate::scan::Step;
+use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
 /// Corners of a triangle are round within so many standard deviations of the jitter.
@@ -78,19 +76,21 @@ pub struct Axis {
 }
 
 impl Axis {
-    pub fn new(sensor: &Sensor, detector: DetectorIndex, problem: &Problem) -> Axis {
+    /// The axis of some steps of a detector's scan.
+    pub fn new(
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        tier: CountingTier,
+        steps: &[Step],
+    ) -> Axis {
         let scan = &sensor.timing().scan;
         let own = sensor.reference(detector);
         let chips = scan.integration_chips as f64;
         Axis {
-            offset_chips: calibration_offset_ps(sensor, detector, problem.tier)
+            offset_chips: calibration_offset_ps(sensor, detector, tier)
                 / sensor.clock().chip_period_ps,
             samples_per_chip: f64::from(sensor.clock().samples_per_chip),
-            phase_steps: problem
-                .steps
-                .iter()
-                .map(|&step: &Step| scan.phase_step(step))
-                .collect(),
+            phase_steps: steps.iter().map(|&step| scan.phase_step(step)).collect(),
             periods: chips / own.len() as f64,
             chips,
             is_full: scan.is_full(),
@@ -131,10 +131,9 @@ impl Axis {
         (k - self.first()).rem_euclid(self.steps_per_period)
     }
 
-    /// The place of a step of the scan.
-    pub fn place_of_step(&self, problem: &Problem, step: Step) -> f64 {
-        let k = problem.model.timing.scan.phase_step(step) as f64;
-        (k - self.first()).rem_euclid(self.steps_per_period)
+    /// The place of a phase step.
+    pub fn place_of_phase_step(&self, phase_step: u64) -> f64 {
+        (phase_step as f64 - self.first()).rem_euclid(self.steps_per_period)
     }
 
     /// Phase steps between two places, the short way round.

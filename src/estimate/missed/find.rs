@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use super::Target;
 use super::law::CountLaw;
+use super::target::Target;
 use super::wedge::Planar;
+use crate::estimate::expected_counts::ExpectedCounts;
 use crate::estimate::phase::{estimate_at, window_indices};
-use crate::estimate::theory::ExpectedCounts;
 
 /// Share of the accepted errors within which the estimate of the expected counts is
 /// far from their rim.

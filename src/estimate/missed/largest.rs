@@ -8,10 +8,10 @@
 
 use std::collections::HashMap;
 
-use super::Target;
 use super::law::CountLaw;
 use super::scan::laws;
-use crate::estimate::theory::ExpectedCounts;
+use super::target::Target;
+use crate::estimate::expected_counts::ExpectedCounts;
 
 /// From this standard deviation on counts are taken in strides: ties hardly matter.
 const WHOLE_NUMBERS_TO: f64 = 16.0;

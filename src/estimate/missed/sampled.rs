@@ -12,12 +12,12 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
-use super::Target;
 use super::law::CountLaw;
 use super::scan::laws;
-use crate::estimate::fit::best_match;
+use super::target::Target;
+use crate::estimate::expected_counts::ExpectedCounts;
+use crate::estimate::fit::coarse::best_match;
 use crate::estimate::phase::{estimate_at, first_maximum};
-use crate::estimate::theory::ExpectedCounts;
 use crate::math::correlating;
 use crate::response::GroupMoments;
 use crate::scan;

@@ -1,8 +1,8 @@
 //! The laws of all counts of a scan.
 
-use super::Target;
 use super::law::CountLaw;
-use crate::estimate::theory::ExpectedCounts;
+use super::target::Target;
+use crate::estimate::expected_counts::ExpectedCounts;
 use crate::scan::Step;
 
 /// Scans of more steps are worked out by FFT.

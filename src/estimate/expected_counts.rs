@@ -1,0 +1,40 @@
+//! What a scan is expected to count.
+
+use crate::photons::DetectorModel;
+use crate::response::{MeanCount, MeanResponse, SecondMoments};
+use crate::scan::Step;
+
+/// The expected counts of a scan, and what their second moments follow from.
+pub(super) struct ExpectedCounts<'r, 'm> {
+    pub response: &'r MeanResponse<'m>,
+    pub second: &'r SecondMoments<'r, 'm>,
+    /// Of every step.
+    pub means: Vec<MeanCount>,
+}
+
+impl<'r, 'm> ExpectedCounts<'r, 'm> {
+    pub fn new(
+        response: &'r MeanResponse<'m>,
+        second: &'r SecondMoments<'r, 'm>,
+    ) -> ExpectedCounts<'r, 'm> {
+        ExpectedCounts {
+            response,
+            second,
+            means: response.mean_counts(),
+        }
+    }
+
+    pub fn model(&self) -> &'m DetectorModel {
+        self.response.model()
+    }
+
+    /// Of some steps.
+    pub fn of_steps(&self, steps: &[Step]) -> Vec<MeanCount> {
+        steps.iter().map(|step| self.means[step.index()]).collect()
+    }
+
+    /// Expected signed counts.
+    pub fn signed(&self) -> Vec<f64> {
+        self.means.iter().map(|mean| mean.signed).collect()
+    }
+}

@@ -1,0 +1,89 @@
+//! What light may be in the air.
+
+use std::sync::Arc;
+
+use super::descent::Hypothesis;
+use super::hadamard::CodeSet;
+use super::template::{Axis, Matched, Template};
+use crate::code::Code;
+use crate::math::normal_cdf;
+
+/// Share of scans in which noise may pass for light that is in the air for sure, be it
+/// the detector's own or a scene's, and for light of unknown codes.
+const FALSE_PLACE: f64 = 3e-3;
+const FALSE_LIGHT: f64 = 1e-3;
+
+/// Independent places per chip and code, by trial: thresholds hold the shares above.
+const PLACES_PER_CHIP: f64 = 8.0;
+
+/// Most paths of the own code, and of other sensors, where the scene does not say.
+pub const MOST_OWN: usize = 4;
+pub const MOST_OTHERS: usize = 8;
+
+/// A code that light may have, and of how many paths.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    pub code: Arc<Code>,
+    pub matched: Matched,
+    pub most: usize,
+}
+
+/// What may be in the air, prepared for all scans of a detector.
+#[derive(Debug)]
+pub struct Air {
+    pub axis: Axis,
+    /// Codes that are known, the detector's own first.
+    pub known: Vec<Candidate>,
+    /// Sets of codes that unknown sensors may have, each with the power of a template
+    /// and the indices of the codes that are known.
+    pub sets: Vec<(CodeSet, f64, Vec<i64>)>,
+    pub sigma_chips: f64,
+}
+
+/// The deviation that the largest of so many places exceeds in a share of scans.
+fn threshold(places: f64, share: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 40.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        match places * normal_cdf(-middle) > share {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    high
+}
+
+impl Air {
+    /// The deviations that further light, and the own, must exceed.
+    pub fn thresholds(&self) -> [f64; 2] {
+        let own = PLACES_PER_CHIP * self.axis.len() as f64 / self.axis.samples_per_chip;
+        let unknown: f64 = self.sets.iter().map(|(set, ..)| set.members() as f64).sum();
+        let codes = self.known.len() as f64 + unknown;
+        let share = if self.sets.is_empty() {
+            FALSE_PLACE
+        } else {
+            FALSE_LIGHT
+        };
+        [threshold(codes * own, share), threshold(own, FALSE_PLACE)]
+    }
+
+    /// The template of a code, known or not.
+    pub fn template_of(&self, code: &Arc<Code>) -> Arc<Template> {
+        let known = self.known.iter().find(|c| c.code.chips == code.chips);
+        let template = match known {
+            Some(candidate) => Some(candidate.matched.template.clone()),
+            None => Template::new(&self.known[0].code, code, self.sigma_chips),
+        };
+        // Codes of other lengths are never candidates.
+        Arc::new(template.unwrap_or_else(|| self.known[0].matched.template.clone()))
+    }
+
+    /// How many more paths a code may have.
+    pub fn room(&self, candidate: &Candidate, here: &Hypothesis) -> usize {
+        let used = here
+            .codes
+            .iter()
+            .filter(|c| c.chips == candidate.code.chips);
+        candidate.most.saturating_sub(used.count())
+    }
+}

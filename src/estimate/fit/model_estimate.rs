@@ -1,0 +1,104 @@
+//! What a fit says.
+
+use std::sync::Arc;
+
+use crate::code::Code;
+
+/// Chi-square this many standard deviations above its expectation is an alarm;
+/// by chance less than one fit in 10,000 has it.
+pub const ALARM_SIGMAS: f64 = 5.0;
+
+/// What a fit says of the light.
+#[derive(Debug, Clone)]
+pub struct ModelEstimate {
+    /// Time of flight of the strongest path of the reference, folded into
+    /// 0 .. code period.
+    pub delay_ps: f64,
+    /// Half its optical path.
+    pub distance_m: f64,
+    /// Standard deviation of the distance, from the counts' covariances.
+    pub std_m: f64,
+    /// Speed of the path, and the moment at which it is where it says; `None` of paths
+    /// that stand still.
+    pub velocity: Option<Velocity>,
+    /// Every path of the fit, the strongest of the reference first.
+    pub paths: Vec<FittedPath>,
+    /// Primary rate of all light that is not modulated, dark counts included.
+    pub constant_rate_hz: f64,
+    /// Weighted sum of squared residuals: about `degrees_of_freedom`, with a
+    /// standard deviation of sqrt(2 x that), unless the model lacks something.
+    pub chi_square: f64,
+    /// Two per step, less the number of unknowns.
+    pub degrees_of_freedom: usize,
+    /// Phase steps that took part.
+    pub steps: usize,
+    /// Own paths of the scene that the counts do not tell apart; none if all were
+    /// found.
+    pub untold: Option<Untold>,
+    /// Gauss-Newton steps of the last fit.
+    pub iterations: usize,
+}
+
+/// How a path moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Velocity {
+    /// Speed of the distance, positive away from the sensor.
+    pub m_per_s: f64,
+    /// Its standard deviation.
+    pub std_m_per_s: f64,
+    /// The moment that the distance is of, from the start of the scan.
+    pub at_s: f64,
+}
+
+/// One path of a fit.
+#[derive(Debug, Clone)]
+pub struct FittedPath {
+    /// Its code.
+    pub code: Arc<Code>,
+    /// Time of flight, folded into 0 .. code period.
+    pub delay_ps: f64,
+    /// Its standard deviation.
+    pub delay_std_ps: f64,
+    /// Primary rate that on-chips add.
+    pub rate_hz: f64,
+    /// Standard deviation of that rate, as a share of it.
+    pub rate_relative_std: f64,
+}
+
+/// Paths that a scene has and the counts do not show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Untold {
+    /// How many of the detector's own source were not told apart.
+    pub missing: usize,
+    /// Two equal paths nearer to each other than this are told apart in less than
+    /// 95 % of scans, with the light that was found. As a difference of distances.
+    pub resolution_m: f64,
+}
+
+impl FittedPath {
+    /// How many standard deviations its light is above none.
+    pub fn significance(&self) -> f64 {
+        1.0 / self.rate_relative_std.max(f64::MIN_POSITIVE)
+    }
+}
+
+impl std::fmt::Display for Untold {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "{} more of the own source's paths cannot be told apart from what was found: they are too \
+             weak, or within {:.3} m of one (where two equal ones are told apart in 95 % of scans); \
+             standard deviations take that in",
+            self.missing, self.resolution_m
+        )
+    }
+}
+
+impl ModelEstimate {
+    /// How many standard deviations chi-square is above its expectation: the
+    /// alarm that the light or the detector is not as modelled.
+    pub fn alarm_sigmas(&self) -> f64 {
+        let degrees = self.degrees_of_freedom as f64;
+        (self.chi_square - degrees) / (2.0 * degrees).sqrt()
+    }
+}

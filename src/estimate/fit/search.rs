@@ -1,0 +1,123 @@
+//! A scan in which light is looked for, and what it would be with more light.
+
+use std::sync::Arc;
+
+use super::air::Air;
+use super::descent::{Descent, Hypothesis};
+use super::error::FitError;
+use super::known_moments::KnownMoments;
+use super::parameters::{Parameters, PathParameters};
+use super::problem::Problem;
+use super::template::{Axis, Template};
+use crate::code::Code;
+use crate::response::MeanCount;
+
+/// A scan, and what may be in it.
+pub struct Search<'a, 'm> {
+    pub air: &'a Air,
+    pub descent: Descent<'a, 'm>,
+}
+
+impl<'a, 'm> Search<'a, 'm> {
+    /// A search with weights for light that is all constant.
+    pub fn new(
+        air: &'a Air,
+        problem: &'a Problem<'m>,
+        known: &KnownMoments,
+        measured: &'a [MeanCount],
+    ) -> Result<(Search<'a, 'm>, Hypothesis), FitError> {
+        let model = problem.model;
+        let detected = measured.iter().map(|count| count.total).sum::<f64>()
+            / (measured.len() as f64 * air.axis.chips);
+        let dead = (detected * model.dead_time_chips).min(0.95);
+        let constant = detected / (1.0 - dead);
+        let background = Parameters {
+            paths: Vec::new(),
+            constant,
+        };
+        let nothing = Problem {
+            codes: Vec::new(),
+            ..problem.clone()
+        };
+        let expected = nothing.means(&background)?;
+        let weights = known.scan_weights(&nothing, &background, &expected, &air.axis)?;
+        let descent = Descent {
+            problem,
+            measured,
+            axis: &air.axis,
+            weights,
+        };
+        let start = descent.hypothesis(Vec::new(), background)?;
+        let search = Search { air, descent };
+        let start = search.descent.roughly(start, &[])?;
+        Ok((search, start))
+    }
+
+    fn templates(&self, codes: &[Arc<Code>]) -> Vec<Arc<Template>> {
+        codes
+            .iter()
+            .map(|code| self.air.template_of(code))
+            .collect()
+    }
+
+    /// What some light leaves over of the signed counts.
+    pub fn residual(&self, here: &Hypothesis) -> Vec<f64> {
+        let pairs = self.descent.measured.iter().zip(&here.expected);
+        pairs
+            .map(|(count, mean)| count.signed - mean.signed)
+            .collect()
+    }
+
+    /// Signed counts of a step for a unit of a template's value and of light.
+    pub fn unit(&self, here: &Hypothesis) -> f64 {
+        let [pattern, _] = self
+            .descent
+            .gains(&here.codes, &here.parameters, &here.expected);
+        pattern * self.air.axis.periods
+    }
+
+    /// The same light and a path with a code, fitted.
+    pub fn with(
+        &self,
+        here: &Hypothesis,
+        code: &Arc<Code>,
+        path: PathParameters,
+    ) -> Result<Hypothesis, FitError> {
+        let mut codes = here.codes.clone();
+        codes.push(Arc::clone(code));
+        let mut parameters = here.parameters.clone();
+        parameters.add_path(path, code);
+        let templates = self.templates(&codes);
+        let start = self.descent.near_hypothesis(here, codes, parameters)?;
+        self.descent.roughly(start, &templates)
+    }
+
+    /// Two paths in place of one, fitted.
+    pub fn with_pair(
+        &self,
+        here: &Hypothesis,
+        path: usize,
+        pair: [PathParameters; 2],
+    ) -> Result<Hypothesis, FitError> {
+        let mut codes = here.codes.clone();
+        codes.push(Arc::clone(&here.codes[path]));
+        let mut parameters = here.parameters.clone();
+        parameters.paths[path] = pair[0];
+        parameters.paths.push(pair[1]);
+        let templates = self.templates(&codes);
+        let start = self.descent.near_hypothesis(here, codes, parameters)?;
+        self.descent.roughly(start, &templates)
+    }
+
+    /// Standard deviation of a signed count.
+    pub fn sigma(&self) -> f64 {
+        self.descent
+            .weights
+            .signed_sigma(self.air.axis.samples_per_chip)
+    }
+
+    /// Where the scan's steps are.
+    pub fn axis(&self) -> &Axis {
+        &self.air.axis
+    }
+}

@@ -1,0 +1,52 @@
+//! How much the counts of a problem's steps weigh.
+
+use std::convert::Infallible;
+
+use super::least_squares::Weights;
+use super::parameters::Parameters;
+use super::problem::Problem;
+use super::shared_light;
+use super::template::Axis;
+use crate::response::{CountMoments, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
+
+/// From this many steps on, second moments of all steps of the scan at once cost
+/// less than step by step.
+const STEPS_FOR_SCAN_MOMENTS: usize = 60;
+
+impl Problem<'_> {
+    /// Inverse covariances of the steps' counts, from their second moments; `parameters`
+    /// and `means` are those of their light.
+    pub fn weights_of(
+        &self,
+        second: &SecondMoments,
+        parameters: &Parameters,
+        means: &[MeanCount],
+        axis: &Axis,
+    ) -> Weights {
+        if self.shares_light() && self.is_long() {
+            let peaks = self.own_peaks(parameters, axis);
+            let of_few = |few: &Problem| Ok::<_, Infallible>(few.shared_steps(second).into());
+            return match shared_light::weights_of_scan(self, axis, &peaks, means, of_few) {
+                Ok(weights) => weights,
+                Err(never) => match never {},
+            };
+        }
+        match self.shares_light() {
+            true => Weights::of_groups(&self.shared_steps(second)),
+            false => Weights::of(&self.moments_of(second)),
+        }
+    }
+
+    /// Moments of the steps' counts.
+    pub fn moments(&self, response: &MeanResponse) -> Result<Vec<CountMoments>, MeanResponseError> {
+        Ok(self.moments_of(&SecondMoments::new(response)?))
+    }
+
+    fn moments_of(&self, second: &SecondMoments) -> Vec<CountMoments> {
+        if self.takes_all_steps() && self.steps.len() > STEPS_FOR_SCAN_MOMENTS {
+            second.of_scan()
+        } else {
+            second.of_steps(&self.steps)
+        }
+    }
+}

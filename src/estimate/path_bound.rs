@@ -1,0 +1,34 @@
+//! How precise an estimate can be, of each path.
+
+use crate::scene::PathIndex;
+
+/// What the counts of one scan can tell of distances.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bound {
+    /// One entry per path that carries modulated light, in the scene's order.
+    pub paths: Vec<PathBound>,
+    /// Phase steps that take part: 3 S round the peak for one path of the
+    /// detector's own source, the whole scan for other light.
+    pub steps: usize,
+}
+
+/// What the counts can tell of one path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathBound {
+    /// Index of the path in the scene.
+    pub path: PathIndex,
+    /// Least standard deviation of its distance, with delay and strength of
+    /// every path and the background unknown.
+    pub bound_m: f64,
+    /// Least standard deviation of its speed, of a path that moves: then that is unknown,
+    /// too, and the distance that at the moment at which the scan comes by.
+    pub velocity_bound_m_per_s: Option<f64>,
+}
+
+impl Bound {
+    /// The bound of path `path` of the sensor, if it carries modulated light.
+    pub fn of_path(&self, path: PathIndex) -> Option<f64> {
+        let entry = self.paths.iter().find(|entry| entry.path == path)?;
+        Some(entry.bound_m)
+    }
+}
