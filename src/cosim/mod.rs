@@ -45,6 +45,7 @@ mod process;
 mod rejected;
 #[doc(hidden)]
 pub mod sent;
+mod sent_count;
 mod sent_frames;
 pub mod shift;
 pub mod source;

@@ -1,7 +1,7 @@
 //! Histograms out of the beats of a result stream, and what every phase step counts by
 //! them.
 
-use super::sent::SentCount;
+use super::sent_count::SentCount;
 use crate::histogram::Histogram;
 use crate::histogram::correlation::Correlator;
 use crate::scene::DetectorIndex;

@@ -3,8 +3,8 @@
 
 use std::collections::HashMap;
 
-use crate::cosim::lanes::netlist::{Function, Net, Netlist, PortNets, Register};
-use crate::cosim::lanes::variants::{CHOICE, is_payload};
+use crate::cosim::lanes::netlist::{CHOICE, Function, Net, Netlist, PortNets, Register};
+use crate::cosim::lanes::variants::is_payload;
 
 /// A literal: twice the number of a variable, plus one if it is inverted.
 type Literal = u32;

@@ -34,17 +34,19 @@ mod proof;
 mod run;
 #[cfg(test)]
 mod tests;
+mod tried;
 
 use std::path::PathBuf;
 use std::thread;
 
 use serde::{Deserialize, Serialize};
 
-use self::family::{Family, Tried};
+use self::family::Family;
 pub use self::outcome::{Fate, Outcome, Outcomes};
 pub use self::proof::Bounds;
 use self::proof::{Answer, prove};
 use self::run::Stream;
+use self::tried::Tried;
 use crate::cosim::lanes::model::Design;
 use crate::cosim::lanes::{Refusal, refuse_memories};
 use crate::cosim::source::{SourceFile, is_users};

@@ -14,7 +14,8 @@ use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::codes::{self, Candidate};
-use super::hypothesis::{Change, Fitted, NoFit, Unknown, fit};
+use super::hypothesis::{Change, Fitted, Unknown, fit};
+use super::no_fit::NoFit;
 use super::observed::Observed;
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
 use crate::math::normal_cdf;

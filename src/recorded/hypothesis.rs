@@ -4,11 +4,9 @@
 use crate::scene::DetectorIndex;
 use nalgebra::{DMatrix, DVector};
 
+use super::no_fit::NoFit;
 use super::observed::{Agreement, Expected, Observed, Weights, differences};
-use crate::estimate::histogram::Uncorrected;
-use crate::histogram::correction::CorrectionError;
 use crate::photons::DetectorModel;
-use crate::response::MeanResponseError;
 use crate::sensor::Sensor;
 
 /// Something about a scene that may be otherwise than it says.
@@ -43,19 +41,6 @@ pub(super) struct Fitted {
     pub agreement: Agreement,
     pub degrees: usize,
     pub p_value: Option<f64>,
-}
-
-/// Why a scene cannot be fitted.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum NoFit {
-    #[error(transparent)]
-    Response(#[from] MeanResponseError),
-    #[error(transparent)]
-    Correction(#[from] CorrectionError),
-    #[error(transparent)]
-    Uncorrected(#[from] Uncorrected),
-    #[error("the counts do not determine what is unknown")]
-    Undetermined,
 }
 
 /// Gauss-Newton steps at most; a fit to the right scene takes some four.

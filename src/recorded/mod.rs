@@ -27,6 +27,7 @@ mod csv_file;
 mod diagnosis;
 mod expected;
 mod hypothesis;
+mod no_fit;
 mod observed;
 #[cfg(feature = "plots")]
 mod plot;

@@ -2,7 +2,7 @@
 //! phase steps, or bins of a histogram.
 
 use super::expected::with_std;
-use super::hypothesis::NoFit;
+use super::no_fit::NoFit;
 use super::weights::{Whitening, tail};
 use super::{RecordedHistogram, RecordedScan};
 use crate::estimate::CountingTier;

@@ -6,7 +6,8 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::diagnosis::{Diagnosis, Found, diagnose};
-use super::hypothesis::{Fitted, NoFit, Unknown};
+use super::hypothesis::{Fitted, Unknown};
+use super::no_fit::NoFit;
 use super::observed::Observed;
 use super::{RecordedHistogram, RecordedScan};
 use crate::estimate::report::EstimateReport;

@@ -5,8 +5,7 @@ use std::path::Path;
 
 use super::Refusal;
 use super::model::{failed_in_yosys, script_of_sources, write_sources, yosys_version};
-use super::netlist::{Net, Netlist, PortNets};
-use super::variants::CHOICE;
+use super::netlist::{CHOICE, Net, Netlist, PortNets};
 use super::yosys::{self, TO_WORDS, WORDS_TO_GATES};
 use crate::cosim::cache::{hash, once, write};
 use crate::cosim::error::CosimError;

@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::variants::CHOICE;
+/// Name of the input whose bits choose a variant of the design.
+pub const CHOICE: &str = "goldtof_choice";
 
 /// A one-bit net. The first two are the constants 0 and 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::Refusal;
 use super::model::{halted, name_of, planes, registers_text};
-use super::netlist::{Function, Gate, Net, Netlist, PortNets, Register};
+use super::netlist::{CHOICE, Function, Gate, Net, Netlist, PortNets, Register};
 use super::verilog::{LANES, MODULE, module};
 use crate::cosim::build::{Built, LanesUnit, build_lanes};
 use crate::cosim::error::CosimError;
@@ -17,8 +17,6 @@ use crate::sensor::layout::Layout;
 
 const HEADER: &str = "goldtof_lanes.h";
 const TESTBENCH: &str = include_str!("../../../testbench/grade.cpp");
-/// Name of the input whose bits choose the variant.
-pub const CHOICE: &str = "goldtof_choice";
 /// Most clocks of a block.
 pub const MOST_CLOCKS: u64 = 16_384;
 

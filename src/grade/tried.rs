@@ -1,0 +1,123 @@
+//! Variants of a design under a stimulus: run, put to the proof, and counted.
+
+use std::collections::HashMap;
+
+use super::family::Family;
+use super::labels::{Labels, places};
+use super::outcome::{Fate, Outcome};
+use super::proof::{Answer, Question};
+use super::run::{Caught, Stream};
+use super::{GradeRequest, Survivor, Verdict};
+use crate::cosim::in_users_terms;
+use crate::cosim::lanes::Refusal;
+
+/// Variants under a stimulus.
+pub(super) struct Tried {
+    family: Family,
+    /// Those that are run, in order.
+    chosen: Vec<usize>,
+    caught: Caught,
+    /// What the hostile inputs show of the others, with its clock.
+    shown: HashMap<usize, u64>,
+    /// Those that nothing has shown, in order.
+    pub(super) open: Vec<usize>,
+}
+
+impl Tried {
+    /// Runs some variants, in order, under a stimulus, and what it does not catch under
+    /// that of a witness.
+    ///
+    /// # Errors
+    /// What of the design has no place in lanes; or a tool fails.
+    pub(super) fn new(
+        family: Family,
+        chosen: Vec<usize>,
+        stream: &Stream,
+        witness: Option<&Stream>,
+    ) -> Result<Tried, Refusal> {
+        let mut machines = stream.machines(&family)?;
+        let caught = stream.run(&mut machines, &chosen)?;
+        let left = caught.missed(&chosen);
+        let shown = match witness {
+            Some(witness) if !left.is_empty() => {
+                let later = witness.run(&mut machines, &left)?;
+                let at = left.iter().map(|&number| (number, later.at[number]));
+                at.filter_map(|(number, at)| Some((number, at?))).collect()
+            }
+            _ => HashMap::new(),
+        };
+        let open = left
+            .into_iter()
+            .filter(|number| !shown.contains_key(number));
+        Ok(Tried {
+            open: open.collect(),
+            family,
+            chosen,
+            caught,
+            shown,
+        })
+    }
+
+    /// What is to be proven of those that nothing has shown.
+    pub(super) fn questions(&self) -> impl Iterator<Item = Question<'_>> {
+        self.open.iter().map(|&number| Question {
+            family: &self.family,
+            number,
+            good_values: &self.caught.after_reset_good,
+            values: &self.caught.after_reset[number],
+        })
+    }
+
+    /// What became of each, with an answer for each that nothing has shown.
+    pub(super) fn outcomes(&self, answers: &[Answer], request: &GradeRequest) -> Vec<Outcome> {
+        let labels = Labels::of(&self.family.good);
+        let outcome = |&number: &usize| Outcome {
+            number,
+            fate: self.fate(number, answers, &labels, request),
+        };
+        self.chosen.iter().map(outcome).collect()
+    }
+
+    fn fate(
+        &self,
+        number: usize,
+        answers: &[Answer],
+        labels: &Labels,
+        request: &GradeRequest,
+    ) -> Fate {
+        if let Some(clock) = self.caught.at[number] {
+            return Fate::Caught(clock);
+        }
+        let (verdict, needs) = match self.shown.get(&number) {
+            Some(clock) => {
+                let needs = format!(
+                    "the adversarial inputs of seed {} show it at clock {clock}",
+                    request.seed
+                );
+                (Verdict::NotCaught, needs)
+            }
+            None => {
+                let place = self.open.binary_search(&number);
+                match &answers[place.expect("what is not shown is open")] {
+                    Answer::Equivalent => return Fate::Equivalent,
+                    Answer::Shown(needs) => (Verdict::NotCaught, needs.clone()),
+                    Answer::Undecided(why) => (Verdict::Undecided, why.clone()),
+                }
+            }
+        };
+        let (change, net, source) = self.family.describe(labels, number);
+        let in_users = |text: &str| in_users_terms(text, &request.sources);
+        Fate::Survives(Survivor {
+            change,
+            net: in_users(&net),
+            source: in_users(&places(&source)),
+            verdict,
+            needs,
+        })
+    }
+
+    /// How many variants there are, with those that were not run.
+    pub(super) fn total(&self) -> usize {
+        self.family.count()
+    }
+}
