@@ -11,6 +11,7 @@
 
 use std::error::Error;
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use goldtof::cosim::TOP;
@@ -67,7 +68,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let lockstep = CLOCKS as f64 / outcome.elapsed.as_secs_f64();
 
         let started = Instant::now();
-        let outcome = prepared.run(&detectors, round, scan, |_| ())?;
+        let outcome = prepared.run(&detectors, round, scan, &AtomicBool::new(false), |_| ())?;
         if outcome.differs.is_some() {
             return Err("the lanes differ".into());
         }

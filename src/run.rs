@@ -154,7 +154,7 @@ pub fn run(
     let emission = deliver::emit(&sensor, &options.made_by)?;
     let folder = OutputFolder::open(&options.out, |path| on_event(RunEvent::Waits(path)))?;
     // A folder with a report has all that belongs to it, and of one scene.
-    for name in [REPORT, COUNTS, MISMATCH, WAVES] {
+    for name in [REPORT, COUNTS, BINS, MISMATCH, WAVES] {
         folder.remove(name)?;
     }
     for name in [MISMATCH, WAVES] {

@@ -7,7 +7,8 @@
 // they are compared at every clock. Expected planes change where the caller says so
 // (events) and, for outputs that follow a code, with every clock (tables).
 //
-// A clock is: inputs set, one evaluation, outputs compared.
+// A clock is: inputs set, one evaluation, outputs compared. Where no lane is in reset
+// another clock goes on, that of the design without one.
 
 #include "goldtof_lanes.h"
 #include "process.h"
@@ -62,10 +63,11 @@ void check(LANES_MODEL* top, uint64_t* words, const Block& block) {
     uint64_t phases[LANES_TABLES];
     for (int i = 0; i < LANES_TABLES; ++i) phases[i] = block.phases[i];
     auto& root = *top->rootp;
+    auto& edge = block.reset ? top->LANES_RESET_CLOCK : top->LANES_CLOCK;
     for (uint64_t clock = 0; clock < block.clocks; ++clock) {
         lanes_apply(root, block.reset, block.ready, samples);
         samples += LANES_SAMPLES;
-        top->LANES_CLOCK ^= 1;
+        edge ^= 1;
         top->eval();
         for (; event != last_event && event->clock == clock; ++event) {
             expected[event->output] ^= event->flips;
@@ -99,6 +101,7 @@ static void serve(uint64_t* words) {
     // Never deleted: the process ends instead, and nothing of it is wanted then.
     LANES_MODEL* top = new LANES_MODEL{&context};
     top->LANES_CLOCK = 0;
+    top->LANES_RESET_CLOCK = 0;
     top->eval();
     answer(OK, "");
     Request request;

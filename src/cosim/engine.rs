@@ -1,18 +1,19 @@
 //! Which engine does which part of a run.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
-use std::thread;
+use std::thread::{self, ScopedJoinHandle};
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
+use super::build::{self, Built};
+use super::error::CosimError;
 use super::lanes::run::LanesOutcome;
 use super::lanes::{Prepared, Refusal, Unfit, refuse_memories};
 use super::lockstep::Outcome;
 use super::window::Window;
-use super::{
-    Cosimulation, Report, Request, StimulusKind, Verdict, build, coverage, peaks, report, run,
-};
+use super::{Cosimulation, Report, Request, StimulusKind, Verdict, coverage, peaks, report, run};
 use crate::photons::DetectorModel;
 use crate::reference::coverage::CoverTable;
 use crate::reference::predictor::Reference;
@@ -55,7 +56,7 @@ pub struct EnginePart {
     pub lanes: Option<usize>,
 }
 
-/// Runs photons in lanes, and a part of them in lock-step before.
+/// Runs photons in lanes, and beside that a part of them in lock-step.
 ///
 /// # Errors
 /// What of the run has no place in lanes, and is to be done in lock-step; or a tool
@@ -63,68 +64,46 @@ pub struct EnginePart {
 pub(super) fn in_lanes(
     sensor: &Sensor,
     request: &Request,
-    mut on_progress: impl FnMut(u64, u64),
+    on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, Refusal> {
-    let interface = sensor.interface();
     let clocks = request
         .clocks
-        .unwrap_or_else(|| clocks_for_scans(interface, 1));
-    if request.stimulus != StimulusKind::Photons {
-        return Err(Unfit::new("lanes are for photons").into());
-    }
-    refuse_memories(interface)?;
-    let is_auto = request.engine == Engine::Auto;
-    if is_auto && clocks < LEAST_CLOCKS {
-        return Err(Unfit::new(format!("{clocks} clocks are few")).into());
-    }
-    if let Window::Clocks(asked) = &request.window
-        && asked.end > WITNESSED_CLOCKS
-    {
-        let reason = format!("waveforms of clocks from {WITNESSED_CLOCKS} on are for lock-step");
-        return Err(Unfit::new(reason).into());
-    }
-    let (built, prepared) = thread::scope(|scope| {
-        let built = scope.spawn(|| {
-            let registers = request.registers.as_ref();
-            build::build_with(
-                &request.top,
-                &request.sources,
-                interface,
-                registers,
-                &request.cache,
-            )
-        });
-        let prepared = Prepared::new(
-            &request.top,
-            &request.sources,
-            interface,
-            clocks,
-            &request.cache,
-        );
-        let built = built
-            .join()
-            .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        (built, prepared)
-    });
-    // Of Verilog that does not compile Verilator speaks, whose words are known.
-    let (built, prepared) = (built?, prepared?);
-    let witness = |stimulus| {
-        let part = Request {
-            stimulus,
-            clocks: Some(WITNESSED_CLOCKS.min(clocks)),
-            engine: Engine::Lockstep,
-            ..request.clone()
+        .unwrap_or_else(|| clocks_for_scans(sensor.interface(), 1));
+    refuse_unfit(sensor, request, clocks)?;
+    let (built, prepared) = built(sensor, request, clocks)?;
+    let stop = AtomicBool::new(false);
+    let started = Instant::now();
+    let (photons, adversarial, lanes) = thread::scope(|scope| {
+        let witness = |stimulus| {
+            let (built, stop) = (&built, &stop);
+            scope.spawn(move || {
+                let found = witness(sensor, request, built, clocks, stimulus);
+                let is_match = |found: &Cosimulation| found.report.verdict != Verdict::Mismatch;
+                // What the lanes say is not asked for any more.
+                if !found.as_ref().is_ok_and(is_match) {
+                    stop.store(true, Ordering::Relaxed);
+                }
+                found
+            })
         };
-        let reference = Reference::new(interface.clone()).map_err(super::CosimError::from)?;
-        run(sensor, reference, &built, &part, |_, _| ())
-    };
-    let photons = witness(StimulusKind::Photons)?;
+        let photons = witness(StimulusKind::Photons);
+        let adversarial =
+            (request.engine == Engine::Auto).then(|| witness(StimulusKind::Adversarial));
+        let lanes = of_scan(
+            sensor,
+            &prepared,
+            (request.seed, clocks),
+            &stop,
+            on_progress,
+        );
+        (joined(photons), adversarial.map(joined), lanes)
+    });
+    let photons = photons?;
     if photons.outcome.first.is_some() {
         return Err(Unfit::new("the first clocks differ").into());
     }
     let mut parts = vec![part_of(&photons.report)];
-    if is_auto {
-        let adversarial = witness(StimulusKind::Adversarial)?;
+    if let Some(adversarial) = adversarial.transpose()? {
         if adversarial.report.verdict == Verdict::Mismatch {
             // No distance rests on such counts.
             return Ok(Cosimulation {
@@ -134,24 +113,7 @@ pub(super) fn in_lanes(
         }
         parts.push(part_of(&adversarial.report));
     }
-    let started = Instant::now();
-    let models: Vec<DetectorModel> = DetectorIndex::of(&sensor.scene().detectors)
-        .map(|detector| DetectorModel::new(sensor, detector))
-        .collect();
-    let lanes = thread::scope(|scope| {
-        let (done, progress) = channel();
-        let lanes = scope.spawn(|| {
-            let done = done;
-            prepared.run(&models, request.seed, clocks, |clocks| {
-                // Who listens may have ended.
-                let _ = done.send(clocks);
-            })
-        });
-        progress.iter().for_each(|done| on_progress(done, clocks));
-        lanes
-            .join()
-            .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-    })?;
+    let lanes = lanes?;
     if let Some(clock) = lanes.differs {
         return Err(Unfit::new(format!("lanes differ at clock {clock}")).into());
     }
@@ -163,6 +125,89 @@ pub(super) fn in_lanes(
         ..photons.outcome.clone()
     };
     Ok(told(sensor, request, photons, outcome, lanes, parts))
+}
+
+/// # Errors
+/// What of a run is for lock-step, before anything is built.
+fn refuse_unfit(sensor: &Sensor, request: &Request, clocks: u64) -> Result<(), Unfit> {
+    if request.stimulus != StimulusKind::Photons {
+        return Err(Unfit::new("lanes are for photons"));
+    }
+    refuse_memories(sensor.interface())?;
+    if request.engine == Engine::Auto && clocks < LEAST_CLOCKS {
+        return Err(Unfit::new(format!("{clocks} clocks are few")));
+    }
+    match &request.window {
+        Window::Clocks(asked) if asked.end > WITNESSED_CLOCKS => Err(Unfit::new(format!(
+            "waveforms of clocks from {WITNESSED_CLOCKS} on are for lock-step"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// The model for lock-step and the one for lanes, built side by side.
+fn built(sensor: &Sensor, request: &Request, clocks: u64) -> Result<(Built, Prepared), Refusal> {
+    let (interface, cache) = (sensor.interface(), &request.cache);
+    let (top, sources) = (&request.top, &request.sources);
+    let (built, prepared) = thread::scope(|scope| {
+        let registers = request.registers.as_ref();
+        let built =
+            scope.spawn(move || build::build_with(top, sources, interface, registers, cache));
+        let prepared = Prepared::new(top, sources, interface, clocks, cache);
+        (joined(built), prepared)
+    });
+    // Of Verilog that does not compile Verilator speaks, whose words are known.
+    Ok((built?, prepared?))
+}
+
+/// The RTL itself beside the reference model, for a stated part of the clocks.
+fn witness(
+    sensor: &Sensor,
+    request: &Request,
+    built: &Built,
+    clocks: u64,
+    stimulus: StimulusKind,
+) -> Result<Cosimulation, CosimError> {
+    let part = Request {
+        stimulus,
+        clocks: Some(WITNESSED_CLOCKS.min(clocks)),
+        engine: Engine::Lockstep,
+        ..request.clone()
+    };
+    let reference = Reference::new(sensor.interface().clone())?;
+    run(sensor, reference, built, &part, |_, _| ())
+}
+
+/// All clocks in lanes. The caller's thread tells how far they are.
+fn of_scan(
+    sensor: &Sensor,
+    prepared: &Prepared,
+    (seed, clocks): (u64, u64),
+    stop: &AtomicBool,
+    mut on_progress: impl FnMut(u64, u64),
+) -> Result<LanesOutcome, Refusal> {
+    let models: Vec<DetectorModel> = DetectorIndex::of(&sensor.scene().detectors)
+        .map(|detector| DetectorModel::new(sensor, detector))
+        .collect();
+    thread::scope(|scope| {
+        let (done, progress) = channel();
+        let lanes = scope.spawn(|| {
+            let done = done;
+            prepared.run(&models, seed, clocks, stop, |clocks| {
+                // Who listens may have ended.
+                let _ = done.send(clocks);
+            })
+        });
+        progress.iter().for_each(|done| on_progress(done, clocks));
+        joined(lanes)
+    })
+}
+
+/// What a thread has come to; it panics on as the thread did.
+fn joined<T>(thread: ScopedJoinHandle<T>) -> T {
+    thread
+        .join()
+        .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
 /// The run in lanes as a co-simulation; its waveforms are those of the part in

@@ -493,10 +493,15 @@ impl Reference {
         self.totals[detector] += hits.len() as u64;
         let counts = &mut self.counts[detector.0 * parallel as usize..][..parallel as usize];
         let mut words = hits.chunk_by(|a, b| a >> lanes_log2 == b >> lanes_log2);
+        // Start of a code period that is not after the sample.
+        let mut period_start = first_sample;
         for word in &mut words {
             for &sample in word {
-                let in_period = (sample - first_sample) % steps_per_period;
-                let mut delayed = in_period + steps_per_period - delay;
+                // A division costs more than all the rest, and many hits share a period.
+                if sample - period_start >= steps_per_period {
+                    period_start = sample - (sample - period_start) % steps_per_period;
+                }
+                let mut delayed = sample - period_start + steps_per_period - delay;
                 if delayed >= steps_per_period {
                     delayed -= steps_per_period;
                 }

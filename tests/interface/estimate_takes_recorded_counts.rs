@@ -297,4 +297,8 @@ fn the_bins_of_a_run_give_the_distance_that_the_run_gave() {
     assert_eq!(output.status.code(), Some(2));
     let text = said(&output);
     assert!(text.contains("bins.csv:1: bins are of a sensor"), "{text}");
+    // A run of a scene that keeps none leaves none of the last one's behind.
+    let output = goldtof(&["run", QUICK, "--out", &file("")]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    assert!(folder.path().join("counts.csv").exists() && !Path::new(&bins).exists());
 }

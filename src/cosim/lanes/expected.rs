@@ -1,6 +1,8 @@
 //! What the reference model expects of a whole run, as changes; and what it counted
 //! by the start of every slice.
 
+use std::sync::atomic::AtomicBool;
+
 use super::Refusal;
 use super::pulses::{Chunk, Light, Packed};
 use super::slices::Slices;
@@ -31,8 +33,13 @@ impl Expected {
     /// Runs photons and reference model.
     ///
     /// # Errors
-    /// When it is more than can be kept.
-    pub(super) fn of(light: &Light, slices: &Slices, threads: usize) -> Result<Expected, Refusal> {
+    /// When it is more than can be kept, or the run was stopped.
+    pub(super) fn of(
+        light: &Light,
+        slices: &Slices,
+        threads: usize,
+        stop: &AtomicBool,
+    ) -> Result<Expected, Refusal> {
         let interface = light.interface;
         let reference = Reference::new(interface.clone()).map_err(CosimError::from)?;
         let mut follower = Follower {
@@ -59,7 +66,7 @@ impl Expected {
         };
         let clocks = slices.list.last().map_or(0, |slice| slice.clocks.end);
         follower.note();
-        let pulses = light.pulses(clocks, threads, |chunk| follower.follow(chunk))?;
+        let pulses = light.pulses(clocks, threads, stop, |chunk| follower.follow(chunk))?;
         Ok(Expected {
             pulses,
             exercise: follower.reference.exercise().clone(),

@@ -22,6 +22,7 @@ mod yosys;
 
 use std::num::NonZero;
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 use std::thread::available_parallelism;
 
 use self::model::Design;
@@ -108,16 +109,17 @@ impl Prepared {
 
     /// Runs the first `clocks` clocks of a scan's photons in lanes, and compares every
     /// output at every clock with the reference model. `on_progress` gets the number
-    /// of clocks compared so far.
+    /// of clocks compared so far; where `stop` is set the run ends early.
     ///
     /// # Errors
-    /// When the run has no place in lanes, its registers do not stitch, or a model
-    /// fails.
+    /// When the run has no place in lanes, its registers do not stitch, a model fails,
+    /// or it was stopped.
     pub fn run(
         &self,
         models: &[DetectorModel],
         seed: u64,
         clocks: u64,
+        stop: &AtomicBool,
         on_progress: impl Fn(u64) + Sync,
     ) -> Result<LanesOutcome, Refusal> {
         let run = LanesRun {
@@ -131,6 +133,7 @@ impl Prepared {
                 seed,
             },
             threads: threads(),
+            stop,
         };
         run.run(on_progress)
     }

@@ -9,7 +9,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::netlist::{Driver, Net, Netlist, Register};
-use super::verilog::{MODULE, module, output_nets};
+use super::verilog::{CLOCK, MODULE, RESET_CLOCK, module, output_nets};
 use super::{Refusal, Unfit, yosys};
 use crate::cosim::build::{Built, LanesUnit, build_lanes};
 use crate::cosim::cache::{hash, once, write};
@@ -92,7 +92,9 @@ impl Design {
         let tables = interface.source_codes.len() + 1;
         let reset = netlist.input("i_rst").map(|nets| nets[0]);
         let text = module(netlist, reset);
-        let header = header(netlist, &layout, &outputs, tables);
+        let mut header = header(netlist, &layout, &outputs, tables);
+        let reset_clock = reset.map_or(CLOCK, |_| RESET_CLOCK);
+        let _ = writeln!(header, "#define LANES_RESET_CLOCK {reset_clock}");
         let unit = LanesUnit {
             module: MODULE,
             verilog: &text,
@@ -251,7 +253,7 @@ fn header(netlist: &Netlist, layout: &Layout, outputs: &[Net], tables: usize) ->
     };
     let mut text = format!(
         "#include <cstdint>\n#include \"V{MODULE}.h\"\n#include \"V{MODULE}___024root.h\"\n\
-         #define LANES_MODEL V{MODULE}\n#define LANES_CLOCK i_clk\n\
+         #define LANES_MODEL V{MODULE}\n#define LANES_CLOCK {CLOCK}\n\
          #define LANES_SAMPLES {}\n#define LANES_OUTPUTS {}\n#define LANES_TABLES {tables}\n\
          using LanesRoot = V{MODULE}___024root;\n",
         layout.inputs.field("i_samples").port.width,

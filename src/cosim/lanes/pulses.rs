@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::sync_channel;
 use std::thread;
 
@@ -17,17 +17,17 @@ const GROUPS_AT_ONCE: u64 = 32;
 /// Most pulses that are kept, 8 bytes each.
 const MOST_PULSES: usize = 1 << 27;
 
-/// A pulse in one word: first sample, and how many are high.
+/// A stretch of high samples in one word: the first, and how many there are.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Packed(u64);
 
 impl Packed {
     const LENGTH_BITS: u32 = 16;
 
-    fn new(pulse: Pulse) -> Option<Packed> {
-        let length = pulse.end - pulse.first;
-        (length < 1 << Self::LENGTH_BITS && pulse.first < 1 << (64 - Self::LENGTH_BITS))
-            .then_some(Packed(pulse.first << Self::LENGTH_BITS | length))
+    fn new(high: Range<u64>) -> Option<Packed> {
+        let length = high.end - high.start;
+        (length < 1 << Self::LENGTH_BITS && high.start < 1 << (64 - Self::LENGTH_BITS))
+            .then_some(Packed(high.start << Self::LENGTH_BITS | length))
     }
 
     /// The samples that are high.
@@ -58,14 +58,15 @@ pub(super) struct Chunk {
 
 impl Light<'_> {
     /// Makes the pulses of the first `clocks` clocks on several threads; gives them to
-    /// `on_chunk` in order, and keeps them, detector by detector.
+    /// `on_chunk` in order, and keeps the samples that are high, detector by detector.
     ///
     /// # Errors
-    /// When there are too many to keep, or one is too long.
+    /// When there are too many to keep, one is too long, or `stop` is set.
     pub(super) fn pulses(
         &self,
         clocks: u64,
         threads: usize,
+        stop: &AtomicBool,
         mut on_chunk: impl FnMut(&Chunk),
     ) -> Result<Vec<Vec<Packed>>, Unfit> {
         let groups = self.interface.groups();
@@ -94,6 +95,7 @@ impl Light<'_> {
             let mut early = BTreeMap::new();
             let mut wanted = 0;
             for (number, chunk) in made {
+                refuse_if_stopped(stop)?;
                 early.insert(number, chunk);
                 while let Some(chunk) = early.remove(&wanted) {
                     keep(&chunk, &mut kept)?;
@@ -137,6 +139,17 @@ impl Light<'_> {
     }
 }
 
+/// # Errors
+/// When a run is no longer wanted.
+pub(super) fn refuse_if_stopped(stop: &AtomicBool) -> Result<(), Unfit> {
+    match stop.load(Ordering::Relaxed) {
+        true => Err(Unfit::new("it was stopped")),
+        false => Ok(()),
+    }
+}
+
+/// Keeps the part of each pulse that begins where those before it have ended, so that
+/// what is kept never overlaps.
 fn keep(chunk: &Chunk, kept: &mut [Vec<Packed>]) -> Result<(), Unfit> {
     for (pulses, kept) in chunk.pulses.iter().zip(kept) {
         if kept.len() + pulses.len() > MOST_PULSES {
@@ -144,10 +157,16 @@ fn keep(chunk: &Chunk, kept: &mut [Vec<Packed>]) -> Result<(), Unfit> {
                 "the scan has more than {MOST_PULSES} pulses, which lanes keep in memory"
             )));
         }
-        for &pulse in pulses {
-            let packed =
-                Packed::new(pulse).ok_or_else(|| Unfit::new("a pulse is 65,536 samples long"))?;
+        let mut high_until = kept.last().map_or(0, |last| last.samples().end);
+        for pulse in pulses {
+            let first = pulse.first.max(high_until);
+            if first >= pulse.end {
+                continue;
+            }
+            let packed = Packed::new(first..pulse.end)
+                .ok_or_else(|| Unfit::new("a pulse is 65,536 samples long"))?;
             kept.push(packed);
+            high_until = pulse.end;
         }
     }
     Ok(())

@@ -8,7 +8,7 @@ use std::thread;
 use super::expected::Expected;
 use super::model::{BLOCK_CLOCKS, BLOCKS_AT_ONCE, Design, Event, Found, LaneBlock, LaneModel};
 use super::model::{Table, halted};
-use super::pulses::{Light, Packed};
+use super::pulses::{Light, Packed, refuse_if_stopped};
 use super::slices::{Slice, Slices};
 use super::starts::Starts;
 use super::verilog::LANES;
@@ -56,6 +56,8 @@ pub(super) struct LanesRun<'a> {
     pub(super) light: Light<'a>,
     /// Threads that make photons.
     pub(super) threads: usize,
+    /// Set by whoever no longer wants the run, and by a word that differs.
+    pub(super) stop: &'a AtomicBool,
 }
 
 impl LanesRun<'_> {
@@ -64,15 +66,14 @@ impl LanesRun<'_> {
     /// # Errors
     /// When the registers do not stitch, or a model fails.
     pub(super) fn run(&self, on_progress: impl Fn(u64) + Sync) -> Result<LanesOutcome, Refusal> {
-        let expected = Expected::of(&self.light, &self.slices, self.threads)?;
-        let stop = AtomicBool::new(false);
+        let expected = Expected::of(&self.light, &self.slices, self.threads, self.stop)?;
         let done = AtomicU64::new(0);
         let results = thread::scope(|scope| {
             let word = |number: usize| {
-                let (expected, stop, done, on_progress) = (&expected, &stop, &done, &on_progress);
+                let (expected, done, on_progress) = (&expected, &done, &on_progress);
                 scope.spawn(move || {
                     let word = Word::new(self, expected, number * LANES)?;
-                    word.run(stop, |clocks| {
+                    word.run(|clocks| {
                         on_progress(done.fetch_add(clocks, Ordering::Relaxed) + clocks);
                     })
                 })
@@ -89,6 +90,7 @@ impl LanesRun<'_> {
         })?;
         let differs = results.iter().filter_map(|result| result.differs).min();
         if differs.is_none() {
+            refuse_if_stopped(self.stop)?;
             self.stitch(&results)?;
         }
         let layout = Layout::of(self.interface);
@@ -199,7 +201,7 @@ struct Word<'a> {
     slices: &'a [Slice],
     is_first: bool,
     model: LaneModel,
-    /// For each detector and lane the first pulse that may still be high.
+    /// For each detector and lane the first stretch of high samples that is not over.
     cursors: Vec<Vec<usize>>,
     /// For each lane the next change.
     changes: Vec<usize>,
@@ -245,18 +247,14 @@ impl<'a> Word<'a> {
         })
     }
 
-    fn run(
-        mut self,
-        stop: &AtomicBool,
-        mut on_clocks: impl FnMut(u64),
-    ) -> Result<WordResult, CosimError> {
+    fn run(mut self, mut on_clocks: impl FnMut(u64)) -> Result<WordResult, CosimError> {
         let starts = self.warm_up().map_err(halted)?;
         let mut ends = vec![0; starts.len()];
         let mut until: Vec<u64> = self.slices.iter().map(length).collect();
         until.sort_unstable();
         until.dedup();
         for end in until {
-            self.check(end, stop, &mut on_clocks).map_err(halted)?;
+            self.check(end, &mut on_clocks).map_err(halted)?;
             let now = self.model.registers().map_err(halted)?;
             let ended = self.lanes_where(|slice| length(slice) == end);
             for (register, plane) in ends.iter_mut().zip(now) {
@@ -386,15 +384,10 @@ impl<'a> Word<'a> {
     }
 
     /// Clocks and compares up to a clock of the lanes.
-    fn check(
-        &mut self,
-        end: u64,
-        stop: &AtomicBool,
-        on_clocks: &mut impl FnMut(u64),
-    ) -> Result<(), String> {
+    fn check(&mut self, end: u64, on_clocks: &mut impl FnMut(u64)) -> Result<(), String> {
         let mut under_way = std::collections::VecDeque::new();
         loop {
-            let go_on = self.clock < end && !stop.load(Ordering::Relaxed);
+            let go_on = self.clock < end && !self.run.stop.load(Ordering::Relaxed);
             if go_on && self.model.under_way() < BLOCKS_AT_ONCE {
                 let block = self.block(end);
                 self.model.submit(&block)?;
@@ -407,13 +400,13 @@ impl<'a> Word<'a> {
             };
             let found = self.model.collect()?;
             on_clocks(clocks * u64::from(watched.count_ones()));
-            self.take(first, watched, found, stop);
+            self.take(first, watched, found);
         }
     }
 
-    fn take(&mut self, first: u64, watched: u64, found: Found, stop: &AtomicBool) {
+    fn take(&mut self, first: u64, watched: u64, found: Found) {
         if found.different != 0 {
-            stop.store(true, Ordering::Relaxed);
+            self.run.stop.store(true, Ordering::Relaxed);
             let lane = found.different.trailing_zeros() as usize;
             let clock = self.slices[lane].clocks.start + first + found.first_clock;
             self.differs = Some(self.differs.map_or(clock, |other| other.min(clock)));
@@ -446,25 +439,26 @@ impl<'a> Word<'a> {
 
     /// Paints the planes of samples of some clocks, from `clock` of the lanes on.
     fn samples(&mut self, clock: i64, clocks: u64) -> Vec<u64> {
-        let lanes = u64::from(self.run.interface.lanes());
+        let lanes = self.run.interface.lanes() as usize;
         let all = self.run.design.samples;
         let mut planes = vec![0u64; clocks as usize * all];
         for (detector, cursors) in self.cursors.iter_mut().enumerate() {
-            let pulses = &self.expected.pulses[detector];
+            let high = &self.expected.pulses[detector];
+            let place = |sample: usize| sample / lanes * all + detector * lanes + sample % lanes;
             for (lane, (slice, cursor)) in self.slices.iter().zip(cursors).enumerate() {
                 let Some(first) = slice.clocks.start.checked_add_signed(clock) else {
                     continue;
                 };
-                let window = first * lanes..(first + clocks) * lanes;
-                let bit = 1u64 << lane;
-                if self.run.interface.reference_codes.len() == 1 {
-                    paint(pulses, cursor, &window, |sample| planes[sample] |= bit);
-                } else {
-                    paint(pulses, cursor, &window, |sample| {
-                        let (clock, within) = (sample as u64 / lanes, sample as u64 % lanes);
-                        let plane = detector as u64 * lanes + within;
-                        planes[clock as usize * all + plane as usize] |= bit;
-                    });
+                let window = first * lanes as u64..(first + clocks) * lanes as u64;
+                mark_edges(high, cursor, &window, |sample| {
+                    planes[place(sample)] ^= 1u64 << lane;
+                });
+            }
+            let mut level = 0;
+            for word in planes.chunks_exact_mut(all) {
+                for plane in &mut word[detector * lanes..][..lanes] {
+                    level ^= *plane;
+                    *plane = level;
                 }
             }
         }
@@ -527,25 +521,30 @@ fn length(slice: &Slice) -> u64 {
     slice.clocks.end - slice.clocks.start
 }
 
-/// Paints the samples of a window, numbered from its start.
+/// Calls `mark` with each sample of a window, numbered from its start, that is high
+/// where the one before it is not, or the other way round; before the window all is low.
 #[inline]
-fn paint(pulses: &[Packed], cursor: &mut usize, window: &Range<u64>, mut paint: impl FnMut(usize)) {
-    let mut number = *cursor;
-    while let Some(pulse) = pulses.get(number) {
-        let samples = pulse.samples();
+fn mark_edges(
+    high: &[Packed],
+    cursor: &mut usize,
+    window: &Range<u64>,
+    mut mark: impl FnMut(usize),
+) {
+    while let Some(samples) = high.get(*cursor).map(|packed| packed.samples()) {
         if samples.start >= window.end {
-            break;
+            return;
         }
-        let from = samples.start.max(window.start);
-        let to = samples.end.min(window.end);
-        for sample in from..to {
-            paint((sample - window.start) as usize);
+        if samples.end > window.start {
+            mark((samples.start.max(window.start) - window.start) as usize);
         }
-        number += 1;
-        // Of those that reach into the next window the first is kept.
-        if samples.end <= window.end && *cursor + 1 == number {
-            *cursor = number;
+        // What reaches into the next window is kept for it.
+        if samples.end > window.end {
+            return;
         }
+        if samples.end > window.start && samples.end < window.end {
+            mark((samples.end - window.start) as usize);
+        }
+        *cursor += 1;
     }
 }
 

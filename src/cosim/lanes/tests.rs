@@ -1,6 +1,7 @@
 //! Lanes against lock-step, and what has to be caught.
 
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 use super::*;
 use crate::cosim::TOP;
@@ -52,7 +53,13 @@ fn prepared(sensor: &Sensor, sources: &[SourceFile]) -> Prepared {
 
 fn run(sensor: &Sensor, prepared: &Prepared) -> Result<LanesOutcome, Refusal> {
     let clocks = clocks_for_scans(sensor.interface(), 1);
-    prepared.run(&models(sensor), SEED, clocks, |_| ())
+    prepared.run(
+        &models(sensor),
+        SEED,
+        clocks,
+        &AtomicBool::new(false),
+        |_| (),
+    )
 }
 
 /// What the RTL sends in lock-step, which has to be a match.

@@ -7,7 +7,7 @@ use std::path::Path;
 use super::Refusal;
 use super::model::{halted, name_of, planes, registers_text};
 use super::netlist::{CHOICE, Function, Gate, Net, Netlist, PortNets, Register};
-use super::verilog::{LANES, MODULE, module};
+use super::verilog::{CLOCK, LANES, MODULE, module};
 use crate::cosim::build::{Built, LanesUnit, build_lanes};
 use crate::cosim::error::CosimError;
 use crate::cosim::process::Process;
@@ -166,7 +166,7 @@ pub fn build_variants(
 fn header(netlist: &Netlist, layout: &Layout) -> String {
     let mut text = format!(
         "#include <cstdint>\n#include \"V{MODULE}.h\"\n#include \"V{MODULE}___024root.h\"\n\
-         #define LANES_MODEL V{MODULE}\n#define LANES_CLOCK i_clk\n#define LANES_RECORD_WORDS {}\n\
+         #define LANES_MODEL V{MODULE}\n#define LANES_CLOCK {CLOCK}\n#define LANES_RECORD_WORDS {}\n\
          using LanesRoot = V{MODULE}___024root;\n",
         layout.inputs.words,
     );

@@ -3,12 +3,14 @@
 //! One `always` block computes the next clock of all lanes, gate by gate, and writes
 //! the registers in an order in which each is read before it is written; where there
 //! is no such order the old value is kept. Registers are ports, so that the testbench can
-//! set and read them. The block runs at both edges of `i_clk`, so that a clock is one
+//! set and read them. The block runs at both edges of its clock, so that a clock is one
 //! evaluation and not two.
 //!
-//! Two things keep it fast, and change nothing. Where no lane is in reset, the design
-//! with `i_rst` tied to 0 is computed instead. And what only feeds registers behind
-//! one enable is computed only where some lane has that enable.
+//! Two things keep it fast, and change nothing. While no lane is in reset, the design
+//! with `i_rst` tied to 0 is clocked instead: it has an `always` block and a clock of its
+//! own, `i_clk`, beside [`RESET_CLOCK`] (in one block, behind a condition, Verilator
+//! would keep every gate's value in memory: half the speed). And what only feeds
+//! registers behind one enable is computed only where some lane has that enable.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -19,10 +21,18 @@ use super::netlist::{Driver, Function, Gate, Net, Netlist};
 pub const LANES: usize = 64;
 /// Name of the module.
 pub(super) const MODULE: &str = "lanes";
+/// Clock of the lanes while none of them is in reset.
+pub(super) const CLOCK: &str = "i_clk";
+/// Clock of the lanes while some of them are, in a module that has a net for that.
+pub(super) const RESET_CLOCK: &str = "i_clk_in_reset";
 
-/// Writes the module. `reset` is the net of `i_rst`, if it is used.
+/// Writes the module. `reset` is the net of `i_rst`, if lanes are clocked apart where
+/// it is low.
 pub(super) fn module(netlist: &Netlist, reset: Option<Net>) -> String {
-    let mut text = String::from("`default_nettype none\nmodule lanes (\n    input wire i_clk");
+    let mut text = format!("`default_nettype none\nmodule {MODULE} (\n    input wire {CLOCK}");
+    if reset.is_some() {
+        let _ = write!(text, ",\n    input wire {RESET_CLOCK}");
+    }
     let inputs = netlist.inputs.iter().flat_map(|port| &port.nets);
     for i in 0..inputs.count() {
         let _ = write!(text, ",\n    input wire [63:0] i{i}");
@@ -38,31 +48,27 @@ pub(super) fn module(netlist: &Netlist, reset: Option<Net>) -> String {
         }
     }
     text += "\n);\n";
-    let tied = reset.map(|net| netlist.with_tied(&HashMap::from([(net, false)])));
-    let whole = Branch::write(netlist, "a");
-    let quick = tied.as_ref().map(|tied| Branch::write(tied, "b"));
-    for branch in [Some(&whole), quick.as_ref()].into_iter().flatten() {
+    let shown = outputs_text(netlist, &drivers, &outputs);
+    let mut clocked = |clock: &str, netlist: &Netlist, prefix: &str| {
+        let branch = Branch::write(netlist, prefix);
         for name in &branch.variables {
             let _ = writeln!(text, "    reg [63:0] {name};");
         }
-    }
-    text += "    always @(posedge i_clk or negedge i_clk) begin\n";
-    match (&quick, reset) {
-        (Some(quick), Some(reset)) => {
-            let names = Names::of(netlist);
-            let _ = writeln!(
-                text,
-                "    if ({} != 64'd0) begin\n{}    end else begin\n{}    end",
-                names.outside(reset),
-                whole.text,
-                quick.text
-            );
+        let _ = writeln!(
+            text,
+            "    always @(posedge {clock} or negedge {clock}) begin\n{}{shown}    end",
+            branch.text
+        );
+    };
+    match reset {
+        None => clocked(CLOCK, netlist, "a"),
+        Some(reset) => {
+            clocked(RESET_CLOCK, netlist, "a");
+            let tied = netlist.with_tied(&HashMap::from([(reset, false)]));
+            clocked(CLOCK, &tied, "b");
         }
-        _ => text += &whole.text,
     }
-    text += &outputs_text(netlist, &drivers, &outputs);
-    text += "    end\nendmodule\n`default_nettype wire\n";
-    text
+    text + "endmodule\n`default_nettype wire\n"
 }
 
 /// All bits of the outputs, port after port.
