@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::thread;
 
 use serde::Serialize;
 
@@ -22,14 +23,16 @@ use crate::photons::StepCount;
 use crate::plan::figures::Figures;
 use crate::plan::overview::with_cells;
 #[cfg(feature = "plots")]
-use crate::plan::resources::resources;
+use crate::plan::resources::{Resources, resources};
 use crate::plan::{self, Plan};
 use crate::reference::predictor::ReferenceError;
+#[cfg(feature = "plots")]
+use crate::report::curves::IntegrationCurves;
 #[cfg(feature = "plots")]
 use crate::report::page::Page;
 use crate::report::provenance::Provenance;
 #[cfg(feature = "plots")]
-use crate::report::timing::waves;
+use crate::report::timing::{Wave, waves};
 use crate::report::{DetectorCounts, bins_csv, counts_csv};
 use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
@@ -167,9 +170,13 @@ pub fn run(
     deliver::write_into(&emission, &rtl)?;
     on_event(RunEvent::Emitted(&emission, &folder.join(RTL)));
 
-    let mut cosimulation = cosimulate(&sensor, &request(&emission, options)?, |done, of| {
-        on_event(RunEvent::Clocks(done, of));
-    })?;
+    let request = request(&emission, options)?;
+    let clocks = |done, of| on_event(RunEvent::Clocks(done, of));
+    let (cosimulation, shown) = beside(
+        || Shown::of(&sensor, options.seed),
+        || cosimulate(&sensor, &request, clocks),
+    );
+    let mut cosimulation = cosimulation?;
     if cosimulation.report.verdict == Verdict::Mismatch {
         cosimulation.write_mismatch(&folder.join(MISMATCH))?;
     }
@@ -178,17 +185,74 @@ pub fn run(
     }
     on_event(RunEvent::Compared(&cosimulation.report));
     let other = Sensor::new(&scene.estimated_by(scene.estimator.other()));
+    let (own_estimates, other_estimates) = beside(
+        || estimates(&other, &cosimulation),
+        || estimates(&sensor, &cosimulation),
+    );
     let run = Run {
         scene: scene.name.clone(),
         seed: options.seed,
         plan,
         emit: emission,
-        estimates: estimates(&sensor, &cosimulation),
-        other_estimates: estimates(&other, &cosimulation),
+        estimates: own_estimates,
+        other_estimates,
         cosim: cosimulation.report,
     };
-    write(&run, &sensor, &cosimulation.counts, options, &folder)?;
+    write(
+        &run,
+        &sensor,
+        &cosimulation.counts,
+        &shown?,
+        options,
+        &folder,
+    )?;
     Ok(run)
+}
+
+/// What the report shows that the co-simulation has no say in.
+#[cfg(feature = "plots")]
+struct Shown {
+    resources: Option<Resources>,
+    waves: Vec<Wave>,
+    curves: Vec<IntegrationCurves>,
+}
+
+#[cfg(feature = "plots")]
+impl Shown {
+    fn of(sensor: &Sensor, seed: u64) -> Result<Shown, ReferenceError> {
+        Ok(Shown {
+            resources: resources(sensor),
+            waves: waves(sensor, seed)?,
+            curves: IntegrationCurves::of_first_paths(sensor),
+        })
+    }
+}
+
+/// Nothing is shown without a report.
+#[cfg(not(feature = "plots"))]
+struct Shown;
+
+#[cfg(not(feature = "plots"))]
+impl Shown {
+    fn of(_sensor: &Sensor, _seed: u64) -> Result<Shown, ReferenceError> {
+        Ok(Shown)
+    }
+}
+
+/// Does two things at once: `other` in a thread of its own. Gives both, `this` first.
+fn beside<This, Other: Send>(
+    other: impl FnOnce() -> Other + Send,
+    this: impl FnOnce() -> This,
+) -> (This, Other) {
+    thread::scope(|scope| {
+        let other = scope.spawn(other);
+        let this = this();
+        let other = other.join();
+        (
+            this,
+            other.unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+        )
+    })
 }
 
 fn request(emission: &Emission, options: &RunOptions) -> Result<Request, CosimError> {
@@ -239,6 +303,7 @@ fn write(
     run: &Run,
     sensor: &Sensor,
     sent: &[Vec<SentCount>],
+    shown: &Shown,
     options: &RunOptions,
     folder: &OutputFolder,
 ) -> Result<(), RunError> {
@@ -258,15 +323,15 @@ fn write(
     }
     #[cfg(feature = "plots")]
     {
-        let taken = resources(sensor);
         let page = Page {
             sensor,
             seed: run.seed,
             provenance: &options.provenance,
             plan: &run.plan,
             figures: &Figures::of(sensor),
-            resources: taken.as_ref(),
-            waves: &waves(sensor, run.seed)?,
+            resources: shown.resources.as_ref(),
+            waves: &shown.waves,
+            curves: &shown.curves,
             emission: &run.emit,
             cosim: &run.cosim,
             counts: &counts,

@@ -1,11 +1,14 @@
 //! Verilator and the C++ compiler as external programs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use super::error::CosimError;
 use crate::programs;
+
+/// What Verilator is called.
+const VERILATOR: &str = "verilator";
 
 /// An external program.
 #[derive(Debug, Clone)]
@@ -37,14 +40,14 @@ impl Tools {
         let verilator = Tool {
             name: "Verilator",
             install: "apt-get install verilator",
-            program: program("VERILATOR", "verilator"),
+            program: program("VERILATOR", VERILATOR),
         };
         let compiler = Tool {
             name: "a C++ compiler",
             install: "apt-get install g++",
             program: program("CXX", "g++"),
         };
-        let version = first_line(&verilator.ask(&["--version"])?);
+        let version = first_line(&verilator.itself().ask(&["--version"])?);
         let major = version
             .split_whitespace()
             .nth(1)
@@ -92,6 +95,26 @@ impl Tool {
             install: "apt-get install yosys",
             program: program("ABC", "yosys-abc"),
         }
+    }
+
+    /// The program behind Verilator's wrapper, if it stands beside it: the wrapper is a
+    /// script whose interpreter takes longer to start than a version to be told.
+    fn itself(&self) -> Tool {
+        let folders = match Path::new(&self.program).parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => vec![folder.to_owned()],
+            _ => std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()).collect(),
+        };
+        let is_wrapper = Path::new(&self.program).file_name() == Some(VERILATOR.as_ref());
+        let behind = folders
+            .iter()
+            .find(|folder| folder.join(VERILATOR).is_file())
+            .map(|folder| folder.join(format!("{VERILATOR}_bin")))
+            .filter(|program| is_wrapper && program.is_file());
+        let mut tool = self.clone();
+        if let Some(program) = behind.and_then(|path| path.into_os_string().into_string().ok()) {
+            tool.program = program;
+        }
+        tool
     }
 
     fn ask(&self, arguments: &[&str]) -> Result<String, CosimError> {

@@ -1,60 +1,134 @@
 //! What longer integration gains, and what longer simulation does.
 
+use rayon::prelude::*;
+
 use super::chart::Scale;
 use super::figure::Figure;
 use super::line_plot::{LinePlot, Series};
 use crate::cosim;
-use crate::estimate::{CountingTier, TheoryEffort, theory};
+use crate::estimate::{CountingTier, Theory, TheoryEffort, theory};
 use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
 use crate::sensor::Sensor;
 use crate::simulate::{Tier, forecast};
 
-/// Integration times, in powers of two of the scene's.
-const OCTAVES: std::ops::RangeInclusive<i32> = -3..=5;
+/// Integration times, in powers of four of the scene's.
+const POWERS: std::ops::RangeInclusive<i32> = -2..=2;
 /// All points together take no longer.
 const MOST_SECONDS: f64 = 2.0;
 /// Scans of the longest simulation.
 const MOST_SCANS: i32 = 5;
 
+/// What theory expects of a path's distance at shorter and longer integration times. It
+/// asks for nothing that a run finds, and can be worked out beside it.
+#[derive(Debug, Clone)]
+pub struct IntegrationCurves {
+    detector: DetectorIndex,
+    path: PathIndex,
+    points: Result<Points, String>,
+}
+
+/// Pairs of integration time in us and error in mm.
+#[derive(Debug, Clone, Default)]
+struct Points {
+    /// Bias and scatter of the phase.
+    rms: Vec<(f64, f64)>,
+    /// Its scatter alone.
+    scatter: Vec<(f64, f64)>,
+    /// The Cramer-Rao bound.
+    bound: Vec<(f64, f64)>,
+}
+
+impl IntegrationCurves {
+    /// Those of every detector's first path from its own source.
+    pub fn of_first_paths(sensor: &Sensor) -> Vec<IntegrationCurves> {
+        let scene = sensor.scene();
+        let of_detector = |detector: DetectorIndex| {
+            let own = scene.detectors[detector].reference;
+            let path = PathIndex::of(&scene.paths).find(|&path| {
+                let path = &scene.paths[path];
+                (path.detector, path.source) == (detector, own)
+            })?;
+            Some(IntegrationCurves::of(sensor, detector, path))
+        };
+        DetectorIndex::of(&scene.detectors)
+            .filter_map(of_detector)
+            .collect()
+    }
+
+    /// Those of one path.
+    pub(super) fn of(
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        path: PathIndex,
+    ) -> IntegrationCurves {
+        IntegrationCurves {
+            detector,
+            path,
+            points: Points::of(sensor, detector, path),
+        }
+    }
+
+    /// Whether they are a path's at a detector.
+    pub(super) fn are_of(&self, detector: DetectorIndex, path: PathIndex) -> bool {
+        (self.detector, self.path) == (detector, path)
+    }
+}
+
+impl Points {
+    fn of(sensor: &Sensor, detector: DetectorIndex, path: PathIndex) -> Result<Points, String> {
+        let effort = TheoryEffort::of(sensor, detector).map_err(|reason| reason.to_string())?;
+        let points = POWERS.count() as f64;
+        let seconds = points * (effort.predictions_s(1) + effort.bound_s());
+        if seconds > MOST_SECONDS {
+            return Err(format!("it would take {seconds:.0} s"));
+        }
+        let chips = sensor.timing().scan.integration_chips;
+        // Counts keep to the widths that a scene may have.
+        let chips = POWERS
+            .map(|power| (chips as f64 * 4f64.powi(power)).round())
+            .filter(|chips| (1.0..1e12).contains(chips));
+        let theories: Vec<(f64, Theory)> = chips
+            .collect::<Vec<f64>>()
+            .into_par_iter()
+            .map(|chips| {
+                let at = sensor.with(|scene| scene.scan.integration_chips = chips as u64);
+                let theory = theory(&at, detector, &[path], CountingTier::Sampled);
+                (at.timing().integration_ps() * 1e-6, theory)
+            })
+            .collect();
+        let mut points = Points::default();
+        for (x, theory) in theories {
+            if let Some(Ok(phase)) = theory.predictions.first() {
+                let rms_m = phase.bias_m.hypot(phase.std_m);
+                points.rms.push((x, rms_m * 1e3));
+                points.scatter.push((x, phase.std_m * 1e3));
+            }
+            let bound = theory.bound.ok().and_then(|bound| bound.of_path(path));
+            points.bound.extend(bound.map(|bound_m| (x, bound_m * 1e3)));
+        }
+        match points.rms.is_empty() && points.bound.is_empty() {
+            true => Err("theory expects nothing of this light".to_owned()),
+            false => Ok(points),
+        }
+    }
+}
+
 /// The error of a detector's distance against the integration time of a phase step, as
-/// theory expects it.
+/// theory expects it; `error_m` is that of this run's phase.
 ///
 /// # Errors
 /// Why it is not known.
 pub(super) fn integration(
     sensor: &Sensor,
-    detector: DetectorIndex,
-    path: PathIndex,
+    curves: IntegrationCurves,
     error_m: Option<f64>,
 ) -> Result<Figure, String> {
-    let effort = TheoryEffort::of(sensor, detector).map_err(|reason| reason.to_string())?;
-    let points = OCTAVES.count() as f64;
-    let seconds = points * (effort.predictions_s(1) + effort.bound_s());
-    if seconds > MOST_SECONDS {
-        return Err(format!("it would take {seconds:.0} s"));
-    }
-    let chips = sensor.timing().scan.integration_chips;
-    let mut curves: [Vec<(f64, f64)>; 3] = Default::default();
-    for octave in OCTAVES {
-        let chips = (chips as f64 * 2f64.powi(octave)).round();
-        // Counts keep to the widths that a scene may have.
-        if !(1.0..1e12).contains(&chips) {
-            continue;
-        }
-        let at = sensor.with(|scene| scene.scan.integration_chips = chips as u64);
-        let theory = theory(&at, detector, &[path], CountingTier::Sampled);
-        let x = at.timing().integration_ps() * 1e-6;
-        if let Some(Ok(phase)) = theory.predictions.first() {
-            curves[0].push((x, phase.bias_m.hypot(phase.std_m) * 1e3));
-            curves[1].push((x, phase.std_m * 1e3));
-        }
-        let bound = theory.bound.ok().and_then(|bound| bound.of_path(path));
-        curves[2].extend(bound.map(|bound_m| (x, bound_m * 1e3)));
-    }
-    let [rms, scatter, bound] = curves;
-    if rms.is_empty() && bound.is_empty() {
-        return Err("theory expects nothing of this light".to_owned());
-    }
+    let detector = curves.detector;
+    let Points {
+        rms,
+        scatter,
+        bound,
+    } = curves.points?;
     let here = sensor.timing().integration_ps() * 1e-6;
     let line = |name, class, points| Series {
         name,

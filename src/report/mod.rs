@@ -8,7 +8,7 @@ mod columns;
 #[cfg(feature = "plots")]
 mod coordinate;
 #[cfg(feature = "plots")]
-mod curves;
+pub(crate) mod curves;
 pub mod estimates;
 #[cfg(feature = "plots")]
 mod figure;

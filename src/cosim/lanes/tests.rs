@@ -133,6 +133,33 @@ fn lanes_equal_lockstep_on_several_detectors_steps_at_once_and_windows() {
     assert_lanes_equal_lockstep("rich", &sensor);
 }
 
+/// Pulses longer than the dead time overlap, and many reach from one block of clocks, and
+/// from one lane's slice, into the next.
+#[test]
+fn lanes_equal_lockstep_where_pulses_overlap() {
+    let sensor = small("paper-single", 600, |scene| {
+        let detector = &mut scene.detectors[0];
+        detector.pulse_width_ps = 2.6 * detector.dead_time_ps;
+    });
+    assert_lanes_equal_lockstep("overlapping pulses", &sensor);
+    let short = small("paper-single", 600, |_| ());
+    let hits = |sensor| in_lockstep(sensor).1.detectors[0].hits_up;
+    // Else nothing has overlapped.
+    assert!(10 * hits(&sensor) < 9 * hits(&short));
+}
+
+#[test]
+fn a_run_that_is_not_wanted_any_more_ends() {
+    let sensor = small("paper-single", 300, |_| ());
+    let clocks = clocks_for_scans(sensor.interface(), 1);
+    let stop = AtomicBool::new(true);
+    let outcome =
+        prepared(&sensor, &sources(&sensor)).run(&models(&sensor), SEED, clocks, &stop, |_| ());
+    assert!(
+        matches!(outcome, Err(Refusal::Unfit(reason)) if reason.to_string() == "it was stopped")
+    );
+}
+
 #[test]
 fn a_flipped_register_and_a_scan_one_step_short_differ() {
     let sensor = small("paper-single", 300, |_| ());

@@ -6,11 +6,12 @@ use super::Page;
 use super::tables::table;
 use crate::plan::link::link_budget;
 use crate::report::chart::Scale;
+use crate::report::curves::{self, IntegrationCurves};
 use crate::report::figure::Figure;
 use crate::report::line_plot::{LinePlot, Series, decimate};
 use crate::report::plan::{LINK_HEADINGS, link};
-use crate::report::{DetectorCounts, curves, geometry};
-use crate::scene::{DetectorIndex, EstimatorKind};
+use crate::report::{DetectorCounts, geometry};
+use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
 
 /// Chips on either side of the largest count in the zoom.
 const ZOOM_CHIPS: usize = 4;
@@ -125,7 +126,7 @@ pub(super) fn trades(page: &Page) -> Markup {
         div.figures {
             @for detector in detectors {
                 @if let Some(path) = page.estimates[detector].path {
-                    @match curves::integration(page.sensor, detector, path, phase_error(page, detector)) {
+                    @match curves::integration(page.sensor, curves_of(page, detector, path), phase_error(page, detector)) {
                         Ok(figure) => { (figure.markup()) }
                         Err(reason) => {
                             p.soft {
@@ -147,6 +148,12 @@ pub(super) fn trades(page: &Page) -> Markup {
             code { "goldtof fidelity" } " measures the errors of every tier of simulation."
         }
     }
+}
+
+fn curves_of(page: &Page, detector: DetectorIndex, path: PathIndex) -> IntegrationCurves {
+    let known = page.curves.iter().find(|c| c.are_of(detector, path));
+    let anew = || IntegrationCurves::of(page.sensor, detector, path);
+    known.cloned().unwrap_or_else(anew)
 }
 
 fn phase_error(page: &Page, detector: DetectorIndex) -> Option<f64> {

@@ -9,6 +9,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use self::tables::{table, values};
 use super::DetectorCounts;
+use super::curves::IntegrationCurves;
 use super::estimates::{BothEstimates, estimator_name, millimetres};
 use super::plan::{saving, spelled};
 use super::provenance::Provenance;
@@ -42,6 +43,8 @@ pub struct Page<'a> {
     pub emission: &'a Emission,
     /// The ports clock by clock.
     pub waves: &'a [Wave],
+    /// What theory expects at other integration times; what is missing is worked out.
+    pub curves: &'a [IntegrationCurves],
     /// The co-simulation.
     pub cosim: &'a cosim::Report,
     /// Counts of the scan's steps, one entry per detector.
