@@ -329,15 +329,17 @@ fn check_parallel(interface: &Interface) -> Result<(), HdlError> {
     Ok(())
 }
 
+/// What is beyond a limit.
+fn limit(what: &str, found: u64, limit: String) -> Result<(), HdlError> {
+    Err(HdlError::Limit {
+        what: what.to_owned(),
+        found,
+        limit: limit.into(),
+    })
+}
+
 /// What the memories of a histogram, and the stream of its rows, can hold.
 fn check_histogram(sensor: &Sensor, plan: &HistogramPlan) -> Result<(), HdlError> {
-    let limit = |what: &str, found: u64, limit: String| {
-        Err(HdlError::Limit {
-            what: what.to_owned(),
-            found,
-            limit: limit.into(),
-        })
-    };
     if plan.rows < LEAST_ROWS {
         return limit(
             "the code period of a histogram in chips",
@@ -357,7 +359,12 @@ fn check_histogram(sensor: &Sensor, plan: &HistogramPlan) -> Result<(), HdlError
             ),
         );
     }
-    let detectors = sensor.scene().detectors.len();
+    check_turns(plan, sensor.scene().detectors.len())?;
+    check_block_ram(sensor, plan)
+}
+
+/// Whether rows can leave while the next histogram counts.
+fn check_turns(plan: &HistogramPlan, detectors: usize) -> Result<(), HdlError> {
     if !plan.takes_turns() && detectors > 1 {
         return limit(
             "detectors of a histogram with buffers = 1",
@@ -379,6 +386,12 @@ fn check_histogram(sensor: &Sensor, plan: &HistogramPlan) -> Result<(), HdlError
             ),
         );
     }
+    Ok(())
+}
+
+/// Whether the target's block RAM holds the histograms.
+fn check_block_ram(sensor: &Sensor, plan: &HistogramPlan) -> Result<(), HdlError> {
+    let detectors = sensor.scene().detectors.len();
     let ram = block_ram(sensor.scene().hardware.target);
     let blocks = ram.blocks_of_histograms(plan, detectors);
     if blocks > ram.blocks {

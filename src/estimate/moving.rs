@@ -60,7 +60,7 @@ pub(super) fn predict(
             sensor.clock().ps(angle.sin() / fundamental.norm() / PI)
         })
         .collect();
-    let mut variance_ps2 = if sensor.timing().parallel == 1 {
+    let counted_ps2: f64 = if sensor.timing().parallel == 1 {
         let of_steps = weights.iter().zip(&variances);
         of_steps
             .map(|(weight, variance)| weight * weight * variance)
@@ -69,13 +69,42 @@ pub(super) fn predict(
         // Steps that share their light know of each other.
         (standing.std_m / distance_m(1.0)).powi(2)
     };
+    let weighted: Vec<(usize, f64)> = window
+        .iter()
+        .zip(&weights)
+        .map(|(&(_, step), &weight)| (step, weight))
+        .collect();
+    let variance_ps2 = with_fluctuations(sensor, detector, counting, &weighted, counted_ps2)?;
+    Ok(Prediction {
+        bias_m: distance_m(delay_error_ps(estimate.delay_ps, truth.delay_ps, period_ps)),
+        std_m: distance_m(f64::sqrt(variance_ps2)),
+        estimate,
+        detection_rate_hz: standing.detection_rate_hz,
+        phase_std_rad: PI * variance_ps2.sqrt() / sensor.clock().chip_period_ps,
+        coarse_failure_bound_fraction: standing.coarse_failure_bound_fraction,
+        missed_fraction: standing.missed_fraction,
+        coarse_spread_m: standing.coarse_spread_m,
+    })
+}
+
+/// The variance of an estimate, in ps^2, with what the fluctuations of the detector's paths
+/// add to that of its counts: its linear response to the mean displacements of the steps,
+/// each of which has a weight in the delay, in ps.
+fn with_fluctuations(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    counting: CountingTier,
+    weighted: &[(usize, f64)],
+    counted_ps2: f64,
+) -> Result<f64, PredictionError> {
+    let mut variance_ps2 = counted_ps2;
     for (index, other) in sensor.scene().paths.iter().enumerate() {
         let fluctuation = other.movement.and_then(|movement| movement.fluctuation);
         let Some(fluctuation) = fluctuation.filter(|_| other.detector == detector) else {
             continue;
         };
-        let mut responses = Vec::with_capacity(window.len());
-        for (&(_, step), weight) in window.iter().zip(&weights) {
+        let mut responses = Vec::with_capacity(weighted.len());
+        for &(step, weight) in weighted {
             let slope = slope_of_step(sensor, detector, counting, step, PathIndex(index))?;
             responses.push((Step::at(step), weight * slope));
         }
@@ -87,16 +116,7 @@ pub(super) fn predict(
             }
         }
     }
-    Ok(Prediction {
-        bias_m: distance_m(delay_error_ps(estimate.delay_ps, truth.delay_ps, period_ps)),
-        std_m: distance_m(f64::sqrt(variance_ps2)),
-        estimate,
-        detection_rate_hz: standing.detection_rate_hz,
-        phase_std_rad: PI * variance_ps2.sqrt() / sensor.clock().chip_period_ps,
-        coarse_failure_bound_fraction: standing.coarse_failure_bound_fraction,
-        missed_fraction: standing.missed_fraction,
-        coarse_spread_m: standing.coarse_spread_m,
-    })
+    Ok(variance_ps2)
 }
 
 /// Refuses movements that are not slow beside the phase steps.

@@ -36,34 +36,10 @@ pub(super) fn parts(sensor: &Sensor) -> Vec<Part> {
 
 /// The parts of hardware that keeps a histogram.
 fn histogram_parts(sensor: &Sensor, plan: &HistogramPlan) -> Vec<Part> {
-    let detectors = sensor.scene().detectors.len();
-    let ram = block_ram(sensor.scene().hardware.target);
     let by_host = "all counts of a histogram follow from it on the host";
     vec![
         edge_detector(sensor),
-        kept(
-            "histogram_memory",
-            format!(
-                "{}: {} of the target's {} {}",
-                match plan.takes_turns() {
-                    true => format!(
-                        "two histograms of {} bins of {} bits for each detector, of which one counts \
-                         while the other is read",
-                        plan.bins(),
-                        plan.bin_bits
-                    ),
-                    false => format!(
-                        "a histogram of {} bins of {} bits, read while the next one's first code \
-                         period is counted",
-                        plan.bins(),
-                        plan.bin_bits
-                    ),
-                },
-                ram.blocks_of_histograms(plan, detectors),
-                ram.blocks,
-                ram.name
-            ),
-        ),
+        histogram_memory(sensor, plan),
         match plan.adders() {
             1 => left_out(
                 "further_adders",
@@ -80,23 +56,7 @@ fn histogram_parts(sensor: &Sensor, plan: &HistogramPlan) -> Vec<Part> {
                 ),
             ),
         },
-        match plan.saturates() {
-            true => kept(
-                "saturation",
-                format!(
-                    "counter_width = {} is narrower than the {} bits that no stimulus overflows: bins \
-                     are saturated, and flagged at o_saturated",
-                    plan.bin_bits, plan.exact_bits
-                ),
-            ),
-            false => left_out(
-                "saturation",
-                format!(
-                    "{} code periods bring at most as many hits into a bin, which {} bits hold",
-                    plan.periods, plan.exact_bits
-                ),
-            ),
-        },
+        bin_saturation(plan),
         kept(
             "result_stream",
             format!("rows of {} bins, a row a clock", plan.row_bins),
@@ -105,6 +65,56 @@ fn histogram_parts(sensor: &Sensor, plan: &HistogramPlan) -> Vec<Part> {
         left_out("updown_correlator", by_host),
         left_out("peak_detector", by_host),
     ]
+}
+
+/// The memories of a histogram, and the block RAM that they take.
+fn histogram_memory(sensor: &Sensor, plan: &HistogramPlan) -> Part {
+    let detectors = sensor.scene().detectors.len();
+    let ram = block_ram(sensor.scene().hardware.target);
+    let memories = match plan.takes_turns() {
+        true => format!(
+            "two histograms of {} bins of {} bits for each detector, of which one counts \
+             while the other is read",
+            plan.bins(),
+            plan.bin_bits
+        ),
+        false => format!(
+            "a histogram of {} bins of {} bits, read while the next one's first code \
+             period is counted",
+            plan.bins(),
+            plan.bin_bits
+        ),
+    };
+    kept(
+        "histogram_memory",
+        format!(
+            "{memories}: {} of the target's {} {}",
+            ram.blocks_of_histograms(plan, detectors),
+            ram.blocks,
+            ram.name
+        ),
+    )
+}
+
+/// Whether bins may hold fewer bits than any stimulus fills.
+fn bin_saturation(plan: &HistogramPlan) -> Part {
+    match plan.saturates() {
+        true => kept(
+            "saturation",
+            format!(
+                "counter_width = {} is narrower than the {} bits that no stimulus overflows: bins \
+                 are saturated, and flagged at o_saturated",
+                plan.bin_bits, plan.exact_bits
+            ),
+        ),
+        false => left_out(
+            "saturation",
+            format!(
+                "{} code periods bring at most as many hits into a bin, which {} bits hold",
+                plan.periods, plan.exact_bits
+            ),
+        ),
+    }
 }
 
 fn generator_parts(sensor: &Sensor, index: usize) -> Vec<Part> {

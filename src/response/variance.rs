@@ -101,31 +101,9 @@ fn solve_backwards<const M: usize>(
                 start_slope[m] = -start_slope[m];
             }
 
-            let rates = &detections.rates[in_period];
-            let mean = [
-                rates[0],
-                0.5 * (rates[0] + rates[1]) + (rates[2] - rates[3]) / 8.0,
-                rates[1],
-            ];
-            let hits = detections.cumulative[in_period + 1] - detections.cumulative[in_period];
-            let first_half = cell.width
-                * (13.0 / 32.0 * rates[0] + 3.0 / 32.0 * rates[1] + 11.0 / 192.0 * rates[2]
-                    - 5.0 / 192.0 * rates[3]);
-            let expected = [
-                expected_end + sign * hits,
-                expected_end + sign * (hits - first_half),
-                expected_end,
-            ];
+            let mean = Mean::of(detections, in_period, cell.width, sign, expected_end);
             if chip < period {
-                let mut density = [0.0; 3];
-                for node in 0..3 {
-                    let ready = &states[in_period][node];
-                    for m in 0..M {
-                        density[node] += ready[m] * later[node][m];
-                    }
-                    density[node] -= mean[node] * expected[node];
-                }
-                excess[in_period] = cell.width / 6.0 * (density[0] + 4.0 * density[1] + density[2]);
+                excess[in_period] = excess_of_cell(&states[in_period], &later, &mean, cell.width);
             }
             let mut on_return = [start, end, start_slope, end_slope];
             if let Some(losses) = &mut losses {
@@ -133,10 +111,61 @@ fn solve_backwards<const M: usize>(
             }
             history.put(chips - 1 - chip, index, on_return);
             end = start;
-            expected_end = expected[0];
+            expected_end = mean.to_come[0];
         }
     }
     excess
+}
+
+/// What is so on average at the beginning, in the middle and at the end of a cell.
+struct Mean {
+    /// Rate of detections.
+    rate: [f64; 3],
+    /// Expected count still to come.
+    to_come: [f64; 3],
+}
+
+impl Mean {
+    /// Of a cell, at whose end `to_come` is expected.
+    #[inline(always)]
+    fn of(detections: &Detections, cell: usize, width: f64, sign: f64, to_come: f64) -> Mean {
+        let rates = &detections.rates[cell];
+        let hits = detections.cumulative[cell + 1] - detections.cumulative[cell];
+        let first_half = width
+            * (13.0 / 32.0 * rates[0] + 3.0 / 32.0 * rates[1] + 11.0 / 192.0 * rates[2]
+                - 5.0 / 192.0 * rates[3]);
+        Mean {
+            rate: [
+                rates[0],
+                0.5 * (rates[0] + rates[1]) + (rates[2] - rates[3]) / 8.0,
+                rates[1],
+            ],
+            to_come: [
+                to_come + sign * hits,
+                to_come + sign * (hits - first_half),
+                to_come,
+            ],
+        }
+    }
+}
+
+/// Q integrated over a cell, by Simpson's rule. `ready` are the states at its nodes, and
+/// `later` the counts to come after a detection there.
+#[inline(always)]
+fn excess_of_cell<const M: usize>(
+    ready: &[[f64; M]; 3],
+    later: &[[f64; M]; 3],
+    mean: &Mean,
+    width: f64,
+) -> f64 {
+    let mut density = [0.0; 3];
+    for node in 0..3 {
+        for m in 0..M {
+            density[node] += ready[node][m] * later[node][m];
+        }
+        density[node] -= mean.rate[node] * mean.to_come[node];
+    }
+    width / 6.0 * (density[0] + 4.0 * density[1] + density[2])
 }
 
 /// What a ready detector loses of the counts to come by having to wait for sample

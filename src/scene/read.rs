@@ -190,31 +190,15 @@ fn with_advice(message: &str) -> String {
 }
 
 fn read_scene(root: &Section, reference: SceneReference) -> Option<Scene> {
-    for (key, header) in [
-        ("clock", "[clock]"),
-        ("source", "[[source]]"),
-        ("detector", "[[detector]]"),
-        ("scan", "[scan]"),
-    ] {
-        if root.get(key).is_none() {
-            root.complain(&format!("the table {header} is missing; a scene needs it"));
-        }
-    }
+    check_tables(root);
     let clock = root.section("clock", "[clock]").and_then(read_clock);
     let source_sections = root.sections("source", MAX_TABLES);
     let detector_sections = root.sections("detector", MAX_TABLES);
     let path_sections = root.sections("path", MAX_TABLES);
     let source_names = Names::read("source", &source_sections);
     let detector_names = Names::read("detector", &detector_sections);
-    for (key, sections) in [
-        ("source", &source_sections),
-        ("detector", &detector_sections),
-    ] {
-        if sections.is_empty() && root.get(key).is_some() {
-            root.report(key, &format!("a scene needs at least one {key}"));
-        }
-    }
-
+    check_not_empty(root, "source", &source_sections);
+    check_not_empty(root, "detector", &detector_sections);
     let sources = read_sources(source_sections, clock);
     let paths: Option<Vec<Path>> = all(path_sections, |section| {
         source::read_path(section, &source_names, &detector_names, clock)
@@ -228,20 +212,7 @@ fn read_scene(root: &Section, reference: SceneReference) -> Option<Scene> {
     let steps_per_period = code_chips
         .zip(clock)
         .map(|(chips, clock)| chips * u64::from(clock.samples_per_chip));
-    let mut references = references.into_iter();
-    let detectors: Option<Vec<Detector>> = all(detector_sections, |section| {
-        let reference = references.next().flatten();
-        let source = sources
-            .as_deref()
-            .zip(reference)
-            .map(|(sources, index)| &sources[index]);
-        detector::read(
-            section,
-            reference,
-            clock,
-            source.map(|source| source.wavelength_nm),
-        )
-    });
+    let detectors = read_detectors(detector_sections, references, sources.as_deref(), clock);
     let scan = root
         .section("scan", "[scan]")
         .and_then(|section| scan::read(section, clock, steps_per_period));
@@ -274,6 +245,46 @@ fn read_scene(root: &Section, reference: SceneReference) -> Option<Scene> {
     };
     movement::check_distances(&root.sections("path", usize::MAX), &scene);
     Some(scene)
+}
+
+/// Reports every table that a scene needs and this one has not.
+fn check_tables(root: &Section) {
+    for (key, header) in [
+        ("clock", "[clock]"),
+        ("source", "[[source]]"),
+        ("detector", "[[detector]]"),
+        ("scan", "[scan]"),
+    ] {
+        if root.get(key).is_none() {
+            root.complain(&format!("the table {header} is missing; a scene needs it"));
+        }
+    }
+}
+
+/// Reports a list of tables that is there and has none.
+fn check_not_empty(root: &Section, key: &'static str, sections: &[Section]) {
+    if sections.is_empty() && root.get(key).is_some() {
+        root.report(key, &format!("a scene needs at least one {key}"));
+    }
+}
+
+/// Reads the detectors; `references` are the numbers of their own sources, as far as they
+/// are known.
+fn read_detectors(
+    sections: Vec<Section>,
+    references: Vec<Option<usize>>,
+    sources: Option<&[Source]>,
+    clock: Option<Clock>,
+) -> Option<Vec<Detector>> {
+    let mut references = references.into_iter();
+    all(sections, |section| {
+        let reference = references.next().flatten();
+        let source = sources
+            .zip(reference)
+            .map(|(sources, index)| &sources[index]);
+        let wavelength_nm = source.map(|source| source.wavelength_nm);
+        detector::read(section, reference, clock, wavelength_nm)
+    })
 }
 
 /// Reads the sources, as long as their codes fit into memory together.

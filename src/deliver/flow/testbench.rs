@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::file_list::testbench_file_list;
 use super::run_length::Words;
-use super::stimulus::{Group, MOST_CLOCKS, Recording, record};
+use super::stimulus::{Group, MOST_CLOCKS, Recording, Skips, record};
 use crate::deliver::design::{Design, EmittedFile};
 use crate::reference::cover_report::{Coverage, Missed};
 use crate::reference::predictor::ReferenceError;
@@ -305,30 +305,9 @@ fn header(names: &Names, recording: &Recording, time: &str, made_by: &str) -> St
         hits_up = recording.hits_up,
         hits_down = recording.hits_down,
     );
-    text += &comment("Covers", &coverage.summary());
-    for (title, missed) in [
-        ("Not", &coverage.not_covered),
-        ("Cannot", &coverage.unreachable),
-    ] {
-        let points: Vec<String> = missed.iter().take(MOST_NAMED).map(Missed::text).collect();
-        let more = missed.len().saturating_sub(MOST_NAMED);
-        if more > 0 {
-            text += &comment(title, &format!("{}; and {more} more", points.join("; ")));
-        } else if !points.is_empty() {
-            text += &comment(title, &points.join("; "));
-        }
-    }
+    text += &what_is_covered(coverage);
     if let Some(skips) = &recording.skips {
-        let paths: Vec<String> = skips.registers.iter().map(|r| r.path(".")).collect();
-        let about = format!(
-            "steps and scans are cut short, so that their ends and many more of them come in this \
-             length: between two clocks the testbench XORs a constant into the counters of the scan \
-             controller ({}), which moves them on and touches nothing else. A design without them \
-             is checked for the first {} clocks, before the first such move, with {whole} defined",
-            paths.join(", "),
-            skips.first_clock
-        );
-        text += &comment("Short", &about);
+        text += &comment("Short", &about_skips(skips, whole));
     }
     text + &format!(
         "\
@@ -349,6 +328,37 @@ fn header(names: &Names, recording: &Recording, time: &str, made_by: &str) -> St
 // {time}.
 
 "
+    )
+}
+
+/// What the recording shows of what can be covered.
+fn what_is_covered(coverage: &Coverage) -> String {
+    let mut text = comment("Covers", &coverage.summary());
+    for (title, missed) in [
+        ("Not", &coverage.not_covered),
+        ("Cannot", &coverage.unreachable),
+    ] {
+        let points: Vec<String> = missed.iter().take(MOST_NAMED).map(Missed::text).collect();
+        let more = missed.len().saturating_sub(MOST_NAMED);
+        if more > 0 {
+            text += &comment(title, &format!("{}; and {more} more", points.join("; ")));
+        } else if !points.is_empty() {
+            text += &comment(title, &points.join("; "));
+        }
+    }
+    text
+}
+
+/// How steps and scans are cut short.
+fn about_skips(skips: &Skips, whole: &str) -> String {
+    let paths: Vec<String> = skips.registers.iter().map(|r| r.path(".")).collect();
+    format!(
+        "steps and scans are cut short, so that their ends and many more of them come in this \
+             length: between two clocks the testbench XORs a constant into the counters of the scan \
+             controller ({}), which moves them on and touches nothing else. A design without them \
+             is checked for the first {} clocks, before the first such move, with {whole} defined",
+        paths.join(", "),
+        skips.first_clock
     )
 }
 
@@ -480,42 +490,50 @@ fn check<'a>(
         moves = moves(names, recording),
     );
     for vector in vectors {
-        // A simulator with two states reads a missing file as zeros.
-        let no_reset = if vector.name == INPUTS {
-            " || (clock == 0 && !i_rst)"
-        } else {
-            ""
-        };
-        let _ = write!(
-            text,
-            "            if (^{name}_value === 1'bx{no_reset}) begin
+        text += &vector_check(names, vector);
+    }
+    for port in outputs {
+        text += &port_check(port);
+    }
+    text += ENDING;
+    text
+}
+
+/// Whether a vector file is there, and long enough.
+fn vector_check(names: &Names, vector: &VectorFile) -> String {
+    // A simulator with two states reads a missing file as zeros.
+    let no_reset = if vector.name == INPUTS {
+        " || (clock == 0 && !i_rst)"
+    } else {
+        ""
+    };
+    format!(
+        "            if (^{name}_value === 1'bx{no_reset}) begin
                 $display(\"FAIL clock %0d: {file} is missing or short\", clock);
                 failed = 1'b1;
             end
 ",
-            name = vector.name,
-            file = vector.file_name(names),
-        );
-    }
-    for port in outputs {
-        // Without a result the interface promises nothing of its payload.
-        let counts = match port.name.as_str() {
-            "m_axis_tdata" | "m_axis_tlast" => "expected_m_axis_tvalid && ",
-            _ => "",
-        };
-        let _ = write!(
-            text,
-            "            if ({counts}{name} !== expected_{name}) begin
+        name = vector.name,
+        file = vector.file_name(names),
+    )
+}
+
+/// Whether a port is as expected.
+fn port_check(port: &Port) -> String {
+    // Without a result the interface promises nothing of its payload.
+    let counts = match port.name.as_str() {
+        "m_axis_tdata" | "m_axis_tlast" => "expected_m_axis_tvalid && ",
+        _ => "",
+    };
+    format!(
+        "            if ({counts}{name} !== expected_{name}) begin
                 $display(\"FAIL clock %0d: {name} expected %h got %h\", clock,
                          expected_{name}, {name});
                 failed = 1'b1;
             end
 ",
-            name = port.name,
-        );
-    }
-    text += ENDING;
-    text
+        name = port.name,
+    )
 }
 
 fn reader(names: &Names, made_by: &str) -> String {

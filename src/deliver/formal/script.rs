@@ -201,6 +201,23 @@ pub(super) fn script(design: &Design, harnesses: &[Harness]) -> EmittedFile {
         let _ = writeln!(text, "{}: {}", harness.name, harness.engine_line());
     }
     text += "\n[script]\n";
+    write_yosys(design, harnesses, &properties, &mut text);
+    text += "\n[files]\n";
+    for name in design.files.iter().map(|file| &file.name) {
+        let _ = writeln!(text, "{name}");
+    }
+    for name in [properties.as_str(), EMPTIED, REGISTERS] {
+        let _ = writeln!(text, "{}/{name}", FOLDER);
+    }
+    EmittedFile {
+        name: script_name(design),
+        text,
+    }
+}
+
+/// What Yosys does before the proofs, line by line; one that begins with a name is for
+/// that task alone.
+fn write_yosys(design: &Design, harnesses: &[Harness], properties: &str, text: &mut String) {
     for harness in harnesses {
         let _ = writeln!(
             text,
@@ -222,13 +239,13 @@ pub(super) fn script(design: &Design, harnesses: &[Harness]) -> EmittedFile {
             harness.top(design)
         );
     }
-    text += "proc -noopt\nflatten\n";
+    *text += "proc -noopt\nflatten\n";
     for harness in harnesses {
         for line in harness.script(design) {
             let _ = writeln!(text, "{}: {line}", harness.name);
         }
     }
-    text += "opt_dff -nodffe\n";
+    *text += "opt_dff -nodffe\n";
     for harness in harnesses {
         let mode = if harness.is_in_reset() {
             "-D IN_RESET "
@@ -241,15 +258,5 @@ pub(super) fn script(design: &Design, harnesses: &[Harness]) -> EmittedFile {
             harness.name
         );
     }
-    text += "opt_expr\nopt_clean\n\n[files]\n";
-    for name in design.files.iter().map(|file| &file.name) {
-        let _ = writeln!(text, "{name}");
-    }
-    for name in [properties.as_str(), EMPTIED, REGISTERS] {
-        let _ = writeln!(text, "{}/{name}", FOLDER);
-    }
-    EmittedFile {
-        name: script_name(design),
-        text,
-    }
+    *text += "opt_expr\nopt_clean\n";
 }

@@ -6,10 +6,10 @@ use super::error::FitError;
 use super::known_moments::{KnownMoments, Linear};
 use super::least_squares::{Normal, Weights};
 use super::model_estimate::{FittedPath, ModelEstimate};
-use super::parameters::Parameters;
+use super::parameters::{Column, Parameters};
 use super::problem::Problem;
 use crate::estimate::distance_m;
-use crate::response::MeanCount;
+use crate::response::{MeanCount, MeanResponse, MeanResponseError};
 
 /// Most Gauss-Newton steps: half a dozen are enough, save where noise is so large
 /// that the peak's curvature shows within it.
@@ -23,6 +23,9 @@ pub const CONVERGED_SIGMAS: f64 = 0.02;
 /// Weights are made anew where a fit has settled farther than this from where they were
 /// made, if they are worth it.
 pub const WEIGHED_SIGMAS: f64 = 0.1;
+
+/// Least share of a step that is tried.
+const LEAST_SHARE: f64 = 0.01;
 
 /// Most exact expectations of a fit that starts from known derivatives, and most nodes
 /// on the way to the nearest.
@@ -56,6 +59,89 @@ fn approach(
         here = next;
     }
     Ok(None)
+}
+
+/// Where a fit stands.
+struct Here<'m> {
+    parameters: Parameters,
+    response: MeanResponse<'m>,
+    expected: Vec<MeanCount>,
+    chi_square: f64,
+}
+
+/// Where weights were made: of a Poisson process, before any were for this detector.
+struct Weighing {
+    weights: Weights,
+    at: Option<Parameters>,
+    times: usize,
+}
+
+impl Weighing {
+    /// Whether those of this detector were made too far from here, if they were at all.
+    fn is_of_elsewhere(&self, here: &Parameters, normal: &Normal) -> bool {
+        self.at
+            .as_ref()
+            .is_none_or(|there| normal.largest_step_sigmas(&here.minus(there)) > WEIGHED_SIGMAS)
+    }
+}
+
+impl<'m> Here<'m> {
+    /// The start of a fit, with weights of a Poisson process.
+    fn at(
+        problem: &Problem<'m>,
+        start: &Parameters,
+        measured: &[MeanCount],
+    ) -> Result<(Here<'m>, Weighing), FitError> {
+        let response = problem.response(start)?;
+        let expected = problem.means_of(&response);
+        let weights = Weights::of_poisson(&expected);
+        let here = Here {
+            chi_square: weights.chi_square(measured, &expected),
+            parameters: start.clone(),
+            response,
+            expected,
+        };
+        let weighing = Weighing {
+            weights,
+            at: None,
+            times: 0,
+        };
+        Ok((here, weighing))
+    }
+
+    fn jacobian(&self, problem: &Problem<'m>) -> Result<Vec<Column>, MeanResponseError> {
+        problem.jacobian(&self.parameters, &self.response, &self.expected)
+    }
+
+    /// The place a step further, or a shorter one where the full one makes matters worse;
+    /// `None` where all of them do.
+    fn downhill(
+        &self,
+        problem: &Problem<'m>,
+        full: &[f64],
+        weights: &Weights,
+        measured: &[MeanCount],
+    ) -> Option<Here<'m>> {
+        let mut share = 1.0;
+        while share >= LEAST_SHARE {
+            let parameters = self.parameters.moved(full, share);
+            // A step of few counts may lead to light that has no response.
+            if let Ok(response) = problem.response(&parameters) {
+                let expected = problem.means_of(&response);
+                let chi_square = weights.chi_square(measured, &expected);
+                if chi_square <= self.chi_square * (1.0 + 1e-9) + 1e-6 {
+                    return Some(Here {
+                        parameters,
+                        response,
+                        expected,
+                        chi_square,
+                    });
+                }
+            }
+            share *= 0.4;
+        }
+        None
+    }
 }
 
 /// The Gauss-Newton step that leaves no less than no background.
@@ -141,75 +227,54 @@ impl Fitted {
             return Err(undetermined());
         }
         let measured: Vec<MeanCount> = problem.steps.iter().map(|&s| counts[s.index()]).collect();
-        let mut parameters = start.clone();
-        let mut response = problem.response(&parameters)?;
-        let mut expected = problem.means_of(&response);
-        let mut weights = Weights::of_poisson(&expected);
-        let mut chi_square = weights.chi_square(&measured, &expected);
-        let mut weighed_at: Option<Parameters> = None;
-        let mut times_weighed = 0;
-        let mut jacobian = problem.jacobian(&parameters, &response, &expected)?;
-        let mut linearised = parameters.clone();
+        let (mut here, mut weighing) = Here::at(problem, &start, &measured)?;
+        let mut jacobian = here.jacobian(problem)?;
+        let mut linearised = start.clone();
         for iteration in 1..=MOST_ITERATIONS {
-            let normal = weights
-                .normal(&jacobian, &measured, &expected)
+            let normal = weighing
+                .weights
+                .normal(&jacobian, &measured, &here.expected)
                 .ok_or_else(undetermined)?;
-            let full = bounded(&normal, &parameters);
-            let (before, chi_square_before) = (parameters.clone(), chi_square);
-            let mut share = 1.0;
-            loop {
-                let tried = parameters.moved(&full, share);
-                // A step of few counts may lead to light that has no response.
-                if let Ok(tried_response) = problem.response(&tried) {
-                    let means = problem.means_of(&tried_response);
-                    let found = weights.chi_square(&measured, &means);
-                    if found <= chi_square * (1.0 + 1e-9) + 1e-6 {
-                        (parameters, response, expected) = (tried, tried_response, means);
-                        chi_square = found;
-                        break;
-                    }
-                }
-                share *= 0.4;
-                if share < 0.01 {
-                    break;
-                }
+            let (before, chi_square_before) = (here.parameters.clone(), here.chi_square);
+            let full = bounded(&normal, &before);
+            if let Some(next) = here.downhill(problem, &full, &weighing.weights, &measured) {
+                here = next;
             }
-            if parameters == before && parameters != linearised {
+            if here.parameters == before && here.parameters != linearised {
                 // No way leads down, perhaps for derivatives from elsewhere.
-                jacobian = problem.jacobian(&parameters, &response, &expected)?;
-                linearised = parameters.clone();
+                jacobian = here.jacobian(problem)?;
+                linearised = here.parameters.clone();
                 continue;
             }
             // Where no way leads down even so is the minimum, as far as derivatives
             // from finite steps can tell.
-            let moved = normal.largest_step_sigmas(&parameters.minus(&before));
-            let fell = chi_square_before - chi_square;
+            let moved = normal.largest_step_sigmas(&here.parameters.minus(&before));
+            let fell = chi_square_before - here.chi_square;
             let has_settled = moved < CONVERGED_SIGMAS
-                || weighed_at.is_some() && fell < CONVERGED_SIGMAS * CONVERGED_SIGMAS;
-            let is_weighed_elsewhere = match &weighed_at {
+                || weighing.at.is_some() && fell < CONVERGED_SIGMAS * CONVERGED_SIGMAS;
+            let is_near_the_end = match weighing.at {
                 None => moved < 1.0,
-                Some(_) if !has_settled || times_weighed == problem.most_weighings() => false,
-                Some(there) => {
-                    normal.largest_step_sigmas(&parameters.minus(there)) > WEIGHED_SIGMAS
-                }
+                Some(_) => has_settled && weighing.times < problem.most_weighings(),
             };
-            if is_weighed_elsewhere {
-                weighed_at = Some(parameters.clone());
-                times_weighed += 1;
-                weights = known.weights(problem, &parameters, &expected)?;
-                chi_square = weights.chi_square(&measured, &expected);
+            if is_near_the_end && weighing.is_of_elsewhere(&here.parameters, &normal) {
+                weighing = Weighing {
+                    weights: known.weights(problem, &here.parameters, &here.expected)?,
+                    at: Some(here.parameters.clone()),
+                    times: weighing.times + 1,
+                };
+                here.chi_square = weighing.weights.chi_square(&measured, &here.expected);
             } else if has_settled {
                 return Ok(Fitted {
-                    parameters,
+                    parameters: here.parameters,
                     normal,
-                    chi_square,
-                    values: weights.values(),
+                    chi_square: here.chi_square,
+                    values: weighing.weights.values(),
                     iterations: iteration,
                 });
             }
-            if parameters.differ_from(&linearised) {
-                jacobian = problem.jacobian(&parameters, &response, &expected)?;
-                linearised = parameters.clone();
+            if here.parameters.differ_from(&linearised) {
+                jacobian = here.jacobian(problem)?;
+                linearised = here.parameters.clone();
             }
         }
         Err(FitError::NotConverged {

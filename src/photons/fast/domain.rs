@@ -117,15 +117,7 @@ pub struct PathTable {
 impl Tables {
     /// The tables of a model, or why there are none.
     pub fn new(model: &DetectorModel) -> Result<Tables, OutsideDomain> {
-        if let Some(light) = model.excess.iter().find(|light| light.movement.is_some()) {
-            return Err(OutsideDomain::MovingPath { path: light.path });
-        }
-        if model.excess.iter().any(|light| light.shape.has_gates()) {
-            return Err(OutsideDomain::UnlikeEdges);
-        }
-        if model.tail.is_some() {
-            return Err(OutsideDomain::Tail);
-        }
+        check_parts(model)?;
         let mut codes = model.excess.iter().map(|light| light.code.len());
         let period = codes.try_fold(model.reference.len(), least_common_multiple);
         let grid = period
@@ -179,6 +171,20 @@ impl Tables {
             reach_ticks: grid.ticks(NORMAL_REACH * jitter_chips).ceil() as u32,
         })
     }
+}
+
+/// Whether the model has only parts that the lanes have.
+fn check_parts(model: &DetectorModel) -> Result<(), OutsideDomain> {
+    if let Some(light) = model.excess.iter().find(|light| light.movement.is_some()) {
+        return Err(OutsideDomain::MovingPath { path: light.path });
+    }
+    if model.excess.iter().any(|light| light.shape.has_gates()) {
+        return Err(OutsideDomain::UnlikeEdges);
+    }
+    if model.tail.is_some() {
+        return Err(OutsideDomain::Tail);
+    }
+    Ok(())
 }
 
 fn check_quickness(model: &DetectorModel, grid: Grid) -> Result<(), OutsideDomain> {

@@ -217,6 +217,13 @@ impl Kitchen<'_> {
         Ok(plans)
     }
 
+    /// The same hits in a fresh group and in so many after it.
+    fn again(&self, groups: u64, hits: Hits, length: Length) -> Vec<GroupPlan> {
+        let mut plans = vec![self.fresh().with(hits).long(length)];
+        plans.extend((0..groups).map(|_| GroupPlan::random().with(hits).long(length)));
+        plans
+    }
+
     fn hits(&self, point: CoverPoint) -> Vec<GroupPlan> {
         let plain = GroupPlan::random;
         let chips = self.interface.timing.scan.integration_chips;
@@ -228,20 +235,16 @@ impl Kitchen<'_> {
                 lane,
                 up,
             } => {
-                let (step, lane) = (step as u64, u64::from(lane));
-                let one = Hits::One {
-                    detector,
-                    step,
-                    lane,
-                    up,
-                };
                 // The sign that is wanted may come only later.
                 let code = self.interface.reference_codes[detector].len();
                 let groups = (code / chips).clamp(1, 40) + 1;
-                let length = Length::AtLeast(code.min(512));
-                let mut plans = vec![self.fresh().with(one).long(length)];
-                plans.extend((0..groups).map(|_| plain().with(one).long(length)));
-                plans
+                let one = Hits::One {
+                    detector,
+                    step: step as u64,
+                    lane: u64::from(lane),
+                    up,
+                };
+                self.again(groups, one, Length::AtLeast(code.min(512)))
             }
             CoverPoint::FullWord { .. } => vec![
                 self.fresh()
@@ -263,10 +266,7 @@ impl Kitchen<'_> {
             CoverPoint::TotalCarry { bit, .. } => {
                 let chips = (1u64 << bit).div_ceil((lanes / 2).max(1)) * 2;
                 let groups = chips.div_ceil(self.interface.timing.scan.integration_chips) + 2;
-                let long = Length::AtLeast(chips.div_ceil(2));
-                let mut plans = vec![self.fresh().with(Hits::EveryOther).long(long)];
-                plans.extend((0..groups).map(|_| plain().with(Hits::EveryOther).long(long)));
-                plans
+                self.again(groups, Hits::EveryOther, Length::AtLeast(chips.div_ceil(2)))
             }
             CoverPoint::Carry { step, .. } | CoverPoint::Borrow { step, .. } => {
                 let step = step as u64;

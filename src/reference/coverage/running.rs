@@ -137,36 +137,28 @@ impl Running {
                 }
             }
             if std::mem::take(&mut seen.first_sample) {
-                add(if begins_scan {
-                    CoverPoint::FirstSample { detector }
-                } else {
-                    CoverPoint::StepBorder {
-                        detector,
-                        first: true,
-                    }
+                let first = true;
+                add(match begins_scan {
+                    true => CoverPoint::FirstSample { detector },
+                    false => CoverPoint::StepBorder { detector, first },
                 });
             }
             if std::mem::take(&mut seen.last_sample) {
-                add(CoverPoint::StepBorder {
-                    detector,
-                    first: false,
-                });
+                let first = false;
+                add(CoverPoint::StepBorder { detector, first });
             }
             for &bit in &self.borders {
-                if seen.total >> bit != seen.base >> bit {
-                    add(CoverPoint::TotalCarry {
-                        detector,
-                        bit,
-                        borrow: false,
-                    });
-                }
                 let low = |number: u64| number & ((1 << bit) - 1);
-                if low(seen.total) < low(seen.base) {
-                    add(CoverPoint::TotalCarry {
-                        detector,
-                        bit,
-                        borrow: true,
-                    });
+                let carries = seen.total >> bit != seen.base >> bit;
+                let borrows = low(seen.total) < low(seen.base);
+                for (borrow, is_seen) in [(false, carries), (true, borrows)] {
+                    if is_seen {
+                        add(CoverPoint::TotalCarry {
+                            detector,
+                            bit,
+                            borrow,
+                        });
+                    }
                 }
             }
             seen.base = seen.total;

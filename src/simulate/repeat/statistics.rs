@@ -6,7 +6,7 @@ use super::tally::Tally;
 use crate::estimate::fit::{FitError, expected_fit};
 use crate::estimate::unwrap::{check_normal, fold, fold_distance, unwrap};
 use crate::estimate::{Theory, distance_m, folded};
-use crate::scene::EstimatorKind;
+use crate::scene::{EstimatorKind, PathIndex};
 use crate::simulate::path_statistics::PathStatistics;
 
 /// Bias and standard deviation in metres.
@@ -23,7 +23,6 @@ pub fn statistics(
     detected_rate_cps: f64,
 ) -> Vec<PathStatistics> {
     let scene = ranging.sensor.scene();
-    let bound = &theory.bound;
     let expected = expectations(ranging, theory);
     let of_path = |place: usize| {
         let path = ranging.paths[place];
@@ -39,14 +38,12 @@ pub fn statistics(
         let found = tally.found[place];
         let missed_scans = tally.scans - found;
         let of_scans = |count: u64| (tally.scans > 0).then(|| count as f64 / tally.scans as f64);
-        let bound_m = bound.as_ref().ok().and_then(|bound| bound.of_path(path));
-        let bound_remark = match bound {
-            Err(reason) => Some(format!("no bound: {reason}")),
-            Ok(_) if bound_m.is_none() => {
-                Some("no bound: the path carries no modulated light".to_owned())
-            }
-            Ok(_) => None,
+        let (bound_m, bound_remark) = match bound_of(theory, path) {
+            Ok(bound_m) => (Some(bound_m), None),
+            Err(reason) => (None, Some(format!("no bound: {reason}"))),
         };
+        let unexpected = expected[place].as_ref().err();
+        let unexpected = unexpected.map(|reason| format!("no expectation: {reason}"));
         PathStatistics {
             detector: scene.detectors[ranging.detector].name.clone(),
             source: scene.sources[scene.paths[path].source].name.clone(),
@@ -76,15 +73,20 @@ pub fn statistics(
             remark: joined([
                 tally.remark(),
                 spread,
-                expected[place]
-                    .as_ref()
-                    .err()
-                    .map(|reason| format!("no expectation: {reason}")),
+                unexpected,
                 folded(ranging.sensor, path),
             ]),
         }
     };
     (0..ranging.paths.len()).map(of_path).collect()
+}
+
+/// The bound of a path, in metres, or why there is none.
+fn bound_of(theory: &Theory, path: PathIndex) -> Result<f64, String> {
+    let bound = theory.bound.as_ref().map_err(ToString::to_string)?;
+    bound
+        .of_path(path)
+        .ok_or_else(|| "the path carries no modulated light".to_owned())
 }
 
 /// What each path's estimate is expected to be.

@@ -26,32 +26,15 @@ impl Simulation {
 impl PathStatistics {
     fn write(&self, simulation: &Simulation, text: &mut String) {
         let draws = simulation.fidelity.draws();
-        let millimetres = |value: Option<f64>| match value {
-            Some(metres) => format!("{:.2} mm", metres * 1e3),
-            None => "none".to_owned(),
-        };
-        let with_error = |value: Option<f64>, error: Option<f64>| match error {
-            Some(_) => format!("{} +- {}", millimetres(value), millimetres(error)),
-            None => millimetres(value),
-        };
-        let percent = |share: Option<f64>| match share {
-            Some(share) => format!("{:.1} %", share * 100.0),
-            None => "an unknown share".to_owned(),
-        };
-        let coarse = match draws {
-            true => format!(
-                "coarse stage right in {} of {}",
-                percent(self.correct_coarse_fraction),
-                simulation.repetitions
-            ),
-            false => format!(
-                "coarse stage right in {} of all scans",
-                percent(self.correct_coarse_fraction)
-            ),
+        let right = percent(self.correct_coarse_fraction);
+        let of_scans = match draws {
+            true => simulation.repetitions.to_string(),
+            false => "all scans".to_owned(),
         };
         let _ = writeln!(
             text,
-            "{}, path {} of {} at {:.4} m: bias {}, standard deviation {}, {coarse}",
+            "{}, path {} of {} at {:.4} m: bias {}, standard deviation {}, coarse stage right in \
+             {right} of {of_scans}",
             self.detector,
             self.path,
             self.source,
@@ -66,6 +49,26 @@ impl PathStatistics {
                 at_s * 1e3
             );
         }
+        self.write_theory(draws, text);
+        if let Some(share) = self.chi_square_alarm_fraction {
+            let _ = writeln!(
+                text,
+                "  chi-square alarm in {:.1} % of the fits",
+                share * 100.0
+            );
+        }
+        let _ = writeln!(
+            text,
+            "  {:.3} million detections per second",
+            self.detected_rate_cps / 1e6
+        );
+        for remark in [&self.remark, &self.bound_remark].into_iter().flatten() {
+            let _ = writeln!(text, "  {remark}");
+        }
+    }
+
+    /// What is expected, beside what was drawn if anything was, and the bound.
+    fn write_theory(&self, draws: bool, text: &mut String) {
         if draws && self.expected_bias_m.is_some() {
             let _ = writeln!(
                 text,
@@ -87,20 +90,26 @@ impl PathStatistics {
                 None => writeln!(text),
             };
         }
-        if let Some(share) = self.chi_square_alarm_fraction {
-            let _ = writeln!(
-                text,
-                "  chi-square alarm in {:.1} % of the fits",
-                share * 100.0
-            );
-        }
-        let _ = writeln!(
-            text,
-            "  {:.3} million detections per second",
-            self.detected_rate_cps / 1e6
-        );
-        for remark in [&self.remark, &self.bound_remark].into_iter().flatten() {
-            let _ = writeln!(text, "  {remark}");
-        }
+    }
+}
+
+fn millimetres(metres: Option<f64>) -> String {
+    match metres {
+        Some(metres) => format!("{:.2} mm", metres * 1e3),
+        None => "none".to_owned(),
+    }
+}
+
+fn with_error(metres: Option<f64>, error_m: Option<f64>) -> String {
+    match error_m {
+        Some(_) => format!("{} +- {}", millimetres(metres), millimetres(error_m)),
+        None => millimetres(metres),
+    }
+}
+
+fn percent(share: Option<f64>) -> String {
+    match share {
+        Some(share) => format!("{:.1} %", share * 100.0),
+        None => "an unknown share".to_owned(),
     }
 }

@@ -262,10 +262,7 @@ pub fn compare(
     budget: Duration,
     target_error: f64,
 ) -> Result<FidelityReport, FidelityError> {
-    let own = scene.detectors[0].reference;
-    let path = PathIndex::of(&scene.paths)
-        .find(|&p| scene.paths[p].detector == DetectorIndex(0) && scene.paths[p].source == own)
-        .ok_or(FidelityError::NoPath)?;
+    let path = own_path(scene)?;
     let sensor = Sensor::new(scene);
     check_modulated(&sensor, DetectorIndex(0))?;
     let (windowed, unscanned) = window::round_peak(&sensor, path, target_error);
@@ -288,31 +285,13 @@ pub fn compare(
         // The reference's own runs share their random numbers with it: their errors
         // are a little too small, and that of the last is none.
         let runs = match tier {
-            Tier::Sampled => Ok(std::mem::take(&mut sampled)),
-            _ => points::grow(&windowed, &prepared, path, seed ^ 0x5bd1_e995, share),
-        };
-        let runs = match runs {
-            // A tier that works the response out may not be able to; others can.
-            Err(FidelityError::Scans(
-                reason @ (ScansError::MeanResponse(_)
-                | ScansError::Prediction(_)
-                | ScansError::Histograms(_)),
-            )) => {
-                warnings.push(format!("left out: {reason}"));
-                Vec::new()
+            Tier::Sampled => std::mem::take(&mut sampled),
+            _ => {
+                let runs = points::grow(&windowed, &prepared, path, seed ^ 0x5bd1_e995, share);
+                unless_left_out(runs, &mut warnings)?
             }
-            other => other?,
         };
-        let points = runs
-            .iter()
-            .map(|run| points::point(run, &reference, target_error));
-        let known: Vec<TierPoint> = points.flatten().collect();
-        if let (true, Some(run)) = (known.is_empty(), runs.last()) {
-            let reason = run.statistics.remark.as_deref();
-            let reason = reason.unwrap_or("fewer than two scans found the path");
-            warnings.push(format!("left out, without a standard deviation: {reason}"));
-        }
-        tiers.extend(known);
+        tiers.extend(points_of(&runs, &reference, target_error, &mut warnings));
         domains.push(TierDomain {
             fidelity: tier.to_string(),
             domain: domain::of(tier, scene.hardware.architecture),
@@ -338,4 +317,50 @@ pub fn compare(
         sensor: sensor::trade(scene, path),
         left_out,
     })
+}
+
+/// The path that tiers are compared on.
+fn own_path(scene: &Scene) -> Result<PathIndex, FidelityError> {
+    let own = scene.detectors[0].reference;
+    PathIndex::of(&scene.paths)
+        .find(|&p| scene.paths[p].detector == DetectorIndex(0) && scene.paths[p].source == own)
+        .ok_or(FidelityError::NoPath)
+}
+
+/// The runs of a tier: none, with a warning, of one that works the response out and cannot;
+/// others can.
+fn unless_left_out<R>(
+    runs: Result<Vec<R>, FidelityError>,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<R>, FidelityError> {
+    match runs {
+        Err(FidelityError::Scans(
+            reason @ (ScansError::MeanResponse(_)
+            | ScansError::Prediction(_)
+            | ScansError::Histograms(_)),
+        )) => {
+            warnings.push(format!("left out: {reason}"));
+            Ok(Vec::new())
+        }
+        other => other,
+    }
+}
+
+/// What a tier's runs say beside the reference; a warning if they say nothing.
+fn points_of(
+    runs: &[points::Run],
+    reference: &Reference,
+    target_error: f64,
+    warnings: &mut Vec<String>,
+) -> Vec<TierPoint> {
+    let points = runs
+        .iter()
+        .map(|run| points::point(run, reference, target_error));
+    let known: Vec<TierPoint> = points.flatten().collect();
+    if let (true, Some(run)) = (known.is_empty(), runs.last()) {
+        let reason = run.statistics.remark.as_deref();
+        let reason = reason.unwrap_or("fewer than two scans found the path");
+        warnings.push(format!("left out, without a standard deviation: {reason}"));
+    }
+    known
 }
