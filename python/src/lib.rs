@@ -5,11 +5,14 @@
 //! command line as Python's own types ([`values`]); what is as long as a scan or a run is
 //! a numpy array.
 
+mod arguments;
 mod errors;
-mod jobs;
+mod estimating;
+mod hardware;
 mod model;
 mod scene;
 mod scoreboard;
+mod simulating;
 mod values;
 mod waiting;
 
@@ -26,12 +29,12 @@ fn _goldtof(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<scene::PyScene>()?;
     module.add_class::<model::PyModel>()?;
     module.add_class::<scoreboard::PyScoreboard>()?;
-    module.add_function(wrap_pyfunction!(jobs::codes, module)?)?;
-    module.add_function(wrap_pyfunction!(jobs::correlation, module)?)?;
-    module.add_function(wrap_pyfunction!(jobs::emit, module)?)?;
-    module.add_function(wrap_pyfunction!(jobs::expected, module)?)?;
-    module.add_function(wrap_pyfunction!(jobs::simulate, module)?)?;
-    module.add_function(wrap_pyfunction!(jobs::scans, module)?)?;
-    module.add_function(wrap_pyfunction!(jobs::estimate, module)?)?;
-    module.add_function(wrap_pyfunction!(jobs::cosim, module)?)
+    module.add_function(wrap_pyfunction!(hardware::codes, module)?)?;
+    module.add_function(wrap_pyfunction!(hardware::correlation, module)?)?;
+    module.add_function(wrap_pyfunction!(hardware::emit, module)?)?;
+    module.add_function(wrap_pyfunction!(simulating::expected, module)?)?;
+    module.add_function(wrap_pyfunction!(simulating::simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(simulating::scans, module)?)?;
+    module.add_function(wrap_pyfunction!(estimating::estimate, module)?)?;
+    module.add_function(wrap_pyfunction!(hardware::cosim, module)?)
 }
