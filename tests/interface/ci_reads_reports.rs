@@ -2,19 +2,11 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use roxmltree::{Document, Node};
 use serde_json::Value;
 
-const QUICK: &str = "scenes/quick.toml";
-
-fn goldtof(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_goldtof"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
+use crate::program::{QUICK, goldtof};
 
 fn number(node: Node, attribute: &str) -> usize {
     node.attribute(attribute).unwrap().parse().unwrap()

@@ -2,31 +2,10 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use serde_json::Value;
 
-const QUICK: &str = "scenes/quick.toml";
-
-fn goldtof(arguments: &[&str]) -> Output {
-    command(arguments).output().unwrap()
-}
-
-fn command(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_goldtof"));
-    command.args(arguments);
-    command
-}
-
-fn json(arguments: &[&str]) -> Value {
-    let output = goldtof(arguments);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
+use crate::program::{QUICK, command, goldtof, json, said};
 
 /// Emits the quick scene into a folder.
 fn emit(folder: &Path) {
@@ -122,7 +101,7 @@ fn the_phase_estimator_has_no_totals_and_the_model_estimator_does_not_go_without
         let output = goldtof(&command);
         assert_eq!(output.status.code(), Some(2), "{command:?}");
         assert!(
-            stderr(&output).contains("total_counts = false"),
+            said(&output).contains("total_counts = false"),
             "{command:?}"
         );
     }
@@ -134,7 +113,7 @@ fn a_run_prints_both_estimators_and_what_the_hardware_does_not_send() {
     let out = folder.path().to_str().unwrap();
     let text = |more: &[&str]| {
         let output = goldtof(&[&["run", QUICK, "--out", out], more].concat());
-        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
         String::from_utf8(output.stdout).unwrap()
     };
     let row = |text: &str, name: &str| {
@@ -184,7 +163,7 @@ fn a_degree_that_is_suggested_leads_to_hardware() {
     for degree in ["4", "8", "12", "16", "20"] {
         let output = emit(degree);
         assert_eq!(output.status.code(), Some(2), "{degree}");
-        let told = stderr(&output);
+        let told = said(&output);
         let advice = told
             .split("use degree ")
             .nth(1)
@@ -195,7 +174,7 @@ fn a_degree_that_is_suggested_leads_to_hardware() {
             output.status.code(),
             Some(0),
             "{suggested}: {}",
-            stderr(&output)
+            said(&output)
         );
         let alone = advice.contains("in simulation alone");
         assert_eq!(alone, degree.parse::<u32>().unwrap() + 1 > 16, "{told}");
@@ -216,7 +195,7 @@ fn a_path_beyond_the_range_is_told_first() {
         vec!["simulate", scene, "--fidelity", "expected"],
     ] {
         let output = goldtof(&command);
-        let told = stderr(&output);
+        let told = said(&output);
         let first = told.lines().next().unwrap_or_default();
         assert!(
             first.contains("500.0000 m are beyond"),
@@ -350,9 +329,9 @@ fn a_scene_that_is_wrong_ends_with_2_and_names_its_place() {
     assert_eq!(output.status.code(), Some(2));
     assert!(output.stdout.is_empty());
     assert!(
-        stderr(&output).contains("wrong.toml:5:15: "),
+        said(&output).contains("wrong.toml:5:15: "),
         "{}",
-        stderr(&output)
+        said(&output)
     );
 }
 
@@ -373,7 +352,7 @@ fn a_missing_tool_ends_with_3_and_says_how_to_install_it() {
             .unwrap();
         assert_eq!(output.status.code(), Some(3));
         let message = format!("apt-get install {package}");
-        assert!(stderr(&output).contains(&message), "{}", stderr(&output));
+        assert!(said(&output).contains(&message), "{}", said(&output));
     }
 }
 
@@ -383,11 +362,7 @@ fn rtl_that_does_not_compile_is_bad_input_and_ends_with_2() {
     fs::write(folder.path().join("sensor_top.v"), "module sensor_top (\n").unwrap();
     let output = goldtof(&["cosim", QUICK, "--rtl", folder.path().to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(
-        stderr(&output).contains("syntax error"),
-        "{}",
-        stderr(&output)
-    );
+    assert!(said(&output).contains("syntax error"), "{}", said(&output));
 }
 
 #[test]
@@ -405,7 +380,7 @@ fn rtl_with_other_ports_is_refused_port_by_port() {
     let output = goldtof(&["cosim", QUICK, "--rtl", folder.path().to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
     let message = "port o_overrun is an output of 2 bit(s); it should be an output of 1 bit(s)";
-    assert!(stderr(&output).contains(message), "{}", stderr(&output));
+    assert!(said(&output).contains(message), "{}", said(&output));
 }
 
 #[test]
@@ -459,7 +434,7 @@ fn light_without_its_code_gives_no_estimate() {
 
     let compared = goldtof(&["fidelity", flat, "--budget-s", "1"]);
     assert_eq!(compared.status.code(), Some(2));
-    assert!(stderr(&compared).contains("no light that its source modulates"));
+    assert!(said(&compared).contains("no light that its source modulates"));
 }
 
 #[test]
@@ -467,7 +442,7 @@ fn a_folder_without_verilog_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let output = goldtof(&["cosim", QUICK, "--rtl", folder.path().to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("holds no .v or .sv file"));
+    assert!(said(&output).contains("holds no .v or .sv file"));
 }
 
 #[test]
@@ -479,12 +454,8 @@ fn verilog_that_ends_its_own_simulation_ends_with_1() {
     let halting = text.replace("endmodule", "always @(posedge o_epoch) $finish;\nendmodule");
     fs::write(&path, halting).unwrap();
     let output = goldtof(&["cosim", QUICK, "--rtl", folder.path().to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
-    assert!(
-        stderr(&output).contains("$finish at"),
-        "{}",
-        stderr(&output)
-    );
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(said(&output).contains("$finish at"), "{}", said(&output));
 }
 
 #[test]
@@ -542,6 +513,6 @@ fn an_output_folder_that_cannot_be_made_is_named() {
     for command in ["emit", "run"] {
         let output = goldtof(&[command, QUICK, "--out", out.to_str().unwrap()]);
         assert_eq!(output.status.code(), Some(2));
-        assert!(stderr(&output).contains("file/out"), "{}", stderr(&output));
+        assert!(said(&output).contains("file/out"), "{}", said(&output));
     }
 }

@@ -4,26 +4,11 @@ use goldtof::scene::DetectorIndex;
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
 
 use serde_json::Value;
 
-const QUICK: &str = "scenes/quick.toml";
-
-fn goldtof(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_goldtof"));
-    command.args(arguments).output().unwrap()
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn json(arguments: &[&str]) -> Value {
-    let output = goldtof(arguments);
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
+use crate::program::{QUICK, command, goldtof, json, said};
 
 fn run(folder: &Path, more: &[&str]) -> (String, Value) {
     let out = folder.to_str().unwrap();
@@ -280,7 +265,7 @@ fn the_bins_of_a_run_give_the_distance_that_the_run_gave() {
         "estimate",
         &["/dev/stdin", "--json", "--estimator", "model"],
     );
-    let mut child = Command::new(env!("CARGO_BIN_EXE_goldtof"))
+    let mut child = command(&[])
         .args(all)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())

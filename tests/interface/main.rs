@@ -8,6 +8,7 @@ mod code_reports_name_the_published_properties;
 mod documents_name_what_exists;
 mod estimate_takes_recorded_counts;
 mod new_scenes_and_manual;
+mod program;
 mod report_is_one_sound_page;
 mod run_measures_the_articles_sensor;
 mod scene_malformed_scenes_are_refused;

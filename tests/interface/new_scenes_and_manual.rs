@@ -4,13 +4,10 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use crate::program::command;
+
 fn goldtof(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_goldtof"));
-    command
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
+    command(arguments).current_dir(folder).output().unwrap()
 }
 
 fn said(output: &Output) -> String {

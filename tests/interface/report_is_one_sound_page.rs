@@ -8,11 +8,11 @@ use std::process::Command;
 
 use serde_json::Value;
 
-const QUICK: &str = "scenes/quick.toml";
+use crate::program::{QUICK, command};
 
 /// Runs a scene with both estimators; its JSON and its page.
 fn run(scene: &str, out: &Path, epoch: Option<&str>) -> (Value, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_goldtof"));
+    let mut command = command(&[]);
     command
         .args([
             "run",
@@ -136,8 +136,7 @@ fn with_a_date_that_is_given_it_is_the_same_byte_for_byte() {
     let (_, second) = run(QUICK, out.path(), epoch);
     assert!(first == second);
     assert!(first.contains("2026-01-01T00:00:00Z"));
-    let output = Command::new(env!("CARGO_BIN_EXE_goldtof"))
-        .args(["run", QUICK, "--out"])
+    let output = command(&["run", QUICK, "--out"])
         .arg(out.path())
         .env("SOURCE_DATE_EPOCH", "yesterday")
         .output()

@@ -2,7 +2,8 @@
 //! lock-step, and a distance that theory expects; all as README prints it.
 
 use std::fs;
-use std::process::Command;
+
+use crate::program::command;
 
 /// The block of README behind "ends like this".
 fn printed_in_readme() -> String {
@@ -16,8 +17,7 @@ fn printed_in_readme() -> String {
 fn the_whole_scan_matches_and_the_estimates_are_as_far_off_as_theory_says() {
     let folder = tempfile::tempdir().unwrap();
     // As `scripts/run` does it.
-    let output = Command::new(env!("CARGO_BIN_EXE_goldtof"))
-        .arg("run")
+    let output = command(&["run"])
         .arg(fs::canonicalize("scenes/paper-single.toml").unwrap())
         .args(["--estimator", "model", "--out", "out/paper-single"])
         .current_dir(folder.path())

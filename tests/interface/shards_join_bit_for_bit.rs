@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use goldtof::OutputFolder;
@@ -17,30 +17,14 @@ use goldtof::study::reproduce::{FigureId, MadeFigure, Options, Reproduction, rep
 use goldtof::study::stress::{self, CaseReport, StressReport};
 use serde_json::{Value, json};
 
-const QUICK: &str = "scenes/quick.toml";
-
-fn command(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_goldtof"));
-    command.args(arguments);
-    command
-}
-
-fn goldtof(arguments: &[&str]) -> Output {
-    command(arguments).output().unwrap()
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
+use crate::program::{self, QUICK, command, goldtof, said};
 
 fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
 fn done(arguments: &[&str]) -> Value {
-    let output = goldtof(&[arguments, &["--json"]].concat());
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
-    serde_json::from_slice(&output.stdout).unwrap()
+    program::json(&[arguments, &["--json"]].concat())
 }
 
 /// What a refused command says.

@@ -2,26 +2,10 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use serde_json::Value;
-
-const QUICK: &str = "scenes/quick.toml";
-
-fn command(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_goldtof"));
-    command.args(arguments);
-    command
-}
-
-fn goldtof(arguments: &[&str]) -> Output {
-    command(arguments).output().unwrap()
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
+use crate::program::{QUICK, command, goldtof, json, said};
 
 /// A sweep of six points into a folder.
 fn sweep<'a>(out: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
@@ -41,12 +25,6 @@ fn sweep<'a>(out: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
         out.to_str().unwrap(),
     ];
     [&fixed[..], more].concat()
-}
-
-fn json(arguments: &[&str]) -> Value {
-    let output = goldtof(arguments);
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
-    serde_json::from_slice(&output.stdout).unwrap()
 }
 
 fn csv(folder: &Path) -> String {
