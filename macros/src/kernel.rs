@@ -20,7 +20,7 @@ pub fn expand(arguments: TokenStream, item: TokenStream) -> Result<TokenStream> 
     let mut update = rewrite(&item)?;
     update
         .attrs
-        .push(parse_quote!(#[::rust_hdl::core::prelude::hdl_gen]));
+        .push(parse_quote!(#[::rust_hdl_core::prelude::hdl_gen]));
     item.items = vec![ImplItem::Fn(update)];
     Ok(item.into_token_stream())
 }

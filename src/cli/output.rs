@@ -16,6 +16,9 @@ use crate::files::{FileError, OutputFolder};
 use crate::printable::{printable_json, printable_lines, printable_path};
 use crate::scene::Scene;
 
+/// Colour of the word "error", and back; as clap has it of a command line.
+const BOLD_RED: (&str, &str) = ("\x1b[1m\x1b[31m", "\x1b[0m");
+
 /// The outputs of a command.
 pub(super) struct Output {
     json: bool,
@@ -113,7 +116,10 @@ impl Output {
     /// An error, with its causes; with `--json` as the document on stdout, too.
     pub fn error(&self, error: &anyhow::Error, exit_status: u8) {
         let text = with_causes(error);
-        to_stderr(&format!("error: {text}"));
+        let (on, off) = if is_coloured() { BOLD_RED } else { ("", "") };
+        // Only what is said may hold what would command the terminal.
+        let told = printable_lines(&text);
+        let _ = writeln!(io::stderr(), "{on}error:{off} {told}");
         if self.json {
             failure(&Failure::new(error, &text, exit_status));
         }
@@ -163,6 +169,14 @@ impl Progress {
         }
         self.bar.set_message(what);
     }
+}
+
+/// Whether stderr is a terminal that shows colours, and whose user wants them
+/// (<https://no-color.org>).
+fn is_coloured() -> bool {
+    let is_unwanted = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    let is_dumb = std::env::var_os("TERM").is_none_or(|term| term == "dumb");
+    io::stderr().is_terminal() && !is_unwanted && !is_dumb
 }
 
 /// Characters of a line of the terminal that stdout is; none if it is no terminal.

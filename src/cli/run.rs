@@ -13,7 +13,7 @@ use super::provenance::provenance;
 use super::warnings::warn_of_far_paths;
 use crate::cosim::Verdict;
 use crate::printable::printable_path;
-use crate::report::estimates::BothEstimates;
+use crate::report::estimates::{BothEstimates, texts};
 use crate::run::{REPORT, Run, RunEvent, RunOptions, run as main_job};
 use crate::sensor::Sensor;
 
@@ -73,8 +73,12 @@ fn summary(run: &Run, chips: u64, out: &Path) -> String {
     );
     text += &exercised(&run.cosim);
     let both = run.estimates.iter().zip(&run.other_estimates);
-    for (detector, (own, other)) in both.enumerate() {
-        text += &BothEstimates { own, other }.text(terminal_width());
+    let both: Vec<BothEstimates> = both
+        .map(|(own, other)| BothEstimates { own, other })
+        .collect();
+    let (of_one, of_several) = texts(&both, terminal_width());
+    for (detector, told) in of_one.iter().enumerate() {
+        text += told;
         if let Some(peak) = run.cosim.peaks.get(detector) {
             let _ = writeln!(
                 text,
@@ -83,6 +87,7 @@ fn summary(run: &Run, chips: u64, out: &Path) -> String {
             );
         }
     }
+    text += &of_several;
     let _ = writeln!(text, "report: {}", printable_path(&out.join(REPORT)));
     text += &score(&run.cosim);
     text

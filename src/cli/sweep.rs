@@ -18,6 +18,7 @@ use crate::shard::{self, Job, Part, Results, SceneText, SweepJob};
 use crate::study::sweep::{self, Definition, Store, Sweep, Table};
 
 const CSV: &str = "sweep.csv";
+const PARQUET: &str = "sweep.parquet";
 const PLOT: &str = "sweep.svg";
 
 /// The JSON of `goldtof sweep`.
@@ -124,7 +125,7 @@ fn some_points(sweep: &Sweep, order: &Order, output: &Output) -> anyhow::Result<
     })
 }
 
-/// The table and the plot of all shards.
+/// The tables and the plot of all shards.
 pub(super) fn merge(
     job: &SweepJob,
     shards: Vec<(Part, Results)>,
@@ -137,7 +138,7 @@ pub(super) fn merge(
     tell(&sweep, &table, sweep.len(), &output.folder(out)?, output)
 }
 
-/// Writes table and plot.
+/// Writes both tables and the plot, all three or none.
 fn tell(
     sweep: &Sweep,
     table: &Table,
@@ -152,10 +153,19 @@ fn tell(
             "{PLOT} has no room for {left_out} more series; {CSV} has all"
         ));
     }
-    folder.write(CSV, &table.csv())?;
-    folder.write(PLOT, &plot)?;
+    let (csv, parquet) = (table.csv(), table.parquet(sweep)?);
+    let contents = [
+        (CSV, csv.as_bytes()),
+        (PARQUET, &parquet),
+        (PLOT, plot.as_bytes()),
+    ];
+    let staged: Result<Vec<_>, _> = contents
+        .map(|(name, bytes)| folder.stage(name, |out| out.write_all(bytes)))
+        .into_iter()
+        .collect();
+    folder.publish(staged?)?;
     let text = format!(
-        "{name}: {} points, {} rows in {}\n",
+        "{name}: {} points, {} rows in {}, {PARQUET} and {PLOT} beside it\n",
         sweep.len(),
         table.rows.len(),
         printable_path(&folder.join(CSV))

@@ -34,8 +34,8 @@ pub fn set_cache_dir(path: PathBuf) {
     let _ = CHOSEN.set(path);
 }
 
-/// Where builds are kept: where [`set_cache_dir`] says, or `$GOLDTOF_CACHE_DIR`, or `goldtof` in the platform's
-/// folder for caches (`$XDG_CACHE_HOME`, else `.cache` in the user's home).
+/// Where builds are kept: where [`set_cache_dir`] says, or `$GOLDTOF_CACHE_DIR`, or `goldtof` in
+/// the user's folder for caches (`$XDG_CACHE_HOME`, else `.cache` in the user's home).
 ///
 /// # Errors
 /// When the user has no home.
@@ -43,11 +43,19 @@ pub fn cache_dir() -> Result<PathBuf, CosimError> {
     if let Some(chosen) = CHOSEN.get() {
         return Ok(chosen.clone());
     }
-    std::env::var_os("GOLDTOF_CACHE_DIR")
-        .filter(|given| !given.is_empty())
-        .map(PathBuf::from)
-        .or_else(|| Some(dirs::cache_dir()?.join("goldtof")))
+    let told = std::env::var_os("GOLDTOF_CACHE_DIR").filter(|told| !told.is_empty());
+    told.map(PathBuf::from)
+        .or_else(|| Some(user_cache_dir()?.join("goldtof")))
         .ok_or(CosimError::NoCache)
+}
+
+/// The user's folder for caches, as the XDG Base Directory Specification has it: paths that
+/// are not absolute do not count.
+fn user_cache_dir() -> Option<PathBuf> {
+    let told = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
+    let of_home = || Some(std::env::home_dir()?.join(".cache"));
+    told.filter(|path| path.is_absolute())
+        .or_else(|| of_home().filter(|path| path.is_absolute()))
 }
 
 /// Finds the file `product` in the folder `name` of the cache, or makes the

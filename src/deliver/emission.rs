@@ -6,7 +6,7 @@ use super::design::{Design, EmittedFile, TOP};
 use super::error::HdlError;
 use super::flow::Flow;
 use super::formal::Formal;
-use rust_hdl::core::block::Block;
+use rust_hdl_core::block::Block;
 
 use crate::code::{Generator, Lfsr, MOST_HARDWARE_DEGREE};
 use crate::document::{Body, Document};

@@ -140,7 +140,13 @@ pub(super) fn integration(
     let measured = error_m.map(|error_m| (here, error_m.abs() * 1e3));
     let plot = LinePlot {
         id: format!("integration-{detector}"),
-        title: "Error against integration time".to_owned(),
+        title: match sensor.scene().detectors.len() {
+            1 => "Error against integration time".to_owned(),
+            _ => format!(
+                "Error against integration time, {}",
+                sensor.scene().detectors[detector].name
+            ),
+        },
         description: format!(
             "Expected error of one distance against the integration time of a phase step, both axes \
              logarithmic. {}",

@@ -80,9 +80,19 @@ impl<'a> BothEstimates<'a> {
     }
 
     /// What the table does not say: the bound, why something is missing, alarms.
-    pub(super) fn notes(&self) -> Vec<String> {
+    fn notes(&self) -> Vec<String> {
         let [phase, model] = self.in_order();
         let mut notes = Vec::new();
+        if let Some(other) = self.other.true_distance_m
+            && self.own.true_distance_m != Some(other)
+        {
+            notes.push(format!(
+                "{}: its error is that against another path of {}, at {other:.4} m, which is the \
+                 nearest to it",
+                estimator_name(self.other.estimator),
+                self.other.source
+            ));
+        }
         match (phase.bound_m, &phase.bound_remark) {
             (Some(bound_m), _) => notes.push(format!(
                 "Cramer-Rao bound: no unbiased estimate from such counts, signed and total, scatters \
@@ -127,8 +137,8 @@ impl<'a> BothEstimates<'a> {
         notes
     }
 
-    /// A few lines for a terminal of so many characters.
-    pub fn text(&self, width: Option<usize>) -> String {
+    /// A few lines for a terminal of so many characters: the table, and notes.
+    fn text(&self, notes: &[String], width: Option<usize>) -> String {
         let truth = match self.own.true_distance_m {
             Some(distance_m) => format!(", true distance {distance_m:.4} m"),
             None => String::new(),
@@ -163,9 +173,62 @@ impl<'a> BothEstimates<'a> {
             }
             text.push('\n');
         }
-        let notes: Vec<Vec<String>> = self.notes().into_iter().map(|note| vec![note]).collect();
-        text + &columns(&notes, 2, width)
+        text + &note_lines(notes, 2, width)
     }
+}
+
+/// What is to be said of several detectors' estimates.
+pub(super) struct Notes {
+    /// Of one alone, detector by detector.
+    pub own: Vec<Vec<String>>,
+    /// Of more than one: whose, and the note.
+    pub shared: Vec<(String, String)>,
+}
+
+impl Notes {
+    /// Each note once, however many detectors it is of.
+    pub fn of(all: &[BothEstimates]) -> Notes {
+        let mut own: Vec<Vec<String>> = all.iter().map(BothEstimates::notes).collect();
+        let mut shared: Vec<(String, Vec<&str>)> = Vec::new();
+        for (both, notes) in all.iter().zip(&own) {
+            for note in notes {
+                match shared.iter_mut().find(|(known, _)| known == note) {
+                    Some((_, whose)) => whose.push(&both.own.detector),
+                    None => shared.push((note.clone(), vec![&both.own.detector])),
+                }
+            }
+        }
+        shared.retain(|(_, whose)| whose.len() > 1);
+        for notes in &mut own {
+            notes.retain(|note| shared.iter().all(|(known, _)| known != note));
+        }
+        let told = |(note, whose): (String, Vec<&str>)| match whose.len() == all.len() {
+            true => ("all detectors".to_owned(), note),
+            false => (whose.join(", "), note),
+        };
+        Notes {
+            own,
+            shared: shared.into_iter().map(told).collect(),
+        }
+    }
+}
+
+/// Lines for a terminal of so many characters, detector by detector, and those that are
+/// of more than one detector.
+pub fn texts(all: &[BothEstimates], width: Option<usize>) -> (Vec<String>, String) {
+    let notes = Notes::of(all);
+    let own = all.iter().zip(&notes.own);
+    let own = own.map(|(both, notes)| both.text(notes, width));
+    let shared = notes.shared.iter();
+    let shared: Vec<String> = shared
+        .map(|(whose, note)| format!("{whose}: {note}"))
+        .collect();
+    (own.collect(), note_lines(&shared, 0, width))
+}
+
+fn note_lines(notes: &[String], indent: usize, width: Option<usize>) -> String {
+    let notes: Vec<Vec<String>> = notes.iter().map(|note| vec![note.clone()]).collect();
+    columns(&notes, indent, width)
 }
 
 /// A length in millimetres, to hundredths.

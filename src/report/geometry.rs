@@ -10,7 +10,7 @@ const WIDTH: f64 = 480.0;
 const BOX: (f64, f64) = (118.0, 30.0);
 const PITCH: f64 = 46.0;
 /// Where the nearest and the farthest target stand.
-const TARGETS: (f64, f64) = (230.0, 420.0);
+const TARGETS: (f64, f64) = (220.0, 370.0);
 /// More paths than this are told, not drawn.
 const MOST_PATHS: usize = 12;
 /// Longest name that is shown whole.
@@ -37,6 +37,9 @@ pub(super) fn figure(scene: &Scene) -> Figure {
             }
             @for (number, detector) in scene.detectors.iter().enumerate() {
                 (device(detector_y(scene, number, height), &detector.name, "SPAD", detector.reference.0))
+            }
+            @if scene.paths.len() > MOST_PATHS {
+                (label(WIDTH - 8.0, height - 6.0, "end tiny", &not_drawn(scene)))
             }
         },
     }
@@ -95,15 +98,18 @@ fn way(scene: &Scene, path: &Path, number: usize, height: f64) -> Markup {
         polyline class=(class) points=(points([from, (x, y - 3.0)])) {}
         polyline class={ (class) " back" } points=(points([(x, y + 3.0), to])) {}
         rect class="target" x=(coordinate(x)) y=(coordinate(y - 13.0)) width="7" height="26" {}
-        (label(x + 3.0, y - 18.0, "middle", &length(path.distance_m())))
-        (label(x + 3.0, y + 28.0, "middle tiny", &remarks(path)))
+        // To the right, where no light goes.
+        (label(x + 13.0, y - 1.0, "start", &length(path.distance_m())))
+        (label(x + 13.0, y + 12.0, "start tiny", &remarks(path)))
     }
 }
 
 fn remarks(path: &Path) -> String {
     let mut remarks = Vec::new();
     if path.transmission != 1.0 {
-        remarks.push(format!("{:.3} % arrive", path.transmission * 100.0));
+        // Rounded to thousandths, and no more digits than that needs.
+        let percent = (path.transmission * 1e5).round() / 1e3;
+        remarks.push(format!("{percent} % arrive"));
     }
     if path.movement.is_some_and(|movement| !movement.is_neutral()) {
         remarks.push("moves".to_owned());
@@ -122,10 +128,14 @@ fn description(scene: &Scene) -> String {
     });
     let mut text = told.collect::<Vec<_>>().join("; ");
     if scene.paths.len() > MOST_PATHS {
-        text += &format!(
-            "; {} more paths are not drawn",
-            scene.paths.len() - MOST_PATHS
-        );
+        text += "; ";
+        text += &not_drawn(scene);
     }
     text
+}
+
+fn not_drawn(scene: &Scene) -> String {
+    let more = scene.paths.len() - MOST_PATHS;
+    let plural = if more == 1 { " is" } else { "s are" };
+    format!("{more} more path{plural} not drawn")
 }

@@ -7,8 +7,8 @@ use goldtof::rtl::blocks::{CodeSource, SensorTop};
 use goldtof::rtl::front::Word;
 use goldtof::scene::Scene;
 use goldtof::sensor::interface::{CountSegments, Interface, TotalCount};
-use rust_hdl::core::block::Block;
-use rust_hdl::core::simulate::simulate;
+use rust_hdl_core::block::Block;
+use rust_hdl_core::simulate::simulate;
 
 const MOST_PASSES: usize = 50;
 

@@ -79,7 +79,7 @@ pub(super) enum Command {
     Estimate(EstimateArguments),
     /// Error against run time for every way of simulating
     Fidelity(FidelityArguments),
-    /// Which sensor to build: one phase step after another, sixteen at once, or a histogram
+    /// Which sensor to build: step by step, sixteen steps at once, or a histogram
     CompareArchitectures(CompareArchitecturesArguments),
     /// The article's figures and claims, and the errors it leaves out
     Reproduce(ReproduceArguments),

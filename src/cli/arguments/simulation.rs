@@ -62,8 +62,8 @@ pub(in crate::cli) struct SweepArguments {
     /// How counts become distances [default: the scene's]
     #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
-    /// Folder for sweep.csv, sweep.svg and the finished points; made when missing,
-    /// for example --out out/sweep
+    /// Folder for sweep.csv, sweep.parquet, sweep.svg and the finished points; made when
+    /// missing, for example --out out/sweep
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Do one of N parts of the points, on this machine or another, for `goldtof merge` to

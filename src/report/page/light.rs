@@ -16,18 +16,40 @@ use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
 /// Chips on either side of the largest count in the zoom.
 const ZOOM_CHIPS: usize = 4;
 
+/// Detectors of more than this have what is alike in all of them folded away.
+const MOST_UNFOLDED: usize = 4;
+
 pub(super) fn section(page: &Page) -> Markup {
     let budgets = link(&link_budget(page.sensor));
+    let of_counts = page
+        .counts
+        .iter()
+        .filter_map(|counts| correlation(page, counts));
+    let (whole, peaks): (Vec<Figure>, Vec<Figure>) = of_counts.unzip();
+    let is_folded = page.counts.len() > MOST_UNFOLDED;
     html! {
         div.figures {
             (geometry::figure(page.sensor.scene()).markup())
-            @for counts in page.counts {
-                @for figure in correlation(page, counts) { (figure.markup()) }
+            @if is_folded {
+                @for figure in &peaks { (figure.markup()) }
+            } @else {
+                @for (whole, peak) in whole.iter().zip(&peaks) { (whole.markup()) (peak.markup()) }
             }
         }
+        @if is_folded { (folded("Counts of all phase steps", &whole)) }
         @if !budgets.is_empty() {
             h3 { "Photons per second" }
             (table(&LINK_HEADINGS, &budgets))
+        }
+    }
+}
+
+/// Figures that are there for those who ask for them.
+fn folded(summary: &str, figures: &[Figure]) -> Markup {
+    html! {
+        details {
+            summary { (summary) ", detector by detector" }
+            div.figures { @for figure in figures { (figure.markup()) } }
         }
     }
 }
@@ -42,11 +64,9 @@ fn points(counts: &DetectorCounts) -> Vec<(f64, f64)> {
 }
 
 /// All counts, and those round the largest.
-fn correlation(page: &Page, counts: &DetectorCounts) -> Vec<Figure> {
+fn correlation(page: &Page, counts: &DetectorCounts) -> Option<(Figure, Figure)> {
     let points = points(counts);
-    let Some(peak) = (0..points.len()).max_by(|&a, &b| points[a].1.total_cmp(&points[b].1)) else {
-        return Vec::new();
-    };
+    let peak = (0..points.len()).max_by(|&a, &b| points[a].1.total_cmp(&points[b].1))?;
     let half = ZOOM_CHIPS * page.sensor.clock().samples_per_chip as usize;
     let near = &points[peak.saturating_sub(half)..(peak + half + 1).min(points.len())];
     let detector = &page.sensor.scene().detectors[counts.detector].name;
@@ -90,7 +110,7 @@ fn correlation(page: &Page, counts: &DetectorCounts) -> Vec<Figure> {
         series(near.to_vec(), true),
     );
     zoom.marks = marks(page, counts.detector, near);
-    vec![whole.figure(), zoom.figure()]
+    Some((whole.figure(), zoom.figure()))
 }
 
 /// Estimates and truth, as far as they lie in the zoom.
@@ -122,27 +142,34 @@ pub(super) fn trades(page: &Page) -> Markup {
         .estimates
         .iter()
         .find_map(|estimate| estimate.expected_std_m);
+    let mut figures = Vec::new();
+    let mut unknown: Vec<(String, Vec<&str>)> = Vec::new();
+    for detector in detectors {
+        let estimate = &page.estimates[detector];
+        let Some(path) = estimate.path else { continue };
+        let curves = curves_of(page, detector, path);
+        match curves::integration(page.sensor, curves, phase_error(page, detector)) {
+            Ok(figure) => figures.push(figure),
+            Err(reason) => match unknown.iter_mut().find(|(known, _)| *known == reason) {
+                Some((_, whose)) => whose.push(&estimate.detector),
+                None => unknown.push((reason, vec![&estimate.detector])),
+            },
+        }
+    }
+    let beyond = figures.split_off(figures.len().min(MOST_UNFOLDED));
     html! {
         div.figures {
-            @for detector in detectors {
-                @if let Some(path) = page.estimates[detector].path {
-                    @match curves::integration(page.sensor, curves_of(page, detector, path), phase_error(page, detector)) {
-                        Ok(figure) => { (figure.markup()) }
-                        Err(reason) => {
-                            p.soft {
-                                "Error against integration time, "
-                                (page.estimates[detector].detector) ": not known, " (reason) "."
-                            }
-                        }
-                    }
-                }
-            }
+            @for figure in &figures { (figure.markup()) }
             @if page.provenance.reproducible {
                 p.soft { "Error against run time is left out: it is another each time." }
             } @else if let Some(std_m) = std_m {
                 @if let Some(figure) = curves::run_time(page.sensor, page.cosim, std_m) { (figure.markup()) }
             }
         }
+        @for (reason, whose) in &unknown {
+            p.soft { "Error against integration time, " (whose.join(", ")) ": not known, " (reason) "." }
+        }
+        @if !beyond.is_empty() { (folded("Error against integration time of the others", &beyond)) }
         p.soft {
             "Averaging longer lowers the scatter of both estimators and leaves the bias of the phase. "
             code { "goldtof fidelity" } " measures the errors of every tier of simulation."

@@ -10,7 +10,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use self::tables::{table, values};
 use super::DetectorCounts;
 use super::curves::IntegrationCurves;
-use super::estimates::{BothEstimates, estimator_name, millimetres};
+use super::estimates::{BothEstimates, Notes, estimator_name, millimetres};
 use super::plan::{saving, spelled};
 use super::provenance::Provenance;
 use super::quantities::{frequency, length, number, time};
@@ -162,7 +162,14 @@ impl Page<'_> {
             tiles.push(tile(
                 "FPGA",
                 format!("{about}{} LUTs", resources.cells.luts),
-                format!("{} flip-flops, no block RAM", resources.cells.flip_flops),
+                format!(
+                    "{} flip-flops, {} block RAM",
+                    resources.cells.flip_flops,
+                    match resources.block_rams {
+                        0 => "no".to_owned(),
+                        blocks => blocks.to_string(),
+                    }
+                ),
             ));
         }
         tiles
@@ -175,8 +182,10 @@ impl Page<'_> {
     }
 
     fn distance(&self) -> Markup {
+        let all: Vec<BothEstimates> = self.both().collect();
+        let notes = Notes::of(&all);
         html! {
-            @for both in self.both() {
+            @for (both, own_notes) in all.iter().zip(&notes.own) {
                 @let truth = both.own.true_distance_m;
                 h3 {
                     (both.own.detector) " ranging " (both.own.source)
@@ -188,9 +197,10 @@ impl Page<'_> {
                         vec![row.name.to_owned(), row.distance, row.error, row.expected, row.off]
                     }),
                 ))
-                @for note in both.notes() { p.soft { (capitalized(&note)) } }
-                (details_of(&both))
+                @for note in own_notes { p.soft { (capitalized(note)) } }
+                (details_of(both))
             }
+            @for (whose, note) in &notes.shared { p.soft { strong { (whose) } ": " (note) } }
         }
     }
 

@@ -1,7 +1,7 @@
 //! From rust-hdl's syntax tree to sized expressions: loops unrolled, names
 //! resolved, every literal given its width.
 
-use rust_hdl::core::ast::{
+use rust_hdl_core::ast::{
     VerilogBlock, VerilogBlockOrConditional, VerilogConditional, VerilogExpression, VerilogOp,
     VerilogOpUnary, VerilogStatement,
 };

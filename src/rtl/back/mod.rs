@@ -25,7 +25,7 @@ mod share;
 mod signals;
 mod text;
 
-use rust_hdl::core::block::Block;
+use rust_hdl_core::block::Block;
 
 pub use fault::{Fault, Refusal};
 pub use prefix::{BadPrefix, Prefix};

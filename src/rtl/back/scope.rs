@@ -1,9 +1,9 @@
 //! From a rust-hdl block to plain data: its scopes, atoms and kernels.
 
-use rust_hdl::core::ast::{Verilog, VerilogLiteral, VerilogStatement};
-use rust_hdl::core::atom::{Atom, AtomKind};
-use rust_hdl::core::block::Block;
-use rust_hdl::core::probe::Probe;
+use rust_hdl_core::ast::{Verilog, VerilogLiteral, VerilogStatement};
+use rust_hdl_core::atom::{Atom, AtomKind};
+use rust_hdl_core::block::Block;
+use rust_hdl_core::probe::Probe;
 
 use super::fault::{Fault, Refusal};
 use crate::rtl::front::Marker;

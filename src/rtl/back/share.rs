@@ -11,7 +11,7 @@ use super::module_type::{ModuleType, Parameter};
 use super::prefix::Prefix;
 use super::print::{LFSR_CHECK, module_body, module_text};
 use super::scope::{AtomInfo, Content, Scope};
-use rust_hdl::core::atom::AtomKind;
+use rust_hdl_core::atom::AtomKind;
 
 /// A printed module.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use rust_hdl::core::atom::AtomKind;
+use rust_hdl_core::atom::AtomKind;
 
 use super::expr::SignalId;
 use super::fault::Fault;

@@ -2,7 +2,7 @@
 
 use std::ops::{Deref, DerefMut};
 
-use rust_hdl::core::ast::Verilog;
+use rust_hdl_core::ast::Verilog;
 
 use super::{ChipTableGenerator, Interleaver, LfsrGenerator, SquareGenerator};
 use crate::code::{Code, Generator};

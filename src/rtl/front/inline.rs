@@ -1,10 +1,10 @@
 //! Circuits that the back end writes in place because rust-hdl's kernels
 //! cannot say them.
 
-use rust_hdl::core::ast::Verilog;
-use rust_hdl::core::logic::Logic;
-use rust_hdl::core::prelude::LogicBlock;
-use rust_hdl::core::{block, probe};
+use rust_hdl_core::ast::Verilog;
+use rust_hdl_core::logic::Logic;
+use rust_hdl_core::prelude::LogicBlock;
+use rust_hdl_core::{block, probe};
 
 use super::marker::Marker;
 use super::net::{Input, Net, Output};

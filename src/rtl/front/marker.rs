@@ -1,9 +1,9 @@
 //! What a block tells the back end beside its kernel.
 
-use rust_hdl::core::ast::Verilog;
-use rust_hdl::core::block::Block;
-use rust_hdl::core::logic::Logic;
-use rust_hdl::core::probe::Probe;
+use rust_hdl_core::ast::Verilog;
+use rust_hdl_core::block::Block;
+use rust_hdl_core::logic::Logic;
+use rust_hdl_core::probe::Probe;
 use serde::{Deserialize, Serialize};
 
 /// What stands in a `Verilog::Custom` in place of Verilog text.

@@ -41,10 +41,10 @@ pub use word::{SignedWord, Word, bit_cast, signed_cast};
 /// What a block's source file needs in scope, rust-hdl's macros included.
 pub mod prelude {
     pub use goldtof_macros::{block, kernel};
-    pub use rust_hdl::core::block::Block;
-    pub use rust_hdl::core::logic::Logic;
-    pub use rust_hdl::core::prelude::{LogicBlock, hdl_gen};
-    pub use rust_hdl::core::{ast, block, logic, probe};
+    pub use rust_hdl_core::block::Block;
+    pub use rust_hdl_core::logic::Logic;
+    pub use rust_hdl_core::prelude::{LogicBlock, hdl_gen};
+    pub use rust_hdl_core::{ast, block, logic, probe};
 
     pub use super::{
         About, BitTable, Constant, Input, Local, Memory, Optional, Output, Plan, Register,

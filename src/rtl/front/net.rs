@@ -2,16 +2,16 @@
 
 use std::marker::PhantomData;
 
-use rust_hdl::core::ast::VerilogLiteral;
-use rust_hdl::core::atom::{Atom, AtomKind};
-use rust_hdl::core::block::Block;
-use rust_hdl::core::constraint::PinConstraint;
-use rust_hdl::core::direction::{self, Direction};
-use rust_hdl::core::logic::Logic;
-use rust_hdl::core::probe::Probe;
-use rust_hdl::core::signal::get_signal_id;
-use rust_hdl::core::synth::VCDValue;
-use rust_hdl::core::type_descriptor::{TypeDescriptor, TypeKind};
+use rust_hdl_core::ast::VerilogLiteral;
+use rust_hdl_core::atom::{Atom, AtomKind};
+use rust_hdl_core::block::Block;
+use rust_hdl_core::constraint::PinConstraint;
+use rust_hdl_core::direction::{self, Direction};
+use rust_hdl_core::logic::Logic;
+use rust_hdl_core::probe::Probe;
+use rust_hdl_core::signal::get_signal_id;
+use rust_hdl_core::synth::VCDValue;
+use rust_hdl_core::type_descriptor::{TypeDescriptor, TypeKind};
 
 use super::word::Word;
 

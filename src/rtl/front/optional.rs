@@ -2,9 +2,9 @@
 
 use std::ops::{Deref, DerefMut};
 
-use rust_hdl::core::block::Block;
-use rust_hdl::core::logic::Logic;
-use rust_hdl::core::probe::Probe;
+use rust_hdl_core::block::Block;
+use rust_hdl_core::logic::Logic;
+use rust_hdl_core::probe::Probe;
 
 /// A part that may be left out, used inside `if self.part.is_present()`.
 ///

@@ -2,9 +2,9 @@
 
 use std::ops::Deref;
 
-use rust_hdl::core::block::Block;
-use rust_hdl::core::logic::Logic;
-use rust_hdl::core::probe::Probe;
+use rust_hdl_core::block::Block;
+use rust_hdl_core::logic::Logic;
+use rust_hdl_core::probe::Probe;
 
 /// A block's numbers, which decide how its kernel is elaborated; no probe
 /// sees them.

@@ -1,9 +1,9 @@
 //! Registers on the rising clock edge with synchronous reset.
 
-use rust_hdl::core::ast::Verilog;
-use rust_hdl::core::logic::Logic;
-use rust_hdl::core::prelude::LogicBlock;
-use rust_hdl::core::{block, probe};
+use rust_hdl_core::ast::Verilog;
+use rust_hdl_core::logic::Logic;
+use rust_hdl_core::prelude::LogicBlock;
+use rust_hdl_core::{block, probe};
 
 use super::marker::Marker;
 use super::net::{Input, Net, Output, Value};

@@ -7,16 +7,20 @@
 //! last one ([`Store`]).
 
 mod axis;
+#[cfg(feature = "parquet")]
+mod parquet;
 #[cfg(feature = "plots")]
 mod plot;
 mod points;
 mod store;
 mod table;
 
+#[cfg(feature = "parquet")]
+pub use self::parquet::ParquetFailed;
 pub use axis::{Axis, Value};
 pub use points::{Point, Sweep, SweepError};
 pub use store::{Definition, Store, StoreError};
-pub use table::{Table, Unreadable};
+pub use table::{Column, Kind, Table, Unreadable};
 
 use crate::simulate::repeat::simulate;
 use crate::simulate::scans::ScansError;

@@ -69,7 +69,8 @@ impl Table {
     /// What a row's series is called: the values of all axes but the first, and
     /// detector and path.
     fn series_name(&self, axes: &[Axis], row: &[String]) -> String {
-        let others = (1..axes.len()).map(|i| format!("{} {}", self.columns[i + 1].0, row[i + 1]));
+        let others =
+            (1..axes.len()).map(|i| format!("{} {}", self.columns[i + 1].name, row[i + 1]));
         let place = |name: &str| self.place(name).map_or("", |at| row[at].as_str());
         let path = format!("{}, path {}", place("detector"), place("path"));
         others.chain([path]).collect::<Vec<_>>().join(", ")

@@ -61,19 +61,23 @@ pub enum StoreError {
 }
 
 impl Definition {
-    /// What the numbers of `sweep` depend on, beside the version and the scene in the
-    /// document's head. `command` is that of the run that begins it.
-    pub fn of(sweep: &Sweep, command: &str) -> Document<Definition> {
-        let definition = Definition {
+    /// What the numbers of `sweep` depend on, beside the version and the scene.
+    pub(super) fn new(sweep: &Sweep) -> Definition {
+        Definition {
             over: sweep.axes.iter().map(|axis| axis.text.clone()).collect(),
             repetitions: sweep.repeat,
             fidelity: sweep.fidelity.to_string(),
             estimator: sweep.estimator.map(|estimator| estimator.to_string()),
             seed: sweep.seed,
-        };
+        }
+    }
+
+    /// The same as a document, with version and scene in its head. `command` is that of
+    /// the run that begins the sweep.
+    pub fn of(sweep: &Sweep, command: &str) -> Document<Definition> {
         Document {
             scene: Some(sweep.scene()),
-            ..Document::new(definition, command, None)
+            ..Document::new(Definition::new(sweep), command, None)
         }
     }
 }

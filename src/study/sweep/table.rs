@@ -18,6 +18,17 @@ pub enum Kind {
     Text,
 }
 
+/// A column of the table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Column {
+    /// Its name; of numbers with a unit, with the unit.
+    pub name: String,
+    /// What it holds.
+    pub kind: Kind,
+    /// Unit of its numbers, where they have one.
+    pub unit: Option<String>,
+}
+
 /// Columns behind those of the axes.
 const COLUMNS: [(&str, Kind); 19] = [
     ("detector", Kind::Text),
@@ -45,8 +56,8 @@ const COLUMNS: [(&str, Kind); 19] = [
 /// the same double, empty where there is none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    /// Name and kind of each column.
-    pub columns: Vec<(String, Kind)>,
+    /// The columns, in their order.
+    pub columns: Vec<Column>,
     /// The rows, point by point.
     pub rows: Vec<Vec<String>>,
 }
@@ -56,18 +67,50 @@ pub struct Table {
 #[error("a finished point cannot be read back: {0}; remove the sweep's folder, or name another")]
 pub struct Unreadable(String);
 
+impl Column {
+    fn new(name: &str, kind: Kind) -> Column {
+        let unit = match name.rsplit('_').next() {
+            Some("m") => Some("m"),
+            Some("cps") => Some("1/s"),
+            _ => None,
+        };
+        Column {
+            name: name.to_owned(),
+            kind,
+            unit: unit.map(str::to_owned),
+        }
+    }
+
+    fn of_axis(axis: &Axis) -> Column {
+        let unit = axis.unit();
+        Column {
+            name: axis.column(),
+            kind: match unit {
+                Some(_) => Kind::Number,
+                None => Kind::Text,
+            },
+            unit: unit.filter(|unit| !unit.is_empty()).map(str::to_owned),
+        }
+    }
+
+    /// Whether a field of a row is what the column holds.
+    fn takes(&self, field: &str) -> bool {
+        match self.kind {
+            Kind::Integer => field.is_empty() || field.parse::<i64>().is_ok(),
+            Kind::Number => field.is_empty() || field.parse::<f64>().is_ok(),
+            Kind::Text => true,
+        }
+    }
+}
+
 impl Table {
     /// A table without rows.
     pub(crate) fn new(axes: &[Axis]) -> Table {
-        let of_axis = |axis: &Axis| match axis.unit() {
-            Some(_) => (axis.column(), Kind::Number),
-            None => (axis.column(), Kind::Text),
-        };
-        let point = [("point".to_owned(), Kind::Integer)];
-        let others = COLUMNS.map(|(name, kind)| (name.to_owned(), kind));
-        let columns = point.into_iter().chain(axes.iter().map(of_axis));
+        let columns = std::iter::once(Column::new("point", Kind::Integer))
+            .chain(axes.iter().map(Column::of_axis))
+            .chain(COLUMNS.map(|(name, kind)| Column::new(name, kind)));
         Table {
-            columns: columns.chain(others).collect(),
+            columns: columns.collect(),
             rows: Vec::new(),
         }
     }
@@ -114,7 +157,7 @@ impl Table {
     /// Rows as a file, with the heading.
     pub(super) fn file(&self, rows: &[Vec<String>]) -> String {
         let mut writer = csv::Writer::from_writer(Vec::new());
-        let heading: Vec<&str> = self.columns.iter().map(|(name, _)| name.as_str()).collect();
+        let heading: Vec<&str> = self.names().collect();
         // Neither can memory be full, nor has a row another number of fields.
         let _ = writer.write_record(&heading);
         for row in rows {
@@ -129,11 +172,16 @@ impl Table {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let unreadable = |error: csv::Error| Unreadable(error.to_string());
         let heading = reader.headers().map_err(unreadable)?;
-        if !heading.iter().eq(self.columns.iter().map(|(name, _)| name)) {
+        if !heading.iter().eq(self.names()) {
             return Err(Unreadable("it has other columns".to_owned()));
         }
         for record in reader.records() {
             let record = record.map_err(unreadable)?;
+            let mut fields = self.columns.iter().zip(&record);
+            if let Some((column, field)) = fields.find(|(column, field)| !column.takes(field)) {
+                let problem = format!("{} is \"{field}\", which is no number", column.name);
+                return Err(Unreadable(problem));
+            }
             self.rows.push(record.iter().map(str::to_owned).collect());
         }
         Ok(())
@@ -144,21 +192,19 @@ impl Table {
         self.file(&self.rows)
     }
 
-    /// The numbers of a column, NaN where there is none.
-    pub fn numbers(&self, column: usize) -> impl Iterator<Item = f64> + '_ {
-        let number = move |row: &Vec<String>| row[column].parse().unwrap_or(f64::NAN);
-        self.rows.iter().map(number)
+    fn names(&self) -> impl Iterator<Item = &str> {
+        self.columns.iter().map(|column| column.name.as_str())
     }
 
     /// Place of a column.
     pub fn place(&self, name: &str) -> Option<usize> {
-        self.columns.iter().position(|(column, _)| column == name)
+        self.columns.iter().position(|column| column.name == name)
     }
 
     /// Every row as a JSON object.
     pub fn json(&self) -> Vec<Map<String, Json>> {
-        let field = |(name, kind): &(String, Kind), text: &String| {
-            let value = match kind {
+        let field = |column: &Column, text: &String| {
+            let value = match column.kind {
                 _ if text.is_empty() => Json::Null,
                 Kind::Text => Json::String(text.clone()),
                 Kind::Integer => text.parse::<i64>().map_or(Json::Null, Json::from),
@@ -167,7 +213,7 @@ impl Table {
                     number.map_or(Json::Null, Json::Number)
                 }
             };
-            (name.clone(), value)
+            (column.name.clone(), value)
         };
         let object = |row: &Vec<String>| {
             let fields = self.columns.iter().zip(row);

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::fs;
 
 use goldtof::rtl::back::{ModuleText, Prefix, verilog_of};
-use rust_hdl::core::block::Block;
-use rust_hdl::core::simulate::simulate;
+use rust_hdl_core::block::Block;
+use rust_hdl_core::simulate::simulate;
 
 use super::run;
 
