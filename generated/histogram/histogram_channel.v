@@ -10,22 +10,22 @@ module histogram_channel (
     input  wire        i_clk,
     input  wire        i_rst,
 
-    input  wire [7:0]  i_samples,       // level of the SPAD, bit 0 earliest
-    input  wire        i_run,           // words count
-    input  wire [10:0] i_row,           // row of the present word
-    input  wire        i_half,          // memory that counts it
-    input  wire [10:0] i_read_row,      // row to be read from the other memory
-    input  wire        i_go,            // the reader goes on
-    input  wire        i_counted_half,  // memory of the word two clocks ago
-    // the word two clocks ago is one of a frame's first code period
-    input  wire        i_counted_first,
-    // the word four clocks ago is one of a frame's first code period
+    input  wire [7:0]  i_samples,     // level of the SPAD, bit 0 earliest
+    input  wire        i_run,         // words count
+    input  wire [10:0] i_row,         // row of the present word
+    input  wire        i_half,        // memory that counts it
+    input  wire [10:0] i_read_row,    // row to be read from the other memory
+    input  wire        i_go,          // the reader goes on
+    input  wire        i_come_half,   // memory of the word two clocks ago
+    // the word three clocks ago is one of a frame's first code period
+    input  wire        i_held_first,
+    input  wire        i_held_half,   // memory of the word three clocks ago
+    // the word five clocks ago is one of a frame's first code period
     input  wire        i_added_first,
-    input  wire [10:0] i_write_row,     // row of the word five clocks ago
-    input  wire        i_write_half,    // its memory
+    input  wire [10:0] i_write_row,   // row of the word six clocks ago
+    input  wire        i_write_half,  // its memory
 
-    // bins of the row that was read, 8 bits each, bit 0 earliest
-    output wire [63:0] o_bins
+    output wire [63:0] o_bins         // bins of the row that was read, 8 bits each, bit 0 earliest
 );
 
     wire [3:0]  edges_hits;
@@ -47,20 +47,21 @@ module histogram_channel (
     );
 
     bin_adder adder (
-        .i_clk           (i_clk),
-        .i_rst           (i_rst),
-        .i_hits          (edges_hits),
-        .i_early         (edges_early),
-        .i_row           (i_row),
-        .i_half          (i_half),
-        .i_read_row      (i_read_row),
-        .i_go            (i_go),
-        .i_counted_half  (i_counted_half),
-        .i_counted_first (i_counted_first),
-        .i_added_first   (i_added_first),
-        .i_write_row     (i_write_row),
-        .i_write_half    (i_write_half),
-        .o_bins          (adder_bins)
+        .i_clk         (i_clk),
+        .i_rst         (i_rst),
+        .i_hits        (edges_hits),
+        .i_early       (edges_early),
+        .i_row         (i_row),
+        .i_half        (i_half),
+        .i_read_row    (i_read_row),
+        .i_go          (i_go),
+        .i_come_half   (i_come_half),
+        .i_held_first  (i_held_first),
+        .i_held_half   (i_held_half),
+        .i_added_first (i_added_first),
+        .i_write_row   (i_write_row),
+        .i_write_half  (i_write_half),
+        .o_bins        (adder_bins)
     );
 
 endmodule

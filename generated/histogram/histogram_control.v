@@ -7,7 +7,7 @@
 // o_overrun stays high until reset.
 //
 // Frame    7 code periods of 2047 chips
-// Latency  4 clocks from a frame's last word to o_valid
+// Latency  5 clocks from a frame's last word to o_valid
 // Made by  goldtof emit histogram.toml (goldtof 0.1.0)
 
 `default_nettype none
@@ -16,70 +16,80 @@ module histogram_control (
     input  wire        i_clk,
     input  wire        i_rst,
 
-    input  wire        i_ready,         // the receiver takes a row
+    input  wire        i_ready,       // the receiver takes a row
 
-    output reg         o_run,           // words count from now on
+    output reg         o_run,         // words count from now on
 
     // Row, memory and first code period of a word on its way
-    output reg  [10:0] o_row,           // row of the present word
-    output reg         o_half,          // memory that counts it
-    output wire        o_counted_half,  // memory of the word two clocks ago
-    // the word two clocks ago is one of a frame's first code period
-    output wire        o_counted_first,
-    // the word four clocks ago is one of a frame's first code period
+    output reg  [10:0] o_row,         // row of the present word
+    output reg         o_half,        // memory that counts it
+    output wire        o_come_half,   // memory of the word two clocks ago
+    // the word three clocks ago is one of a frame's first code period
+    output wire        o_held_first,
+    output wire        o_held_half,   // memory of the word three clocks ago
+    // the word five clocks ago is one of a frame's first code period
     output wire        o_added_first,
-    output reg  [10:0] o_write_row,     // row of the word five clocks ago
-    output wire        o_write_half,    // its memory
+    output reg  [10:0] o_write_row,   // row of the word six clocks ago
+    output wire        o_write_half,  // its memory
 
     // Reader
-    output reg  [10:0] o_read_row,      // row to be read
-    output wire        o_go,            // it goes on
-    output wire        o_shows,         // a row comes to the stream
+    output reg  [10:0] o_read_row,    // row to be read
+    output wire        o_go,          // it goes on
+    output wire        o_shows,       // a row comes to the stream
 
-    output reg         o_valid,         // a row waits
-    output reg         o_last,          // it is the frame's last
-    output reg         o_overrun        // a frame was lost
+    output reg         o_valid,       // a row waits
+    output reg         o_last,        // it is the frame's last
+    output reg         o_overrun      // a frame was lost
 );
 
     localparam [10:0] LAST_ROW_BUT_ONE = 11'h7fd; // the row before the last
-    localparam [2:0] LAST_PERIOD      = 3'd6;     // the last code period of a frame
+    // the first code period of a frame, so that the last is all ones
+    localparam [2:0] FIRST_PERIOD     = 3'd1;
 
-    reg         counts_r;         // rows are counted
+    reg  [10:0] ahead_r;          // row of the next word
+    reg         ahead_is_last_r;  // it is the last
     reg         row_is_last_r;    // it is the last
     reg  [2:0]  period_r;         // code period of the frame
-    reg         period_is_last_r; // it is the last
+    reg         period_is_last_r; // the present one is the last
     reg         first_r;          // the first code period of a frame
     reg  [10:0] row_before_0_r;   // row of the word 1 clock ago
     reg  [10:0] row_before_1_r;   // row of the word 2 clocks ago
     reg  [10:0] row_before_2_r;   // row of the word 3 clocks ago
     reg  [10:0] row_before_3_r;   // row of the word 4 clocks ago
-    reg  [4:0]  half_before_r;    // memory of the words 1 to 5 clocks ago
-    reg  [3:0]  first_before_r;   // whether the words 1 to 4 clocks ago are of a first code period
+    reg  [10:0] row_before_4_r;   // row of the word 5 clocks ago
+    reg  [5:0]  half_before_r;    // memory of the words 1 to 6 clocks ago
+    reg  [4:0]  first_before_r;   // whether the words 1 to 5 clocks ago are of a first code period
     reg         reads_r;          // rows are read
     reg         read_is_last_r;   // it is the last
-    reg  [1:0]  out_r;            // a row is in the memories' output, and in the register behind it
-    reg  [1:0]  last_out_r;       // the last of a frame is
+    // a row is in the memories, comes out of them, and is in the register behind them
+    reg  [2:0]  out_r;
+    reg  [2:0]  last_out_r;       // the last of a frame is
+    reg         room_r;           // none waits
     wire        ends;             // the last row of a frame
+    wire [3:0]  next_period;      // the next one, and above it whether the present one is all ones
     wire        goes;             // the reader goes on
     wire        busy;             // rows of the frame before are still to be taken
 
     assign ends = row_is_last_r & period_is_last_r;
-    assign o_counted_first = first_before_r[1];
-    assign o_added_first = first_before_r[3];
-    assign o_counted_half = half_before_r[1];
-    assign o_write_half = half_before_r[4];
-    assign goes = ~o_valid | i_ready;
+    assign next_period = {1'b0, period_r} + 4'd1;
+    assign o_held_first = first_before_r[2];
+    assign o_added_first = first_before_r[4];
+    assign o_come_half = half_before_r[1];
+    assign o_held_half = half_before_r[2];
+    assign o_write_half = half_before_r[5];
+    assign goes = room_r | i_ready;
     assign busy = reads_r | (|out_r) | ~goes;
     assign o_go = goes;
-    assign o_shows = goes & out_r[1];
+    assign o_shows = goes & out_r[2];
 
     always @(posedge i_clk) begin
         if (i_rst) begin
             o_run <= 1'b0;
-            counts_r <= 1'b0;
+            ahead_r <= 11'd0;
+            ahead_is_last_r <= 1'b0;
             o_row <= 11'd0;
             row_is_last_r <= 1'b0;
-            period_r <= 3'd0;
+            period_r <= FIRST_PERIOD;
             period_is_last_r <= 1'b0;
             first_r <= 1'b1;
             o_half <= 1'b0;
@@ -87,48 +97,53 @@ module histogram_control (
             row_before_1_r <= 11'd0;
             row_before_2_r <= 11'd0;
             row_before_3_r <= 11'd0;
+            row_before_4_r <= 11'd0;
             o_write_row <= 11'd0;
-            half_before_r <= 5'd0;
-            first_before_r <= 4'hf;
+            half_before_r <= 6'd0;
+            first_before_r <= 5'h1f;
             reads_r <= 1'b0;
             o_read_row <= 11'd0;
             read_is_last_r <= 1'b0;
-            out_r <= 2'd0;
-            last_out_r <= 2'd0;
+            out_r <= 3'd0;
+            last_out_r <= 3'd0;
             o_valid <= 1'b0;
+            room_r <= 1'b1;
             o_last <= 1'b0;
             o_overrun <= 1'b0;
         end else begin
             o_run <= 1'b1;
-            counts_r <= o_run;
-            row_is_last_r <= o_row == LAST_ROW_BUT_ONE;
-            if (counts_r) begin
-                o_row <= o_row + 11'd1;
-                if (row_is_last_r) begin
-                    o_row <= 11'd0;
-                end
+            ahead_is_last_r <= ahead_r == LAST_ROW_BUT_ONE;
+            if (o_run) begin
+                ahead_r <= ahead_r + 11'd1;
             end
-            period_is_last_r <= period_r == LAST_PERIOD;
+            if (ahead_is_last_r) begin
+                ahead_r <= 11'd0;
+            end
+            o_row <= ahead_r;
+            row_is_last_r <= ahead_is_last_r;
+            period_is_last_r <= next_period[3];
             if (row_is_last_r) begin
                 first_r <= period_is_last_r;
-                period_r <= period_r + 3'd1;
-                if (period_is_last_r) begin
-                    period_r <= 3'd0;
-                end
+                period_r <= next_period[2:0];
+            end
+            if (ends) begin
+                period_r <= FIRST_PERIOD;
             end
             row_before_0_r <= o_row;
             row_before_1_r <= row_before_0_r;
             row_before_2_r <= row_before_1_r;
             row_before_3_r <= row_before_2_r;
-            o_write_row <= row_before_3_r;
-            first_before_r <= {first_before_r[2:0], first_r};
-            half_before_r <= {half_before_r[3:0], o_half};
+            row_before_4_r <= row_before_3_r;
+            o_write_row <= row_before_4_r;
+            first_before_r <= {first_before_r[3:0], first_r};
+            half_before_r <= {half_before_r[4:0], o_half};
             if (goes) begin
-                out_r <= {out_r[0], reads_r};
-                last_out_r <= {last_out_r[0], read_is_last_r};
-                o_valid <= out_r[1];
-                if (out_r[1]) begin
-                    o_last <= last_out_r[1];
+                out_r <= {out_r[1:0], reads_r};
+                last_out_r <= {last_out_r[1:0], read_is_last_r};
+                o_valid <= out_r[2];
+                room_r <= ~out_r[2];
+                if (out_r[2]) begin
+                    o_last <= last_out_r[2];
                 end
                 if (reads_r) begin
                     read_is_last_r <= o_read_row == LAST_ROW_BUT_ONE;

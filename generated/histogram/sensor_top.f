@@ -1,6 +1,7 @@
 // Verilog of sensor_top, the top module last; paths are relative to this folder
 // Made by  goldtof emit histogram.toml (goldtof 0.1.0)
 lfsr_check.v
+block_memory.v
 gold_generator.v
 histogram_control.v
 edge_detector.v

@@ -14,7 +14,7 @@
 // Frame    7 code periods, 2047 rows of 8 bins
 // Bins     3 bits, unsigned; no stimulus can overflow them
 // Memory   98256 bits: one histogram counts while the other is read
-// Latency  m_axis_tvalid 4 clocks after the one at which a frame's last word is on i_samples
+// Latency  m_axis_tvalid 5 clocks after the one at which a frame's last word is on i_samples
 // Rate     one chip per clock, and at most one row
 // Made by  goldtof emit histogram.toml (goldtof 0.1.0)
 
@@ -46,8 +46,9 @@ module sensor_top (
     wire        control_run;
     wire [10:0] control_row;
     wire        control_half;
-    wire        control_counted_half;
-    wire        control_counted_first;
+    wire        control_come_half;
+    wire        control_held_first;
+    wire        control_held_half;
     wire        control_added_first;
     wire [10:0] control_write_row;
     wire        control_write_half;
@@ -65,40 +66,42 @@ module sensor_top (
     );
 
     histogram_control control (
-        .i_clk           (i_clk),
-        .i_rst           (i_rst),
-        .i_ready         (m_axis_tready),
-        .o_run           (control_run),
-        .o_row           (control_row),
-        .o_half          (control_half),
-        .o_counted_half  (control_counted_half),
-        .o_counted_first (control_counted_first),
-        .o_added_first   (control_added_first),
-        .o_write_row     (control_write_row),
-        .o_write_half    (control_write_half),
-        .o_read_row      (control_read_row),
-        .o_go            (control_go),
-        .o_shows         (control_shows),
-        .o_valid         (m_axis_tvalid),
-        .o_last          (m_axis_tlast),
-        .o_overrun       (o_overrun)
+        .i_clk         (i_clk),
+        .i_rst         (i_rst),
+        .i_ready       (m_axis_tready),
+        .o_run         (control_run),
+        .o_row         (control_row),
+        .o_half        (control_half),
+        .o_come_half   (control_come_half),
+        .o_held_first  (control_held_first),
+        .o_held_half   (control_held_half),
+        .o_added_first (control_added_first),
+        .o_write_row   (control_write_row),
+        .o_write_half  (control_write_half),
+        .o_read_row    (control_read_row),
+        .o_go          (control_go),
+        .o_shows       (control_shows),
+        .o_valid       (m_axis_tvalid),
+        .o_last        (m_axis_tlast),
+        .o_overrun     (o_overrun)
     );
 
     histogram_channel channel (
-        .i_clk           (i_clk),
-        .i_rst           (i_rst),
-        .i_samples       (i_samples),
-        .i_run           (control_run),
-        .i_row           (control_row),
-        .i_half          (control_half),
-        .i_read_row      (control_read_row),
-        .i_go            (control_go),
-        .i_counted_half  (control_counted_half),
-        .i_counted_first (control_counted_first),
-        .i_added_first   (control_added_first),
-        .i_write_row     (control_write_row),
-        .i_write_half    (control_write_half),
-        .o_bins          (channel_bins)
+        .i_clk         (i_clk),
+        .i_rst         (i_rst),
+        .i_samples     (i_samples),
+        .i_run         (control_run),
+        .i_row         (control_row),
+        .i_half        (control_half),
+        .i_read_row    (control_read_row),
+        .i_go          (control_go),
+        .i_come_half   (control_come_half),
+        .i_held_first  (control_held_first),
+        .i_held_half   (control_held_half),
+        .i_added_first (control_added_first),
+        .i_write_row   (control_write_row),
+        .i_write_half  (control_write_half),
+        .o_bins        (channel_bins)
     );
 
     always @(posedge i_clk) begin

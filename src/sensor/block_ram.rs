@@ -12,8 +12,12 @@ pub struct BlockRam {
     pub name: &'static str,
     /// Blocks of the device.
     pub blocks: u64,
-    /// Words and bits of a word that a block can have, one port writing, one reading.
+    /// Words and bits of a word that a block can have, one port writing, one reading, the
+    /// deepest first.
     shapes: &'static [(u64, u32)],
+    /// Whether blocks lie beside one another only, each with all words, where they have so
+    /// many: those that `ECP5_BLOCK_RAM` makes have no choice between two behind them.
+    is_side_by_side: bool,
 }
 
 /// The device's block RAM: Lattice FPGA-DS-02012 (ECP5, 56 blocks of 18 kbit), DS1040
@@ -23,19 +27,14 @@ pub const fn block_ram(target: Target) -> BlockRam {
         Target::Ecp525k6 => BlockRam {
             name: "DP16KD",
             blocks: 56,
-            shapes: &[
-                (16_384, 1),
-                (8192, 2),
-                (4096, 4),
-                (2048, 9),
-                (1024, 18),
-                (512, 36),
-            ],
+            shapes: &[(16_384, 1), (8192, 2), (4096, 4), (2048, 9), (1024, 18)],
+            is_side_by_side: true,
         },
         Target::Ice40Hx8k => BlockRam {
             name: "SB_RAM40_4K",
             blocks: 32,
             shapes: &[(2048, 2), (1024, 4), (512, 8), (256, 16)],
+            is_side_by_side: false,
         },
         Target::Xc7 => BlockRam {
             name: "RAMB18E1",
@@ -48,6 +47,7 @@ pub const fn block_ram(target: Target) -> BlockRam {
                 (1024, 18),
                 (512, 36),
             ],
+            is_side_by_side: false,
         },
     }
 }
@@ -57,7 +57,11 @@ impl BlockRam {
     pub fn blocks_of(&self, words: u64, bits: u32) -> u64 {
         let of_shape =
             |&(deep, wide): &(u64, u32)| words.div_ceil(deep) * u64::from(bits.div_ceil(wide));
-        self.shapes.iter().map(of_shape).min().unwrap_or(u64::MAX)
+        let widest = self.shapes.iter().rev().find(|&&(deep, _)| deep >= words);
+        match widest.filter(|_| self.is_side_by_side) {
+            Some(shape) => of_shape(shape),
+            None => self.shapes.iter().map(of_shape).min().unwrap_or(u64::MAX),
+        }
     }
 
     /// Blocks of the histograms of so many detectors: for each sample of the chip a memory,
@@ -106,6 +110,10 @@ mod tests {
         // 2,047 words: one block up to 9 bits, two up to 18.
         let blocks = [1, 4, 9, 10, 18, 19].map(|bits| ecp5.blocks_of(2047, bits));
         assert_eq!(blocks, [1, 1, 1, 2, 2, 3]);
+        // 4,095: four bits each; 31: eighteen; 32,767: two rows of one bit.
+        assert_eq!([4, 5, 18].map(|bits| ecp5.blocks_of(4095, bits)), [1, 2, 5]);
+        assert_eq!([18, 19].map(|bits| ecp5.blocks_of(31, bits)), [1, 2]);
+        assert_eq!(ecp5.blocks_of(32_767, 1), 2);
         let ice40 = block_ram(Target::Ice40Hx8k);
         assert_eq!(
             [1, 2, 3, 16].map(|bits| ice40.blocks_of(2047, bits)),

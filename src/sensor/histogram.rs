@@ -37,13 +37,14 @@ pub struct HistogramPlan {
 /// whose rising edge the memories change places, if the one before has been read; from there
 /// on the next frame begins anew in a single memory.
 pub const CLOCKS_TO_TURN: u32 = 1;
-/// Clocks from there to the first row on the stream: address, memory, its register, row.
-pub const CLOCKS_TO_ROW: u32 = 3;
-/// Clocks from a word to the flag of a bin that it found full: hits, memory, its
-/// register, bin, sum, flag.
-pub const CLOCKS_TO_FLAG: u32 = 5;
+/// Clocks from there to the first row on the stream: address, memory, its output register, the
+/// register behind it, row.
+pub const CLOCKS_TO_ROW: u32 = 4;
+/// Clocks from a word to the flag of a bin that it found full: hits, memory, its output
+/// register, the one behind it, bin, sum, flag.
+pub const CLOCKS_TO_FLAG: u32 = 6;
 /// Clocks from a word to its new bin in the memory.
-pub const CLOCKS_TO_BIN: u32 = 6;
+pub const CLOCKS_TO_BIN: u32 = 7;
 /// Fewest chips of a code period: a row's new counts are in the memory before the row is
 /// read again.
 pub const LEAST_ROWS: u64 = 8;

@@ -386,25 +386,28 @@ const HISTOGRAM: &[Fault] = &[
     ("bin_bank.v", "i_hit | i_first", "i_hit"),
     ("bin_bank.v", "writes_r & ~i_write_half", "writes_r"),
     ("bin_bank.v", "i_half ? i_row : i_read_row", "i_row"),
+    ("bin_bank.v", "if (~i_come_hit)", "if (1'b0)"),
+    ("bin_bank.v", "if (i_come_half)", "if (~i_come_half)"),
     (
-        "bin_bank.v",
-        "i_counted_half ? held_1_r : held_0_r",
-        "i_half ? held_1_r : held_0_r",
+        "block_memory.v",
+        "word_r <= read_r;",
+        "word_r <= words[i_address];",
     ),
     (
         "bin_bank.v",
-        "i_half ? held_0_r : held_1_r",
-        "i_write_half ? held_0_r : held_1_r",
+        "i_half ? o_bin : o_other",
+        "i_write_half ? o_bin : o_other",
     ),
     // Adders: the wrong sample, no clamp, a sum that begins at the wrong time.
     ("bin_adder.v", "i_hits & i_early", "i_hits"),
     ("bin_adder.v", "sum_r <= chosen_r;", "sum_r <= 2'd0;"),
-    ("bin_adder.v", "if (i_counted_first)", "if (i_added_first)"),
+    ("bin_adder.v", "if (i_held_half)", "if (i_come_half)"),
+    ("bin_adder.v", "if (i_held_first)", "if (i_added_first)"),
     // Control: rows, code periods, frames, the reader.
     (
         "histogram_control.v",
-        "row_is_last_r <= o_row == LAST_ROW_BUT_ONE",
-        "row_is_last_r <= o_row == LAST_ROW_BUT_ONE + 5'd1",
+        "ahead_is_last_r <= ahead_r == LAST_ROW_BUT_ONE",
+        "ahead_is_last_r <= ahead_r == LAST_ROW_BUT_ONE + 5'd1",
     ),
     (
         "histogram_control.v",
@@ -424,7 +427,7 @@ const HISTOGRAM: &[Fault] = &[
     ("histogram_control.v", "ends & busy", "ends"),
     (
         "histogram_control.v",
-        "goes = ~o_valid | i_ready",
+        "goes = room_r | i_ready",
         "goes = i_ready",
     ),
     // The top module: a row that changes while it waits.
@@ -438,27 +441,28 @@ const ONE_MEMORY: &[Fault] = &[
     ("histogram_control.v", "follows_r & first_r", "follows_r"),
     (
         "histogram_control.v",
+        "comes = whole_before_r[2]",
         "comes = whole_before_r[1]",
-        "comes = whole_before_r[0]",
     ),
     (
         "histogram_control.v",
+        "last_before_r[2]",
         "last_before_r[1]",
-        "last_before_r[0]",
-    ),
-    ("histogram_control.v", "comes & ~goes", "comes & goes"),
-    (
-        "histogram_control.v",
-        "o_valid <= comes;",
-        "o_valid <= 1'b1;",
     ),
     (
         "histogram_control.v",
-        "o_shows = goes & comes",
-        "o_shows = comes",
+        "comes & ~room_r & ~i_ready",
+        "comes & ~room_r",
     ),
-    // A bin that is not begun anew.
+    ("histogram_control.v", "if (i_ready)", "if (1'b0)"),
+    (
+        "histogram_control.v",
+        "(room_r & comes) | (i_ready & comes)",
+        "comes",
+    ),
+    // A bin that is not begun anew, and one that does not leave.
     ("bin_bank.v", "i_hit | i_first", "i_hit"),
+    ("bin_bank.v", "~i_come_hit & ~i_come_first", "~i_come_hit"),
 ];
 
 fn goldtof(cache: &Path, arguments: &[&str]) -> Output {

@@ -4,7 +4,7 @@
 use std::sync::LazyLock;
 
 use goldtof::cosim::engine::Engine;
-use goldtof::cosim::source::sources_of;
+use goldtof::cosim::source::{SourceFile, sources_of};
 use goldtof::cosim::window::Window;
 use goldtof::cosim::{Cosimulation, Request, StimulusKind, TOP, Verdict, cosimulate};
 use goldtof::deliver::emit;
@@ -22,7 +22,11 @@ use goldtof::simulate::scans::histograms;
 use rayon::prelude::*;
 use tempfile::TempDir;
 
+use crate::hdl_support::run;
+
 const SEED: u64 = 3;
+/// A model of Lattice's block RAM.
+const DP16KD: &str = include_str!("hdl_support/DP16KD.v");
 
 /// A scene with strong light and a histogram over `periods` code periods.
 fn histogram(code: &str, samples: u32, periods: f64, detector: &str) -> Scene {
@@ -102,45 +106,48 @@ fn scenes() -> Vec<(&'static str, Scene)> {
 static CACHE: LazyLock<TempDir> =
     LazyLock::new(|| tempfile::tempdir().expect("a temporary folder"));
 
-/// A bank whose memories give a wrong word for one that is written at the same clock: what
-/// `no_rw_check` allows.
-fn collides(bank: &str) -> String {
-    let mut text = bank.to_owned();
-    let reads: Vec<&str> = bank
-        .lines()
-        .map(str::trim)
-        .filter(|line| line.contains("_q <= memory"))
-        .collect();
-    assert!(!reads.is_empty(), "{bank}");
-    for read in reads {
-        let (q, word) = read
-            .trim_end_matches(';')
-            .split_once(" <= ")
-            .expect("a read");
-        let (memory, row) = word
-            .trim_end_matches(']')
-            .split_once('[')
-            .expect("of a row");
-        let write = format!(")\n            {memory}[i_write_row] <= ");
-        let (before, written) = bank.split_once(&write).expect("it is written");
-        let (written, _) = written.split_once(';').expect("an end");
-        let writes = &before[before.rfind("if (").expect("at times") + 4..];
-        let wrong = format!("{q} <= ({writes}) & (i_write_row == ({row})) ? ~{written} : {word};");
-        text = text.replace(read, &wrong);
-    }
-    text
+/// What stands for a memory.
+#[derive(Clone, Copy)]
+enum Memories {
+    /// What synthesizers infer a memory from.
+    Inferred,
+    /// The same, but a word that is read at the clock that writes it is wrong: what
+    /// `no_rw_check` allows.
+    Collide,
+    /// Lattice's DP16KD, as [`DP16KD`] has it; such a word is wrong there, too.
+    OfEcp5,
 }
 
-fn cosimulated(sensor: &Sensor, stimulus: StimulusKind) -> Cosimulation {
+impl Memories {
+    /// Puts them into a design.
+    fn put_into(self, sources: &mut Vec<SourceFile>) {
+        let memory = sources
+            .iter_mut()
+            .find(|source| source.name == "block_memory.v")
+            .expect("there is one");
+        match self {
+            Memories::Inferred => {}
+            Memories::Collide => {
+                let wrong = "i_write && i_write_address == i_address ? ~i_data : words[i_address]";
+                let text = memory.text.replacen("words[i_address]", wrong, 1);
+                assert_ne!(text, memory.text);
+                memory.text = text;
+            }
+            Memories::OfEcp5 => {
+                memory.text.insert_str(0, "`define ECP5_BLOCK_RAM\n");
+                let name = "DP16KD.v".to_owned();
+                let text = DP16KD.to_owned();
+                let origin = None;
+                sources.insert(0, SourceFile { name, text, origin });
+            }
+        }
+    }
+}
+
+fn cosimulated(sensor: &Sensor, memories: Memories, stimulus: StimulusKind) -> Cosimulation {
     let emission = emit(sensor, "goldtof test").unwrap_or_else(|error| panic!("{error}"));
     let mut sources = sources_of(&emission);
-    if stimulus == StimulusKind::Adversarial {
-        let mut banks = sources
-            .iter_mut()
-            .filter(|source| source.name == "bin_bank.v");
-        let bank = banks.next().expect("there is one");
-        bank.text = collides(&bank.text);
-    }
+    memories.put_into(&mut sources);
     let request = Request {
         top: TOP.to_owned(),
         window: Window::Found,
@@ -159,12 +166,126 @@ fn cosimulated(sensor: &Sensor, stimulus: StimulusKind) -> Cosimulation {
 fn every_kind_of_histogram_matches_and_shows_all_its_cover_points() {
     scenes().into_par_iter().for_each(|(name, scene)| {
         let sensor = Sensor::new(&scene);
-        let report = cosimulated(&sensor, StimulusKind::Adversarial).report;
+        let report = cosimulated(&sensor, Memories::Collide, StimulusKind::Adversarial).report;
         let mismatch = &report.first_mismatch;
         assert_eq!(report.verdict, Verdict::Match, "{name}: {mismatch:?}");
         let coverage = &report.coverage;
         assert_eq!(coverage.covered, coverage.points, "{name}: {coverage:?}");
     });
+}
+
+#[test]
+fn histograms_in_block_ram_of_the_ecp5_match_as_well() {
+    let mut scenes = scenes();
+    // Eight samples, each with two memories, and with one; two detectors; a flag.
+    scenes.retain(|(name, _)| {
+        ["one adder", "two detectors", "one memory"].contains(name) || name.ends_with("saturate")
+    });
+    assert_eq!(scenes.len(), 4);
+    scenes.into_par_iter().for_each(|(name, scene)| {
+        let sensor = Sensor::new(&scene);
+        let report = cosimulated(&sensor, Memories::OfEcp5, StimulusKind::Adversarial).report;
+        let mismatch = &report.first_mismatch;
+        assert_eq!(report.verdict, Verdict::Match, "{name}: {mismatch:?}");
+        assert_eq!(report.coverage.covered, report.coverage.points, "{name}");
+    });
+}
+
+/// A design of one memory of `words` words of `bits` bits, as it is inferred and as blocks of the
+/// ECP5, and what writes and reads both at random: never a word at the clock that writes it.
+fn memories_side_by_side(words: u64, bits: u32) -> String {
+    let address_bits = u64::BITS - (words - 1).leading_zeros();
+    format!(
+        "`timescale 1ns / 1ps
+module bench;
+    reg clk = 0, write = 0, read = 0;
+    reg [{a}:0] write_address = 0, address = 0;
+    reg [{d}:0] data = 0;
+    wire [{d}:0] inferred, of_blocks;
+    integer clock, written, wrong = 0, seed = 1;
+
+    block_memory #(.WORDS({words}), .ADDRESS_BITS({address_bits}), .BITS({bits})) a (
+        clk, write, write_address, data, read, address, inferred);
+    ecp5_memory #(.WORDS({words}), .ADDRESS_BITS({address_bits}), .BITS({bits})) b (
+        clk, write, write_address, data, read, address, of_blocks);
+
+    initial begin
+        for (clock = 0; clock < {words} + 20000; clock = clock + 1) begin
+            // Every word once, then any.
+            write = clock < {words} || $random(seed) % 2 == 0;
+            write_address = clock < {words} ? clock : $unsigned($random(seed)) % {words};
+            data = {{$random(seed), $random(seed)}};
+            read = $random(seed) % 4 != 0;
+            address = $unsigned($random(seed)) % {words};
+            if (clock % 3 == 0 && clock > {words}) address = (write_address + 1) % {words};
+            if (address == write_address) read = 0;
+            #1 clk = 1;
+            #1 clk = 0;
+            if (inferred !== of_blocks) wrong = wrong + 1;
+        end
+        $display(\"%0d wrong, last %h\", wrong, inferred);
+        $finish;
+    end
+endmodule
+",
+        a = address_bits - 1,
+        d = bits - 1,
+    )
+}
+
+/// Every width that a block can have, several blocks side by side, and more words than one has.
+#[test]
+fn a_memory_of_ecp5_blocks_holds_what_an_inferred_one_does() {
+    const MEMORY: &str = include_str!("../../src/rtl/back/block_memory.v");
+    let sizes = [
+        (8, 1),
+        (31, 20),
+        (1024, 18),
+        (1025, 9),
+        (2047, 16),
+        (4095, 7),
+        (8192, 3),
+        (16_384, 2),
+        (20_000, 3),
+    ];
+    for (words, bits) in sizes {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let of_blocks = MEMORY.replace("block_memory", "ecp5_memory");
+        let files = [
+            ("inferred.v", MEMORY.to_owned()),
+            ("DP16KD.v", DP16KD.to_owned()),
+            (
+                "of_blocks.v",
+                format!("`define ECP5_BLOCK_RAM\n{of_blocks}"),
+            ),
+            ("bench.v", memories_side_by_side(words, bits)),
+        ];
+        for (name, text) in &files {
+            std::fs::write(folder.path().join(name), text).expect("it can be written");
+        }
+        let mut arguments = vec!["-g2005", "-s", "bench", "-o", "bench.vvp"];
+        arguments.extend(files.iter().map(|(name, _)| *name));
+        run(folder.path(), "iverilog", &arguments);
+        let said = run(folder.path(), "vvp", &["-n", "bench.vvp"]);
+        assert!(
+            said.starts_with("0 wrong, last "),
+            "{words} x {bits}: {said}"
+        );
+        assert!(!said.contains('x'), "{words} x {bits}: {said}");
+        let widths = [
+            format!("-GWORDS={words}"),
+            format!("-GADDRESS_BITS={}", u64::BITS - (words - 1).leading_zeros()),
+            format!("-GBITS={bits}"),
+        ];
+        let mut arguments = vec!["--lint-only", "-Wall", "--top-module", "ecp5_memory"];
+        arguments.extend(widths.iter().map(String::as_str));
+        arguments.extend(["-Wno-DECLFILENAME", "of_blocks.v", "DP16KD.v"]);
+        assert_eq!(
+            run(folder.path(), "verilator", &arguments),
+            "",
+            "{words} x {bits}"
+        );
+    }
 }
 
 /// r[k] of the first frame, from its hits: the sum of the signs that the reference, delayed
@@ -237,7 +358,7 @@ fn every_phase_steps_count_follows_from_the_histogram_that_the_verilog_sent() {
     scenes.push(("Table I's sensor, 16,376 phase steps", standard));
     scenes.into_par_iter().for_each(|(name, scene)| {
         let sensor = Sensor::new(&scene);
-        let done = cosimulated(&sensor, StimulusKind::Photons);
+        let done = cosimulated(&sensor, Memories::Inferred, StimulusKind::Photons);
         assert_eq!(done.report.verdict, Verdict::Match, "{name}");
         if sensor.interface().saturates() {
             return;

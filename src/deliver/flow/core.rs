@@ -43,6 +43,7 @@ fn proofs(files: &[EmittedFile], formal: &Formal) -> String {
 /// FuseSoC core with lint, simulation and synthesis targets.
 pub(super) fn core(design: &Design, parts: &Parts) -> EmittedFile {
     let vlnv_name = vlnv_name(&design.prefix.of(&design.sensor.scene().name));
+    let has_memories = design.interface().histogram.is_some();
     let text = format!(
         "\
 CAPI=2:
@@ -55,12 +56,16 @@ name: goldtof:sensor:{vlnv_name}:{version}
 description: DS-CDMA indirect time-of-flight sensor
 
 {filesets}
-{targets}",
+{parameters}{targets}",
         top = design.top(),
         made_by = design.made_by,
         version = env!("CARGO_PKG_VERSION"),
         filesets = filesets(design, parts),
-        targets = targets(&design.top(), &parts.testbench.top),
+        parameters = match has_memories {
+            true => BLOCK_RAM,
+            false => "",
+        },
+        targets = targets(&design.top(), &parts.testbench.top, has_memories),
     );
     EmittedFile {
         name: design.file_name(".core"),
@@ -121,7 +126,21 @@ filesets:
     )
 }
 
-fn targets(top: &str, testbench_top: &str) -> String {
+/// What makes memories of DP16KD.
+const BLOCK_RAM: &str = "\
+parameters:
+  ECP5_BLOCK_RAM:
+    datatype: bool
+    paramtype: vlogdefine
+    description: Memories of Lattice's DP16KD, with its output register
+
+";
+
+fn targets(top: &str, testbench_top: &str, has_memories: bool) -> String {
+    let parameters = match has_memories {
+        true => "\n    parameters: [ECP5_BLOCK_RAM=true]",
+        false => "",
+    };
     format!(
         "\
 targets:
@@ -162,7 +181,7 @@ targets:
   synth:
     <<: *default
     description: Bitstream for an ECP5-25k of speed 6; add pins before it meets a board
-    filesets: [rtl, clock_lpf]
+    filesets: [rtl, clock_lpf]{parameters}
     flow: trellis
     flow_options:
       yosys_synth_options: [-abc9]

@@ -48,7 +48,7 @@ pub struct Memory {
     pub write: [Expr; 3],
     /// Whether a word is read, and which.
     pub read: [Expr; 2],
-    /// The word that was read.
+    /// The word that was read, two clocks later.
     pub q: SignalId,
 }
 

@@ -13,6 +13,8 @@ use crate::rtl::front::StateCheck;
 
 /// The module that checks LFSRs' constants.
 pub const LFSR_CHECK: &str = "lfsr_check";
+/// The module that memories are instances of.
+pub const BLOCK_MEMORY: &str = "block_memory";
 
 /// The whole file of one module.
 pub fn module_text(types: &[ModuleType], index: usize, prefix: &Prefix, made_by: &str) -> String {
@@ -24,9 +26,11 @@ pub fn module_text(types: &[ModuleType], index: usize, prefix: &Prefix, made_by:
     let is_top = index + 1 == types.len();
     out.push_str(&port_list(&this.module, is_top));
     let mut body = constants(this);
-    body.push_str(&module_body_with(&this.module, &|instance| {
-        instance_head(types, this, instance)
-    }));
+    body.push_str(&module_body_with(
+        &this.module,
+        &prefix.of(BLOCK_MEMORY),
+        &|instance| instance_head(types, this, instance),
+    ));
     out.push('\n');
     out.push_str(body.trim_start_matches('\n'));
     out.push_str(&checks(this, prefix));
@@ -39,7 +43,7 @@ pub fn module_text(types: &[ModuleType], index: usize, prefix: &Prefix, made_by:
 pub fn module_body(module: &Module) -> String {
     let ports = port_list(module, false);
     let tables: Vec<_> = module.tables.iter().map(|t| &t.bits).collect();
-    let body = module_body_with(module, &|instance| {
+    let body = module_body_with(module, BLOCK_MEMORY, &|instance| {
         format!("{} ", module.instances[instance].name)
     });
     format!("{ports}{tables:?}{body}")
@@ -270,7 +274,11 @@ fn table_literal(bits: &[u8], width: usize) -> String {
     out
 }
 
-fn module_body_with(module: &Module, instance_head: &dyn Fn(usize) -> String) -> String {
+fn module_body_with(
+    module: &Module,
+    memory_module: &str,
+    instance_head: &dyn Fn(usize) -> String,
+) -> String {
     let mut out = declarations(module);
     out.push_str(&assignments(module));
     for (index, instance) in module.instances.iter().enumerate() {
@@ -292,10 +300,10 @@ fn module_body_with(module: &Module, instance_head: &dyn Fn(usize) -> String) ->
         }
         out.push_str("    );\n");
     }
-    out.push_str(&clocked_block(module));
     for memory in &module.memories {
-        out.push_str(&memory_block(memory, module));
+        out.push_str(&memory_block(memory, module, memory_module));
     }
+    out.push_str(&clocked_block(module));
     out
 }
 
@@ -338,7 +346,7 @@ fn declarations(module: &Module) -> String {
     let read = module
         .memories
         .iter()
-        .map(|memory| ("reg ", &module.signals[memory.q]));
+        .map(|memory| ("wire", &module.signals[memory.q]));
     let wires = module.wires.iter().map(|id| ("wire", &module.signals[*id]));
     let declared: Vec<_> = registers
         .chain(read)

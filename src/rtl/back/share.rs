@@ -9,7 +9,7 @@ use super::fault::Refusal;
 use super::module::Module;
 use super::module_type::{ModuleType, Parameter};
 use super::prefix::Prefix;
-use super::print::{LFSR_CHECK, module_body, module_text};
+use super::print::{BLOCK_MEMORY, LFSR_CHECK, module_body, module_text};
 use super::scope::{AtomInfo, Content, Scope};
 use rust_hdl_core::atom::AtomKind;
 
@@ -33,18 +33,21 @@ pub fn modules_of(top: &Scope, prefix: &Prefix, made_by: &str) -> Result<Vec<Mod
     let checks = types
         .iter()
         .any(|t| !t.module.description.checks.is_empty());
-    let lfsr_check = checks.then(|| lfsr_check(prefix, made_by));
+    let memories = types.iter().any(|t| !t.module.memories.is_empty());
+    let given = |name, text| given(prefix, made_by, name, text);
+    let lfsr_check = checks.then(|| given(LFSR_CHECK, include_str!("lfsr_check.v")));
+    let memory = memories.then(|| given(BLOCK_MEMORY, include_str!("block_memory.v")));
     let own = (0..types.len()).map(|index| ModuleText {
         name: types[index].name.clone(),
         text: module_text(&types, index, prefix, made_by),
     });
-    Ok(lfsr_check.into_iter().chain(own).collect())
+    Ok(lfsr_check.into_iter().chain(memory).chain(own).collect())
 }
 
-/// The module that the checks of LFSRs' states are instances of.
-fn lfsr_check(prefix: &Prefix, made_by: &str) -> ModuleText {
-    let name = prefix.of(LFSR_CHECK);
-    let text = include_str!("lfsr_check.v").replace(LFSR_CHECK, &name);
+/// A module that others have instances of, which stands here as it is.
+fn given(prefix: &Prefix, made_by: &str, name: &str, text: &str) -> ModuleText {
+    let text = text.replace(name, &prefix.of(name));
+    let name = prefix.of(name);
     ModuleText {
         name,
         text: text.replacen("//\n\n", &format!("//\n// Made by  {made_by}\n\n"), 1),

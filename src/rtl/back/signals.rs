@@ -113,7 +113,7 @@ pub struct MemoryPins {
     pub write: [SignalId; 3],
     /// Whether a word is read, and which.
     pub read: [SignalId; 2],
-    /// The word that was read.
+    /// The word that was read, two clocks later.
     pub q: SignalId,
 }
 

@@ -108,33 +108,35 @@ fn gaps(text: &str) -> impl Iterator<Item = (usize, usize)> {
     })
 }
 
-/// A memory: its words, and the `always` of both ports.
-pub fn memory_block(memory: &Memory, module: &Module) -> String {
+/// A memory: an instance of the module `kind`.
+pub fn memory_block(memory: &Memory, module: &Module, kind: &str) -> String {
     let contents = &module.signals[memory.contents];
-    let words = format!(
-        "reg [{}:0] {} [0:{}];",
-        contents.width - 1,
-        contents.name,
-        memory.words - 1
-    );
-    // Without the attribute Yosys guards the word that is read while it is written, with an
-    // addition to every bit.
-    let mut out = "\n    // No word is used that is read at the clock that writes it.\n    \
-                   (* no_rw_check *)\n"
-        .to_owned();
-    out.push_str(&commented(4, &words, 0, &contents.about));
     let [write, place, word] = memory.write.each_ref().map(|pin| expression(pin, module));
     let [read, from] = memory.read.each_ref().map(|pin| expression(pin, module));
-    let (name, q) = (&contents.name, &module.signals[memory.q].name);
-    let reads = match read.as_str() {
-        "1'b1" => String::new(),
-        read => format!("if ({read})\n            "),
-    };
-    let _ = write!(
-        out,
-        "    always @(posedge i_clk) begin\n        if ({write})\n            \
-         {name}[{place}] <= {word};\n        {reads}{q} <= {name}[{from}];\n    end\n",
+    let mut out = format!(
+        "\n    // {}\n    {kind} #(\n        .WORDS({}), .ADDRESS_BITS({}), .BITS({})\n    ) {} (\n",
+        contents.about,
+        memory.words,
+        memory.write[1].width(),
+        contents.width,
+        contents.name,
     );
+    let pins = [
+        (".i_clk          ", "(i_clk),".to_owned()),
+        (".i_write        ", format!("({write}),")),
+        (".i_write_address", format!("({place}),")),
+        (".i_data         ", format!("({word}),")),
+        (".i_read         ", format!("({read}),")),
+        (".i_address      ", format!("({from}),")),
+        (
+            ".o_word         ",
+            format!("({})", module.signals[memory.q].name),
+        ),
+    ];
+    for (pin, value) in pins {
+        push_broken(&mut out, 8, pin, &value);
+    }
+    out.push_str("    );\n");
     out
 }
 

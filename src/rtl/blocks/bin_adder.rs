@@ -6,9 +6,11 @@
 //! | `i_row`, `i_half`, ... | as of [`BinBank`] |
 //! | `o_bins`, `o_clamped` | bins that are read; a hit found its bin full |
 //!
-//! Latency 4 clocks from a hit to the new bin, 6 until it is written.
+//! Latency 5 clocks from a hit to the new bin, 7 until it is written.
 //!
-//! Cost: a bank for each sample, a choice of one of them, an adder of a bin's bits.
+//! Cost: a bank for each sample, an OR of theirs, an adder of a bin's bits. Of eight samples and more
+//! the first half has an OR of its own, and the adder joins the two: at most one of them
+//! is not 0, and the adder has two inputs anyway.
 
 use super::BinBank;
 use super::bin_bank::{plural, row_bits};
@@ -42,14 +44,20 @@ pub struct BinAdder {
     /// the reader goes on
     #[when(plan.takes_turns)]
     pub i_go: Optional<Input<bool>>,
+    /// the word two clocks ago is one of a frame's first code period
+    #[when(!plan.takes_turns)]
+    pub i_come_first: Optional<Input<bool>>,
     /// memory of the word two clocks ago
     #[when(plan.takes_turns)]
-    pub i_counted_half: Optional<Input<bool>>,
-    /// the word two clocks ago is one of a frame's first code period
-    pub i_counted_first: Input<bool>,
-    /// the word four clocks ago is one of a frame's first code period
+    pub i_come_half: Optional<Input<bool>>,
+    /// the word three clocks ago is one of a frame's first code period
+    pub i_held_first: Input<bool>,
+    /// memory of the word three clocks ago
+    #[when(plan.takes_turns)]
+    pub i_held_half: Optional<Input<bool>>,
+    /// the word five clocks ago is one of a frame's first code period
     pub i_added_first: Input<bool>,
-    /// row of the word five clocks ago
+    /// row of the word six clocks ago
     #[width(plan.row_bits())]
     pub i_write_row: Input<Word>,
     /// its memory
@@ -70,7 +78,7 @@ pub struct BinAdder {
     place: Wiring,
     #[width(plan.samples * plan.bin_bits())]
     bins: Wiring,
-    #[each(clocks in 1..5)]
+    #[each(clocks in 1..6)]
     #[about(format!("sample with the hit of the word {clocks} clock{} ago", plural(clocks)))]
     #[width(plan.samples)]
     hit: Vec<Register<Word>>,
@@ -84,9 +92,39 @@ pub struct BinAdder {
     })]
     #[width(plan.bits)]
     choice: Vec<Local<Word>>,
-    /// bin with a hit
+    #[each(sample in 0..plan.samples_in_turns())]
+    #[about(match sample {
+        0 => "the same, out of memory 1".to_owned(),
+        _ => format!("and of sample {sample}"),
+    })]
     #[width(plan.bits)]
-    chosen: Register<Word>,
+    other: Vec<Local<Word>>,
+    #[each(half in 0..plan.halves())]
+    #[about(match (plan.halves(), half) {
+        (1, _) => "bin with a hit".to_owned(),
+        (_, 0) => "bin with a hit, if it is in the first half of the samples".to_owned(),
+        _ => "if it is in the second".to_owned(),
+    })]
+    #[width(plan.bits)]
+    chosen: Vec<Register<Word>>,
+    /// bin with a hit
+    #[when(plan.saturates)]
+    #[width(plan.bits)]
+    found: Optional<Local<Word>>,
+    #[each(half in 0..plan.addends())]
+    #[about(match half {
+        0 => "the first, and below it a 1 that carries: one more than the sum",
+        _ => "and the second",
+    })]
+    #[width(plan.bits + 1)]
+    addend: Vec<Wiring>,
+    /// both, and the 1; below them a 0 that is not used, as linters know by the name
+    #[when(plan.halves() > 1)]
+    #[width(plan.bits + 1)]
+    both_and_unused: Optional<Local<Word>>,
+    #[when(plan.halves() > 1)]
+    #[width(plan.bits)]
+    above_carry: Optional<Wiring>,
     /// the same with the hit
     #[width(plan.bits)]
     sum: Register<Word>,
@@ -120,6 +158,31 @@ impl AdderPlan {
 
     fn row_bits(&self) -> u32 {
         row_bits(self.rows)
+    }
+
+    /// Samples whose bins come out of one of two memories.
+    fn samples_in_turns(&self) -> usize {
+        match self.takes_turns {
+            true => self.samples,
+            false => 0,
+        }
+    }
+
+    /// Groups of samples whose bins have an OR of their own: of four inputs if that will do.
+    fn halves(&self) -> usize {
+        1 + usize::from(self.samples >= 8)
+    }
+
+    /// Inputs of an adder that joins two halves.
+    fn addends(&self) -> usize {
+        match self.halves() {
+            1 => 0,
+            halves => halves,
+        }
+    }
+
+    fn half(&self) -> usize {
+        self.samples / self.halves()
     }
 
     fn bin_bits(&self) -> usize {
@@ -159,34 +222,28 @@ fn describe(plan: &AdderPlan) -> About {
     };
     about.fact(
         "Latency",
-        "4 clocks from i_hits to the bin with its hit, 6 until it is written",
+        "5 clocks from i_hits to the bin with its hit, 7 until it is written",
     )
 }
 
 #[kernel]
 impl Logic for BinAdder {
     fn update(&mut self) {
-        for c in 0..4 {
+        for c in 0..5 {
             dff_setup!(self, i_clk, hit[c]);
         }
-        dff_setup!(self, i_clk, chosen, sum);
+        dff_setup!(self, i_clk, sum);
         self.find_hit();
-        for c in 1..4 {
+        for c in 1..5 {
             self.hit[c].d.next = self.hit[c - 1].q.val();
         }
         self.run_banks();
-        self.choice[0].next =
-            self.bank[0].o_counted.val() & signed_cast(self.hit[1].q.val().get_bit(0));
-        for s in 1..self.plan.samples {
-            self.choice[s].next = self.choice[s - 1].val()
-                | (self.bank[s].o_counted.val() & signed_cast(self.hit[1].q.val().get_bit(s)));
-        }
-        if self.i_counted_first.val() {
-            self.chosen.d.next = bit_cast(false, self.plan.bin_bits());
+        self.choose();
+        if self.plan.halves() > 1 {
+            self.add_halves();
         } else {
-            self.chosen.d.next = self.choice[self.plan.samples - 1].val();
+            self.sum.d.next = self.chosen[0].q.val() + 1;
         }
-        self.sum.d.next = self.chosen.q.val() + 1;
         if self.plan.bits > 1 {
             self.hand_back();
         }
@@ -221,12 +278,64 @@ impl Logic for BinAdder {
         self.hit[0].d.next = self.place.o.val();
     }
 
+    /// The bin with the hit: all others are 0. In a first code period it is 0 as well.
+    fn choose(&mut self) {
+        let half = self.plan.half();
+        for h in 0..self.chosen.len() {
+            dff_setup!(self, i_clk, chosen[h]);
+            self.choice[half * h].next = self.bank[half * h].o_bin.val();
+            for s in 1..half {
+                self.choice[half * h + s].next =
+                    self.choice[half * h + s - 1].val() | self.bank[half * h + s].o_bin.val();
+            }
+            self.chosen[h].d.next = self.choice[half * h + half - 1].val();
+        }
+        if self.plan.takes_turns {
+            self.choose_from_other();
+        }
+        for h in 0..self.chosen.len() {
+            if self.i_held_first.val() {
+                self.chosen[h].d.next = bit_cast(false, self.plan.bin_bits());
+            }
+        }
+    }
+
+    /// One more than both together, in one chain of carries.
+    fn add_halves(&mut self) {
+        for h in 0..self.addend.len() {
+            self.addend[h].i[0].next = true;
+            for b in 0..self.plan.bin_bits() {
+                self.addend[h].i[b + 1].next = self.chosen[h].q.val().get_bit(b);
+            }
+        }
+        self.both_and_unused.next = self.addend[0].o.val() + self.addend[1].o.val();
+        for b in 0..self.plan.bin_bits() {
+            self.above_carry.i[b].next = self.both_and_unused.val().get_bit(b + 1);
+        }
+        self.sum.d.next = self.above_carry.o.val();
+    }
+
+    fn choose_from_other(&mut self) {
+        let half = self.plan.half();
+        for h in 0..self.chosen.len() {
+            self.other[half * h].next = self.bank[half * h].o_other.val();
+            for s in 1..half {
+                self.other[half * h + s].next =
+                    self.other[half * h + s - 1].val() | self.bank[half * h + s].o_other.val();
+            }
+            if self.i_held_half.val() {
+                self.chosen[h].d.next = self.other[half * h + half - 1].val();
+            }
+        }
+    }
+
     fn run_banks(&mut self) {
         for s in 0..self.plan.samples {
             self.bank[s].i_clk.next = self.i_clk.val();
             self.bank[s].i_rst.next = self.i_rst.val();
             self.bank[s].i_row.next = self.i_row.val();
-            self.bank[s].i_hit.next = self.hit[3].q.val().get_bit(s);
+            self.bank[s].i_come_hit.next = self.hit[1].q.val().get_bit(s);
+            self.bank[s].i_hit.next = self.hit[4].q.val().get_bit(s);
             self.bank[s].i_first.next = self.i_added_first.val();
             self.bank[s].i_lowest.next = self.sum.q.val().get_bit(0);
             self.bank[s].i_write_row.next = self.i_write_row.val();
@@ -245,7 +354,7 @@ impl Logic for BinAdder {
             self.bank[s].i_half.next = self.i_half.val();
             self.bank[s].i_read_row.next = self.i_read_row.val();
             self.bank[s].i_go.next = self.i_go.val();
-            self.bank[s].i_counted_half.next = self.i_counted_half.val();
+            self.bank[s].i_come_half.next = self.i_come_half.val();
             self.bank[s].i_write_half.next = self.i_write_half.val();
             for b in 0..bits {
                 self.bins.i[bits * s + b].next = self.bank[s].o_read.val().get_bit(b);
@@ -256,8 +365,9 @@ impl Logic for BinAdder {
     fn read_same_memory(&mut self) {
         let bits = self.plan.bin_bits();
         for s in 0..self.plan.samples {
+            self.bank[s].i_come_first.next = self.i_come_first.val();
             for b in 0..bits {
-                self.bins.i[bits * s + b].next = self.bank[s].o_counted.val().get_bit(b);
+                self.bins.i[bits * s + b].next = self.bank[s].o_bin.val().get_bit(b);
             }
         }
     }
@@ -278,9 +388,14 @@ impl Logic for BinAdder {
     fn clamp(&mut self) {
         dff_setup!(self, i_clk, clamped);
         self.clamped.d.next = false;
-        if self.chosen.q.val().all() {
-            self.sum.d.next = self.chosen.q.val();
-            self.clamped.d.next = self.hit[2].q.val().any();
+        if self.plan.halves() > 1 {
+            self.found.next = self.chosen[0].q.val() | self.chosen[1].q.val();
+        } else {
+            self.found.next = self.chosen[0].q.val();
+        }
+        if self.found.val().all() {
+            self.sum.d.next = self.found.val();
+            self.clamped.d.next = self.hit[3].q.val().any();
         }
         self.o_clamped.next = self.clamped.q.val();
     }

@@ -4,17 +4,22 @@
 //! |---|---|
 //! | `i_row`, `i_half`, `i_first` | row to be counted, memory that counts, first code period |
 //! | `i_read_row`, `i_go` | row to be read from the other memory; the reader goes on |
-//! | `i_hit`, `i_lowest`, `i_above`, `i_write_*` | what comes back, four and five clocks later |
-//! | `o_counted`, `o_read` | the bin that counts, two clocks after its row; the bin that is read |
+//! | `i_come_*` | of the word two clocks ago, whose bin comes out of its memory |
+//! | `i_hit`, `i_lowest`, `i_above`, `i_write_*` | what comes back, five and six clocks later |
+//! | `o_bin`, `o_other` | bins out of the memories, three clocks after their rows |
+//! | `o_read` | that which is read |
 //!
-//! A bin is read, and written five clocks after that; its row comes round after a code period, so
+//! A bin is read, and written six clocks after that; its row comes round after a code period, so
 //! that nothing has to be handed forward. In the first code period every bin is written: what the
 //! memory held before is of no consequence, and nothing has to be cleared. Of the bin that
 //! comes back only the lowest bit is this bank's own: in the first code period the bin
 //! with a hit is 1 and the others are 0, and later no others are written.
 //!
-//! Cost: for each memory a register as wide as a bin; of two, a multiplexer for each bit of
-//! `o_counted` and `o_read`. A single one needs neither.
+//! A bin that counts, and has no hit, is 0 at the output: banks of which one has the hit are joined by
+//! an OR. Bins of the first code period leave a single memory as they are.
+//!
+//! Cost: for each memory a register as wide as a bin, in which the choice costs nothing, since
+//! registers can be cleared; of two, a multiplexer for each bit of `o_read`.
 
 use crate::rtl::front::prelude::*;
 
@@ -47,10 +52,17 @@ pub struct BinBank {
     #[under(ROWS)]
     #[when(plan.takes_turns)]
     pub i_go: Optional<Input<bool>>,
-    /// memory of the word that reaches o_counted
+    /// the word two clocks ago has its hit here
+    #[under(ROWS)]
+    pub i_come_hit: Input<bool>,
+    /// it is one of a frame's first code period
+    #[under(ROWS)]
+    #[when(!plan.takes_turns)]
+    pub i_come_first: Optional<Input<bool>>,
+    /// its memory
     #[under(ROWS)]
     #[when(plan.takes_turns)]
-    pub i_counted_half: Optional<Input<bool>>,
+    pub i_come_half: Optional<Input<bool>>,
     /// the word has its hit here
     #[under(BACK)]
     pub i_hit: Input<bool>,
@@ -73,9 +85,16 @@ pub struct BinBank {
     #[under(BACK)]
     #[when(plan.takes_turns)]
     pub i_write_half: Optional<Input<bool>>,
-    /// bin of the row that was counted
+    #[about(match plan.takes_turns {
+        true => "bin out of memory 0; 0 if it counts and has no hit",
+        false => "bin out of the memory; 0 without a hit, but for a first code period",
+    }.to_owned())]
     #[width(plan.bits)]
-    pub o_counted: Output<Word>,
+    pub o_bin: Output<Word>,
+    /// bin out of memory 1, as well
+    #[when(plan.takes_turns)]
+    #[width(plan.bits)]
+    pub o_other: Optional<Output<Word>>,
     /// bin of the row that was read
     #[when(plan.takes_turns)]
     #[width(plan.bits)]
@@ -162,7 +181,7 @@ fn describe(plan: &BankPlan) -> About {
             )
             .fact(
                 "Latency",
-                "2 clocks from i_row to o_counted; written 6 clocks after i_row",
+                "3 clocks from i_row to o_bin; written 7 clocks after i_row",
             );
     }
     About::new("bin_bank", &format!("{title}, twice"))
@@ -170,7 +189,8 @@ fn describe(plan: &BankPlan) -> About {
         .fact("Memory", format!("2 x {rows} bins of {bits} bits"))
         .fact(
             "Latency",
-            "2 clocks from i_row to o_counted and from i_read_row to o_read; written 6 clocks after i_row",
+            "3 clocks from i_row to o_bin or o_other, and from i_read_row to o_read; written 7 clocks \
+             after i_row",
         )
 }
 
@@ -183,9 +203,10 @@ impl Logic for BinBank {
     fn update(&mut self) {
         dff_setup!(self, i_clk, writes, lowest);
         self.writes.d.next = self.i_hit.val() | self.i_first.val();
-        self.lowest.d.next = self.i_lowest.val();
-        if self.i_first.val() {
-            self.lowest.d.next = self.i_hit.val();
+        // A bin without a hit is written in a first code period only, in which a hit's is 1.
+        self.lowest.d.next = self.i_hit.val();
+        if !self.i_lowest.val() {
+            self.lowest.d.next = false;
         }
         self.written.i[0].next = self.lowest.q.val();
         for b in 1..self.plan.bits as usize {
@@ -210,7 +231,10 @@ impl Logic for BinBank {
         self.memory[0].write.next = self.writes.q.val();
         self.memory[0].address.next = self.i_row.val();
         self.held[0].d.next = self.memory[0].q.val();
-        self.o_counted.next = self.held[0].q.val();
+        if !self.i_come_hit.val() & !self.i_come_first.val() {
+            self.held[0].d.next = bit_cast(false, self.plan.bits as usize);
+        }
+        self.o_bin.next = self.held[0].q.val();
     }
 
     /// One memory counts, the other is read.
@@ -224,6 +248,13 @@ impl Logic for BinBank {
                 self.held[h].d.next = self.memory[h].q.val();
             }
         }
+        if !self.i_come_hit.val() {
+            if self.i_come_half.val() {
+                self.held[1].d.next = bit_cast(false, self.plan.bits as usize);
+            } else {
+                self.held[0].d.next = bit_cast(false, self.plan.bits as usize);
+            }
+        }
         self.memory[0].write.next = self.writes.q.val() & !self.i_write_half.val();
         self.memory[1].write.next = self.writes.q.val() & self.i_write_half.val();
         if self.i_half.val() {
@@ -233,11 +264,8 @@ impl Logic for BinBank {
             self.memory[0].address.next = self.i_row.val();
             self.memory[1].address.next = self.i_read_row.val();
         }
-        if self.i_counted_half.val() {
-            self.o_counted.next = self.held[1].q.val();
-        } else {
-            self.o_counted.next = self.held[0].q.val();
-        }
+        self.o_bin.next = self.held[0].q.val();
+        self.o_other.next = self.held[1].q.val();
         if self.i_half.val() {
             self.o_read.next = self.held[0].q.val();
         } else {

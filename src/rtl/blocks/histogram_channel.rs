@@ -40,14 +40,20 @@ pub struct HistogramChannel {
     /// the reader goes on
     #[when(plan.takes_turns())]
     pub i_go: Optional<Input<bool>>,
+    /// the word two clocks ago is one of a frame's first code period
+    #[when(!plan.takes_turns())]
+    pub i_come_first: Optional<Input<bool>>,
     /// memory of the word two clocks ago
     #[when(plan.takes_turns())]
-    pub i_counted_half: Optional<Input<bool>>,
-    /// the word two clocks ago is one of a frame's first code period
-    pub i_counted_first: Input<bool>,
-    /// the word four clocks ago is one of a frame's first code period
+    pub i_come_half: Optional<Input<bool>>,
+    /// the word three clocks ago is one of a frame's first code period
+    pub i_held_first: Input<bool>,
+    /// memory of the word three clocks ago
+    #[when(plan.takes_turns())]
+    pub i_held_half: Optional<Input<bool>>,
+    /// the word five clocks ago is one of a frame's first code period
     pub i_added_first: Input<bool>,
-    /// row of the word five clocks ago
+    /// row of the word six clocks ago
     #[width(row_bits(plan.rows))]
     pub i_write_row: Input<Word>,
     /// its memory
@@ -154,12 +160,16 @@ impl Logic for HistogramChannel {
             self.adder[a].i_clk.next = self.i_clk.val();
             self.adder[a].i_rst.next = self.i_rst.val();
             self.adder[a].i_row.next = self.i_row.val();
-            self.adder[a].i_counted_first.next = self.i_counted_first.val();
+            self.adder[a].i_held_first.next = self.i_held_first.val();
             self.adder[a].i_added_first.next = self.i_added_first.val();
             self.adder[a].i_write_row.next = self.i_write_row.val();
         }
         if self.plan.takes_turns() {
             self.name_memories();
+        } else {
+            for a in 0..self.adder.len() {
+                self.adder[a].i_come_first.next = self.i_come_first.val();
+            }
         }
         self.make_row();
         if self.o_clamped.is_present() {
@@ -175,7 +185,8 @@ impl Logic for HistogramChannel {
             self.adder[a].i_half.next = self.i_half.val();
             self.adder[a].i_read_row.next = self.i_read_row.val();
             self.adder[a].i_go.next = self.i_go.val();
-            self.adder[a].i_counted_half.next = self.i_counted_half.val();
+            self.adder[a].i_come_half.next = self.i_come_half.val();
+            self.adder[a].i_held_half.next = self.i_held_half.val();
             self.adder[a].i_write_half.next = self.i_write_half.val();
         }
     }

@@ -5,7 +5,8 @@
 //! | `i_ready` | the receiver takes a row |
 //! | `o_run` | words count from now on |
 //! | `o_row`, `o_half`, `o_first` | row of the present word, its memory, the first code period |
-//! | `o_counted_*`, `o_added_first`, `o_write_*` | the same, two, four and five clocks later |
+//! | `o_come_*`, `o_held_*` | the same, two and three clocks later |
+//! | `o_added_first`, `o_write_*` | and five and six |
 //! | `o_read_row`, `o_read_detector`, `o_go` | row and detector to be read; the reader goes on |
 //! | `o_valid`, `o_last`, `o_overrun` | of the stream |
 //!
@@ -13,6 +14,10 @@
 //! rows of the frame before it have been taken; if not, it is lost, and the next one begins in the
 //! same memory. Of a single memory the rows leave while the next frame's first code period
 //! begins anew in it, a row a clock; one that comes while another waits is lost.
+//!
+//! The row counter is a clock ahead of the row, which so goes to all memories from a register that
+//! does nothing else. Code periods are counted up to the carry, from where that leaves the right
+//! number of them: a carry costs no comparison. Both begin anew by a reset of their registers.
 //!
 //! Cost: a counter of rows and one of code periods, the row's way in registers; with two memories
 //! one more counter of rows.
@@ -45,17 +50,25 @@ pub struct HistogramControl {
     #[under(WORD)]
     #[when(plan.takes_turns())]
     pub o_half: Optional<Output<bool>>,
+    /// the word two clocks ago is one of a frame's first code period
+    #[under(WORD)]
+    #[when(!plan.takes_turns())]
+    pub o_come_first: Optional<Output<bool>>,
     /// memory of the word two clocks ago
     #[under(WORD)]
     #[when(plan.takes_turns())]
-    pub o_counted_half: Optional<Output<bool>>,
-    /// the word two clocks ago is one of a frame's first code period
+    pub o_come_half: Optional<Output<bool>>,
+    /// the word three clocks ago is one of a frame's first code period
     #[under(WORD)]
-    pub o_counted_first: Output<bool>,
-    /// the word four clocks ago is one of a frame's first code period
+    pub o_held_first: Output<bool>,
+    /// memory of the word three clocks ago
+    #[under(WORD)]
+    #[when(plan.takes_turns())]
+    pub o_held_half: Optional<Output<bool>>,
+    /// the word five clocks ago is one of a frame's first code period
     #[under(WORD)]
     pub o_added_first: Output<bool>,
-    /// row of the word five clocks ago
+    /// row of the word six clocks ago
     #[under(WORD)]
     #[width(plan.row_bits())]
     pub o_write_row: Output<Word>,
@@ -95,15 +108,18 @@ pub struct HistogramControl {
     #[width(plan.row_bits())]
     #[value(plan.rows() - 2)]
     last_row_but_one: Constant,
-    /// the last code period of a frame
+    /// the first code period of a frame, so that the last is all ones
     #[when(plan.histogram.periods > 1)]
     #[width(plan.period_bits())]
-    #[value(u128::from(plan.histogram.periods) - 1)]
-    last_period: Optional<Constant>,
+    #[value(plan.first_period())]
+    first_period: Optional<Constant>,
     /// words come
     runs: Register<bool>,
-    /// rows are counted
-    counts: Register<bool>,
+    /// row of the next word
+    #[width(plan.row_bits())]
+    ahead: Register<Word>,
+    /// it is the last
+    ahead_is_last: Register<bool>,
     /// row of the present word
     #[width(plan.row_bits())]
     row: Register<Word>,
@@ -112,8 +128,13 @@ pub struct HistogramControl {
     /// code period of the frame
     #[when(plan.histogram.periods > 1)]
     #[width(plan.period_bits())]
+    #[reset(plan.first_period(), first_period)]
     period: Optional<Register<Word>>,
-    /// it is the last
+    /// the next one, and above it whether the present one is all ones
+    #[when(plan.histogram.periods > 1)]
+    #[width(plan.period_bits() + 1)]
+    next_period: Optional<Local<Word>>,
+    /// the present one is the last
     #[when(plan.histogram.periods > 1)]
     period_is_last: Optional<Register<bool>>,
     /// the last row of a frame
@@ -124,33 +145,34 @@ pub struct HistogramControl {
     /// memory that counts
     #[when(plan.takes_turns())]
     half: Optional<Register<bool>>,
-    #[each(clocks in 1..6)]
+    #[each(clocks in 1..7)]
     #[about(format!("row of the word {clocks} clock{} ago", plural(clocks)))]
     #[width(plan.row_bits())]
     row_before: Vec<Register<Word>>,
-    /// memory of the words 1 to 5 clocks ago
+    /// memory of the words 1 to 6 clocks ago
     #[when(plan.takes_turns())]
-    #[width(5)]
+    #[width(6)]
     half_before: Optional<Register<Word>>,
-    /// whether the words 1 to 4 clocks ago are of a first code period
-    #[width(4)]
-    #[reset(15)]
+    /// whether the words 1 to 5 clocks ago are of a first code period
+    #[width(5)]
+    #[reset(31)]
     first_before: Register<Word>,
-    #[about(match plan.takes_turns() {
-        true => "the reader goes on",
-        false => "the stream has room for a row",
-    }.to_owned())]
-    goes: Local<bool>,
+    /// the reader goes on
+    #[when(plan.takes_turns())]
+    goes: Optional<Local<bool>>,
+    /// a row comes, and the stream takes it
+    #[when(!plan.takes_turns())]
+    shows: Optional<Local<bool>>,
     /// a frame has been counted since reset
     #[when(!plan.takes_turns())]
     follows: Optional<Register<bool>>,
-    /// whether the words 1 and 2 clocks ago found the bins of a whole frame
+    /// whether the words 1 to 3 clocks ago found the bins of a whole frame
     #[when(!plan.takes_turns())]
-    #[width(2)]
+    #[width(3)]
     whole_before: Optional<Register<Word>>,
     /// whether their rows are the last
     #[when(!plan.takes_turns())]
-    #[width(2)]
+    #[width(3)]
     last_before: Optional<Register<Word>>,
     /// a row of a whole frame comes out of the memory
     #[when(!plan.takes_turns())]
@@ -173,26 +195,29 @@ pub struct HistogramControl {
     #[width(plan.detectors)]
     #[reset(1)]
     detector: Optional<Register<Word>>,
-    /// detector of the row in the memories' output
-    #[when(plan.detectors > 1)]
+    #[each(place in 0..plan.places_of_detectors())]
+    #[about(match place {
+        0 => "detector of the row that is in the memories",
+        1 => "of the one that comes out of them",
+        _ => "and of the one behind it",
+    }.to_owned())]
     #[width(plan.detectors)]
-    detector_out: Optional<Register<Word>>,
-    /// detector of the row behind it
-    #[when(plan.detectors > 1)]
-    #[width(plan.detectors)]
-    detector_held: Optional<Register<Word>>,
+    detector_out: Vec<Register<Word>>,
     /// the last row of the last detector is read
     #[when(plan.takes_turns())]
     read_ends: Optional<Local<bool>>,
-    /// a row is in the memories' output, and in the register behind it
+    /// a row is in the memories, comes out of them, and is in the register behind them
     #[when(plan.takes_turns())]
-    #[width(2)]
+    #[width(3)]
     out: Optional<Register<Word>>,
     /// the last of a frame is
     #[when(plan.takes_turns())]
-    #[width(2)]
+    #[width(3)]
     last_out: Optional<Register<Word>>,
     valid: Register<bool>,
+    /// none waits
+    #[reset(true)]
+    room: Register<bool>,
     last: Register<bool>,
     overrun: Register<bool>,
     plan: Plan<ControlPlan>,
@@ -217,12 +242,25 @@ impl ControlPlan {
         (u64::BITS - (self.histogram.periods - 1).leading_zeros()).max(1)
     }
 
+    /// What code periods are counted from.
+    fn first_period(&self) -> u128 {
+        (1 << self.period_bits()) - u128::from(self.histogram.periods)
+    }
+
     fn has_periods(&self) -> bool {
         self.histogram.periods > 1
     }
 
     fn takes_turns(&self) -> bool {
         self.histogram.takes_turns()
+    }
+
+    /// Places on a row's way that have to know its detector.
+    fn places_of_detectors(&self) -> usize {
+        match self.detectors {
+            1 => 0,
+            _ => 3,
+        }
     }
 }
 
@@ -259,7 +297,7 @@ fn describe(plan: &ControlPlan) -> About {
                 plan.histogram.periods, plan.histogram.rows
             ),
         )
-        .fact("Latency", "4 clocks from a frame's last word to o_valid");
+        .fact("Latency", "5 clocks from a frame's last word to o_valid");
     match plan.detectors {
         1 => about,
         detectors => about.note(format!(
@@ -271,17 +309,19 @@ fn describe(plan: &ControlPlan) -> About {
 #[kernel]
 impl Logic for HistogramControl {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, runs, counts, row, row_is_last, first);
+        dff_setup!(self, i_clk, runs, ahead, ahead_is_last);
+        dff_setup!(self, i_clk, row, row_is_last, first);
         self.runs.d.next = true;
         self.o_run.next = self.runs.q.val();
-        self.counts.d.next = self.runs.q.val();
-        self.row_is_last.d.next = self.row.q.val() == self.last_row_but_one.val();
-        if self.counts.q.val() {
-            self.row.d.next = self.row.q.val() + 1;
-            if self.row_is_last.q.val() {
-                self.row.d.next = bit_cast(false, self.plan.row_bits() as usize);
-            }
+        self.ahead_is_last.d.next = self.ahead.q.val() == self.last_row_but_one.val();
+        if self.runs.q.val() {
+            self.ahead.d.next = self.ahead.q.val() + 1;
         }
+        if self.ahead_is_last.q.val() {
+            self.ahead.d.next = bit_cast(false, self.plan.row_bits() as usize);
+        }
+        self.row.d.next = self.ahead.q.val();
+        self.row_is_last.d.next = self.ahead_is_last.q.val();
         if self.plan.has_periods() {
             self.count_periods();
         } else {
@@ -302,41 +342,44 @@ impl Logic for HistogramControl {
     fn count_periods(&mut self) {
         dff_setup!(self, i_clk, period, period_is_last);
         self.ends.next = self.row_is_last.q.val() & self.period_is_last.q.val();
-        self.period_is_last.d.next = self.period.q.val() == self.last_period.val();
+        let bits = self.plan.period_bits() as usize;
+        self.next_period.next = bit_cast(self.period.q.val(), bits + 1) + 1;
+        self.period_is_last.d.next = self.next_period.val().get_bit(bits);
         if self.row_is_last.q.val() {
             self.first.d.next = self.period_is_last.q.val();
-            self.period.d.next = self.period.q.val() + 1;
-            if self.period_is_last.q.val() {
-                self.period.d.next = bit_cast(false, self.plan.period_bits() as usize);
-            }
+            self.period.d.next = bit_cast(self.next_period.val(), bits);
+        }
+        if self.ends.val() {
+            self.period.d.next = self.first_period.val();
         }
     }
 
     /// Row and first code period of the words on their way to the memories.
     fn follow_words(&mut self) {
-        dff_setup!(self, i_clk, first_before, valid, last, overrun);
-        for c in 0..5 {
+        dff_setup!(self, i_clk, first_before, valid, room, last, overrun);
+        for c in 0..6 {
             dff_setup!(self, i_clk, row_before[c]);
         }
         self.row_before[0].d.next = self.row.q.val();
-        for c in 1..5 {
+        for c in 1..6 {
             self.row_before[c].d.next = self.row_before[c - 1].q.val();
         }
         self.first_before.d.next =
-            (self.first_before.q.val() << 1) | bit_cast(self.first.q.val(), 4);
+            (self.first_before.q.val() << 1) | bit_cast(self.first.q.val(), 5);
         self.o_row.next = self.row.q.val();
-        self.o_counted_first.next = self.first_before.q.val().get_bit(1);
-        self.o_added_first.next = self.first_before.q.val().get_bit(3);
-        self.o_write_row.next = self.row_before[4].q.val();
+        self.o_held_first.next = self.first_before.q.val().get_bit(2);
+        self.o_added_first.next = self.first_before.q.val().get_bit(4);
+        self.o_write_row.next = self.row_before[5].q.val();
     }
 
     /// Their memory.
     fn follow_memories(&mut self) {
         dff_setup!(self, i_clk, half, half_before);
-        self.half_before.d.next = (self.half_before.q.val() << 1) | bit_cast(self.half.q.val(), 5);
+        self.half_before.d.next = (self.half_before.q.val() << 1) | bit_cast(self.half.q.val(), 6);
         self.o_half.next = self.half.q.val();
-        self.o_counted_half.next = self.half_before.q.val().get_bit(1);
-        self.o_write_half.next = self.half_before.q.val().get_bit(4);
+        self.o_come_half.next = self.half_before.q.val().get_bit(1);
+        self.o_held_half.next = self.half_before.q.val().get_bit(2);
+        self.o_write_half.next = self.half_before.q.val().get_bit(5);
     }
 
     /// Offers the rows that the next frame's first code period finds.
@@ -346,27 +389,36 @@ impl Logic for HistogramControl {
             self.follows.d.next = true;
         }
         self.whole_before.d.next = (self.whole_before.q.val() << 1)
-            | bit_cast(self.follows.q.val() & self.first.q.val(), 2);
+            | bit_cast(self.follows.q.val() & self.first.q.val(), 3);
         self.last_before.d.next =
-            (self.last_before.q.val() << 1) | bit_cast(self.row_is_last.q.val(), 2);
-        self.goes.next = !self.valid.q.val() | self.i_ready.val();
-        self.comes.next = self.whole_before.q.val().get_bit(1);
-        if self.goes.val() {
-            self.valid.d.next = self.comes.val();
+            (self.last_before.q.val() << 1) | bit_cast(self.row_is_last.q.val(), 3);
+        self.o_come_first.next = self.first_before.q.val().get_bit(1);
+        self.comes.next = self.whole_before.q.val().get_bit(2);
+        // Two products in place of room or ready, and comes: a single table of three inputs stands
+        // before the clock enables of a whole row, and none by the port of ready.
+        self.shows.next =
+            (self.room.q.val() & self.comes.val()) | (self.i_ready.val() & self.comes.val());
+        if self.i_ready.val() {
+            self.valid.d.next = false;
+            self.room.d.next = true;
         }
-        if self.goes.val() & self.comes.val() {
-            self.last.d.next = self.last_before.q.val().get_bit(1);
+        if self.comes.val() {
+            self.valid.d.next = true;
+            self.room.d.next = false;
         }
-        if self.comes.val() & !self.goes.val() {
+        if self.shows.val() {
+            self.last.d.next = self.last_before.q.val().get_bit(2);
+        }
+        if self.comes.val() & !self.room.q.val() & !self.i_ready.val() {
             self.overrun.d.next = true;
         }
-        self.o_shows.next = self.goes.val() & self.comes.val();
+        self.o_shows.next = self.shows.val();
     }
 
     /// Reads the rows of a frame, and offers them.
     fn read_frames(&mut self) {
         dff_setup!(self, i_clk, reads, read_row, read_is_last, out, last_out);
-        self.goes.next = !self.valid.q.val() | self.i_ready.val();
+        self.goes.next = self.room.q.val() | self.i_ready.val();
         self.busy.next = self.reads.q.val() | self.out.q.val().any() | !self.goes.val();
         if self.plan.detectors > 1 {
             self.name_detectors();
@@ -374,11 +426,12 @@ impl Logic for HistogramControl {
             self.read_ends.next = self.read_is_last.q.val();
         }
         if self.goes.val() {
-            self.out.d.next = (self.out.q.val() << 1) | bit_cast(self.reads.q.val(), 2);
-            self.last_out.d.next = (self.last_out.q.val() << 1) | bit_cast(self.read_ends.val(), 2);
-            self.valid.d.next = self.out.q.val().get_bit(1);
-            if self.out.q.val().get_bit(1) {
-                self.last.d.next = self.last_out.q.val().get_bit(1);
+            self.out.d.next = (self.out.q.val() << 1) | bit_cast(self.reads.q.val(), 3);
+            self.last_out.d.next = (self.last_out.q.val() << 1) | bit_cast(self.read_ends.val(), 3);
+            self.valid.d.next = self.out.q.val().get_bit(2);
+            self.room.d.next = !self.out.q.val().get_bit(2);
+            if self.out.q.val().get_bit(2) {
+                self.last.d.next = self.last_out.q.val().get_bit(2);
             }
             if self.reads.q.val() {
                 self.read_is_last.d.next = self.read_row.q.val() == self.last_row_but_one.val();
@@ -398,18 +451,23 @@ impl Logic for HistogramControl {
         }
         self.o_read_row.next = self.read_row.q.val();
         self.o_go.next = self.goes.val();
-        self.o_shows.next = self.goes.val() & self.out.q.val().get_bit(1);
+        self.o_shows.next = self.goes.val() & self.out.q.val().get_bit(2);
     }
 
     /// The detectors take turns, and each row has its detector beside it.
     fn name_detectors(&mut self) {
-        dff_setup!(self, i_clk, detector, detector_out, detector_held);
+        dff_setup!(self, i_clk, detector);
+        for c in 0..3 {
+            dff_setup!(self, i_clk, detector_out[c]);
+        }
         let detectors = self.plan.detectors;
         self.read_ends.next =
             self.read_is_last.q.val() & self.detector.q.val().get_bit(detectors - 1);
         if self.goes.val() {
-            self.detector_out.d.next = self.detector.q.val();
-            self.detector_held.d.next = self.detector_out.q.val();
+            self.detector_out[0].d.next = self.detector.q.val();
+            for c in 1..3 {
+                self.detector_out[c].d.next = self.detector_out[c - 1].q.val();
+            }
             if self.read_is_last.q.val() {
                 self.detector.d.next = self.detector.q.val() << 1;
             }
@@ -417,6 +475,6 @@ impl Logic for HistogramControl {
                 self.detector.d.next = bit_cast(true, detectors);
             }
         }
-        self.o_read_detector.next = self.detector_held.q.val();
+        self.o_read_detector.next = self.detector_out[2].q.val();
     }
 }

@@ -254,12 +254,16 @@ impl Logic for HistogramTop {
             self.channel[d].i_rst.next = self.i_rst.val();
             self.channel[d].i_run.next = self.control.o_run.val();
             self.channel[d].i_row.next = self.control.o_row.val();
-            self.channel[d].i_counted_first.next = self.control.o_counted_first.val();
+            self.channel[d].i_held_first.next = self.control.o_held_first.val();
             self.channel[d].i_added_first.next = self.control.o_added_first.val();
             self.channel[d].i_write_row.next = self.control.o_write_row.val();
         }
         if self.plan.histogram.takes_turns() {
             self.name_memories();
+        } else {
+            for d in 0..self.channel.len() {
+                self.channel[d].i_come_first.next = self.control.o_come_first.val();
+            }
         }
     }
 
@@ -268,7 +272,8 @@ impl Logic for HistogramTop {
             self.channel[d].i_half.next = self.control.o_half.val();
             self.channel[d].i_read_row.next = self.control.o_read_row.val();
             self.channel[d].i_go.next = self.control.o_go.val();
-            self.channel[d].i_counted_half.next = self.control.o_counted_half.val();
+            self.channel[d].i_come_half.next = self.control.o_come_half.val();
+            self.channel[d].i_held_half.next = self.control.o_held_half.val();
             self.channel[d].i_write_half.next = self.control.o_write_half.val();
         }
     }

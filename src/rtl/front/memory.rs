@@ -9,9 +9,9 @@ use super::marker::Marker;
 use super::net::{Input, Net, Output};
 use super::word::Word;
 
-/// A memory of words, which synthesizers put into block RAM: its words have no value at
-/// power-up and none after reset, and what is read comes a clock later. A word that is
-/// read while it is written is not to be relied on.
+/// A memory of words, which synthesizers put into block RAM, with a register behind it: its
+/// words have no value at power-up and none after reset, and what is read comes two clocks later. A
+/// word that is read while it is written is not to be relied on.
 #[derive(Debug, Clone, LogicBlock)]
 pub struct Memory {
     /// Clock of both ports.
@@ -22,13 +22,14 @@ pub struct Memory {
     pub write_address: Input<Word>,
     /// What.
     pub data: Input<Word>,
-    /// Whether a word is read; otherwise `q` holds.
+    /// Whether a word is read, and the one before it goes on to `q`; otherwise both hold.
     pub read: Input<bool>,
     /// Which.
     pub address: Input<Word>,
-    /// The word that was read last.
+    /// The word that was read last but one.
     pub q: Output<Word>,
     _words: Vec<u128>,
+    _read: u128,
     _about: String,
 }
 
@@ -46,6 +47,7 @@ impl Memory {
             address: Net::word(address_bits, ""),
             q: Net::word(width, ""),
             _words: vec![0; words as usize],
+            _read: 0,
             _about: about.to_owned(),
         }
     }
@@ -58,8 +60,9 @@ impl Logic for Memory {
         }
         let word = |address: Word| address.value() as usize;
         if self.read.val() {
-            let read = self._words.get(word(self.address.val()));
-            self.q.next = Word::new(read.copied().unwrap_or(0), self.data.val().bits() as u32);
+            let read = self._words.get(word(self.address.val())).copied();
+            let before = std::mem::replace(&mut self._read, read.unwrap_or(0));
+            self.q.next = Word::new(before, self.data.val().bits() as u32);
         }
         if self.write.val()
             && let Some(written) = self._words.get_mut(word(self.write_address.val()))
