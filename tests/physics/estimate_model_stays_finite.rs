@@ -5,7 +5,7 @@ use goldtof::estimate::CountingTier;
 use goldtof::estimate::fit::{Fitter, OtherLight};
 use goldtof::estimate::report::estimate_scan;
 use goldtof::photons::{DetectorModel, StepCount};
-use goldtof::report::estimates::BothEstimates;
+use goldtof::report::estimates::{BothEstimates, texts};
 use goldtof::response::MeanResponse;
 use goldtof::scene::{DetectorIndex, EstimatorKind, Scene};
 use goldtof::sensor::Sensor;
@@ -82,7 +82,8 @@ fn assert_finite(scene: &Scene, counts: &[StepCount], name: &str) -> bool {
     };
     let report = estimate_scan(&Sensor::new(scene), DetectorIndex(0), counts);
     let (own, other) = (&report, &report);
-    let told = BothEstimates { own, other }.text(None);
+    let (told, shared) = texts(&[BothEstimates { own, other }], None);
+    let told = told.concat() + &shared;
     for text in [text, format!("{report:?}"), told] {
         let words = text.split(|c: char| !c.is_ascii_alphabetic());
         let wrong: Vec<&str> = words.filter(|word| ["NaN", "inf"].contains(word)).collect();
