@@ -7,6 +7,7 @@ mod code_gps_ca_chips_are_the_published_ones;
 mod code_reports_name_the_published_properties;
 mod documents_name_what_exists;
 mod estimate_takes_recorded_counts;
+mod modules_have_no_circles;
 mod new_scenes_and_manual;
 mod program;
 mod report_is_one_sound_page;

@@ -9,7 +9,8 @@
 //!
 //! Cost (ECP5, docs/resources.md): 4 LUTs, 3 flip-flops for nu = 1 in both generators.
 
-use super::{CodePorts, CodeSource};
+use super::CodeSource;
+use crate::rtl::blocks::CodePorts;
 use crate::rtl::front::prelude::*;
 
 /// A code interleaved with its inverse (eq. 23).
