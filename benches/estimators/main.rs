@@ -4,7 +4,9 @@
 //!
 //!     cargo bench --bench estimators -- [noiseless-walk] [noiseless-circular] \
 //!         [noiseless-interference] [walk] [interference] [wrong] [timing] \
-//!         [pairs] [near-far] [unknown] [histogram]
+//!         [pairs] [too-close] [near-far] [unknown] [random] [shared] [histogram]
+//!
+//! GOLDTOF_SCANS says how many scans pairs to shared fit for each line (default 40).
 
 mod apart;
 mod histogram;
@@ -12,7 +14,10 @@ mod noise;
 mod noiseless;
 #[path = "../../tests/physics/optics_support/mod.rs"]
 mod optics_support;
+mod random;
+mod shared;
 mod timing;
+mod told;
 mod wrong;
 
 use std::error::Error;
@@ -36,7 +41,7 @@ fn main() -> Outcome {
         .filter(|a| !a.starts_with('-'))
         .collect();
     type Part = (&'static str, fn(&Scene) -> Outcome);
-    let known: [Part; 11] = [
+    let known: [Part; 14] = [
         ("noiseless-walk", noiseless::walk),
         ("noiseless-circular", noiseless::circular),
         ("noiseless-interference", noiseless::interference),
@@ -45,8 +50,11 @@ fn main() -> Outcome {
         ("wrong", wrong::wrong),
         ("timing", timing::timing),
         ("pairs", apart::pairs),
+        ("too-close", apart::too_close),
         ("near-far", apart::near_far),
         ("unknown", apart::unknown),
+        ("random", random::random),
+        ("shared", shared::shared),
         ("histogram", histogram::histogram),
     ];
     let scene = scene::load(Path::new("scenes/paper-single.toml"))?;

@@ -1,6 +1,8 @@
-//! Mean correlations with their intervals: Figs. 7, 9, 10 and 11.
+//! Mean correlations with their intervals: Figs. 7, 9, 10 and 11; of the last three, which
+//! are of two lights, also what both estimators say of the distances.
 
 use super::figure::{Claim, Figure, Table, cells};
+use super::many::beside::{self, Beside};
 use super::run::{Run, RunError};
 use super::sensor::{
     CHIP_PERIOD_PS, Light, POWER_PW, SAMPLES_PER_CHIP, TARGET_PS, balanced_gold, delays_chips,
@@ -47,16 +49,45 @@ impl Correlation {
     }
 }
 
-fn figure(title: &str, correlations: &[Correlation], claims: Vec<Claim>) -> Figure {
-    let mut table = Table::new(&["series", "delay_chips", "count", "count_low", "count_high"]);
+const COLUMNS: [&str; 5] = ["series", "delay_chips", "count", "count_low", "count_high"];
+
+fn figure(
+    title: &str,
+    correlations: &[Correlation],
+    distances: Option<&Beside>,
+    claims: Vec<Claim>,
+) -> Figure {
+    let more = match distances {
+        Some(_) => &beside::COLUMNS[..],
+        None => &[],
+    };
+    let mut table = Table::new(&[&COLUMNS[..], more].concat());
     for correlation in correlations {
         for (&delay, &count) in correlation.delays_chips.iter().zip(&correlation.counts) {
             let mut row = vec![Some(delay)];
             row.extend(cells(count));
+            row.extend(more.iter().map(|_| None));
             table.row(&correlation.label, &row);
         }
     }
-    let panel = Panel {
+    let mut panels = vec![correlation_panel(correlations)];
+    if let Some(distances) = distances {
+        distances.fill(&mut table, COLUMNS.len() - 2);
+        panels.extend(distances.panels());
+    }
+    Figure {
+        chart: Chart {
+            title: title.to_owned(),
+            panels,
+        },
+        table,
+        claims,
+        notes: Vec::new(),
+    }
+}
+
+fn correlation_panel(correlations: &[Correlation]) -> Panel {
+    Panel {
         x: Axis {
             label: "delay of the reference, calibrated (chips of 8 ns)".to_owned(),
             scale: Scale::Linear,
@@ -72,15 +103,6 @@ fn figure(title: &str, correlations: &[Correlation], claims: Vec<Claim>) -> Figu
             .collect(),
         legend: Legend::UpperRight,
         headroom: 0.06,
-    };
-    Figure {
-        chart: Chart {
-            title: title.to_owned(),
-            panels: vec![panel],
-        },
-        table,
-        claims,
-        notes: Vec::new(),
     }
 }
 
@@ -94,7 +116,7 @@ pub fn interleaving(run: &mut Run) -> Result<Figure, RunError> {
         correlations.push(Correlation::measure(run, label, &scene)?);
     }
     let title = "Fig. 7: correlation by interleaving depth ν, 4 pW, 1.04 ms per phase step";
-    Ok(figure(title, &correlations, Vec::new()))
+    Ok(figure(title, &correlations, None, Vec::new()))
 }
 
 /// Fig. 9: the target moves, another code of equal power stays.
@@ -102,6 +124,7 @@ pub fn interferer(run: &mut Run) -> Result<Figure, RunError> {
     const FIXED_CHIPS: f64 = 12.0;
     let (own, other) = (balanced_gold(0, 0)?, balanced_gold(1, 0)?);
     let mut correlations = Vec::new();
+    let mut scenes = Vec::new();
     for target_chips in [2.0, 5.0, 8.0, 11.0, 14.0] {
         let lights = [
             Light::new(&own, POWER_PW).at(target_chips * CHIP_PERIOD_PS),
@@ -111,22 +134,32 @@ pub fn interferer(run: &mut Run) -> Result<Figure, RunError> {
         let scene = window(sensor(&lights, INTEGRATION_S), middle_ps, 12);
         let label = format!("target at {target_chips} chips");
         correlations.push(Correlation::measure(run, label, &scene)?);
+        scenes.push((target_chips, scene));
     }
-    let title = "Fig. 9: correlation with another code at 12 chips, 4 pW each, 1.04 ms";
-    Ok(figure(title, &correlations, Vec::new()))
+    let distances = distances_of(run, &scenes)?;
+    let title = "Fig. 9: correlation with another code at 12 chips, 4 pW each, 1.04 ms, and the \
+                 distances that come of it";
+    Ok(figure(title, &correlations, Some(&distances), Vec::new()))
 }
 
 /// Fig. 10: one path moves, another of the same code stays.
 pub fn two_paths(run: &mut Run) -> Result<Figure, RunError> {
     const FIXED_CHIPS: f64 = 12.0;
     let mut correlations = Vec::new();
+    let mut scenes = Vec::new();
     for moving_chips in [3.0, 6.0, 9.0, 12.0, 15.0] {
         let scene = paths_apart(moving_chips, FIXED_CHIPS, 12)?;
         let label = format!("moving path at {moving_chips} chips");
         correlations.push(Correlation::measure(run, label, &scene)?);
+        // At one place they are one path.
+        if moving_chips != FIXED_CHIPS {
+            scenes.push((moving_chips, scene));
+        }
     }
-    let title = "Fig. 10: correlation over two paths, one at 12 chips, 2 pW each, 1.04 ms";
-    Ok(figure(title, &correlations, Vec::new()))
+    let distances = distances_of(run, &scenes)?;
+    let title = "Fig. 10: correlation over two paths, one at 12 chips, 2 pW each, 1.04 ms, and \
+                 the distances that come of it";
+    Ok(figure(title, &correlations, Some(&distances), Vec::new()))
 }
 
 /// Two paths of one code at these delays, half of the usual power each, and a
@@ -139,28 +172,45 @@ fn paths_apart(first: f64, second: f64, half_chips: u64) -> Result<Scene, RunErr
     Ok(window(scene, second * CHIP_PERIOD_PS, half_chips))
 }
 
+/// What both estimators say of two paths, by the delay of the first.
+fn distances_of(run: &mut Run, scenes: &[(f64, Scene)]) -> Result<Beside, RunError> {
+    let mut distances = Beside::default();
+    for (moving_chips, scene) in scenes {
+        distances.measure(run, *moving_chips, scene)?;
+    }
+    Ok(distances)
+}
+
 /// Fig. 11, which decides C7.
 pub fn path_resolution(run: &mut Run) -> Result<Figure, RunError> {
     /// Phase steps between the paths; 12 of them are 1.5 chips.
     const APART: [usize; 6] = [0, 4, 8, 10, 12, 16];
     const HALF_CHIPS: u64 = 5;
+    const FIXED_CHIPS: f64 = 8.0;
     let mut correlations = Vec::new();
     let mut dips = Vec::new();
+    let mut scenes = Vec::new();
     for apart in APART {
         let samples = f64::from(SAMPLES_PER_CHIP);
-        let scene = paths_apart(8.0 - apart as f64 / samples, 8.0, HALF_CHIPS)?;
+        let moving_chips = FIXED_CHIPS - apart as f64 / samples;
+        let scene = paths_apart(moving_chips, FIXED_CHIPS, HALF_CHIPS)?;
         let label = format!("Δk = {apart}");
         correlations.push(Correlation::measure(run, label, &scene)?);
         let later = (HALF_CHIPS * u64::from(SAMPLES_PER_CHIP)) as usize;
         if apart > 0 {
             let resolved = run.share(&scene, |counts| is_dip(counts, later - apart, later))?;
             dips.push((apart, resolved));
+            scenes.push((moving_chips, scene));
         }
     }
-    let title = "Fig. 11: two paths Δk phase steps (of 1 ns) apart, 2 pW each, 1.04 ms";
+    scenes.reverse();
+    let distances = distances_of(run, &scenes)?;
+    let title = "Fig. 11: two paths Δk phase steps (of 1 ns) apart, one at 8 chips, 2 pW each, \
+                 1.04 ms, and the distances that come of it";
     Ok(figure(
         title,
         &correlations,
+        Some(&distances),
         resolution(&dips).into_iter().collect(),
     ))
 }

@@ -9,8 +9,8 @@ use super::statistics::Measured;
 use super::verdict::Verdict;
 use crate::report::chart::Chart;
 
-/// The figures that can be made: the article's, and those of the errors that
-/// it leaves out.
+/// The figures that can be made: the article's, those of the errors that it leaves
+/// out, and those of light that the joint fit tells apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum FigureId {
@@ -46,11 +46,15 @@ pub enum FigureId {
     Circular,
     /// Error left out: failures of the global coarse search
     Coarse,
+    /// Joint fit: two paths of one code by their separation, beside the bound
+    TwoPaths,
+    /// Joint fit: own sensor under another one by their power ratio, synchronised and not
+    PowerRatio,
 }
 
 impl FigureId {
     /// All, in order.
-    pub const ALL: [FigureId; 12] = [
+    pub const ALL: [FigureId; 14] = [
         FigureId::Fig3,
         FigureId::Fig5,
         FigureId::Fig6,
@@ -63,6 +67,8 @@ impl FigureId {
         FigureId::Interference,
         FigureId::Circular,
         FigureId::Coarse,
+        FigureId::TwoPaths,
+        FigureId::PowerRatio,
     ];
 
     /// The article's number of it.
@@ -95,6 +101,8 @@ impl FigureId {
             FigureId::Interference => "error-interference-bias",
             FigureId::Circular => "error-circular",
             FigureId::Coarse => "error-coarse-search",
+            FigureId::TwoPaths => "joint-two-paths",
+            FigureId::PowerRatio => "joint-power-ratio",
         }
     }
 

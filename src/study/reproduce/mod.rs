@@ -19,6 +19,7 @@ mod errors;
 mod extremes;
 mod figure;
 mod made;
+mod many;
 mod phase;
 mod precision;
 mod printed;
@@ -98,7 +99,7 @@ impl Body for Reproduction {
 #[derive(Debug, Clone, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct FigureFiles {
-    /// The article's number; none for the errors that it leaves out.
+    /// The article's number; none for figures that it does not have.
     pub number: Option<u32>,
     /// Title.
     pub title: String,
@@ -179,6 +180,8 @@ fn make(id: FigureId, options: &Options) -> Result<Figure, RunError> {
         FigureId::Interference => errors::interference(&mut run),
         FigureId::Circular => circular::circular_error(&mut run),
         FigureId::Coarse => coarse::coarse_search(&mut run),
+        FigureId::TwoPaths => many::two_paths::two_paths(&mut run),
+        FigureId::PowerRatio => many::power_ratio::power_ratio(&mut run),
     }
 }
 

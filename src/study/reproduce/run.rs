@@ -2,6 +2,7 @@
 
 use super::Options;
 use super::figure::FigureId;
+use super::many::Fits;
 use super::phase::{Errors, phase_errors};
 use super::printed::printed_distance_m;
 use super::statistics::{Measured, rate, sample_mean, sample_mean_of, sample_std};
@@ -79,6 +80,12 @@ impl Run {
     pub fn share_of_errors(&mut self, scene: &Scene, shares: u64) -> Result<Errors, RunError> {
         let scans = self.scans_of(scene).div_ceil(shares).max(2);
         phase_errors(scene, self.next_seed(), scans)
+    }
+
+    /// Joint fits of scans of a tier, as many as were asked for and no more than `most`.
+    pub fn fits(&mut self, scene: &Scene, tier: Tier, most: u64) -> Result<Fits, RunError> {
+        let scans = self.repetitions.min(most);
+        Fits::of(scene, tier, self.next_seed(), scans)
     }
 
     /// Mean error, in metres, of the fits of so many scans of a tier.
