@@ -28,6 +28,10 @@ const SHARES: u64 = 5;
 /// Scanned to either side of the own path where a window is enough.
 const HALF_WINDOW_CHIPS: u64 = 5;
 
+/// The shares of scans that find the path are not of one kind.
+const LOOKED_FOR: &str = "the own path is looked for in the whole code period where clocks are one, in \
+                          5 chips to either side of it where they are not";
+
 /// What was measured at one power ratio.
 struct Row {
     ratio: f64,
@@ -93,7 +97,9 @@ pub fn power_ratio(run: &mut Run) -> Result<Figure, RunError> {
             panels: vec![errors(&rows), shares(&rows)],
         },
         claims: Vec::new(),
-        notes: rows.iter().map(note).collect(),
+        notes: std::iter::once(LOOKED_FOR.to_owned())
+            .chain(rows.iter().map(note))
+            .collect(),
     })
 }
 
