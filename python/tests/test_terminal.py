@@ -41,7 +41,7 @@ def test_errors_are_coloured_where_somebody_sees_it():
     assert on_terminal(*NO_SCENE).startswith("\x1b[1m\x1b[31merror:\x1b[0m nothing.toml")
 
 
-@pytest.mark.parametrize("environment", [{"NO_COLOR": "1"}, {"TERM": "dumb"}])
+@pytest.mark.parametrize("environment", [{"NO_COLOR": "1"}, {"TERM": "dumb"}, {"TERM": "dumb", "CI": "true"}])
 def test_errors_have_no_colour_for_those_who_want_none(environment):
     assert on_terminal(*NO_SCENE, **environment).startswith("error: nothing.toml")
     # Usage errors are clap's.

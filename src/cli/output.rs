@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Context as _;
+use clap::ColorChoice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rustix::termios::tcgetwinsize;
 
@@ -171,12 +172,25 @@ impl Progress {
     }
 }
 
-/// Whether stderr is a terminal that shows colours, and whose user wants them
-/// (<https://no-color.org>).
+/// Whether errors are coloured on stderr.
 fn is_coloured() -> bool {
+    io::stderr().is_terminal() && !no_colours()
+}
+
+/// Whether the user wants no colours (<https://no-color.org>) or the terminal shows none.
+fn no_colours() -> bool {
     let is_unwanted = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
     let is_dumb = std::env::var_os("TERM").is_none_or(|term| term == "dumb");
-    io::stderr().is_terminal() && !is_unwanted && !is_dumb
+    is_unwanted || is_dumb
+}
+
+/// The same rule for what clap writes, which would colour a dumb terminal where `CI` is set.
+pub(super) fn clap_colours() -> ColorChoice {
+    if no_colours() {
+        ColorChoice::Never
+    } else {
+        ColorChoice::Auto
+    }
 }
 
 /// Characters of a line of the terminal that stdout is; none if it is no terminal.

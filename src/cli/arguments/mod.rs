@@ -27,7 +27,7 @@ use super::values::parse_time;
 /// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
 /// time-of-flight sensors.
 #[derive(Debug, Parser)]
-#[command(name = "goldtof", version = crate::version::VERSION, propagate_version = true)]
+#[command(name = "goldtof", version = crate::version::VERSION, propagate_version = true, color = super::output::clap_colours())]
 pub(super) struct Cli {
     /// Print one JSON document on stdout, and nothing else there
     #[arg(long, global = true)]
