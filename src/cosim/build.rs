@@ -49,17 +49,6 @@ pub(super) const VERILATOR_FLAGS: &[&str] = &[
     "-Werror-MODDUP",
 ];
 
-const COMPILER_FLAGS: &[&str] = &[
-    "-std=c++17",
-    "-O2",
-    "-DVL_USER_FINISH",
-    "-DVL_USER_STOP",
-    "-DVL_USER_FATAL",
-    "-DVM_COVERAGE=0",
-    "-DVM_SC=0",
-    "-DVM_TRACE=0",
-];
-
 /// Parts of Verilator's run-time library that a single-threaded model needs.
 const RUNTIME: &[&str] = &["verilated.cpp", "verilated_threads.cpp"];
 
@@ -112,7 +101,7 @@ pub fn build_with(
         env!("CARGO_PKG_VERSION"),
     ];
     parts.extend(VERILATOR_FLAGS);
-    parts.extend(COMPILER_FLAGS);
+    parts.extend(tools.compiler_flags.iter().map(String::as_str));
     for source in sources {
         parts.extend([source.name.as_str(), source.text.as_str()]);
     }
@@ -159,7 +148,7 @@ pub(super) fn build_lanes(unit: &LanesUnit, cache: &Path) -> Result<(Built, Stri
         env!("CARGO_PKG_VERSION"),
     ];
     parts.extend(VERILATOR_FLAGS);
-    parts.extend(COMPILER_FLAGS);
+    parts.extend(tools.compiler_flags.iter().map(String::as_str));
     let identity = hash(&parts);
     let name = format!("lanes-{identity}");
     let bytes = once(cache, &name, PROGRAM, |folder| {
@@ -194,7 +183,7 @@ pub(super) fn build_lanes(unit: &LanesUnit, cache: &Path) -> Result<(Built, Stri
 /// most of the compiler's work.
 fn runtime(tools: &Tools, cache: &Path) -> Result<Vec<u8>, CosimError> {
     let mut parts = vec![tools.versions.as_str(), "runtime"];
-    parts.extend(COMPILER_FLAGS);
+    parts.extend(tools.compiler_flags.iter().map(String::as_str));
     once(
         cache,
         &format!("runtime-{}", hash(&parts)),
@@ -209,7 +198,7 @@ fn runtime(tools: &Tools, cache: &Path) -> Result<Vec<u8>, CosimError> {
             let include = include_flags(tools)?;
             tools.compiler.run(|command| {
                 command
-                    .args(COMPILER_FLAGS)
+                    .args(&tools.compiler_flags)
                     .args(include)
                     .arg("-c")
                     .arg(&unit)
@@ -287,7 +276,7 @@ fn link(tools: &Tools, folder: &Path, runtime: &[u8]) -> Result<(), CosimError> 
     tools.compiler.run(|command| {
         command
             .current_dir(folder)
-            .args(COMPILER_FLAGS)
+            .args(&tools.compiler_flags)
             .args(["-I", "."])
             .args(include)
             .args([UNIT, RUNTIME_OBJECT, "-o", PROGRAM, "-pthread"])

@@ -10,6 +10,18 @@ use crate::programs;
 /// What Verilator is called.
 const VERILATOR: &str = "verilator";
 
+/// What the compiler is told of every model.
+const COMPILER_FLAGS: &[&str] = &[
+    "-std=c++17",
+    "-O2",
+    "-DVL_USER_FINISH",
+    "-DVL_USER_STOP",
+    "-DVL_USER_FATAL",
+    "-DVM_COVERAGE=0",
+    "-DVM_SC=0",
+    "-DVM_TRACE=0",
+];
+
 /// An external program.
 #[derive(Debug, Clone)]
 pub struct Tool {
@@ -27,12 +39,15 @@ pub struct Tools {
     pub verilator: Tool,
     /// The C++ compiler.
     pub compiler: Tool,
+    /// What it is told of every model; part of the build's identity.
+    pub compiler_flags: Vec<String>,
     /// What both said of their versions; part of the build's identity.
     pub versions: String,
 }
 
 impl Tools {
-    /// Finds the tools: `$VERILATOR` or `verilator`, `$CXX` or `g++`.
+    /// Finds the tools: `$VERILATOR` or `verilator`, `$CXX` or `g++`, and what flags of its own
+    /// `$GOLDTOF_CXXFLAGS` gives the compiler.
     ///
     /// # Errors
     /// When one is missing, too old or fails; the message says how to get it.
@@ -60,8 +75,10 @@ impl Tools {
             });
         }
         let compiler_version = compiler.ask(&["--version"])?;
+        let flags = std::env::var_os("GOLDTOF_CXXFLAGS").unwrap_or_default();
         Ok(Tools {
             versions: format!("{version}\n{}", first_line(&compiler_version)),
+            compiler_flags: compiler_flags(&flags.to_string_lossy()),
             verilator,
             compiler,
         })
@@ -200,6 +217,29 @@ fn program(variable: &str, default: &str) -> String {
         .unwrap_or(chosen)
 }
 
+/// Ours and then the user's, parted by spaces: of two that contradict each other a compiler
+/// takes the last.
+fn compiler_flags(users: &str) -> Vec<String> {
+    let ours = COMPILER_FLAGS.iter().copied();
+    ours.chain(users.split_whitespace())
+        .map(str::to_owned)
+        .collect()
+}
+
 fn first_line(text: &str) -> String {
     text.lines().next().unwrap_or_default().trim().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::compiler_flags;
+
+    #[test]
+    fn the_users_flags_come_last_and_so_win() {
+        let ours = compiler_flags("");
+        let all = compiler_flags(" -O1  -march=native ");
+        assert!(ours.contains(&"-O2".to_owned()));
+        assert_eq!(all[..ours.len()], ours);
+        assert_eq!(all[ours.len()..], ["-O1", "-march=native"]);
+    }
 }

@@ -68,9 +68,10 @@ impl<const M: usize> CellStep<M> {
     #[inline(always)]
     pub fn pass_forwards(&self, ready: &State<M>) -> State<M> {
         let mut into = [0.0; M];
-        for (row, &probability) in self.passage.iter().zip(ready) {
+        // By number: a zip is not inlined where parts of the crate are optimised alone.
+        for i in 0..M {
             for m in 0..M {
-                into[m] += probability * row[m];
+                into[m] += ready[i] * self.passage[i][m];
             }
         }
         into
@@ -81,9 +82,9 @@ impl<const M: usize> CellStep<M> {
     #[inline(always)]
     pub fn pass_backwards(&self, later: &State<M>) -> State<M> {
         let mut value = [0.0; M];
-        for (rates, &later) in self.passage_to.iter().zip(later) {
+        for m in 0..M {
             for i in 0..M {
-                value[i] += rates[i] * later;
+                value[i] += self.passage_to[m][i] * later[m];
             }
         }
         value
