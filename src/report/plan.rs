@@ -234,7 +234,10 @@ fn error_of(expected: &ExpectedError) -> String {
 pub(super) fn resources(resources: Option<&Resources>) -> Vec<Row> {
     let row = |name: &str, value: String| vec![name.to_owned(), value];
     let Some(resources) = resources else {
-        let why = "not known: none like it was among the synthesized sensors (docs/resources.md)";
+        let why = "not known: none like it was among the synthesized sensors (docs/resources.md). \
+                   Those have Gold codes, m-sequences or, without a histogram, square waves; \
+                   histograms for an ECP5 have 31 to 8,191 chips, and for other targets they are too \
+                   few for a fit";
         return vec![row("cells", why.to_owned())];
     };
     let about = match resources.basis {

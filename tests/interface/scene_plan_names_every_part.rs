@@ -241,6 +241,27 @@ fn a_sensor_that_was_synthesized_has_its_measured_cells() {
 }
 
 #[test]
+fn a_histogram_has_its_memories_and_cells() {
+    // First row of the second table of docs/resources.md.
+    let mut scene = standard("histogram");
+    let two = resources(&Sensor::new(&scene)).expect("it was measured");
+    assert_eq!((two.cells.luts, two.cells.flip_flops), (243, 304));
+    assert_eq!((two.block_rams, two.basis), (16, Basis::Measured));
+    // Seven code periods are not two, and no row has bins of two bits.
+    scene.hardware.buffers = 1;
+    scene.scan.integration_chips = 3 * 2047;
+    let narrow = resources(&Sensor::new(&scene)).expect("it can be fitted");
+    assert!(matches!(narrow.basis, Basis::Fitted { .. }));
+    assert_eq!(narrow.block_rams, 8);
+    assert!(narrow.cells.luts < 120, "{narrow:?}");
+    // Too few were synthesized for it, and the plan says so.
+    scene.hardware.target = goldtof::scene::Target::Ice40Hx8k;
+    let overview = overview(&Sensor::new(&scene));
+    assert!(overview.resources.is_none());
+    assert!(text(&overview, None).contains("too few"));
+}
+
+#[test]
 fn what_people_read_of_a_plan_has_the_numbers_of_its_json() {
     let overview = overview(&Sensor::new(&standard("quick")));
     let json = serde_json::to_value(&overview).unwrap();

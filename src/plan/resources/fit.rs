@@ -6,8 +6,11 @@ use super::measured::Build;
 use super::{Basis, Size};
 use crate::plan::cells::Cells;
 
-/// What cells are proportional to.
-const TERMS: usize = 13;
+/// What decides the cells of an architecture's hardware.
+pub(super) trait Terms: Copy {
+    /// What cells are proportional to: as many numbers for each sensor.
+    fn terms(&self) -> Vec<f64>;
+}
 
 /// Cells of each term.
 pub(super) struct Fit {
@@ -15,43 +18,46 @@ pub(super) struct Fit {
     flip_flops: DVector<f64>,
 }
 
-/// How much of each term a sensor has.
-fn terms(size: &Size) -> [f64; TERMS] {
-    let when = |condition: bool, number: u32| if condition { f64::from(number) } else { 0.0 };
-    let of_detectors = size.detectors * size.samples_per_chip;
-    let counts = size.detectors * size.parallel;
-    let saturates = size.count_bits < size.exact_bits;
-    [
-        1.0,
-        f64::from(size.detectors),
-        f64::from(size.lfsr_bits),
-        f64::from(size.interleaving),
-        f64::from(of_detectors),
-        f64::from(counts * size.exact_bits),
-        when(size.segmented, counts * size.exact_bits),
-        // Results that wait behind the first.
-        when(counts > 1, counts * size.count_bits),
-        when(size.realigns, 1),
-        when(saturates, counts * size.count_bits),
-        when(size.peak_detector, counts * size.count_bits),
-        when(size.peak_detector, size.detectors * size.count_bits),
-        when(size.total_counts, size.detectors * size.exact_bits),
-    ]
+impl Terms for Size {
+    fn terms(&self) -> Vec<f64> {
+        let size = self;
+        let when = |condition: bool, number: u32| if condition { f64::from(number) } else { 0.0 };
+        let of_detectors = size.detectors * size.samples_per_chip;
+        let counts = size.detectors * size.parallel;
+        let saturates = size.count_bits < size.exact_bits;
+        vec![
+            1.0,
+            f64::from(size.detectors),
+            f64::from(size.lfsr_bits),
+            f64::from(size.interleaving),
+            f64::from(of_detectors),
+            f64::from(counts * size.exact_bits),
+            when(size.segmented, counts * size.exact_bits),
+            // Results that wait behind the first.
+            when(counts > 1, counts * size.count_bits),
+            when(size.realigns, 1),
+            when(saturates, counts * size.count_bits),
+            when(size.peak_detector, counts * size.count_bits),
+            when(size.peak_detector, size.detectors * size.count_bits),
+            when(size.total_counts, size.detectors * size.exact_bits),
+        ]
+    }
 }
 
 impl Fit {
     /// Least squares of relative errors.
-    pub fn of(builds: &[Build]) -> Fit {
-        let rows: Vec<[f64; TERMS]> = builds.iter().map(|build| terms(&build.size)).collect();
-        let solve = |cells: &dyn Fn(&Build) -> u64| {
+    pub fn of<S: Terms>(builds: &[Build<S>]) -> Fit {
+        let rows: Vec<Vec<f64>> = builds.iter().map(|build| build.size.terms()).collect();
+        let terms = rows.first().map_or(0, Vec::len);
+        let solve = |cells: &dyn Fn(&Build<S>) -> u64| {
             let found = |row: usize| cells(&builds[row]) as f64;
-            let matrix = DMatrix::from_fn(builds.len(), TERMS, |row, term| {
+            let matrix = DMatrix::from_fn(builds.len(), terms, |row, term| {
                 rows[row][term] / found(row)
             });
             let ones = DVector::from_element(builds.len(), 1.0);
             let pseudo_inverse = matrix.svd(true, true).solve(&ones, 1e-9);
             // Both factors were asked for.
-            pseudo_inverse.unwrap_or_else(|_| DVector::zeros(TERMS))
+            pseudo_inverse.unwrap_or_else(|_| DVector::zeros(terms))
         };
         Fit {
             luts: solve(&|build| build.cells.luts),
@@ -60,8 +66,8 @@ impl Fit {
     }
 
     /// What a sensor takes.
-    pub fn cells(&self, size: &Size) -> Cells {
-        let terms = DVector::from_column_slice(&terms(size));
+    pub fn cells<S: Terms>(&self, size: &S) -> Cells {
+        let terms = DVector::from_vec(size.terms());
         let of = |cells_of_term: &DVector<f64>| cells_of_term.dot(&terms).max(0.0).round() as u64;
         Cells {
             luts: of(&self.luts),
@@ -70,13 +76,14 @@ impl Fit {
     }
 
     /// How well it holds.
-    pub fn basis(&self, builds: &[Build]) -> Basis {
+    pub fn basis<S: Terms>(&self, builds: &[Build<S>]) -> Basis {
         let errors = builds.iter().flat_map(|build| self.errors_at(build));
         let others = (0..builds.len()).flat_map(|index| {
             let (mut others, build) = (builds.to_vec(), &builds[index]);
             others.remove(index);
-            let is_alone = |term: usize| others.iter().all(|b| terms(&b.size)[term] == 0.0);
-            let missing = (0..TERMS).any(|term| terms(&build.size)[term] != 0.0 && is_alone(term));
+            let own = build.size.terms();
+            let is_alone = |term: usize| others.iter().all(|b| b.size.terms()[term] == 0.0);
+            let missing = (0..own.len()).any(|term| own[term] != 0.0 && is_alone(term));
             // Without its only build a term is not known at all.
             match missing {
                 true => Vec::new(),
@@ -92,7 +99,7 @@ impl Fit {
         }
     }
 
-    fn errors_at(&self, build: &Build) -> [f64; 2] {
+    fn errors_at<S: Terms>(&self, build: &Build<S>) -> [f64; 2] {
         let fitted = self.cells(&build.size);
         let error = |fitted: u64, found: u64| fitted as f64 / found as f64 - 1.0;
         [

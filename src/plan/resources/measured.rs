@@ -4,16 +4,16 @@ use super::{Size, longest_carry_chain};
 use crate::plan::cells::Cells;
 use crate::scene::Target;
 
-/// The table that `scripts/synth` writes: the one place of these numbers.
+/// The tables that `scripts/synth` writes: the one place of these numbers.
 const TABLE: &str = include_str!("../../../docs/resources.md");
 /// Cells of a row in that table.
 const COLUMNS: usize = 15;
 
 /// A sensor that was synthesized.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Build {
+pub(super) struct Build<S> {
     pub name: &'static str,
-    pub size: Size,
+    pub size: S,
     pub cells: Cells,
 }
 
@@ -104,13 +104,13 @@ impl Options {
 }
 
 /// All builds for a target.
-pub(super) fn builds(target: Target) -> Vec<Build> {
+pub(super) fn builds(target: Target) -> Vec<Build<Size>> {
     let columns = match target {
         Target::Ecp525k6 => (3, 4),
         Target::Ice40Hx8k => (7, 9),
         Target::Xc7 => (12, 14),
     };
-    rows()
+    rows(COLUMNS)
         .filter_map(|cells| {
             let size = Options::read(cells[0])?.size(target);
             let number = |column: usize| cells[column].parse().ok();
@@ -126,14 +126,14 @@ pub(super) fn builds(target: Target) -> Vec<Build> {
         .collect()
 }
 
-/// The rows of the first table, without those of the heading.
-fn rows() -> impl Iterator<Item = Vec<&'static str>> {
+/// The rows of the table with so many columns, without those of its heading.
+pub(super) fn rows(columns: usize) -> impl Iterator<Item = Vec<&'static str>> {
     let lines = TABLE.lines().filter(|line| line.starts_with("| "));
     let cells = lines.map(|line| {
         let inner = line.trim().trim_start_matches('|').trim_end_matches('|');
         inner.split('|').map(str::trim).collect::<Vec<_>>()
     });
-    cells.filter(|cells| cells.len() == COLUMNS && cells[3].parse::<u64>().is_ok())
+    cells.filter(move |cells| cells.len() == columns && cells[3].parse::<u64>().is_ok())
 }
 
 #[cfg(test)]
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn every_row_of_the_table_is_understood() {
-        let unread: Vec<&str> = rows()
+        let unread: Vec<&str> = rows(COLUMNS)
             .map(|cells| cells[0])
             .filter(|name| Options::read(name).is_none())
             .collect();

@@ -2,16 +2,20 @@
 //! fitted to all builds of docs/resources.md.
 
 mod fit;
+mod histogram;
 mod measured;
 
 use serde::Serialize;
 
-use self::fit::Fit;
+use self::fit::{Fit, Terms};
+use self::histogram::HistogramSize;
+use self::measured::Build;
 use super::Part;
 use super::cells::Cells;
 use crate::code::Generator;
 use crate::scene::Target;
 use crate::sensor::Sensor;
+use crate::sensor::block_ram::block_ram;
 
 /// What the hardware of a sensor takes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -24,8 +28,8 @@ pub struct Resources {
     /// The cells.
     #[serde(flatten)]
     pub cells: Cells,
-    /// Block RAMs: the emitted sensor has no memories.
-    pub block_rams: u32,
+    /// Block RAMs, in the blocks that the plan names: only histograms have memories.
+    pub block_rams: u64,
     /// Where the numbers come from.
     pub basis: Basis,
 }
@@ -77,7 +81,7 @@ fn longest_carry_chain(target: Target) -> u32 {
 }
 
 impl Size {
-    /// `None` for codes that were not measured.
+    /// `None` for codes that were not measured, and for histograms.
     fn of(sensor: &Sensor) -> Option<Size> {
         let interface = sensor.interface();
         if interface.histogram.is_some() {
@@ -115,10 +119,21 @@ impl Size {
 /// measured.
 pub fn resources(sensor: &Sensor) -> Option<Resources> {
     let target = sensor.scene().hardware.target;
-    let size = Size::of(sensor)?;
-    let builds = measured::builds(target);
-    let fit = Fit::of(&builds);
-    let same = builds.iter().find(|build| build.size == size);
+    let (cells, basis, block_rams) = match &sensor.interface().histogram {
+        None => {
+            let size = Size::of(sensor)?;
+            let (cells, basis) = looked_up(&size, &measured::builds(target))?;
+            (cells, basis, 0)
+        }
+        Some(plan) => {
+            let size =
+                HistogramSize::of(sensor, plan).filter(HistogramSize::has_a_measured_length)?;
+            let (cells, basis) = looked_up(&size, &histogram::builds(target))?;
+            let detectors = sensor.scene().detectors.len();
+            let blocks = block_ram(target).blocks_of_histograms(plan, detectors);
+            (cells, basis, blocks)
+        }
+    };
     Some(Resources {
         family: match target {
             Target::Ecp525k6 => "ECP5-25k, speed 6 (synth_ecp5 -abc9)",
@@ -130,13 +145,23 @@ pub fn resources(sensor: &Sensor) -> Option<Resources> {
             Target::Ice40Hx8k => "LUT4",
             Target::Xc7 => "LUT, of any number of inputs",
         },
-        cells: same.map_or_else(|| fit.cells(&size), |build| build.cells),
-        block_rams: 0,
-        basis: match same {
-            Some(_) => Basis::Measured,
-            None => fit.basis(&builds),
-        },
+        cells,
+        block_rams,
+        basis,
     })
+}
+
+/// Cells of the build that has this size, or fitted to all; `None` of a few builds, which
+/// any fit would meet.
+fn looked_up<S: Terms + PartialEq>(size: &S, builds: &[Build<S>]) -> Option<(Cells, Basis)> {
+    if let Some(build) = builds.iter().find(|build| build.size == *size) {
+        return Some((build.cells, Basis::Measured));
+    }
+    if builds.len() < 2 * size.terms().len() {
+        return None;
+    }
+    let fit = Fit::of(builds);
+    Some((fit.cells(size), fit.basis(builds)))
 }
 
 /// What a part of the hardware that `sensor` leaves out would take, by the fit: one
