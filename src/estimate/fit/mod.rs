@@ -95,7 +95,7 @@ pub fn shared_light(sensor: &Sensor, detector: DetectorIndex) -> Option<String> 
     (parallel > 1 && !candidates::is_one_path(sensor, detector, other)).then(|| {
         format!(
             "with parallel = {parallel} the phase steps of a group see the same light; of several \
-             paths distances then scatter up to 1.7 times as much as the fit says"
+             paths distances then scatter up to 3 times as much as the fit says"
         )
     })
 }
