@@ -68,10 +68,9 @@ impl<const M: usize> CellStep<M> {
     #[inline(always)]
     pub fn pass_forwards(&self, ready: &State<M>) -> State<M> {
         let mut into = [0.0; M];
-        // By number: a zip is not inlined where parts of the crate are optimised alone.
-        for i in 0..M {
+        for (row, &probability) in self.passage.iter().zip(ready) {
             for m in 0..M {
-                into[m] += ready[i] * self.passage[i][m];
+                into[m] += probability * row[m];
             }
         }
         into
@@ -82,9 +81,9 @@ impl<const M: usize> CellStep<M> {
     #[inline(always)]
     pub fn pass_backwards(&self, later: &State<M>) -> State<M> {
         let mut value = [0.0; M];
-        for m in 0..M {
+        for (rates, &later) in self.passage_to.iter().zip(later) {
             for i in 0..M {
-                value[i] += self.passage_to[m][i] * later[m];
+                value[i] += rates[i] * later;
             }
         }
         value
