@@ -3,6 +3,7 @@
 mod hardware;
 mod light;
 mod provenance;
+mod strength;
 mod tables;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -18,6 +19,7 @@ use super::timing::Wave;
 use crate::cosim;
 use crate::deliver::Emission;
 use crate::estimate::report::EstimateReport;
+use crate::grade::Grade;
 use crate::plan::figures::Figures;
 use crate::plan::resources::{Basis, Resources};
 use crate::plan::{Part, Plan};
@@ -53,13 +55,15 @@ pub struct Page<'a> {
     pub estimates: &'a [EstimateReport],
     /// And by the other one.
     pub other_estimates: &'a [EstimateReport],
+    /// What the adversarial stimulus is worth, if that was asked for.
+    pub grade: Option<&'a Grade>,
 }
 
 impl Page<'_> {
     /// The whole page.
     pub fn html(&self) -> String {
         let name = &self.sensor.scene().name;
-        let sections = [
+        let mut sections = vec![
             ("Distance", self.distance()),
             ("Light and counts", light::section(self)),
             (
@@ -68,9 +72,13 @@ impl Page<'_> {
             ),
             ("Hardware", hardware::section(self)),
             ("Co-simulation", self.cosimulation()),
+        ];
+        let strength = self.grade.map(strength::section);
+        sections.extend(strength.map(|section| ("How strong the check is", section)));
+        sections.extend([
             ("Left out, and kept", self.parts()),
             ("Where this comes from", self.origin()),
-        ];
+        ]);
         let page = html! {
             (DOCTYPE)
             html lang="en" {
