@@ -151,13 +151,6 @@ const FAULTS_OF_HISTOGRAMS: &[(&str, &str, &str, &str)] = &[
     ("reset", "bin_bank", "writes_r <= 1'b0;", ""),
     ("reset", "histogram_control", "out_r <= 3'd0;", ""),
     ("codes", "gold_generator", "u_r == U_LAST", "u_r == U_LOAD"),
-    // The next row comes though the one before has not been taken.
-    (
-        "axis",
-        "histogram_control",
-        "            if (goes) begin",
-        "            if (1'b1) begin",
-    ),
 ];
 
 #[test]

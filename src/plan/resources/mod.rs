@@ -53,6 +53,21 @@ pub enum Basis {
     },
 }
 
+impl Resources {
+    /// LUTs, about so many if fitted, and blocks of memory, if it has any.
+    pub fn in_short(&self) -> String {
+        let about = match self.basis {
+            Basis::Measured => "",
+            Basis::Fitted { .. } => "about ",
+        };
+        let blocks = match self.block_rams {
+            0 => String::new(),
+            blocks => format!(", {blocks} block RAM"),
+        };
+        format!("{about}{} LUTs{blocks}", self.cells.luts)
+    }
+}
+
 /// What decides the cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Size {
