@@ -169,16 +169,7 @@ pub fn run(
     let plan = with_cells(plan::plan(&sensor), &sensor);
     let emission = deliver::emit(&sensor, &options.made_by)?;
     let folder = OutputFolder::open(&options.out, |path| on_event(RunEvent::Waits(path)))?;
-    // A folder with a report has all that belongs to it, and of one scene.
-    for name in [REPORT, COUNTS, BINS, MISMATCH, WAVES] {
-        folder.remove(name)?;
-    }
-    for name in [MISMATCH, WAVES] {
-        for view in cosim::views_beside(Path::new(name), folder.path()) {
-            folder.remove(&view)?;
-        }
-    }
-    folder.sync()?;
+    remove_other_runs(&folder)?;
     let rtl = folder.subfolder(RTL, |path| on_event(RunEvent::Waits(path)))?;
     deliver::write_into(&emission, &rtl)?;
     on_event(RunEvent::Emitted(&emission, &folder.join(RTL)));
@@ -226,6 +217,19 @@ pub fn run(
         &folder,
     )?;
     Ok(run)
+}
+
+/// A folder with a report has all that belongs to it, and of one scene.
+fn remove_other_runs(folder: &OutputFolder) -> Result<(), RunError> {
+    for name in [REPORT, COUNTS, BINS, MISMATCH, WAVES] {
+        folder.remove(name)?;
+    }
+    for name in [MISMATCH, WAVES] {
+        for view in cosim::views_beside(Path::new(name), folder.path()) {
+            folder.remove(&view)?;
+        }
+    }
+    Ok(folder.sync()?)
 }
 
 /// What the report shows that the co-simulation has no say in.

@@ -71,6 +71,15 @@ pub fn residual_plot(assessment: &Assessment) -> Result<String, ChartError> {
             "recorded counts and residuals",
         ),
     };
+    let chart = Chart {
+        title: format!("{}: {title}", assessment.detector),
+        panels: panels(shown, along).into(),
+    };
+    chart.svg()
+}
+
+/// Counts on the left, residuals on the right, along what `along` says.
+fn panels(shown: &[Shown], along: &str) -> [Panel; 2] {
     let axis = |label: &str| Axis {
         label: label.to_owned(),
         scale: Scale::Linear,
@@ -106,9 +115,5 @@ pub fn residual_plot(assessment: &Assessment) -> Result<String, ChartError> {
         legend: Legend::UpperRight,
         headroom: 0.0,
     };
-    let chart = Chart {
-        title: format!("{}: {title}", assessment.detector),
-        panels: vec![counts, residuals],
-    };
-    chart.svg()
+    [counts, residuals]
 }

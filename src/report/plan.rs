@@ -84,6 +84,10 @@ pub fn parts(plan: &Plan, width: Option<usize>) -> String {
 /// The sensor in numbers.
 pub(super) fn figures(figures: &Figures) -> Vec<Row> {
     let row = |name: &str, value: String| vec![name.to_owned(), value];
+    let (whole, result) = match figures.at_once {
+        true => ("frame's", "first row"),
+        false => ("phase step's", "count"),
+    };
     vec![
         row(
             "clock",
@@ -107,19 +111,9 @@ pub(super) fn figures(figures: &Figures) -> Vec<Row> {
         row(
             "latency",
             format!(
-                "{} clocks, {}, from a {} last sample to its {}",
+                "{} clocks, {}, from a {whole} last sample to its {result}",
                 figures.result_latency_clocks,
-                time(figures.result_latency_s),
-                if figures.at_once {
-                    "frame's"
-                } else {
-                    "phase step's"
-                },
-                if figures.at_once {
-                    "first row"
-                } else {
-                    "count"
-                }
+                time(figures.result_latency_s)
             ),
         ),
         row(
@@ -236,8 +230,8 @@ pub(super) fn resources(resources: Option<&Resources>) -> Vec<Row> {
     let Some(resources) = resources else {
         let why = "not known: none like it was among the synthesized sensors (docs/resources.md). \
                    Those have Gold codes, m-sequences or, without a histogram, square waves; \
-                   histograms for an ECP5 have 31 to 8,191 chips, and for other targets they are too \
-                   few for a fit";
+                   histograms have 31 to 8,191 chips for an ECP5, 31 to 2,047 for an iCE40 HX8K, \
+                   and 511 to 8,191 for 7-series";
         return vec![row("cells", why.to_owned())];
     };
     let about = match resources.basis {

@@ -386,8 +386,18 @@ const HISTOGRAM: &[Fault] = &[
     ("bin_bank.v", "i_hit | i_first", "i_hit"),
     ("bin_bank.v", "writes_r & ~i_write_half", "writes_r"),
     ("bin_bank.v", "i_half ? i_row : i_read_row", "i_row"),
-    ("bin_bank.v", "if (~i_come_hit)", "if (1'b0)"),
-    ("bin_bank.v", "if (i_come_half)", "if (~i_come_half)"),
+    ("bin_bank.v", "if (~i_come_hit & ~i_come_half)", "if (1'b0)"),
+    ("bin_bank.v", "if (~i_come_hit & i_come_half)", "if (1'b0)"),
+    (
+        "bin_bank.v",
+        "if (~i_come_hit & ~i_come_half)",
+        "if (~i_come_hit)",
+    ),
+    (
+        "bin_bank.v",
+        "if (~i_come_hit & i_come_half)",
+        "if (i_come_half)",
+    ),
     (
         "block_memory.v",
         "word_r <= read_r;",

@@ -16,6 +16,7 @@ use crate::reference::predictor::Reference;
 use crate::reference::stimulus::clocks_for_scans;
 use crate::scene::{self, DetectorIndex, Scene, SourceIndex};
 use crate::sensor::Sensor;
+use crate::sensor::interface::Direction;
 use crate::sensor::layout::Layout;
 
 const SEED: u64 = 7;
@@ -215,38 +216,40 @@ fn a_start_state_that_is_wrong_in_one_bit_does_not_stitch() {
     );
 }
 
+/// What lanes say of a top module with this body; "taken" if they take it.
+fn said_of(body: &str, interface: &Interface, cache: &Path) -> String {
+    let ports: Vec<String> = interface
+        .ports()
+        .iter()
+        .map(|port| {
+            let direction = match port.direction {
+                Direction::Input => "input",
+                Direction::Output => "output reg",
+            };
+            format!("{direction} [{}:0] {}", port.width - 1, port.name)
+        })
+        .collect();
+    let text = format!(
+        "module sensor_top({});\n{body}\nendmodule\n",
+        ports.join(", ")
+    );
+    let source = SourceFile {
+        name: "sensor_top.v".to_owned(),
+        text,
+        origin: None,
+    };
+    match Design::build(TOP, &[source], interface, cache) {
+        Err(Refusal::Unfit(reason)) => reason.to_string(),
+        Err(error) => panic!("{error}"),
+        Ok(_) => "taken".to_owned(),
+    }
+}
+
 #[test]
 fn what_has_no_place_in_lanes_is_named() {
     let sensor = small("paper-single", 300, |_| ());
     let interface = sensor.interface();
     let cache = cache_dir().unwrap();
-    let refused = |body: &str| {
-        let ports: Vec<String> = interface
-            .ports()
-            .iter()
-            .map(|port| {
-                let direction = match port.direction {
-                    crate::sensor::interface::Direction::Input => "input",
-                    crate::sensor::interface::Direction::Output => "output reg",
-                };
-                format!("{direction} [{}:0] {}", port.width - 1, port.name)
-            })
-            .collect();
-        let text = format!(
-            "module sensor_top({});\n{body}\nendmodule\n",
-            ports.join(", ")
-        );
-        let source = SourceFile {
-            name: "sensor_top.v".to_owned(),
-            text,
-            origin: None,
-        };
-        match Design::build(TOP, &[source], interface, &cache) {
-            Err(Refusal::Unfit(reason)) => reason.to_string(),
-            Err(error) => panic!("{error}"),
-            Ok(_) => "taken".to_owned(),
-        }
-    };
     let rest = "always @(posedge i_clk) {o_laser, o_epoch, m_axis_tdata, m_axis_tvalid, \
                 m_axis_tlast} <= 0;";
     let cases = [
@@ -275,8 +278,7 @@ fn what_has_no_place_in_lanes_is_named() {
         ("assign o_overrun = ;", "Yosys does not take it"),
     ];
     for (body, told) in cases {
-        let reason = refused(&format!("{body}\n{rest}"));
-        let reason = reason.to_lowercase();
+        let reason = said_of(&format!("{body}\n{rest}"), interface, &cache).to_lowercase();
         assert!(reason.contains(&told.to_lowercase()), "{body}: {reason}");
     }
 }

@@ -163,43 +163,8 @@ fn describe(plan: &TopPlan) -> About {
     .note(
         "Registers have no values at power-up: before the first frame i_rst has to be high at one \
          rising edge of i_clk at least. Without that the outputs mean nothing.",
-    )
-    .fact(
-        "Frame",
-        format!(
-            "{} code periods, {} rows of {} bins{}",
-            histogram.periods,
-            histogram.rows,
-            histogram.row_bins,
-            match plan.detectors {
-                1 => String::new(),
-                detectors => format!(", for {detectors} detectors in turn"),
-            }
-        ),
-    )
-    .fact(
-        "Bins",
-        format!(
-            "{} bits, unsigned{}",
-            histogram.bin_bits,
-            match histogram.saturates() {
-                true => ", clamped",
-                false => "; no stimulus can overflow them",
-            }
-        ),
-    )
-    .fact(
-        "Memory",
-        format!(
-            "{} bits: {}",
-            histogram.memory_bits(plan.detectors),
-            match histogram.takes_turns() {
-                true => "one histogram counts while the other is read",
-                false => "a frame's rows leave while the next frame's first code period is counted",
-            }
-        ),
     );
-    about
+    with_sizes(about, plan)
         .fact(
             "Latency",
             format!(
@@ -208,6 +173,48 @@ fn describe(plan: &TopPlan) -> About {
             ),
         )
         .fact("Rate", "one chip per clock, and at most one row")
+}
+
+/// What a frame is, what a bin holds, what memory keeps.
+fn with_sizes(about: About, plan: &TopPlan) -> About {
+    let histogram = &plan.histogram;
+    about
+        .fact(
+            "Frame",
+            format!(
+                "{} code periods, {} rows of {} bins{}",
+                histogram.periods,
+                histogram.rows,
+                histogram.row_bins,
+                match plan.detectors {
+                    1 => String::new(),
+                    detectors => format!(", for {detectors} detectors in turn"),
+                }
+            ),
+        )
+        .fact(
+            "Bins",
+            format!(
+                "{} bits, unsigned{}",
+                histogram.bin_bits,
+                match histogram.saturates() {
+                    true => ", clamped",
+                    false => "; no stimulus can overflow them",
+                }
+            ),
+        )
+        .fact(
+            "Memory",
+            format!(
+                "{} bits: {}",
+                histogram.memory_bits(plan.detectors),
+                match histogram.takes_turns() {
+                    true => "one histogram counts while the other is read",
+                    false =>
+                        "a frame's rows leave while the next frame's first code period is counted",
+                }
+            ),
+        )
 }
 
 #[kernel]

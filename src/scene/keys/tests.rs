@@ -1,78 +1,86 @@
 use super::*;
 use crate::scene::{SceneErrors, parse};
 
+/// Keys that a table must have, with right values, for one that has key `name`.
+fn needed(table: &Table, name: &str) -> Vec<(&'static str, String)> {
+    match table.path {
+        "source" => vec![("name", "\"laser\"".to_owned())],
+        "detector" => vec![
+            ("name", "\"spad\"".to_owned()),
+            ("reference", "\"laser\"".to_owned()),
+            ("dead_time", "\"14 ns\"".to_owned()),
+        ],
+        "path" => vec![
+            ("source", "\"laser\"".to_owned()),
+            ("detector", "\"spad\"".to_owned()),
+            ("distance", "\"100 m\"".to_owned()),
+        ],
+        "source.code" => vec![
+            ("family", "\"gold\"".to_owned()),
+            ("degree", "5".to_owned()),
+        ],
+        "scan.steps" => match name {
+            "around" | "halfwidth" => vec![
+                ("around", "\"3.2 m\"".to_owned()),
+                ("halfwidth", "8".to_owned()),
+            ],
+            _ => vec![("first", "0".to_owned()), ("count", "20".to_owned())],
+        },
+        "clock" => vec![("chip_period", "\"8 ns\"".to_owned())],
+        "scan" => vec![("integration", "\"20 us\"".to_owned())],
+        "detector.afterpulsing" => vec![
+            ("probability", "0.1".to_owned()),
+            ("time_constant", "\"5 ns\"".to_owned()),
+        ],
+        "path.link" => vec![
+            ("reflectance", "0.5".to_owned()),
+            ("aperture", "\"20 mm\"".to_owned()),
+            ("divergence", "\"20 mrad\"".to_owned()),
+            ("field_of_view", "\"10 mrad\"".to_owned()),
+        ],
+        "detector.background" => vec![
+            ("irradiance", "\"100 mW/m2/nm\"".to_owned()),
+            ("filter_width", "\"10 nm\"".to_owned()),
+            ("field_of_view", "\"1 mrad\"".to_owned()),
+            ("reflectance", "0.5".to_owned()),
+            ("aperture", "\"20 mm\"".to_owned()),
+        ],
+        "detector.jitter_tail" => vec![
+            ("share", "0.1".to_owned()),
+            ("time_constant", "\"200 ps\"".to_owned()),
+        ],
+        "path.fluctuation" => vec![
+            ("std", "\"1 um\"".to_owned()),
+            ("correlation_time", "\"1 ms\"".to_owned()),
+        ],
+        _ => Vec::new(),
+    }
+}
+
+/// A table's keys in a scene that gives key `name` of table `changed` a value.
+fn written(table: &Table, changed: &str, name: &'static str, value: &str) -> String {
+    let mut keys = needed(table, name);
+    if table.path == changed {
+        match (table.path, name) {
+            ("path", "delay") => keys.retain(|(key, _)| *key != "distance"),
+            ("source.code", "interleave") => keys[1].1 = "3".to_owned(),
+            ("detector.background", "illuminance") => {
+                keys.retain(|(key, _)| *key != "irradiance");
+            }
+            _ => {}
+        }
+        keys.retain(|(key, _)| *key != name);
+        keys.push((name, value.to_owned()));
+    }
+    let keys = keys.iter().map(|(key, value)| format!("{key} = {value}"));
+    keys.collect::<Vec<_>>().join(", ")
+}
+
 /// A scene with every table, whose keys are those given; what is not given has a
 /// right value, if it must have one.
-fn scene_with(changed: &str, name: &str, value: &str) -> String {
+fn scene_with(changed: &str, name: &'static str, value: &str) -> String {
     let mut text = String::new();
-    let written = |table: &Table| -> String {
-        let mut keys: Vec<(&str, String)> = match table.path {
-            "source" => vec![("name", "\"laser\"".to_owned())],
-            "detector" => vec![
-                ("name", "\"spad\"".to_owned()),
-                ("reference", "\"laser\"".to_owned()),
-                ("dead_time", "\"14 ns\"".to_owned()),
-            ],
-            "path" => vec![
-                ("source", "\"laser\"".to_owned()),
-                ("detector", "\"spad\"".to_owned()),
-                ("distance", "\"100 m\"".to_owned()),
-            ],
-            "source.code" => vec![
-                ("family", "\"gold\"".to_owned()),
-                ("degree", "5".to_owned()),
-            ],
-            "scan.steps" => match name {
-                "around" | "halfwidth" => vec![
-                    ("around", "\"3.2 m\"".to_owned()),
-                    ("halfwidth", "8".to_owned()),
-                ],
-                _ => vec![("first", "0".to_owned()), ("count", "20".to_owned())],
-            },
-            "clock" => vec![("chip_period", "\"8 ns\"".to_owned())],
-            "scan" => vec![("integration", "\"20 us\"".to_owned())],
-            "detector.afterpulsing" => vec![
-                ("probability", "0.1".to_owned()),
-                ("time_constant", "\"5 ns\"".to_owned()),
-            ],
-            "path.link" => vec![
-                ("reflectance", "0.5".to_owned()),
-                ("aperture", "\"20 mm\"".to_owned()),
-                ("divergence", "\"20 mrad\"".to_owned()),
-                ("field_of_view", "\"10 mrad\"".to_owned()),
-            ],
-            "detector.background" => vec![
-                ("irradiance", "\"100 mW/m2/nm\"".to_owned()),
-                ("filter_width", "\"10 nm\"".to_owned()),
-                ("field_of_view", "\"1 mrad\"".to_owned()),
-                ("reflectance", "0.5".to_owned()),
-                ("aperture", "\"20 mm\"".to_owned()),
-            ],
-            "detector.jitter_tail" => vec![
-                ("share", "0.1".to_owned()),
-                ("time_constant", "\"200 ps\"".to_owned()),
-            ],
-            "path.fluctuation" => vec![
-                ("std", "\"1 um\"".to_owned()),
-                ("correlation_time", "\"1 ms\"".to_owned()),
-            ],
-            _ => Vec::new(),
-        };
-        if table.path == changed {
-            match (table.path, name) {
-                ("path", "delay") => keys.retain(|(key, _)| *key != "distance"),
-                ("source.code", "interleave") => keys[1].1 = "3".to_owned(),
-                ("detector.background", "illuminance") => {
-                    keys.retain(|(key, _)| *key != "irradiance");
-                }
-                _ => {}
-            }
-            keys.retain(|(key, _)| *key != name);
-            keys.push((name, value.to_owned()));
-        }
-        let keys = keys.iter().map(|(key, value)| format!("{key} = {value}"));
-        keys.collect::<Vec<_>>().join(", ")
-    };
+    let written = |table: &Table| written(table, changed, name, value);
     let lines = |table: &Table| written(table).replace(", ", "\n") + "\n";
     for (header, table, nested) in [
         ("[clock]", &CLOCK, &[][..]),
