@@ -40,6 +40,15 @@ impl Terms for Size {
             when(size.peak_detector, counts * size.count_bits),
             when(size.peak_detector, size.detectors * size.count_bits),
             when(size.total_counts, size.detectors * size.exact_bits),
+            when(
+                size.total_counts && size.segmented,
+                size.detectors * size.exact_bits,
+            ),
+            // Total counts that wait behind the first.
+            when(
+                size.total_counts && size.detectors > 1,
+                size.detectors * size.exact_bits,
+            ),
         ]
     }
 }
