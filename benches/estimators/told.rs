@@ -8,10 +8,11 @@ use goldtof::estimate::fit::{
     ALARM_SIGMAS, FitError, FittedPath, Fitter, ModelEstimate, OtherLight,
 };
 use goldtof::estimate::{delay_error_ps, distance_m};
-use goldtof::photons::DetectorModel;
+use goldtof::photons::{DetectorModel, StepCount};
 use goldtof::response::{CountSampler, MeanResponse, SecondMoments};
 use goldtof::scene::{DetectorIndex, PathIndex, Scene};
 use goldtof::sensor::Sensor;
+use goldtof::simulate::{self, Tier};
 use rayon::prelude::*;
 
 use crate::{Outcome, TIER};
@@ -59,11 +60,38 @@ impl Told {
         let response = MeanResponse::of_tier(&model, TIER)?;
         let second = SecondMoments::new(&response)?;
         let sampler = CountSampler::of(&model, &second);
+        Told::of_scans(scene, other, scans, |scan| sampler.scan(7, scan))
+    }
+
+    /// Fits scans of photons.
+    pub fn of_photons(scene: &Scene, other: OtherLight, scans: u64) -> Outcome<Told> {
+        let sensor = Sensor::new(scene);
+        let mut counted = Vec::new();
+        simulate::scans::scans(
+            &sensor,
+            DetectorIndex(0),
+            Tier::Events,
+            7,
+            scans,
+            |counts| {
+                counted.push(counts.to_vec());
+            },
+        )?;
+        Told::of_scans(scene, other, scans, |scan| counted[scan as usize].clone())
+    }
+
+    fn of_scans(
+        scene: &Scene,
+        other: OtherLight,
+        scans: u64,
+        counts: impl Fn(u64) -> Vec<StepCount> + Sync,
+    ) -> Outcome<Told> {
+        let sensor = Sensor::new(scene);
         let fitter = Fitter::new(&sensor, DetectorIndex(0), TIER, other);
         let start = Instant::now();
         let fits: Vec<Result<ModelEstimate, FitError>> = (0..scans)
             .into_par_iter()
-            .map(|scan| fitter.fit(&sampler.scan(7, scan)))
+            .map(|scan| fitter.fit(&counts(scan)))
             .collect();
         let threads = rayon::current_num_threads() as f64;
         // A bound of very bright light is refused; errors are then without a measure.

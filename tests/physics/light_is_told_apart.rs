@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use crate::optics_support::table_i_scene;
+use crate::optics_support::{Moments, assert_within_standard_errors, table_i_scene};
 use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::estimate::bound::bound;
 use goldtof::estimate::fit::{FitError, Fitter, ModelEstimate, OtherLight, shared_light};
@@ -125,6 +125,33 @@ fn paths_closer_than_a_chip_are_told_apart_at_the_bound() {
             assert!((0.7..1.35).contains(&rms), "{apart} {ratio}: {rms}");
         }
         assert!(largest < 5.0, "{largest}");
+    }
+}
+
+/// Where the paths of a close pair are may be in doubt; where a third one beside them is, is
+/// not. With the pair's doubt added to it, it said 170 times what it scatters.
+#[test]
+fn a_path_beside_a_close_pair_scatters_as_the_fit_says() {
+    let paths = [(3, 65.66, 0.33), (3, 66.23, 0.47), (3, 67.54, 0.17)];
+    let scene = scene(20e6, 143_000, &paths);
+    let scans = 60;
+    let (mut errors_ps, mut said_ps2) = (vec![Vec::new(); 3], vec![Vec::new(); 3]);
+    for fitted in fits(&scene, OtherLight::Given, scans).iter().flatten() {
+        let mut found = fitted.paths.clone();
+        found.sort_by(|a, b| a.delay_ps.total_cmp(&b.delay_ps));
+        assert_eq!(found.len(), 3);
+        for (number, (found, path)) in found.iter().zip(&scene.paths).enumerate() {
+            errors_ps[number].push(delay_error_ps(found.delay_ps, path.delay_ps, PERIOD_PS));
+            said_ps2[number].push(found.delay_std_ps.powi(2));
+        }
+    }
+    for (errors_ps, said_ps2) in errors_ps.into_iter().zip(said_ps2) {
+        assert_eq!(errors_ps.len() as u64, scans);
+        let said = Moments::of(said_ps2).mean;
+        let scatter = Moments::of(errors_ps);
+        assert_within_standard_errors(scatter.z(0.0), 4.0, "bias");
+        // Of 60 squares the mean is within 1 +- 0.18.
+        assert_within_standard_errors(scatter.variance_z(said), 4.0, "scatter");
     }
 }
 

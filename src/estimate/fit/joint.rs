@@ -167,8 +167,9 @@ fn ambiguity(hypothesis: &Hypothesis, split: Option<&Split>) -> Vec<f64> {
     let paths = &hypothesis.parameters.paths;
     let mut squares = vec![0.0; paths.len()];
     let Some(split) = split else { return squares };
-    for (delay, square) in paths.iter().map(|p| p.delay_chips).zip(&mut squares) {
-        *square = split.spread_of(delay);
+    // Other paths nearby are in either hypothesis.
+    for &path in &split.paths {
+        squares[path] = split.spread_of(paths[path].delay_chips);
     }
     squares.iter().map(|square| f64::sqrt(*square)).collect()
 }

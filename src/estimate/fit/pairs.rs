@@ -49,6 +49,8 @@ pub struct Split {
     pub hypothesis: Hypothesis,
     /// Whether the counts tell that there are two.
     pub is_pair: bool,
+    /// Numbers of the paths that it is about, in the hypothesis that was taken.
+    pub paths: Vec<usize>,
     /// Delays of other hypotheses, and how likely they are beside the one taken.
     alternatives: Vec<(f64, Vec<f64>)>,
 }
@@ -124,6 +126,10 @@ pub fn split(close: &Close) -> Result<Option<Split>, FitError> {
     Ok(Some(Split {
         hypothesis: best.clone(),
         is_pair,
+        paths: match is_pair {
+            true => vec![close.path, best.parameters.paths.len() - 1],
+            false => vec![close.path],
+        },
         alternatives,
     }))
 }
