@@ -18,6 +18,7 @@ fn distances(folder: &Path) -> Result<(f64, f64), Box<dyn Error>> {
     let options = RunOptions {
         out: folder.to_owned(),
         engine: Engine::Auto,
+        graded_mutants: None,
         seed: 1,
         window: None,
         made_by: "recorded_counts".to_owned(),

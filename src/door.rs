@@ -4,7 +4,6 @@
 use crate::cosim::build::cache_dir;
 use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
-use crate::cosim::lanes::Refusal;
 use crate::cosim::latency::{Latency, held_to};
 use crate::cosim::own::{self, OwnDesign, OwnRtl};
 use crate::cosim::source::sources_of;
@@ -12,7 +11,7 @@ use crate::cosim::window::Window;
 use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate};
 use crate::deliver::{self, Emission, HdlError, Prefix};
 use crate::estimate::report::{EstimateReport, estimate_scan};
-use crate::grade::{Bounds, Grade, GradeRequest, GradeStimulus, Graded};
+use crate::grade::{Bounds, Grade, GradeRequest, GradeStimulus, Graded, not_graded};
 use crate::photons::StepCount;
 use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
@@ -313,10 +312,7 @@ pub(crate) fn grade_some(
         bounds: options.bounds,
     };
     let graded = crate::grade::grade(&sensor, &request, choose, on_stage);
-    Ok(graded.map_err(|refusal| match refusal {
-        Refusal::Unfit(reason) => CosimError::NotGraded(reason.to_string()),
-        Refusal::Failed(error) => error,
-    })?)
+    Ok(graded.map_err(not_graded)?)
 }
 
 /// Whose counts they are.

@@ -17,6 +17,7 @@ use crate::deliver::{self, Emission, HdlError};
 use crate::document::Body;
 use crate::estimate::report::{EstimateReport, estimate_histogram, estimate_scan};
 use crate::files::{FileError, OutputFolder};
+use crate::grade::{self, Bounds, Grade, GradeRequest, GradeStimulus};
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
 #[cfg(feature = "plots")]
@@ -61,6 +62,9 @@ pub struct RunOptions {
     pub seed: u64,
     /// How Verilog and reference model are clocked.
     pub engine: Engine,
+    /// Grades the adversarial stimulus on the emitted Verilog, too, if that matches: with every
+    /// stuck-at fault, and so many mutants.
+    pub graded_mutants: Option<u32>,
     /// What emitted files say that they were made by.
     pub made_by: String,
     /// The clocks of `waves.vcd`; the file is not written without it.
@@ -80,6 +84,8 @@ pub enum RunEvent<'a> {
     Clocks(u64, u64),
     /// The co-simulation is done.
     Compared(&'a cosim::Report),
+    /// What is being done for the grade.
+    Grades(&'static str),
 }
 
 /// What a run found; as JSON the document of `goldtof run`.
@@ -102,6 +108,9 @@ pub struct Run {
     pub estimates: Vec<EstimateReport>,
     /// The same by the other estimator, on the same counts.
     pub other_estimates: Vec<EstimateReport>,
+    /// What the adversarial stimulus is worth on this Verilog, if that was asked for and the
+    /// Verilog matches.
+    pub grade: Option<Grade>,
 }
 
 impl Body for Run {
@@ -135,6 +144,7 @@ pub enum RunError {
 ///     out: "out/quick".into(),
 ///     seed: 1,
 ///     engine: goldtof::cosim::engine::Engine::Auto,
+///     graded_mutants: None,
 ///     made_by: "goldtof emit quick.toml".to_owned(),
 ///     window: None,
 ///     provenance: goldtof::Provenance::default(),
@@ -153,6 +163,9 @@ pub fn run(
     mut on_event: impl FnMut(RunEvent),
 ) -> Result<Run, RunError> {
     let sensor = Sensor::new(scene);
+    if options.graded_mutants.is_some() {
+        grade::refuse(&sensor)?;
+    }
     let plan = with_cells(plan::plan(&sensor), &sensor);
     let emission = deliver::emit(&sensor, &options.made_by)?;
     let folder = OutputFolder::open(&options.out, |path| on_event(RunEvent::Waits(path)))?;
@@ -189,11 +202,17 @@ pub fn run(
         || estimates(&other, &cosimulation),
         || estimates(&sensor, &cosimulation),
     );
+    let mutants = options
+        .graded_mutants
+        .filter(|_| cosimulation.report.verdict != Verdict::Mismatch);
+    let stage = |stage| on_event(RunEvent::Grades(stage));
+    let grade = mutants.map(|mutants| graded(&sensor, &request, mutants, stage));
     let run = Run {
         scene: scene.name.clone(),
         seed: options.seed,
         plan,
         emit: emission,
+        grade: grade.transpose()?,
         estimates: own_estimates,
         other_estimates,
         cosim: cosimulation.report,
@@ -269,6 +288,29 @@ fn request(emission: &Emission, options: &RunOptions) -> Result<Request, CosimEr
     })
 }
 
+/// What the adversarial stimulus is worth on the design of a co-simulation.
+fn graded(
+    sensor: &Sensor,
+    cosimulated: &Request,
+    mutants: u32,
+    on_stage: impl FnMut(&'static str),
+) -> Result<Grade, CosimError> {
+    let request = GradeRequest {
+        top: cosimulated.top.clone(),
+        sources: cosimulated.sources.clone(),
+        registers: cosimulated.registers.clone(),
+        cache: cosimulated.cache.clone(),
+        stimulus: GradeStimulus::Adversarial,
+        clocks: None,
+        seed: cosimulated.seed,
+        mutants,
+        bounds: Bounds::default(),
+    };
+    let graded = grade::grade(sensor, &request, |count| (0..count).collect(), on_stage);
+    let graded = graded.map_err(grade::not_graded)?;
+    Ok(graded.grade(request.stimulus, request.seed, request.bounds))
+}
+
 /// What the counts that the Verilog sent say of the distance, detector by detector.
 fn estimates(sensor: &Sensor, cosimulation: &Cosimulation) -> Vec<EstimateReport> {
     let of_detector = |(detector, sent): (DetectorIndex, &Vec<SentCount>)| {
@@ -337,6 +379,7 @@ fn write(
             counts: &counts,
             estimates: &run.estimates,
             other_estimates: &run.other_estimates,
+            grade: run.grade.as_ref(),
         };
         folder.write(REPORT, &page.html())?;
     }

@@ -92,12 +92,11 @@ module bin_bank (
             if (goes[1]) begin
                 o_other <= memory_1_q;
             end
-            if (~i_come_hit) begin
-                if (i_come_half) begin
-                    o_other <= 3'd0;
-                end else begin
-                    o_bin <= 3'd0;
-                end
+            if (~i_come_hit & ~i_come_half) begin
+                o_bin <= 3'd0;
+            end
+            if (~i_come_hit & i_come_half) begin
+                o_other <= 3'd0;
             end
         end
     end

@@ -114,6 +114,13 @@ impl<'o> CosimProgress<'o> {
         self.progress.clocks("co-simulating", done, of);
     }
 
+    /// Names what is being done after it.
+    pub fn stage(&mut self, what: &'static str) {
+        self.progress.end();
+        self.progress = self.output.progress();
+        self.progress.stage(what);
+    }
+
     pub fn end(&self) {
         self.progress.end();
     }

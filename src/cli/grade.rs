@@ -12,6 +12,7 @@ use crate::document::Document;
 use crate::door::{GradeOptions, grade, grade_some};
 use crate::grade::{Bounds, Grade, GradeStimulus, Score};
 use crate::printable::{printable_lines, printable_path};
+use crate::report::quantities::percent;
 use crate::scene::{Scene, SceneReference};
 use crate::shard::{self, GradeJob, Job, Part, Results, SceneText};
 
@@ -106,6 +107,20 @@ fn tell(grade: &Grade, scene: SceneReference, output: &Output) -> anyhow::Result
 }
 
 fn text(grade: &Grade) -> String {
+    let mut text = faults(grade);
+    let _ = write!(text, "score: {}", percent(grade.caught_fraction));
+    if let Some(asked) = grade.asked_fraction {
+        let verdict = match grade.caught_fraction < asked {
+            true => "less than",
+            false => "at least",
+        };
+        let _ = write!(text, ", {verdict} the {} asked for", percent(asked));
+    }
+    text + "\n"
+}
+
+/// What became of the faults and mutants.
+pub(super) fn faults(grade: &Grade) -> String {
     let stimulus = match grade.stimulus {
         GradeStimulus::Photons => "photons",
         GradeStimulus::Adversarial => "adversarial stimulus",
@@ -119,15 +134,7 @@ fn text(grade: &Grade) -> String {
     if let Some(mutants) = &grade.mutants {
         text += &of_kind("mutants", mutants);
     }
-    let _ = write!(text, "score: {}", percent(grade.caught_fraction));
-    if let Some(asked) = grade.asked_fraction {
-        let verdict = match grade.caught_fraction < asked {
-            true => "less than",
-            false => "at least",
-        };
-        let _ = write!(text, ", {verdict} the {} asked for", percent(asked));
-    }
-    text + "\n"
+    text
 }
 
 fn of_kind(name: &str, score: &Score) -> String {
@@ -153,9 +160,4 @@ fn of_kind(name: &str, score: &Score) -> String {
         let _ = writeln!(text, "  and {more} more (--json has all)");
     }
     text
-}
-
-/// Rounded down: what is not whole is not shown as whole.
-fn percent(share: f64) -> String {
-    format!("{:.2} %", (share * 1e4).floor() / 1e2)
 }

@@ -7,6 +7,7 @@ use super::arguments::RunArguments;
 use super::cosim::{CosimProgress, ending, exercised, score, text as cosim_text, with_junit};
 use super::emit::{command_line, text as emit_text};
 use super::ending::Ending;
+use super::grade;
 use super::junit;
 use super::output::{Output, terminal_width};
 use super::provenance::provenance;
@@ -29,6 +30,7 @@ pub(super) fn run(
         out: arguments.out.clone(),
         seed,
         engine: arguments.engine,
+        graded_mutants: arguments.grade,
         made_by: command_line(&arguments.scene),
         window: arguments.vcd_window.clocks(),
         provenance: provenance(scene_text)?,
@@ -41,6 +43,7 @@ pub(super) fn run(
             progress.build();
         }
         RunEvent::Clocks(done, of) => progress.take(done, of),
+        RunEvent::Grades(stage) => progress.stage(stage),
         RunEvent::Compared(report) => {
             progress.end();
             let told = cosim_text(report);
@@ -90,5 +93,8 @@ fn summary(run: &Run, chips: u64, out: &Path) -> String {
     text += &of_several;
     let _ = writeln!(text, "report: {}", printable_path(&out.join(REPORT)));
     text += &score(&run.cosim);
+    if let Some(graded) = &run.grade {
+        let _ = write!(text, "graded: {}", grade::faults(graded));
+    }
     text
 }

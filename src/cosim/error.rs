@@ -172,7 +172,11 @@ pub enum CosimError {
         reason: String,
     },
     /// A file of the Verilog to check could not be read.
-    #[error("{}: cannot read it: {source}", printable_path(path))]
+    #[error(
+        "{}: cannot read it: {source}; --rtl wants the folder, --filelist the list of the Verilog to \
+         check",
+        printable_path(path)
+    )]
     Unreadable {
         /// The file.
         path: PathBuf,

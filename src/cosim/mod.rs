@@ -387,36 +387,13 @@ fn run(
         .map(|detector| DetectorModel::new(sensor, detector))
         .collect();
     let means = Means::cosim(built.registers.is_some());
-    let (mut photons, mut adversarial);
-    let (stimulus, default_clocks): (&mut dyn Stimulus, _) = match request.stimulus {
-        StimulusKind::Photons => {
-            photons = Photons::new(&detectors, interface, request.seed);
-            (&mut photons, clocks_for_scans(interface, 1))
-        }
-        StimulusKind::Adversarial => {
-            adversarial = Adversarial::with_means(interface, request.seed, means)?;
-            let clocks = match request.clocks {
-                Some(_) => 0,
-                None => adversarial.clone().clocks_to_cover(LONGEST_DEFAULT),
-            };
-            (&mut adversarial, clocks)
-        }
-    };
-    let clocks = request.clocks.unwrap_or(default_clocks);
-    if let Window::Clocks(asked) = &request.window
-        && asked.start >= clocks
-    {
-        return Err(CosimError::BeyondTheRun {
-            asked: asked.start,
-            clocks,
-        });
-    }
+    let (mut stimulus, clocks) = stimulus(sensor, &detectors, request, means)?;
     let mut counts: Vec<Vec<SentCount>> = vec![Vec::new(); sensor.scene().detectors.len()];
     let mut hits: Vec<Vec<u64>> = vec![Vec::new(); counts.len()];
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut reference,
-        stimulus,
+        stimulus: stimulus.as_mut(),
         layout: &layout,
         window: request.window.clone(),
     }
@@ -450,6 +427,39 @@ fn run(
         layout,
         clock: sensor.clock(),
     })
+}
+
+/// Where the inputs come from, and for how many clocks: as many as asked for, or one scan of
+/// photons, or all that an adversary needs.
+fn stimulus<'d>(
+    sensor: &'d Sensor,
+    detectors: &'d [DetectorModel],
+    request: &Request,
+    means: Means,
+) -> Result<(Box<dyn Stimulus + 'd>, u64), CosimError> {
+    let interface = sensor.interface();
+    let (stimulus, clocks): (Box<dyn Stimulus + 'd>, u64) = match request.stimulus {
+        StimulusKind::Photons => {
+            let photons = Photons::new(detectors, interface, request.seed);
+            let clocks = request.clocks;
+            let clocks = clocks.unwrap_or_else(|| clocks_for_scans(interface, 1));
+            (Box::new(photons), clocks)
+        }
+        StimulusKind::Adversarial => {
+            let adversarial = Adversarial::with_means(interface, request.seed, means)?;
+            let clocks = request.clocks;
+            let clocks =
+                clocks.unwrap_or_else(|| adversarial.clone().clocks_to_cover(LONGEST_DEFAULT));
+            (Box::new(adversarial), clocks)
+        }
+    };
+    match &request.window {
+        Window::Clocks(asked) if asked.start >= clocks => Err(CosimError::BeyondTheRun {
+            asked: asked.start,
+            clocks,
+        }),
+        _ => Ok((stimulus, clocks)),
+    }
 }
 
 /// How much of what can be covered an outcome has shown; `means` of an adversary.

@@ -47,6 +47,7 @@ pub use self::proof::Bounds;
 use self::proof::{Answer, prove};
 use self::run::Stream;
 use self::tried::Tried;
+use crate::cosim::error::CosimError;
 use crate::cosim::lanes::model::Design;
 use crate::cosim::lanes::{Refusal, refuse_memories};
 use crate::cosim::source::{SourceFile, is_users};
@@ -203,6 +204,22 @@ impl Graded {
             mutants,
             proof_bounds,
         }
+    }
+}
+
+/// Refuses a sensor of which no design can be graded.
+///
+/// # Errors
+/// When its hardware keeps a histogram.
+pub(crate) fn refuse(sensor: &Sensor) -> Result<(), CosimError> {
+    refuse_memories(sensor.interface()).map_err(|unfit| not_graded(unfit.into()))
+}
+
+/// Why there is no grade.
+pub(crate) fn not_graded(refusal: Refusal) -> CosimError {
+    match refusal {
+        Refusal::Unfit(reason) => CosimError::NotGraded(reason.to_string()),
+        Refusal::Failed(error) => error,
     }
 }
 

@@ -14,10 +14,13 @@ const PITCH: f64 = 76.0;
 /// From one line of a crowded row to the next, and the least space between two places.
 const LINE: f64 = BOX + 6.0;
 const LEAST_GAP: f64 = 2.0;
-/// Width of a character of a label.
+/// Width of a character of a label, and of a name in bold.
 const CHARACTER: f64 = 6.6;
+const BOLD_CHARACTER: f64 = 8.0;
 /// Longest label that is shown whole.
 const LONGEST: usize = 22;
+/// Fewest of a kind, numbered from one to the next, that are drawn as one.
+const LEAST_FAMILY: usize = 3;
 
 /// A node as it is drawn.
 struct Node {
@@ -86,34 +89,44 @@ fn diagram(module: &Module, modules: &[Module]) -> Diagram {
     }
 }
 
-/// Ports of one interface together, instances, and the module's own registers.
+/// Ports of one interface together, instances, and the module's own registers. What is
+/// numbered and of one kind is one node.
 fn nodes(module: &Module, connections: &Connections) -> Vec<Node> {
     let mut nodes: Vec<Node> = Vec::new();
     let mut ports = |names: &[String], end: fn(usize) -> End| {
-        let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
-        for (index, name) in names.iter().enumerate() {
-            let group = match name.starts_with("m_axis_") {
-                true => "m_axis",
-                false => name.as_str(),
+        let of_stream = |name: &str| name.starts_with("m_axis_");
+        let stream: Vec<usize> = (0..names.len()).filter(|&i| of_stream(&names[i])).collect();
+        let mut groups = families(names.iter().map(|name| (name.as_str(), "")));
+        groups.retain(|family| !of_stream(&names[family.members[0]]));
+        if let Some(&first) = stream.first() {
+            let before = groups.iter().filter(|family| family.members[0] < first);
+            let family = Family {
+                name: "m_axis".to_owned(),
+                members: stream,
             };
-            match groups.iter_mut().find(|(known, _)| known == group) {
-                Some((_, members)) => members.push(index),
-                None => groups.push((group.to_owned(), vec![index])),
-            }
+            groups.insert(before.count(), family);
         }
-        nodes.extend(groups.into_iter().map(|(group, members)| Node {
-            lines: vec![shortened(&group)],
-            end: members.into_iter().map(end).collect(),
+        nodes.extend(groups.into_iter().map(|family| Node {
+            lines: vec![shortened(&family.name)],
+            end: family.members.into_iter().map(end).collect(),
             class: "port",
         }));
     };
     ports(&module.inputs, End::Input);
     ports(&module.outputs, End::Output);
-    let instances = module.instances.iter().enumerate();
-    nodes.extend(instances.map(|(index, instance)| Node {
-        end: vec![End::Instance(index)],
-        lines: vec![shortened(&instance.name), shortened(&instance.module)],
-        class: "block",
+    let instances = module.instances.iter();
+    let instances = families(instances.map(|instance| (&*instance.name, &*instance.module)));
+    nodes.extend(instances.into_iter().map(|family| {
+        let of = shortened(&module.instances[family.members[0]].module);
+        let of = match family.members.len() {
+            1 => of,
+            number => format!("{number} \u{d7} {of}"),
+        };
+        Node {
+            end: family.members.into_iter().map(End::Instance).collect(),
+            lines: vec![shortened(&family.name), of],
+            class: "block",
+        }
     }));
     let is_own = |(from, to): &(End, End)| *from == End::Own || *to == End::Own;
     if connections.keys().any(is_own) {
@@ -124,6 +137,45 @@ fn nodes(module: &Module, connections: &Connections) -> Vec<Node> {
         });
     }
     nodes
+}
+
+/// What is drawn as one, and its name.
+struct Family {
+    name: String,
+    members: Vec<usize>,
+}
+
+/// Names that differ in a number alone, which grows by one from each to the next, and that are
+/// of one kind: `bank_0 to 7`. Each of the others is alone.
+fn families<'a>(names: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Family> {
+    let names: Vec<(&str, &str)> = names.collect();
+    let numbered = |index: usize| {
+        let (name, kind) = *names.get(index)?;
+        let (stem, number) = name.rsplit_once('_')?;
+        Some((stem, kind, number.parse::<usize>().ok()?))
+    };
+    let mut families = Vec::new();
+    let mut first = 0;
+    while let Some((name, _)) = names.get(first) {
+        let mut family = Family {
+            name: (*name).to_owned(),
+            members: vec![first],
+        };
+        if let Some((stem, kind, from)) = numbered(first) {
+            let follows = |index: &usize| {
+                numbered(*index) == Some((stem, kind, from.saturating_add(index - first)))
+            };
+            let end = (first..names.len()).find(|index| !follows(index));
+            let end = end.unwrap_or(names.len());
+            if end - first >= LEAST_FAMILY {
+                family.name = format!("{name} to {}", from + (end - first - 1));
+                family.members = (first..end).collect();
+            }
+        }
+        first += family.members.len();
+        families.push(family);
+    }
+    families
 }
 
 fn shortened(name: &str) -> String {
@@ -193,8 +245,17 @@ fn width(place: &Place, nodes: &[Node]) -> f64 {
     match place {
         Place::Passing(_) => 8.0,
         Place::Node(node) => {
-            let lines = nodes[*node].lines.iter().map(|line| line.chars().count());
-            lines.max().unwrap_or(0) as f64 * CHARACTER + 14.0
+            let lines = &nodes[*node].lines;
+            let is_bold = |line: usize| line == 0 && lines.len() > 1;
+            let widths = lines.iter().enumerate().map(|(number, line)| {
+                let character = if is_bold(number) {
+                    BOLD_CHARACTER
+                } else {
+                    CHARACTER
+                };
+                line.chars().count() as f64 * character
+            });
+            widths.fold(0.0, f64::max) + 14.0
         }
     }
 }
@@ -296,6 +357,47 @@ fn in_words(module: &Module, connections: &Connections) -> Vec<[String; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn those_of_one_kind_that_are_numbered_are_drawn_as_one() {
+        let told = |names: &[(&str, &str)]| {
+            let families = families(names.iter().copied()).into_iter();
+            families
+                .map(|family| (family.name, family.members))
+                .collect::<Vec<_>>()
+        };
+        let bank = |numbers: std::ops::Range<usize>| {
+            numbers
+                .map(|number| format!("bank_{number}"))
+                .collect::<Vec<_>>()
+        };
+        let alike = bank(0..8);
+        let alike: Vec<(&str, &str)> = alike.iter().map(|name| (name.as_str(), "bank")).collect();
+        assert_eq!(
+            told(&alike),
+            [("bank_0 to 7".to_owned(), (0..8).collect::<Vec<_>>())]
+        );
+        // Two of a kind, numbers with a gap, and modules that differ stay apart.
+        let apart = [
+            vec![("a_0", "x"), ("a_1", "x")],
+            vec![("a_0", "x"), ("a_2", "x"), ("a_3", "x")],
+            vec![("a_0", "x"), ("a_1", "y"), ("a_2", "z")],
+            vec![("a", "x"), ("b_1", "x"), ("_", "x")],
+        ];
+        for names in apart {
+            assert_eq!(told(&names).len(), names.len(), "{names:?}");
+        }
+        let mixed = [
+            ("m", ""),
+            ("c_9", ""),
+            ("c_10", ""),
+            ("c_11", ""),
+            ("n", ""),
+        ];
+        let expected = [("m", vec![0]), ("c_9 to 11", vec![1, 2, 3]), ("n", vec![4])];
+        let expected = expected.map(|(name, members)| (name.to_owned(), members));
+        assert_eq!(told(&mixed), expected);
+    }
 
     #[test]
     fn however_many_stand_in_a_row_none_is_cut_or_covers_another() {

@@ -113,8 +113,8 @@ impl Points {
     }
 }
 
-/// The error of a detector's distance against the integration time of a phase step, as
-/// theory expects it; `error_m` is that of this run's phase.
+/// The error of a detector's distance against the integration time of what is measured at
+/// once, a phase step or a histogram, as theory expects it; `error_m` is that of this run's phase.
 ///
 /// # Errors
 /// Why it is not known.
@@ -137,6 +137,10 @@ pub(super) fn integration(
         line: true,
         dots: false,
     };
+    let (of_what, x) = match sensor.interface().histogram {
+        Some(_) => ("a histogram", "integration time of a histogram (\u{b5}s)"),
+        None => ("a phase step", "integration time of a phase step (\u{b5}s)"),
+    };
     let measured = error_m.map(|error_m| (here, error_m.abs() * 1e3));
     let plot = LinePlot {
         id: format!("integration-{detector}"),
@@ -148,11 +152,11 @@ pub(super) fn integration(
             ),
         },
         description: format!(
-            "Expected error of one distance against the integration time of a phase step, both axes \
+            "Expected error of one distance against the integration time of {of_what}, both axes \
              logarithmic. {}",
             words(&rms, &bound, here)
         ),
-        x: ("integration time of a phase step (\u{b5}s)", Scale::Log),
+        x: (x, Scale::Log),
         y: ("error (mm)", Scale::Log),
         series: vec![
             line("phase, bias and scatter", "s1", rms),

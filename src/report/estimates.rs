@@ -181,12 +181,12 @@ impl<'a> BothEstimates<'a> {
 pub(super) struct Notes {
     /// Of one alone, detector by detector.
     pub own: Vec<Vec<String>>,
-    /// Of more than one: whose, and the note.
+    /// Of at least half of them, if there are more than one: whose, and the note.
     pub shared: Vec<(String, String)>,
 }
 
 impl Notes {
-    /// Each note once, however many detectors it is of.
+    /// A note that at least half of the detectors have, once.
     pub fn of(all: &[BothEstimates]) -> Notes {
         let mut own: Vec<Vec<String>> = all.iter().map(BothEstimates::notes).collect();
         let mut shared: Vec<(String, Vec<&str>)> = Vec::new();
@@ -198,7 +198,7 @@ impl Notes {
                 }
             }
         }
-        shared.retain(|(_, whose)| whose.len() > 1);
+        shared.retain(|(_, whose)| whose.len() > 1 && 2 * whose.len() >= all.len());
         for notes in &mut own {
             notes.retain(|note| shared.iter().all(|(known, _)| known != note));
         }

@@ -4,24 +4,23 @@ use maud::{Markup, html};
 
 use super::figure::{Figure, coordinate, label, points};
 use super::quantities::length;
-use crate::scene::{Path, Scene};
+use crate::scene::{DetectorIndex, Path, Scene, SourceIndex};
 
 const WIDTH: f64 = 480.0;
-const BOX: (f64, f64) = (118.0, 30.0);
+const BOX: (f64, f64) = (140.0, 30.0);
 const PITCH: f64 = 46.0;
 /// Where the nearest and the farthest target stand.
-const TARGETS: (f64, f64) = (220.0, 370.0);
-/// More paths than this are told, not drawn.
-const MOST_PATHS: usize = 12;
+const TARGETS: (f64, f64) = (240.0, 340.0);
+/// More paths than this are told, not drawn, and so is what only they lead to.
+const MOST_PATHS: usize = 16;
 /// Longest name that is shown whole.
 const LONGEST: usize = 16;
 
 /// Draws the light of a scene.
 pub(super) fn figure(scene: &Scene) -> Figure {
-    let paths = &scene.paths[..scene.paths.len().min(MOST_PATHS)];
-    let boxes = scene.sources.len() + scene.detectors.len();
-    let rows = boxes.max(paths.len() + 1) as f64;
-    let height = rows * PITCH + 10.0;
+    let paths = drawn(scene);
+    let boxes = Boxes::of(scene);
+    let height = boxes.number().max(paths.len() + 1) as f64 * PITCH + 10.0;
     Figure {
         id: "geometry".to_owned(),
         title: "Light: lasers, targets, detectors".to_owned(),
@@ -30,13 +29,15 @@ pub(super) fn figure(scene: &Scene) -> Figure {
         wide: true,
         content: html! {
             @for (number, path) in paths.iter().enumerate() {
-                (way(scene, path, number, height))
+                (way(scene, path, number, &boxes, height))
             }
-            @for (number, source) in scene.sources.iter().enumerate() {
-                (device(source_y(scene, number, height), &source.name, "laser", number))
+            @for &source in &boxes.sources {
+                (device(boxes.source_y(source, height), &scene.sources[source].name, "laser", source.0))
             }
-            @for (number, detector) in scene.detectors.iter().enumerate() {
-                (device(detector_y(scene, number, height), &detector.name, "SPAD", detector.reference.0))
+            @for &detector in &boxes.detectors {
+                @let y = boxes.detector_y(detector, height);
+                @let detector = &scene.detectors[detector];
+                (device(y, &detector.name, "SPAD", detector.reference.0))
             }
             @if scene.paths.len() > MOST_PATHS {
                 (label(WIDTH - 8.0, height - 6.0, "end tiny", &not_drawn(scene)))
@@ -45,18 +46,51 @@ pub(super) fn figure(scene: &Scene) -> Figure {
     }
 }
 
-/// Boxes share the height, lasers above.
-fn place(scene: &Scene, number: usize, height: f64) -> f64 {
-    let boxes = (scene.sources.len() + scene.detectors.len()) as f64;
-    height * (number as f64 + 0.5) / boxes
+/// The paths that are drawn.
+fn drawn(scene: &Scene) -> &[Path] {
+    &scene.paths[..scene.paths.len().min(MOST_PATHS)]
 }
 
-fn source_y(scene: &Scene, number: usize, height: f64) -> f64 {
-    place(scene, number, height)
+/// The lasers and detectors that are drawn: all but those that only the paths beyond lead to.
+struct Boxes {
+    sources: Vec<SourceIndex>,
+    detectors: Vec<DetectorIndex>,
 }
 
-fn detector_y(scene: &Scene, number: usize, height: f64) -> f64 {
-    place(scene, scene.sources.len() + number, height)
+impl Boxes {
+    fn of(scene: &Scene) -> Boxes {
+        let beyond = &scene.paths[drawn(scene).len()..];
+        let is_left_out = |touches: &dyn Fn(&Path) -> bool| {
+            beyond.iter().any(touches) && !drawn(scene).iter().any(touches)
+        };
+        Boxes {
+            sources: SourceIndex::of(&scene.sources)
+                .filter(|&source| !is_left_out(&|path| path.source == source))
+                .collect(),
+            detectors: DetectorIndex::of(&scene.detectors)
+                .filter(|&detector| !is_left_out(&|path| path.detector == detector))
+                .collect(),
+        }
+    }
+
+    fn number(&self) -> usize {
+        self.sources.len() + self.detectors.len()
+    }
+
+    /// They share the height, lasers above.
+    fn y(&self, place: usize, height: f64) -> f64 {
+        height * (place as f64 + 0.5) / self.number() as f64
+    }
+
+    fn source_y(&self, source: SourceIndex, height: f64) -> f64 {
+        let place = self.sources.iter().position(|&other| other == source);
+        self.y(place.unwrap_or(0), height)
+    }
+
+    fn detector_y(&self, detector: DetectorIndex, height: f64) -> f64 {
+        let place = self.detectors.iter().position(|&other| other == detector);
+        self.y(self.sources.len() + place.unwrap_or(0), height)
+    }
 }
 
 fn shortened(name: &str) -> String {
@@ -76,7 +110,7 @@ fn device(y: f64, name: &str, what: &str, source: usize) -> Markup {
 }
 
 /// From the laser to the target and back to the detector.
-fn way(scene: &Scene, path: &Path, number: usize, height: f64) -> Markup {
+fn way(scene: &Scene, path: &Path, number: usize, boxes: &Boxes, height: f64) -> Markup {
     let (nearest, farthest) = scene
         .paths
         .iter()
@@ -89,10 +123,9 @@ fn way(scene: &Scene, path: &Path, number: usize, height: f64) -> Markup {
         false => 0.5,
     };
     let x = TARGETS.0 + share * (TARGETS.1 - TARGETS.0);
-    let drawn = scene.paths.len().min(MOST_PATHS) as f64;
-    let y = height * (number as f64 + 0.5) / drawn;
-    let from = (4.0 + BOX.0, source_y(scene, path.source.0, height));
-    let to = (4.0 + BOX.0, detector_y(scene, path.detector.0, height));
+    let y = height * (number as f64 + 0.5) / drawn(scene).len() as f64;
+    let from = (4.0 + BOX.0, boxes.source_y(path.source, height));
+    let to = (4.0 + BOX.0, boxes.detector_y(path.detector, height));
     let class = format!("curve s{}", path.source.0 % 4);
     html! {
         polyline class=(class) points=(points([from, (x, y - 3.0)])) {}
@@ -118,7 +151,7 @@ fn remarks(path: &Path) -> String {
 }
 
 fn description(scene: &Scene) -> String {
-    let told = scene.paths.iter().take(MOST_PATHS).map(|path| {
+    let told = drawn(scene).iter().map(|path| {
         format!(
             "light of {} reaches {} off a target at {}",
             scene.sources[path.source].name,
@@ -136,6 +169,11 @@ fn description(scene: &Scene) -> String {
 
 fn not_drawn(scene: &Scene) -> String {
     let more = scene.paths.len() - MOST_PATHS;
-    let plural = if more == 1 { " is" } else { "s are" };
-    format!("{more} more path{plural} not drawn")
+    let boxes = Boxes::of(scene);
+    let devices = scene.sources.len() + scene.detectors.len() - boxes.number();
+    match (more, devices) {
+        (1, 0) => "1 more path is not drawn".to_owned(),
+        (_, 0) => format!("{more} more paths are not drawn"),
+        _ => format!("{more} more paths and what only they lead to are not drawn"),
+    }
 }

@@ -14,6 +14,8 @@ const TOP: f64 = 10.0;
 const BOTTOM: f64 = 44.0;
 /// Height of a line of the legend.
 const LEGEND_LINE: f64 = 19.0;
+/// Width of a character of a label, at most.
+const CHARACTER: f64 = 8.0;
 /// Ticks of an axis, at most.
 const TICKS: usize = 6;
 
@@ -112,7 +114,8 @@ impl LinePlot {
                 @let at = x.place(tick);
                 line class="grid" x1=(coordinate(at)) x2=(coordinate(at)) y1=(coordinate(y.to))
                     y2=(coordinate(y.from)) {}
-                (label(at, y.from + 16.0, "middle", &x.axis.shown(tick)))
+                @let shown = x.axis.shown(tick);
+                (label(within(at, &shown), y.from + 16.0, "middle", &shown))
             }
             @for tick in y.axis.ticks(TICKS) {
                 @let at = y.place(tick);
@@ -159,6 +162,12 @@ impl Series {
             }
         }
     }
+}
+
+/// Where the middle of a label stands that is to be as near to `at` as the drawing has room.
+fn within(at: f64, text: &str) -> f64 {
+    let half = text.chars().count() as f64 * CHARACTER / 2.0;
+    at.clamp(half, (WIDTH - half).max(half))
 }
 
 /// How something looks in the legend.
@@ -222,6 +231,16 @@ mod tests {
         assert!(kept.len() <= 4 * WIDTH as usize);
         assert!(kept.contains(&(7_777.0, 100.0)));
         assert!(kept.contains(&(9_000.0, -50.0)));
+    }
+
+    #[test]
+    fn labels_of_ticks_stay_in_the_drawing() {
+        for (at, text) in [(LEFT, "0"), (WIDTH - RIGHT, "2500"), (WIDTH, "1000000")] {
+            let middle = within(at, text);
+            let half = text.len() as f64 * CHARACTER / 2.0;
+            assert!(middle - half >= 0.0 && middle + half <= WIDTH, "{text}");
+        }
+        assert_eq!(within(200.0, "2500"), 200.0);
     }
 
     #[test]

@@ -24,7 +24,7 @@ mod netlist;
 pub(crate) mod page;
 pub mod plan;
 pub mod provenance;
-mod quantities;
+pub(crate) mod quantities;
 #[cfg(feature = "plots")]
 pub(crate) mod timing;
 

@@ -57,16 +57,28 @@ pub enum End {
 /// From one end to another, with the names of the nets.
 pub type Connections = BTreeMap<(End, End), BTreeSet<String>>;
 
-/// Every module of an emission, the top module's last.
+/// Every module of an emission, the top module's last. What is not of the emission, an FPGA's
+/// own blocks behind a macro, is no part of them.
 pub fn modules(files: &[EmittedFile]) -> Vec<Module> {
     let verilog = files.iter().filter(|file| file.name.ends_with(".v"));
-    verilog.filter_map(|file| read(&file.text)).collect()
+    let mut modules: Vec<Module> = verilog.filter_map(|file| read(&file.text)).collect();
+    let names: BTreeSet<String> = modules.iter().map(|module| module.name.clone()).collect();
+    for module in &mut modules {
+        let instances = &mut module.instances;
+        instances.retain(|instance| names.contains(&instance.module));
+    }
+    modules
 }
 
 fn read(text: &str) -> Option<Module> {
     let code = hardware_of(text);
     let body = code.split_once("module ")?.1;
     let (name, body) = body.split_once('(')?;
+    let (name, body) = match name.trim().strip_suffix('#') {
+        // Behind the parameters, which have a line of their own each.
+        Some(name) => (name, body.split_once("\n) (")?.1),
+        None => (name, body),
+    };
     let (ports, body) = body.split_once(");")?;
     let mut module = Module {
         name: name.trim().to_owned(),
@@ -118,7 +130,9 @@ impl Module {
             // What leads to it, `if` and `begin`, stands before it.
             let target = before.rsplit([' ', '\n']).find(|word| !word.is_empty());
             let conditions = &before[..before.len() - target.map_or(0, str::len).min(before.len())];
-            let from = format!("{value} {conditions}");
+            // Where in a vector or memory is one more thing that it follows from.
+            let (_, place) = target.and_then(|t| t.split_once('[')).unwrap_or_default();
+            let from = format!("{value} {place} {conditions}");
             self.add_statement(target.unwrap_or_default(), &from, true);
         } else if statement.contains("(\n") {
             self.instances.extend(Instance::read(statement));
@@ -214,9 +228,18 @@ impl Module {
 impl Instance {
     fn read(statement: &str) -> Option<Instance> {
         let (head, ports) = statement.split_once("(\n")?;
-        // Declarations may stand before it.
-        let mut words = head.split_whitespace().rev();
-        let (name, module) = (words.next()?, words.next()?);
+        // Declarations may stand before it, and parameters between the module's name and its own.
+        let (head, name, ports) = match head.trim_end().strip_suffix('#') {
+            Some(head) => {
+                let (parameters, ports) = ports.split_once("(\n")?;
+                (head, parameters.split_whitespace().next_back()?, ports)
+            }
+            None => {
+                let (head, name) = head.trim_end().rsplit_once(char::is_whitespace)?;
+                (head, name, ports)
+            }
+        };
+        let module = head.split_whitespace().next_back()?;
         let connections = ports.split('.').skip(1).filter_map(|connection| {
             let (port, net) = connection.split_once('(')?;
             let net = net.rsplit_once(')').map_or(net, |(net, _)| net);
@@ -278,5 +301,40 @@ mod tests {
             (End::Own, End::Output(1)),
         ];
         assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn parameters_of_modules_and_instances_are_no_names() {
+        let file = |name: &str, text: &str| EmittedFile {
+            name: name.to_owned(),
+            text: text.to_owned(),
+        };
+        let memory = "module memory #(\n    parameter WORDS = (2),\n    parameter BITS = 1 // of a \
+            word\n) (\n    input wire i_write,\n    input wire [BITS-1:0] i_row,\n    output wire \
+            o_word\n);\n    reg words [0:WORDS-1];\n\n    VENDOR #(\n        .WIDTH(18)\n    ) ram \
+            (\n        .CLK (i_clk)\n    );\n\n    always @(posedge i_clk) begin\n        \
+            words[i_row] <= i_write;\n    end\nendmodule\n";
+        let top = "module top (\n    input wire i_a,\n    output wire o_b\n);\n    wire b;\n\n    \
+            memory #(\n        .WORDS(4), .BITS(2)\n    ) memory_0 (\n        .i_write (i_a),\n        \
+            .o_word  (b)\n    );\n\n    assign o_b = b;\nendmodule\n";
+        let modules = modules(&[file("memory.v", memory), file("top.v", top)]);
+        let [memory, top] = modules.as_slice() else {
+            panic!("{modules:?}");
+        };
+        assert_eq!(memory.name, "memory");
+        assert_eq!(memory.inputs, ["i_write", "i_row"]);
+        assert!(memory.instances.is_empty(), "{memory:?}");
+        let of_memory: Vec<(End, End)> = memory.connections(&modules).into_keys().collect();
+        assert_eq!(of_memory, [0, 1].map(|input| (End::Input(input), End::Own)));
+        assert_eq!(
+            (&*top.instances[0].name, &*top.instances[0].module),
+            ("memory_0", "memory")
+        );
+        let of_top: Vec<(End, End)> = top.connections(&modules).into_keys().collect();
+        let expected = [
+            (End::Input(0), End::Instance(0)),
+            (End::Instance(0), End::Output(0)),
+        ];
+        assert_eq!(of_top, expected);
     }
 }

@@ -16,6 +16,11 @@ pub(super) fn number(number: u64) -> String {
     text
 }
 
+/// A share in percent, rounded down: what is not whole is not shown as whole.
+pub(crate) fn percent(share: f64) -> String {
+    format!("{:.2} %", (share * 1e4).floor() / 1e2)
+}
+
 /// Seconds.
 pub(super) fn time(seconds: f64) -> String {
     match seconds {

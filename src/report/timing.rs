@@ -74,7 +74,11 @@ pub fn waves(sensor: &Sensor, seed: u64) -> Result<Vec<Wave>, ReferenceError> {
     let mut wanted = vec![("Start: the lasers begin when reset ends", 0..COLUMNS)];
     if first_result < MOST_CLOCKS {
         let from = (first_result + 5).saturating_sub(COLUMNS).max(1);
-        wanted.push(("First result: a phase step's count", from..from + COLUMNS));
+        let title = match interface.histogram {
+            Some(_) => "First result: a row of the histogram",
+            None => "First result: a phase step's count",
+        };
+        wanted.push((title, from..from + COLUMNS));
     }
     let last = wanted.last().map_or(0, |(_, clocks)| clocks.end);
     let recorded = record(sensor, seed, last, wanted.iter().map(|w| w.1.clone()))?;

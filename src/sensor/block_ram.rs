@@ -1,6 +1,7 @@
 //! Whether a histogram's memories fit into the target's block RAM.
 
 use std::fmt::Write as _;
+use std::slice;
 
 use super::histogram::HistogramPlan;
 use crate::scene::Target;
@@ -15,9 +16,20 @@ pub struct BlockRam {
     /// Words and bits of a word that a block can have, one port writing, one reading, the
     /// deepest first.
     shapes: &'static [(u64, u32)],
-    /// Whether blocks lie beside one another only, each with all words, where they have so
-    /// many: those that `ECP5_BLOCK_RAM` makes have no choice between two behind them.
-    is_side_by_side: bool,
+    joining: Joining,
+}
+
+/// How a memory is made of several blocks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Joining {
+    /// Beside one another only, each with all words, where blocks have so many: those that
+    /// `ECP5_BLOCK_RAM` makes have no choice between two behind them.
+    SideBySide,
+    /// Beside and behind one another.
+    Rectangle,
+    /// So too, and 2, 4, 8 ... of the words can share one of the blocks', since each bit of a
+    /// word is written by an enable of its own.
+    Packed,
 }
 
 /// The device's block RAM: Lattice FPGA-DS-02012 (ECP5, 56 blocks of 18 kbit), DS1040
@@ -28,13 +40,13 @@ pub const fn block_ram(target: Target) -> BlockRam {
             name: "DP16KD",
             blocks: 56,
             shapes: &[(16_384, 1), (8192, 2), (4096, 4), (2048, 9), (1024, 18)],
-            is_side_by_side: true,
+            joining: Joining::SideBySide,
         },
         Target::Ice40Hx8k => BlockRam {
             name: "SB_RAM40_4K",
             blocks: 32,
             shapes: &[(2048, 2), (1024, 4), (512, 8), (256, 16)],
-            is_side_by_side: false,
+            joining: Joining::Packed,
         },
         Target::Xc7 => BlockRam {
             name: "RAMB18E1",
@@ -47,7 +59,7 @@ pub const fn block_ram(target: Target) -> BlockRam {
                 (1024, 18),
                 (512, 36),
             ],
-            is_side_by_side: false,
+            joining: Joining::Rectangle,
         },
     }
 }
@@ -55,13 +67,23 @@ pub const fn block_ram(target: Target) -> BlockRam {
 impl BlockRam {
     /// Blocks of a memory of so many words.
     pub fn blocks_of(&self, words: u64, bits: u32) -> u64 {
-        let of_shape =
-            |&(deep, wide): &(u64, u32)| words.div_ceil(deep) * u64::from(bits.div_ceil(wide));
         let widest = self.shapes.iter().rev().find(|&&(deep, _)| deep >= words);
-        match widest.filter(|_| self.is_side_by_side) {
-            Some(shape) => of_shape(shape),
-            None => self.shapes.iter().map(of_shape).min().unwrap_or(u64::MAX),
-        }
+        let shapes = match widest.filter(|_| self.joining == Joining::SideBySide) {
+            Some(shape) => slice::from_ref(shape),
+            None => self.shapes,
+        };
+        // So many of the words share one of the blocks'.
+        let shares: &[u64] = match self.joining {
+            Joining::Packed => &[1, 2, 4, 8, 16],
+            Joining::SideBySide | Joining::Rectangle => &[1],
+        };
+        let blocks = shapes.iter().flat_map(|&(deep, wide)| {
+            shares.iter().map(move |share| {
+                let shared_bits = u64::from(bits) * share;
+                words.div_ceil(deep * share) * shared_bits.div_ceil(u64::from(wide))
+            })
+        });
+        blocks.min().unwrap_or(u64::MAX)
     }
 
     /// Blocks of the histograms of so many detectors: for each sample of the chip a memory,
@@ -120,5 +142,7 @@ mod tests {
             [1, 1, 2, 8]
         );
         assert_eq!(ice40.blocks_of(31, 16), 1);
+        // 8,191 words of three bits: four of them to a row of 2,048 words of twelve bits.
+        assert_eq!(ice40.blocks_of(8191, 3), 6);
     }
 }

@@ -1,4 +1,4 @@
-//! The emitted proofs hold for a design with every part, and refuse faults in it.
+//! The emitted proofs hold for a design with every part and for histograms, and refuse faults in them.
 
 use goldtof::scene::SourceIndex;
 use std::fs;
@@ -9,6 +9,7 @@ use goldtof::deliver::{Emission, emit, write};
 use goldtof::sensor::Sensor;
 
 use crate::hdl_support::{Family, code, scene};
+use crate::histograms;
 
 /// Two detectors, four steps at once with a last group of two, nu = 2, a window,
 /// a peak detector, a narrow counter and totals.
@@ -101,14 +102,58 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
 
 #[test]
 fn each_proof_refuses_a_fault() {
-    for &(task, module, from, to) in FAULTS {
+    each_is_refused(&rich(), FAULTS);
+}
+
+fn each_is_refused(emission: &Emission, faults: &[(&str, &str, &str, &str)]) {
+    for &(task, module, from, to) in faults {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        write(&rich(), folder.path()).expect("the files can be written");
+        write(emission, folder.path()).expect("the files can be written");
         let path = folder.path().join(format!("{module}.v"));
         let sound = fs::read_to_string(&path).expect("the module is there");
         let faulty = sound.replacen(from, to, 1);
-        assert_ne!(faulty, sound, "{module} has no {from}");
+        assert!(faulty != sound, "{module} has no {from}");
         fs::write(&path, faulty).expect("the module can be written");
         assert_eq!(verdict(folder.path(), task), "FAIL", "{task}: {from}");
     }
+}
+
+/// What is emitted for the histogram of this name.
+fn histogram(name: &str) -> Emission {
+    let scenes = histograms::scenes();
+    let (_, scene) = scenes
+        .iter()
+        .find(|(other, _)| *other == name)
+        .expect("there is one of this name");
+    emit(&Sensor::new(scene), "goldtof emit histogram.toml").expect("the scene is fine")
+}
+
+#[test]
+fn every_proof_holds_for_histograms() {
+    for name in [
+        "two detectors",
+        "the widest row",
+        "one memory, bins that saturate",
+    ] {
+        let emission = histogram(name);
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        write(&emission, folder.path()).expect("the files can be written");
+        assert_eq!(emission.formal.proofs, ["reset", "codes", "axis"]);
+        for task in &emission.formal.proofs {
+            assert_eq!(verdict(folder.path(), task), "PASS", "{name}: {task}");
+        }
+    }
+}
+
+/// The same for a histogram of two detectors.
+const FAULTS_OF_HISTOGRAMS: &[(&str, &str, &str, &str)] = &[
+    ("reset", "bin_adder", "above_r <= 1'b0;", ""),
+    ("reset", "bin_bank", "writes_r <= 1'b0;", ""),
+    ("reset", "histogram_control", "out_r <= 3'd0;", ""),
+    ("codes", "gold_generator", "u_r == U_LAST", "u_r == U_LOAD"),
+];
+
+#[test]
+fn each_proof_refuses_a_fault_in_a_histogram() {
+    each_is_refused(&histogram("two detectors"), FAULTS_OF_HISTOGRAMS);
 }

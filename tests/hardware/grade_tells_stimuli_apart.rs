@@ -1,5 +1,6 @@
 //! `goldtof grade`: a stimulus that leaves an input alone scores less, and says so.
 
+use std::fs;
 use std::process::Command;
 
 use serde_json::Value;
@@ -64,6 +65,41 @@ fn photons_never_stall_and_so_stay_below_a_threshold_that_hostile_inputs_reach()
         number(all, "caught") * 1000 >= 998 * number(all, "total"),
         "{all}"
     );
+}
+
+/// `run --grade` tells of the Verilog that it has just compared what `grade` tells.
+#[test]
+fn a_run_with_a_grade_has_it_in_its_document_and_its_report() {
+    let (status, alone) = grade(&[]);
+    assert_eq!(status, Some(0));
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let run = |scene: &str| {
+        Command::new(env!("CARGO_BIN_EXE_goldtof"))
+            .args(["run", scene, "--grade", "--json", "--quiet", "--out"])
+            .arg(folder.path().join(scene))
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .output()
+            .expect("goldtof runs")
+    };
+    let output = run("scenes/quick.toml");
+    assert!(output.status.success(), "{output:?}");
+    let document: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(document["grade"]["faults"], alone["faults"]);
+    let report = fs::read_to_string(folder.path().join("scenes/quick.toml/report.html"));
+    let report = report.expect("there is a report");
+    let section = report.split("How strong the check is").nth(1);
+    let section = section.expect("the report has the section");
+    for key in ["total", "caught"] {
+        let number = alone["faults"][key].as_u64().expect("a number");
+        assert!(section.contains(&format!(">{number}</td>")), "{key}");
+    }
+
+    // No histogram is graded, and that is said before anything is done.
+    let output = run("scenes/histogram.toml");
+    assert_eq!(output.status.code(), Some(2));
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(told.contains("memories"), "{told}");
+    assert!(!folder.path().join("scenes/histogram.toml").exists());
 }
 
 /// Shards of a grade, joined, are the grade: each fault and mutant once, in their order.

@@ -66,7 +66,8 @@ fn single(mut scene: Scene, counter_width: Option<u32>) -> Scene {
     scene
 }
 
-fn scenes() -> Vec<(&'static str, Scene)> {
+/// A histogram of each kind.
+pub fn scenes() -> Vec<(&'static str, Scene)> {
     let mut two = histogram(SHORT, 8, 3.0, SPAD);
     let mut far = two.detectors[0].clone();
     far.name = "far".to_owned();

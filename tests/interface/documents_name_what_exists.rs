@@ -210,7 +210,7 @@ fn documents() -> Vec<String> {
     let mut names: Vec<String> = ["README.md", "DESIGN.md", "CHANGELOG.md", "CONTRIBUTING.md"]
         .map(str::to_owned)
         .into();
-    names.push("hdl/README.md".to_owned());
+    names.extend(["hdl/README.md", "examples/own-rtl/README.md"].map(str::to_owned));
     names.extend(pages().into_iter().map(|page| format!("docs/{page}")));
     names
 }

@@ -72,19 +72,28 @@ fn its_numbers_are_those_of_the_json() {
 
 #[test]
 fn its_diagram_has_the_modules_of_the_emission() {
-    let out = tempfile::tempdir().unwrap();
-    let (json, page) = run(QUICK, out.path(), None);
-    // Every text between tags.
-    let texts = page.split('>').filter_map(|text| text.split('<').next());
-    let drawn: BTreeSet<String> = texts.map(|text| text.trim().to_owned()).collect();
-    for file in json["emit"]["files"].as_array().unwrap() {
-        let file = file.as_str().unwrap();
-        let text = fs::read_to_string(out.path().join("rtl").join(file)).unwrap();
-        let module = file.strip_suffix(".v").unwrap();
-        // Whole modules that only simulators read are no hardware.
-        let first = text.find("module ").unwrap();
-        let is_hardware = !text[..first].contains("`ifndef SYNTHESIS");
-        assert_eq!(drawn.contains(module), is_hardware, "{module}: {drawn:?}");
+    // The second one's have parameters.
+    for scene in [QUICK, "scenes/histogram.toml"] {
+        let out = tempfile::tempdir().unwrap();
+        let (json, page) = run(scene, out.path(), None);
+        // Every text between tags.
+        let texts = page.split('>').filter_map(|text| text.split('<').next());
+        let drawn: BTreeSet<&str> = texts.map(str::trim).collect();
+        for file in json["emit"]["files"].as_array().unwrap() {
+            let file = file.as_str().unwrap();
+            let text = fs::read_to_string(out.path().join("rtl").join(file)).unwrap();
+            let module = file.strip_suffix(".v").unwrap();
+            // Whole modules that only simulators read are no hardware.
+            let first = text.find("module ").unwrap();
+            let is_hardware = !text[..first].contains("`ifndef SYNTHESIS");
+            // Several of a kind are one block with their number.
+            let several = format!(" \u{d7} {module}");
+            let is_drawn = drawn
+                .iter()
+                .any(|text| *text == module || text.ends_with(&several));
+            assert_eq!(is_drawn, is_hardware, "{module}: {drawn:?}");
+        }
+        assert!(!drawn.contains("#"), "{drawn:?}");
     }
 }
 

@@ -55,6 +55,7 @@ endmodule
 // With i_rst high every register's next value is the one that the other proofs start from, whatever
 // the registers hold: one clock of reset leaves nothing of the state before, and no X. (The
 // assertions are those of registers.v, one for each register.)
+// What a block_memory gives is anything, at any clock.
 module prove_reset (
     input wire i_clk,
     input wire i_rst,
@@ -85,6 +86,7 @@ endmodule
 // After reset every laser shows its source's code, chip by chip, and o_epoch the first chip of
 // the reference's. No LFSR reaches zero. (That an LFSR comes back to its first state after
 // 2^n - 1 chips and not before is a matter of its polynomial, not of the design.)
+// What a block_memory gives is anything, at any clock.
 module prove_codes (
     input wire i_clk,
     input wire i_rst,
@@ -126,6 +128,7 @@ endmodule
 
 // In reset every output is 0. AXI4-Stream: a transfer on offer stays, unchanged, until it is taken
 // or reset. Flags stay until reset, the peak's ports until o_peak_valid.
+// What a block_memory gives is anything, at any clock.
 module prove_axis (
     input wire i_clk,
     input wire i_rst,

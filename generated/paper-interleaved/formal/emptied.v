@@ -1,4 +1,4 @@
-// Modules of sensor_top of which a proof drives the outputs: their ports and no more
+// Modules of sensor_top of which a proof drives the outputs, or leaves them free: their ports and no more
 // Made by  goldtof emit paper-interleaved.toml (goldtof 0.1.0)
 
 `default_nettype none

@@ -33,6 +33,13 @@ pub(in crate::cli) struct RunArguments {
     /// How Verilog and reference model are clocked
     #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
     pub engine: Engine,
+    /// Grade the adversarial stimulus on the Verilog, too, with every stuck-at fault and
+    /// 0 to 10,000 mutants: the report says how strong a match is, for example --grade or
+    /// --grade=100 [default: no grade; 0 mutants]
+    #[arg(long, value_name = "MUTANTS", num_args = 0..=1, require_equals = true,
+          default_missing_value = "0", hide_default_value = true,
+          value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    pub grade: Option<u32>,
     /// Write what the co-simulation found as a JUnit report, too, for example
     /// --junit run.xml
     #[arg(long, value_name = "FILE")]

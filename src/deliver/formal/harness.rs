@@ -19,6 +19,8 @@ pub(super) struct Harness {
     cut: Vec<Inner>,
     /// Modules that have their ports only, so that their outputs can be driven.
     emptied: Vec<&'static str>,
+    /// Modules whose outputs may be anything at any clock.
+    freed: Vec<&'static str>,
     body: String,
 }
 
@@ -64,6 +66,7 @@ impl Harness {
             seen: Vec::new(),
             cut: Vec::new(),
             emptied: Vec::new(),
+            freed: Vec::new(),
             body: String::new(),
         }
     }
@@ -93,19 +96,30 @@ impl Harness {
         self.emptied.push(name);
     }
 
-    /// Whether it empties any module.
-    pub(super) fn is_cut(&self) -> bool {
-        !self.emptied.is_empty()
+    /// Lets the outputs of the modules `name` be anything: what it shows holds whatever
+    /// they do, and is not about them.
+    pub(super) fn freeing(mut self, name: &'static str) -> Harness {
+        self.freed.push(name);
+        let _ = write!(
+            self.about,
+            "\nWhat a {name} gives is anything, at any clock."
+        );
+        self
     }
 
-    /// Whether the module of this name is empty; those of one block that differ
-    /// have a number at the end.
+    /// Whether any module is there with its ports alone.
+    pub(super) fn is_cut(&self) -> bool {
+        !(self.emptied.is_empty() && self.freed.is_empty())
+    }
+
+    /// Whether the module of this name is there with its ports alone.
     pub(super) fn empties(&self, module: &str) -> bool {
-        let block = match module.rsplit_once('_') {
-            Some((block, number)) if number.bytes().all(|b| b.is_ascii_digit()) => block,
-            _ => module,
-        };
-        self.emptied.contains(&block)
+        self.emptied.contains(&block(module)) || self.frees(module)
+    }
+
+    /// Whether the outputs of the module of this name may be anything.
+    pub(super) fn frees(&self, module: &str) -> bool {
+        self.freed.contains(&block(module))
     }
 
     /// Drives the output `path` of an emptied module with `signal`, which the body
@@ -232,6 +246,14 @@ impl Harness {
             Engine::Reachability => "abc pdr",
             Engine::Bounded(_) => "abc bmc3",
         }
+    }
+}
+
+/// The block that a module is one of: those that differ have a number at the end.
+fn block(module: &str) -> &str {
+    match module.rsplit_once('_') {
+        Some((block, number)) if number.bytes().all(|b| b.is_ascii_digit()) => block,
+        _ => module,
     }
 }
 

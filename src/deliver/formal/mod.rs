@@ -13,6 +13,7 @@ mod stream;
 use serde::Serialize;
 
 use super::design::{Design, EmittedFile};
+use crate::rtl::back::BLOCK_MEMORY;
 
 /// Files of the folder `formal`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -20,7 +21,7 @@ use super::design::{Design, EmittedFile};
 pub struct Formal {
     /// The properties, a module round the design for each proof.
     pub properties: EmittedFile,
-    /// Modules of which a proof drives the outputs: their ports.
+    /// Modules of which a proof drives the outputs, or leaves them free: their ports.
     pub emptied: EmittedFile,
     /// For Yosys: registers that start as reset leaves them.
     pub registers: EmittedFile,
@@ -57,6 +58,13 @@ impl Formal {
                 .map(|plan| peak::harness(interface, plan)),
         );
         harnesses.push(rules::axis(interface));
+        if interface.histogram.is_some() {
+            // Nor does reset reach a memory's registers.
+            harnesses = harnesses
+                .into_iter()
+                .map(|harness| harness.freeing(BLOCK_MEMORY))
+                .collect();
+        }
         Formal {
             properties: script::properties(design, &harnesses, &modules),
             emptied: script::emptied(design, &harnesses),

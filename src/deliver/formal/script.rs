@@ -123,10 +123,11 @@ endmodule
 `endif
 ";
 
-/// Modules that a proof empties: ports without anything behind them.
+/// Modules that a proof empties: ports without anything behind them, or behind outputs
+/// whatever the proof's engine likes.
 pub(super) fn emptied(design: &Design, harnesses: &[Harness]) -> EmittedFile {
     let mut text = format!(
-        "// Modules of {} of which a proof drives the outputs: their ports and no more\n\
+        "// Modules of {} of which a proof drives the outputs, or leaves them free: their ports and no more\n\
          // Made by  {}\n\n`default_nettype none\n",
         design.top(),
         design.made_by,
@@ -135,7 +136,7 @@ pub(super) fn emptied(design: &Design, harnesses: &[Harness]) -> EmittedFile {
         let _ = writeln!(text, "\n`ifdef PROVE_{}", harness.name.to_uppercase());
         let files = design.files.iter();
         for file in files.filter(|file| harness.empties(module(design, file))) {
-            text.push_str(&ports_only(&file.text));
+            text += &ports_only(&file.text, harness.frees(module(design, file)));
         }
         text += "`endif\n";
     }
@@ -146,18 +147,38 @@ pub(super) fn emptied(design: &Design, harnesses: &[Harness]) -> EmittedFile {
     }
 }
 
-/// The head of a module, with its end.
-fn ports_only(text: &str) -> String {
+/// The head of a module, with its end; if `free`, its outputs are anything.
+fn ports_only(text: &str, free: bool) -> String {
     let head = text.lines().skip_while(|line| !line.starts_with("module "));
-    let mut ports = String::new();
+    let (mut ports, mut anything) = (String::new(), String::new());
     for line in head {
-        let _ = writeln!(ports, "{}", line.replace("output reg ", "output wire"));
+        let line = line.replace("output reg ", "output wire");
+        let _ = writeln!(ports, "{line}");
         if line == ");" {
             break;
         }
+        if let Some((range, name)) = output(&line).filter(|_| free) {
+            let _ = writeln!(anything, "    (* anyseq *) wire {range}any_{name};");
+            let _ = writeln!(anything, "    assign {name} = any_{name};");
+        }
     }
-    // Without a line of its own Yosys would take it for a black box.
-    ports + "    wire nothing = 1'b0;\nendmodule\n"
+    if anything.is_empty() {
+        // Without a line of its own Yosys would take it for a black box.
+        anything += "    wire nothing = 1'b0;\n";
+    }
+    ports + &anything + "endmodule\n"
+}
+
+/// The range, with a space behind it if there is one, and the name of an output that a
+/// line declares.
+fn output(line: &str) -> Option<(String, &str)> {
+    let declared = line.trim_start().strip_prefix("output wire")?;
+    let (declared, _comment) = declared.split_once("//").unwrap_or((declared, ""));
+    let declared = declared.trim().trim_end_matches(',');
+    Some(match declared.rsplit_once(']') {
+        Some((range, name)) => (format!("{range}] "), name.trim_start()),
+        None => (String::new(), declared),
+    })
 }
 
 /// The module of a file, without the prefix.
@@ -227,7 +248,11 @@ fn write_yosys(design: &Design, harnesses: &[Harness], properties: &str, text: &
         );
         if harness.is_cut() {
             let macros = format!("-D PROVE_{}", harness.name.to_uppercase());
-            let _ = writeln!(text, "{}: read_verilog {macros} {EMPTIED}", harness.name);
+            let _ = writeln!(
+                text,
+                "{}: read_verilog -formal {macros} {EMPTIED}",
+                harness.name
+            );
         }
     }
     let _ = writeln!(text, "read_verilog -formal -sv {properties}");

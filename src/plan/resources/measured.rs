@@ -77,7 +77,7 @@ impl Options {
             // Chips of 8 ns.
             "20-bit count" => self.integration_chips = 125_000,
             "32-bit count" | "integration 4 s" => self.integration_chips = 500_000_000,
-            "48-bit count" | "integration 70 h" => self.integration_chips = 31_500_000_000_000,
+            "46-bit count" | "integration 17 h" => self.integration_chips = 7_650_000_000_000,
             _ => return None,
         }
         Some(())
@@ -161,7 +161,7 @@ mod tests {
     fn a_row_has_the_widths_that_its_name_says() {
         for build in builds(Target::Ecp525k6) {
             let bits = |text: &str| build.name.contains(text);
-            for (text, width) in [("20-bit", 20), ("32-bit", 32), ("48-bit", 48)] {
+            for (text, width) in [("20-bit", 20), ("32-bit", 32), ("46-bit", 46)] {
                 assert!(!bits(text) || build.size.exact_bits == width, "{build:?}");
             }
         }

@@ -53,6 +53,21 @@ pub enum Basis {
     },
 }
 
+impl Resources {
+    /// LUTs, about so many if fitted, and blocks of memory, if it has any.
+    pub fn in_short(&self) -> String {
+        let about = match self.basis {
+            Basis::Measured => "",
+            Basis::Fitted { .. } => "about ",
+        };
+        let blocks = match self.block_rams {
+            0 => String::new(),
+            blocks => format!(", {blocks} block RAM"),
+        };
+        format!("{about}{} LUTs{blocks}", self.cells.luts)
+    }
+}
+
 /// What decides the cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Size {
@@ -126,8 +141,8 @@ pub fn resources(sensor: &Sensor) -> Option<Resources> {
             (cells, basis, 0)
         }
         Some(plan) => {
-            let size =
-                HistogramSize::of(sensor, plan).filter(HistogramSize::has_a_measured_length)?;
+            let size = HistogramSize::of(sensor, plan)
+                .filter(|size| size.has_a_measured_length(target))?;
             let (cells, basis) = looked_up(&size, &histogram::builds(target))?;
             let detectors = sensor.scene().detectors.len();
             let blocks = block_ram(target).blocks_of_histograms(plan, detectors);
@@ -138,7 +153,7 @@ pub fn resources(sensor: &Sensor) -> Option<Resources> {
         family: match target {
             Target::Ecp525k6 => "ECP5-25k, speed 6 (synth_ecp5 -abc9)",
             Target::Ice40Hx8k => "iCE40 HX8K (synth_ice40 -abc9 -device hx)",
-            Target::Xc7 => "7-series (synth_xilinx -family xc7 -abc9)",
+            Target::Xc7 => "7-series (synth_xilinx -family xc7 -flatten -abc9)",
         },
         lut: match target {
             Target::Ecp525k6 => "LUT4, two for each CCU2C",

@@ -3,6 +3,7 @@
 mod hardware;
 mod light;
 mod provenance;
+mod strength;
 mod tables;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -18,6 +19,7 @@ use super::timing::Wave;
 use crate::cosim;
 use crate::deliver::Emission;
 use crate::estimate::report::EstimateReport;
+use crate::grade::Grade;
 use crate::plan::figures::Figures;
 use crate::plan::resources::{Basis, Resources};
 use crate::plan::{Part, Plan};
@@ -53,13 +55,15 @@ pub struct Page<'a> {
     pub estimates: &'a [EstimateReport],
     /// And by the other one.
     pub other_estimates: &'a [EstimateReport],
+    /// What the adversarial stimulus is worth, if that was asked for.
+    pub grade: Option<&'a Grade>,
 }
 
 impl Page<'_> {
     /// The whole page.
     pub fn html(&self) -> String {
         let name = &self.sensor.scene().name;
-        let sections = [
+        let mut sections = vec![
             ("Distance", self.distance()),
             ("Light and counts", light::section(self)),
             (
@@ -68,9 +72,13 @@ impl Page<'_> {
             ),
             ("Hardware", hardware::section(self)),
             ("Co-simulation", self.cosimulation()),
+        ];
+        let strength = self.grade.map(strength::section);
+        sections.extend(strength.map(|section| ("How strong the check is", section)));
+        sections.extend([
             ("Left out, and kept", self.parts()),
             ("Where this comes from", self.origin()),
-        ];
+        ]);
         let page = html! {
             (DOCTYPE)
             html lang="en" {
@@ -138,11 +146,14 @@ impl Page<'_> {
         tiles.push(tile(
             "Frame time",
             time(figures.frame_time_s),
-            format!(
-                "{} steps of {}",
-                number(figures.phase_steps),
-                time(figures.integration_s)
-            ),
+            match figures.at_once {
+                true => format!("{} steps at once", number(figures.phase_steps)),
+                false => format!(
+                    "{} steps of {}",
+                    number(figures.phase_steps),
+                    time(figures.integration_s)
+                ),
+            },
         ));
         tiles.push(tile(
             "Unambiguous range",
@@ -154,24 +165,7 @@ impl Page<'_> {
             frequency(figures.clock_hz),
             format!("latency {} clocks", figures.result_latency_clocks),
         ));
-        if let Some(resources) = self.resources {
-            let about = match resources.basis {
-                Basis::Measured => "",
-                Basis::Fitted { .. } => "about ",
-            };
-            tiles.push(tile(
-                "FPGA",
-                format!("{about}{} LUTs", resources.cells.luts),
-                format!(
-                    "{} flip-flops, {} block RAM",
-                    resources.cells.flip_flops,
-                    match resources.block_rams {
-                        0 => "no".to_owned(),
-                        blocks => blocks.to_string(),
-                    }
-                ),
-            ));
-        }
+        tiles.extend(self.resources.map(fpga_tile));
         tiles
     }
 
@@ -253,12 +247,25 @@ impl Page<'_> {
                     false => vec![name, part.reason.clone(), saving(part).unwrap_or_default()],
                 }
             };
-            parts.map(row).collect()
+            let mut rows: Vec<Vec<String>> = parts.map(row).collect();
+            // Without the last column where there is nothing in it.
+            if rows
+                .iter()
+                .all(|row| row.get(2).is_none_or(String::is_empty))
+            {
+                rows.iter_mut().for_each(|row| row.truncate(2));
+            }
+            rows
+        };
+        let headings = |rows: &[Vec<String>]| match rows.iter().any(|row| row.len() > 2) {
+            true => vec!["part", "why", "saves"],
+            false => vec!["part", "why"],
         };
         html! {
             @for (title, parts) in [("hardware", &self.plan.hardware), ("simulation", &self.plan.simulation)] {
                 h3 { "Left out of the " (title) }
-                (table(&["part", "why", "saves"], &of(parts, false)))
+                @let left_out = of(parts, false);
+                (table(&headings(&left_out), &left_out))
                 details {
                     summary { "Kept in the " (title) }
                     (table(&["part", "why"], &of(parts, true)))
@@ -270,8 +277,9 @@ impl Page<'_> {
     fn origin(&self) -> Markup {
         html! {
             (provenance::section(self.provenance, self.seed))
-            p { "Beside this file: " code { "counts.csv" } ", all counts; " code { "rtl/" } ", top module "
-                code { (self.emission.top) } ":" }
+            p { "Beside this file: " code { "counts.csv" } ", all counts; "
+                @if self.figures.at_once { code { "bins.csv" } ", all bins; " }
+                code { "rtl/" } ", top module " code { (self.emission.top) } ":" }
             p.soft {
                 @for (index, file) in self.emission.files.iter().enumerate() {
                     @if index > 0 { ", " }
@@ -280,6 +288,24 @@ impl Page<'_> {
             }
         }
     }
+}
+
+/// What the sensor takes of an FPGA.
+fn fpga_tile(resources: &Resources) -> (String, String, String) {
+    let about = match resources.basis {
+        Basis::Measured => "",
+        Basis::Fitted { .. } => "about ",
+    };
+    let block_rams = match resources.block_rams {
+        0 => "no block RAM".to_owned(),
+        1 => "1 block RAM".to_owned(),
+        blocks => format!("{blocks} block RAMs"),
+    };
+    (
+        "FPGA".to_owned(),
+        format!("{about}{} LUTs", resources.cells.luts),
+        format!("{} flip-flops, {block_rams}", resources.cells.flip_flops),
+    )
 }
 
 /// What few people want to know of an estimate.

@@ -29,6 +29,7 @@ use rust_hdl_core::block::Block;
 
 pub use fault::{Fault, Refusal};
 pub use prefix::{BadPrefix, Prefix};
+pub use print::BLOCK_MEMORY;
 pub use share::ModuleText;
 
 /// Verilog of `top` and every block in it, one text for each module, the top

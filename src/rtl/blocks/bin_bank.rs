@@ -248,12 +248,13 @@ impl Logic for BinBank {
                 self.held[h].d.next = self.memory[h].q.val();
             }
         }
-        if !self.i_come_hit.val() {
-            if self.i_come_half.val() {
-                self.held[1].d.next = bit_cast(false, self.plan.bits as usize);
-            } else {
-                self.held[0].d.next = bit_cast(false, self.plan.bits as usize);
-            }
+        // One condition each: of one within another Yosys makes three LUTs for each bit in
+        // place of a register's reset.
+        if !self.i_come_hit.val() & !self.i_come_half.val() {
+            self.held[0].d.next = bit_cast(false, self.plan.bits as usize);
+        }
+        if !self.i_come_hit.val() & self.i_come_half.val() {
+            self.held[1].d.next = bit_cast(false, self.plan.bits as usize);
         }
         self.memory[0].write.next = self.writes.q.val() & !self.i_write_half.val();
         self.memory[1].write.next = self.writes.q.val() & self.i_write_half.val();

@@ -25,7 +25,7 @@ impl Comparison {
 impl Way {
     fn write(&self, text: &mut String) {
         let cells = match &self.resources {
-            Some(resources) => format!("{} LUTs", resources.cells.luts),
+            Some(resources) => resources.in_short(),
             None => "LUTs unknown".to_owned(),
         };
         let _ = writeln!(

@@ -40,39 +40,71 @@ pub fn circular_error(run: &mut Run) -> Result<Figure, RunError> {
     let mut table = Table::new(&columns);
     let (mut phase, mut model) = (Vec::new(), Vec::new());
     for zeta in 0..=4_usize {
-        let mut points = Vec::new();
-        for sixtieth in 0..=60 {
-            let delay = f64::from(sixtieth) / 60.0;
-            let error_m = phase_error_m(&code, 1 << zeta, delay)?;
-            let row = [Some(delay), error_m, None, None];
-            table.row(&format!("phase ζ = {zeta}"), &row);
-            points.extend(error_m.map(|m| Point::new(delay, m.abs() * 1e3)));
-        }
-        // Zero has no place on a logarithmic axis: what is left there is below
-        // the counts' rounding.
-        points.retain(|point| point.y > 1e-5);
-        phase.push(Series {
-            label: format!("ζ = {zeta}"),
-            mark: Mark::Line,
-            colour: zeta,
-            points,
-        });
-        let mut errors = Vec::new();
-        for sixth in 0..=6 {
-            // Side by side in the drawing.
-            let delay = (f64::from(sixth) + (zeta as f64 - 2.0) * 0.06) / 6.0;
-            let mut scene = ideal_scene(&code, 1 << zeta, delay, PERIODS_WITH_NOISE);
-            scene.estimator = EstimatorKind::Model;
-            let error = run.fitted_bias_in_continuous_time_m(&scene, SCANS)?;
-            let mut row = vec![Some(delay)];
-            row.extend(cells(error));
-            table.row(&format!("model ζ = {zeta}"), &row);
-            errors.push((delay, error));
-        }
-        model.push(dots(format!("ζ = {zeta}"), zeta, &errors));
+        phase.push(phase_errors(&code, zeta, &mut table)?);
+        model.push(model_errors(run, &code, zeta, &mut table)?);
     }
     model.extend(limits(LIMIT_MM, &model));
-    let panel = |series, label: &str, scale, headroom| Panel {
+    let of_phase = "size of the phase estimator's error (mm)";
+    let of_model = "error of the model estimator (mm)";
+    Ok(Figure {
+        chart: Chart {
+            title: "Circular error of the fine stage, ideal detector, S = 2^ζ".to_owned(),
+            panels: vec![
+                panel(phase, of_phase, Scale::Log, 0.3),
+                panel(model, of_model, Scale::Linear, 0.5),
+            ],
+        },
+        table,
+        claims: Vec::new(),
+        notes: Vec::new(),
+    })
+}
+
+/// The phase estimator's errors with 2^zeta phase steps of a chip, as a line and as rows.
+fn phase_errors(code: &Arc<Code>, zeta: usize, table: &mut Table) -> Result<Series, RunError> {
+    let mut points = Vec::new();
+    for sixtieth in 0..=60 {
+        let delay = f64::from(sixtieth) / 60.0;
+        let error_m = phase_error_m(code, 1 << zeta, delay)?;
+        let row = [Some(delay), error_m, None, None];
+        table.row(&format!("phase ζ = {zeta}"), &row);
+        points.extend(error_m.map(|m| Point::new(delay, m.abs() * 1e3)));
+    }
+    // Zero has no place on a logarithmic axis: what is left there is below
+    // the counts' rounding.
+    points.retain(|point| point.y > 1e-5);
+    Ok(Series {
+        label: format!("ζ = {zeta}"),
+        mark: Mark::Line,
+        colour: zeta,
+        points,
+    })
+}
+
+/// The model estimator's errors in scans with noise, as dots and as rows.
+fn model_errors(
+    run: &mut Run,
+    code: &Arc<Code>,
+    zeta: usize,
+    table: &mut Table,
+) -> Result<Series, RunError> {
+    let mut errors = Vec::new();
+    for sixth in 0..=6 {
+        // Side by side in the drawing.
+        let delay = (f64::from(sixth) + (zeta as f64 - 2.0) * 0.06) / 6.0;
+        let mut scene = ideal_scene(code, 1 << zeta, delay, PERIODS_WITH_NOISE);
+        scene.estimator = EstimatorKind::Model;
+        let error = run.fitted_bias_in_continuous_time_m(&scene, SCANS)?;
+        let mut row = vec![Some(delay)];
+        row.extend(cells(error));
+        table.row(&format!("model ζ = {zeta}"), &row);
+        errors.push((delay, error));
+    }
+    Ok(dots(format!("ζ = {zeta}"), zeta, &errors))
+}
+
+fn panel(series: Vec<Series>, label: &str, scale: Scale, headroom: f64) -> Panel {
+    Panel {
         x: Axis {
             label: "delay beyond a whole phase step (of T_s)".to_owned(),
             scale: Scale::Linear,
@@ -84,29 +116,7 @@ pub fn circular_error(run: &mut Run) -> Result<Figure, RunError> {
         series,
         legend: Legend::UpperRight,
         headroom,
-    };
-    Ok(Figure {
-        chart: Chart {
-            title: "Circular error of the fine stage, ideal detector, S = 2^ζ".to_owned(),
-            panels: vec![
-                panel(
-                    phase,
-                    "size of the phase estimator's error (mm)",
-                    Scale::Log,
-                    0.3,
-                ),
-                panel(
-                    model,
-                    "error of the model estimator (mm)",
-                    Scale::Linear,
-                    0.5,
-                ),
-            ],
-        },
-        table,
-        claims: Vec::new(),
-        notes: Vec::new(),
-    })
+    }
 }
 
 /// An ideal detector, with light `delay` phase steps beyond five chips.

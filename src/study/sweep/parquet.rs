@@ -133,3 +133,143 @@ impl Table {
             .into()
     }
 }
+
+/// What Parquet's own reader makes of the bytes. That an independent reader has the same of a
+/// whole sweep is tested in `python/tests/test_sweep_tables.py`.
+#[cfg(test)]
+mod tests {
+    use std::fs::File;
+    use std::io::Write as _;
+
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::Field;
+
+    use super::*;
+    use crate::simulate::Tier;
+
+    fn sweep() -> Sweep {
+        Sweep {
+            file: "scenes/quick.toml".to_owned(),
+            text: include_str!("../../../scenes/quick.toml").to_owned(),
+            settings: Vec::new(),
+            axes: ["path.distance=3 m, 9 m", "estimate.estimator=fft, model"]
+                .map(|axis| axis.parse().unwrap())
+                .into(),
+            repeat: 20,
+            fidelity: Tier::Counts,
+            estimator: None,
+            seed: 7,
+        }
+    }
+
+    /// A table of the sweep's columns. In its rows, fields that are not given are empty.
+    fn table(rows: &[&[(&str, &str)]]) -> Table {
+        let mut table = Table::new(&sweep().axes);
+        for given in rows {
+            let mut row = vec![String::new(); table.columns.len()];
+            for (name, field) in *given {
+                row[table.place(name).unwrap()] = (*field).to_owned();
+            }
+            table.rows.push(row);
+        }
+        table
+    }
+
+    fn reader(table: &Table) -> SerializedFileReader<File> {
+        let mut file = tempfile::tempfile().unwrap();
+        file.write_all(&table.parquet(&sweep()).unwrap()).unwrap();
+        SerializedFileReader::new(file).unwrap()
+    }
+
+    /// The fields of all rows, row by row.
+    fn fields(table: &Table) -> Vec<Vec<Field>> {
+        let reader = reader(table);
+        let rows = reader.get_row_iter(None).unwrap();
+        rows.map(|row| row.unwrap().into_columns().into_iter())
+            .map(|columns| columns.map(|(_, field)| field).collect())
+            .collect()
+    }
+
+    fn of_column(table: &Table, name: &str) -> Vec<Field> {
+        let place = table.place(name).unwrap();
+        let rows = fields(table).into_iter();
+        rows.map(|mut row| row.swap_remove(place)).collect()
+    }
+
+    #[test]
+    fn a_table_without_rows_has_all_columns() {
+        let table = table(&[]);
+        let reader = reader(&table);
+        let file = reader.metadata().file_metadata();
+        let columns = file.schema().get_fields();
+        let names: Vec<&str> = columns.iter().map(|column| column.name()).collect();
+        let expected: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
+        assert_eq!((names, file.num_rows()), (expected, 0));
+        assert!(fields(&table).is_empty());
+    }
+
+    #[test]
+    fn fields_that_are_empty_are_null_in_columns_of_every_kind() {
+        let only = [("point", "3"), ("remark", "it moves")];
+        let rows = fields(&table(&[&only, &[]]));
+        let there = |row: &Vec<Field>| {
+            let fields = row.iter().filter(|field| **field != Field::Null);
+            fields.cloned().collect::<Vec<_>>()
+        };
+        let remark = Field::Str("it moves".to_owned());
+        assert_eq!(there(&rows[0]), [Field::Long(3), remark]);
+        assert_eq!(there(&rows[1]), []);
+    }
+
+    #[test]
+    fn numbers_come_back_bit_for_bit() {
+        let whole = ["-9223372036854775808", "-1", "0", "9223372036854775807"];
+        let number = ["-0", "5e-324", "0.1", "-1.7976931348623157e308"];
+        let rows: Vec<[(&str, &str); 2]> = (0..4)
+            .map(|i| [("estimates", whole[i]), ("bias_m", number[i])])
+            .collect();
+        let rows: Vec<&[(&str, &str)]> = rows.iter().map(<[_; 2]>::as_slice).collect();
+        let table = table(&rows);
+        let expected = [i64::MIN, -1, 0, i64::MAX].map(Field::Long);
+        assert_eq!(of_column(&table, "estimates"), expected);
+        let bits = of_column(&table, "bias_m").into_iter().map(|field| {
+            let Field::Double(number) = field else {
+                panic!("{field} is no double");
+            };
+            number.to_bits()
+        });
+        let expected = [-0.0, f64::from_bits(1), 0.1, -f64::MAX].map(f64::to_bits);
+        assert_eq!(bits.collect::<Vec<_>>(), expected);
+    }
+
+    #[test]
+    fn texts_come_back_whole_whatever_is_in_them() {
+        let texts = ["a, \"b\"\nc", "\u{e4}\u{1f4a1}", " ", "null", "1", "\u{0}"];
+        let rows: Vec<[(&str, &str); 1]> = texts.iter().map(|text| [("remark", *text)]).collect();
+        let rows: Vec<&[(&str, &str)]> = rows.iter().map(<[_; 1]>::as_slice).collect();
+        let expected = texts.map(|text| Field::Str(text.to_owned()));
+        assert_eq!(of_column(&table(&rows), "remark"), expected);
+    }
+
+    /// A page has 20,000 rows at most, and a dictionary ends at 1 MiB.
+    #[test]
+    fn rows_of_several_pages_stay_in_their_order() {
+        let mut table = table(&[]);
+        let names = ["point", "bias_m", "remark"];
+        table
+            .columns
+            .retain(|column| names.contains(&column.name.as_str()));
+        let remark = |number: i64| format!("the remark of point {number:>12}");
+        let bias = |number: i64| (number % 3 != 0).then_some(number as f64 / 7.0);
+        table.rows.extend((0..45_000).map(|number| {
+            let bias = bias(number).map_or_else(String::new, |bias| bias.to_string());
+            vec![number.to_string(), bias, remark(number)]
+        }));
+        let rows = fields(&table);
+        assert_eq!(rows.len(), 45_000);
+        for (number, row) in (0..).zip(rows) {
+            let bias = bias(number).map_or(Field::Null, Field::Double);
+            assert_eq!(row, [Field::Long(number), bias, Field::Str(remark(number))]);
+        }
+    }
+}
