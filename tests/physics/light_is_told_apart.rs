@@ -181,6 +181,27 @@ fn paths_too_close_for_the_light_are_said_to_be_and_no_answer_is_confident_and_w
     assert!(told < 10, "{told} of 40 told what the light does not");
 }
 
+/// A path of another source that the counts do not show is said to be missing, and one that
+/// they show is not.
+#[test]
+fn a_path_of_another_source_that_is_not_seen_is_said_to_be_missing() {
+    let missing_of_others = |share: f64| -> Vec<usize> {
+        let scene = scene(5e6, 20_000, &[(3, 40.3, 1.0), (9, 90.7, share)]);
+        let fits = fits(&scene, OtherLight::Given, 20);
+        let untold = fits.iter().flatten().map(|fitted| match &fitted.untold {
+            Some(untold) => {
+                assert_eq!((untold.missing, fitted.paths.len()), (0, 1));
+                assert!(untold.to_string().contains("other sources"), "{untold}");
+                untold.missing_of_others
+            }
+            None => 0,
+        });
+        untold.collect()
+    };
+    assert_eq!(missing_of_others(1.0), [0; 20]);
+    assert_eq!(missing_of_others(0.001), [1; 20]);
+}
+
 #[test]
 fn a_weak_own_path_is_found_under_a_strong_sensor_or_refused_with_its_significance() {
     let paths = [(3, 40.3, 0.05), (9, 90.7, 1.0)];
