@@ -4,9 +4,9 @@
 use goldtof::estimate::fit::OtherLight;
 use goldtof::scene::{Path as LightPath, Scene, Source, SourceIndex};
 
-use crate::Outcome;
 use crate::noiseless::gold;
 use crate::told::{Told, scans};
+use crate::{Outcome, cut_scan};
 
 /// Mean power of the article's laser that gives about 5.4 million detections per
 /// second, through paths that let all of it pass.
@@ -108,6 +108,29 @@ pub fn near_far(scene: &Scene) -> Outcome {
         let lit = [(3, 80.0375, 1.0 / ratio), (9, 187.6375, 1.0)];
         let scene = with_paths(scene, &lit, 22e-12, chips)?;
         Told::of(&scene, OtherLight::Given, scans())?.print(&format!("1 : {ratio}, {name}"));
+    }
+    Ok(())
+}
+
+/// The own sensor under another one whose clock is not its own: 20 ppm are 2.6 chips in a
+/// step. In 5 chips to either side of the own path.
+pub fn clocks(scene: &Scene) -> Outcome {
+    println!("own sensor under another one of 22 pW with another clock, 1.04 ms, in photons");
+    for (ratio, ppm) in [
+        (1.0, 20.0),
+        (3.0, 20.0),
+        (10.0, 20.0),
+        (30.0, 20.0),
+        (100.0, 20.0),
+        (10.0, 2.3),
+        (10.0, -2.3),
+    ] {
+        let lit = [(3, 80.0375, 1.0 / ratio), (9, 187.6375, 1.0)];
+        let mut scene = with_paths(scene, &lit, 22e-12, 130_000)?;
+        scene.sources[1].clock.offset = 1e-6 * ppm;
+        cut_scan(&mut scene, 40);
+        let told = Told::of_photons(&scene, OtherLight::Given, scans())?;
+        told.print(&format!("1 : {ratio}, {ppm} ppm"));
     }
     Ok(())
 }

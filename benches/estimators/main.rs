@@ -4,7 +4,7 @@
 //!
 //!     cargo bench --bench estimators -- [noiseless-walk] [noiseless-circular] \
 //!         [noiseless-interference] [walk] [interference] [wrong] [timing] \
-//!         [pairs] [too-close] [near-far] [unknown] [random] [shared] [histogram]
+//!         [pairs] [too-close] [near-far] [clocks] [unknown] [random] [shared] [histogram]
 //!
 //! GOLDTOF_SCANS says how many scans pairs to shared fit for each line (default 40).
 
@@ -41,7 +41,7 @@ fn main() -> Outcome {
         .filter(|a| !a.starts_with('-'))
         .collect();
     type Part = (&'static str, fn(&Scene) -> Outcome);
-    let known: [Part; 14] = [
+    let known: [Part; 15] = [
         ("noiseless-walk", noiseless::walk),
         ("noiseless-circular", noiseless::circular),
         ("noiseless-interference", noiseless::interference),
@@ -52,6 +52,7 @@ fn main() -> Outcome {
         ("pairs", apart::pairs),
         ("too-close", apart::too_close),
         ("near-far", apart::near_far),
+        ("clocks", apart::clocks),
         ("unknown", apart::unknown),
         ("random", random::random),
         ("shared", shared::shared),

@@ -8,10 +8,11 @@ use goldtof::estimate::fit::{
     ALARM_SIGMAS, FitError, FittedPath, Fitter, ModelEstimate, OtherLight,
 };
 use goldtof::estimate::{delay_error_ps, distance_m};
-use goldtof::photons::DetectorModel;
+use goldtof::photons::{DetectorModel, StepCount};
 use goldtof::response::{CountSampler, MeanResponse, SecondMoments};
 use goldtof::scene::{DetectorIndex, PathIndex, Scene};
 use goldtof::sensor::Sensor;
+use goldtof::simulate::{self, Tier};
 use rayon::prelude::*;
 
 use crate::{Outcome, TIER};
@@ -46,8 +47,9 @@ pub struct Told {
 #[derive(Default)]
 pub struct PathTold {
     errors_m: Vec<f64>,
-    /// Squares of the fits' own standard deviations.
-    variances_m2: Vec<f64>,
+    /// Errors of scans that do not say that a path is missing, and squares of the fits' own
+    /// standard deviations.
+    unwarned: Vec<[f64; 2]>,
     bound_m: Option<f64>,
 }
 
@@ -59,11 +61,38 @@ impl Told {
         let response = MeanResponse::of_tier(&model, TIER)?;
         let second = SecondMoments::new(&response)?;
         let sampler = CountSampler::of(&model, &second);
+        Told::of_scans(scene, other, scans, |scan| sampler.scan(7, scan))
+    }
+
+    /// Fits scans of photons.
+    pub fn of_photons(scene: &Scene, other: OtherLight, scans: u64) -> Outcome<Told> {
+        let sensor = Sensor::new(scene);
+        let mut counted = Vec::new();
+        simulate::scans::scans(
+            &sensor,
+            DetectorIndex(0),
+            Tier::Events,
+            7,
+            scans,
+            |counts| {
+                counted.push(counts.to_vec());
+            },
+        )?;
+        Told::of_scans(scene, other, scans, |scan| counted[scan as usize].clone())
+    }
+
+    fn of_scans(
+        scene: &Scene,
+        other: OtherLight,
+        scans: u64,
+        counts: impl Fn(u64) -> Vec<StepCount> + Sync,
+    ) -> Outcome<Told> {
+        let sensor = Sensor::new(scene);
         let fitter = Fitter::new(&sensor, DetectorIndex(0), TIER, other);
         let start = Instant::now();
         let fits: Vec<Result<ModelEstimate, FitError>> = (0..scans)
             .into_par_iter()
-            .map(|scan| fitter.fit(&sampler.scan(7, scan)))
+            .map(|scan| fitter.fit(&counts(scan)))
             .collect();
         let threads = rayon::current_num_threads() as f64;
         // A bound of very bright light is refused; errors are then without a measure.
@@ -124,9 +153,12 @@ impl Told {
             if let Some(place) = place {
                 let found = found.remove(place);
                 let told = &mut self.paths[path.0];
-                told.errors_m.push(distance_m(error_ps(path, &found)));
-                told.variances_m2
-                    .push(distance_m(found.delay_std_ps).powi(2));
+                let error_m = distance_m(error_ps(path, &found));
+                told.errors_m.push(error_m);
+                if fitted.untold.is_none() {
+                    let variance_m2 = distance_m(found.delay_std_ps).powi(2);
+                    told.unwarned.push([error_m, variance_m2]);
+                }
             }
         }
     }
@@ -157,26 +189,20 @@ impl PathTold {
         self.errors_m.len() as u64
     }
 
-    /// Mean and standard deviation of the errors.
-    fn bias_and_std_m(&self) -> [f64; 2] {
-        let n = self.errors_m.len() as f64;
-        let mean = self.errors_m.iter().sum::<f64>() / n;
-        let squares = self.errors_m.iter().map(|e| (e - mean).powi(2));
-        [mean, (squares.sum::<f64>() / (n - 1.0)).sqrt()]
-    }
-
-    /// Scatter over the standard deviation that the fits say, and its standard error.
+    /// Scatter over the standard deviation that the fits say, and its standard error, of
+    /// scans that do not say that a path is missing.
     pub fn scatter_over_own(&self) -> [f64; 2] {
-        let n = self.errors_m.len() as f64;
-        let own = (self.variances_m2.iter().sum::<f64>() / n).sqrt();
-        let ratio = self.bias_and_std_m()[1] / own;
+        let errors_m: Vec<f64> = self.unwarned.iter().map(|[error_m, _]| *error_m).collect();
+        let n = errors_m.len() as f64;
+        let own = self.unwarned.iter().map(|[_, variance]| variance);
+        let ratio = mean_and_std(&errors_m)[1] / (own.sum::<f64>() / n).sqrt();
         [ratio, ratio / (2.0 * n).sqrt()]
     }
 
     fn print(&self, number: usize) {
         let n = self.errors_m.len() as f64;
         let bound_m = self.bound_m.unwrap_or(f64::NAN);
-        let [bias_m, std_m] = self.bias_and_std_m();
+        let [bias_m, std_m] = mean_and_std(&self.errors_m);
         let ratio = std_m / bound_m;
         println!(
             "    path {number}: found in {n}, bias {:.2} +- {:.2} bounds, std / bound {ratio:.3} \
@@ -188,4 +214,11 @@ impl PathTold {
             bound_m * 1e3,
         );
     }
+}
+
+fn mean_and_std(values: &[f64]) -> [f64; 2] {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares = values.iter().map(|value| (value - mean).powi(2));
+    [mean, (squares.sum::<f64>() / (n - 1.0)).sqrt()]
 }

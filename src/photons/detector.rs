@@ -146,10 +146,14 @@ impl DetectorModel {
     /// Modulated light of clocks of their own, which comes at every delay within a scan
     /// and so is constant on average: its mean rate per chip.
     pub(crate) fn slipping_per_chip(&self) -> f64 {
-        let slipping = self.excess.iter().filter(|light| self.slips(light));
-        slipping
+        self.slipping()
             .map(|light| light.rate_per_chip * light.code.weight() as f64 / light.code.len() as f64)
             .sum()
+    }
+
+    /// That light, path by path.
+    pub(crate) fn slipping(&self) -> impl Iterator<Item = &ExcessLight> {
+        self.excess.iter().filter(|light| self.slips(light))
     }
 
     /// Whether a clock runs away by a chip or more within a scan.

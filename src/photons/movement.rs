@@ -59,6 +59,11 @@ impl Slip {
         -chips * (self.offset + 0.5 * self.drift_per_chip * chips)
     }
 
+    /// How much of a chip it comes earlier per chip, on average over the first so many.
+    pub fn mean_rate(&self, duration_chips: f64) -> f64 {
+        self.offset + 0.5 * self.drift_per_chip * duration_chips
+    }
+
     /// How far the code moves within a time, at most, as the first scan begins.
     pub fn range_chips(&self, duration_chips: f64) -> f64 {
         (self.offset.abs() + 0.5 * self.drift_per_chip.abs() * duration_chips) * duration_chips

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use crate::optics_support::table_i_scene;
+use crate::optics_support::{Moments, assert_within_standard_errors, table_i_scene};
 use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::estimate::bound::bound;
 use goldtof::estimate::fit::{FitError, Fitter, ModelEstimate, OtherLight, shared_light};
@@ -128,6 +128,33 @@ fn paths_closer_than_a_chip_are_told_apart_at_the_bound() {
     }
 }
 
+/// Where the paths of a close pair are may be in doubt; where a third one beside them is, is
+/// not. With the pair's doubt added to it, it said 170 times what it scatters.
+#[test]
+fn a_path_beside_a_close_pair_scatters_as_the_fit_says() {
+    let paths = [(3, 65.66, 0.33), (3, 66.23, 0.47), (3, 67.54, 0.17)];
+    let scene = scene(20e6, 143_000, &paths);
+    let scans = 60;
+    let (mut errors_ps, mut said_ps2) = (vec![Vec::new(); 3], vec![Vec::new(); 3]);
+    for fitted in fits(&scene, OtherLight::Given, scans).iter().flatten() {
+        let mut found = fitted.paths.clone();
+        found.sort_by(|a, b| a.delay_ps.total_cmp(&b.delay_ps));
+        assert_eq!(found.len(), 3);
+        for (number, (found, path)) in found.iter().zip(&scene.paths).enumerate() {
+            errors_ps[number].push(delay_error_ps(found.delay_ps, path.delay_ps, PERIOD_PS));
+            said_ps2[number].push(found.delay_std_ps.powi(2));
+        }
+    }
+    for (errors_ps, said_ps2) in errors_ps.into_iter().zip(said_ps2) {
+        assert_eq!(errors_ps.len() as u64, scans);
+        let said = Moments::of(said_ps2).mean;
+        let scatter = Moments::of(errors_ps);
+        assert_within_standard_errors(scatter.z(0.0), 4.0, "bias");
+        // Of 60 squares the mean is within 1 +- 0.18.
+        assert_within_standard_errors(scatter.variance_z(said), 4.0, "scatter");
+    }
+}
+
 #[test]
 fn paths_too_close_for_the_light_are_said_to_be_and_no_answer_is_confident_and_wrong() {
     let scene = scene(5e6, 20_000, &[(3, 40.3, 1.0), (3, 40.5, 1.0)]);
@@ -152,6 +179,27 @@ fn paths_too_close_for_the_light_are_said_to_be_and_no_answer_is_confident_and_w
         }
     }
     assert!(told < 10, "{told} of 40 told what the light does not");
+}
+
+/// A path of another source that the counts do not show is said to be missing, and one that
+/// they show is not.
+#[test]
+fn a_path_of_another_source_that_is_not_seen_is_said_to_be_missing() {
+    let missing_of_others = |share: f64| -> Vec<usize> {
+        let scene = scene(5e6, 20_000, &[(3, 40.3, 1.0), (9, 90.7, share)]);
+        let fits = fits(&scene, OtherLight::Given, 20);
+        let untold = fits.iter().flatten().map(|fitted| match &fitted.untold {
+            Some(untold) => {
+                assert_eq!((untold.missing, fitted.paths.len()), (0, 1));
+                assert!(untold.to_string().contains("other sources"), "{untold}");
+                untold.missing_of_others
+            }
+            None => 0,
+        });
+        untold.collect()
+    };
+    assert_eq!(missing_of_others(1.0), [0; 20]);
+    assert_eq!(missing_of_others(0.001), [1; 20]);
 }
 
 #[test]

@@ -53,10 +53,16 @@ fn threshold(places: f64, share: f64) -> f64 {
     high
 }
 
+/// The deviation that own light must exceed that is looked for in so many chips.
+pub fn own_threshold(chips: f64) -> f64 {
+    threshold(PLACES_PER_CHIP * chips, FALSE_PLACE)
+}
+
 impl Air {
     /// The deviations that further light, and the own, must exceed.
     pub fn thresholds(&self) -> [f64; 2] {
-        let own = PLACES_PER_CHIP * self.axis.len() as f64 / self.axis.samples_per_chip;
+        let own_chips = self.axis.len() as f64 / self.axis.samples_per_chip;
+        let own = PLACES_PER_CHIP * own_chips;
         let unknown: f64 = self.sets.iter().map(|(set, ..)| set.members() as f64).sum();
         let codes = self.known.len() as f64 + unknown;
         let share = if self.sets.is_empty() {
@@ -64,7 +70,7 @@ impl Air {
         } else {
             FALSE_LIGHT
         };
-        [threshold(codes * own, share), threshold(own, FALSE_PLACE)]
+        [threshold(codes * own, share), own_threshold(own_chips)]
     }
 
     /// The template of a code, known or not.

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::air::Air;
+use super::air::{Air, own_threshold};
 use super::error::FitError;
 use super::gauss_newton::Fitted;
 use super::joint;
@@ -133,7 +133,9 @@ impl<'s> Fitter<'s> {
                 return self.fit_moving(&problem, moment_ps, &start.parameters, counts);
             }
             let fitted = self.fit_still(&problem, &start.parameters, counts)?;
-            return Ok(fitted.estimate(&problem));
+            let estimate = fitted.estimate(&problem);
+            self.check_stands_out(&problem, &estimate)?;
+            return Ok(estimate);
         }
         check_not_flat(counts)?;
         let problem = Problem {
@@ -152,6 +154,24 @@ impl<'s> Fitter<'s> {
 }
 
 impl Fitter<'_> {
+    /// Refuses own light that does not stand out of what light of other clocks makes of
+    /// the counts: wherever that is largest looks like a path.
+    fn check_stands_out(
+        &self,
+        problem: &Problem,
+        estimate: &ModelEstimate,
+    ) -> Result<(), FitError> {
+        if self.moments.slipping(problem)?.is_none() {
+            return Ok(());
+        }
+        let chips = self.sensor.timing().scan.steps as f64 / problem.samples_per_chip();
+        let (sigmas, needed) = (estimate.paths[0].significance(), own_threshold(chips));
+        match sigmas < needed {
+            true => Err(FitError::OwnNotSeen { sigmas, needed }),
+            false => Ok(()),
+        }
+    }
+
     /// Refuses what would take too long. Light whose time cannot be told has no response,
     /// either, and the fit says why.
     fn check_time(&self) -> Result<(), FitError> {

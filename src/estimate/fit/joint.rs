@@ -44,16 +44,16 @@ pub fn all_light(
 ) -> Result<Found, FitError> {
     let [light, own] = air.thresholds();
     let (search, mut here) = Search::new(air, problem, known, measured)?;
-    let mut ambiguous = None;
+    let mut ambiguous: Vec<Split> = Vec::new();
     while here.codes.len() < MOST_PATHS {
         let place = search.strongest(&here, light);
         // Where other light is still missing, that makes one path look like two.
         let least_gain = place.as_ref().map_or(0.0, |place| place.sigmas.powi(2));
         if let Some(split) = split(&search, &here, least_gain)? {
-            let is_pair = split.is_pair;
-            ambiguous = Some(split.clone());
-            if is_pair {
-                here = split.hypothesis;
+            let pair = split.is_pair.then(|| split.hypothesis.clone());
+            ambiguous.push(split);
+            if let Some(pair) = pair {
+                here = pair;
                 continue;
             }
         }
@@ -72,14 +72,51 @@ pub fn all_light(
         }
         here = search.with(&here, &place.code, place.path(search.unit(&here)))?;
     }
-    finish(search, here, ambiguous, known)
+    let splits = ambiguous.into_iter();
+    let doubts: Vec<Split> = splits
+        .filter_map(|s| beside_all(&search, &here, s))
+        .collect();
+    finish(search, here, &doubts, known)
+}
+
+/// What a split says now that all light is found: that may leave no room for what was likely
+/// without it. `None` for one path that was not taken for two, since that was tried anew.
+fn beside_all(search: &Search, here: &Hypothesis, split: Split) -> Option<Split> {
+    if split.paths_when_taken() == here.codes.len() {
+        return Some(split);
+    }
+    let &[first, second] = &split.paths[..] else {
+        return None;
+    };
+    let code = &here.codes[first].chips;
+    let known = &search.air.known;
+    let Some(candidate) = known.iter().find(|known| &known.code.chips == code) else {
+        return Some(split);
+    };
+    // One path in their place that leads nowhere is none.
+    let Ok(one) = search.with_one(here, [first, second]) else {
+        return None;
+    };
+    let close = pairs::Close {
+        search,
+        here: &one,
+        path: first,
+        matched: &candidate.matched,
+        products: &candidate
+            .matched
+            .products(&search.air.axis, &search.residual(&one)),
+        sigma: search.sigma(),
+        unit: search.unit(&one),
+        least_gain: 0.0,
+    };
+    Some(split.beside(&close, here.chi_square))
 }
 
 /// The last fit, with exact derivatives and weights of the light that was found.
 fn finish(
     mut search: Search,
     here: Hypothesis,
-    ambiguous: Option<Split>,
+    doubts: &[Split],
     known: &KnownMoments,
 ) -> Result<Found, FitError> {
     let problem = search.descent.problem_of(&here.codes);
@@ -107,7 +144,7 @@ fn finish(
         &hypothesis.expected,
     );
     Ok(Found {
-        ambiguity_chips: ambiguity(&hypothesis, ambiguous.as_ref()),
+        ambiguity_chips: ambiguity(&hypothesis, doubts),
         unit: pattern * axis.periods,
         hypothesis,
         normal,
@@ -163,12 +200,14 @@ fn split(search: &Search, here: &Hypothesis, least_gain: f64) -> Result<Option<S
 }
 
 /// How far off each delay may be for a hypothesis that fits nearly as well.
-fn ambiguity(hypothesis: &Hypothesis, split: Option<&Split>) -> Vec<f64> {
+fn ambiguity(hypothesis: &Hypothesis, doubts: &[Split]) -> Vec<f64> {
     let paths = &hypothesis.parameters.paths;
     let mut squares = vec![0.0; paths.len()];
-    let Some(split) = split else { return squares };
-    for (delay, square) in paths.iter().map(|p| p.delay_chips).zip(&mut squares) {
-        *square = split.spread_of(delay);
+    // Other paths nearby are in either hypothesis.
+    for split in doubts {
+        for &path in &split.paths {
+            squares[path] += split.spread_of(paths[path].delay_chips);
+        }
     }
     squares.iter().map(|square| f64::sqrt(*square)).collect()
 }

@@ -7,13 +7,14 @@
 
 use std::collections::HashMap;
 use std::fmt;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::least_squares::Weights;
 use super::parameters::{Column, Parameters, PathParameters};
 use super::problem::Problem;
 use super::shared_light;
 use super::shared_steps::SharedSteps;
+use super::slipping::SlippingLight;
 use super::template::Axis;
 use crate::response::{CountMoments, MeanCount, MeanResponseError, SecondMoments};
 use crate::scan::Step;
@@ -216,6 +217,7 @@ pub struct KnownMoments {
     nodes: Mutex<HashMap<Key, Arc<[PerDetection]>>>,
     linear: Mutex<HashMap<Key, Arc<Linear>>>,
     shared: Mutex<HashMap<Key, Arc<[SharedSteps]>>>,
+    slipping: OnceLock<Result<SlippingLight, MeanResponseError>>,
 }
 
 impl KnownMoments {
@@ -233,7 +235,22 @@ impl KnownMoments {
         let known = self.nearest(problem, parameters)?;
         let moments = means.iter().zip(known.iter());
         let moments: Vec<CountMoments> = moments.map(|(mean, known)| known.of(mean)).collect();
-        Ok(Weights::of(&moments))
+        let slipping = self.slipping(problem)?;
+        if slipping.is_none() {
+            return Ok(Weights::of(&moments));
+        }
+        let timing = &problem.model.timing;
+        Ok(Weights::of_steps_together(&moments, |a, b| {
+            slipping.covariance(timing, problem.steps[a], problem.steps[b])
+        }))
+    }
+
+    /// What light of clocks of their own adds, which is the same for all scans.
+    pub fn slipping(&self, problem: &Problem) -> Result<&SlippingLight, MeanResponseError> {
+        let slipping = self
+            .slipping
+            .get_or_init(|| SlippingLight::new(problem.model, problem.tier));
+        slipping.as_ref().map_err(Clone::clone)
     }
 
     /// Expectation and derivatives at the node nearest to some parameters.
@@ -289,10 +306,16 @@ impl KnownMoments {
         let known = self.nearest_of(&few, parameters, &OF_FEW_STEPS)?;
         let (away, peaks) = known.split_at(samples.len() - own.len());
         let away = PerDetection::mean(away);
+        // Steps of a long scan are taken for far apart beside what slips between them.
+        let slipping = self.slipping(problem)?.variance();
         let moments = problem.steps.iter().zip(means).map(|(&step, mean)| {
             let place = problem.place_of(step, axis);
             let shapes = own.iter().map(|&peak| axis.shape(place - peak));
-            away.towards(peaks.iter().zip(shapes)).of(mean)
+            let moments = away.towards(peaks.iter().zip(shapes)).of(mean);
+            CountMoments {
+                signed_variance: moments.signed_variance + slipping,
+                ..moments
+            }
         });
         Ok(Weights::of(&moments.collect::<Vec<_>>()))
     }

@@ -14,6 +14,9 @@ pub struct Weights {
     factors: Vec<[f64; 3]>,
     /// In place of these, for steps that count the same light.
     groups: Vec<GroupFactor>,
+    /// In place of these, for steps whose signed counts go together: the factor of all
+    /// counts, signed and total by turns.
+    together: Option<DMatrix<f64>>,
     /// Covariance of a signed count with that of the step so many behind it, on average.
     beside: Vec<f64>,
 }
@@ -58,7 +61,37 @@ impl Weights {
         Weights {
             factors: factors.collect(),
             groups: Vec::new(),
+            together: None,
             beside: vec![variance],
+        }
+    }
+
+    /// Weights of steps that count light of their own, and whose signed counts have a
+    /// covariance beside what that light gives them.
+    pub fn of_steps_together(
+        moments: &[CountMoments],
+        signed: impl Fn(usize, usize) -> f64,
+    ) -> Weights {
+        let steps = moments.len();
+        let mut covariance = vec![vec![0.0; 2 * steps]; 2 * steps];
+        for (place, of_step) in moments.iter().enumerate() {
+            for other in 0..steps {
+                covariance[2 * place][2 * other] = signed(place, other);
+            }
+            let (r, n) = (2 * place, 2 * place + 1);
+            covariance[r][r] += of_step.signed_variance.max(ROUNDING);
+            covariance[n][n] = of_step.total_variance.max(ROUNDING);
+            covariance[r][n] = of_step.covariance;
+            covariance[n][r] = of_step.covariance;
+        }
+        let beside = |apart: usize| {
+            let pairs = (apart..steps).map(|place| covariance[2 * (place - apart)][2 * place]);
+            pairs.sum::<f64>() / steps as f64
+        };
+        Weights {
+            beside: (0..steps).map(beside).collect(),
+            together: Some(whitening(&covariance)),
+            ..Weights::of(moments)
         }
     }
 
@@ -71,6 +104,7 @@ impl Weights {
         Weights {
             factors: Vec::new(),
             groups: groups.iter().map(factor).collect(),
+            together: None,
             beside: covariances_beside(groups),
         }
     }
@@ -168,6 +202,11 @@ impl Weights {
         if !self.groups.is_empty() {
             let groups = self.groups.iter();
             return groups.flat_map(|group| group.whitened(column)).collect();
+        }
+        if let Some(together) = &self.together {
+            let values = column.iter().flat_map(|count| [count.signed, count.total]);
+            let values = DVector::from_iterator(together.ncols(), values);
+            return (together * values).as_slice().to_vec();
         }
         let pairs = column.iter().zip(&self.factors);
         pairs.flat_map(|(d, factor)| whiten(factor, d)).collect()
@@ -354,6 +393,41 @@ mod tests {
         let std = normal.standard_deviations();
         assert!((std[1] - (4.0_f64 / 14.0).sqrt()).abs() < 1e-12);
         assert!((std[0] - (4.0_f64 * (0.25 + 1.0 / 14.0)).sqrt()).abs() < 1e-12);
+    }
+
+    /// W C W^T of counts that go together is one, with C written out.
+    #[test]
+    fn whitened_steps_together_have_unit_covariance() {
+        let moments = [(5.0, 3.0, 2.0), (7.0, 4.0, -1.0)].map(|(v, n, c)| CountMoments {
+            signed_mean: 0.0,
+            total_mean: 0.0,
+            signed_variance: v,
+            total_variance: n,
+            covariance: c,
+        });
+        let added = [[2.0, 1.5], [1.5, 2.0]];
+        let weights = Weights::of_steps_together(&moments, |a, b| added[a][b]);
+        let covariance = dmatrix![
+            7.0, 2.0, 1.5, 0.0;
+            2.0, 3.0, 0.0, 0.0;
+            1.5, 0.0, 9.0, -1.0;
+            0.0, 0.0, -1.0, 4.0
+        ];
+        let count = |signed, total| MeanCount { signed, total };
+        let units = [
+            [count(1.0, 0.0), count(0.0, 0.0)],
+            [count(0.0, 1.0), count(0.0, 0.0)],
+            [count(0.0, 0.0), count(1.0, 0.0)],
+            [count(0.0, 0.0), count(0.0, 1.0)],
+        ];
+        let columns: Vec<f64> = units
+            .iter()
+            .flat_map(|unit| weights.whitened(&unit.to_vec()))
+            .collect();
+        let whitening = DMatrix::from_vec(4, 4, columns);
+        let one = &whitening * covariance * whitening.transpose();
+        // Up to the ridge of a thousandth of the variance of rounding.
+        assert!((one - DMatrix::identity(4, 4)).amax() < 1e-3 / 12.0);
     }
 
     #[test]

@@ -37,6 +37,7 @@ pub(super) mod problem;
 mod search;
 mod shared_light;
 mod shared_steps;
+mod slipping;
 mod start;
 pub(super) mod template;
 mod weighing;

@@ -70,8 +70,11 @@ pub struct FittedPath {
 pub struct Untold {
     /// How many of the detector's own source were not told apart.
     pub missing: usize,
-    /// Two equal paths nearer to each other than this are told apart in less than
-    /// 95 % of scans, with the light that was found. As a difference of distances.
+    /// How many of other sources, whose codes are known.
+    pub missing_of_others: usize,
+    /// Two equal paths of the own source nearer to each other than this are told apart in
+    /// less than 95 % of scans, with the light that was found. As a difference of
+    /// distances; 0 where none is missing.
     pub resolution_m: f64,
 }
 
@@ -84,13 +87,27 @@ impl FittedPath {
 
 impl std::fmt::Display for Untold {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "{} more of the own source's paths cannot be told apart from what was found: they are too \
-             weak, or within {:.3} m of one (where two equal ones are told apart in 95 % of scans); \
-             standard deviations take that in",
-            self.missing, self.resolution_m
-        )
+        if self.missing > 0 {
+            write!(
+                f,
+                "{} more of the own source's paths cannot be told apart from what was found: they \
+                 are too weak, or within {:.3} m of one (where two equal ones are told apart in \
+                 95 % of scans); standard deviations take that in",
+                self.missing, self.resolution_m
+            )?;
+        }
+        if self.missing > 0 && self.missing_of_others > 0 {
+            f.write_str("; ")?;
+        }
+        if self.missing_of_others > 0 {
+            write!(
+                f,
+                "{} more of other sources' paths cannot be told apart from what was found: they \
+                 are too weak, or too close to another of the same source",
+                self.missing_of_others
+            )?;
+        }
+        Ok(())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::air::Air;
+use super::air::{Air, Candidate};
 use super::joint::Found;
 use super::model_estimate::{FittedPath, ModelEstimate, Untold};
 use super::pairs::TOLD_APART;
@@ -22,12 +22,14 @@ impl Found {
         let rate = |index: usize| fitted.parameters.paths[index].ln_rate;
         let mut order: Vec<usize> = (0..fitted.codes.len()).collect();
         order.sort_by(|&a, &b| is_own(b).cmp(&is_own(a)).then(rate(b).total_cmp(&rate(a))));
-        let found = order.iter().filter(|&&index| is_own(index)).count();
-        let missing = match air.sets.is_empty() {
-            true => own.most.saturating_sub(found),
-            // Whoever searches does not know how many there are.
+        // Whoever searches does not know how many there are.
+        let is_given = air.sets.is_empty();
+        let room = |candidate: &Candidate| match is_given {
+            true => air.room(candidate, fitted),
             false => 0,
         };
+        let missing = room(own);
+        let missing_of_others: usize = air.known[1..].iter().map(room).sum();
         let resolution_chips = order
             .first()
             .filter(|_| missing > 0)
@@ -66,8 +68,9 @@ impl Found {
             chi_square: fitted.chi_square,
             degrees_of_freedom: self.values.saturating_sub(fitted.parameters.len()),
             steps: air.axis.len(),
-            untold: (missing > 0).then(|| Untold {
+            untold: (missing + missing_of_others > 0).then(|| Untold {
                 missing,
+                missing_of_others,
                 resolution_m: distance_m(resolution_chips * chip_ps),
             }),
             iterations: fitted.iterations,

@@ -49,9 +49,13 @@ pub struct Split {
     pub hypothesis: Hypothesis,
     /// Whether the counts tell that there are two.
     pub is_pair: bool,
-    /// Delays of other hypotheses, and how likely they are beside the one taken.
-    alternatives: Vec<(f64, Vec<f64>)>,
+    /// Numbers of the paths that it is about, in the hypothesis that was taken.
+    pub paths: Vec<usize>,
+    alternatives: Vec<Alternative>,
 }
+
+/// How likely another hypothesis is beside the one taken, and its delays.
+type Alternative = (f64, Vec<f64>);
 
 impl Split {
     /// Mean square by which a path at some delay may be off.
@@ -85,47 +89,82 @@ impl Place {
 
 /// The best pair in place of a path, if one may be worth it.
 pub fn split(close: &Close) -> Result<Option<Split>, FitError> {
-    let places = places(close);
-    let starts = starts(close, &places);
-    let mut fitted: Vec<Hypothesis> = Vec::new();
-    for pair in starts {
-        // A pair that leads nowhere is none.
-        if let Ok(found) = close.search.with_pair(close.here, close.path, pair) {
-            fitted.push(found);
-        }
-    }
-    fitted.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+    let fitted = fitted(close);
     let Some(best) = fitted.first() else {
         return Ok(None);
     };
-    let delays = |h: &Hypothesis| -> Vec<f64> {
-        let last = h.parameters.paths.len() - 1;
-        [close.path, last]
-            .map(|p| h.parameters.paths[p].delay_chips)
-            .to_vec()
-    };
-    let single = vec![close.here.parameters.paths[close.path].delay_chips];
     let gain = close.here.chi_square - best.chi_square;
     let is_pair = gain > TOLD_APART && has_two(best, close.path);
-    let odds = (0.5 * (gain - TOLD_APART)).exp();
-    let mut alternatives: Vec<(f64, Vec<f64>)> = match is_pair {
-        true => vec![(1.0 / odds, single)],
-        false => vec![(odds.min(1.0), delays(best))],
-    };
-    if is_pair {
-        let others = fitted[1..].iter();
-        let likely = others.map(|other| (other.chi_square - best.chi_square, other));
-        alternatives.extend(
-            likely
-                .filter(|(worse, _)| *worse < UNLIKELY)
-                .map(|(worse, other)| ((-0.5 * worse).exp(), delays(other))),
-        );
-    }
     Ok(Some(Split {
         hypothesis: best.clone(),
         is_pair,
-        alternatives,
+        paths: match is_pair {
+            true => vec![close.path, best.parameters.paths.len() - 1],
+            false => vec![close.path],
+        },
+        alternatives: match is_pair {
+            true => close.beside(&fitted, best.chi_square),
+            false => vec![(odds(gain), close.delays(best))],
+        },
     }))
+}
+
+/// How likely a pair is beside one path, which is taken as long as chi-square does not fall
+/// by more than noise makes it.
+fn odds(gain: f64) -> f64 {
+    (0.5 * (gain - TOLD_APART)).exp().min(1.0)
+}
+
+/// The likeliest pairs in place of a path, the best first.
+fn fitted(close: &Close) -> Vec<Hypothesis> {
+    let places = places(close);
+    let starts = starts(close, &places).into_iter();
+    // A pair that leads nowhere is none.
+    let pairs = starts.filter_map(|pair| close.search.with_pair(close.here, close.path, pair).ok());
+    let mut fitted: Vec<Hypothesis> = pairs.collect();
+    fitted.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+    fitted
+}
+
+impl Close<'_, '_, '_> {
+    /// Where a pair's paths are.
+    fn delays(&self, pair: &Hypothesis) -> Vec<f64> {
+        let last = pair.parameters.paths.len() - 1;
+        [self.path, last]
+            .map(|p| pair.parameters.paths[p].delay_chips)
+            .to_vec()
+    }
+
+    /// One path and other pairs, beside a pair that was taken; that pair itself is no other.
+    fn beside(&self, fitted: &[Hypothesis], chi_square: f64) -> Vec<Alternative> {
+        let single = vec![self.here.parameters.paths[self.path].delay_chips];
+        let gain = self.here.chi_square - chi_square;
+        let mut alternatives = vec![((0.5 * (TOLD_APART - gain)).exp().min(1.0), single)];
+        let others = fitted.iter();
+        let likely = others.map(|other| ((other.chi_square - chi_square).max(0.0), other));
+        alternatives.extend(
+            likely
+                .filter(|(worse, _)| *worse < UNLIKELY)
+                .map(|(worse, other)| ((-0.5 * worse).exp(), self.delays(other))),
+        );
+        alternatives
+    }
+}
+
+impl Split {
+    /// What a pair that was taken may be instead, where `close` has one path in its place
+    /// beside all other light; with that, chi-square is `chi_square`.
+    pub fn beside(self, close: &Close, chi_square: f64) -> Split {
+        Split {
+            alternatives: close.beside(&fitted(close), chi_square),
+            ..self
+        }
+    }
+
+    /// How many paths there were when it was taken.
+    pub fn paths_when_taken(&self) -> usize {
+        self.hypothesis.codes.len() - usize::from(!self.is_pair)
+    }
 }
 
 /// Whether both paths of a pair have light.

@@ -109,6 +109,26 @@ impl<'a, 'm> Search<'a, 'm> {
         self.descent.roughly(start, &templates)
     }
 
+    /// One path in place of two, fitted. The second number is the larger one.
+    pub fn with_one(
+        &self,
+        here: &Hypothesis,
+        [first, second]: [usize; 2],
+    ) -> Result<Hypothesis, FitError> {
+        let mut codes = here.codes.clone();
+        codes.remove(second);
+        let mut parameters = here.parameters.clone();
+        let gone = parameters.paths.remove(second);
+        let kept = &mut parameters.paths[first];
+        let [kept_rate, gone_rate] = [&*kept, &gone].map(|path| path.ln_rate.exp());
+        let share = gone_rate / (kept_rate + gone_rate);
+        kept.delay_chips += share * (gone.delay_chips - kept.delay_chips);
+        kept.ln_rate = (kept_rate + gone_rate).ln();
+        let templates = self.templates(&codes);
+        let start = self.descent.near_hypothesis(here, codes, parameters)?;
+        self.descent.roughly(start, &templates)
+    }
+
     /// Standard deviation of a signed count.
     pub fn sigma(&self) -> f64 {
         self.descent

@@ -1,0 +1,122 @@
+//! Own light under another sensor's whose clock is not the detector's: what that sensor's
+//! code adds to the scatter is in what the fit says of itself.
+
+use goldtof::estimate::fit::{FitError, Fitter, ModelEstimate, OtherLight};
+use goldtof::estimate::{CountingTier, delay_error_ps};
+use goldtof::scene::{DetectorIndex, Path, Scene, SourceIndex};
+use goldtof::sensor::Sensor;
+use goldtof::simulate::Tier;
+use goldtof::simulate::scans::scans;
+
+use crate::optics_support::{
+    Moments, assert_within_standard_errors, code, gold, m_sequence, table_i_scene,
+};
+
+const SPAD: DetectorIndex = DetectorIndex(0);
+const SCANS: u64 = 150;
+const CODE_CHIPS: f64 = 127.0;
+/// Chips of a step, not in whole code periods.
+const CHIPS: u64 = 127 * 50 + 13;
+
+/// Own light and `ratio` times as much of another's, whose clock slips by so many chips in a
+/// step, in a window of 5 chips to either side of the own path.
+fn scene(ratio: f64, slip_chips: f64) -> Scene {
+    let mut scene = table_i_scene(gold(7, &[7, 3], &[7, 3, 2, 1]), 20e6 / ratio, CHIPS);
+    let mut other = scene.sources[0].clone();
+    other.name = "other".to_owned();
+    other.mean_power_w *= ratio;
+    other.code = {
+        // Another code of the set.
+        let [u, v] = [m_sequence(7, &[7, 3]), m_sequence(7, &[7, 3, 2, 1])];
+        let chips: Vec<u8> = (0..127).map(|i| u[i] ^ v[(i + 5) % 127]).collect();
+        code(&chips)
+    };
+    other.clock.offset = slip_chips / CHIPS as f64;
+    scene.sources.push(other);
+    scene.paths[0].delay_ps = 20.037 * scene.chip_period_ps;
+    scene.paths.push(Path {
+        source: SourceIndex(1),
+        ..scene.paths[0].clone()
+    });
+    scene.scan.first_step = 8 * 15;
+    scene.scan.steps = 80;
+    scene
+}
+
+fn fits(scene: &Scene) -> Vec<Result<ModelEstimate, FitError>> {
+    let sensor = Sensor::new(scene);
+    let fitter = Fitter::new(&sensor, SPAD, CountingTier::Events, OtherLight::Given);
+    let mut fits = Vec::new();
+    scans(&sensor, SPAD, Tier::Events, 5, SCANS, |counts| {
+        fits.push(fitter.fit(counts));
+    })
+    .expect("scans");
+    fits
+}
+
+/// What fits of a scene's scans say of the own path.
+struct Said {
+    fitted: u64,
+    /// Refused, because the own light does not stand out.
+    not_seen: u64,
+    /// Errors over the fits' own standard deviations.
+    errors_in_sigmas: Vec<f64>,
+    chi_square_per_degree: Moments,
+}
+
+impl Said {
+    fn of(scene: &Scene) -> Said {
+        let all = fits(scene);
+        let refused = |fit: &&Result<ModelEstimate, FitError>| matches!(fit, Err(FitError::OwnNotSeen { sigmas, needed }) if sigmas < needed);
+        let fitted: Vec<&ModelEstimate> = all.iter().flatten().collect();
+        let truth_ps = scene.paths[0].delay_ps;
+        let error = |fit: &&ModelEstimate| {
+            let error_ps =
+                delay_error_ps(fit.delay_ps, truth_ps, CODE_CHIPS * scene.chip_period_ps);
+            error_ps / fit.paths[0].delay_std_ps
+        };
+        let chi_square = |fit: &&ModelEstimate| fit.chi_square / fit.degrees_of_freedom as f64;
+        Said {
+            fitted: fitted.len() as u64,
+            not_seen: all.iter().filter(refused).count() as u64,
+            errors_in_sigmas: fitted.iter().map(error).collect(),
+            chi_square_per_degree: Moments::of(fitted.iter().map(chi_square)),
+        }
+    }
+
+    /// Off by more than four of the fit's own standard deviations.
+    fn wrong(&self) -> usize {
+        let errors = self.errors_in_sigmas.iter();
+        errors.filter(|error| error.abs() > 4.0).count()
+    }
+}
+
+/// Photons, so that nothing is shared with the covariance that the fit works out. Without
+/// it chi-square per degree is 1.24 here, and errors scatter by 1.5 standard deviations.
+#[test]
+fn what_another_clocks_code_adds_to_the_scatter_is_in_what_the_fit_says() {
+    let said = Said::of(&scene(3.0, 2.6));
+    assert_eq!(said.fitted, SCANS);
+    assert_eq!(said.wrong(), 0);
+    // Some 45 degrees: a scan's chi-square is within 1 +- 0.21, the mean within 0.02;
+    // the code's correlation is no Gaussian number.
+    let chi_square = said.chi_square_per_degree.mean;
+    assert!((0.88..1.12).contains(&chi_square), "{chi_square}");
+    let errors = Moments::of(said.errors_in_sigmas);
+    assert_within_standard_errors(errors.z(0.0), 4.0, "bias");
+    assert_within_standard_errors(errors.variance_z(1.0), 4.0, "scatter");
+}
+
+/// Without a say on whether the own light stands out a quarter of the scans of the first
+/// ratio, and two thirds of those of the second, were wrong by four standard deviations.
+#[test]
+fn own_light_that_another_clocks_code_hides_is_refused_and_not_guessed() {
+    let few = Said::of(&scene(10.0, 2.6));
+    assert_eq!(few.fitted + few.not_seen, SCANS);
+    // A third to two thirds stand out; noise and what stands out by chance: 1 or 2.
+    assert!(few.fitted > SCANS / 3 && few.not_seen > SCANS / 5);
+    assert!(few.wrong() <= 4, "{} of {}", few.wrong(), few.fitted);
+
+    let none = Said::of(&scene(30.0, 2.6));
+    assert!(none.not_seen >= SCANS - 2, "{}", none.fitted);
+}
