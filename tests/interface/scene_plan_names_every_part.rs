@@ -270,3 +270,73 @@ fn a_histogram_has_its_memories_and_cells() {
     assert!(overview.resources.is_none());
     assert!(text(&overview, None).contains("31 to 2,047 for an iCE40"));
 }
+
+#[test]
+fn what_people_read_of_a_plan_has_the_numbers_of_its_json() {
+    let overview = overview(&Sensor::new(&standard("quick")));
+    let json = serde_json::to_value(&overview).unwrap();
+    let text = text(&overview, None);
+    // 31 chips of 8 ns, 8 steps each, 2500 chips a step.
+    assert_eq!(json["figures"]["phase_steps"], 248);
+    assert!((json["figures"]["frame_time_s"].as_f64().unwrap() - 248.0 * 20e-6).abs() < 1e-12);
+    for words in [
+        "4.96 ms: 248 phase steps of 20 \u{b5}s",
+        "125 MHz",
+        "37.17 m",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    for expected in json["expected"].as_array().unwrap() {
+        let bias_mm = expected["expected_bias_m"].as_f64().unwrap() * 1e3;
+        let std_mm = expected["expected_std_m"].as_f64().unwrap() * 1e3;
+        // -0.00 is nothing.
+        let bias_mm = if bias_mm.abs() < 0.005 { 0.0 } else { bias_mm };
+        let words = format!("bias {bias_mm:+.2} mm, scatter {std_mm:.2} mm");
+        assert!(text.contains(&words), "{words}: {text}");
+    }
+    let luts = &json["resources"]["luts"];
+    assert!(
+        text.contains(&format!("about {luts} (LUT4")),
+        "{luts}: {text}"
+    );
+}
+
+#[test]
+fn a_saving_that_was_measured_over_nothing_is_not_told() {
+    let mut scene = standard("quick");
+    for source in &mut scene.sources {
+        source.mean_power_w = 0.0;
+    }
+    for detector in &mut scene.detectors {
+        detector.dark_count_rate_cps = 0.0;
+    }
+    let overview = overview(&Sensor::new(&scene));
+    assert!(overview.plan.not_measured > 0);
+    let measured = overview
+        .plan
+        .simulation
+        .iter()
+        .filter_map(|part| part.saving.as_ref());
+    for saving in measured {
+        assert!(!saving.basis.contains(" 0 detections"), "{saving:?}");
+    }
+    assert!(text(&overview, None).contains("was not measured"));
+}
+
+#[test]
+fn a_plan_fits_the_terminal() {
+    let overview = overview(&Sensor::new(&standard("quick")));
+    let words = |text: &str| {
+        text.split_whitespace()
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
+    };
+    let wide = text(&overview, None);
+    let narrow = text(&overview, Some(70));
+    assert!(
+        narrow.lines().all(|line| line.chars().count() <= 80),
+        "{narrow}"
+    );
+    assert!(narrow.lines().count() > wide.lines().count());
+    assert_eq!(words(&wide).len(), words(&narrow).len());
+}
