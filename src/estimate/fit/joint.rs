@@ -49,7 +49,7 @@ pub fn all_light(
         let place = search.strongest(&here, light);
         // Where other light is still missing, that makes one path look like two.
         let least_gain = place.as_ref().map_or(0.0, |place| place.sigmas.powi(2));
-        if let Some(split) = split(&search, &here, least_gain)? {
+        if let Some(split) = split(&search, &here, least_gain) {
             let pair = split.is_pair.then(|| split.hypothesis.clone());
             ambiguous.push(split);
             if let Some(pair) = pair {
@@ -162,7 +162,7 @@ fn has_own(air: &Air, here: &Hypothesis) -> bool {
 /// The best way to take a path for two that are close together, with a say on
 /// whether the counts tell.
 /// Pairs must gain more than `least_gain`.
-fn split(search: &Search, here: &Hypothesis, least_gain: f64) -> Result<Option<Split>, FitError> {
+fn split(search: &Search, here: &Hypothesis, least_gain: f64) -> Option<Split> {
     let residual = search.residual(here);
     let sigma = search.sigma();
     let mut best: Option<Split> = None;
@@ -186,7 +186,7 @@ fn split(search: &Search, here: &Hypothesis, least_gain: f64) -> Result<Option<S
                 sigma,
                 unit: search.unit(here),
                 least_gain,
-            })?;
+            });
             let is_better = |split: &Split| {
                 best.as_ref()
                     .is_none_or(|b| split.hypothesis.chi_square < b.hypothesis.chi_square)
@@ -196,7 +196,7 @@ fn split(search: &Search, here: &Hypothesis, least_gain: f64) -> Result<Option<S
             }
         }
     }
-    Ok(best)
+    best
 }
 
 /// How far off each delay may be for a hypothesis that fits nearly as well.

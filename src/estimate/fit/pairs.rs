@@ -6,7 +6,6 @@
 //! a thousand scans.
 
 use super::descent::Hypothesis;
-use super::error::FitError;
 use super::parameters::PathParameters;
 use super::search::Search;
 use super::template::Matched;
@@ -88,14 +87,12 @@ impl Place {
 }
 
 /// The best pair in place of a path, if one may be worth it.
-pub fn split(close: &Close) -> Result<Option<Split>, FitError> {
+pub fn split(close: &Close) -> Option<Split> {
     let fitted = fitted(close);
-    let Some(best) = fitted.first() else {
-        return Ok(None);
-    };
+    let best = fitted.first()?;
     let gain = close.here.chi_square - best.chi_square;
     let is_pair = gain > TOLD_APART && has_two(best, close.path);
-    Ok(Some(Split {
+    Some(Split {
         hypothesis: best.clone(),
         is_pair,
         paths: match is_pair {
@@ -106,7 +103,7 @@ pub fn split(close: &Close) -> Result<Option<Split>, FitError> {
             true => close.beside(&fitted, best.chi_square),
             false => vec![(odds(gain), close.delays(best))],
         },
-    }))
+    })
 }
 
 /// How likely a pair is beside one path, which is taken as long as chi-square does not fall
