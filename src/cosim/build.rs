@@ -11,6 +11,7 @@ use std::sync::Arc;
 pub use super::cache::{cache_dir, set_cache_dir};
 use super::cache::{hash, once, write};
 use super::error::CosimError;
+use super::falling_edge;
 use super::image::Image;
 use super::ports;
 use super::rejected::{in_build, rejection};
@@ -100,6 +101,8 @@ pub fn build_with(
         top,
         env!("CARGO_PKG_VERSION"),
     ];
+    let clock = falling_edge::identity(top, Layout::CLOCK);
+    parts.extend(clock.iter().map(String::as_str));
     parts.extend(VERILATOR_FLAGS);
     parts.extend(tools.compiler_flags.iter().map(String::as_str));
     for source in sources {
@@ -110,6 +113,7 @@ pub fn build_with(
         let runtime = runtime(&tools, cache)?;
         verilate(&tools, top, sources, interface, registers, folder)?;
         write(&folder.join(ports::HEADER), &header)?;
+        falling_edge::write_header(folder, top, Layout::CLOCK)?;
         write(&folder.join("process.h"), PROCESS)?;
         write(&folder.join("cosim.cpp"), BENCH)?;
         link(&tools, folder, &runtime).map_err(|error| rejection(error, sources))

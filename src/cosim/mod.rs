@@ -31,6 +31,7 @@ pub(crate) mod comparison;
 pub mod engine;
 pub mod error;
 pub mod exercised;
+mod falling_edge;
 pub(crate) mod image;
 #[doc(hidden)]
 pub mod lanes;

@@ -680,3 +680,35 @@ fn payload_without_tvalid_may_be_anything() {
     let said = run(&built);
     assert!(said.contains("PASS"), "{said}");
 }
+
+/// A clock that a latch lets through, as clock-gating cells do: it needs the falling edge,
+/// which a design of rising edges alone does not.
+#[test]
+fn a_gated_clock_has_its_falling_edges() {
+    let folder = tempfile::tempdir().unwrap();
+    emitted(folder.path());
+    let top = folder.path().join("sensor_top.v");
+    let text_of_top = fs::read_to_string(&top).unwrap();
+    let with_latch = |initial: &str| {
+        let ports_end = text_of_top.find(");\n").unwrap() + ");\n".len();
+        let (ports, rest) = text_of_top.split_at(ports_end);
+        let of_instance = |line: &str| match line.trim_start().starts_with(".i_clk ") {
+            true => line.replace("(i_clk)", "(gated)") + "\n",
+            false => line.to_owned() + "\n",
+        };
+        let rest: String = rest.lines().map(of_instance).collect();
+        assert!(rest.matches("(gated)").count() > 3);
+        format!(
+            "{ports}    reg awake = 1'b0;\n    reg open = 1'b0;\n    \
+             always @(posedge i_clk) awake <= 1'b1;\n    \
+             always @* if (!i_clk) open = {initial};\n    \
+             wire gated = i_clk & open;\n{rest}"
+        )
+    };
+    for (opened, status) in [("awake", 0), ("1'b0", 1)] {
+        fs::write(&top, with_latch(opened)).unwrap();
+        let (found, report, stderr) =
+            cosim(&["--rtl", text(folder.path()), "--engine", "lockstep"]);
+        assert_eq!(found, Some(status), "{opened}: {report} {stderr}");
+    }
+}

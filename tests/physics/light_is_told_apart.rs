@@ -181,6 +181,30 @@ fn paths_too_close_for_the_light_are_said_to_be_and_no_answer_is_confident_and_w
     assert!(told < 10, "{told} of 40 told what the light does not");
 }
 
+/// Of paths less than two phase steps apart the counts tell middle and width, and hardly how the
+/// light is shared out: a pair the other way round fits as well. In a straight valley of
+/// likelihood one scan in a dozen was off by more than four of its standard deviations.
+#[test]
+fn paths_that_may_be_the_other_way_round_are_not_said_to_be_known() {
+    let scene = scene(5e6, 60_000, &[(3, 40.0375, 1.0), (3, 40.2375, 0.3)]);
+    let fits = fits(&scene, OtherLight::Given, 150);
+    let (mut told, mut wrong) = (0, 0);
+    for fitted in fits.iter().flatten() {
+        told += u32::from(fitted.untold.is_none());
+        let is_wrong = fitted.paths.iter().any(|found| {
+            let errors = scene.paths.iter();
+            let errors = errors.map(|p| delay_error_ps(found.delay_ps, p.delay_ps, PERIOD_PS));
+            let nearest = errors.map(f64::abs).fold(f64::INFINITY, f64::min);
+            nearest > 4.0 * found.delay_std_ps
+        });
+        wrong += u32::from(is_wrong);
+    }
+    println!("{told} told, {wrong} wrong");
+    assert!(told >= 50, "{told}");
+    // 1 % is asked: of a fit that keeps to it more than 5 of 150 are wrong once in 240 runs.
+    assert!(wrong <= 5, "{wrong}");
+}
+
 /// A path of another source that the counts do not show is said to be missing, and one that
 /// they show is not.
 #[test]

@@ -132,22 +132,31 @@ impl<'m> Descent<'_, 'm> {
         start: Hypothesis,
         templates: &[Arc<Template>],
     ) -> Result<Hypothesis, FitError> {
-        let near = self.downwards(start, templates)?;
+        let near = self.downwards(start, templates, None)?;
         let here = self.refreshed(near)?;
-        self.downwards(here, templates)
+        self.downwards(here, templates, None)
     }
 
-    fn downwards(
+    /// The same for light that changes little on the way. A combination of the unknowns may
+    /// be `held` as it is.
+    pub fn downwards(
         &self,
         start: Hypothesis,
         templates: &[Arc<Template>],
+        held: Option<&[f64]>,
     ) -> Result<Hypothesis, FitError> {
         let mut here = start;
         for _ in 0..MOST_ROUGH {
             let columns = self.rough_columns(&here, templates);
-            let Some(normal) = self.normal(&columns, &here) else {
-                return Err(self.undetermined(&here));
-            };
+            // Between two steps counts follow a delay in a straight line: rough derivatives of
+            // two paths that are less than two steps apart are not independent.
+            let damped = self
+                .weights
+                .damped_normal(&columns, self.measured, &here.expected);
+            let mut normal = damped.ok_or_else(|| self.undetermined(&here))?;
+            if let Some(held) = held {
+                normal = normal.holding(held);
+            }
             let Some(next) = self.step(&here, &normal) else {
                 break;
             };

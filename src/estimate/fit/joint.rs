@@ -13,6 +13,7 @@ use super::known_moments::KnownMoments;
 use super::least_squares::Normal;
 use super::pairs::{self, Split};
 use super::problem::Problem;
+use super::ridge;
 use super::search::Search;
 use crate::response::MeanCount;
 
@@ -24,9 +25,9 @@ const MOST_PATHS: usize = 12;
 pub struct Found {
     pub hypothesis: Hypothesis,
     pub normal: Normal,
-    /// How much each delay may be off for a hypothesis that fits nearly as well, in
-    /// chips: to be added to its standard deviation, squared.
-    pub ambiguity_chips: Vec<f64>,
+    /// To be added to the variances of each path's delay (chips^2) and ln(strength): for other
+    /// hypotheses that fit nearly as well, and for what no covariance shows.
+    pub beyond_normal: Vec<[f64; 2]>,
     /// Standard deviation of a signed count, and signed counts of a step for a unit
     /// of a template's value and of light.
     pub sigma: f64,
@@ -144,7 +145,7 @@ fn finish(
         &hypothesis.expected,
     );
     Ok(Found {
-        ambiguity_chips: ambiguity(&hypothesis, doubts),
+        beyond_normal: beyond_normal(&search, &hypothesis, &normal, doubts),
         unit: pattern * axis.periods,
         hypothesis,
         normal,
@@ -199,15 +200,41 @@ fn split(search: &Search, here: &Hypothesis, least_gain: f64) -> Option<Split> {
     best
 }
 
-/// How far off each delay may be for a hypothesis that fits nearly as well.
-fn ambiguity(hypothesis: &Hypothesis, doubts: &[Split]) -> Vec<f64> {
+/// What the normal equations do not say of each path's delay (chips^2) and ln(strength): to be
+/// added to their variances.
+fn beyond_normal(
+    search: &Search,
+    hypothesis: &Hypothesis,
+    normal: &Normal,
+    doubts: &[Split],
+) -> Vec<[f64; 2]> {
     let paths = &hypothesis.parameters.paths;
-    let mut squares = vec![0.0; paths.len()];
+    let mut spread = vec![0.0; paths.len()];
+    // Each says all there is of a path's variance, so that the largest holds.
+    let mut bent: Vec<Option<[f64; 2]>> = vec![None; paths.len()];
     // Other paths nearby are in either hypothesis.
     for split in doubts {
         for &path in &split.paths {
-            squares[path] += split.spread_of(paths[path].delay_chips);
+            spread[path] += split.spread_of(paths[path].delay_chips);
+        }
+        let &[first, second] = &split.paths[..] else {
+            continue;
+        };
+        let valley = ridge::beyond_normal(search, hypothesis, normal, [first, second]);
+        for (path, added) in [first, second]
+            .into_iter()
+            .zip(valley.into_iter().flatten())
+        {
+            bent[path] = Some(match bent[path] {
+                Some(known) => [known[0].max(added[0]), known[1].max(added[1])],
+                None => added,
+            });
         }
     }
-    squares.iter().map(|square| f64::sqrt(*square)).collect()
+    let both = spread.into_iter().zip(bent);
+    both.map(|(spread, bent)| {
+        let [delay, ln_rate] = bent.unwrap_or_default();
+        [spread + delay, ln_rate]
+    })
+    .collect()
 }

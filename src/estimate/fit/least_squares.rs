@@ -34,6 +34,10 @@ struct GroupFactor {
 /// rounding.
 const ROUNDING: f64 = 1.0 / 12.0;
 
+/// What is added to the information of each unknown, as a share of it, where some cannot be
+/// told apart: far less than what tells those that can.
+const DAMPING: f64 = 1e-8;
+
 /// Normal equations, ready to solve.
 #[derive(Debug, Clone)]
 pub struct Normal {
@@ -181,9 +185,31 @@ impl Weights {
         measured: &[MeanCount],
         expected: &[MeanCount],
     ) -> Option<Normal> {
-        let columns = jacobian.iter().map(|column| self.whitened(column));
-        let residuals = self.residuals(measured, expected);
-        Normal::of_whitened(&columns.collect::<Vec<_>>(), &residuals)
+        Normal::of_whitened(
+            &self.whitened_columns(jacobian),
+            &self.residuals(measured, expected),
+        )
+    }
+
+    /// The same for a way down that has to lead on where unknowns cannot be told from
+    /// each other: its deviations say nothing of them.
+    pub fn damped_normal(
+        &self,
+        jacobian: &[Column],
+        measured: &[MeanCount],
+        expected: &[MeanCount],
+    ) -> Option<Normal> {
+        self.normal(jacobian, measured, expected).or_else(|| {
+            let residuals = self.residuals(measured, expected);
+            Normal::of_damped(&self.whitened_columns(jacobian), &residuals, DAMPING)
+        })
+    }
+
+    fn whitened_columns(&self, jacobian: &[Column]) -> Vec<Vec<f64>> {
+        jacobian
+            .iter()
+            .map(|column| self.whitened(column))
+            .collect()
     }
 
     /// Information of the counts about the unknowns, without any data.
@@ -272,12 +298,20 @@ impl Normal {
     /// From derivatives and residuals of unit covariance; `None` if they are singular, or
     /// say nothing finite.
     pub fn of_whitened(columns: &[Vec<f64>], residuals: &[f64]) -> Option<Normal> {
+        Normal::of_damped(columns, residuals, 0.0)
+    }
+
+    /// The same with so much added to the information of each unknown, as a share of it.
+    fn of_damped(columns: &[Vec<f64>], residuals: &[f64], damping: f64) -> Option<Normal> {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         let scales: Vec<f64> = columns.iter().map(|c| 1.0 / dot(c, c).sqrt()).collect();
         let information =
             |i: usize, j: usize| dot(&columns[i], &columns[j]) * scales[i] * scales[j];
         let size = columns.len();
-        let matrix = DMatrix::from_fn(size, size, information);
+        let mut matrix = DMatrix::from_fn(size, size, information);
+        for entry in 0..size {
+            matrix[(entry, entry)] += damping;
+        }
         let normal = Normal {
             gradient: DVector::from_fn(size, |i, _| dot(&columns[i], residuals) * scales[i]),
             inverse: inverse(matrix)?,
@@ -323,6 +357,32 @@ impl Normal {
         (0..self.scales.len())
             .map(|i| self.inverse[(i, i)].sqrt() * self.scales[i])
             .collect()
+    }
+
+    /// Standard deviation of a combination of the unknowns.
+    pub fn standard_deviation_of(&self, combination: &[f64]) -> f64 {
+        let direction = self.scaled(combination);
+        direction.dot(&(&self.inverse * &direction)).sqrt()
+    }
+
+    /// The same where a combination of the unknowns is held as it is.
+    pub fn holding(&self, combination: &[f64]) -> Normal {
+        let direction = self.scaled(combination);
+        let moved = &self.inverse * &direction;
+        let mut left = &self.inverse - &moved * moved.transpose() / direction.dot(&moved);
+        // What is held has no variance, rounding or not.
+        for entry in 0..left.nrows() {
+            left[(entry, entry)] = left[(entry, entry)].max(0.0);
+        }
+        Normal {
+            inverse: left,
+            ..self.clone()
+        }
+    }
+
+    fn scaled(&self, combination: &[f64]) -> DVector<f64> {
+        let pairs = combination.iter().zip(&self.scales);
+        DVector::from_iterator(self.scales.len(), pairs.map(|(c, scale)| c * scale))
     }
 
     /// The largest of a step's components in standard deviations.
@@ -389,10 +449,36 @@ mod tests {
             (held[0] - slope).abs() < 1e-12 && held[1] == 0.0,
             "{held:?}"
         );
+        let sum = normal.holding(&[1.0, 1.0]);
+        let [a, b] = [0, 1].map(|i| sum.solution()[i]);
+        // a + b = 0: y on b (x - 1), whose squares are 4 + 1 + 0 + 9.
+        let through_one: f64 = [-2.0, -1.0, 0.0, 3.0]
+            .iter()
+            .map(|x| x * (2.0 + 3.0 * (x + 1.0)))
+            .sum();
+        assert!((a + b).abs() < 1e-12 && (b - through_one / 14.0).abs() < 1e-12);
+        assert!((sum.standard_deviations()[1] - (4.0_f64 / 14.0).sqrt()).abs() < 1e-12);
+        assert!(sum.standard_deviation_of(&[1.0, 1.0]).abs() < 1e-7);
+        // Var(a + b) is that of the line at x = 1, the mean.
+        assert!((normal.standard_deviation_of(&[1.0, 1.0]) - 1.0).abs() < 1e-12);
         // Mean of x is 1, sum of squares round it 14.
         let std = normal.standard_deviations();
         assert!((std[1] - (4.0_f64 / 14.0).sqrt()).abs() < 1e-12);
         assert!((std[0] - (4.0_f64 * (0.25 + 1.0 / 14.0)).sqrt()).abs() < 1e-12);
+    }
+
+    /// Of two unknowns that do the same a fit takes half each.
+    #[test]
+    fn damped_equations_have_a_solution_where_unknowns_are_alike() {
+        let column = vec![1.0, 2.0];
+        let columns = [column.clone(), column];
+        assert!(Normal::of_whitened(&columns, &[3.0, 6.0]).is_none());
+        let damped = Normal::of_damped(&columns, &[3.0, 6.0], DAMPING).expect("it is damped");
+        let found = damped.solution();
+        assert!(
+            found.iter().all(|half| (half - 1.5).abs() < 1e-6),
+            "{found:?}"
+        );
     }
 
     /// W C W^T of counts that go together is one, with C written out.

@@ -34,6 +34,7 @@ mod pairs;
 pub(super) mod parameters;
 mod places;
 pub(super) mod problem;
+mod ridge;
 mod search;
 mod shared_light;
 mod shared_steps;

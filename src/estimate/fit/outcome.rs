@@ -48,14 +48,15 @@ impl Found {
                 } else {
                     0.0
                 };
-                let squares = [std[2 * index], self.ambiguity_chips[index], hidden];
-                let delay_std = squares.iter().map(|s| s * s).sum::<f64>().sqrt();
+                let [delay, ln_rate] = self.beyond_normal[index];
+                let delay_variance = std[2 * index].powi(2) + delay + hidden * hidden;
+                let ln_rate_variance = std[2 * index + 1].powi(2) + ln_rate;
                 FittedPath {
                     code: Arc::clone(code),
                     delay_ps: path.delay_chips.rem_euclid(code.len() as f64) * chip_ps,
-                    delay_std_ps: delay_std * chip_ps,
+                    delay_std_ps: delay_variance.sqrt() * chip_ps,
                     rate_hz: path.ln_rate.exp() / (chip_ps * 1e-12),
-                    rate_relative_std: std[2 * index + 1],
+                    rate_relative_std: ln_rate_variance.sqrt(),
                 }
             })
             .collect();

@@ -124,17 +124,19 @@ fn fitted(close: &Close) -> Vec<Hypothesis> {
 }
 
 impl Close<'_, '_, '_> {
-    /// Where a pair's paths are.
-    fn delays(&self, pair: &Hypothesis) -> Vec<f64> {
-        let last = pair.parameters.paths.len() - 1;
-        [self.path, last]
-            .map(|p| pair.parameters.paths[p].delay_chips)
-            .to_vec()
+    /// Where the paths of the code are in a hypothesis: all of them, since what was one of a
+    /// pair here may have become its neighbour there.
+    fn delays(&self, other: &Hypothesis) -> Vec<f64> {
+        let code = &self.here.codes[self.path].chips;
+        let lit = other.parameters.paths.iter().zip(&other.codes);
+        lit.filter(|(_, of_path)| &of_path.chips == code)
+            .map(|(path, _)| path.delay_chips)
+            .collect()
     }
 
     /// One path and other pairs, beside a pair that was taken; that pair itself is no other.
     fn beside(&self, fitted: &[Hypothesis], chi_square: f64) -> Vec<Alternative> {
-        let single = vec![self.here.parameters.paths[self.path].delay_chips];
+        let single = self.delays(self.here);
         let gain = self.here.chi_square - chi_square;
         let mut alternatives = vec![((0.5 * (TOLD_APART - gain)).exp().min(1.0), single)];
         let others = fitted.iter();

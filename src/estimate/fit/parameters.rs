@@ -76,6 +76,14 @@ impl Parameters {
         self.paths.push(path);
     }
 
+    /// The combination of the unknowns that is the logarithm of two paths' ratio.
+    pub fn ln_ratio(&self, first: usize, second: usize) -> Vec<f64> {
+        let mut combination = vec![0.0; self.len()];
+        combination[2 * first + 1] = -1.0;
+        combination[2 * second + 1] = 1.0;
+        combination
+    }
+
     /// Whether unknown number `index` is a delay.
     pub fn is_delay(&self, index: usize) -> bool {
         index < 2 * self.paths.len() && index.is_multiple_of(2)

@@ -129,6 +129,38 @@ impl<'a, 'm> Search<'a, 'm> {
         self.descent.roughly(start, &templates)
     }
 
+    /// The same light with the logarithm of two paths' ratio moved by `by` and held there, all
+    /// else fitted.
+    pub fn with_ratio(
+        &self,
+        here: &Hypothesis,
+        [first, second]: [usize; 2],
+        by: f64,
+    ) -> Result<Hypothesis, FitError> {
+        let mut parameters = here.parameters.clone();
+        let [a, b] = [first, second].map(|path| parameters.paths[path]);
+        let [rate_a, rate_b] = [a, b].map(|path| path.ln_rate.exp());
+        let share = rate_b / (rate_a + rate_b);
+        let next = 1.0 / (1.0 + rate_a / rate_b * (-by).exp());
+        // Their middle stays, and how wide they spread.
+        let middle = a.delay_chips + share * (b.delay_chips - a.delay_chips);
+        let wider = (share * (1.0 - share) / (next * (1.0 - next))).sqrt();
+        let apart = wider * (b.delay_chips - a.delay_chips);
+        parameters.paths[first] = PathParameters {
+            delay_chips: middle - next * apart,
+            ln_rate: ((1.0 - next) * (rate_a + rate_b)).ln(),
+        };
+        parameters.paths[second] = PathParameters {
+            delay_chips: middle + (1.0 - next) * apart,
+            ln_rate: (next * (rate_a + rate_b)).ln(),
+        };
+        let held = parameters.ln_ratio(first, second);
+        let templates = self.templates(&here.codes);
+        let codes = here.codes.clone();
+        let start = self.descent.near_hypothesis(here, codes, parameters)?;
+        self.descent.downwards(start, &templates, Some(&held))
+    }
+
     /// Standard deviation of a signed count.
     pub fn sigma(&self) -> f64 {
         self.descent
