@@ -18,6 +18,7 @@ const MEANS: Means = Means {
     most_clocks_of_recipe: 24_000,
     calm_clocks: 2_000,
     clocks_of_large_counts: 40_000,
+    clocks_of_close_counts: 0,
 };
 /// Seed of the adversary: not the one that co-simulation begins with.
 const SEED: u64 = 2;

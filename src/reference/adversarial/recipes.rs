@@ -160,6 +160,75 @@ fn all_over(interface: &Interface) -> impl Iterator<Item = (u64, GroupPlan)> {
     })
 }
 
+/// Scans whose largest count is by one or two more, or less, than the one before it: a peak's
+/// comparison has to look at each bit, and at the lowest of two that hardly differ.
+pub(super) fn close_peaks(interface: &Interface, reach: &Reach) -> Vec<GroupPlan> {
+    if interface.peak.is_none() || !reach.leaves_out || interface.histogram.is_some() {
+        return Vec::new();
+    }
+    let whole = interface.timing.scan.integration_chips;
+    let limit = 1i64 << (interface.count_bits - 1).min(62);
+    let near_powers = (4..62).flat_map(|bit| [1i64 << bit, (1i64 << bit) + 1]);
+    // Of a code's chips half have the sign, and hits are at most on every other sample.
+    let chips = |count: i64| 64 + 4 * count.unsigned_abs();
+    let counts = (1..16).chain(near_powers);
+    let counts = counts.take_while(|&count| count < limit && chips(count) < whole);
+    let pairs = counts.flat_map(|count| {
+        let others = [[count - 1, count], [count, count - 1], [count - 2, count]];
+        others.into_iter().filter(|pair| pair[0] >= 0)
+    });
+    let scans = pairs.flat_map(|pair| {
+        let detectors = DetectorIndex::all().take(interface.reference_codes.len());
+        detectors.flat_map(move |detector| {
+            let [first, last] = pair.map(|count| {
+                let step = 0;
+                let hits = Hits::Count {
+                    detector,
+                    step,
+                    count,
+                };
+                let length = Length::AtLeast(chips(count));
+                GroupPlan::random().with(hits).long(length)
+            });
+            [first.then_the_last(), last]
+        })
+    });
+    // From the first group of a scan on.
+    let begin = GroupPlan::fresh(interface).with(Hits::None).then_the_last();
+    let end = GroupPlan::random().with(Hits::None);
+    [begin, end].into_iter().chain(scans).collect()
+}
+
+/// Totals round each bit beyond what the results hold, from wherever the running total stands:
+/// the carries of its difference depend on both.
+pub(super) fn close_totals(interface: &Interface, most_clocks: u64) -> Vec<GroupPlan> {
+    const ROUNDS: u64 = 4;
+    let Some(total) = interface.total.filter(|total| total.saturates()) else {
+        return Vec::new();
+    };
+    if interface.histogram.is_some() {
+        return Vec::new();
+    }
+    let whole = interface.timing.scan.integration_chips;
+    let most = whole.saturating_mul(u64::from(interface.lanes().div_ceil(2)));
+    let bits = total.bits..=most.ilog2().min(62);
+    let hits = bits.flat_map(|bit| {
+        let near = (0..ROUNDS).flat_map(move |_| (1u64 << bit) - 2..=(1u64 << bit) + 3);
+        near.filter(move |&hits| hits <= most)
+    });
+    let plans = hits.flat_map(|hits| {
+        let detectors = DetectorIndex::all().take(interface.reference_codes.len());
+        detectors.map(move |detector| {
+            let hits = Hits::Total { detector, hits };
+            (whole, GroupPlan::random().with(hits))
+        })
+    });
+    plans
+        .take_while(within(most_clocks))
+        .map(|(_, plan)| plan)
+        .collect()
+}
+
 struct Kitchen<'a> {
     interface: &'a Interface,
     reach: &'a Reach,
