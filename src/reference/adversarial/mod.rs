@@ -55,8 +55,7 @@ pub struct Means {
     pub calm_clocks: u64,
     /// Clocks behind them, at most, of counts that are as large as they get.
     pub clocks_of_large_counts: u64,
-    /// Clocks behind these, at most, of totals that hardly differ, and whether there are scans
-    /// of counts that hardly differ.
+    /// Clocks behind these, at most, of totals that hardly differ, and as many of peaks.
     pub clocks_of_close_counts: u64,
 }
 
@@ -249,13 +248,11 @@ impl Adversarial {
             self.plans = recipes::scan_end(&self.interface, &self.reach).into();
             let large = recipes::large_counts(&self.interface, most_clocks, &mut self.rng);
             self.plans.extend(large);
-            if self.means.clocks_of_close_counts > 0 {
-                let most_clocks = self.means.clocks_of_close_counts;
-                let totals = recipes::close_totals(&self.interface, most_clocks);
-                self.plans.extend(totals);
-                let peaks = recipes::close_peaks(&self.interface, &self.reach);
-                self.plans.extend(peaks);
-            }
+            let most_clocks = self.means.clocks_of_close_counts;
+            let totals = recipes::close_totals(&self.interface, most_clocks);
+            self.plans.extend(totals);
+            let peaks = recipes::close_peaks(&self.interface, &self.reach, most_clocks);
+            self.plans.extend(peaks);
             return self.plans.pop_front().unwrap_or_else(GroupPlan::random);
         }
         match self.next_aim() {

@@ -161,8 +161,13 @@ fn all_over(interface: &Interface) -> impl Iterator<Item = (u64, GroupPlan)> {
 }
 
 /// Scans whose largest count is by one or two more, or less, than the one before it: a peak's
-/// comparison has to look at each bit, and at the lowest of two that hardly differ.
-pub(super) fn close_peaks(interface: &Interface, reach: &Reach) -> Vec<GroupPlan> {
+/// comparison has to look at each bit, and at the lowest of two that hardly differ. As many
+/// as fit into `most_clocks`.
+pub(super) fn close_peaks(
+    interface: &Interface,
+    reach: &Reach,
+    most_clocks: u64,
+) -> Vec<GroupPlan> {
     if interface.peak.is_none() || !reach.leaves_out || interface.histogram.is_some() {
         return Vec::new();
     }
@@ -181,22 +186,28 @@ pub(super) fn close_peaks(interface: &Interface, reach: &Reach) -> Vec<GroupPlan
         let detectors = DetectorIndex::all().take(interface.reference_codes.len());
         detectors.flat_map(move |detector| {
             let [first, last] = pair.map(|count| {
+                let chips = chips(count);
                 let step = 0;
                 let hits = Hits::Count {
                     detector,
                     step,
                     count,
                 };
-                let length = Length::AtLeast(chips(count));
-                GroupPlan::random().with(hits).long(length)
+                let length = Length::AtLeast(chips);
+                (chips, GroupPlan::random().with(hits).long(length))
             });
-            [first.then_the_last(), last]
+            [(first.0, first.1.then_the_last()), last]
         })
     });
     // From the first group of a scan on.
     let begin = GroupPlan::fresh(interface).with(Hits::None).then_the_last();
     let end = GroupPlan::random().with(Hits::None);
-    [begin, end].into_iter().chain(scans).collect()
+    let whole_scan = [(2 * reach.shortest, begin), (0, end)];
+    let plans = whole_scan.into_iter().chain(scans);
+    plans
+        .take_while(within(most_clocks))
+        .map(|(_, plan)| plan)
+        .collect()
 }
 
 /// Totals round each bit beyond what the results hold, from wherever the running total stands:
