@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn compare(file: &str) -> Result<(), Box<dyn Error>> {
     let scene = scene::load(Path::new(file))?;
-    let sources = sources_of(&deliver::emit(&Sensor::new(&scene), "goldtof emit")?);
+    let sources = sources_of(&deliver::emit(&Sensor::new(&scene), "goldtof emit")?.files);
     let interface = Interface::of(&scene);
     let layout = Layout::of(&interface);
     let library = build(TOP, &sources, &interface, &cache_dir()?)?;

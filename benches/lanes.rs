@@ -34,7 +34,7 @@ const ROUNDS: usize = 5;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let sensor = Sensor::new(&scene::load(Path::new("scenes/paper-single.toml"))?);
-    let sources = sources_of(&deliver::emit(&sensor, "goldtof emit paper-single.toml")?);
+    let sources = sources_of(&deliver::emit(&sensor, "goldtof emit paper-single.toml")?.files);
     let interface = sensor.interface();
     let layout = Layout::of(interface);
     let scan = clocks_for_scans(interface, 1);
@@ -68,7 +68,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let lockstep = CLOCKS as f64 / outcome.elapsed.as_secs_f64();
 
         let started = Instant::now();
-        let outcome = prepared.run(&detectors, round, scan, &AtomicBool::new(false), |_| ())?;
+        let outcome = prepared.run(&detectors, round, scan, &AtomicBool::new(false), &|_| ())?;
         if outcome.differs.is_some() {
             return Err("the lanes differ".into());
         }

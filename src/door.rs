@@ -13,6 +13,7 @@ use crate::deliver::{self, Emission, HdlError, Prefix};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::grade::{Bounds, Grade, GradeRequest, GradeStimulus, Graded, not_graded};
 use crate::photons::StepCount;
+use crate::rtl::blocks::ScanRegisters;
 use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
@@ -243,11 +244,11 @@ impl Rtl {
         Ok(match self {
             Rtl::Own(own) => own::read(own, sensor.interface())?,
             Rtl::Emitted { made_by } => {
-                let emission = deliver::emit(sensor, made_by)?;
+                let files = deliver::verilog(sensor, &Prefix::default(), made_by)?;
                 OwnDesign {
-                    sources: sources_of(&emission),
-                    top: emission.top,
-                    registers: Some(emission.scan_registers),
+                    sources: sources_of(&files),
+                    top: deliver::TOP.to_owned(),
+                    registers: Some(ScanRegisters::of(sensor.interface())),
                     remarks: Vec::new(),
                 }
             }

@@ -281,7 +281,7 @@ fn beside<This, Other: Send>(
 fn request(emission: &Emission, options: &RunOptions) -> Result<Request, CosimError> {
     Ok(Request {
         top: emission.top.clone(),
-        sources: sources_of(emission),
+        sources: sources_of(&emission.files),
         registers: Some(emission.scan_registers.clone()),
         cache: cache_dir()?,
         stimulus: StimulusKind::Photons,

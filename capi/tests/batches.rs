@@ -9,6 +9,7 @@ use goldtof::photons::Pulse;
 use goldtof::reference::blocks::{Block, BlockMaker};
 use goldtof::reference::predictor::Reference;
 use goldtof::reference::stimulus::{Drive, Stimulus};
+use goldtof::scan::{Sample, Sampling};
 use goldtof::scene;
 use goldtof::sensor::Sensor;
 use goldtof::sensor::interface::Interface;
@@ -25,12 +26,13 @@ struct Noise {
     pulses: Vec<Vec<Pulse>>,
     resets: Vec<Range<u64>>,
     stalls: Vec<Range<u64>>,
-    lanes: u64,
+    sampling: Sampling,
 }
 
 impl Noise {
     fn of(interface: &Interface) -> Noise {
-        let lanes = u64::from(interface.lanes());
+        let sampling = interface.timing.sampling();
+        let lanes = sampling.samples_of(1);
         let mut state = 7u64;
         let mut below = |bound: u64| {
             state = state
@@ -44,17 +46,20 @@ impl Noise {
             while at < CLOCKS * lanes {
                 at += below(6 * lanes);
                 let end = at + 1 + below(2 * lanes);
-                pulses.push(Pulse { first: at, end });
+                pulses.push(Pulse {
+                    first: Sample(at),
+                    end: Sample(end),
+                });
                 at += 1;
             }
-            pulses.retain(|pulse| pulse.first < CLOCKS * lanes);
+            pulses.retain(|pulse| pulse.first < sampling.first_sample(CLOCKS));
             pulses
         });
         Noise {
             pulses: pulses.collect(),
             resets: vec![0..4, 4_095..4_097, 13_000..13_001, 20_000..21_111],
             stalls: vec![0..9, 6_000..7_500, 14_335..14_336, 25_000..31_000],
-            lanes,
+            sampling,
         }
     }
 }
@@ -65,7 +70,7 @@ impl Stimulus for Noise {
         drive.surroundings.resets.clone_from(&self.resets);
         drive.surroundings.stalls.clone_from(&self.stalls);
         for (to, pulses) in drive.pulses.iter_mut().zip(&self.pulses) {
-            let here = |pulse: &&Pulse| clocks.contains(&(pulse.first / self.lanes));
+            let here = |pulse: &&Pulse| clocks.contains(&self.sampling.clock_of(pulse.first));
             to.extend(pulses.iter().filter(here));
         }
     }

@@ -153,7 +153,7 @@ pub(crate) fn scans<'py>(
         let prepared = Prepared::new(&sensor, tier).map_err(of_scans)?;
         let (mut signed, mut total) = (Vec::new(), Vec::new());
         let mut done = 0;
-        let taken = prepared.scans(&sensor, detector, seed, 0..repetitions, |counts| {
+        let taken = prepared.scans(&sensor, detector, seed, 0..repetitions, &mut |counts| {
             done += 1;
             watch.progress(done, repetitions);
             signed.extend(counts.iter().map(|count| count.signed));
@@ -187,11 +187,12 @@ fn histograms<'py>(
         let sensor = Sensor::new(&scene);
         let prepared = Prepared::new(&sensor, tier).map_err(of_scans)?;
         let (mut bins, mut done) = (Vec::new(), 0);
-        let taken = prepared.histograms(&sensor, detector, seed, 0..repetitions, |histogram| {
-            done += 1;
-            watch.progress(done, repetitions);
-            bins.extend_from_slice(histogram.bins());
-        });
+        let taken =
+            prepared.histograms(&sensor, detector, seed, 0..repetitions, &mut |histogram| {
+                done += 1;
+                watch.progress(done, repetitions);
+                bins.extend_from_slice(histogram.bins());
+            });
         taken.map_err(of_scans)?;
         Ok(bins)
     })?;

@@ -1,5 +1,7 @@
 //! Hits of sample words: a high sample after a low one, also across words.
 
+use crate::scan::{Sample, Sampling};
+
 /// One detector's last sample, which tells whether a word that begins high begins with a
 /// hit.
 #[derive(Debug, Clone, Copy)]
@@ -18,13 +20,14 @@ impl LastSample {
     }
 
     /// Adds the first samples of all runs of high samples that begin in the word of
-    /// `clock`; clock t has samples t S .. (t + 1) S.
+    /// `clock`.
     #[inline]
-    pub(super) fn hits(&mut self, clock: u64, word: u64, hits: &mut Vec<u64>) {
+    pub(super) fn hits(&mut self, clock: u64, word: u64, hits: &mut Vec<Sample>) {
         let mut rising = word & !(word << 1 | u64::from(self.is_high));
         self.is_high = word >> (self.lanes - 1) & 1 == 1;
+        let first = Sampling::new(self.lanes).first_sample(clock);
         while rising != 0 {
-            hits.push(clock * u64::from(self.lanes) + u64::from(rising.trailing_zeros()));
+            hits.push(first + u64::from(rising.trailing_zeros()));
             rising &= rising - 1;
         }
     }
@@ -35,7 +38,7 @@ mod tests {
     use super::*;
 
     /// Sample by sample, by the definition.
-    fn by_definition(lanes: u32, words: &[u64]) -> Vec<u64> {
+    fn by_definition(lanes: u32, words: &[u64]) -> Vec<Sample> {
         let samples: Vec<bool> = words
             .iter()
             .flat_map(|word| (0..lanes).map(move |lane| word >> lane & 1 == 1))
@@ -43,7 +46,7 @@ mod tests {
         let rises = |&at: &usize| samples[at] && !samples[at - 1];
         (1..samples.len())
             .filter(rises)
-            .map(|at| at as u64)
+            .map(|at| Sample(at as u64))
             .collect()
     }
 

@@ -4,6 +4,7 @@ use super::BatchError;
 use super::edges::LastSample;
 use crate::reference::exercise::Exercise;
 use crate::reference::predictor::{Reference, StepResult, Surroundings};
+use crate::scan::Sample;
 use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
@@ -28,7 +29,7 @@ pub struct Model {
     layout: Layout,
     surroundings: Surroundings,
     /// For each detector, of the batch.
-    hits: Vec<Vec<u64>>,
+    hits: Vec<Vec<Sample>>,
     /// For each detector.
     last_samples: Vec<LastSample>,
     /// The next clock.

@@ -7,7 +7,7 @@ use super::forecast::Forecast;
 use super::junit;
 use super::output::{Output, Progress, with_causes};
 use super::warnings::warn_of_far_paths;
-use crate::cosim::engine;
+
 use crate::cosim::shift::PortDifference;
 use crate::cosim::window::Window;
 use crate::cosim::{Report, StimulusKind, VcdClocks, Verdict};
@@ -200,7 +200,7 @@ fn differences(report: &Report) -> String {
 
 /// What the verdict rests on, and what it lacks.
 pub(super) fn exercised(report: &Report) -> String {
-    let mut text = format!("clocked: {}\n", engine::text(report));
+    let mut text = format!("clocked: {}\n", report.engines_text());
     text += &format!("exercised: {}\n", report.exercised.text());
     for missing in &report.missing {
         text += &format!("inconclusive: {missing}\n");

@@ -79,7 +79,7 @@ fn part(
         let simulated = Simulated::new(sensor, tier)?;
         let scans = order.part.stretch(repetitions);
         let prepared = Prepared::with_engine(sensor, tier, arguments.engine)?;
-        let gathered = simulated.gather(&prepared, seed, scans, |_, _| ())?;
+        let gathered = simulated.gather(&prepared, seed, scans, &mut |_, _| ())?;
         Ok(at_once(Results::Simulate(gathered)))
     })
 }

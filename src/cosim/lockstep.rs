@@ -84,10 +84,10 @@ impl Lockstep<'_> {
     pub fn run(
         self,
         clocks: u64,
-        on_result: impl FnMut(StepResult),
-        on_progress: impl FnMut(u64),
+        mut on_result: impl FnMut(StepResult),
+        mut on_progress: impl FnMut(u64),
     ) -> Result<Outcome, CosimError> {
-        self.run_and_read(clocks, on_result, |_| (), on_progress)
+        self.run_and_read(clocks, &mut on_result, &mut |_| (), &mut on_progress)
     }
 
     /// [`Lockstep::run`], and `on_sent` gets what the Verilog's result stream sends;
@@ -98,9 +98,9 @@ impl Lockstep<'_> {
     pub fn run_and_read(
         self,
         clocks: u64,
-        mut on_result: impl FnMut(StepResult),
-        mut on_sent: impl FnMut(SentCount),
-        mut on_progress: impl FnMut(u64),
+        on_result: &mut dyn FnMut(StepResult),
+        on_sent: &mut dyn FnMut(SentCount),
+        on_progress: &mut dyn FnMut(u64),
     ) -> Result<Outcome, CosimError> {
         let started = Instant::now();
         let mut reader = SentReader::new(self.reference.interface(), self.layout);
@@ -118,7 +118,7 @@ impl Lockstep<'_> {
                     if !maker.make(&mut block) {
                         break;
                     }
-                    maker.take_finished().for_each(&mut on_result);
+                    maker.take_finished().for_each(&mut *on_result);
                     if to_model.send(block).is_err() {
                         break;
                     }
@@ -137,7 +137,7 @@ impl Lockstep<'_> {
                         reason,
                     });
                 }
-                reader.read(&block.records, &mut on_sent);
+                reader.read(&block.records, on_sent);
                 on_progress(block.clocks.end);
                 match judge.judge(block) {
                     Some(block) => spare.push(block),

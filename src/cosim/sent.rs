@@ -108,7 +108,7 @@ impl SentReader {
 
     /// Reads the records of the next clocks; `on_sent` gets every beat that was
     /// taken in them.
-    pub fn read(&mut self, records: &Records, mut on_sent: impl FnMut(SentCount)) {
+    pub fn read(&mut self, records: &Records, on_sent: &mut dyn FnMut(SentCount)) {
         let inputs = records.inputs.chunks_exact(self.words.0);
         for (input, output) in inputs.zip(records.got.chunks_exact(self.words.1)) {
             if self.state == State::Lost {
@@ -124,7 +124,7 @@ impl SentReader {
             }
             self.state = State::Reading;
             if let Some(offered) = offered.filter(|_| self.ready.is_high(input)) {
-                self.take(offered, &mut on_sent);
+                self.take(offered, on_sent);
             }
             if self.overrun.is_high(output) {
                 self.state = State::Lost;
@@ -151,7 +151,7 @@ impl SentReader {
 
     /// The beat in its place; nothing if it is not where a scan ends, or is and does
     /// not say so.
-    fn take(&mut self, (data, last): ([u64; 2], bool), mut on_sent: impl FnMut(SentCount)) {
+    fn take(&mut self, (data, last): ([u64; 2], bool), on_sent: &mut dyn FnMut(SentCount)) {
         let counts = match &mut self.results {
             Results::Counts {
                 signed_bits,

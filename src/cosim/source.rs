@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::deliver::Emission;
+use crate::deliver::EmittedFile;
 
 /// Folder of the Verilog in that of a build.
 pub(super) const RTL: &str = "rtl";
@@ -31,10 +31,9 @@ pub fn is_users(sources: &[SourceFile]) -> bool {
     sources.iter().any(|source| source.origin.is_some())
 }
 
-/// The Verilog of an emission.
-pub fn sources_of(emission: &Emission) -> Vec<SourceFile> {
-    emission
-        .files
+/// The Verilog of an emitted design.
+pub fn sources_of(files: &[EmittedFile]) -> Vec<SourceFile> {
+    files
         .iter()
         .map(|file| SourceFile {
             name: file.name.clone(),

@@ -20,12 +20,14 @@ mod emission;
 mod error;
 pub mod flow;
 pub mod formal;
+mod limits;
 mod write;
 
 pub use crate::rtl::back::{BadPrefix, Prefix};
 pub use design::{EmittedFile, TOP};
 pub use emission::{
     Emission, HistogramParameters, LeftOut, Parameters, PeakParameters, emit, emit_prefixed,
+    verilog,
 };
 pub use error::HdlError;
 pub use write::{write, write_into};

@@ -48,7 +48,7 @@ use self::proof::{Answer, prove};
 use self::run::Stream;
 use self::tried::Tried;
 use crate::cosim::error::CosimError;
-use crate::cosim::lanes::model::Design;
+use crate::cosim::lanes::design::Design;
 use crate::cosim::lanes::{Refusal, refuse_memories};
 use crate::cosim::source::{SourceFile, is_users};
 use crate::document::Body;

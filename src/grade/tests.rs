@@ -21,7 +21,7 @@ fn request(sensor: &Sensor, clocks: u64, mutants: u32) -> GradeRequest {
     let emission = deliver::emit(sensor, "goldtof test").unwrap();
     GradeRequest {
         top: TOP.to_owned(),
-        sources: sources_of(&emission),
+        sources: sources_of(&emission.files),
         registers: Some(emission.scan_registers),
         cache: cache_dir().unwrap(),
         stimulus: GradeStimulus::Adversarial,

@@ -182,7 +182,7 @@ impl DetectorModel {
 
     /// Position in a code of `length` chips at which a group starts.
     pub(crate) fn code_position(&self, repetition: u64, group: Group, length: u64) -> i64 {
-        (self.timing.first_chip(repetition, group) % u128::from(length)) as i64
+        self.timing.first_chip(repetition, group).of_code(length) as i64
     }
 
     /// Dead time, in chips.

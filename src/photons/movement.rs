@@ -18,7 +18,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::random::{StreamKey, StreamRng, scatter};
 use super::time::ChipTime;
-use crate::scan::Clock;
+use crate::scan::{Chip, Clock};
 use crate::scene;
 
 /// Cells in a correlation time.
@@ -201,10 +201,10 @@ impl<'m> Trajectory<'m> {
         trajectory
     }
 
-    /// The same, `chips` after the first scan's start.
-    pub fn since_first_scan(self, chips: u128) -> Trajectory<'m> {
+    /// The same, if its own origin is chip `first` of all.
+    pub fn since_first_scan(self, first: Chip) -> Trajectory<'m> {
         Trajectory {
-            first_origin: chips as f64,
+            first_origin: first.0 as f64,
             ..self
         }
     }

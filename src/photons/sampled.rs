@@ -2,7 +2,7 @@
 
 use super::detector::DetectorModel;
 use super::step::{Detection, StepDetections};
-use crate::scan::Group;
+use crate::scan::{Group, Sample, Sampling};
 
 /// The samples during which one detection's pulse is high.
 ///
@@ -12,9 +12,25 @@ use crate::scan::Group;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pulse {
     /// First high sample.
-    pub first: u64,
+    pub first: Sample,
     /// The sample after the last high one.
-    pub end: u64,
+    pub end: Sample,
+}
+
+impl Pulse {
+    /// One sample long.
+    pub fn of_one(first: Sample) -> Pulse {
+        Pulse {
+            first,
+            end: first + 1,
+        }
+    }
+
+    /// Numbers its samples as the run's whose sample `start` its own sample 0 is.
+    pub fn shift(&mut self, start: Sample) {
+        self.first += start.0;
+        self.end += start.0;
+    }
 }
 
 /// The pulses of a running scan, step after step (with `parallel` steps at
@@ -33,7 +49,7 @@ pub struct PulseStream<'m> {
     group: Group,
     detections: StepDetections<'m>,
     /// Sample number at which the present group starts.
-    group_start: u64,
+    group_start: Sample,
     /// Found, but not asked for yet.
     pending: Option<Pulse>,
     /// The group before which it ends, if it is to end before the scan does.
@@ -50,7 +66,7 @@ impl<'m> PulseStream<'m> {
             repetition,
             group: Group(0),
             detections: model.step(seed, repetition, Group(0)),
-            group_start: 0,
+            group_start: Sample(0),
             pending: None,
             last: None,
             ended: false,
@@ -66,30 +82,23 @@ impl<'m> PulseStream<'m> {
         first: Group,
         until: Option<Group>,
     ) -> PulseStream<'m> {
-        let timing = &model.timing;
-        let group_samples =
-            timing.scan.integration_chips * u64::from(timing.clock.samples_per_chip);
         PulseStream {
             group: first,
             detections: model.step(seed, repetition, first),
-            group_start: first.0 * group_samples,
+            group_start: Sample(first.0 * group_samples(model)),
             last: until,
             ..PulseStream::new(model, seed, repetition)
         }
     }
 
-    /// Appends every pulse with `first < until_sample` that has not been
+    /// Appends every pulse with `first < until` that has not been
     /// returned yet, in order of `first`.
-    pub fn advance(&mut self, until_sample: u64, out: &mut Vec<Pulse>) {
+    pub fn advance(&mut self, until: Sample, out: &mut Vec<Pulse>) {
         loop {
-            let Some(pulse) = self
-                .pending
-                .take()
-                .or_else(|| self.next_pulse(until_sample))
-            else {
+            let Some(pulse) = self.pending.take().or_else(|| self.next_pulse(until)) else {
                 return;
             };
-            if pulse.first >= until_sample {
+            if pulse.first >= until {
                 self.pending = Some(pulse);
                 return;
             }
@@ -97,11 +106,11 @@ impl<'m> PulseStream<'m> {
         }
     }
 
-    /// The next pulse, or `None` if none starts before `until_sample`.
-    fn next_pulse(&mut self, until_sample: u64) -> Option<Pulse> {
+    /// The next pulse, or `None` if none starts before `until`.
+    fn next_pulse(&mut self, until: Sample) -> Option<Pulse> {
         loop {
             // Groups that begin later are not even simulated yet.
-            if self.ended || self.group_start >= until_sample {
+            if self.ended || self.group_start >= until {
                 return None;
             }
             match self.detections.next() {
@@ -117,7 +126,6 @@ impl<'m> PulseStream<'m> {
     }
 
     fn start_next_group(&mut self) {
-        let scan = &self.model.timing.scan;
         self.group.0 += 1;
         if self.last == Some(self.group) {
             self.ended = true;
@@ -131,15 +139,15 @@ impl<'m> PulseStream<'m> {
             self.group = Group(0);
             self.repetition += 1;
         }
-        self.group_start +=
-            scan.integration_chips * u64::from(self.model.timing.clock.samples_per_chip);
+        self.group_start += group_samples(self.model);
         self.detections = self.model.step(self.seed, self.repetition, self.group);
     }
 
     #[inline]
     fn sample(&self, detection: Detection) -> Pulse {
         let samples_per_chip = self.model.timing.clock.samples_per_chip;
-        let chip_start = self.group_start + detection.chip * u64::from(samples_per_chip);
+        let chip_start =
+            self.group_start + Sampling::new(samples_per_chip).samples_of(detection.chip);
         let sample_at_or_after =
             |chips: f64| chip_start + ceil_to_u64(chips * f64::from(samples_per_chip));
         Pulse {
@@ -147,6 +155,12 @@ impl<'m> PulseStream<'m> {
             end: sample_at_or_after(detection.fraction + self.model.pulse_width_chips),
         }
     }
+}
+
+/// Samples of a group of steps.
+fn group_samples(model: &DetectorModel) -> u64 {
+    let timing = &model.timing;
+    timing.sampling().samples_of(timing.scan.integration_chips)
 }
 
 /// The least integer at or above a value that is not negative.

@@ -52,7 +52,7 @@ impl<'m> StepDetections<'m> {
     pub(crate) fn new(model: &'m DetectorModel, key: StreamKey) -> StepDetections<'m> {
         let start = ChipTime::at_chip(-model.warm_up_chips).after(model.first_ready_chips(&key));
         let start_in_scan = model.timing.start_of_group(key.group);
-        let start_in_scan = i64::try_from(start_in_scan).unwrap_or(i64::MAX);
+        let start_in_scan = i64::try_from(start_in_scan.0).unwrap_or(i64::MAX);
         let start_in_all = model.timing.first_chip(key.repetition, key.group);
         let excess = model
             .excess

@@ -6,6 +6,7 @@ use super::stimulus::{Drive, Stimulus};
 use crate::reference::exercise::Exercise;
 use crate::reference::level::Level;
 use crate::reference::predictor::{Reference, Skip, StepResult};
+use crate::scan::Sample;
 use crate::sensor::layout::Layout;
 
 /// Clocks per block: its three arrays stay in a core's second-level cache.
@@ -53,7 +54,7 @@ pub struct BlockMaker<'a> {
     levels: Vec<Level>,
     drive: Drive,
     /// For each detector.
-    hits: Vec<Vec<u64>>,
+    hits: Vec<Vec<Sample>>,
     lanes: u32,
     reference: &'a mut Reference,
     stimulus: &'a mut dyn Stimulus,
@@ -87,7 +88,7 @@ impl<'a> BlockMaker<'a> {
 
     /// First samples of the runs of high samples in the last block made, for
     /// each detector.
-    pub fn hits(&self) -> &[Vec<u64>] {
+    pub fn hits(&self) -> &[Vec<Sample>] {
         &self.hits
     }
 

@@ -7,29 +7,29 @@
 use std::ops::Range;
 
 use crate::photons::Pulse;
+use crate::scan::{Sample, Sampling};
 
 /// Turns one detector's pulses, in order of their first sample, into words.
 #[derive(Debug, Clone)]
 pub struct Level {
-    lanes_log2: u32,
+    sampling: Sampling,
     /// The level is high on every sample before this one that a pulse covered,
     /// and low from here on unless another pulse covers it.
-    high_until: u64,
+    high_until: Sample,
 }
 
 impl Level {
     /// A level that is low so far. `lanes` is S, a power of two.
     pub fn new(lanes: u32) -> Level {
         Level {
-            lanes_log2: lanes.trailing_zeros(),
-            high_until: 0,
+            sampling: Sampling::new(lanes),
+            high_until: Sample(0),
         }
     }
 
     /// Paints the words of the clocks `block`.
     ///
-    /// `pulses` are those whose first sample lies in the block, in order;
-    /// samples are numbered so that clock t holds samples t S .. (t + 1) S.
+    /// `pulses` are those whose first sample lies in the block, in order.
     /// `paint(i, bits)` is to OR lane bits into the word of the block's i-th
     /// clock. The first sample of every run that starts here goes to `hits`.
     pub fn paint(
@@ -37,9 +37,9 @@ impl Level {
         block: Range<u64>,
         pulses: &[Pulse],
         mut paint: impl FnMut(usize, u64),
-        hits: &mut Vec<u64>,
+        hits: &mut Vec<Sample>,
     ) {
-        let samples = block.start << self.lanes_log2..block.end << self.lanes_log2;
+        let samples = self.sampling.samples(&block);
         if self.high_until > samples.start {
             self.paint_run(
                 samples.start..self.high_until.min(samples.end),
@@ -63,13 +63,13 @@ impl Level {
         }
     }
 
-    fn paint_run(&self, run: Range<u64>, first_clock: u64, paint: &mut impl FnMut(usize, u64)) {
-        let lanes = 1u64 << self.lanes_log2;
+    fn paint_run(&self, run: Range<Sample>, first_clock: u64, paint: &mut impl FnMut(usize, u64)) {
+        let lanes = self.sampling.samples_of(1);
         let mut sample = run.start;
         while sample < run.end {
-            let clock = sample >> self.lanes_log2;
-            let low = sample & (lanes - 1);
-            let high = (run.end - (clock << self.lanes_log2)).min(lanes);
+            let clock = self.sampling.clock_of(sample);
+            let low = self.sampling.lane_of(sample);
+            let high = (run.end - self.sampling.first_sample(clock)).min(lanes);
             let below_high = if high == 64 {
                 u64::MAX
             } else {
@@ -79,7 +79,7 @@ impl Level {
                 (clock - first_clock) as usize,
                 below_high & (u64::MAX << low),
             );
-            sample = (clock + 1) << self.lanes_log2;
+            sample = self.sampling.first_sample(clock + 1);
         }
     }
 }
@@ -89,10 +89,14 @@ mod tests {
     use super::*;
 
     fn pulse(first: u64, end: u64) -> Pulse {
-        Pulse { first, end }
+        Pulse {
+            first: Sample(first),
+            end: Sample(end),
+        }
     }
 
     fn painted(lanes: u32, clocks: u64, block: u64, pulses: &[Pulse]) -> (Vec<u64>, Vec<u64>) {
+        let sampling = Sampling::new(lanes);
         let mut level = Level::new(lanes);
         let mut words = vec![0; clocks as usize];
         let mut hits = Vec::new();
@@ -102,7 +106,7 @@ mod tests {
             let inside: Vec<_> = pulses
                 .iter()
                 .copied()
-                .filter(|p| (start..end).contains(&(p.first / u64::from(lanes))))
+                .filter(|p| (start..end).contains(&sampling.clock_of(p.first)))
                 .collect();
             let at = start as usize;
             level.paint(
@@ -113,7 +117,7 @@ mod tests {
             );
             start = end;
         }
-        (words, hits)
+        (words, hits.into_iter().map(|hit| hit.0).collect())
     }
 
     #[test]

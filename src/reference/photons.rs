@@ -2,6 +2,7 @@
 
 use super::stimulus::{Drive, RESET_CLOCKS, Stimulus, first_sample, scan_start};
 use crate::photons::{DetectorModel, PulseStream};
+use crate::scan::Sample;
 use crate::sensor::interface::Interface;
 
 /// The sampled pulses of every detector, scan after scan.
@@ -53,24 +54,23 @@ impl Stimulus for Photons<'_> {
         if clocks.start < RESET_CLOCKS {
             drive.surroundings.resets.push(0..RESET_CLOCKS);
         }
-        let lanes = u64::from(self.interface.lanes());
-        let until = clocks.end * lanes;
+        let sampling = self.interface.timing.sampling();
+        let until = sampling.first_sample(clocks.end);
         let origin = first_sample(self.interface, RESET_CLOCKS);
+        let start_of = |scan| origin + sampling.samples_of(scan_start(self.interface, scan));
         loop {
             // A full scan's stream runs on into the next scan by itself.
-            let start = origin + scan_start(self.interface, self.scan) * lanes;
+            let start = start_of(self.scan);
             if until > start {
                 for (stream, pulses) in self.streams.iter_mut().zip(&mut drive.pulses) {
                     let from = pulses.len();
-                    stream.advance(until - start, pulses);
-                    for pulse in &mut pulses[from..] {
-                        pulse.first += start;
-                        pulse.end += start;
-                    }
+                    stream.advance(Sample(until - start), pulses);
+                    pulses[from..]
+                        .iter_mut()
+                        .for_each(|pulse| pulse.shift(start));
                 }
             }
-            let next = origin + scan_start(self.interface, self.scan + 1) * lanes;
-            if !self.interface.realigns() || next >= until {
+            if !self.interface.realigns() || start_of(self.scan + 1) >= until {
                 return;
             }
             self.scan += 1;

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::photons::Pulse;
 use crate::reference::predictor::Surroundings;
+use crate::scan::Sample;
 use crate::sensor::interface::Interface;
 
 /// Clocks of reset at the start of every run.
@@ -14,8 +15,7 @@ pub const RESET_CLOCKS: u64 = 4;
 pub struct Drive {
     /// Reset and the result consumer.
     pub surroundings: Surroundings,
-    /// For each detector the pulses whose first sample lies in the block, in
-    /// order; clock t holds samples t S .. (t + 1) S.
+    /// For each detector the pulses whose first sample lies in the block, in order.
     pub pulses: Vec<Vec<Pulse>>,
 }
 
@@ -46,8 +46,8 @@ pub trait Stimulus {
 
 /// First sample of cycle 0 when reset ends at clock `released`: the word of a
 /// cycle is presented one clock after its chip shows on `o_laser`.
-pub fn first_sample(interface: &Interface, released: u64) -> u64 {
-    (released + 1) * u64::from(interface.lanes())
+pub fn first_sample(interface: &Interface, released: u64) -> Sample {
+    interface.timing.sampling().first_sample(released + 1)
 }
 
 /// First cycle of the `scan`-th scan after reset.

@@ -238,7 +238,7 @@ impl<'m> MeanResponse<'m> {
         let period = self.grid.period_chips as u64;
         let chips = self.model.timing.scan.integration_chips;
         let group = self.model.timing.grouping().group_of(step);
-        let first = self.model.timing.first_chip(0, group) % u128::from(period);
+        let first = self.model.timing.first_chip(0, group).of_code(period);
         (
             (chips / period) as f64,
             first as usize,

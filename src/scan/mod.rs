@@ -1,8 +1,9 @@
 //! How a scan is divided: its steps, the groups of them that share their light,
 //! and [`Timing`], which says when each of them is.
 //!
-//! The numbers of steps and of groups are types of their own. With one phase step
-//! at a time they are equal, and a wrong one would show only with several.
+//! The numbers of steps, of groups, of chips and of samples are types of their own. With
+//! one phase step at a time the first two are equal, with one sample in a chip the last
+//! two, and a wrong one would show only with several.
 //!
 //! ```
 //! use std::path::Path;
@@ -15,11 +16,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod chip;
+mod sample;
 mod timescale;
 mod timing;
 
 use std::ops::Range;
 
+pub use chip::Chip;
+pub use sample::{Sample, Sampling};
 pub use timescale::Timescale;
 pub use timing::{Clock, Scan, Timing};
 

@@ -1,7 +1,7 @@
 //! What follows from a sensor's clock and its scan: the one place where chips
 //! become picoseconds, and where it is said how scans follow one another.
 
-use super::{Group, Grouping, Step};
+use super::{Chip, Group, Grouping, Sampling, Step};
 
 /// Chip period, and the samples that a chip is divided into.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,6 +104,11 @@ impl Timing {
         }
     }
 
+    /// How clocks and samples number one another.
+    pub fn sampling(&self) -> Sampling {
+        Sampling::new(self.clock.samples_per_chip)
+    }
+
     /// Groups of a scan.
     pub fn groups(&self) -> u64 {
         self.grouping().groups()
@@ -138,7 +143,7 @@ impl Timing {
 
     /// Chips of a scan.
     pub fn scan_chips(&self) -> u128 {
-        self.start_of_group(Group(self.groups()))
+        self.start_of_group(Group(self.groups())).0
     }
 
     /// Duration of a scan.
@@ -153,13 +158,12 @@ impl Timing {
         self.scan.is_full() && self.grouping().is_even()
     }
 
-    /// First chip of the scan that follows one which ends before chip `end`; chips
-    /// are counted from the first scan's start.
-    pub fn next_scan_after(&self, end: u128) -> u128 {
+    /// First chip of the scan that follows one which ends before chip `end`.
+    pub fn next_scan_after(&self, end: Chip) -> Chip {
         if self.is_gapless() {
             end
         } else {
-            end.next_multiple_of(u128::from(self.code_chips()))
+            Chip(end.0.next_multiple_of(u128::from(self.code_chips())))
         }
     }
 
@@ -174,18 +178,17 @@ impl Timing {
 
     /// Chips from the start of one scan to the start of the next.
     pub fn scan_pitch_chips(&self) -> u128 {
-        self.next_scan_after(self.scan_chips())
+        self.next_scan_after(Chip(self.scan_chips())).0
     }
 
-    /// Chips from the start of a scan to the start of a group.
-    pub fn start_of_group(&self, group: Group) -> u128 {
-        u128::from(group.0) * u128::from(self.scan.integration_chips)
+    /// First chip of a group of the first scan.
+    pub fn start_of_group(&self, group: Group) -> Chip {
+        Chip(u128::from(group.0) * u128::from(self.scan.integration_chips))
     }
 
-    /// Chips from the start of the first scan to the start of a group of scan
-    /// number `repetition`.
-    pub fn first_chip(&self, repetition: u64, group: Group) -> u128 {
-        u128::from(repetition) * self.scan_pitch_chips() + self.start_of_group(group)
+    /// First chip of a group of scan number `repetition`.
+    pub fn first_chip(&self, repetition: u64, group: Group) -> Chip {
+        self.start_of_group(group) + u128::from(repetition) * self.scan_pitch_chips()
     }
 }
 
@@ -240,7 +243,7 @@ mod tests {
             let timing = timing(steps, parallel);
             assert_eq!(timing.is_gapless(), gapless, "{steps} {parallel}");
             assert_eq!(timing.scan_pitch_chips(), pitch, "{steps} {parallel}");
-            assert_eq!(timing.first_chip(2, Group(3)), 2 * pitch + 30);
+            assert_eq!(timing.first_chip(2, Group(3)), Chip(2 * pitch + 30));
         }
     }
 }

@@ -60,6 +60,7 @@ mod sunlight;
 mod totals;
 mod units;
 mod waveform;
+mod whole;
 mod wording;
 
 use std::sync::Arc;

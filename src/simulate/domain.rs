@@ -235,7 +235,7 @@ impl View<'_> {
 
     /// The moments are those of the first scan.
     fn later_scans(&self) -> Option<String> {
-        let pitch = self.model.timing.first_chip(1, Group(0));
+        let next_scan = self.model.timing.first_chip(1, Group(0));
         let scene = self.sensor.scene();
         let apart: Vec<&str> = scene
             .paths
@@ -243,7 +243,7 @@ impl View<'_> {
             .filter(|path| path.detector == self.detector)
             .map(|path| &scene.sources[path.source])
             .chain([&scene.sources[scene.detectors[self.detector].reference]])
-            .filter(|source| !pitch.is_multiple_of(u128::from(source.code.len())))
+            .filter(|source| next_scan.of_code(source.code.len()) != 0)
             .map(|source| source.name.as_str())
             .collect();
         let first = apart.first()?;

@@ -12,7 +12,7 @@ use crate::histogram::{Histogram, HistogramError};
 use crate::photons::random::Part;
 use crate::photons::{DetectorModel, Pulse, PulseStream};
 use crate::response::{MeanResponse, MeanResponseError};
-use crate::scan::Group;
+use crate::scan::{Group, Sample};
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
@@ -42,8 +42,8 @@ pub enum HistogramsError {
 /// Samples of a code period, and of a histogram.
 fn samples(model: &DetectorModel) -> [u64; 2] {
     let timing = &model.timing;
-    let samples_per_chip = u64::from(timing.clock.samples_per_chip);
-    [timing.code_chips(), timing.scan.integration_chips].map(|chips| chips * samples_per_chip)
+    let sampling = timing.sampling();
+    [timing.code_chips(), timing.scan.integration_chips].map(|chips| sampling.samples_of(chips))
 }
 
 pub(super) fn histogram(
@@ -60,7 +60,7 @@ pub(super) fn counts(
     detector: DetectorIndex,
     seed: u64,
     numbers: Range<u64>,
-    on_histogram: impl FnMut(Histogram),
+    on_histogram: &mut dyn FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
     let dead_time = dead_time(sensor, detector).map_err(HistogramsError::NotDrawn)?;
     let model = &DetectorModel::new(sensor, detector);
@@ -79,7 +79,7 @@ pub(super) fn events(
     model: &DetectorModel,
     seed: u64,
     numbers: Range<u64>,
-    on_histogram: impl FnMut(Histogram),
+    on_histogram: &mut dyn FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
     let [period, _] = samples(model);
     let samples_per_chip = model.timing.clock.samples_per_chip;
@@ -101,7 +101,7 @@ pub(super) fn events(
 fn in_batches(
     numbers: Range<u64>,
     one: impl Fn(u64) -> Result<Histogram, HistogramError> + Sync,
-    mut on_histogram: impl FnMut(Histogram),
+    on_histogram: &mut dyn FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
     let mut first = numbers.start;
     while first < numbers.end {
@@ -121,7 +121,7 @@ pub(super) fn sampled(
     model: &DetectorModel,
     seed: u64,
     numbers: Range<u64>,
-    mut on_histogram: impl FnMut(Histogram),
+    on_histogram: &mut dyn FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
     let [period, all] = samples(model);
     // A bin that is too narrow stays at its largest count.
@@ -135,11 +135,11 @@ pub(super) fn sampled(
     let mut pulses = Vec::new();
     for number in from..numbers.end {
         pulses.clear();
-        stream.advance((number - from + 1) * all, &mut pulses);
+        stream.advance(Sample((number - from + 1) * all), &mut pulses);
         let mut bins = vec![0_u64; period as usize];
         for pulse in &pulses {
             if level.rises(pulse) {
-                let bin = &mut bins[(pulse.first % period) as usize];
+                let bin = &mut bins[(pulse.first.0 % period) as usize];
                 *bin = (*bin + 1).min(most);
             }
         }
@@ -154,7 +154,7 @@ pub(super) fn sampled(
 #[derive(Debug, Default)]
 struct Level {
     /// The sample after the last high one; none before the first pulse.
-    low_from: Option<u64>,
+    low_from: Option<Sample>,
 }
 
 impl Level {
@@ -175,7 +175,12 @@ mod tests {
     fn a_pulse_rises_only_after_a_low_sample() {
         let mut level = Level::default();
         let pulses = [(0, 4), (2, 3), (4, 6), (7, 9), (9, 10), (12, 13)];
-        let rises = pulses.map(|(first, end)| level.rises(&Pulse { first, end }));
+        let rises = pulses.map(|(first, end)| {
+            level.rises(&Pulse {
+                first: Sample(first),
+                end: Sample(end),
+            })
+        });
         // The second is within the first, the third and the fifth touch the one before.
         assert_eq!(rises, [true, false, false, true, false, true]);
     }

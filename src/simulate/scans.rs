@@ -20,8 +20,7 @@ use crate::cosim::source::{SourceFile, sources_of};
 use crate::cosim::verilated::Verilated;
 use crate::cosim::window::Window;
 use crate::cosim::{Cosimulation, Request, StimulusKind, TOP, Verdict, cosimulate};
-use crate::deliver;
-use crate::deliver::HdlError;
+use crate::deliver::{self, HdlError, Prefix};
 use crate::estimate::PredictionError;
 use crate::histogram::Histogram;
 use crate::photons::fast::StepCounter;
@@ -99,9 +98,10 @@ pub fn histograms(
     tier: Tier,
     seed: u64,
     repetitions: u64,
-    on_histogram: impl FnMut(Histogram),
+    mut on_histogram: impl FnMut(Histogram),
 ) -> Result<Option<Exercised>, ScansError> {
-    Prepared::new(sensor, tier)?.histograms(sensor, detector, seed, 0..repetitions, on_histogram)
+    let all = 0..repetitions;
+    Prepared::new(sensor, tier)?.histograms(sensor, detector, seed, all, &mut on_histogram)
 }
 
 /// [`Prepared::scans`] of a tier that is prepared for them alone.
@@ -114,9 +114,10 @@ pub fn scans(
     tier: Tier,
     seed: u64,
     repetitions: u64,
-    on_scan: impl FnMut(&[StepCount]),
+    mut on_scan: impl FnMut(&[StepCount]),
 ) -> Result<Option<Exercised>, ScansError> {
-    Prepared::new(sensor, tier)?.scans(sensor, detector, seed, 0..repetitions, on_scan)
+    let all = 0..repetitions;
+    Prepared::new(sensor, tier)?.scans(sensor, detector, seed, all, &mut on_scan)
 }
 
 impl Prepared {
@@ -138,7 +139,11 @@ impl Prepared {
         engine: Engine,
     ) -> Result<Prepared, ScansError> {
         let rtl = if tier == Tier::Rtl {
-            let sources = sources_of(&deliver::emit(sensor, "goldtof simulate")?);
+            let sources = sources_of(&deliver::verilog(
+                sensor,
+                &Prefix::default(),
+                "goldtof simulate",
+            )?);
             Some(Rtl {
                 library: build(TOP, &sources, sensor.interface(), &cache_dir()?)?,
                 sources,
@@ -168,7 +173,7 @@ impl Prepared {
         detector: DetectorIndex,
         seed: u64,
         scans: Range<u64>,
-        on_scan: impl FnMut(&[StepCount]),
+        on_scan: &mut dyn FnMut(&[StepCount]),
     ) -> Result<Option<Exercised>, ScansError> {
         match (self.tier, &self.rtl) {
             (Tier::Expected, _) => {}
@@ -205,7 +210,7 @@ impl Prepared {
         detector: DetectorIndex,
         seed: u64,
         numbers: Range<u64>,
-        mut on_histogram: impl FnMut(Histogram),
+        on_histogram: &mut dyn FnMut(Histogram),
     ) -> Result<Option<Exercised>, ScansError> {
         let model = DetectorModel::new(sensor, detector);
         match (self.tier, &self.rtl) {
@@ -220,11 +225,11 @@ impl Prepared {
             }
             (_, Some(rtl)) => {
                 let mut made = Ok(());
-                let on_bins = |bins| match histograms::histogram(&model, bins) {
+                let mut on_bins = |bins| match histograms::histogram(&model, bins) {
                     Ok(histogram) => on_histogram(histogram),
                     Err(error) => made = Err(error),
                 };
-                let exercised = rtl.histograms(sensor, detector, seed, numbers, on_bins)?;
+                let exercised = rtl.histograms(sensor, detector, seed, numbers, &mut on_bins)?;
                 made.map_err(HistogramsError::from)?;
                 return Ok(exercised);
             }
@@ -241,7 +246,7 @@ impl Rtl {
         detector: DetectorIndex,
         seed: u64,
         numbers: Range<u64>,
-        mut on_bins: impl FnMut(Vec<u64>),
+        on_bins: &mut dyn FnMut(Vec<u64>),
     ) -> Result<Option<Exercised>, ScansError> {
         if self.engine == Engine::Lanes {
             refuse_memories(sensor.interface())
@@ -251,14 +256,14 @@ impl Rtl {
         let from = begun_by(&models(sensor), numbers.start);
         let run = from..numbers.end;
         let mut frame = Vec::with_capacity(bins);
-        let on_sent = |sent: SentCount| {
+        let mut on_sent = |sent: SentCount| {
             let bin = sent.bin.filter(|_| sent.detector == detector);
             frame.extend(bin.filter(|_| numbers.contains(&(from + sent.scan))));
             if frame.len() == bins {
                 on_bins(std::mem::replace(&mut frame, Vec::with_capacity(bins)));
             }
         };
-        compared(sensor, &self.library, seed, run, |_| (), on_sent)
+        compared(sensor, &self.library, seed, run, &mut |_| (), &mut on_sent)
     }
 
     /// One scan, in lanes where it has a place there.
@@ -267,7 +272,7 @@ impl Rtl {
         sensor: &Sensor,
         detector: DetectorIndex,
         seed: u64,
-        on_scan: impl FnMut(&[StepCount]),
+        on_scan: &mut dyn FnMut(&[StepCount]),
     ) -> Result<Option<Exercised>, ScansError> {
         let request = Request {
             top: TOP.to_owned(),
@@ -306,7 +311,7 @@ fn counts(
     detector: DetectorIndex,
     seed: u64,
     scans: Range<u64>,
-    mut on_scan: impl FnMut(&[StepCount]),
+    on_scan: &mut dyn FnMut(&[StepCount]),
 ) -> Result<(), ScansError> {
     let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::of_tier(&model, Tier::Counts.counting())?;
@@ -322,7 +327,7 @@ fn events(
     detector: DetectorIndex,
     seed: u64,
     scans: Range<u64>,
-    mut on_scan: impl FnMut(&[StepCount]),
+    on_scan: &mut dyn FnMut(&[StepCount]),
 ) {
     let model = DetectorModel::new(sensor, detector);
     let counter = StepCounter::new(&model);
@@ -339,7 +344,7 @@ fn events(
             StepCount::default(),
         );
         counter.count_on_threads(threads, seed, batch, 0..steps, &mut counted);
-        counted.chunks_exact(steps as usize).for_each(&mut on_scan);
+        counted.chunks_exact(steps as usize).for_each(&mut *on_scan);
     }
 }
 
@@ -348,7 +353,7 @@ fn sampled(
     detector: DetectorIndex,
     seed: u64,
     scans: Range<u64>,
-    on_scan: impl FnMut(&[StepCount]),
+    on_scan: &mut dyn FnMut(&[StepCount]),
 ) -> Result<(), ScansError> {
     let interface = sensor.interface();
     let layout = Layout::of(interface);
@@ -385,7 +390,7 @@ fn lockstep(
     library: &Built,
     seed: u64,
     scans: Range<u64>,
-    on_scan: impl FnMut(&[StepCount]),
+    on_scan: &mut dyn FnMut(&[StepCount]),
 ) -> Result<Option<Exercised>, ScansError> {
     let from = begun_by(&models(sensor), scans.start);
     let run = from..scans.end;
@@ -393,12 +398,12 @@ fn lockstep(
     // Hits of the steps that the Verilog has yet to send. They stand in where it
     // sends no totals: the rate of detections needs them, the estimator does not.
     let hits = RefCell::new(VecDeque::new());
-    let on_result = |result: StepResult| {
+    let mut on_result = |result: StepResult| {
         if result.detector == detector {
             hits.borrow_mut().push_back(result.total);
         }
     };
-    let on_sent = |sent: SentCount| {
+    let mut on_sent = |sent: SentCount| {
         if sent.detector == detector {
             let hits = hits.borrow_mut().pop_front();
             let count = StepCount {
@@ -408,7 +413,7 @@ fn lockstep(
             collector.take(sent.scan, count);
         }
     };
-    compared(sensor, library, seed, run, on_result, on_sent)
+    compared(sensor, library, seed, run, &mut on_result, &mut on_sent)
 }
 
 /// Clocks the Verilog beside the reference model for scans that follow one another, by
@@ -420,8 +425,8 @@ fn compared(
     library: &Built,
     seed: u64,
     run: Range<u64>,
-    on_result: impl FnMut(StepResult),
-    on_sent: impl FnMut(SentCount),
+    on_result: &mut dyn FnMut(StepResult),
+    on_sent: &mut dyn FnMut(SentCount),
 ) -> Result<Option<Exercised>, ScansError> {
     let interface = sensor.interface();
     let layout = Layout::of(interface);
@@ -437,7 +442,7 @@ fn compared(
         clocks_for_scans(interface, run.end - run.start),
         on_result,
         on_sent,
-        |_| (),
+        &mut |_| (),
     )?;
     if outcome.first.is_some() {
         return Err(ScansError::Mismatch);
@@ -448,18 +453,23 @@ fn compared(
 }
 
 /// Gathers a detector's counts, which come in order, into scans.
-struct Collector<F> {
+struct Collector<'f> {
     steps: u64,
     /// The scan that the run began with.
     from: u64,
     /// Those that were asked for.
     scans: Range<u64>,
     scan: Vec<StepCount>,
-    on_scan: F,
+    on_scan: &'f mut dyn FnMut(&[StepCount]),
 }
 
-impl<F: FnMut(&[StepCount])> Collector<F> {
-    fn new(interface: &Interface, from: u64, scans: Range<u64>, on_scan: F) -> Collector<F> {
+impl<'f> Collector<'f> {
+    fn new(
+        interface: &Interface,
+        from: u64,
+        scans: Range<u64>,
+        on_scan: &'f mut dyn FnMut(&[StepCount]),
+    ) -> Collector<'f> {
         Collector {
             steps: interface.timing.scan.steps,
             from,

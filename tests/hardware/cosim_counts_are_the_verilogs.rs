@@ -56,7 +56,7 @@ fn small_scene(estimator: &str, hardware: &str) -> Scene {
 /// Co-simulates a scene with its own Verilog, in which `edits` are made.
 fn cosimulated(scene: &Scene, edits: &[(&str, &str, &str)]) -> Cosimulation {
     let emission = emit(&Sensor::new(scene), "goldtof emit test.toml").expect("it can be emitted");
-    let mut sources: Vec<SourceFile> = sources_of(&emission);
+    let mut sources: Vec<SourceFile> = sources_of(&emission.files);
     for (name, from, to) in edits {
         let source = sources.iter_mut().find(|source| source.name == *name);
         let text = &mut source.expect("there is such a file").text;
@@ -202,7 +202,7 @@ fn what_a_receiver_that_stalls_takes_stands_in_its_place() {
                         .or_insert((step.count, Some(step.total)));
                 }
                 block.records.got.clone_from(&block.records.expected);
-                reader.read(&block.records, |count| sent.push(count));
+                reader.read(&block.records, &mut |count| sent.push(count));
             }
             for count in &sent {
                 let place = (count.scan, count.detector, count.step);

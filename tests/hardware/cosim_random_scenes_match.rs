@@ -22,7 +22,7 @@ fn match_under_hostile_inputs(scenes: u64, seed: u64) {
         let request = Request {
             top: goldtof::cosim::TOP.to_owned(),
             window: goldtof::cosim::window::Window::Found,
-            sources: sources_of(&emission),
+            sources: sources_of(&emission.files),
             // Shortened steps and scans, and whole ones.
             registers: (number % 2 == 0 && emission.parameters.histogram.is_none())
                 .then(|| emission.scan_registers.clone()),

@@ -8,9 +8,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::time::Instant;
 
 /// What is checked but not run, by words that it contains.
-const SKIPPED: [(&str, &str); 9] = [
+const SKIPPED: [(&str, &str); 10] = [
     ("scripts/run", "a release build and 214 million clocks"),
     ("scripts/test", "the test suite itself"),
     (
@@ -30,6 +31,7 @@ const SKIPPED: [(&str, &str); 9] = [
         "214 million clocks, which lanes run elsewhere",
     ),
     ("--repeat 60", "minutes of simulation"),
+    ("--repeat 2000", "half a minute of simulation"),
     ("--repeat 112", "minutes of simulation"),
     (
         "cargo install",
@@ -127,7 +129,8 @@ fn shell(folder: &Path, lines: &str) -> Output {
         .expect("its folder");
     let python = PathBuf::from(concat!(env!("CARGO_TARGET_TMPDIR"), "/../python/bin"));
     let path = std::env::var("PATH").unwrap_or_default();
-    Command::new("bash")
+    let started = Instant::now();
+    let done = Command::new("bash")
         .args(["-euo", "pipefail", "-c", lines])
         .current_dir(folder)
         .env(
@@ -138,7 +141,9 @@ fn shell(folder: &Path, lines: &str) -> Output {
         .env("XDG_CONFIG_HOME", folder)
         .env("XDG_DATA_HOME", folder)
         .output()
-        .expect("bash starts")
+        .expect("bash starts");
+    println!("{:6.1} s  {lines}", started.elapsed().as_secs_f64());
+    done
 }
 
 fn said(output: &Output) -> String {

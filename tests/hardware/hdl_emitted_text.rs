@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::hdl_support::draw::{self, Extent};
 use crate::hdl_support::{Family, code, run, scene};
-use goldtof::deliver::{Emission, emit, write};
+use goldtof::deliver::{Emission, EmittedFile, Prefix, emit, verilog, write};
 use goldtof::scene::Scene;
 use goldtof::sensor::Sensor;
 use rand::SeedableRng;
@@ -20,9 +20,9 @@ const MOST_COLUMNS: usize = 100;
 fn no_line_of_a_module_is_longer_than_a_hundred_columns() {
     let lines = (0..100).into_par_iter().map(|scene| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(scene);
-        let (_, emission) = draw::emitted(&mut rng, Extent::WHOLE, |_| ());
+        let (_, files) = draw::modules(&mut rng, Extent::WHOLE);
         let (mut commented, mut all) = (0, 0);
-        for file in &emission.files {
+        for file in &files {
             for line in file.text.lines().filter(|line| !line.is_empty()) {
                 assert!(line.len() <= MOST_COLUMNS, "{}: {line}", file.name);
                 assert_eq!(line.trim_end(), line, "{}", file.name);
@@ -37,14 +37,17 @@ fn no_line_of_a_module_is_longer_than_a_hundred_columns() {
     assert!((0.15..0.33).contains(&share), "{share:.3} of all lines");
 }
 
-fn names_of(emission: &Emission) -> Vec<&str> {
-    emission.files.iter().map(|f| f.name.as_str()).collect()
+fn write_files(files: &[EmittedFile], folder: &Path) {
+    for file in files {
+        fs::write(folder.join(&file.name), &file.text).expect("it can be written");
+    }
 }
 
-/// What Icarus says of the design before any clock: the words of its checks.
-fn said_by_checks(folder: &Path, files: &[&str]) -> String {
-    let mut arguments = vec!["-g2005", "-s", "sensor_top", "-o", "checks.vvp"];
-    arguments.extend(files);
+/// What Icarus says of a module, and of what it instantiates, before any clock: the words
+/// of its checks.
+fn said_by_checks(folder: &Path, module: &str) -> String {
+    let file = format!("{module}.v");
+    let arguments = ["-g2005", "-s", module, "-y", ".", "-o", "checks.vvp", &file];
     run(folder, "iverilog", &arguments);
     run(folder, "vvp", &["-n", "checks.vvp"])
 }
@@ -89,33 +92,31 @@ fn scenes() -> Vec<Scene> {
 #[test]
 fn a_wrong_bit_in_a_constant_of_an_lfsr_is_caught_before_the_first_clock() {
     let constants = scenes().into_iter().flat_map(|scene| {
-        let emission =
-            emit(&Sensor::new(&scene), "goldtof emit test.toml").expect("the scene is fine");
+        let prefix = Prefix::default();
+        let files = verilog(&Sensor::new(&scene), &prefix, "goldtof emit test.toml");
+        let files = files.expect("the scene is fine");
         let folder = tempfile::tempdir().expect("a temporary folder");
-        write(&emission, folder.path()).expect("the files can be written");
-        assert_eq!(said_by_checks(folder.path(), &names_of(&emission)), "");
-        let of_file = |at: usize| {
-            states(&emission.files[at].text)
-                .into_iter()
-                .map(move |s| (at, s))
-        };
-        let all: Vec<_> = (0..emission.files.len()).flat_map(of_file).collect();
+        write_files(&files, folder.path());
+        assert_eq!(said_by_checks(folder.path(), "sensor_top"), "");
+        let of_file = |at: usize| states(&files[at].text).into_iter().map(move |s| (at, s));
+        let all: Vec<_> = (0..files.len()).flat_map(of_file).collect();
         all.into_iter()
-            .map(move |(at, state)| (emission.clone(), at, state))
+            .map(move |(at, state)| (files.clone(), at, state))
     });
     let constants: Vec<_> = constants.collect();
     let tried: Vec<(String, u32)> = constants
         .into_par_iter()
-        .map(|(emission, at, (name, place, width, value))| {
+        .map(|(files, at, (name, place, width, value))| {
             let folder = tempfile::tempdir().expect("a temporary folder");
-            write(&emission, folder.path()).expect("the files can be written");
-            let file = &emission.files[at];
+            write_files(&files, folder.path());
+            let file = &files[at];
+            let module = file.name.strip_suffix(".v").expect("a file of Verilog");
             for bit in 0..width {
                 let wrong = format!("{width}'h{:x}", value ^ 1 << bit);
                 let mut text = file.text.clone();
                 text.replace_range(place.clone(), &wrong);
                 fs::write(folder.path().join(&file.name), text).expect("it can be written");
-                let said = said_by_checks(folder.path(), &names_of(&emission));
+                let said = said_by_checks(folder.path(), module);
                 let stem = name.to_lowercase();
                 let stem = stem.rsplit_once('_').expect("two words").0;
                 assert!(

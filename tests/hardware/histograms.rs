@@ -147,7 +147,7 @@ impl Memories {
 
 fn cosimulated(sensor: &Sensor, memories: Memories, stimulus: StimulusKind) -> Cosimulation {
     let emission = emit(sensor, "goldtof test").unwrap_or_else(|error| panic!("{error}"));
-    let mut sources = sources_of(&emission);
+    let mut sources = sources_of(&emission.files);
     memories.put_into(&mut sources);
     let request = Request {
         top: TOP.to_owned(),
@@ -313,7 +313,7 @@ fn by_definition(sensor: &Sensor) -> Vec<Vec<i64>> {
             let in_frame = hits
                 .iter()
                 .filter(|&&hit| (start..start + samples).contains(&hit));
-            for hit in in_frame {
+            for &hit in in_frame {
                 for (k, count) in (0..).zip(counts[detector.0].iter_mut()) {
                     let at = (hit - start + period - k) % period / lanes;
                     *count += 2 * i64::from(codes[detector.0].chips[at as usize]) - 1;

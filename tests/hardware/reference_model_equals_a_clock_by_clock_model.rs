@@ -232,8 +232,8 @@ fn event_driven(
         adversary.drive(&mut drive);
         for (level, pulses) in inputs.level.iter_mut().zip(&drive.pulses) {
             for pulse in pulses {
-                let to = (pulse.end as usize).min(level.len());
-                level[pulse.first as usize..to].fill(true);
+                let to = (pulse.end.0 as usize).min(level.len());
+                level[pulse.first.0 as usize..to].fill(true);
             }
         }
         for reset in &drive.surroundings.resets {

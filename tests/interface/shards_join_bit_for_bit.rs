@@ -81,7 +81,11 @@ fn written(simulation: &Simulation) -> String {
 fn assert_cut_anywhere(sensor: &Sensor, tier: Tier, repetitions: u64, cuts: &[u64]) {
     let prepared = Prepared::new(sensor, tier).unwrap();
     let simulated = Simulated::new(sensor, tier).unwrap();
-    let gather = |scans| simulated.gather(&prepared, 7, scans, |_, _| ()).unwrap();
+    let gather = |scans| {
+        simulated
+            .gather(&prepared, 7, scans, &mut |_, _| ())
+            .unwrap()
+    };
     let conclude = |gathered| written(&simulated.conclude(7, repetitions, gathered).unwrap());
     let whole = conclude(gather(0..repetitions));
     let ends = cuts.iter().copied().chain([repetitions]);
@@ -180,7 +184,11 @@ fn what_the_verilog_was_not_made_to_show_is_that_of_all_shards() {
     let simulated = Simulated::new(&sensor, Tier::Rtl).unwrap();
     let mut said = [0; 3];
     for seed in 0..24 {
-        let gather = |scans| simulated.gather(&prepared, seed, scans, |_, _| ()).unwrap();
+        let gather = |scans| {
+            simulated
+                .gather(&prepared, seed, scans, &mut |_, _| ())
+                .unwrap()
+        };
         let conclude = |gathered| simulated.conclude(seed, 2, gathered).unwrap();
         let [mut joined, second] = [gather(0..1), gather(1..2)];
         let alone = [&joined, &second].map(|one| conclude(one.clone()).warnings.len());

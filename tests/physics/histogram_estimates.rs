@@ -13,6 +13,7 @@ use goldtof::histogram::Histogram;
 use goldtof::histogram::correlation::Correlator;
 use goldtof::photons::{DetectorModel, Pulse, PulseStream, StepCount};
 use goldtof::response::{MeanResponse, SecondMoments};
+use goldtof::scan::Sample;
 use goldtof::scene::{Architecture, DetectorIndex, EstimatorKind, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
@@ -45,13 +46,13 @@ fn every_phase_step_counts_what_the_up_down_sensor_would() {
     let scene = scene(8e6, 7);
     let model = DetectorModel::new(&Sensor::new(&scene), FIRST);
     let mut pulses = Vec::new();
-    PulseStream::new(&model, 5, 0).advance(7 * 16_376, &mut pulses);
+    PulseStream::new(&model, 5, 0).advance(Sample(7 * 16_376), &mut pulses);
     assert!(pulses.len() > 600);
     let chips = &scene.sources[0].code.chips;
     let expected: Vec<i64> = (0..16_376)
         .map(|k: i64| {
             let sign = |pulse: &Pulse| {
-                let chip = (pulse.first as i64 - k).div_euclid(8).rem_euclid(2047);
+                let chip = (pulse.first.0 as i64 - k).div_euclid(8).rem_euclid(2047);
                 2 * i64::from(chips[chip as usize]) - 1
             };
             pulses.iter().map(sign).sum()

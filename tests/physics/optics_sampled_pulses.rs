@@ -11,7 +11,7 @@ use goldtof::photons::{DetectorModel, Pulse, PulseStream, StepCount};
 use goldtof::response::{
     CountMoments, CountingTier, MeanResponse, MeanResponseError, SecondMoments,
 };
-use goldtof::scan::Step;
+use goldtof::scan::{Sample, Step};
 use goldtof::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
@@ -30,11 +30,11 @@ fn painted_counts(
     let steps = scene.scan.steps;
     let step_samples = scene.scan.integration_chips * per_chip;
     let mut pulses = Vec::new();
-    PulseStream::new(model, seed, 0).advance(steps * step_samples, &mut pulses);
+    PulseStream::new(model, seed, 0).advance(Sample(steps * step_samples), &mut pulses);
     let mut level = vec![false; (steps * step_samples) as usize];
     for Pulse { first, end } in pulses {
-        let end = end.min(level.len() as u64);
-        level[first as usize..end as usize].fill(true);
+        let end = level.len().min(end.0 as usize);
+        level[first.0 as usize..end].fill(true);
     }
     let chips = &scene.sources[0].code.chips;
     let mut counts = vec![[0.0; 2]; steps as usize];

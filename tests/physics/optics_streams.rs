@@ -4,7 +4,7 @@ use crate::optics_support::{
     Moments, assert_within_standard_errors, code, gold_5, ideal_scene, power_w, table_i_scene,
 };
 use goldtof::photons::{Detection, DetectorModel, Pulse, PulseStream, count_step};
-use goldtof::scan::{Group, Step};
+use goldtof::scan::{Chip, Group, Sample, Step};
 use goldtof::scene::{
     CounterTiming, DetectorIndex, LaserResponse, Path, Scene, Source, SourceClock, SourceIndex,
 };
@@ -110,7 +110,7 @@ fn naive_pulses(scene: &Scene, model: &DetectorModel, steps: &[(u64, u64)]) -> V
     let samples_per_step = scene.scan.integration_chips * u64::from(scene.samples_per_chip);
     let mut pulses = Vec::new();
     for (number, &(repetition, step)) in steps.iter().enumerate() {
-        let step_start = number as u64 * samples_per_step;
+        let step_start = Sample(number as u64 * samples_per_step);
         for detection in model.step(1, repetition, Group(step)) {
             let time_ps = (detection.chip as f64 + detection.fraction) * scene.chip_period_ps;
             let high: Vec<u64> = (0..samples_per_step + 64)
@@ -121,8 +121,8 @@ fn naive_pulses(scene: &Scene, model: &DetectorModel, steps: &[(u64, u64)]) -> V
                 .collect();
             if let (Some(first), Some(last)) = (high.first(), high.last()) {
                 pulses.push(Pulse {
-                    first: step_start + first,
-                    end: step_start + last + 1,
+                    first: step_start + *first,
+                    end: step_start + (last + 1),
                 });
             }
         }
@@ -138,11 +138,11 @@ fn pulses_follow_the_definition_and_run_on_into_the_next_scan() {
         let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let steps: Vec<(u64, u64)> = (0..2).flat_map(|r| (0..24).map(move |j| (r, j))).collect();
         let mut pulses = Vec::new();
-        PulseStream::new(&model, 1, 0).advance(48 * 40 * 8, &mut pulses);
+        PulseStream::new(&model, 1, 0).advance(Sample(48 * 40 * 8), &mut pulses);
         let expected = naive_pulses(&scene, &model, &steps);
         assert!(expected.len() > 100);
         // The very last detection may be seen in the scan that follows.
-        let until = 48 * 40 * 8;
+        let until = Sample(48 * 40 * 8);
         let expected: Vec<Pulse> = expected.into_iter().filter(|p| p.first < until).collect();
         assert_eq!(pulses, expected);
     }
@@ -155,12 +155,12 @@ fn a_window_scan_ends_after_its_last_step() {
     scene.scan.steps = 5;
     let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let mut pulses = Vec::new();
-    PulseStream::new(&model, 1, 0).advance(u64::MAX, &mut pulses);
+    PulseStream::new(&model, 1, 0).advance(Sample(u64::MAX), &mut pulses);
     let steps: Vec<(u64, u64)> = (0..5).map(|j| (0, j)).collect();
     assert_eq!(pulses, naive_pulses(&scene, &model, &steps));
     // 250 chips, realigned to the ninth period of 31 chips.
-    assert_eq!(model.timing().first_chip(0, Group(4)), 200);
-    assert_eq!(model.timing().first_chip(1, Group(0)), 279);
+    assert_eq!(model.timing().first_chip(0, Group(4)), Chip(200));
+    assert_eq!(model.timing().first_chip(1, Group(0)), Chip(279));
 }
 
 proptest! {
@@ -174,10 +174,10 @@ proptest! {
         let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let end: u64 = blocks.iter().sum();
         let mut whole = Vec::new();
-        PulseStream::new(&model, seed, 0).advance(end, &mut whole);
+        PulseStream::new(&model, seed, 0).advance(Sample(end), &mut whole);
 
         let mut stream = PulseStream::new(&model, seed, 0);
-        let (mut parts, mut until) = (Vec::new(), 0);
+        let (mut parts, mut until) = (Vec::new(), Sample(0));
         for block in blocks {
             let before = parts.len();
             stream.advance(until + block, &mut parts);

@@ -4,7 +4,7 @@
 use crate::optics_support::{code, gold_5, m_sequence, table_i_scene};
 use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, OptionalPart, Pulse, PulseStream, StepCount, count_step};
-use goldtof::scan::Step;
+use goldtof::scan::{Sample, Step};
 use goldtof::scene::{DetectorIndex, Path, Scene};
 use goldtof::sensor::Sensor;
 use proptest::prelude::*;
@@ -102,7 +102,7 @@ fn scene_of(choice: &Choice) -> Scene {
 fn pulses(model: &DetectorModel, seed: u64) -> Vec<Pulse> {
     let samples = model.timing().groups() * model.timing().scan.integration_chips * 8;
     let mut pulses = Vec::new();
-    PulseStream::new(model, seed, 1).advance(samples, &mut pulses);
+    PulseStream::new(model, seed, 1).advance(Sample(samples), &mut pulses);
     pulses
 }
 

@@ -39,7 +39,7 @@ fn photons_come_from_on_chips_by_their_sources_own_clock() {
     let mut slipped = 0.0_f64;
     let mut detections = 0;
     for (repetition, group) in [(0, 0), (0, 7), (3, 5), (4_000, 11)] {
-        let start = model.timing().first_chip(repetition, Group(group)) as f64;
+        let start = model.timing().first_chip(repetition, Group(group)).0 as f64;
         for detection in model.step(9, repetition, Group(group)) {
             let t = start + detection.chip as f64 + detection.fraction;
             let ahead = t * (clock.offset + 0.5 * clock.drift_per_s * chip_s * t);

@@ -9,6 +9,7 @@ use goldtof::estimate::{CountingTier, predict};
 use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, PulseStream, StepCount};
 use goldtof::response::MeanResponse;
+use goldtof::scan::Sample;
 use goldtof::scene::{DetectorIndex, PathIndex, Scene, SourceIndex, parse};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
@@ -134,7 +135,7 @@ fn the_order_of_tables_changes_no_count_and_no_pulse() {
                 let model =
                     DetectorModel::new(&Sensor::new(scene), DetectorIndex(detector(scene, name)));
                 let mut pulses = Vec::new();
-                PulseStream::new(&model, 5, 0).advance(200_000, &mut pulses);
+                PulseStream::new(&model, 5, 0).advance(Sample(200_000), &mut pulses);
                 assert!(pulses.len() > 100);
                 pulses
             };

@@ -14,6 +14,7 @@ use crate::reference::exercise::Exercise;
 use crate::reference::level::Level;
 use crate::reference::predictor::{Reference, Surroundings};
 use crate::reference::stimulus::RESET_CLOCKS;
+use crate::scan::{Sample, Sampling};
 
 /// Stimulus and expectations of a run.
 pub(super) struct Expected {
@@ -52,7 +53,7 @@ impl Expected {
             list: Vec::new(),
             tally: Tally::new(interface),
             clock: 0,
-            lanes: u64::from(interface.lanes()),
+            sampling: interface.timing.sampling(),
             // Groups before which the counted numbers are wanted, last first.
             wanted: slices
                 .list
@@ -82,7 +83,7 @@ struct Follower {
     levels: Vec<Level>,
     /// Pulses of the chunk before that begin in this one.
     early: Vec<Vec<Pulse>>,
-    hits: Vec<Vec<u64>>,
+    hits: Vec<Vec<Sample>>,
     /// For each detector the hits of each step so far.
     totals: Vec<Vec<u64>>,
     reference: Reference,
@@ -90,7 +91,7 @@ struct Follower {
     list: Vec<Change>,
     tally: Tally,
     clock: u64,
-    lanes: u64,
+    sampling: Sampling,
     wanted: Vec<u64>,
     counted: Vec<Vec<i64>>,
     results_of_group: u64,
@@ -103,7 +104,7 @@ impl Follower {
         for (detector, pulses) in chunk.pulses.iter().enumerate() {
             let hits = &mut self.hits[detector];
             hits.clear();
-            let end = clocks.end * self.lanes;
+            let end = self.sampling.first_sample(clocks.end);
             let now = pulses.partition_point(|pulse| pulse.first < end);
             let level = &mut self.levels[detector];
             for part in [&self.early[detector][..], &pulses[..now]] {

@@ -2,10 +2,11 @@
 //!
 //! Yosys turns the RTL into gates and registers of one bit ([`yosys`], [`netlist`]).
 //! Written as Verilog in which every net is a word of 64 bits ([`verilog`]), one pass
-//! through them clocks 64 independent copies; Verilator compiles it ([`model`]).
+//! through them clocks 64 independent copies; Verilator compiles it ([`design`]).
 
+pub mod design;
 mod expected;
-pub mod model;
+mod model;
 pub mod mutants;
 pub mod netlist;
 mod pulses;
@@ -13,11 +14,14 @@ mod recurrence;
 pub mod run;
 mod slices;
 mod starts;
+mod synthesis;
+mod tables;
 mod tally;
 #[cfg(test)]
 mod tests;
 pub mod variants;
 pub mod verilog;
+mod word;
 mod yosys;
 
 use std::num::NonZero;
@@ -25,12 +29,13 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::thread::available_parallelism;
 
-use self::model::Design;
+use self::design::Design;
 use self::pulses::Light;
 use self::run::{LanesOutcome, LanesRun};
 use self::slices::Slices;
 use self::starts::Starts;
 use self::verilog::LANES;
+use self::word::Setup;
 use super::error::CosimError;
 use super::source::SourceFile;
 use crate::photons::DetectorModel;
@@ -120,20 +125,22 @@ impl Prepared {
         seed: u64,
         clocks: u64,
         stop: &AtomicBool,
-        on_progress: impl Fn(u64) + Sync,
+        on_progress: &(dyn Fn(u64) + Sync),
     ) -> Result<LanesOutcome, Refusal> {
         let run = LanesRun {
-            design: &self.design,
-            interface: &self.interface,
-            starts: &self.starts,
-            slices: Slices::of(&self.interface, clocks, lanes())?,
+            setup: Setup {
+                design: &self.design,
+                interface: &self.interface,
+                starts: &self.starts,
+                slices: Slices::of(&self.interface, clocks, lanes())?,
+                stop,
+            },
             light: Light {
                 models,
                 interface: &self.interface,
                 seed,
             },
             threads: threads(),
-            stop,
         };
         run.run(on_progress)
     }

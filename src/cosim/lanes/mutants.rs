@@ -4,8 +4,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::Refusal;
-use super::model::{failed_in_yosys, script_of_sources, write_sources, yosys_version};
 use super::netlist::{CHOICE, Net, Netlist, PortNets};
+use super::synthesis::{
+    failed_in_yosys, first_error, script_of_sources, write_sources, yosys_version,
+};
 use super::yosys::{self, TO_WORDS, WORDS_TO_GATES};
 use crate::cosim::cache::{hash, once, write};
 use crate::cosim::error::CosimError;
@@ -132,7 +134,7 @@ fn run(
     write(&folder.join("script.ys"), script)?;
     let done = yosys.run(|command| command.current_dir(folder).args(["-q", "-s", "script.ys"]));
     done.map(|_| ()).inspect_err(|error| {
-        *unfit = Some(super::model::first_error(error));
+        *unfit = Some(first_error(error));
     })
 }
 

@@ -9,7 +9,7 @@ use std::thread;
 use super::Unfit;
 use crate::photons::{DetectorModel, Pulse, PulseStream};
 use crate::reference::stimulus::{RESET_CLOCKS, first_sample};
-use crate::scan::Group;
+use crate::scan::{Group, Sample};
 use crate::sensor::interface::Interface;
 
 /// Groups that a thread makes at once.
@@ -24,15 +24,15 @@ pub(super) struct Packed(u64);
 impl Packed {
     const LENGTH_BITS: u32 = 16;
 
-    fn new(high: Range<u64>) -> Option<Packed> {
-        let length = high.end - high.start;
-        (length < 1 << Self::LENGTH_BITS && high.start < 1 << (64 - Self::LENGTH_BITS))
-            .then_some(Packed(high.start << Self::LENGTH_BITS | length))
+    fn new(high: Range<Sample>) -> Option<Packed> {
+        let (first, length) = (high.start.0, high.end - high.start);
+        (length < 1 << Self::LENGTH_BITS && first < 1 << (64 - Self::LENGTH_BITS))
+            .then_some(Packed(first << Self::LENGTH_BITS | length))
     }
 
     /// The samples that are high.
-    pub(super) fn samples(self) -> Range<u64> {
-        let first = self.0 >> Self::LENGTH_BITS;
+    pub(super) fn samples(self) -> Range<Sample> {
+        let first = Sample(self.0 >> Self::LENGTH_BITS);
         first..first + (self.0 & ((1 << Self::LENGTH_BITS) - 1))
     }
 }
@@ -108,28 +108,25 @@ impl Light<'_> {
     }
 
     fn chunk(&self, number: u64, is_last: bool, clocks: u64) -> Chunk {
-        let lanes = u64::from(self.interface.lanes());
+        let sampling = self.interface.timing.sampling();
         let origin = first_sample(self.interface, RESET_CLOCKS);
         let first = Group(number * GROUPS_AT_ONCE);
         let end = Group(first.0 + GROUPS_AT_ONCE);
         let until_clock = if is_last {
             clocks
         } else {
-            end.0 * self.interface.timing.scan.integration_chips + origin / lanes
+            end.0 * self.interface.timing.scan.integration_chips + sampling.clock_of(origin)
         };
         let until_sample = match is_last {
-            true => (clocks * lanes).saturating_sub(origin),
+            true => sampling.samples_of(clocks).saturating_sub(origin.0),
             false => u64::MAX,
         };
         let of_detector = |model| {
             let stop = (!is_last).then_some(end);
             let mut stream = PulseStream::of_groups(model, self.seed, 0, first, stop);
             let mut pulses = Vec::new();
-            stream.advance(until_sample, &mut pulses);
-            for pulse in &mut pulses {
-                pulse.first += origin;
-                pulse.end += origin;
-            }
+            stream.advance(Sample(until_sample), &mut pulses);
+            pulses.iter_mut().for_each(|pulse| pulse.shift(origin));
             pulses
         };
         Chunk {
@@ -157,7 +154,7 @@ fn keep(chunk: &Chunk, kept: &mut [Vec<Packed>]) -> Result<(), Unfit> {
                 "the scan has more than {MOST_PULSES} pulses, which lanes keep in memory"
             )));
         }
-        let mut high_until = kept.last().map_or(0, |last| last.samples().end);
+        let mut high_until = kept.last().map_or(Sample(0), |last| last.samples().end);
         for pulse in pulses {
             let first = pulse.first.max(high_until);
             if first >= pulse.end {

@@ -17,6 +17,13 @@ pub(super) struct Slice {
     pub(super) clocks: Range<u64>,
 }
 
+impl Slice {
+    /// How many clocks it has.
+    pub(super) fn length(&self) -> u64 {
+        self.clocks.end - self.clocks.start
+    }
+}
+
 /// The slices of a run, and what comes before each but the first.
 #[derive(Debug, Clone)]
 pub(super) struct Slices {

@@ -12,7 +12,8 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
-use super::model::{BLOCK_CLOCKS, Design, LaneBlock, LaneModel, Table, halted};
+use super::design::Design;
+use super::model::{BLOCK_CLOCKS, LaneBlock, LaneModel, Table, halted};
 use super::recurrence::Recurrence;
 use super::slices::{FIRST_WORD, settling_clocks};
 use super::tally::Tally;
@@ -22,6 +23,7 @@ use crate::cosim::error::CosimError;
 use crate::reference::canvas::Changes;
 use crate::reference::predictor::{Reference, Surroundings};
 use crate::reference::stimulus::RESET_CLOCKS;
+use crate::scan::{Group, Sample};
 use crate::sensor::interface::Interface;
 
 /// Most clocks that are watched.
@@ -233,15 +235,16 @@ impl<'a> Watch<'a> {
 
     /// Pulses of one sample for a group, for each detector of one sign or of both, and
     /// none at its end, so that all are counted when it is over.
-    fn stimulate(&mut self, group: u64, samples: &mut Vec<u64>) -> Vec<Vec<u64>> {
+    fn stimulate(&mut self, group: u64, samples: &mut Vec<u64>) -> Vec<Vec<Sample>> {
         let interface = self.interface;
         let lanes = u64::from(interface.lanes());
         let clocks = interface.timing.scan.integration_chips;
         let loud = (clocks - settling_clocks(interface)) * lanes;
         samples.clear();
         samples.resize(clocks as usize * self.design.samples, 0);
-        let first = (FIRST_WORD + group * clocks) * lanes;
-        let step = interface.grouping().step_of(crate::scan::Group(group), 0);
+        let sampling = interface.timing.sampling();
+        let first = sampling.first_sample(FIRST_WORD + group * clocks);
+        let step = interface.grouping().step_of(Group(group), 0);
         let phase_step = interface.timing.scan.phase_step(step);
         let mut all = Vec::new();
         for (detector, code) in interface.reference_codes.iter().enumerate() {

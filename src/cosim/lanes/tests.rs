@@ -10,7 +10,7 @@ use crate::cosim::lockstep::Lockstep;
 use crate::cosim::sent::SentCount;
 use crate::cosim::source::sources_of;
 use crate::cosim::verilated::Verilated;
-use crate::deliver;
+use crate::deliver::{self, Prefix};
 use crate::reference::photons::Photons;
 use crate::reference::predictor::Reference;
 use crate::reference::stimulus::clocks_for_scans;
@@ -37,7 +37,7 @@ fn small(name: &str, steps: u64, change: impl FnOnce(&mut Scene)) -> Sensor {
 }
 
 fn sources(sensor: &Sensor) -> Vec<SourceFile> {
-    sources_of(&deliver::emit(sensor, "goldtof test").unwrap())
+    sources_of(&deliver::verilog(sensor, &Prefix::default(), "goldtof test").unwrap())
 }
 
 fn models(sensor: &Sensor) -> Vec<DetectorModel> {
@@ -59,7 +59,7 @@ fn run(sensor: &Sensor, prepared: &Prepared) -> Result<LanesOutcome, Refusal> {
         SEED,
         clocks,
         &AtomicBool::new(false),
-        |_| (),
+        &|_| (),
     )
 }
 
@@ -79,9 +79,9 @@ fn in_lockstep(sensor: &Sensor) -> (Vec<SentCount>, crate::reference::exercise::
     }
     .run_and_read(
         clocks_for_scans(interface, 1),
-        |_| (),
-        |count| sent.push(count),
-        |_| (),
+        &mut |_| (),
+        &mut |count| sent.push(count),
+        &mut |_| (),
     )
     .unwrap();
     assert_eq!(outcome.first, None);
@@ -155,7 +155,7 @@ fn a_run_that_is_not_wanted_any_more_ends() {
     let clocks = clocks_for_scans(sensor.interface(), 1);
     let stop = AtomicBool::new(true);
     let outcome =
-        prepared(&sensor, &sources(&sensor)).run(&models(&sensor), SEED, clocks, &stop, |_| ());
+        prepared(&sensor, &sources(&sensor)).run(&models(&sensor), SEED, clocks, &stop, &|_| ());
     assert!(
         matches!(outcome, Err(Refusal::Unfit(reason)) if reason.to_string() == "it was stopped")
     );

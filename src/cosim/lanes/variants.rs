@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::Refusal;
-use super::model::{halted, name_of, planes, registers_text};
+use super::design::{name_of, planes, registers_text};
+use super::model::halted;
 use super::netlist::{CHOICE, Function, Gate, Net, Netlist, PortNets, Register};
 use super::verilog::{CLOCK, LANES, MODULE, module};
 use crate::cosim::build::{Built, LanesUnit, build_lanes};

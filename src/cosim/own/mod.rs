@@ -14,6 +14,7 @@ mod folder;
 pub mod manifest;
 mod preprocessed;
 mod roots;
+mod search;
 mod wrapper;
 
 use std::path::PathBuf;

@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use super::error::FitError;
 use super::gauss_newton::{CONVERGED_SIGMAS, bounded};
-use super::least_squares::Normal;
 use super::model_estimate::{FittedPath, ModelEstimate};
+use super::normal::Normal;
 use super::parameters::{DELAY_STEP_CHIPS, Parameters, PathParameters};
 use super::problem::Problem;
 use super::start;

@@ -8,10 +8,11 @@
 use std::sync::Arc;
 
 use super::error::FitError;
-use super::least_squares::{Normal, Weights};
+use super::normal::Normal;
 use super::parameters::{Column, Parameters};
 use super::problem::Problem;
 use super::template::{Axis, Template};
+use super::weights::Weights;
 use crate::code::Code;
 use crate::response::{MeanCount, MeanResponse};
 

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use super::error::FitError;
 use super::known_moments::{KnownMoments, Linear};
-use super::least_squares::{Normal, Weights};
 use super::model_estimate::{FittedPath, ModelEstimate};
+use super::normal::Normal;
 use super::parameters::{Column, Parameters};
 use super::problem::Problem;
+use super::weights::Weights;
 use crate::estimate::distance_m;
 use crate::response::{MeanCount, MeanResponse, MeanResponseError};
 

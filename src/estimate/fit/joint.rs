@@ -10,7 +10,7 @@ use super::descent::Hypothesis;
 use super::error::FitError;
 use super::gauss_newton::{MOST_ITERATIONS, WEIGHED_SIGMAS};
 use super::known_moments::KnownMoments;
-use super::least_squares::Normal;
+use super::normal::Normal;
 use super::pairs::{self, Split};
 use super::problem::Problem;
 use super::ridge;

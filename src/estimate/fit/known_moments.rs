@@ -9,13 +9,13 @@ use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use super::least_squares::Weights;
 use super::parameters::{Column, Parameters, PathParameters};
 use super::problem::Problem;
 use super::shared_light;
 use super::shared_steps::SharedSteps;
 use super::slipping::SlippingLight;
 use super::template::Axis;
+use super::weights::Weights;
 use crate::response::{CountMoments, MeanCount, MeanResponseError, SecondMoments};
 use crate::scan::Step;
 

@@ -26,9 +26,9 @@ mod gauss_newton;
 mod hadamard;
 mod joint;
 mod known_moments;
-pub(super) mod least_squares;
 mod model_estimate;
 pub(super) mod moving;
+pub(super) mod normal;
 mod outcome;
 mod pairs;
 pub(super) mod parameters;
@@ -42,6 +42,7 @@ mod slipping;
 mod start;
 pub(super) mod template;
 mod weighing;
+pub(super) mod weights;
 
 pub use self::bins::BinFitter;
 pub use self::error::FitError;

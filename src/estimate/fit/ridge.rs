@@ -7,7 +7,7 @@
 //! two held at one value after another and all else fitted anew (a profile likelihood).
 
 use super::descent::Hypothesis;
-use super::least_squares::Normal;
+use super::normal::Normal;
 use super::parameters::PathParameters;
 use super::search::Search;
 

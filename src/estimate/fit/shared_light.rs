@@ -8,10 +8,10 @@
 
 use std::sync::Arc;
 
-use super::least_squares::Weights;
 use super::problem::Problem;
 use super::shared_steps::SharedSteps;
 use super::template::Axis;
+use super::weights::Weights;
 use crate::response::{GroupMoments, MeanCount, SecondMoments};
 use crate::scan::{Group, Step};
 

@@ -13,7 +13,7 @@ use rustfft::num_complex::Complex64;
 use crate::photons::DetectorModel;
 use crate::photons::light::ExcessLight;
 use crate::response::{CountingTier, Light, LightPath, MeanResponse, MeanResponseError};
-use crate::scan::{Group, Step, Timing};
+use crate::scan::{Step, Timing};
 
 /// All light of clocks of their own at a detector.
 #[derive(Debug)]
@@ -79,7 +79,7 @@ impl Slipping {
     ) -> Result<Slipping, MeanResponseError> {
         let timing = &model.timing;
         let samples = f64::from(timing.clock.samples_per_chip);
-        let pitch_chips = timing.start_of_group(Group(1)) as f64;
+        let pitch_chips = timing.scan.integration_chips as f64;
         let scan_chips = timing.scan_chips() as f64;
         let slip = light.movement.as_ref().and_then(|movement| movement.slip);
         let rate = slip.map_or(0.0, |slip| slip.mean_rate(scan_chips));

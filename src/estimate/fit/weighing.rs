@@ -2,11 +2,11 @@
 
 use std::convert::Infallible;
 
-use super::least_squares::Weights;
 use super::parameters::Parameters;
 use super::problem::Problem;
 use super::shared_light;
 use super::template::Axis;
+use super::weights::Weights;
 use crate::response::{CountMoments, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
 
 /// From this many steps on, second moments of all steps of the scan at once cost

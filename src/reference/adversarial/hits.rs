@@ -8,6 +8,7 @@ use rand::{Rng, RngExt};
 use super::plan::Hits;
 use crate::photons::Pulse;
 use crate::reference::predictor::{GroupSigns, Reference};
+use crate::scan::{Sample, Sampling};
 
 /// Most chips of a group that hits with an aim are looked for in.
 const MOST_CHIPS: u64 = 1 << 16;
@@ -69,6 +70,7 @@ impl Pattern {
 pub(super) struct Words<'a> {
     reference: &'a Reference,
     signs: GroupSigns<'a>,
+    sampling: Sampling,
     /// Clock of the group's first word.
     origin: u64,
     /// Words, counted from there.
@@ -83,44 +85,49 @@ impl<'a> Words<'a> {
         origin: u64,
         chips: Range<u64>,
     ) -> Self {
+        let sampling = reference.interface().timing.sampling();
         Words {
             reference,
-            signs: reference.group_signs(detector),
+            signs: reference.group_signs(detector, sampling.first_sample(origin)),
+            sampling,
             origin,
             chips,
         }
     }
 
     fn lanes(&self) -> u64 {
-        u64::from(self.reference.interface().lanes())
+        self.sampling.samples_of(1)
     }
 
-    /// Whether a step counts a hit on a sample, counted from the group's first, up.
-    fn counts_up(&self, step: u64, sample: u64) -> bool {
-        self.signs.counts_up(step, sample)
+    /// Whether a step counts a hit on a sample up.
+    fn counts_up(&self, step: u64, sample: Sample) -> bool {
+        self.signs.at(sample).count_up(step)
     }
 
-    /// A pulse of one sample, counted from the group's first.
-    fn one(&self, sample: u64) -> Pulse {
-        let first = self.origin * self.lanes() + sample;
-        Pulse {
-            first,
-            end: first + 1,
-        }
+    /// The clocks.
+    fn clocks(&self) -> Range<u64> {
+        self.origin + self.chips.start..self.origin + self.chips.end
     }
 
-    /// The samples, counted from the group's first.
-    fn samples(&self) -> Range<u64> {
-        self.chips.start * self.lanes()..self.chips.end * self.lanes()
+    /// The samples.
+    fn samples(&self) -> Range<Sample> {
+        self.sampling.samples(&self.clocks())
+    }
+
+    /// The first sample that a hit may be on for certain: whether the level was low before
+    /// the group is not known.
+    fn first_certain(&self) -> Sample {
+        let second = self.sampling.first_sample(self.origin) + 1;
+        second.max(self.samples().start)
     }
 
     /// Single samples on which `wanted` is true, with a low one between two of them.
-    fn singles(&self, mut wanted: impl FnMut(u64) -> bool, out: &mut Vec<Pulse>) {
+    fn singles(&self, mut wanted: impl FnMut(Sample) -> bool, out: &mut Vec<Pulse>) {
         let samples = self.samples();
         let mut sample = samples.start;
         while sample < samples.end {
             if wanted(sample) {
-                out.push(self.one(sample));
+                out.push(Pulse::of_one(sample));
                 sample += 1;
             }
             sample += 1;
@@ -130,22 +137,24 @@ impl<'a> Words<'a> {
     /// Paints a pattern.
     pub fn pattern(&self, pattern: Pattern, rng: &mut impl Rng, out: &mut Vec<Pulse>) {
         let lanes = self.lanes();
-        let clocks = self.origin + self.chips.start..self.origin + self.chips.end;
-        let samples = clocks.start * lanes..clocks.end * lanes;
-        let mut pulse = |first: u64, end: u64| out.push(Pulse { first, end });
+        let (clocks, samples) = (self.clocks(), self.samples());
+        let first_of = |clock| self.sampling.first_sample(clock);
+        let mut pulse = |first: Sample, end: Sample| out.push(Pulse { first, end });
         match pattern {
-            Pattern::EveryOther { odd } => (samples.start + u64::from(odd)..samples.end)
+            Pattern::EveryOther { odd } => (samples.start.0 + u64::from(odd)..samples.end.0)
                 .step_by(2)
-                .for_each(|s| pulse(s, s + 1)),
+                .for_each(|s| pulse(Sample(s), Sample(s + 1))),
             Pattern::AllHigh => pulse(samples.start, samples.end),
             Pattern::AllLow => {}
             Pattern::WordBorders => clocks
                 .step_by(2)
-                .for_each(|c| pulse(c * lanes, (c + 1) * lanes)),
+                .for_each(|c| pulse(first_of(c), first_of(c + 1))),
             Pattern::FirstLane => {
-                clocks.for_each(|c| pulse(c * lanes, c * lanes + (lanes - 1).max(1)));
+                clocks.for_each(|c| pulse(first_of(c), first_of(c) + (lanes - 1).max(1)));
             }
-            Pattern::LastLane => clocks.for_each(|c| pulse((c + 1) * lanes - 1, (c + 1) * lanes)),
+            Pattern::LastLane => {
+                clocks.for_each(|c| pulse(first_of(c) + (lanes - 1), first_of(c + 1)));
+            }
             Pattern::OneSided { up, step } => {
                 self.singles(|s| self.counts_up(step, s) == up, out);
             }
@@ -163,7 +172,7 @@ impl<'a> Words<'a> {
     /// Ends the pulses a sample before these words do, if asked to.
     pub fn clip(&self, is_asked: bool, pulses: &mut Vec<Pulse>) {
         if is_asked {
-            let last = (self.origin + self.chips.end) * self.lanes() - 1;
+            let last = Sample(self.samples().end.0 - 1);
             pulses
                 .iter_mut()
                 .for_each(|pulse| pulse.end = pulse.end.min(last));
@@ -175,33 +184,41 @@ impl<'a> Words<'a> {
     /// cannot be had.
     pub fn aimed(&self, hits: Hits, out: &mut Vec<Pulse>) -> Option<()> {
         let parallel = u64::from(self.reference.interface().parallel());
-        let last = self.samples().end.checked_sub(1)?;
+        let lane_of = |sample| u64::from(self.sampling.lane_of(sample));
+        let last = Sample(self.samples().end.0.checked_sub(1)?);
         match hits {
             Hits::EveryOther => self.singles(|_| true, out),
-            Hits::Lane { lane, .. } => self.singles(|s| s % self.lanes() == lane, out),
+            Hits::Lane { lane, .. } => self.singles(|s| lane_of(s) == lane, out),
             Hits::OneSided { step, up } => self.singles(|s| self.counts_up(step, s) == up, out),
             Hits::AllSteps { up } => {
-                let all = |s| (0..parallel).all(|step| self.counts_up(step, s) == up);
+                let all = |s| {
+                    let signs = self.signs.at(s);
+                    (0..parallel).all(|step| signs.count_up(step) == up)
+                };
                 self.singles(all, out);
             }
             Hits::One { step, lane, up, .. } => {
-                // Not the first of all: whether the level was low before is not known.
-                let found = (1.max(self.samples().start)..=last)
-                    .find(|&s| s % self.lanes() == lane && self.counts_up(step, s) == up)?;
-                out.push(self.one(found));
+                let found = (self.first_certain().0..=last.0)
+                    .map(Sample)
+                    .find(|&s| lane_of(s) == lane && self.counts_up(step, s) == up)?;
+                out.push(Pulse::of_one(found));
             }
-            Hits::Border { first } => out.push(self.one(if first { 0 } else { last })),
+            Hits::Border { first: true } => {
+                out.push(Pulse::of_one(self.sampling.first_sample(self.origin)));
+            }
+            Hits::Border { first: false } => out.push(Pulse::of_one(last)),
             Hits::BeforeCut { age } => {
                 let word = self.chips.end.checked_sub(age + 1)?;
-                out.push(self.one(word * self.lanes() + self.lanes() / 2));
+                let first = self.sampling.first_sample(self.origin + word);
+                out.push(Pulse::of_one(first + self.lanes() / 2));
             }
             Hits::Count { step, count, .. } => {
                 let samples = self.count(step, count)?;
-                out.extend(samples.into_iter().map(|s| self.one(s)));
+                out.extend(samples.into_iter().map(Pulse::of_one));
             }
             Hits::Total { hits, .. } => {
                 let samples = self.total(hits)?;
-                out.extend(samples.into_iter().map(|s| self.one(s)));
+                out.extend(samples.into_iter().map(Pulse::of_one));
             }
             Hits::None | Hits::Random => {}
         }
@@ -209,23 +226,27 @@ impl<'a> Words<'a> {
     }
 
     /// Samples whose hits make a count in one step and less in every other.
-    fn count(&self, step: u64, count: i64) -> Option<Vec<u64>> {
+    fn count(&self, step: u64, count: i64) -> Option<Vec<Sample>> {
         let up = count > 0;
         let parallel = u64::from(self.reference.interface().parallel());
         // Other steps that would have the same count.
         let mut alike: Vec<u64> = (0..parallel).filter(|&other| other != step).collect();
         let mut chosen = Vec::new();
-        let mut next = 2;
+        let mut next = self.sampling.first_sample(self.origin) + 2;
         let samples = self.samples();
         let half = samples.start + (samples.end - samples.start) / 2;
-        for sample in samples {
+        for sample in (samples.start.0..samples.end.0).map(Sample) {
             if chosen.len() as u64 == count.unsigned_abs() {
                 break;
             }
-            if sample < next || self.counts_up(step, sample) != up {
+            if sample < next {
                 continue;
             }
-            let differs = |other: &u64| self.counts_up(*other, sample) != up;
+            let signs = self.signs.at(sample);
+            if signs.count_up(step) != up {
+                continue;
+            }
+            let differs = |other: &u64| signs.count_up(*other) != up;
             let helps = alike.is_empty() || alike.iter().any(differs);
             if !helps && sample < half {
                 continue;
@@ -238,25 +259,27 @@ impl<'a> Words<'a> {
     }
 
     /// Samples of so many hits that no step's count comes near its limit.
-    fn total(&self, hits: u64) -> Option<Vec<u64>> {
+    fn total(&self, hits: u64) -> Option<Vec<Sample>> {
         let interface = self.reference.interface();
         let most = (1i64 << (interface.count_bits - 1)) - 2;
         let mut counts = vec![0i64; interface.parallel() as usize];
         let mut chosen = Vec::new();
-        let mut next = 2;
-        for sample in self.samples() {
+        let mut next = self.sampling.first_sample(self.origin) + 2;
+        let samples = self.samples();
+        for sample in (samples.start.0..samples.end.0).map(Sample) {
             if chosen.len() as u64 == hits {
                 break;
             }
             if sample < next {
                 continue;
             }
-            let after = |(step, count): (u64, &i64)| {
-                count + if self.counts_up(step, sample) { 1 } else { -1 }
-            };
-            let counted: Vec<i64> = (0..).zip(&counts).map(after).collect();
-            if counted.iter().all(|count| count.abs() <= most) {
-                counts = counted;
+            let signs = self.signs.at(sample);
+            let sign = |step| if signs.count_up(step) { 1 } else { -1 };
+            let stays = |(step, count): (u64, &i64)| (count + sign(step)).abs() <= most;
+            if (0..).zip(&counts).all(stays) {
+                (0..)
+                    .zip(&mut counts)
+                    .for_each(|(step, count)| *count += sign(step));
                 chosen.push(sample);
                 next = sample + 2;
             }
@@ -284,11 +307,10 @@ impl Hits {
         };
         let words = Words::new(reference, detector, origin, 0..chips.min(MOST_CHIPS));
         let mut pulses = Vec::new();
-        let lanes = words.lanes();
         match words.aimed(self, &mut pulses) {
             Some(()) => pulses
                 .last()
-                .map_or(0, |pulse| pulse.end / lanes - origin + 2),
+                .map_or(0, |pulse| words.sampling.clock_of(pulse.end) - origin + 2),
             None => 0,
         }
     }

@@ -7,7 +7,10 @@
 //! left to aim at it goes on by chance.
 
 mod hits;
+mod means;
 mod plan;
+mod preparation;
+mod receiver;
 mod recipes;
 
 use crate::scene::DetectorIndex;
@@ -18,6 +21,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use self::hits::{Pattern, Words, length};
+pub use self::means::Means;
 use self::plan::{GroupPlan, Hits, Lead, Length, Reach, Receiver};
 use self::recipes::recipe;
 use super::coverage::CoverPoint;
@@ -26,16 +30,11 @@ use super::predictor::{Position, Reference, ReferenceError, Skip, Surroundings};
 use super::stimulus::{Drive, RESET_CLOCKS, Stimulus};
 use crate::photons::Pulse;
 use crate::scan::Group;
-use crate::sensor::histogram::CLOCKS_TO_ROW;
 use crate::sensor::interface::Interface;
 
 /// Longest run that is chosen when the user asks for no number of clocks.
 pub const LONGEST_DEFAULT: u64 = 1 << 25;
-/// Most clocks on the way to one cover point.
-const MOST_CLOCKS_OF_RECIPE: u64 = 1 << 22;
-/// Clocks before the second reset, at least.
-const CALM_CLOCKS: u64 = 10_000;
-/// Groups before it, at least.
+/// Groups in peace at the beginning, at least.
 const CALM_GROUPS: u64 = 3;
 /// Longest stretch that is decided at once: its pulses are kept.
 const MOST_CLOCKS_AT_ONCE: u64 = 1 << 14;
@@ -43,34 +42,6 @@ const MOST_CLOCKS_AT_ONCE: u64 = 1 << 14;
 const TRIES: u8 = 4;
 /// Chip of a group after which it is shortened.
 const SKIP_AT_CHIP: u64 = 3;
-
-/// How far the adversary may go.
-#[derive(Debug, Clone, Copy)]
-pub struct Means {
-    /// The scan's counters can be moved on ([`Skip`]).
-    pub skips: bool,
-    /// Most clocks on the way to one cover point.
-    pub most_clocks_of_recipe: u64,
-    /// Clocks in peace at the beginning, at least.
-    pub calm_clocks: u64,
-    /// Clocks behind them, at most, of counts that are as large as they get.
-    pub clocks_of_large_counts: u64,
-    /// Clocks behind these, at most, of totals that hardly differ, and as many of peaks.
-    pub clocks_of_close_counts: u64,
-}
-
-impl Means {
-    /// Of a co-simulation.
-    pub fn cosim(skips: bool) -> Means {
-        Means {
-            skips,
-            most_clocks_of_recipe: MOST_CLOCKS_OF_RECIPE,
-            calm_clocks: CALM_CLOCKS,
-            clocks_of_large_counts: MOST_CLOCKS_OF_RECIPE,
-            clocks_of_close_counts: MOST_CLOCKS_OF_RECIPE,
-        }
-    }
-}
 
 /// The adversary.
 #[derive(Debug, Clone)]
@@ -244,15 +215,9 @@ impl Adversarial {
             return GroupPlan::random().long(Length::Whole).received(receiver);
         }
         if !std::mem::replace(&mut self.aims.has_prepared, true) {
-            let most_clocks = self.means.clocks_of_large_counts;
-            self.plans = recipes::scan_end(&self.interface, &self.reach).into();
-            let large = recipes::large_counts(&self.interface, most_clocks, &mut self.rng);
-            self.plans.extend(large);
-            let most_clocks = self.means.clocks_of_close_counts;
-            let totals = recipes::close_totals(&self.interface, most_clocks);
-            self.plans.extend(totals);
-            let peaks = recipes::close_peaks(&self.interface, &self.reach, most_clocks);
-            self.plans.extend(peaks);
+            let plans =
+                preparation::plans(&self.interface, &self.reach, &self.means, &mut self.rng);
+            self.plans = plans.into();
             return self.plans.pop_front().unwrap_or_else(GroupPlan::random);
         }
         match self.next_aim() {
@@ -434,80 +399,6 @@ impl Adversarial {
         }
     }
 
-    /// What the receiver does from the arrival of the last results to that of the next.
-    fn decide_receiver(&mut self, receiver: Receiver, origin: u64, next: u64) {
-        let Some((arrived, beats)) = self.arrival else {
-            return;
-        };
-        // No stall can begin in what is decided.
-        let from = (arrived + 1).max(origin);
-        let histogram = self.interface.histogram;
-        // Of histograms in two memories it is decided before the first row shows whether it
-        // is read.
-        let next = match histogram.is_some_and(|plan| plan.takes_turns()) {
-            true => next - u64::from(CLOCKS_TO_ROW),
-            false => next,
-        };
-        let sends_at_once = histogram.is_some_and(|plan| !plan.takes_turns());
-        match receiver {
-            Receiver::Takes => self.stall_idly(from + beats + 1..next.saturating_sub(1)),
-            // Until a reset that follows has begun.
-            Receiver::Stalls => self.stall(from..next + 8),
-            Receiver::Holds { beat } => {
-                let beat = beat.min(beats - 1);
-                let clocks = 1 + length(&mut self.rng, 16);
-                self.stall(from + beat..from + beat + clocks);
-            }
-            Receiver::HoldsAcross { beat } => {
-                let beat = beat.min(beats - 1);
-                let more = length(&mut self.rng, 8);
-                self.stall(from + beat..next + 1 + more);
-            }
-            // Rows that leave one a clock do not wait for each other.
-            Receiver::TakesLastAfter { clocks } if sends_at_once => {
-                self.stall(from + beats - 1..next + clocks);
-            }
-            Receiver::TakesLastAfter { clocks } => {
-                self.stall(from..(next + clocks + 1).saturating_sub(beats));
-            }
-            Receiver::Random => self.stall_by_chance(from..next),
-        }
-    }
-
-    /// Nothing is ready to be taken, and nobody to take it.
-    fn stall_idly(&mut self, clocks: Range<u64>) {
-        if clocks.start < clocks.end && self.rng.random_bool(0.25) {
-            let start = self.rng.random_range(clocks.clone());
-            let end = start + length(&mut self.rng, clocks.end - start);
-            self.stall(start..end);
-        }
-    }
-
-    fn stall(&mut self, clocks: Range<u64>) {
-        let from = clocks.start.max(self.stalls_until).max(self.decided);
-        if from < clocks.end {
-            self.stalls_until = clocks.end + 1;
-            self.stalls.push_back(from..clocks.end);
-        }
-    }
-
-    fn stall_by_chance(&mut self, clocks: Range<u64>) {
-        match self.rng.random_range(0..4) {
-            0 | 1 => {}
-            2 => self.stall(clocks.start..clocks.end + 1),
-            _ => {
-                let longest = clocks.end.saturating_sub(clocks.start).max(1);
-                let mut at = clocks.start;
-                for _ in 0..8 {
-                    let from = at + length(&mut self.rng, longest) - 1;
-                    at = from + length(&mut self.rng, longest);
-                    self.stall(from..at);
-                    at += 1;
-                }
-            }
-        }
-    }
-
     /// Takes in pulses up to a clock, and predicts what they do.
     fn decide_until(&mut self, end: u64, pulses: &[Vec<Pulse>]) {
         let clocks = self.decided..end;
@@ -562,9 +453,9 @@ impl Stimulus for Adversarial {
         while self.decided < clocks.end {
             self.decide();
         }
-        let lanes = u64::from(self.interface.lanes());
+        let end = self.interface.timing.sampling().first_sample(clocks.end);
         for (decided, pulses) in self.pulses.iter_mut().zip(&mut drive.pulses) {
-            while let Some(pulse) = decided.pop_front_if(|p| p.first < clocks.end * lanes) {
+            while let Some(pulse) = decided.pop_front_if(|p| p.first < end) {
                 pulses.push(pulse);
             }
         }

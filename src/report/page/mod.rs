@@ -204,7 +204,7 @@ impl Page<'_> {
         let mut rows = vec![
             row("verdict", report.verdict.to_string()),
             row("clocks compared", number(report.clocks)),
-            row("clocked", cosim::engine::text(report)),
+            row("clocked", report.engines_text()),
             row(
                 "ports compared at every clock",
                 report.compared_ports.join(", "),

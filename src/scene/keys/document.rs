@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::{Key, Kind, TABLES};
 use crate::code::MAX_CODE_CHIPS;
-use crate::scene::read;
+use crate::scene::{read, whole};
 
 /// `docs/scene.md`: every key of a scene, with unit, range, default and an example.
 pub fn reference() -> String {
@@ -72,7 +72,7 @@ fn together() -> String {
         a sixth of the distance |\n\
         | distance of a path that moves | it may not come to the sensor within a scan |\n",
         read::MOST_SCENE_BYTES,
-        read::MAX_TABLES,
-        read::MAX_SCENE_CHIPS,
+        whole::MAX_TABLES,
+        whole::MAX_SCENE_CHIPS,
     )
 }

@@ -99,11 +99,11 @@ pub fn simulate_watched(
     engine: Engine,
     seed: u64,
     repetitions: u64,
-    on_progress: impl FnMut(u64, u64),
+    mut on_progress: impl FnMut(u64, u64),
 ) -> Result<Simulation, ScansError> {
     let started = Instant::now();
     let prepared = Prepared::with_engine(sensor, tier, engine)?;
-    let simulation = simulate_counting(sensor, &prepared, seed, repetitions, on_progress)?;
+    let simulation = simulate_counting(sensor, &prepared, seed, repetitions, &mut on_progress)?;
     Ok(Simulation {
         run_time_s: started.elapsed().as_secs_f64(),
         ..simulation
@@ -121,7 +121,7 @@ pub(crate) fn simulate_prepared(
     seed: u64,
     repetitions: u64,
 ) -> Result<Simulation, ScansError> {
-    simulate_counting(sensor, prepared, seed, repetitions, |_, _| ())
+    simulate_counting(sensor, prepared, seed, repetitions, &mut |_, _| ())
 }
 
 fn simulate_counting(
@@ -129,7 +129,7 @@ fn simulate_counting(
     prepared: &Prepared,
     seed: u64,
     repetitions: u64,
-    on_progress: impl FnMut(u64, u64),
+    on_progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Simulation, ScansError> {
     let simulated = Simulated::new(sensor, prepared.tier())?;
     let gathered = simulated.gather(prepared, seed, 0..repetitions, on_progress)?;
@@ -218,7 +218,7 @@ impl<'a> Simulated<'a> {
         prepared: &Prepared,
         seed: u64,
         scans: Range<u64>,
-        mut on_progress: impl FnMut(u64, u64),
+        on_progress: &mut dyn FnMut(u64, u64),
     ) -> Result<Gathered, ScansError> {
         let started = Instant::now();
         let all = (scans.end - scans.start).saturating_mul(self.rangings.len() as u64);
@@ -343,11 +343,11 @@ fn of_counts(
     prepared: &Prepared,
     seed: u64,
     scans: Range<u64>,
-    on_scan: &mut impl FnMut(),
+    on_scan: &mut dyn FnMut(),
 ) -> Result<(Tally, Option<Exercised>), ScansError> {
     let (sensor, detector) = (ranging.sensor, ranging.detector);
     let mut batches = Batches::new(ranging, Ranging::answers);
-    let exercised = prepared.scans(sensor, detector, seed, scans, |counts| {
+    let exercised = prepared.scans(sensor, detector, seed, scans, &mut |counts| {
         on_scan();
         let detections = counts.iter().map(|count| count.total).sum();
         batches.add(counts.iter().copied(), counts.len(), detections);
@@ -361,11 +361,11 @@ fn of_histograms(
     prepared: &Prepared,
     seed: u64,
     scans: Range<u64>,
-    on_scan: &mut impl FnMut(),
+    on_scan: &mut dyn FnMut(),
 ) -> Result<(Tally, Option<Exercised>), ScansError> {
     let (sensor, detector) = (ranging.sensor, ranging.detector);
     let mut batches = Batches::new(ranging, Ranging::answers_of_histograms);
-    let exercised = prepared.histograms(sensor, detector, seed, scans, |histogram| {
+    let exercised = prepared.histograms(sensor, detector, seed, scans, &mut |histogram| {
         on_scan();
         let (bins, detections) = (histogram.bins().len(), histogram.total());
         batches.add([histogram], bins, detections);

@@ -4,7 +4,7 @@ use super::case::{Case, CaseError, Group, Measured, ensure};
 use super::scenes::{ideal, window};
 use super::testbench::{Script, Testbench};
 use crate::photons::Pulse;
-use crate::scan::Step;
+use crate::scan::{Sample, Step};
 use crate::scene::{Scene, SourceIndex, Target};
 
 const BOTH_AGREE: &str = "Verilog and reference model are two constructions of one interface: every \
@@ -151,13 +151,10 @@ fn one_sided(testbench: &Testbench, step: u64, up: bool, number: usize) -> Vec<P
     for sample in step * integration * lanes..(step + 1) * integration * lanes {
         let period = code.len() * lanes;
         let chip = (sample + period - delay % period) % period / lanes;
-        let first = first_clock * lanes + sample;
+        let first = interface.timing.sampling().first_sample(first_clock) + sample;
         let is_apart = pulses.last().is_none_or(|pulse| pulse.end < first);
         if pulses.len() < number && is_apart && (code.chips[chip as usize] == 1) == up {
-            pulses.push(Pulse {
-                first,
-                end: first + 1,
-            });
+            pulses.push(Pulse::of_one(first));
         }
     }
     pulses
@@ -189,11 +186,9 @@ fn totals(hits: u64, expected: u64, flagged: bool) -> Result<Measured, CaseError
     let mut scene = small_sensor()?;
     scene.hardware.total_counts = Some(true);
     let mut testbench = Testbench::new(&scene)?;
-    let first = testbench.first_clock() * u64::from(testbench.interface.lanes());
-    let pulses = (0..hits).map(|hit| Pulse {
-        first: first + 2 * hit,
-        end: first + 2 * hit + 1,
-    });
+    let sampling = testbench.interface.timing.sampling();
+    let first = sampling.first_sample(testbench.first_clock());
+    let pulses = (0..hits).map(|hit| Pulse::of_one(first + 2 * hit));
     let run = testbench.play(&Script::new(pulses.collect()), 60)?;
     // Hit i is in chip (2 i - k) / 4 of the reference, k the phase step.
     let (code, step) = (
@@ -227,10 +222,9 @@ fn every_other_sample() -> Result<Measured, CaseError> {
     let clocks = 20_000;
     let mut wrong = 0;
     for odd in [0, 1] {
-        let pulses = (odd..clocks * 8).step_by(2).map(|first| Pulse {
-            first,
-            end: first + 1,
-        });
+        let pulses = (odd..clocks * 8)
+            .step_by(2)
+            .map(|first| Pulse::of_one(Sample(first)));
         let run = testbench.play(&Script::new(pulses.collect()), clocks)?;
         ensure!(run.results.len() > 248, "the run is too short");
         wrong += run
@@ -263,10 +257,7 @@ fn reset_everywhere() -> Result<Measured, CaseError> {
     // Hits that follow no pattern of the code: every third, then fifth sample.
     let mut first = 1;
     while first < clock * 4 {
-        script.pulses[0].push(Pulse {
-            first,
-            end: first + 1,
-        });
+        script.pulses[0].push(Pulse::of_one(Sample(first)));
         first += 3 + 2 * (first / 64 % 2);
     }
     let run = testbench.play(&script, clock)?;

@@ -10,13 +10,14 @@ use crate::cosim::source::sources_of;
 use crate::cosim::verilated::Verilated;
 use crate::cosim::window::Window;
 use crate::cosim::{StimulusKind, TOP};
-use crate::deliver;
+use crate::deliver::{self, Prefix};
 use crate::photons::Pulse;
 use crate::reference::adversarial::Adversarial;
 use crate::reference::blocks::Records;
 use crate::reference::exercise::Exercise;
 use crate::reference::predictor::{Reference, StepResult};
 use crate::reference::stimulus::{Drive, RESET_CLOCKS, Stimulus};
+use crate::scan::Sampling;
 use crate::scene::Scene;
 use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
@@ -29,8 +30,7 @@ const PORT_CLOCKS: u64 = 4000;
 /// itself.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Script {
-    /// For each detector, in order of their first sample; sample s is at clock
-    /// s / S.
+    /// For each detector, in order of their first sample.
     pub pulses: Vec<Vec<Pulse>>,
     /// Further resets, in order.
     pub resets: Vec<Range<u64>>,
@@ -51,13 +51,13 @@ impl Script {
 /// A script that is being played.
 struct Player<'a> {
     script: &'a Script,
-    lanes: u64,
+    sampling: Sampling,
 }
 
 impl Stimulus for Player<'_> {
     fn drive(&mut self, drive: &mut Drive) {
         let clocks = drive.surroundings.clocks.clone();
-        let samples = clocks.start * self.lanes..clocks.end * self.lanes;
+        let samples = self.sampling.samples(&clocks);
         for (script, pulses) in self.script.pulses.iter().zip(&mut drive.pulses) {
             let first = script.partition_point(|pulse| pulse.first < samples.start);
             let end = script.partition_point(|pulse| pulse.first < samples.end);
@@ -100,7 +100,9 @@ impl Testbench {
     pub fn new(scene: &Scene) -> Result<Testbench, CaseError> {
         let interface = Interface::of(scene);
         let layout = Layout::of(&interface);
-        let sources = sources_of(&deliver::emit(&Sensor::new(scene), "goldtof stress")?);
+        let sensor = Sensor::new(scene);
+        let files = deliver::verilog(&sensor, &Prefix::default(), "goldtof stress")?;
+        let sources = sources_of(&files);
         let library = build(TOP, &sources, &interface, &cache_dir()?)?;
         Ok(Testbench {
             model: Verilated::load(&library, &layout)?,
@@ -116,8 +118,8 @@ impl Testbench {
 
     /// Plays a script for some clocks.
     pub fn play(&mut self, script: &Script, clocks: u64) -> Result<Run, CaseError> {
-        let lanes = u64::from(self.interface.lanes());
-        let run = self.run(&mut Player { script, lanes }, clocks)?;
+        let sampling = self.interface.timing.sampling();
+        let run = self.run(&mut Player { script, sampling }, clocks)?;
         let hits = run
             .exercise
             .detectors

@@ -1,6 +1,6 @@
 //! Scenes drawn at random from the interface.
 
-use goldtof::deliver::{Emission, HdlError, emit};
+use goldtof::deliver::{Emission, EmittedFile, HdlError, Prefix, emit, verilog};
 use goldtof::scene::{Architecture, Scene, Target};
 use goldtof::sensor::Sensor;
 use rand::RngExt;
@@ -36,12 +36,33 @@ impl Extent {
 pub fn emitted(
     rng: &mut Xoshiro256PlusPlus,
     extent: Extent,
-    mut on_refusal: impl FnMut(String),
+    on_refusal: impl FnMut(String),
 ) -> (Scene, Emission) {
+    made(rng, extent, on_refusal, |sensor| {
+        emit(sensor, "goldtof emit random.toml")
+    })
+}
+
+/// A scene that can be emitted, and the modules of its design.
+pub fn modules(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> (Scene, Vec<EmittedFile>) {
+    made(
+        rng,
+        extent,
+        |_| (),
+        |sensor| verilog(sensor, &Prefix::default(), "goldtof emit random.toml"),
+    )
+}
+
+fn made<T>(
+    rng: &mut Xoshiro256PlusPlus,
+    extent: Extent,
+    mut on_refusal: impl FnMut(String),
+    make: impl Fn(&Sensor) -> Result<T, HdlError>,
+) -> (Scene, T) {
     loop {
         let scene = draw(rng, extent);
-        match emit(&Sensor::new(&scene), "goldtof emit random.toml") {
-            Ok(emission) => return (scene, emission),
+        match make(&Sensor::new(&scene)) {
+            Ok(made) => return (scene, made),
             Err(limit @ (HdlError::Limit { .. } | HdlError::ShortStep { .. })) => {
                 on_refusal(limit.to_string());
             }

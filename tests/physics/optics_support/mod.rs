@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use goldtof::code::{Code, Generator};
 use goldtof::photons::{DetectorModel, Pulse, PulseStream};
-use goldtof::scan::Step;
+use goldtof::scan::{Sample, Step};
 use goldtof::scene::{
     CounterTiming, Detector, DetectorIndex, EstimatorKind, Hardware, JitterTail, LaserResponse,
     OtherLight, Path, Scan, Scene, Source, SourceClock, SourceIndex, Target,
@@ -162,9 +162,13 @@ pub fn sampled_counts(
     let chips = &scene.sources[0].code.chips;
     let step_samples = integration_chips * 8;
     let mut pulses = Vec::new();
-    PulseStream::new(model, seed, repetition).advance(steps * step_samples, &mut pulses);
+    PulseStream::new(model, seed, repetition).advance(Sample(steps * step_samples), &mut pulses);
     let mut counts = vec![0.0; steps as usize];
-    for Pulse { first, .. } in pulses {
+    for Pulse {
+        first: Sample(first),
+        ..
+    } in pulses
+    {
         let step = first / step_samples;
         let k = scene.scan.phase_step(Step(step)) as i64;
         let chip = (first as i64 - k)

@@ -1,14 +1,19 @@
 //! The self-checking testbench: Verilog that needs neither Rust nor goldtof.
 
+mod header;
+mod reader;
+
 use std::fmt::Write as _;
 
 use serde::Serialize;
 
+use self::header::header;
+use self::reader::reader;
 use super::file_list::testbench_file_list;
 use super::run_length::Words;
-use super::stimulus::{Group, MOST_CLOCKS, Recording, Skips, record};
+use super::stimulus::{Group, MOST_CLOCKS, Recording, record};
 use crate::deliver::design::{Design, EmittedFile};
-use crate::reference::cover_report::{Coverage, Missed};
+use crate::reference::cover_report::Coverage;
 use crate::reference::predictor::ReferenceError;
 use crate::scan::{Clock, Timescale};
 use crate::sensor::interface::Port;
@@ -45,9 +50,6 @@ pub struct Testbench {
 const INPUTS: &str = "inputs";
 /// Name of those that move the scan's counters on.
 const SKIPS: &str = "skips";
-
-/// Cover points that the header names at most.
-const MOST_NAMED: usize = 4;
 
 /// What the testbench and its parts are called.
 struct Names {
@@ -175,7 +177,7 @@ fn top(
     made_by: &str,
 ) -> String {
     let time = Timescale::of(clock, MOST_CLOCKS);
-    let mut text = header(names, recording, &time_in_words(clock, time), made_by);
+    let mut text = header(names, recording, (clock, time), made_by);
     let inputs = &recording.inputs.ports;
     let outputs = || recording.chips.ports.iter().chain(&recording.results.ports);
     let _ = write!(
@@ -244,16 +246,6 @@ fn halves(clock: Clock, time: Timescale) -> String {
     )
 }
 
-/// What the header says of time.
-fn time_in_words(clock: Clock, time: Timescale) -> String {
-    let ns = clock.chip_period_ps / 1e3;
-    if time.is_exact() {
-        format!("a clock takes {ns} ns, as on the chip")
-    } else {
-        format!("a clock takes {ns} ns, as on the chip, with edges at whole multiples of {time}")
-    }
-}
-
 /// What moves the scan's counters on, before a rising edge.
 fn moves(names: &Names, recording: &Recording) -> String {
     let Some(skips) = &recording.skips else {
@@ -279,108 +271,6 @@ fn moves(names: &Names, recording: &Recording) -> String {
 `endif
 "
     )
-}
-
-fn header(names: &Names, recording: &Recording, time: &str, made_by: &str) -> String {
-    let Names {
-        design, top, whole, ..
-    } = names;
-    let coverage = &recording.coverage;
-    let mut text = format!(
-        "\
-// {top}: self-checking testbench of {design}
-//
-// Drives recorded inputs and compares every output port, after every rising edge of i_clk, with
-// what goldtof's reference model gives. The model takes chips from the code's table and hits from
-// the list of pulses: no part of the design has a share in the expected values.
-//
-// Inputs   hostile, with an aim: {resets} resets, a receiver that stalls, every kind of hit
-// Length   {clocks} clocks; {steps} phase steps and {scans} scans end in them
-// Counts   {hits_up} hits up and {hits_down} hits down in the results that come to the stream
-",
-        resets = recording.resets,
-        clocks = recording.clocks,
-        steps = recording.phase_steps,
-        scans = recording.scans,
-        hits_up = recording.hits_up,
-        hits_down = recording.hits_down,
-    );
-    text += &what_is_covered(coverage);
-    if let Some(skips) = &recording.skips {
-        text += &comment("Short", &about_skips(skips, whole));
-    }
-    text + &format!(
-        "\
-// Ends     with PASS, what was exercised, and exit status 0; or at the first clock at which a port
-//          differs with that clock, the port, the expected value and the one seen, and a non-zero
-//          exit status; or with INCONCLUSIVE and a non-zero exit status, if no result was taken
-//          that counts anything: a sensor that does nothing would pass then
-// Language Verilog-2005, and the system task $fatal of IEEE 1800, which gives the exit status
-// Made by  {made_by}
-//
-// Run it in this folder with
-//   $ iverilog -g2005 -s {top} -o {top}.vvp -f {top}.f
-//   $ vvp {top}.vvp
-// or
-//   $ verilator --binary --top-module {top} -f {top}.f
-//   $ obj_dir/V{top}
-// With +vcd it writes waves to {top}.vcd (Verilator: build with --trace). Time is real:
-// {time}.
-
-"
-    )
-}
-
-/// What the recording shows of what can be covered.
-fn what_is_covered(coverage: &Coverage) -> String {
-    let mut text = comment("Covers", &coverage.summary());
-    for (title, missed) in [
-        ("Not", &coverage.not_covered),
-        ("Cannot", &coverage.unreachable),
-    ] {
-        let points: Vec<String> = missed.iter().take(MOST_NAMED).map(Missed::text).collect();
-        let more = missed.len().saturating_sub(MOST_NAMED);
-        if more > 0 {
-            text += &comment(title, &format!("{}; and {more} more", points.join("; ")));
-        } else if !points.is_empty() {
-            text += &comment(title, &points.join("; "));
-        }
-    }
-    text
-}
-
-/// How steps and scans are cut short.
-fn about_skips(skips: &Skips, whole: &str) -> String {
-    let paths: Vec<String> = skips.registers.iter().map(|r| r.path(".")).collect();
-    format!(
-        "steps and scans are cut short, so that their ends and many more of them come in this \
-             length: between two clocks the testbench XORs a constant into the counters of the scan \
-             controller ({}), which moves them on and touches nothing else. A design without them \
-             is checked for the first {} clocks, before the first such move, with {whole} defined",
-        paths.join(", "),
-        skips.first_clock
-    )
-}
-
-/// A fact of the header, in lines of a hundred characters.
-fn comment(title: &str, text: &str) -> String {
-    let mut lines = vec![String::new()];
-    for word in text.split(' ') {
-        let line = lines.len() - 1;
-        if lines[line].len() + 1 + word.len() > 87 {
-            lines.push(word.to_owned());
-        } else {
-            if !lines[line].is_empty() {
-                lines[line].push(' ');
-            }
-            lines[line] += word;
-        }
-    }
-    let titles = std::iter::once(title).chain(std::iter::repeat(""));
-    let lines = titles.zip(lines);
-    lines
-        .map(|(title, line)| format!("// {title:<8} {line}\n"))
-        .collect()
 }
 
 fn instance<'a>(names: &Names, ports: impl Iterator<Item = &'a Port>) -> String {
@@ -533,61 +423,5 @@ fn port_check(port: &Port) -> String {
             end
 ",
         name = port.name,
-    )
-}
-
-fn reader(names: &Names, made_by: &str) -> String {
-    let reader = &names.reader;
-    format!(
-        "\
-// {reader}: values of a vector file, clock by clock
-//
-// A word of the file is {{value, repeats}}: value holds for repeats + 1 clocks. It changes with the
-// rising edge of i_clk.
-//
-// Made by  {made_by}
-
-`default_nettype none
-
-module {reader} #(
-    parameter FILE      = \"\", // file for $readmemh
-    parameter WORDS     = 1,  // words in it
-    parameter W_REPEATS = 4,  // bits of repeats
-    parameter W_VALUE   = 4   // bits of value
-) (
-    input  wire               i_clk,
-    output wire [W_VALUE-1:0] o_value
-);
-
-    reg  [W_VALUE+W_REPEATS-1:0] words [0:WORDS-1];
-    reg  [W_VALUE+W_REPEATS-1:0] word_r;
-    reg  [W_REPEATS-1:0]         repeated_r;
-    wire [W_REPEATS-1:0]         repeats;
-    integer                      next;
-
-    assign {{o_value, repeats}} = word_r;
-
-    initial begin
-        $readmemh(FILE, words);
-        word_r     = words[0];
-        repeated_r = {{W_REPEATS{{1'b0}}}};
-        next       = 1;
-    end
-
-    // After the last word it stays: the testbench ends there.
-    always @(posedge i_clk) begin
-        if (repeated_r != repeats) begin
-            repeated_r <= repeated_r + 1'b1;
-        end else if (next < WORDS) begin
-            word_r     <= words[next];
-            repeated_r <= {{W_REPEATS{{1'b0}}}};
-            next       <= next + 1;
-        end
-    end
-
-endmodule
-
-`default_nettype wire
-"
     )
 }

@@ -1,8 +1,9 @@
-//! Weighted least squares with a 2 x 2 covariance per step, or one of each group of steps
-//! that count the same light.
+//! What counts weigh in least squares: a 2 x 2 covariance per step, or one of each group of
+//! steps that count the same light.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
+use super::normal::Normal;
 use super::parameters::Column;
 use super::shared_steps::SharedSteps;
 use crate::response::{CountMoments, MeanCount};
@@ -33,21 +34,6 @@ struct GroupFactor {
 /// A count that is never anything but its mean weighs as if it had the variance of
 /// rounding.
 const ROUNDING: f64 = 1.0 / 12.0;
-
-/// What is added to the information of each unknown, as a share of it, where some cannot be
-/// told apart: far less than what tells those that can.
-const DAMPING: f64 = 1e-8;
-
-/// Normal equations, ready to solve.
-#[derive(Debug, Clone)]
-pub struct Normal {
-    /// Scale of every unknown: one over the root of its information.
-    scales: Vec<f64>,
-    /// Inverse of the scaled information matrix.
-    inverse: DMatrix<f64>,
-    /// Scaled gradient.
-    gradient: DVector<f64>,
-}
 
 impl Weights {
     pub fn of(moments: &[CountMoments]) -> Weights {
@@ -201,7 +187,7 @@ impl Weights {
     ) -> Option<Normal> {
         self.normal(jacobian, measured, expected).or_else(|| {
             let residuals = self.residuals(measured, expected);
-            Normal::of_damped(&self.whitened_columns(jacobian), &residuals, DAMPING)
+            Normal::damped(&self.whitened_columns(jacobian), &residuals)
         })
     }
 
@@ -294,129 +280,11 @@ fn whiten(factor: &[f64; 3], count: &MeanCount) -> [f64; 2] {
     ]
 }
 
-impl Normal {
-    /// From derivatives and residuals of unit covariance; `None` if they are singular, or
-    /// say nothing finite.
-    pub fn of_whitened(columns: &[Vec<f64>], residuals: &[f64]) -> Option<Normal> {
-        Normal::of_damped(columns, residuals, 0.0)
-    }
-
-    /// The same with so much added to the information of each unknown, as a share of it.
-    fn of_damped(columns: &[Vec<f64>], residuals: &[f64], damping: f64) -> Option<Normal> {
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-        let scales: Vec<f64> = columns.iter().map(|c| 1.0 / dot(c, c).sqrt()).collect();
-        let information =
-            |i: usize, j: usize| dot(&columns[i], &columns[j]) * scales[i] * scales[j];
-        let size = columns.len();
-        let mut matrix = DMatrix::from_fn(size, size, information);
-        for entry in 0..size {
-            matrix[(entry, entry)] += damping;
-        }
-        let normal = Normal {
-            gradient: DVector::from_fn(size, |i, _| dot(&columns[i], residuals) * scales[i]),
-            inverse: inverse(matrix)?,
-            scales,
-        };
-        normal.is_finite().then_some(normal)
-    }
-
-    fn is_finite(&self) -> bool {
-        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-        finite(self.inverse.as_slice())
-            && finite(self.gradient.as_slice())
-            && finite(&self.standard_deviations())
-    }
-
-    /// The Gauss-Newton step.
-    pub fn solution(&self) -> Vec<f64> {
-        let step = &self.inverse * &self.gradient;
-        step.iter()
-            .zip(&self.scales)
-            .map(|(s, scale)| s * scale)
-            .collect()
-    }
-
-    /// The best step of those that move the last unknown by `last_step`.
-    pub fn solution_with_last(&self, last_step: f64) -> Vec<f64> {
-        let mut step = self.solution();
-        let last = step.len() - 1;
-        let excess = (step[last] - last_step) / (self.inverse[(last, last)] * self.scales[last]);
-        for ((step, shared), scale) in step
-            .iter_mut()
-            .zip(&self.inverse.column(last))
-            .zip(&self.scales)
-        {
-            *step -= shared * scale * excess;
-        }
-        step[last] = last_step;
-        step
-    }
-
-    /// Standard deviation of each unknown, the others unknown too.
-    pub fn standard_deviations(&self) -> Vec<f64> {
-        (0..self.scales.len())
-            .map(|i| self.inverse[(i, i)].sqrt() * self.scales[i])
-            .collect()
-    }
-
-    /// Standard deviation of a combination of the unknowns.
-    pub fn standard_deviation_of(&self, combination: &[f64]) -> f64 {
-        let direction = self.scaled(combination);
-        direction.dot(&(&self.inverse * &direction)).sqrt()
-    }
-
-    /// The same where a combination of the unknowns is held as it is.
-    pub fn holding(&self, combination: &[f64]) -> Normal {
-        let direction = self.scaled(combination);
-        let moved = &self.inverse * &direction;
-        let mut left = &self.inverse - &moved * moved.transpose() / direction.dot(&moved);
-        // What is held has no variance, rounding or not.
-        for entry in 0..left.nrows() {
-            left[(entry, entry)] = left[(entry, entry)].max(0.0);
-        }
-        Normal {
-            inverse: left,
-            ..self.clone()
-        }
-    }
-
-    fn scaled(&self, combination: &[f64]) -> DVector<f64> {
-        let pairs = combination.iter().zip(&self.scales);
-        DVector::from_iterator(self.scales.len(), pairs.map(|(c, scale)| c * scale))
-    }
-
-    /// The largest of a step's components in standard deviations.
-    pub fn largest_step_sigmas(&self, step: &[f64]) -> f64 {
-        let components = step.iter().zip(self.standard_deviations());
-        components
-            .map(|(step, std)| (step / std).abs())
-            .fold(0.0, f64::max)
-    }
-}
-
-/// Inverse of a symmetric positive definite matrix with a unit diagonal; `None` if
-/// it is singular to ten digits.
-fn inverse(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let factor = Cholesky::new(matrix)?;
-    // A squared entry is what the unknowns before it leave of this one's variance.
-    let left = factor.l_dirty().diagonal().map(|entry| entry * entry);
-    (left.min() >= 1e-10).then(|| factor.inverse())
-}
-
 #[cfg(test)]
 mod tests {
     use nalgebra::dmatrix;
 
     use super::*;
-
-    #[test]
-    fn an_inverse_times_its_matrix_is_one() {
-        let matrix = dmatrix![1.0, 0.5, -0.25; 0.5, 1.0, 0.125; -0.25, 0.125, 1.0];
-        let inverse = inverse(matrix.clone()).expect("it is regular");
-        assert!((matrix * inverse - DMatrix::identity(3, 3)).amax() < 1e-12);
-        assert!(super::inverse(dmatrix![1.0, 1.0; 1.0, 1.0]).is_none());
-        assert!(super::inverse(dmatrix![1.0, f64::NAN; f64::NAN, 1.0]).is_none());
-    }
 
     /// A straight line through N, with r of no use: the textbook formulas.
     #[test]
@@ -465,20 +333,6 @@ mod tests {
         let std = normal.standard_deviations();
         assert!((std[1] - (4.0_f64 / 14.0).sqrt()).abs() < 1e-12);
         assert!((std[0] - (4.0_f64 * (0.25 + 1.0 / 14.0)).sqrt()).abs() < 1e-12);
-    }
-
-    /// Of two unknowns that do the same a fit takes half each.
-    #[test]
-    fn damped_equations_have_a_solution_where_unknowns_are_alike() {
-        let column = vec![1.0, 2.0];
-        let columns = [column.clone(), column];
-        assert!(Normal::of_whitened(&columns, &[3.0, 6.0]).is_none());
-        let damped = Normal::of_damped(&columns, &[3.0, 6.0], DAMPING).expect("it is damped");
-        let found = damped.solution();
-        assert!(
-            found.iter().all(|half| (half - 1.5).abs() < 1e-6),
-            "{found:?}"
-        );
     }
 
     /// W C W^T of counts that go together is one, with C written out.

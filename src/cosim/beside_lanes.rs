@@ -1,0 +1,218 @@
+//! A run in lanes, and the Verilog itself in lock-step beside it for a stated part of it.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::channel;
+use std::thread::{self, ScopedJoinHandle};
+use std::time::Instant;
+
+use super::build::{self, Built};
+use super::engine::{Engine, EnginePart};
+use super::error::CosimError;
+use super::lanes::run::LanesOutcome;
+use super::lanes::{Prepared, Refusal, Unfit, refuse_memories};
+use super::lockstep::Outcome;
+use super::report::{Verdict, coverage, part_of, peaks, report};
+use super::side_by_side::run;
+use super::window::Window;
+use super::{Cosimulation, Request, StimulusKind};
+use crate::photons::DetectorModel;
+use crate::reference::coverage::CoverTable;
+use crate::reference::predictor::Reference;
+use crate::reference::stimulus::clocks_for_scans;
+use crate::scene::DetectorIndex;
+use crate::sensor::Sensor;
+
+/// Shorter runs are done before lanes have started.
+const LEAST_CLOCKS: u64 = 20_000_000;
+/// Clocks of photons, and as many of the adversary, that the RTL itself is clocked
+/// beside lanes.
+const WITNESSED_CLOCKS: u64 = 500_000;
+
+/// Runs photons in lanes, and beside that a part of them in lock-step.
+///
+/// # Errors
+/// What of the run has no place in lanes, and is to be done in lock-step; or a tool
+/// fails.
+pub(super) fn in_lanes(
+    sensor: &Sensor,
+    request: &Request,
+    on_progress: &mut dyn FnMut(u64, u64),
+) -> Result<Cosimulation, Refusal> {
+    let clocks = request
+        .clocks
+        .unwrap_or_else(|| clocks_for_scans(sensor.interface(), 1));
+    refuse_unfit(sensor, request, clocks)?;
+    let (built, prepared) = built(sensor, request, clocks)?;
+    let stop = AtomicBool::new(false);
+    let started = Instant::now();
+    let (photons, adversarial, lanes) = thread::scope(|scope| {
+        let witness = |stimulus| {
+            let (built, stop) = (&built, &stop);
+            scope.spawn(move || {
+                let found = witness(sensor, request, built, clocks, stimulus);
+                let is_match = |found: &Cosimulation| found.report.verdict != Verdict::Mismatch;
+                // What the lanes say is not asked for any more.
+                if !found.as_ref().is_ok_and(is_match) {
+                    stop.store(true, Ordering::Relaxed);
+                }
+                found
+            })
+        };
+        let photons = witness(StimulusKind::Photons);
+        let adversarial =
+            (request.engine == Engine::Auto).then(|| witness(StimulusKind::Adversarial));
+        let lanes = of_scan(
+            sensor,
+            &prepared,
+            (request.seed, clocks),
+            &stop,
+            on_progress,
+        );
+        (joined(photons), adversarial.map(joined), lanes)
+    });
+    let photons = photons?;
+    if photons.outcome.first.is_some() {
+        return Err(Unfit::new("the first clocks differ").into());
+    }
+    let mut parts = vec![part_of(&photons.report)];
+    if let Some(adversarial) = adversarial.transpose()? {
+        if adversarial.report.verdict == Verdict::Mismatch {
+            // No distance rests on such counts.
+            return Ok(Cosimulation {
+                counts: vec![Vec::new(); sensor.scene().detectors.len()],
+                ..adversarial
+            });
+        }
+        parts.push(part_of(&adversarial.report));
+    }
+    let lanes = lanes?;
+    if let Some(clock) = lanes.differs {
+        return Err(Unfit::new(format!("lanes differ at clock {clock}")).into());
+    }
+    let outcome = Outcome {
+        clocks,
+        exercise: lanes.exercise.clone(),
+        last_outputs: lanes.last_outputs.clone(),
+        elapsed: started.elapsed(),
+        ..photons.outcome.clone()
+    };
+    Ok(told(sensor, request, photons, outcome, lanes, parts))
+}
+
+/// # Errors
+/// What of a run is for lock-step, before anything is built.
+fn refuse_unfit(sensor: &Sensor, request: &Request, clocks: u64) -> Result<(), Unfit> {
+    if request.stimulus != StimulusKind::Photons {
+        return Err(Unfit::new("lanes are for photons"));
+    }
+    refuse_memories(sensor.interface())?;
+    if request.engine == Engine::Auto && clocks < LEAST_CLOCKS {
+        return Err(Unfit::new(format!("{clocks} clocks are few")));
+    }
+    match &request.window {
+        Window::Clocks(asked) if asked.end > WITNESSED_CLOCKS => Err(Unfit::new(format!(
+            "waveforms of clocks from {WITNESSED_CLOCKS} on are for lock-step"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// The model for lock-step and the one for lanes, built side by side.
+fn built(sensor: &Sensor, request: &Request, clocks: u64) -> Result<(Built, Prepared), Refusal> {
+    let (interface, cache) = (sensor.interface(), &request.cache);
+    let (top, sources) = (&request.top, &request.sources);
+    let (built, prepared) = thread::scope(|scope| {
+        let registers = request.registers.as_ref();
+        let built =
+            scope.spawn(move || build::build_with(top, sources, interface, registers, cache));
+        let prepared = Prepared::new(top, sources, interface, clocks, cache);
+        (joined(built), prepared)
+    });
+    // Of Verilog that does not compile Verilator speaks, whose words are known.
+    Ok((built?, prepared?))
+}
+
+/// The RTL itself beside the reference model, for a stated part of the clocks.
+fn witness(
+    sensor: &Sensor,
+    request: &Request,
+    built: &Built,
+    clocks: u64,
+    stimulus: StimulusKind,
+) -> Result<Cosimulation, CosimError> {
+    let part = Request {
+        stimulus,
+        clocks: Some(WITNESSED_CLOCKS.min(clocks)),
+        engine: Engine::Lockstep,
+        ..request.clone()
+    };
+    let reference = Reference::new(sensor.interface().clone())?;
+    run(sensor, reference, built, &part, &mut |_, _| ())
+}
+
+/// All clocks in lanes. The caller's thread tells how far they are.
+fn of_scan(
+    sensor: &Sensor,
+    prepared: &Prepared,
+    (seed, clocks): (u64, u64),
+    stop: &AtomicBool,
+    on_progress: &mut dyn FnMut(u64, u64),
+) -> Result<LanesOutcome, Refusal> {
+    let models: Vec<DetectorModel> = DetectorIndex::of(&sensor.scene().detectors)
+        .map(|detector| DetectorModel::new(sensor, detector))
+        .collect();
+    thread::scope(|scope| {
+        let (done, progress) = channel();
+        let lanes = scope.spawn(|| {
+            let done = done;
+            prepared.run(&models, seed, clocks, stop, &|clocks| {
+                // Who listens may have ended.
+                let _ = done.send(clocks);
+            })
+        });
+        progress.iter().for_each(|done| on_progress(done, clocks));
+        joined(lanes)
+    })
+}
+
+/// What a thread has come to; it panics on as the thread did.
+fn joined<T>(thread: ScopedJoinHandle<T>) -> T {
+    thread
+        .join()
+        .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
+/// The run in lanes as a co-simulation; its waveforms are those of the part in
+/// lock-step.
+fn told(
+    sensor: &Sensor,
+    request: &Request,
+    photons: Cosimulation,
+    outcome: Outcome,
+    lanes: LanesOutcome,
+    parts: Vec<EnginePart>,
+) -> Cosimulation {
+    let mut counts = vec![Vec::new(); sensor.scene().detectors.len()];
+    for &sent in &lanes.sent {
+        counts[sent.detector].push(sent);
+    }
+    let coverage = coverage(sensor, &CoverTable::of(sensor.interface()), &outcome, None);
+    let mut report = report(sensor, request, &outcome, &photons.layout, coverage);
+    if outcome.clocks >= clocks_for_scans(sensor.interface(), 1) {
+        report.peaks = peaks(sensor, &photons.layout, &outcome.last_outputs);
+    }
+    report.engines = vec![EnginePart {
+        engine: Engine::Lanes,
+        stimulus: StimulusKind::Photons,
+        clocks: outcome.clocks,
+        lanes: Some(lanes.lanes),
+    }];
+    report.engines.extend(parts);
+    Cosimulation {
+        report,
+        counts,
+        hits: lanes.hits,
+        outcome,
+        ..photons
+    }
+}

@@ -1,0 +1,120 @@
+//! A run of the Verilog itself beside the reference model, from the stimulus to the report.
+
+use super::build::Built;
+use super::error::{CosimError, When};
+use super::lockstep::{Lockstep, Outcome};
+use super::report::{coverage, peaks, report};
+use super::sent::SentCount;
+use super::verilated::Verilated;
+use super::window::Window;
+use super::{Cosimulation, Request, StimulusKind};
+use crate::photons::DetectorModel;
+use crate::reference::adversarial::{Adversarial, LONGEST_DEFAULT, Means};
+use crate::reference::photons::Photons;
+use crate::reference::predictor::Reference;
+use crate::reference::stimulus::{Stimulus, clocks_for_scans};
+use crate::scene::DetectorIndex;
+use crate::sensor::Sensor;
+use crate::sensor::layout::Layout;
+
+/// Runs built Verilog and reference model side by side, clock by clock.
+///
+/// # Errors
+/// When the model fails, or ends the simulation.
+pub(super) fn run(
+    sensor: &Sensor,
+    mut reference: Reference,
+    built: &Built,
+    request: &Request,
+    on_progress: &mut dyn FnMut(u64, u64),
+) -> Result<Cosimulation, CosimError> {
+    let interface = sensor.interface();
+    let layout = Layout::of(interface);
+    let mut model = Verilated::load(built, &layout)?;
+    let detectors: Vec<DetectorModel> = DetectorIndex::of(&sensor.scene().detectors)
+        .map(|detector| DetectorModel::new(sensor, detector))
+        .collect();
+    let means = Means::cosim(built.registers.is_some());
+    let (mut stimulus, clocks) = stimulus(sensor, &detectors, request, means)?;
+    let mut counts: Vec<Vec<SentCount>> = vec![Vec::new(); sensor.scene().detectors.len()];
+    let mut hits: Vec<Vec<u64>> = vec![Vec::new(); counts.len()];
+    let outcome = Lockstep {
+        model: &mut model,
+        reference: &mut reference,
+        stimulus: stimulus.as_mut(),
+        layout: &layout,
+        window: request.window.clone(),
+    }
+    .run_and_read(
+        clocks,
+        &mut |result| {
+            if result.scan == 0 {
+                hits[result.detector].push(result.total);
+            }
+        },
+        &mut |sent| {
+            if sent.scan == 0 {
+                counts[sent.detector].push(sent);
+            }
+        },
+        &mut |done| on_progress(done, clocks),
+    )?;
+    finish(&mut model, &outcome)?;
+    let means = (request.stimulus == StimulusKind::Adversarial).then_some(means);
+    let coverage = coverage(sensor, reference.cover_table(), &outcome, means);
+    let mut report = report(sensor, request, &outcome, &layout, coverage);
+    if request.stimulus == StimulusKind::Photons && outcome.clocks >= clocks_for_scans(interface, 1)
+    {
+        report.peaks = peaks(sensor, &layout, &outcome.last_outputs);
+    }
+    Ok(Cosimulation {
+        report,
+        counts,
+        hits,
+        outcome,
+        layout,
+        clock: sensor.clock(),
+    })
+}
+
+/// Where the inputs come from, and for how many clocks: as many as asked for, or one scan of
+/// photons, or all that an adversary needs.
+fn stimulus<'d>(
+    sensor: &'d Sensor,
+    detectors: &'d [DetectorModel],
+    request: &Request,
+    means: Means,
+) -> Result<(Box<dyn Stimulus + 'd>, u64), CosimError> {
+    let interface = sensor.interface();
+    let (stimulus, clocks): (Box<dyn Stimulus + 'd>, u64) = match request.stimulus {
+        StimulusKind::Photons => {
+            let photons = Photons::new(detectors, interface, request.seed);
+            let clocks = request.clocks;
+            let clocks = clocks.unwrap_or_else(|| clocks_for_scans(interface, 1));
+            (Box::new(photons), clocks)
+        }
+        StimulusKind::Adversarial => {
+            let adversarial = Adversarial::with_means(interface, request.seed, means)?;
+            let clocks = request.clocks;
+            let clocks =
+                clocks.unwrap_or_else(|| adversarial.clone().clocks_to_cover(LONGEST_DEFAULT));
+            (Box::new(adversarial), clocks)
+        }
+    };
+    match &request.window {
+        Window::Clocks(asked) if asked.start >= clocks => Err(CosimError::BeyondTheRun {
+            asked: asked.start,
+            clocks,
+        }),
+        _ => Ok((stimulus, clocks)),
+    }
+}
+
+/// Runs the final blocks; they have no say where a port differs already.
+fn finish(model: &mut Verilated, outcome: &Outcome) -> Result<(), CosimError> {
+    let when = When::End;
+    match model.finish() {
+        Err(reason) if outcome.first.is_none() => Err(CosimError::Halted { when, reason }),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,169 @@
+//! Hits, counted up and down by the sign of the delayed reference (eq. 11).
+
+use std::ops::Range;
+
+use super::Reference;
+use crate::scan::{Group, Sample, Sampling};
+use crate::scene::DetectorIndex;
+
+/// The signs with which one group's correlators count hits, for one detector.
+#[derive(Debug, Clone, Copy)]
+pub struct GroupSigns<'a> {
+    /// Of each chip of the detector's code.
+    signs: &'a [i8],
+    sampling: Sampling,
+    /// The group's first sample.
+    origin: Sample,
+    /// Sample of the code's period that the group's first step has there.
+    first: u64,
+}
+
+/// The same signs at one sample.
+#[derive(Debug, Clone, Copy)]
+pub struct SampleSigns<'a> {
+    signs: &'a [i8],
+    sampling: Sampling,
+    period: u64,
+    /// Sample of the code's period that the group's first step has.
+    delayed: u64,
+}
+
+impl<'a> GroupSigns<'a> {
+    /// At a sample of the group. It costs a division, which is more than each step's does.
+    pub fn at(&self, sample: Sample) -> SampleSigns<'a> {
+        let period = self.sampling.samples_of(self.signs.len() as u64);
+        SampleSigns {
+            signs: self.signs,
+            sampling: self.sampling,
+            period,
+            delayed: (self.first + (sample - self.origin)) % period,
+        }
+    }
+}
+
+impl SampleSigns<'_> {
+    /// Whether the correlator of the group's step `step` counts a hit up.
+    #[inline]
+    pub fn count_up(&self, step: u64) -> bool {
+        // Hardly ever: a code period has more samples than a group has steps.
+        let step = if step < self.period {
+            step
+        } else {
+            step % self.period
+        };
+        let delayed = match self.delayed.checked_sub(step) {
+            Some(delayed) => delayed,
+            None => self.delayed + self.period - step,
+        };
+        self.signs[self.sampling.clock_of(Sample(delayed)) as usize] > 0
+    }
+}
+
+impl Reference {
+    /// How the present group's correlators of a detector count, if its first sample is
+    /// `origin`.
+    pub fn group_signs(&self, detector: DetectorIndex, origin: Sample) -> GroupSigns<'_> {
+        let signs = &self.signs[detector][..];
+        let sampling = self.interface.timing.sampling();
+        let period = sampling.samples_of(signs.len() as u64);
+        let first = sampling.samples_of(self.scan.from % signs.len() as u64);
+        GroupSigns {
+            signs,
+            sampling,
+            origin,
+            first: (first + period - self.delay() % period) % period,
+        }
+    }
+
+    /// Looks for hits on the last sample before a scan, if its clock is among these.
+    fn watch_before_scan(&mut self, clocks: &Range<u64>, hits: &[Vec<Sample>]) {
+        let first_word = self.released + 1 + self.scan.from;
+        let may_pause = self.scan.scan == 0 || self.interface.realigns();
+        if self.scan.group != Group(0) || !may_pause || !clocks.contains(&(first_word - 1)) {
+            return;
+        }
+        let of_scan = self.interface.timing.sampling().first_sample(first_word);
+        let sample = Sample(of_scan.0 - 1);
+        for (seen, hits) in self.before_scan.iter_mut().zip(hits) {
+            *seen = hits.binary_search(&sample).is_ok();
+        }
+    }
+
+    /// Counts the hits of a stretch of clocks, group by group, and ends the
+    /// groups whose last word is among them. The word of cycle n is presented
+    /// one clock after the chip of cycle n shows on `o_laser`.
+    pub(super) fn count(&mut self, clocks: Range<u64>, hits: &[Vec<Sample>]) {
+        let sampling = self.interface.timing.sampling();
+        let first_word = self.released + 1;
+        let mut counted = clocks.start.max(first_word);
+        loop {
+            self.watch_before_scan(&clocks, hits);
+            let group_end = first_word + self.scan.from + self.scan.chips;
+            let until = group_end.min(clocks.end);
+            let from = counted.max(first_word + self.scan.from);
+            if from < until {
+                let samples = sampling.samples(&(from..until));
+                for (detector, hits) in DetectorIndex::all().zip(hits.iter()) {
+                    let first = hits.partition_point(|&s| s < samples.start);
+                    let end = first + hits[first..].partition_point(|&s| s < samples.end);
+                    self.count_detector(detector, &hits[first..end]);
+                }
+            }
+            if group_end > clocks.end {
+                return;
+            }
+            self.finish_group();
+            counted = until;
+        }
+    }
+
+    /// Counts one detector's hits up or down (eq. 11) in the present group.
+    fn count_detector(&mut self, detector: DetectorIndex, hits: &[Sample]) {
+        let (Some(first_hit), Some(last_hit)) = (hits.first(), hits.last()) else {
+            return;
+        };
+        let sampling = self.interface.timing.sampling();
+        let first_sample = sampling.first_sample(self.released + 1);
+        let group_start = first_sample + sampling.samples_of(self.scan.from);
+        if let Some(histogram) = &mut self.histogram {
+            let samples = (first_sample, group_start);
+            return histogram.count(detector, hits, samples, &mut self.resets);
+        }
+        let delay = self.delay();
+        let signs = &self.signs[detector][..];
+        let steps_per_period = sampling.samples_of(signs.len() as u64);
+        let parallel = u64::from(self.interface.parallel());
+        self.totals[detector] += hits.len() as u64;
+        let counts = &mut self.counts[detector.0 * parallel as usize..][..parallel as usize];
+        let mut words = hits.chunk_by(|&a, &b| sampling.clock_of(a) == sampling.clock_of(b));
+        // Start of a code period that is not after the sample.
+        let mut period_start = first_sample;
+        for word in &mut words {
+            for &sample in word {
+                // A division costs more than all the rest, and many hits share a period.
+                if sample - period_start >= steps_per_period {
+                    let whole = (sample - period_start) / steps_per_period;
+                    period_start += whole * steps_per_period;
+                }
+                let mut delayed = sample - period_start + steps_per_period - delay;
+                if delayed >= steps_per_period {
+                    delayed -= steps_per_period;
+                }
+                for (step, count) in counts.iter_mut().enumerate() {
+                    let sign = signs[sampling.clock_of(Sample(delayed)) as usize];
+                    *count += i64::from(sign);
+                    let lane = sampling.lane_of(sample);
+                    self.running.hit(detector, step, lane, sign > 0);
+                    delayed = delayed.checked_sub(1).unwrap_or(steps_per_period - 1);
+                }
+            }
+            self.running.word_ends(detector, word.len() as u32);
+            self.resets.hits_in(sampling.clock_of(word[0]));
+        }
+        // A group may be as long as 64 bits tell, its end farther than they do.
+        let last_sample = sampling.samples_of(self.scan.chips) - 1;
+        let first = *first_hit == group_start;
+        let last = *last_hit - group_start == last_sample;
+        self.running.border(detector, first, last);
+    }
+}

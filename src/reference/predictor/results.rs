@@ -1,0 +1,202 @@
+//! What a group of steps has counted when it ends: its results, and what they prove.
+
+use super::{Reference, StepResult};
+use crate::reference::coverage::{CoverPoint, Place};
+use crate::reference::exercise::Counted;
+use crate::reference::stream::{Arrival, Beat};
+use crate::scan::Step;
+use crate::scene::DetectorIndex;
+use crate::sensor::layout::mask;
+
+impl Reference {
+    /// Sends the present group's counts on their way and goes on to the next.
+    pub(super) fn finish_group(&mut self) {
+        let end = self.scan.from + self.scan.chips;
+        if let Some(histogram) = &mut self.histogram {
+            let exercise = &mut self.stream.exercise;
+            let last_word = self.released + end;
+            histogram.end_frame(last_word, self.scan.scan, &mut self.resets, exercise);
+            return self.go_on(end, true);
+        }
+        let grouping = self.interface.grouping();
+        let last = grouping.is_last(self.scan.group);
+        let shows_at = self.released + end + u64::from(self.interface.result_latency_clocks);
+        let (beats, clamps) = self.beats(shows_at);
+        let saturated = clamps.counts + clamps.totals > 0;
+        let proves = self.proven_points();
+        self.stream.exercise.phase_steps += grouping.steps_of(self.scan.group).count() as u64;
+        let is_counted = self.totals.iter().any(|&total| total > 0);
+        self.resets
+            .group_ends(self.released + end, last, is_counted);
+        self.stream.push(Arrival {
+            clock: shows_at,
+            beats,
+            saturated,
+            last,
+            place: Place::of(self.scan.group.0, self.interface.groups()),
+            proves,
+            proves_if_first: clamps
+                .lone_point()
+                .and_then(|point| self.table.number(point)),
+        });
+        if let Some(peak) = self.peak.as_mut().filter(|_| last) {
+            peak.end_scan(self.released + end, &mut self.resets.of_peaks, &self.table);
+        }
+        self.counts.fill(0);
+        self.totals.fill(0);
+        self.go_on(end, last);
+    }
+
+    /// The results of the present group, in the order in which they are sent, and what
+    /// was saturated.
+    fn beats(&mut self, shows_at: u64) -> (Vec<Beat>, Clamps) {
+        let parallel = self.interface.parallel() as usize;
+        let grouping = self.interface.grouping();
+        let steps = grouping.steps_of(self.scan.group).len();
+        let first = grouping.step_of(self.scan.group, 0).0;
+        let limit = 1i128 << (self.interface.count_bits - 1);
+        let most = self
+            .interface
+            .total
+            .map_or(u64::MAX, |total| mask(total.bits));
+        let mut beats = Vec::with_capacity(self.counts.len());
+        let mut clamps = Clamps::default();
+        for (detector, counts) in DetectorIndex::all().zip(self.counts.chunks_exact(parallel)) {
+            let total = self.totals[detector].min(most);
+            if total != self.totals[detector] {
+                clamps.totals += 1;
+                clamps.total = detector;
+            }
+            for (step, &exact) in counts.iter().enumerate() {
+                let count = i128::from(exact).clamp(-limit, limit - 1) as i64;
+                let is_absent = step >= steps;
+                clamps.count(is_absent, count != exact, (detector, step, exact > 0));
+                if is_absent {
+                    continue;
+                }
+                beats.push(Beat {
+                    count,
+                    total,
+                    counted: Counted::new(detector, exact, self.totals[detector]),
+                });
+                let number = first + step as u64;
+                if let Some(peak) = &mut self.peak {
+                    // It counts the steps that it has seen.
+                    let seen = Step(number - self.scan.left_out);
+                    peak.count(
+                        (detector, step),
+                        self.interface.timing.scan.phase_step(seen),
+                        count,
+                        self.scan.group,
+                    );
+                }
+                self.finished.push(StepResult {
+                    clock: shows_at,
+                    scan: self.scan.scan,
+                    detector,
+                    step: number,
+                    count,
+                    total,
+                    exact,
+                    exact_total: self.totals[detector],
+                });
+            }
+        }
+        (beats, clamps)
+    }
+
+    /// Cover points that the results of the present group prove when they show.
+    fn proven_points(&mut self) -> Vec<usize> {
+        let parallel = u64::from(self.interface.parallel());
+        let steps = self.interface.grouping().steps_of(self.scan.group).len();
+        let begins_scan = self.scan.group.0 * parallel == self.scan.left_out;
+        let mut points = self.running.end_group(&self.table, steps, begins_scan);
+        let delay = self.delay();
+        let mut add = |point| points.extend(self.table.number(point));
+        for (detector, seen) in DetectorIndex::all().zip(self.before_scan.iter_mut()) {
+            if std::mem::take(seen) {
+                add(CoverPoint::BeforeScan { detector });
+            }
+        }
+        if self.interface.saturates() {
+            let limit = 1i64 << (self.interface.count_bits - 1);
+            for (at, &count) in self.counts.iter().enumerate() {
+                let detector = DetectorIndex(at / self.interface.parallel() as usize);
+                let step = at % self.interface.parallel() as usize;
+                if step < steps && (count == limit - 1 || count == -limit) {
+                    let up = count > 0;
+                    add(CoverPoint::Limit { detector, step, up });
+                }
+            }
+            for (detector, &total) in DetectorIndex::all().zip(self.totals.iter()) {
+                if self.interface.total.is_some_and(|t| total == mask(t.bits)) {
+                    let beyond = false;
+                    add(CoverPoint::TotalSaturation { detector, beyond });
+                }
+            }
+        }
+        if self.totals.iter().any(|&total| total > 0) {
+            let place = Place::of(self.scan.group.0, self.interface.groups());
+            let later_scan = self.scan.scan > 0;
+            add(CoverPoint::Result { place, later_scan });
+            if self.scan.chips == self.interface.timing.scan.integration_chips {
+                add(CoverPoint::WholeStep);
+            }
+            if place == Place::Last && self.scan.left_out == 0 {
+                add(CoverPoint::WholeScan);
+            }
+            let lanes = u64::from(self.interface.lanes());
+            if let Some(previous) = self.scan.previous_delay {
+                let period = previous > delay;
+                if period || previous / lanes < delay / lanes {
+                    add(CoverPoint::DelayWraps { period });
+                }
+            }
+        }
+        points.append(&mut self.resets.of_results);
+        points
+    }
+}
+
+/// What was saturated in a group.
+#[derive(Debug, Default)]
+struct Clamps {
+    counts: u32,
+    totals: u32,
+    absent: u32,
+    /// The last of each kind: detector, step, whether beyond the largest count.
+    count: (DetectorIndex, usize, bool),
+    absent_count: (DetectorIndex, usize, bool),
+    total: DetectorIndex,
+}
+
+impl Clamps {
+    fn count(&mut self, is_absent: bool, is_clamped: bool, which: (DetectorIndex, usize, bool)) {
+        if is_clamped && is_absent {
+            self.absent += 1;
+            self.absent_count = which;
+        } else if is_clamped {
+            self.counts += 1;
+            self.count = which;
+        }
+    }
+
+    /// The one thing that was saturated, if there is only one.
+    fn lone_point(&self) -> Option<CoverPoint> {
+        match (self.counts, self.totals, self.absent) {
+            (1, 0, _) => {
+                let (detector, step, up) = self.count;
+                Some(CoverPoint::Saturation { detector, step, up })
+            }
+            (0, 0, 1) => {
+                let (detector, step, up) = self.absent_count;
+                Some(CoverPoint::AbsentSaturation { detector, step, up })
+            }
+            (0, 1, 0) => Some(CoverPoint::TotalSaturation {
+                detector: self.total,
+                beyond: true,
+            }),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,330 @@
+//! A scene's tables, put together and checked against each other.
+
+use super::names::Names;
+use super::reader::Section;
+use super::{
+    Architecture, Detector, EstimatorKind, Hardware, Origin, OtherLight, Path, Scan, Scene,
+    SceneReference, Source, Target, TotalsMissing,
+};
+use super::{detector, movement, scan, source};
+use crate::code::MAX_CODE_CHIPS;
+use crate::scan::Clock;
+
+/// Most tables of one kind in a scene.
+pub(super) const MAX_TABLES: usize = 256;
+/// Most chips of all codes of a scene together.
+pub(super) const MAX_SCENE_CHIPS: u64 = 2 * MAX_CODE_CHIPS;
+
+/// The scene in a document, if nothing is wrong in it; the section is told of what is.
+pub(super) fn read_scene(root: &Section, reference: SceneReference) -> Option<Scene> {
+    check_tables(root);
+    let clock = root.section("clock", "[clock]").and_then(read_clock);
+    let source_sections = root.sections("source", MAX_TABLES);
+    let detector_sections = root.sections("detector", MAX_TABLES);
+    let path_sections = root.sections("path", MAX_TABLES);
+    let source_names = Names::read("source", &source_sections);
+    let detector_names = Names::read("detector", &detector_sections);
+    check_not_empty(root, "source", &source_sections);
+    check_not_empty(root, "detector", &detector_sections);
+    let sources = read_sources(source_sections, clock);
+    let paths: Option<Vec<Path>> = all(path_sections, |section| {
+        source::read_path(section, &source_names, &detector_names, clock)
+    });
+    let references: Vec<Option<usize>> = detector_sections
+        .iter()
+        .map(|section| source_names.resolve(section, "reference"))
+        .collect();
+    check_reference_clocks(&detector_sections, &references, sources.as_deref());
+    let code_chips = shared_code_length(&detector_sections, &references, sources.as_deref());
+    let steps_per_period = code_chips
+        .zip(clock)
+        .map(|(chips, clock)| chips * u64::from(clock.samples_per_chip));
+    let detectors = read_detectors(detector_sections, references, sources.as_deref(), clock);
+    let scan = root
+        .section("scan", "[scan]")
+        .and_then(|section| scan::read(section, clock, steps_per_period));
+    let (estimator, other_light) = read_estimate(root);
+    let hardware = read_hardware(root, scan.as_ref(), estimator);
+    let scan = match hardware.architecture {
+        Architecture::UpDown => scan,
+        Architecture::Histogram => scan
+            .zip(code_chips)
+            .map(|(scan, chips)| scan::in_whole_periods(scan, chips)),
+    };
+
+    let clock = clock?;
+    let scene = Scene {
+        name: reference.name,
+        origin: Origin {
+            file: reference.file,
+            sha256: reference.sha256,
+            settings: reference.settings,
+        },
+        chip_period_ps: clock.chip_period_ps,
+        samples_per_chip: clock.samples_per_chip,
+        sources: sources?,
+        detectors: detectors?,
+        paths: paths?,
+        scan: scan?,
+        estimator,
+        other_light,
+        hardware,
+    };
+    movement::check_distances(&root.sections("path", usize::MAX), &scene);
+    Some(scene)
+}
+
+/// Reports every table that a scene needs and this one has not.
+fn check_tables(root: &Section) {
+    for (key, header) in [
+        ("clock", "[clock]"),
+        ("source", "[[source]]"),
+        ("detector", "[[detector]]"),
+        ("scan", "[scan]"),
+    ] {
+        if root.get(key).is_none() {
+            root.complain(&format!("the table {header} is missing; a scene needs it"));
+        }
+    }
+}
+
+/// Reports a list of tables that is there and has none.
+fn check_not_empty(root: &Section, key: &'static str, sections: &[Section]) {
+    if sections.is_empty() && root.get(key).is_some() {
+        root.report(key, &format!("a scene needs at least one {key}"));
+    }
+}
+
+/// Reads the detectors; `references` are the numbers of their own sources, as far as they
+/// are known.
+fn read_detectors(
+    sections: Vec<Section>,
+    references: Vec<Option<usize>>,
+    sources: Option<&[Source]>,
+    clock: Option<Clock>,
+) -> Option<Vec<Detector>> {
+    let mut references = references.into_iter();
+    all(sections, |section| {
+        let reference = references.next().flatten();
+        let source = sources
+            .zip(reference)
+            .map(|(sources, index)| &sources[index]);
+        let wavelength_nm = source.map(|source| source.wavelength_nm);
+        detector::read(section, reference, clock, wavelength_nm)
+    })
+}
+
+/// Reads the sources, as long as their codes fit into memory together.
+fn read_sources(sections: Vec<Section>, clock: Option<Clock>) -> Option<Vec<Source>> {
+    let mut sources = Vec::new();
+    let mut chips = 0;
+    for section in sections {
+        let complaint = section.complaint();
+        let source = source::read(section, clock);
+        chips += source.as_ref().map_or(0, |source| source.code.len());
+        if chips > MAX_SCENE_CHIPS {
+            complaint(&format!(
+                "with this source the scene's codes have {chips} chips in all, more than \
+                 {MAX_SCENE_CHIPS}; use fewer sources, smaller degrees or interleaving depths"
+            ));
+            return None;
+        }
+        sources.push(source);
+    }
+    sources.into_iter().collect()
+}
+
+/// Reads every section, so that every error is reported; `None` if one fails.
+fn all<'r, 't, T>(
+    sections: Vec<Section<'r, 't>>,
+    mut read: impl FnMut(Section<'r, 't>) -> Option<T>,
+) -> Option<Vec<T>> {
+    let values: Vec<Option<T>> = sections.into_iter().map(&mut read).collect();
+    values.into_iter().collect()
+}
+
+/// A detector's reference is made by its own clock.
+fn check_reference_clocks(
+    sections: &[Section],
+    references: &[Option<usize>],
+    sources: Option<&[Source]>,
+) {
+    for (section, reference) in sections.iter().zip(references) {
+        let source = sources
+            .zip(*reference)
+            .map(|(sources, index)| &sources[index]);
+        if let Some(source) = source.filter(|source| !source.clock.is_shared()) {
+            let message = format!(
+                "source \"{}\" has a clock of its own, and a detector's sign follows a source of its \
+                 own sensor; leave out `clock_offset` and `clock_drift` of that source, or name \
+                 another",
+                source.name
+            );
+            section.report("reference", &message);
+        }
+    }
+}
+
+/// Chips per period of the detectors' reference codes. Detectors are stepped
+/// together, so all of them must have the first one's length.
+fn shared_code_length(
+    sections: &[Section],
+    references: &[Option<usize>],
+    sources: Option<&[Source]>,
+) -> Option<u64> {
+    let chips = |reference: &Option<usize>| Some(sources?[(*reference)?].code.len());
+    let first = references.first().and_then(chips);
+    for (section, reference) in sections.iter().zip(references) {
+        if let (Some(first), Some(chips)) = (first, chips(reference))
+            && chips != first
+        {
+            section.report(
+                "reference",
+                &format!(
+                    "this detector's reference code is {chips} chips long, the first detector's \
+                     {first}; detectors are stepped together, so give them codes of one length"
+                ),
+            );
+        }
+    }
+    first
+}
+
+fn read_clock(section: Section) -> Option<Clock> {
+    const DEFAULT_SAMPLES_PER_CHIP: i64 = 8;
+    section.require("chip_period");
+    let chip_period_ps = section.quantity("chip_period");
+    let samples = match section.get("samples_per_chip") {
+        None => Some(DEFAULT_SAMPLES_PER_CHIP),
+        Some(_) => section.integer("samples_per_chip"),
+    };
+    let samples = samples.and_then(|samples| u32::try_from(samples).ok());
+    if let Some(samples) = samples.filter(|samples| !samples.is_power_of_two()) {
+        let below = samples.next_power_of_two() / 2;
+        let message = format!(
+            "{samples} is not a power of two; use {below} or {}",
+            2 * below
+        );
+        section.report("samples_per_chip", &message);
+    }
+    section.finish();
+    Some(Clock {
+        chip_period_ps: chip_period_ps?,
+        samples_per_chip: samples.filter(|samples| samples.is_power_of_two())?,
+    })
+}
+
+fn read_estimate(root: &Section) -> (EstimatorKind, OtherLight) {
+    let section = root.section("estimate", "[estimate]");
+    let (mut estimator, mut other_light) = (None, None);
+    if let Some(section) = section {
+        let estimators = [("fft", EstimatorKind::Fft), ("model", EstimatorKind::Model)];
+        estimator = section.choice("estimator", &estimators);
+        let others = [
+            ("given", OtherLight::Given),
+            ("search", OtherLight::Search),
+            ("none", OtherLight::None),
+        ];
+        other_light = section.choice("other_light", &others);
+        section.finish();
+    }
+    (
+        estimator.unwrap_or(EstimatorKind::Fft),
+        other_light.unwrap_or(OtherLight::Given),
+    )
+}
+
+fn read_hardware(root: &Section, scan: Option<&Scan>, estimator: EstimatorKind) -> Hardware {
+    let mut hardware = Hardware {
+        target: Target::Ecp525k6,
+        architecture: Architecture::UpDown,
+        parallel: 1,
+        counter_width: None,
+        total_counts: None,
+        peak_detector: false,
+        buffers: 2,
+    };
+    let Some(section) = root.section("hardware", "[hardware]") else {
+        return hardware;
+    };
+    let targets = [
+        ("ecp5-25k-6", Target::Ecp525k6),
+        ("ice40-hx8k", Target::Ice40Hx8k),
+        ("xc7", Target::Xc7),
+    ];
+    if let Some(target) = section.choice("target", &targets) {
+        hardware.target = target;
+    }
+    let architectures = [
+        ("updown", Architecture::UpDown),
+        ("histogram", Architecture::Histogram),
+    ];
+    if let Some(architecture) = section.choice("architecture", &architectures) {
+        hardware.architecture = architecture;
+    }
+    if let Some(parallel) = section.integer("parallel") {
+        hardware.parallel = parallel as u32;
+        if let Some(scan) = scan.filter(|scan| scan.steps < parallel as u64) {
+            let message = format!(
+                "{parallel} phase steps at once are more than the {} of the scan; \
+                 use {} or less, or scan more steps",
+                scan.steps, scan.steps
+            );
+            section.report("parallel", &message);
+        }
+    }
+    hardware.counter_width = section.integer("counter_width").map(|bits| bits as u32);
+    hardware.total_counts = section.boolean("total_counts");
+    if hardware.total_counts == Some(false) && estimator == EstimatorKind::Model {
+        section.report("total_counts", &TotalsMissing.to_string());
+    }
+    hardware.peak_detector = section.boolean("peak_detector").unwrap_or(false);
+    if let Some(buffers) = section.integer("buffers") {
+        hardware.buffers = buffers as u32;
+        if hardware.architecture == Architecture::UpDown {
+            let message = "up/down counts have no memories; leave out this key, or write \
+                           architecture = \"histogram\"";
+            section.report("buffers", message);
+        }
+    }
+    if hardware.architecture == Architecture::Histogram {
+        check_histogram(&section, scan, hardware.parallel);
+    }
+    section.finish();
+    hardware
+}
+
+/// A histogram has every phase step and every hit: nothing chooses among them.
+fn check_histogram(section: &Section, scan: Option<&Scan>, parallel: u32) {
+    for (key, why) in [
+        (
+            "parallel",
+            "a histogram serves all phase steps at once; leave out this key",
+        ),
+        (
+            "total_counts",
+            "a histogram holds every hit, so that its sum is the total; leave out this key",
+        ),
+        (
+            "peak_detector",
+            "all counts of a histogram follow from it by a correlation on the host, and so does \
+             their peak; leave out this key",
+        ),
+    ] {
+        // One at a time is what a scene has that says nothing.
+        let is_one = key == "parallel" && parallel == 1;
+        if section.get(key).is_some() && !is_one {
+            section.report(key, why);
+        }
+    }
+    let Some(scan) = scan else {
+        return;
+    };
+    if !scan.is_full() || scan.first_step != 0 {
+        section.report(
+            "architecture",
+            "a histogram has all phase steps of the code period, and the scan asks for some of \
+             them; write scan.steps = \"all\", or count up and down (\"updown\")",
+        );
+    }
+}
