@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use crate::hdl_support::models;
 use goldtof::cosim::Verdict;
 use goldtof::cosim::engine::Engine;
 use goldtof::cosim::sent::SentReader;
@@ -63,13 +64,12 @@ fn cosimulated(scene: &Scene, edits: &[(&str, &str, &str)]) -> Cosimulation {
         assert_eq!(text.matches(from).count(), 1, "{name}: {from}");
         *text = text.replace(from, to);
     }
-    let cache = tempfile::tempdir().expect("a temporary folder");
     let request = Request {
         top: goldtof::cosim::TOP.to_owned(),
         window: goldtof::cosim::window::Window::Found,
         sources,
         registers: None,
-        cache: cache.path().to_owned(),
+        cache: models(),
         stimulus: StimulusKind::Photons,
         clocks: None,
         seed: SEED,

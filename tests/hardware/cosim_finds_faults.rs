@@ -13,6 +13,8 @@ use goldtof::cosim::source::SourceFile;
 use goldtof::cosim::window::Window;
 use goldtof::cosim::{Report, Request, StimulusKind, Verdict, cosimulate};
 use goldtof::sensor::Sensor;
+
+use crate::hdl_support::models;
 use rayon::prelude::*;
 
 /// One after the other.
@@ -484,13 +486,7 @@ fn goldtof(cache: &Path, arguments: &[&str]) -> Output {
 }
 
 /// What co-simulation in lock-step says of the Verilog in a folder.
-fn cosim(
-    work: &Path,
-    scene: &str,
-    rtl: &Path,
-    stimulus: StimulusKind,
-    clocks: Option<u64>,
-) -> Report {
+fn cosim(scene: &str, rtl: &Path, stimulus: StimulusKind, clocks: Option<u64>) -> Report {
     let sensor = Sensor::new(&goldtof::scene::load(Path::new(scene)).unwrap());
     let mut files: Vec<PathBuf> = fs::read_dir(rtl)
         .unwrap()
@@ -508,7 +504,7 @@ fn cosim(
         top: goldtof::cosim::TOP.to_owned(),
         sources: files.into_iter().map(source).collect(),
         registers: None,
-        cache: work.to_owned(),
+        cache: models(),
         stimulus,
         clocks,
         seed: 1,
@@ -567,10 +563,11 @@ impl Selectable {
     /// fault side by side, all with the same inputs, and hands on the outputs of one. What a
     /// module with a fault instantiates is sound, or the design would grow with the product
     /// of the faults of its levels.
-    fn new(work: &Path, rtl: &Path, faults: &[Fault]) -> Selectable {
+    fn new(work: &Path, name: &str, rtl: &Path, faults: &[Fault]) -> Selectable {
         let all = Selectable {
             folder: work.join("selectable"),
-            selector: work.join("selector"),
+            // Its name is part of the model.
+            selector: Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("fault-of-{name}")),
         };
         copy(rtl, &all.folder);
         let modules = modules(rtl);
@@ -706,12 +703,13 @@ fn chooser(name: &str, sound: &str, numbers: &[usize], selector: &Path) -> Strin
     text + "endmodule\n"
 }
 
-/// Finds the fault that is there, or says that it was not found.
-fn find(work: &Path, scene: &str, rtl: &Path, fault: &Fault) -> Result<(), String> {
+/// Finds the fault that is there, or says that it was not found, in as many clocks of each
+/// stimulus as it takes by itself.
+fn find(scene: &str, rtl: &Path, fault: &Fault, clocks: [u64; 2]) -> Result<(), String> {
     let (file, from, to) = fault;
     let name = format!("{file}: {from} -> {to}");
-    for stimulus in STIMULI {
-        let report = cosim(work, scene, rtl, stimulus, None);
+    for (stimulus, clocks) in STIMULI.into_iter().zip(clocks) {
+        let report = cosim(scene, rtl, stimulus, Some(clocks));
         if report.verdict == Verdict::Match {
             continue;
         }
@@ -720,7 +718,7 @@ fn find(work: &Path, scene: &str, rtl: &Path, fault: &Fault) -> Result<(), Strin
         // one that ends with it does not.
         let first = report.first_mismatch.unwrap();
         assert_ne!(first.expected, first.got, "{name}");
-        let verdict_after = |clocks: u64| cosim(work, scene, rtl, stimulus, Some(clocks)).verdict;
+        let verdict_after = |clocks: u64| cosim(scene, rtl, stimulus, Some(clocks)).verdict;
         let clock = first.clock;
         if clock > 0 {
             // It may be too short to tell anything.
@@ -748,18 +746,20 @@ fn all_are_found(scene: &str, faults: &[Fault]) {
         &["emit", scene, "--out", rtl.to_str().unwrap()],
     );
     assert!(emitted.status.success());
-    let all = Selectable::new(work.path(), &rtl, faults);
+    let name = Path::new(scene).file_stem().unwrap().to_str().unwrap();
+    let all = Selectable::new(work.path(), name, &rtl, faults);
     all.select(0);
-    for stimulus in STIMULI {
-        let report = cosim(work.path(), scene, &all.folder, stimulus, None);
+    let clocks = STIMULI.map(|stimulus| {
+        let report = cosim(scene, &all.folder, stimulus, None);
         assert_eq!(report.verdict, Verdict::Match, "{scene}");
-    }
+        report.clocks
+    });
     let missed: Vec<String> = faults
         .iter()
         .enumerate()
         .filter_map(|(index, fault)| {
             all.select(index + 1);
-            find(work.path(), scene, &all.folder, fault).err()
+            find(scene, &all.folder, fault, clocks).err()
         })
         .collect();
     assert!(missed.is_empty(), "{}", missed.join("\n"));

@@ -3,6 +3,7 @@
 //! clock.
 
 use crate::hdl_support::draw::{self, Extent};
+use crate::hdl_support::models;
 use goldtof::cosim::engine::Engine;
 use goldtof::cosim::source::sources_of;
 use goldtof::cosim::{Request, StimulusKind, Verdict, cosimulate};
@@ -15,7 +16,6 @@ use rayon::prelude::*;
 const MOST_CLOCKS: u64 = 400_000;
 
 fn match_under_hostile_inputs(scenes: u64, seed: u64) {
-    let cache = tempfile::tempdir().expect("a temporary folder");
     let shown = (0..scenes).into_par_iter().map(|number| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64((seed << 32) + number);
         let (scene, emission) = draw::emitted(&mut rng, Extent::SHORT, |_| ());
@@ -26,7 +26,7 @@ fn match_under_hostile_inputs(scenes: u64, seed: u64) {
             // Shortened steps and scans, and whole ones.
             registers: (number % 2 == 0 && emission.parameters.histogram.is_none())
                 .then(|| emission.scan_registers.clone()),
-            cache: cache.path().to_owned(),
+            cache: models(),
             stimulus: StimulusKind::Adversarial,
             clocks: Some(MOST_CLOCKS),
             seed: number,

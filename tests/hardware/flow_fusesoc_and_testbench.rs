@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use crate::hdl_support::{Family, code, run, scene};
+use crate::hdl_support::{Family, PLAIN_MAKE, code, run, scene};
 use goldtof::deliver::{emit, write};
 use goldtof::sensor::Sensor;
 
@@ -41,6 +41,7 @@ fn fusesoc(folder: &Path, target: &str) -> Output {
         .env("XDG_CONFIG_HOME", folder)
         .env("XDG_CACHE_HOME", folder)
         .env("XDG_DATA_HOME", folder)
+        .env("MAKEFLAGS", PLAIN_MAKE)
         .output()
         .unwrap_or_else(|error| panic!("scripts/python-tools installs fusesoc: {error}"))
 }

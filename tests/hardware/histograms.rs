@@ -1,8 +1,6 @@
 //! Hardware that keeps histograms: Verilog and reference model agree under hostile inputs
 //! and photons, what the Verilog sends is what the definition says.
 
-use std::sync::LazyLock;
-
 use goldtof::cosim::engine::Engine;
 use goldtof::cosim::source::{SourceFile, sources_of};
 use goldtof::cosim::window::Window;
@@ -20,9 +18,8 @@ use goldtof::sensor::layout::Layout;
 use goldtof::simulate::Tier;
 use goldtof::simulate::scans::histograms;
 use rayon::prelude::*;
-use tempfile::TempDir;
 
-use crate::hdl_support::run;
+use crate::hdl_support::{models, run};
 
 const SEED: u64 = 3;
 /// A model of Lattice's block RAM.
@@ -103,10 +100,6 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
     ]
 }
 
-/// Models that both tests need are built once.
-static CACHE: LazyLock<TempDir> =
-    LazyLock::new(|| tempfile::tempdir().expect("a temporary folder"));
-
 /// What stands for a memory.
 #[derive(Clone, Copy)]
 enum Memories {
@@ -154,7 +147,7 @@ fn cosimulated(sensor: &Sensor, memories: Memories, stimulus: StimulusKind) -> C
         window: Window::Found,
         sources,
         registers: None,
-        cache: CACHE.path().to_owned(),
+        cache: models(),
         stimulus,
         clocks: None,
         seed: SEED,

@@ -3,6 +3,7 @@
 // Tables of cases and models clock by clock are read from top to bottom.
 #![allow(clippy::too_many_lines)]
 
+mod builds_check_what_they_promise;
 mod ci_reads_reports;
 mod cli_keeps_its_contract;
 mod code_correlations_obey_their_theorems;

@@ -7,7 +7,7 @@ pub mod icarus;
 pub mod naive_sensor;
 pub mod stimulus;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
 
@@ -182,10 +182,21 @@ pub fn scene(
     }
 }
 
+/// Where models are kept that are built alike in every run: Verilator's run-time library is
+/// compiled once for all of them.
+pub fn models() -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("models")
+}
+
+/// What Verilator's makefiles are told where a model runs for moments: optimising it takes
+/// three times as long as all else.
+pub const PLAIN_MAKE: &str = "OPT_FAST=-O0 OPT_SLOW=-O0 OPT_GLOBAL=-O0";
+
 /// Runs a tool and returns what it said; panics with it if it failed.
 pub fn run(folder: &Path, tool: &str, arguments: &[&str]) -> String {
     let output = Command::new(tool)
         .args(arguments)
+        .env("MAKEFLAGS", PLAIN_MAKE)
         .current_dir(folder)
         .output()
         .unwrap_or_else(|error| panic!("{tool} is needed for this test: {error}"));
