@@ -86,7 +86,7 @@ pub struct VcdClocks {
 
 impl Report {
     /// What was done in lanes and what in lock-step, in a few words.
-    pub(crate) fn engines_text(&self) -> String {
+    pub fn engines_text(&self) -> String {
         let part = |part: &EnginePart| {
             let drive = match part.stimulus {
                 StimulusKind::Photons => "photons",

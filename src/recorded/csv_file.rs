@@ -262,13 +262,11 @@ fn check_distance(
     detector: DetectorIndex,
     step: Step,
 ) -> Result<(), String> {
-    let scene = sensor.scene();
     let given: f64 = field
         .parse()
         .map_err(|_| format!("distance_m is \"{field}\"; write metres, for example 3.2"))?;
-    let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
     let offset_ps = calibration_offset_ps(sensor, detector, CountingTier::Sampled);
-    let expected = distance_m(scene.scan.phase_step(step) as f64 * step_ps - offset_ps);
+    let expected = distance_m(sensor.timing().reference_delay_ps(step) - offset_ps);
     // Neither is one that is no number.
     if (given - expected).abs() <= DISTANCE_TOLERANCE_M {
         return Ok(());

@@ -302,7 +302,7 @@ impl Search<'_> {
             }
         }
         let sensor = Sensor::new(&scene);
-        let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
+        let step_ps = sensor.clock().sample_period_ps();
         let offset_ps =
             calibration_offset_ps(&sensor, self.observed.detector(), CountingTier::Sampled);
         let first = scene

@@ -59,7 +59,7 @@ pub fn expected_csv(sensor: &Sensor, tier: CountingTier) -> Result<String, MeanR
                     total_count_mean,total_count_std,covariance\n"
         .to_owned();
     let scene = sensor.scene();
-    let step_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
+    let step_ps = sensor.clock().sample_period_ps();
     for (detector, spad) in DetectorIndex::all().zip(scene.detectors.iter()) {
         let model = DetectorModel::new(sensor, detector);
         let response = MeanResponse::of_tier(&model, tier)?;

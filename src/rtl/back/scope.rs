@@ -6,7 +6,7 @@ use rust_hdl_core::block::Block;
 use rust_hdl_core::probe::Probe;
 
 use super::fault::{Fault, Refusal};
-use crate::rtl::front::Marker;
+use crate::rtl::front::{Marker, told_by};
 
 /// A block with everything in it.
 #[derive(Debug)]
@@ -88,13 +88,12 @@ struct Collector {
 
 impl Probe for Collector {
     fn visit_start_scope(&mut self, name: &str, node: &dyn Block) {
-        let content = match node.hdl() {
-            Verilog::Combinatorial(kernel) => Ok(Content::Kernel(kernel)),
-            Verilog::Custom(text) => serde_json::from_str(&text)
-                .map(Content::Marker)
-                .map_err(|_| "Verilog text".to_owned()),
-            Verilog::Empty => Ok(Content::Kernel(Vec::new())),
-            Verilog::Blackbox(_) | Verilog::Wrapper(_) => Err("a black box".to_owned()),
+        let content = match told_by(node) {
+            (_, Some(marker)) => Ok(Content::Marker(marker)),
+            (Verilog::Combinatorial(kernel), _) => Ok(Content::Kernel(kernel)),
+            (Verilog::Empty, _) => Ok(Content::Kernel(Vec::new())),
+            (Verilog::Custom(_), _) => Err("Verilog text".to_owned()),
+            (Verilog::Blackbox(_) | Verilog::Wrapper(_), _) => Err("a black box".to_owned()),
         };
         let content = content.unwrap_or_else(|construct| {
             self.fault.get_or_insert(Refusal {

@@ -1,13 +1,23 @@
 //! What a block tells the back end beside its kernel.
+//!
+//! rust-hdl asks every block for its Verilog ([`Logic::hdl`]), and its trees have no place
+//! for a register's comment or a memory's size. A block that is more than a kernel leaves a
+//! [`Marker`] when it is asked, and [`told_by`], which asks, takes it: plain data all the way.
+
+use std::cell::Cell;
 
 use rust_hdl_core::ast::Verilog;
 use rust_hdl_core::block::Block;
 use rust_hdl_core::logic::Logic;
 use rust_hdl_core::probe::Probe;
-use serde::{Deserialize, Serialize};
 
-/// What stands in a `Verilog::Custom` in place of Verilog text.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+thread_local! {
+    /// What the block left that was asked last.
+    static LEFT: Cell<Option<Marker>> = const { Cell::new(None) };
+}
+
+/// What a block is, where that is no kernel.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Marker {
     /// The scope is the description of the block that holds it.
     About(Description),
@@ -47,7 +57,7 @@ pub enum Marker {
 }
 
 /// A module's name and header.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Description {
     /// Module name.
     pub module: String,
@@ -63,7 +73,7 @@ pub struct Description {
 
 /// A state of an LFSR that has to follow from another; both, and the taps, are
 /// constants of the block.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StateCheck {
     /// The bits of the state whose XOR comes in at the top.
     pub taps: String,
@@ -76,9 +86,18 @@ pub struct StateCheck {
 }
 
 impl Marker {
+    /// The answer of a block that is this.
     pub(super) fn into_hdl(self) -> Verilog {
-        Verilog::Custom(serde_json::to_string(&self).expect("markers are plain data"))
+        LEFT.set(Some(self));
+        Verilog::Empty
     }
+}
+
+/// Asks a block what it is: its kernel, and the marker that it left.
+pub fn told_by(block: &dyn Block) -> (Verilog, Option<Marker>) {
+    LEFT.set(None);
+    let kernel = block.hdl();
+    (kernel, LEFT.take())
 }
 
 /// Names and describes the block that has it as a field.

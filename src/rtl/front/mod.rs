@@ -30,7 +30,7 @@ mod word;
 
 pub use constant::Constant;
 pub use inline::{BitTable, Wiring};
-pub use marker::{About, Description, Marker, StateCheck};
+pub use marker::{About, Description, Marker, StateCheck, told_by};
 pub use memory::Memory;
 pub use net::{Input, Local, Net, Output, Value};
 pub use optional::Optional;
