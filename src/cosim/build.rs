@@ -21,7 +21,7 @@ use crate::rtl::blocks::ScanRegisters;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
 
-const BENCH: &str = include_str!("../../testbench/cosim.cpp");
+const TESTBENCH: &str = include_str!("../../testbench/cosim.cpp");
 /// What every testbench includes: the talk with its caller.
 const PROCESS: &str = include_str!("../../testbench/process.h");
 const PROGRAM: &str = "sensor";
@@ -95,7 +95,7 @@ pub fn build_with(
     let header = ports::header(top, &Layout::of(interface), registers);
     let mut parts = vec![
         tools.versions.as_str(),
-        BENCH,
+        TESTBENCH,
         PROCESS,
         &header,
         top,
@@ -115,7 +115,7 @@ pub fn build_with(
         write(&folder.join(ports::HEADER), &header)?;
         falling_edge::write_header(folder, top, Layout::CLOCK)?;
         write(&folder.join("process.h"), PROCESS)?;
-        write(&folder.join("cosim.cpp"), BENCH)?;
+        write(&folder.join("cosim.cpp"), TESTBENCH)?;
         link(&tools, folder, &runtime).map_err(|error| rejection(error, sources))
     })?;
     let path = cache.join(name).join(PROGRAM);

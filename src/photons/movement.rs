@@ -50,7 +50,7 @@ impl Slip {
     fn new(source: &scene::SourceClock, clock: Clock) -> Option<Slip> {
         (!source.is_shared()).then_some(Slip {
             offset: source.offset,
-            drift_per_chip: source.drift_per_s * clock.chip_period_ps * 1e-12,
+            drift_per_chip: clock.per_chip(source.drift_per_s),
         })
     }
 

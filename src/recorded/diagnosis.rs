@@ -311,7 +311,7 @@ impl Search<'_> {
             .find(|path| path.detector == self.observed.detector())?;
         let at_ps = candidate.at_step as f64 * step_ps - offset_ps - first.delay_ps;
         let unknowns = [Unknown::Delay, Unknown::Light];
-        let starts = [-0.5, 0.0, 0.5].map(|chips| at_ps + chips * scene.chip_period_ps);
+        let starts = [-0.5, 0.0, 0.5].map(|chips| at_ps + sensor.clock().ps(chips));
         let fits = starts.into_iter().filter_map(|delay_ps| {
             // What a wrong code made of the light is of no use here.
             let start = Change {
@@ -366,7 +366,7 @@ impl Search<'_> {
             .1;
         let code =
             &self.scene.sources[self.scene.detectors[self.observed.detector()].reference].code;
-        let period_ps = self.scene.chip_period_ps * code.len() as f64;
+        let period_ps = self.scene.clock().ps(code.len() as f64);
         let turns = (self.fitted.change.delay_ps / period_ps).round();
         self.fitted.change.delay_ps -= turns * period_ps;
         let by_ps = self.fitted.change.delay_ps;

@@ -180,7 +180,7 @@ impl Assessment {
         let delay_std = fitted.errors.iter().find(|(of, _)| *of == Unknown::Delay);
         if let (Some((_, std_ps)), Some(path)) = (delay_std, self.estimate.path) {
             let code = &scene.sources[scene.paths[path].source].code;
-            let period_ps = scene.chip_period_ps * code.len() as f64;
+            let period_ps = scene.clock().ps(code.len() as f64);
             let delay_ps = scene.paths[path].delay_ps + fitted.change.delay_ps;
             self.fitted_distance_m = Some(distance_m(delay_ps.rem_euclid(period_ps)));
             self.fitted_distance_std_m = Some(distance_m(*std_ps));

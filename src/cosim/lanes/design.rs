@@ -18,7 +18,7 @@ use crate::sensor::layout::{Layout, Record};
 
 /// Name of the header that `testbench/lanes.cpp` includes.
 const HEADER: &str = "goldtof_lanes.h";
-const BENCH: &str = include_str!("../../../testbench/lanes.cpp");
+const TESTBENCH: &str = include_str!("../../../testbench/lanes.cpp");
 /// Most gates and registers of a design: the compiler takes longer than lanes save.
 const MOST_CELLS: usize = 40_000;
 
@@ -88,7 +88,7 @@ impl Design {
         let unit = LanesUnit {
             module: MODULE,
             verilog: &text,
-            testbench: BENCH,
+            testbench: TESTBENCH,
             header: (HEADER, &header),
         };
         let (built, identity) = build_lanes(&unit, cache)?;

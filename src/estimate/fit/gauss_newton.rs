@@ -294,7 +294,7 @@ impl Fitted {
     }
 
     pub fn estimate(&self, problem: &Problem) -> ModelEstimate {
-        let chip_ps = problem.clock().chip_period_ps;
+        let clock = problem.clock();
         let std = self.normal.standard_deviations();
         let paths: Vec<FittedPath> = self
             .parameters
@@ -304,9 +304,9 @@ impl Fitted {
             .enumerate()
             .map(|(index, (path, code))| FittedPath {
                 code: Arc::clone(code),
-                delay_ps: path.delay_chips.rem_euclid(code.len() as f64) * chip_ps,
-                delay_std_ps: std[2 * index] * chip_ps,
-                rate_hz: path.ln_rate.exp() / (chip_ps * 1e-12),
+                delay_ps: clock.ps(path.delay_chips.rem_euclid(code.len() as f64)),
+                delay_std_ps: clock.ps(std[2 * index]),
+                rate_hz: clock.hz(path.ln_rate.exp()),
                 rate_relative_std: std[2 * index + 1],
             })
             .collect();
@@ -315,7 +315,7 @@ impl Fitted {
             distance_m: distance_m(paths[0].delay_ps),
             std_m: distance_m(paths[0].delay_std_ps),
             velocity: None,
-            constant_rate_hz: self.parameters.constant / (chip_ps * 1e-12),
+            constant_rate_hz: clock.hz(self.parameters.constant),
             chi_square: self.chi_square,
             degrees_of_freedom: self.degrees_of_freedom(),
             steps: problem.steps.len(),

@@ -318,16 +318,15 @@ impl<'p, 'm> MovingPath<'p, 'm> {
     }
 
     fn estimate(&self, fitted: &Fitted) -> ModelEstimate {
-        let chip_ps = self.still.clock().chip_period_ps;
+        let clock = self.still.clock();
         let std = fitted.normal.standard_deviations();
         let code = &self.still.codes[0];
         let course = &fitted.course;
-        let per_chip_s = 1.0 / (chip_ps * 1e-12);
         let path = FittedPath {
             code: Arc::clone(code),
-            delay_ps: course.delay_chips.rem_euclid(code.len() as f64) * chip_ps,
-            delay_std_ps: std[0] * chip_ps,
-            rate_hz: course.ln_rate.exp() * per_chip_s,
+            delay_ps: clock.ps(course.delay_chips.rem_euclid(code.len() as f64)),
+            delay_std_ps: clock.ps(std[0]),
+            rate_hz: clock.hz(course.ln_rate.exp()),
             rate_relative_std: std[2],
         };
         ModelEstimate {
@@ -340,7 +339,7 @@ impl<'p, 'm> MovingPath<'p, 'm> {
                 at_s: self.moment_ps * 1e-12,
             }),
             paths: vec![path],
-            constant_rate_hz: course.constant * per_chip_s,
+            constant_rate_hz: clock.hz(course.constant),
             chi_square: fitted.chi_square,
             degrees_of_freedom: fitted.values.saturating_sub(Course::UNKNOWNS),
             steps: self.still.steps.len(),

@@ -15,7 +15,7 @@ const IN_95_PERCENT: f64 = 1.645;
 impl Found {
     /// The estimate: own paths first, the strongest of them first of all.
     pub fn estimate(&self, air: &Air, problem: &Problem) -> ModelEstimate {
-        let chip_ps = problem.clock().chip_period_ps;
+        let clock = problem.clock();
         let own = &air.known[0];
         let fitted = &self.hypothesis;
         let is_own = |index: usize| fitted.codes[index].chips == own.code.chips;
@@ -53,9 +53,9 @@ impl Found {
                 let ln_rate_variance = std[2 * index + 1].powi(2) + ln_rate;
                 FittedPath {
                     code: Arc::clone(code),
-                    delay_ps: path.delay_chips.rem_euclid(code.len() as f64) * chip_ps,
-                    delay_std_ps: delay_variance.sqrt() * chip_ps,
-                    rate_hz: path.ln_rate.exp() / (chip_ps * 1e-12),
+                    delay_ps: clock.ps(path.delay_chips.rem_euclid(code.len() as f64)),
+                    delay_std_ps: clock.ps(delay_variance.sqrt()),
+                    rate_hz: clock.hz(path.ln_rate.exp()),
                     rate_relative_std: ln_rate_variance.sqrt(),
                 }
             })
@@ -65,14 +65,14 @@ impl Found {
             distance_m: distance_m(paths[0].delay_ps),
             std_m: distance_m(paths[0].delay_std_ps),
             velocity: None,
-            constant_rate_hz: fitted.parameters.constant / (chip_ps * 1e-12),
+            constant_rate_hz: clock.hz(fitted.parameters.constant),
             chi_square: fitted.chi_square,
             degrees_of_freedom: self.values.saturating_sub(fitted.parameters.len()),
             steps: air.axis.len(),
             untold: (missing + missing_of_others > 0).then(|| Untold {
                 missing,
                 missing_of_others,
-                resolution_m: distance_m(resolution_chips * chip_ps),
+                resolution_m: distance_m(clock.ps(resolution_chips)),
             }),
             iterations: fitted.iterations,
             paths,

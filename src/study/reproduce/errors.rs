@@ -20,7 +20,7 @@ const INTEGRATION_S: f64 = 1.04e-3;
 const HALF_WINDOW_CHIPS: u64 = 3;
 
 /// Bias against light level, for three codes.
-pub fn dead_time_walk(run: &mut Run) -> Result<Figure, RunError> {
+pub fn range_walk(run: &mut Run) -> Result<Figure, RunError> {
     /// Powers in picowatts are so many factors of two above half a picowatt.
     const OCTAVES: i32 = 8;
     let by_model = ByModel {

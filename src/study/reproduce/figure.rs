@@ -38,7 +38,7 @@ pub enum FigureId {
     /// How far apart two paths must be
     #[cfg_attr(feature = "cli", value(name = "11"))]
     Fig11,
-    /// Error left out: dead-time walk against light level
+    /// Error left out: range walk (pile-up) against light level
     Walk,
     /// Error left out: interference bias against relative delay
     Interference,

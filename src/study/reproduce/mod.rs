@@ -176,7 +176,7 @@ fn make(id: FigureId, options: &Options) -> Result<Figure, RunError> {
         FigureId::Fig9 => correlations::interferer(&mut run),
         FigureId::Fig10 => correlations::two_paths(&mut run),
         FigureId::Fig11 => correlations::path_resolution(&mut run),
-        FigureId::Walk => errors::dead_time_walk(&mut run),
+        FigureId::Walk => errors::range_walk(&mut run),
         FigureId::Interference => errors::interference(&mut run),
         FigureId::Circular => circular::circular_error(&mut run),
         FigureId::Coarse => coarse::coarse_search(&mut run),
