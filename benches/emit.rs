@@ -11,14 +11,8 @@ use goldtof::sensor::Sensor;
 use goldtof::{deliver, scene};
 
 const ROUNDS: usize = 21;
-const SCENES: &[&str] = &[
-    "paper-single",
-    "paper-square",
-    "paper-interleaved",
-    "dual-view",
-    "multipath",
-    "quick",
-];
+const SCENES: &[&str] =
+    &["paper-single", "paper-square", "paper-interleaved", "dual-view", "multipath", "quick"];
 
 fn main() -> Result<(), Box<dyn Error>> {
     for name in SCENES {

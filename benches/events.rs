@@ -169,9 +169,6 @@ impl Times {
     fn of(times: &[PerDetection], value: impl Fn(&PerDetection) -> f64) -> Times {
         let mut values: Vec<f64> = times.iter().map(value).collect();
         values.sort_by(f64::total_cmp);
-        Times {
-            least: values[0],
-            median: values[values.len() / 2],
-        }
+        Times { least: values[0], median: values[values.len() / 2] }
     }
 }

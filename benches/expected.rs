@@ -32,12 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     println!("whole tiers, {} phase steps", scene.scan.steps);
     measure("expected: prediction and bound", || {
-        theory(
-            &Sensor::new(&scene),
-            DetectorIndex(0),
-            &[PathIndex(0)],
-            CountingTier::Events,
-        )
+        theory(&Sensor::new(&scene), DetectorIndex(0), &[PathIndex(0)], CountingTier::Events)
     });
     measure("expected: as the command does", || {
         simulate(&Sensor::new(&scene), Tier::Expected, 1, 1)
@@ -49,17 +44,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     });
     for tier in [CountingTier::Events, CountingTier::Sampled] {
         println!("{tier:?}, {} phase steps", scene.scan.steps);
-        measure("state equation and tables", || {
-            MeanResponse::of_tier(&model, tier)
-        });
+        measure("state equation and tables", || MeanResponse::of_tier(&model, tier));
         let response = MeanResponse::of_tier(&model, tier)?;
         measure("tables alone (another delay)", || {
             response.delayed(10.0).expect("it can be solved")
         });
         measure("means of all steps", || response.mean_counts());
-        measure("variances of the total count", || {
-            SecondMoments::new(&response)
-        });
+        measure("variances of the total count", || SecondMoments::new(&response));
         let second = SecondMoments::new(&response)?;
         measure("second moments of one step", || second.of_step(Step(1000)));
         measure("second moments of all steps", || second.of_scan());

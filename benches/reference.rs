@@ -60,9 +60,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     // The first two rounds only find the light.
     let mut seconds: Vec<f64> = ratios[2..].iter().map(|r| r.0).collect();
     seconds.sort_by(f64::total_cmp);
-    println!(
-        "median {:.3} s of one core per second of sensor time",
-        seconds[seconds.len() / 2]
-    );
+    println!("median {:.3} s of one core per second of sensor time", seconds[seconds.len() / 2]);
     Ok(())
 }

@@ -17,9 +17,7 @@ use goldtof::{CosimOptions, EmitOptions, Rtl};
 fn main() -> Result<(), Box<dyn Error>> {
     let mut words = std::env::args_os().skip(1).map(PathBuf::from);
     let scene = words.next().unwrap_or_else(|| "scenes/quick.toml".into());
-    let folder = words
-        .next()
-        .unwrap_or_else(|| "target/check_verilog".into());
+    let folder = words.next().unwrap_or_else(|| "target/check_verilog".into());
     check(scene, folder)
 }
 
@@ -27,10 +25,7 @@ fn check(scene: PathBuf, folder: PathBuf) -> Result<(), Box<dyn Error>> {
     let scene = goldtof::scene::load(&scene)?;
     let emission = goldtof::emit(
         &scene,
-        &EmitOptions {
-            made_by: "check_verilog".to_owned(),
-            prefix: Default::default(),
-        },
+        &EmitOptions { made_by: "check_verilog".to_owned(), prefix: Default::default() },
     )?;
     goldtof::deliver::write(&emission, &folder)?;
     println!("{} files in {}", emission.files.len(), folder.display());

@@ -40,9 +40,7 @@ fn distances(folder: &Path) -> Result<(f64, f64), Box<dyn Error>> {
         counts.push(StepCount { signed, total: 0 });
     }
 
-    let options = EstimateOptions {
-        detector: scene.detectors[0].name.clone(),
-    };
+    let options = EstimateOptions { detector: scene.detectors[0].name.clone() };
     let estimate = goldtof::estimate(&scene, &options, &counts)?;
     let distance_m = estimate.distance_m.ok_or("the counts give no distance")?;
     Ok((distance_m, scene.paths[0].distance_m()))

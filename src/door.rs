@@ -102,20 +102,8 @@ pub fn simulate_watched(
     options: &SimulateOptions,
     on_progress: impl FnMut(u64, u64),
 ) -> Result<Simulation, ScansError> {
-    let SimulateOptions {
-        fidelity,
-        repetitions,
-        engine,
-        seed,
-    } = *options;
-    repeat::simulate_watched(
-        &Sensor::new(scene),
-        fidelity,
-        engine,
-        seed,
-        repetitions,
-        on_progress,
-    )
+    let SimulateOptions { fidelity, repetitions, engine, seed } = *options;
+    repeat::simulate_watched(&Sensor::new(scene), fidelity, engine, seed, repetitions, on_progress)
 }
 
 /// Which Verilog is compared with the reference model.
@@ -226,10 +214,7 @@ impl Rtl {
     pub(crate) fn sha256(&self, scene: &Scene) -> Result<String, CosimFailed> {
         use sha2::{Digest as _, Sha256};
         let design = self.read(&Sensor::new(scene))?;
-        let files = design
-            .sources
-            .iter()
-            .flat_map(|file| [&file.name, &file.text]);
+        let files = design.sources.iter().flat_map(|file| [&file.name, &file.text]);
         let mut digest = Sha256::new();
         for text in std::iter::once(&design.top).chain(files) {
             digest.update((text.len() as u64).to_le_bytes());
@@ -377,19 +362,11 @@ pub fn estimate(
 ) -> Result<EstimateReport, EstimateError> {
     let name = &options.detector;
     let mut detectors = scene.detectors.iter();
-    let Some(detector) = detectors
-        .position(|detector| detector.name == *name)
-        .map(DetectorIndex)
+    let Some(detector) = detectors.position(|detector| detector.name == *name).map(DetectorIndex)
     else {
-        let known: Vec<String> = scene
-            .detectors
-            .iter()
-            .map(|detector| format!("\"{}\"", detector.name))
-            .collect();
-        return Err(EstimateError::NoDetector {
-            name: name.clone(),
-            known: known.join(", "),
-        });
+        let known: Vec<String> =
+            scene.detectors.iter().map(|detector| format!("\"{}\"", detector.name)).collect();
+        return Err(EstimateError::NoDetector { name: name.clone(), known: known.join(", ") });
     };
     if counts.len() as u64 != scene.scan.steps {
         return Err(EstimateError::WrongNumberOfCounts {

@@ -24,23 +24,15 @@ struct State {
     programs: Vec<Pid>,
 }
 
-static STATE: Mutex<State> = Mutex::new(State {
-    unfinished: Vec::new(),
-    programs: Vec::new(),
-});
+static STATE: Mutex<State> = Mutex::new(State { unfinished: Vec::new(), programs: Vec::new() });
 
 impl State {
     /// Forgets a path, and says whether it was still known. It is told apart by
     /// identity: as soon as a hidden file has its name, another thread may take the
     /// same hidden name.
     fn forget(&mut self, path: &Arc<Path>) -> bool {
-        let place = self
-            .unfinished
-            .iter()
-            .position(|other| Arc::ptr_eq(other, path));
-        place
-            .map(|place| self.unfinished.swap_remove(place))
-            .is_some()
+        let place = self.unfinished.iter().position(|other| Arc::ptr_eq(other, path));
+        place.map(|place| self.unfinished.swap_remove(place)).is_some()
     }
 }
 
@@ -62,13 +54,11 @@ pub fn watch() -> io::Result<()> {
     signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)))?;
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mut signals = Signals::new(listened_to(&status))?;
-    std::thread::Builder::new()
-        .name("signals".to_owned())
-        .spawn(move || {
-            if let Some(signal) = signals.forever().next() {
-                end(signal);
-            }
-        })?;
+    std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
+        if let Some(signal) = signals.forever().next() {
+            end(signal);
+        }
+    })?;
     Ok(())
 }
 

@@ -25,11 +25,7 @@ pub fn normal_density(x: f64) -> f64 {
 /// of mean 0 and standard deviation `sigma`.
 pub fn exponential_normal_density(x: f64, mean: f64, sigma: f64) -> f64 {
     if sigma <= 0.0 {
-        return if x < 0.0 {
-            0.0
-        } else {
-            (-x / mean).exp() / mean
-        };
+        return if x < 0.0 { 0.0 } else { (-x / mean).exp() / mean };
     }
     let z = (sigma / mean - x / sigma) / SQRT_2;
     if z < 5.0 {
@@ -78,9 +74,7 @@ pub fn correlating(covariance: &[Vec<f64>]) -> Vec<Vec<f64>> {
         // Nothing varies.
         None => 0.0,
     };
-    (0..n)
-        .map(|row| (0..=row).map(|column| entry(row, column)).collect())
-        .collect()
+    (0..n).map(|row| (0..=row).map(|column| entry(row, column)).collect()).collect()
 }
 
 #[cfg(test)]

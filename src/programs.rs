@@ -53,10 +53,7 @@ pub struct Finished {
 /// # Errors
 /// When it cannot be started or watched.
 pub fn run(command: &mut Command, stdout: Stdio, limit: Duration) -> io::Result<Finished> {
-    let piped = command
-        .stdin(Stdio::null())
-        .stdout(stdout)
-        .stderr(Stdio::piped());
+    let piped = command.stdin(Stdio::null()).stdout(stdout).stderr(Stdio::piped());
     let mut program = Program::start(piped)?;
     let (closed, closings) = channel();
     let child = program.child();
@@ -161,12 +158,7 @@ mod tests {
 
     fn shell(lines: &str) -> Finished {
         let mut command = Command::new("sh");
-        run(
-            command.args(["-c", lines]),
-            Stdio::piped(),
-            DEFAULT_TIME_LIMIT,
-        )
-        .unwrap()
+        run(command.args(["-c", lines]), Stdio::piped(), DEFAULT_TIME_LIMIT).unwrap()
     }
 
     #[test]
@@ -195,9 +187,7 @@ mod tests {
         let mut said = Said::default();
         let text = "\u{b5}".repeat(KEPT_BYTES);
         // Odd pieces, so that characters are cut.
-        text.as_bytes()
-            .chunks(777)
-            .for_each(|piece| said.add(piece));
+        text.as_bytes().chunks(777).for_each(|piece| said.add(piece));
         assert_eq!(said.text(), text);
     }
 

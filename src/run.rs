@@ -176,10 +176,8 @@ pub fn run(
 
     let request = request(&emission, options)?;
     let clocks = |done, of| on_event(RunEvent::Clocks(done, of));
-    let (cosimulation, shown) = beside(
-        || Shown::of(&sensor, options.seed),
-        || cosimulate(&sensor, &request, clocks),
-    );
+    let (cosimulation, shown) =
+        beside(|| Shown::of(&sensor, options.seed), || cosimulate(&sensor, &request, clocks));
     let mut cosimulation = cosimulation?;
     if cosimulation.report.verdict == Verdict::Mismatch {
         cosimulation.write_mismatch(&folder.join(MISMATCH))?;
@@ -189,13 +187,10 @@ pub fn run(
     }
     on_event(RunEvent::Compared(&cosimulation.report));
     let other = Sensor::new(&scene.estimated_by(scene.estimator.other()));
-    let (own_estimates, other_estimates) = beside(
-        || estimates(&other, &cosimulation),
-        || estimates(&sensor, &cosimulation),
-    );
-    let mutants = options
-        .graded_mutants
-        .filter(|_| cosimulation.report.verdict != Verdict::Mismatch);
+    let (own_estimates, other_estimates) =
+        beside(|| estimates(&other, &cosimulation), || estimates(&sensor, &cosimulation));
+    let mutants =
+        options.graded_mutants.filter(|_| cosimulation.report.verdict != Verdict::Mismatch);
     let stage = |stage| on_event(RunEvent::Grades(stage));
     let grade = mutants.map(|mutants| graded(&sensor, &request, mutants, stage));
     let run = Run {
@@ -208,14 +203,7 @@ pub fn run(
         other_estimates,
         cosim: cosimulation.report,
     };
-    write(
-        &run,
-        &sensor,
-        &cosimulation.counts,
-        &shown?,
-        options,
-        &folder,
-    )?;
+    write(&run, &sensor, &cosimulation.counts, &shown?, options, &folder)?;
     Ok(run)
 }
 
@@ -271,10 +259,7 @@ fn beside<This, Other: Send>(
         let other = scope.spawn(other);
         let this = this();
         let other = other.join();
-        (
-            this,
-            other.unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
-        )
+        (this, other.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
     })
 }
 

@@ -71,10 +71,9 @@ fn stays_bounded(name: &str, mutations: usize) {
 
 /// The words of a libFuzzer dictionary.
 fn words(dictionary: &str) -> Vec<Vec<u8>> {
-    let lines = dictionary.lines().filter_map(|line| {
-        line.strip_prefix('"')
-            .and_then(|line| line.strip_suffix('"'))
-    });
+    let lines = dictionary
+        .lines()
+        .filter_map(|line| line.strip_prefix('"').and_then(|line| line.strip_suffix('"')));
     lines.map(unescaped).collect()
 }
 

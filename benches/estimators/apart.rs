@@ -22,10 +22,7 @@ fn with_paths(scene: &Scene, lit: &[Lit], power_w: f64, chips: u64) -> Outcome<S
     scene.paths.clear();
     for &(index, delay_chips, share) in lit {
         let code = gold(index)?;
-        let known = scene
-            .sources
-            .iter()
-            .position(|s| s.code.chips == code.chips);
+        let known = scene.sources.iter().position(|s| s.code.chips == code.chips);
         let number = known.unwrap_or(scene.sources.len());
         if known.is_none() {
             scene.sources.push(Source {
@@ -49,10 +46,7 @@ fn with_paths(scene: &Scene, lit: &[Lit], power_w: f64, chips: u64) -> Outcome<S
 /// Two paths, the first between two steps.
 fn pair(scene: &Scene, apart: f64, ratio: f64, power_w: f64, chips: u64) -> Outcome<Scene> {
     let first = 80.0375;
-    let lit = [
-        (3, first, 1.0 / (1.0 + ratio)),
-        (3, first + apart, ratio / (1.0 + ratio)),
-    ];
+    let lit = [(3, first, 1.0 / (1.0 + ratio)), (3, first + apart, ratio / (1.0 + ratio))];
     with_paths(scene, &lit, power_w, chips)
 }
 
@@ -75,16 +69,8 @@ pub fn pairs(scene: &Scene) -> Outcome {
 pub fn too_close(scene: &Scene) -> Outcome {
     println!("two paths where the light does not tell, whole scans, counts tier");
     for (name, chips, kinds) in [
-        (
-            "1.04 ms",
-            130_000,
-            [(0.05, 1.0), (0.1, 1.0), (0.2, 1.0), (0.2, 0.3), (0.3, 0.1)],
-        ),
-        (
-            "104.8 us",
-            13_100,
-            [(0.1, 1.0), (0.3, 1.0), (0.4, 1.0), (0.4, 0.3), (0.6, 0.3)],
-        ),
+        ("1.04 ms", 130_000, [(0.05, 1.0), (0.1, 1.0), (0.2, 1.0), (0.2, 0.3), (0.3, 0.1)]),
+        ("104.8 us", 13_100, [(0.1, 1.0), (0.3, 1.0), (0.4, 1.0), (0.4, 0.3), (0.6, 0.3)]),
     ] {
         for (apart, ratio) in kinds {
             let scene = pair(scene, apart, ratio, POWER_W, chips)?;
@@ -138,12 +124,7 @@ pub fn clocks(scene: &Scene) -> Outcome {
 /// None to three sensors with unknown codes.
 pub fn unknown(scene: &Scene) -> Outcome {
     println!("unknown sensors of equal power, 2.5 pW each, 104.8 us, whole scans, counts tier");
-    let all = [
-        (3, 80.0375, 1.0),
-        (300, 375.0875, 1.0),
-        (1500, 1187.525, 1.0),
-        (47, 1630.31, 1.0),
-    ];
+    let all = [(3, 80.0375, 1.0), (300, 375.0875, 1.0), (1500, 1187.525, 1.0), (47, 1630.31, 1.0)];
     for sensors in 1..=4 {
         let scene = with_paths(scene, &all[..sensors], 2.5e-12, 13_100)?;
         let name = format!("{} others", sensors - 1);

@@ -38,24 +38,17 @@ pub fn histogram(scene: &Scene) -> Outcome {
             Ok(())
         })?;
         let mut made: Vec<Histogram> = Vec::new();
-        histograms(&sensor, FIRST, Tier::Sampled, 3, 40, |histogram| {
-            made.push(histogram)
-        })?;
+        histograms(&sensor, FIRST, Tier::Sampled, 3, 40, |histogram| made.push(histogram))?;
         let phase = PhaseOfHistogram::new(&sensor, FIRST);
         let mut next = made.iter().cycle();
         let corrected = milliseconds(40, || {
-            next.next()
-                .map(|histogram| phase.estimate(histogram))
-                .transpose()?;
+            next.next().map(|histogram| phase.estimate(histogram)).transpose()?;
             Ok(())
         })?;
         let fitter = BinFitter::new(&sensor, FIRST)?;
         let mut steps = 0;
         let fitted = milliseconds(40, || {
-            let fitted = next
-                .next()
-                .map(|histogram| fitter.fit(histogram))
-                .transpose()?;
+            let fitted = next.next().map(|histogram| fitter.fit(histogram)).transpose()?;
             steps += fitted.map_or(0, |fitted| fitted.iterations);
             Ok(())
         })?;

@@ -36,10 +36,7 @@ type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 const TIER: CountingTier = CountingTier::Events;
 
 fn main() -> Outcome {
-    let parts: Vec<String> = std::env::args()
-        .skip(1)
-        .filter(|a| !a.starts_with('-'))
-        .collect();
+    let parts: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     type Part = (&'static str, fn(&Scene) -> Outcome);
     let known: [Part; 15] = [
         ("noiseless-walk", noiseless::walk),

@@ -67,9 +67,9 @@ pub fn interference(scene: &Scene) -> Outcome {
     let code = gold(417)?;
     let scans = 24;
     let mut worst: f64 = 0.0;
-    for chips in [
-        -700.37, -3.1, -1.0, -0.5, -0.25, 0.0, 0.25, 0.5, 1.0, 1.7, 2.6, 12.45, 333.3, 1023.5,
-    ] {
+    for chips in
+        [-700.37, -3.1, -1.0, -0.5, -0.25, 0.0, 0.25, 0.5, 1.0, 1.7, 2.6, 12.45, 333.3, 1023.5]
+    {
         let mut scene = scene.clone();
         add_interferer(&mut scene, &code, chips);
         set_detection_rate(&mut scene, 10e6)?;

@@ -69,13 +69,8 @@ pub fn walk(scene: &Scene) -> Outcome {
         cut_scan(&mut scene, 14);
         let stepped = Stepped::new(&scene, STEP_PS);
         let counts = stepped.counts();
-        let fitted = fit_means(
-            &Sensor::new(&scene),
-            DetectorIndex(0),
-            TIER,
-            &counts,
-            OtherLight::None,
-        )?;
+        let fitted =
+            fit_means(&Sensor::new(&scene), DetectorIndex(0), TIER, &counts, OtherLight::None)?;
         println!(
             "  {:13.3} | {:9.3} {:9.5}  ({} iterations, chi-square {:.1})",
             stepped.detection_rate_hz() / 1e6,
@@ -98,13 +93,8 @@ pub fn circular(scene: &Scene) -> Outcome {
         let mut scene = scene.clone();
         cut_scan(&mut scene, 14);
         let counts = Stepped::new(&scene, STEP_PS).counts();
-        let fitted = fit_means(
-            &Sensor::new(&scene),
-            DetectorIndex(0),
-            TIER,
-            &counts,
-            OtherLight::None,
-        )?;
+        let fitted =
+            fit_means(&Sensor::new(&scene), DetectorIndex(0), TIER, &counts, OtherLight::None)?;
         println!(
             "  {:16} ps | {:9.3} {:9.5}",
             50 * twentieth,
@@ -129,24 +119,11 @@ pub fn interference(scene: &Scene) -> Outcome {
         add_interferer(&mut scene, &code, chips);
         set_detection_rate(&mut scene, 10e6)?;
         let counts = Stepped::new(&scene, STEP_PS).counts();
-        let given = fit_means(
-            &Sensor::new(&scene),
-            DetectorIndex(0),
-            TIER,
-            &counts,
-            OtherLight::Given,
-        )?;
-        let found = fit_means(
-            &Sensor::new(&scene),
-            DetectorIndex(0),
-            TIER,
-            &counts,
-            OtherLight::Search,
-        )?;
-        let right = found
-            .paths
-            .get(1)
-            .is_some_and(|path| path.code.chips == code.chips);
+        let given =
+            fit_means(&Sensor::new(&scene), DetectorIndex(0), TIER, &counts, OtherLight::Given)?;
+        let found =
+            fit_means(&Sensor::new(&scene), DetectorIndex(0), TIER, &counts, OtherLight::Search)?;
+        let right = found.paths.get(1).is_some_and(|path| path.code.chips == code.chips);
         println!(
             "  {chips:22.4} | {:9.3} {:9.5} {:9.5}   {right}",
             phase_mm(&scene, &counts)?,

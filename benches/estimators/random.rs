@@ -45,10 +45,7 @@ pub fn random(scene: &Scene) -> Outcome {
                 .map(|p| {
                     let chips = p.delay_ps / scene.chip_period_ps;
                     let share = p.transmission;
-                    format!(
-                        "{}: {chips:.2} chips, {share:.2}",
-                        scene.sources[p.source].name
-                    )
+                    format!("{}: {chips:.2} chips, {share:.2}", scene.sources[p.source].name)
                 })
                 .collect();
             told.print(&format!(

@@ -68,16 +68,9 @@ impl Told {
     pub fn of_photons(scene: &Scene, other: OtherLight, scans: u64) -> Outcome<Told> {
         let sensor = Sensor::new(scene);
         let mut counted = Vec::new();
-        simulate::scans::scans(
-            &sensor,
-            DetectorIndex(0),
-            Tier::Events,
-            7,
-            scans,
-            |counts| {
-                counted.push(counts.to_vec());
-            },
-        )?;
+        simulate::scans::scans(&sensor, DetectorIndex(0), Tier::Events, 7, scans, |counts| {
+            counted.push(counts.to_vec());
+        })?;
         Told::of_scans(scene, other, scans, |scan| counted[scan as usize].clone())
     }
 
@@ -90,10 +83,8 @@ impl Told {
         let sensor = Sensor::new(scene);
         let fitter = Fitter::new(&sensor, DetectorIndex(0), TIER, other);
         let start = Instant::now();
-        let fits: Vec<Result<ModelEstimate, FitError>> = (0..scans)
-            .into_par_iter()
-            .map(|scan| fitter.fit(&counts(scan)))
-            .collect();
+        let fits: Vec<Result<ModelEstimate, FitError>> =
+            (0..scans).into_par_iter().map(|scan| fitter.fit(&counts(scan))).collect();
         let threads = rayon::current_num_threads() as f64;
         // A bound of very bright light is refused; errors are then without a measure.
         let bound = bound(&sensor, DetectorIndex(0), TIER).ok();

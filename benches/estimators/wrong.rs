@@ -16,11 +16,7 @@ struct Mistake {
 }
 
 const MISTAKES: [Mistake; 11] = [
-    Mistake {
-        name: "none",
-        truth: |_, _| {},
-        belief: |_| {},
-    },
+    Mistake { name: "none", truth: |_, _| {}, belief: |_| {} },
     Mistake {
         name: "dead time + 0.1 ns",
         truth: |_, _| {},

@@ -103,9 +103,7 @@ pub(crate) unsafe fn text<'t>(pointer: *const c_char, what: &str) -> Result<&'t 
     }
     // SAFETY: the caller's word.
     let bytes = unsafe { CStr::from_ptr(pointer) };
-    bytes
-        .to_str()
-        .map_err(|error| Failure::invalid(format!("{what} is not UTF-8: {error}")))
+    bytes.to_str().map_err(|error| Failure::invalid(format!("{what} is not UTF-8: {error}")))
 }
 
 /// The array that a pointer stands for; an empty one with null, if that is allowed.

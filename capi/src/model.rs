@@ -173,18 +173,11 @@ pub unsafe extern "C" fn goldtof_model_clock(
     status_of(|| {
         // SAFETY: the caller's word.
         let mut model = unsafe { locked(model, "model") }?;
-        let OpenModel {
-            model,
-            outputs: records,
-            results,
-            ..
-        } = &mut *model;
+        let OpenModel { model, outputs: records, results, .. } = &mut *model;
         let detectors = model.interface().reference_codes.len();
         let levels = |pointer: *const u8| if pointer.is_null() { 0 } else { clocks };
         if outputs.is_null() && clocks > 0 {
-            return Err(Failure::invalid(
-                "the place for the outputs is a null pointer",
-            ));
+            return Err(Failure::invalid("the place for the outputs is a null pointer"));
         }
         let too_many = || Failure::invalid(format!("{clocks} clocks are too many for one batch"));
         let words = clocks.checked_mul(detectors).ok_or_else(too_many)?;

@@ -26,12 +26,7 @@ handle!(SceneHandle, OpenScene);
 impl OpenScene {
     fn read(name: String, text: String) -> Result<OpenScene, Failure> {
         let scene = scene::parse(&name, &text).map_err(Failure::invalid)?;
-        Ok(OpenScene {
-            name,
-            text,
-            settings: Vec::new(),
-            scene,
-        })
+        Ok(OpenScene { name, text, settings: Vec::new(), scene })
     }
 
     fn set(&mut self, assignment: &str) -> Result<(), Failure> {

@@ -52,9 +52,7 @@ pub unsafe extern "C" fn goldtof_scoreboard_new(
     new_handle(|| {
         // SAFETY: the caller's word.
         let sensor = unsafe { locked(scene, "scene") }?.sensor();
-        let batch_clocks = u32::try_from(batch_clocks)
-            .ok()
-            .filter(|&clocks| clocks > 0);
+        let batch_clocks = u32::try_from(batch_clocks).ok().filter(|&clocks| clocks > 0);
         let options = ScoreboardOptions {
             result_latency_clocks: u32::try_from(result_latency_clocks).ok(),
             peak_latency_clocks: u32::try_from(peak_latency_clocks).ok(),
@@ -83,12 +81,8 @@ pub unsafe extern "C" fn goldtof_scoreboard_port(
 ) -> Status {
     status_of(|| {
         // SAFETY: the caller's word.
-        let (mut scoreboard, name) = unsafe {
-            (
-                locked(scoreboard, "scoreboard")?,
-                text(name, "the port's name")?,
-            )
-        };
+        let (mut scoreboard, name) =
+            unsafe { (locked(scoreboard, "scoreboard")?, text(name, "the port's name")?) };
         if scoreboard.scoreboard.is_some() {
             return Err(Failure::invalid(format!(
                 "port {name} comes behind the first clock; tell all ports before it"
@@ -97,10 +91,7 @@ pub unsafe extern "C" fn goldtof_scoreboard_port(
         let width = u32::try_from(width).ok().filter(|&width| width > 0);
         let width =
             width.ok_or_else(|| Failure::invalid(format!("port {name} has at least 1 bit")))?;
-        scoreboard.ports.push(TestbenchPort {
-            name: name.to_owned(),
-            width,
-        });
+        scoreboard.ports.push(TestbenchPort { name: name.to_owned(), width });
         Ok(())
     })
 }

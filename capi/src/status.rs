@@ -32,10 +32,7 @@ pub(crate) struct Failure {
 
 impl Failure {
     pub(crate) fn invalid(reason: impl ToString) -> Failure {
-        Failure {
-            status: Status::Invalid,
-            text: reason.to_string(),
-        }
+        Failure { status: Status::Invalid, text: reason.to_string() }
     }
 }
 

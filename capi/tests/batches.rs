@@ -35,9 +35,7 @@ impl Noise {
         let lanes = sampling.samples_of(1);
         let mut state = 7u64;
         let mut below = |bound: u64| {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             (state >> 33) % bound
         };
         let detectors = 0..interface.reference_codes.len();
@@ -46,10 +44,7 @@ impl Noise {
             while at < CLOCKS * lanes {
                 at += below(6 * lanes);
                 let end = at + 1 + below(2 * lanes);
-                pulses.push(Pulse {
-                    first: Sample(at),
-                    end: Sample(end),
-                });
+                pulses.push(Pulse { first: Sample(at), end: Sample(end) });
                 at += 1;
             }
             pulses.retain(|pulse| pulse.first < sampling.first_sample(CLOCKS));
@@ -94,11 +89,7 @@ fn driven(sensor: &Sensor) -> (Vec<u64>, Vec<u64>) {
 
 #[test]
 fn batches_of_any_size_give_what_cosimulation_expects() {
-    for scene in [
-        "scenes/quick.toml",
-        "tests/scenes/peak.toml",
-        "scenes/dual-view.toml",
-    ] {
+    for scene in ["scenes/quick.toml", "tests/scenes/peak.toml", "scenes/dual-view.toml"] {
         let scene = scene::load(&root().join(scene)).unwrap();
         let sensor = Sensor::new(&scene);
         let (records, expected) = driven(&sensor);
@@ -111,10 +102,7 @@ fn batches_of_any_size_give_what_cosimulation_expects() {
             records.iter().map(|r| field.low_word(r) as u8).collect()
         };
         let (reset, ready): (Vec<u8>, Vec<u8>) = (level("i_rst"), level("m_axis_tready"));
-        assert_eq!(
-            reset.iter().map(|&r| u64::from(r)).sum::<u64>(),
-            4 + 2 + 1 + 1111
-        );
+        assert_eq!(reset.iter().map(|&r| u64::from(r)).sum::<u64>(), 4 + 2 + 1 + 1111);
         let samples: Vec<u64> = records
             .iter()
             .flat_map(|record| {

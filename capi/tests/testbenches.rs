@@ -17,11 +17,7 @@ fn root() -> &'static Path {
 fn library() -> PathBuf {
     let test = std::env::current_exe().unwrap();
     let folder = test.parent().unwrap();
-    assert!(
-        folder.join("libgoldtof_c.so").exists(),
-        "{}",
-        folder.display()
-    );
+    assert!(folder.join("libgoldtof_c.so").exists(), "{}", folder.display());
     folder.to_owned()
 }
 
@@ -71,16 +67,10 @@ fn is_looped_back(printed: &str) {
     let (count, total) = (number(lines[1], "counts"), number(lines[1], "of"));
     // Chips of 31 in a period, in 2,500 chips: 80.6 periods of 16, or of 12 or 20, ones.
     assert!(count == total && total > 2500 / 3, "{printed}");
-    assert!(
-        number(lines[2], "counts") <= number(lines[2], "of"),
-        "{printed}"
-    );
+    assert!(number(lines[2], "counts") <= number(lines[2], "of"), "{printed}");
     let pulses: i64 = lines[0].split(' ').next().unwrap().parse().unwrap();
     let in_two_steps = total + number(lines[2], "of");
-    assert!(
-        (pulses - in_two_steps).abs() < 998 && pulses > in_two_steps,
-        "{printed}"
-    );
+    assert!((pulses - in_two_steps).abs() < 998 && pulses > in_two_steps, "{printed}");
 }
 
 #[test]
@@ -89,11 +79,7 @@ fn c_programs_link_either_library() {
     let library = library();
     let example = "capi/examples/loop_back.c";
     let archive = library.join("libgoldtof_c.a");
-    let program = compiled(
-        &folder,
-        example,
-        &[text(&archive), "-lm", "-lpthread", "-ldl"],
-    );
+    let program = compiled(&folder, example, &[text(&archive), "-lm", "-lpthread", "-ldl"]);
     is_looped_back(&must_run(Command::new(&program).arg("scenes/quick.toml")));
 
     let rpath = format!("-Wl,-rpath,{}", library.display());
@@ -106,10 +92,7 @@ fn c_programs_link_either_library() {
     let output = run(Command::new(&program).arg(&broken));
     let told = ran(&output);
     assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(
-        told.contains("broken.toml:1:21: ") && told.contains("has no unit"),
-        "{told}"
-    );
+    assert!(told.contains("broken.toml:1:21: ") && told.contains("has no unit"), "{told}");
 }
 
 #[test]
@@ -163,14 +146,8 @@ fn systemverilog_testbenches_compare_every_port() {
     assert!(output.status.success(), "{told}");
     // Of 7 steps, 3 before the second reset, 2 end while the receiver stalls for 4,096
     // clocks: the result of one waits, and that of the other is lost.
-    assert!(
-        told.contains("goldtof_scoreboard: match: 20000 clocks compared"),
-        "{told}"
-    );
-    assert!(
-        told.contains("spad: 6 results") && told.contains("1 overruns"),
-        "{told}"
-    );
+    assert!(told.contains("goldtof_scoreboard: match: 20000 clocks compared"), "{told}");
+    assert!(told.contains("spad: 6 results") && told.contains("1 overruns"), "{told}");
 }
 
 #[test]
@@ -206,27 +183,17 @@ fn a_planted_fault_fails_the_simulation_with_clock_and_port() {
 
 #[test]
 fn other_peoples_designs_are_held_to_their_latency() {
-    let own = [
-        "-F",
-        "examples/own-rtl/range_top.f",
-        "+define+DESIGN=range_top",
-    ];
+    let own = ["-F", "examples/own-rtl/range_top.f", "+define+DESIGN=range_top"];
     let quiet = ["-Wno-lint", "+define+LATENCY=10"];
     let output = simulated(&[&own[..], &quiet[..]].concat());
     let told = ran(&output);
-    assert!(
-        output.status.success() && told.contains("match: 20000 clocks"),
-        "{told}"
-    );
+    assert!(output.status.success() && told.contains("match: 20000 clocks"), "{told}");
 
     // Held to the emitted design's it comes four clocks late.
     let output = simulated(&[&own[..], &quiet[..1]].concat());
     let told = ran(&output);
     assert!(!output.status.success(), "{told}");
-    assert!(
-        told.contains("clock 2511 ") && told.contains("port m_axis_tdata should be"),
-        "{told}"
-    );
+    assert!(told.contains("clock 2511 ") && told.contains("port m_axis_tdata should be"), "{told}");
 }
 
 #[test]
@@ -234,25 +201,10 @@ fn cpp_testbenches_compare_every_port() {
     let folder = TempDir::new().unwrap();
     let library = library();
     let mut verilator = Command::new("verilator");
-    verilator.args([
-        "--cc",
-        "--exe",
-        "--build",
-        "--top",
-        "sensor_top",
-        "-y",
-        DESIGN,
-    ]);
-    verilator.args([
-        "generated/quick/sensor_top.v",
-        "--Mdir",
-        text(folder.path()),
-    ]);
+    verilator.args(["--cc", "--exe", "--build", "--top", "sensor_top", "-y", DESIGN]);
+    verilator.args(["generated/quick/sensor_top.v", "--Mdir", text(folder.path())]);
     let include = root().join("capi/include");
-    verilator.args([
-        "-CFLAGS",
-        &format!("-O0 -Wall -Wextra -I{}", include.display()),
-    ]);
+    verilator.args(["-CFLAGS", &format!("-O0 -Wall -Wextra -I{}", include.display())]);
     verilator.arg(root().join("capi/examples/testbench.cpp"));
     verilator.arg(library.join("libgoldtof_c.so"));
     verilator.args(["-LDFLAGS", &format!("-Wl,-rpath,{}", library.display())]);

@@ -47,17 +47,11 @@ impl fmt::Debug for Planner {
 /// Forward and inverse transform of `length` points in double precision.
 pub fn double_pair(length: usize) -> [Arc<dyn Fft<f64>>; 2] {
     let mut planner = FftPlanner::new();
-    [
-        planner.plan_fft_forward(length),
-        planner.plan_fft_inverse(length),
-    ]
+    [planner.plan_fft_forward(length), planner.plan_fft_inverse(length)]
 }
 
 /// Forward and inverse transform of `length` points in single precision.
 pub fn single_pair(length: usize) -> [Arc<dyn Fft<f32>>; 2] {
     let mut planner = FftPlanner::new();
-    [
-        planner.plan_fft_forward(length),
-        planner.plan_fft_inverse(length),
-    ]
+    [planner.plan_fft_forward(length), planner.plan_fft_inverse(length)]
 }

@@ -29,31 +29,11 @@ const MIB: usize = 1 << 20;
 /// All kinds of input. The bounds are those of the largest answers: a scene may
 /// have 2^25 chips of codes; `codes` prints 2^24 and transforms 2^20.
 pub const TARGETS: [Target; 5] = [
-    Target {
-        name: "scene",
-        run: scene,
-        most_bytes: 96 * MIB,
-    },
-    Target {
-        name: "quantity",
-        run: quantity,
-        most_bytes: MIB,
-    },
-    Target {
-        name: "codes",
-        run: codes,
-        most_bytes: 256 * MIB,
-    },
-    Target {
-        name: "manifest",
-        run: manifest,
-        most_bytes: MIB,
-    },
-    Target {
-        name: "ports",
-        run: ports,
-        most_bytes: MIB,
-    },
+    Target { name: "scene", run: scene, most_bytes: 96 * MIB },
+    Target { name: "quantity", run: quantity, most_bytes: MIB },
+    Target { name: "codes", run: codes, most_bytes: 256 * MIB },
+    Target { name: "manifest", run: manifest, most_bytes: MIB },
+    Target { name: "ports", run: ports, most_bytes: MIB },
 ];
 
 /// A scene file on its whole way to Verilog.
@@ -92,10 +72,7 @@ fn check_refusal(error: &SceneErrors, text: &str) {
     assert!(!errors.is_empty());
     for error in errors {
         assert!(!error.message.is_empty());
-        let line = text
-            .split('\n')
-            .nth(error.line - 1)
-            .expect("a line of the text");
+        let line = text.split('\n').nth(error.line - 1).expect("a line of the text");
         assert!(error.column <= line.chars().count() + 1);
     }
     assert!(error.to_string().len() < MIB);
@@ -171,9 +148,7 @@ pub fn codes(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else {
         return;
     };
-    let mut lines = text
-        .split('\n')
-        .map(|line| (!line.is_empty()).then_some(line));
+    let mut lines = text.split('\n').map(|line| (!line.is_empty()).then_some(line));
     let mut next = || lines.next().flatten();
     let Ok(family) = next().unwrap_or("gold").parse() else {
         return;
@@ -213,10 +188,7 @@ pub fn manifest(data: &[u8]) {
         Ok(named) => {
             for name in &named.files {
                 let mut components = Path::new(name).components();
-                assert!(
-                    matches!(components.next(), Some(Component::Normal(_))),
-                    "{name:?}"
-                );
+                assert!(matches!(components.next(), Some(Component::Normal(_))), "{name:?}");
                 assert!(components.next().is_none(), "{name:?}");
             }
         }
@@ -232,11 +204,7 @@ pub fn ports(data: &[u8]) {
     let wanted: Vec<Port> = found
         .iter()
         .filter_map(|port| {
-            Some(Port {
-                name: port.name.clone(),
-                direction: port.direction?,
-                width: port.width,
-            })
+            Some(Port { name: port.name.clone(), direction: port.direction?, width: port.width })
         })
         .collect();
     for difference in rtl_ports::differences(&wanted, &found) {

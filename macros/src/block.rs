@@ -291,10 +291,7 @@ fn is_bit(segment: &PathSegment) -> Result<bool> {
     if value.ident == "bool" || value.ident == "Word" {
         return Ok(value.ident == "bool");
     }
-    Err(Error::new_spanned(
-        value,
-        "a signal is a `bool` or a `Word`",
-    ))
+    Err(Error::new_spanned(value, "a signal is a `bool` or a `Word`"))
 }
 
 #[cfg(test)]

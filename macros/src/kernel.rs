@@ -18,9 +18,7 @@ pub fn expand(arguments: TokenStream, item: TokenStream) -> Result<TokenStream> 
     }
     let mut item: ItemImpl = syn::parse2(item)?;
     let mut update = rewrite(&item)?;
-    update
-        .attrs
-        .push(parse_quote!(#[::rust_hdl_core::prelude::hdl_gen]));
+    update.attrs.push(parse_quote!(#[::rust_hdl_core::prelude::hdl_gen]));
     item.items = vec![ImplItem::Fn(update)];
     Ok(item.into_token_stream())
 }
@@ -284,9 +282,7 @@ impl Kernel {
                          `Local` of its own",
                     );
                 }
-                call.args[1] = self
-                    .names
-                    .settled(&call.args[1], "the width of a `bit_cast`")?;
+                call.args[1] = self.names.settled(&call.args[1], "the width of a `bit_cast`")?;
             }
             _ => {
                 return refuse(
@@ -349,10 +345,8 @@ impl Kernel {
     /// A loop variable of one value, for what rust-hdl takes no expression.
     fn hoist(&mut self, value: Expr, span: Span) -> Expr {
         let text = value.to_token_stream().to_string();
-        let known = self
-            .hoisted
-            .iter()
-            .find(|(_, other)| other.to_token_stream().to_string() == text);
+        let known =
+            self.hoisted.iter().find(|(_, other)| other.to_token_stream().to_string() == text);
         let name = match known {
             Some((name, _)) => name.clone(),
             None => {

@@ -78,9 +78,7 @@ fn samples() -> Vec<u8> {
     let mut state = 7u64;
     (0..CLOCKS)
         .map(|_| {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             let drawn = state >> 33;
             match drawn % WORDS_PER_PULSE {
                 0 => 3 << (drawn / WORDS_PER_PULSE % 7),
@@ -106,11 +104,7 @@ fn in_rust(scene: &Path, samples: &[u8], with_ports: bool) -> Result<(f64, usize
     let mut words = vec![vec![0; clocks]; wide.len()];
     for first in (0..samples.len()).step_by(BLOCK) {
         let block = first..(first + BLOCK).min(samples.len());
-        let inputs = Inputs {
-            samples: &samples[block.clone()],
-            reset: &reset[block],
-            ready: &[],
-        };
+        let inputs = Inputs { samples: &samples[block.clone()], reset: &reset[block], ready: &[] };
         model.clock(&inputs, &mut records)?;
         results += model.take_results().count();
         if with_ports {

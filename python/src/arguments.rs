@@ -13,16 +13,10 @@ pub(crate) fn named<T: Copy + Serialize>(all: &[T], name: &str, what: &str) -> P
         Ok(serde_json::Value::String(name)) => name,
         _ => String::new(),
     };
-    all.iter()
-        .copied()
-        .find(|one| name_of(one) == name)
-        .ok_or_else(|| {
-            let names: Vec<String> = all.iter().map(name_of).collect();
-            bad_argument(format!(
-                "there is no {what} {name:?}; there are {}",
-                names.join(", ")
-            ))
-        })
+    all.iter().copied().find(|one| name_of(one) == name).ok_or_else(|| {
+        let names: Vec<String> = all.iter().map(name_of).collect();
+        bad_argument(format!("there is no {what} {name:?}; there are {}", names.join(", ")))
+    })
 }
 
 /// Bounds of the command line.
@@ -32,9 +26,7 @@ pub(crate) const MOST_CLOCKS: u64 = 1 << 50;
 pub(crate) fn within(value: u64, most: u64, what: &str) -> PyResult<()> {
     match (1..=most).contains(&value) {
         true => Ok(()),
-        false => Err(bad_argument(format!(
-            "{what} is {value}, and has to be 1 to {most}"
-        ))),
+        false => Err(bad_argument(format!("{what} is {value}, and has to be 1 to {most}"))),
     }
 }
 

@@ -57,23 +57,13 @@ pub(crate) fn estimate<'py>(
         Some(total) => total.as_array().iter().copied().collect(),
         None => vec![0; found],
     };
-    let pairs = counts
-        .as_array()
-        .iter()
-        .copied()
-        .zip(totals)
-        .collect::<Vec<_>>();
+    let pairs = counts.as_array().iter().copied().zip(totals).collect::<Vec<_>>();
     let scan = RecordedScan {
         detector,
-        counts: pairs
-            .into_iter()
-            .map(|(signed, total)| StepCount { signed, total })
-            .collect(),
+        counts: pairs.into_iter().map(|(signed, total)| StepCount { signed, total }).collect(),
         has_totals,
     };
-    let assessment = wait_for(python, None, move |_| {
-        Ok(assess(&Sensor::new(&scene), &scan))
-    })?;
+    let assessment = wait_for(python, None, move |_| Ok(assess(&Sensor::new(&scene), &scan)))?;
     with_arrays(python, &assessment)
 }
 
@@ -96,32 +86,13 @@ fn with_arrays<'py>(python: Python<'py>, assessment: &Assessment) -> PyResult<Bo
     set_columns!(
         of_steps,
         steps,
-        [
-            phase_step,
-            distance_m,
-            count,
-            expected_count,
-            expected_count_std,
-            residual_in_std
-        ]
+        [phase_step, distance_m, count, expected_count, expected_count_std, residual_in_std]
     );
-    let totals = steps
-        .iter()
-        .map(|step| step.total_residual_in_std.unwrap_or(f64::NAN));
+    let totals = steps.iter().map(|step| step.total_residual_in_std.unwrap_or(f64::NAN));
     of_steps.set_item("total_residual_in_std", PyArray1::from_iter(python, totals))?;
     told.set_item("phase_steps", of_steps)?;
     let of_bins = PyDict::new(python);
-    set_columns!(
-        of_bins,
-        bins,
-        [
-            bin,
-            count,
-            expected_count,
-            expected_count_std,
-            residual_in_std
-        ]
-    );
+    set_columns!(of_bins, bins, [bin, count, expected_count, expected_count_std, residual_in_std]);
     told.set_item("bins", of_bins)?;
     Ok(told)
 }
@@ -148,12 +119,7 @@ fn of_bins(
         )));
     }
     let histogram = Histogram::new(bins, plan.row_bins, plan.periods).map_err(bad_argument)?;
-    let recorded = RecordedHistogram {
-        detector,
-        histogram,
-    };
-    let assessment = wait_for(python, None, move |_| {
-        Ok(assess_histogram(&sensor, &recorded))
-    })?;
+    let recorded = RecordedHistogram { detector, histogram };
+    let assessment = wait_for(python, None, move |_| Ok(assess_histogram(&sensor, &recorded)))?;
     with_arrays(python, &assessment)
 }

@@ -45,10 +45,7 @@ pub(crate) fn codes<'py>(
     spec.degree = degree;
     spec.index = index;
     spec.interleave = interleave;
-    spec.polynomials = polynomials
-        .map(parse_polynomials)
-        .transpose()
-        .map_err(bad_argument)?;
+    spec.polynomials = polynomials.map(parse_polynomials).transpose().map_err(bad_argument)?;
     spec.seeds = seeds.map(parse_seeds);
     spec.chips = chips;
     spec.allow_non_preferred = allow_non_preferred.then_some(true);
@@ -75,9 +72,7 @@ pub(crate) fn correlation<'py>(
     };
     let (a, b) = (chips(&a), chips(&b));
     if a.len() != b.len() || a.is_empty() || a.iter().chain(&b).any(|&chip| chip > 1) {
-        return Err(bad_argument(
-            "two codes of the same length, of chips 0 and 1, are correlated",
-        ));
+        return Err(bad_argument("two codes of the same length, of chips 0 and 1, are correlated"));
     }
     let correlation = wait_for(python, None, move |_| Ok(correlate(&a, &b)))?;
     Ok(PyArray1::from_vec(python, correlation))
@@ -136,16 +131,8 @@ pub(crate) fn cosim<'py>(
     within(clocks.unwrap_or(1), MOST_CLOCKS, "clocks")?;
     let is_own = rtl.is_some() || !file_lists.is_empty();
     let rtl = match is_own {
-        true => Rtl::Own(OwnRtl {
-            folder: rtl,
-            file_lists,
-            top,
-            include_folders,
-            defines,
-        }),
-        false => Rtl::Emitted {
-            made_by: format!("goldtof cosim {}.toml", scene.name),
-        },
+        true => Rtl::Own(OwnRtl { folder: rtl, file_lists, top, include_folders, defines }),
+        false => Rtl::Emitted { made_by: format!("goldtof cosim {}.toml", scene.name) },
     };
     let kinds = [StimulusKind::Photons, StimulusKind::Adversarial];
     let options = CosimOptions {

@@ -49,10 +49,7 @@ enum Samples<'py> {
 
 impl<'py> Samples<'py> {
     fn of(array: &Bound<'py, PyAny>, detectors: usize) -> PyResult<Samples<'py>> {
-        let array = &array
-            .py()
-            .import("numpy")?
-            .call_method1("ascontiguousarray", (array,))?;
+        let array = &array.py().import("numpy")?.call_method1("ascontiguousarray", (array,))?;
         let shape: Vec<usize> = array.getattr("shape")?.extract()?;
         let is_right = match shape[..] {
             [_] => detectors == 1,
@@ -95,9 +92,7 @@ fn levels(array: Option<&Bound<'_, PyAny>>, name: &str) -> PyResult<Vec<u8>> {
     if let Ok(levels) = array.extract::<PyReadonlyArray1<'_, u8>>() {
         return Ok(levels.as_array().iter().copied().collect());
     }
-    Err(bad_argument(format!(
-        "{name} has to be an array of bool or uint8, one for each clock"
-    )))
+    Err(bad_argument(format!("{name} has to be an array of bool or uint8, one for each clock")))
 }
 
 /// An output port's array while it is filled.
@@ -152,15 +147,9 @@ impl PyModel {
     ) -> PyResult<()> {
         let detectors = self.model.interface().reference_codes.len();
         let [reset, ready] = levels;
-        let whole = Inputs {
-            samples,
-            reset,
-            ready,
-        };
+        let whole = Inputs { samples, reset, ready };
         // All of it before any of it: a refused batch changes nothing.
-        let clocks = python
-            .detach(|| self.model.check(&whole))
-            .map_err(bad_argument)?;
+        let clocks = python.detach(|| self.model.check(&whole)).map_err(bad_argument)?;
         for first in (0..clocks).step_by(BLOCK * BLOCKS_BETWEEN_SIGNALS) {
             python.check_signals()?;
             let end = (first + BLOCK * BLOCKS_BETWEEN_SIGNALS).min(clocks);
@@ -244,10 +233,7 @@ impl PyModel {
             outputs.set_item(&field.port.name, seen)?;
             filling.push(array);
         }
-        let mut ports = filling
-            .iter_mut()
-            .map(Filling::values)
-            .collect::<PyResult<Vec<_>>>()?;
+        let mut ports = filling.iter_mut().map(Filling::values).collect::<PyResult<Vec<_>>>()?;
         let levels = [&reset[..], &ready[..]];
         match &samples {
             Samples::U8(words) => self.run(python, words.as_slice()?, levels, &mut ports),

@@ -37,12 +37,7 @@ pub(crate) struct PyScene {
 impl PyScene {
     fn read(file_name: String, text: String) -> PyResult<PyScene> {
         let scene = scene::parse(&file_name, &text).map_err(of_scene)?;
-        Ok(PyScene {
-            file_name,
-            text,
-            settings: Vec::new(),
-            scene,
-        })
+        Ok(PyScene { file_name, text, settings: Vec::new(), scene })
     }
 
     /// The scene as it is now, with another estimator if one is named.
@@ -57,10 +52,7 @@ impl PyScene {
                 )));
             }
         };
-        self.scene
-            .clone()
-            .with_estimator(Some(kind))
-            .map_err(of_whole_scene)
+        self.scene.clone().with_estimator(Some(kind)).map_err(of_whole_scene)
     }
 
     pub(crate) fn scene(&self) -> &Scene {
@@ -75,26 +67,19 @@ impl PyScene {
 /// The detector of a name, or the only one.
 pub(crate) fn detector_of(scene: &Scene, name: Option<&str>) -> PyResult<DetectorIndex> {
     let known = || {
-        let names: Vec<String> = scene
-            .detectors
-            .iter()
-            .map(|detector| format!("{:?}", detector.name))
-            .collect();
+        let names: Vec<String> =
+            scene.detectors.iter().map(|detector| format!("{:?}", detector.name)).collect();
         names.join(", ")
     };
     match name {
         None if scene.detectors.len() == 1 => Ok(DetectorIndex(0)),
-        None => Err(bad_argument(format!(
-            "the scene has several detectors; name one: {}",
-            known()
-        ))),
+        None => {
+            Err(bad_argument(format!("the scene has several detectors; name one: {}", known())))
+        }
         Some(name) => {
             let place = scene.detectors.iter().position(|d| d.name == name);
             place.map(DetectorIndex).ok_or_else(|| {
-                bad_argument(format!(
-                    "the scene has no detector {name:?}; it has {}",
-                    known()
-                ))
+                bad_argument(format!("the scene has no detector {name:?}; it has {}", known()))
             })
         }
     }

@@ -32,14 +32,10 @@ impl PyScoreboard {
         batch_clocks: u32,
     ) -> PyResult<PyScoreboard> {
         if batch_clocks == 0 || ports.iter().any(|(_, width)| *width == 0) {
-            return Err(bad_argument(
-                "a batch has at least 1 clock, and a port at least 1 bit",
-            ));
+            return Err(bad_argument("a batch has at least 1 clock, and a port at least 1 bit"));
         }
-        let ports: Vec<TestbenchPort> = ports
-            .into_iter()
-            .map(|(name, width)| TestbenchPort { name, width })
-            .collect();
+        let ports: Vec<TestbenchPort> =
+            ports.into_iter().map(|(name, width)| TestbenchPort { name, width }).collect();
         let options = ScoreboardOptions {
             result_latency_clocks,
             peak_latency_clocks,
@@ -74,10 +70,7 @@ impl PyScoreboard {
         told.set_item("verdict", summary.verdict.to_string())?;
         told.set_item("clocks", summary.clocks)?;
         told.set_item("mismatches", summary.mismatches)?;
-        told.set_item(
-            "first_mismatch",
-            to_python(python, &summary.first_mismatch)?,
-        )?;
+        told.set_item("first_mismatch", to_python(python, &summary.first_mismatch)?)?;
         told.set_item("exercised", to_python(python, &summary.exercised)?)?;
         told.set_item("missing", &summary.missing)?;
         told.set_item("text", summary.to_string())?;

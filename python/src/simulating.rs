@@ -131,21 +131,11 @@ pub(crate) fn scans<'py>(
     let scene = scene.scene().clone();
     let (detector, tier) = (detector_of(&scene, detector)?, tier(fidelity)?);
     if !tier.draws() {
-        return Err(bad_argument(
-            "the tier expected draws no counts; expected() has their means",
-        ));
+        return Err(bad_argument("the tier expected draws no counts; expected() has their means"));
     }
     within(repetitions, MOST_REPETITIONS, "repetitions")?;
     if scene.hardware.architecture == Architecture::Histogram {
-        return histograms(
-            python,
-            scene,
-            detector,
-            tier,
-            seed,
-            repetitions,
-            on_progress,
-        );
+        return histograms(python, scene, detector, tier, seed, repetitions, on_progress);
     }
     let steps = scene.scan.steps as usize;
     let counts = wait_for(python, on_progress, move |watch| {
@@ -164,10 +154,7 @@ pub(crate) fn scans<'py>(
     })?;
     let shape = [counts.0.len() / steps, steps];
     let told = PyDict::new(python);
-    told.set_item(
-        "signed",
-        PyArray1::from_vec(python, counts.0).reshape(shape)?,
-    )?;
+    told.set_item("signed", PyArray1::from_vec(python, counts.0).reshape(shape)?)?;
     let total: Bound<'_, PyArray2<u64>> = PyArray1::from_vec(python, counts.1).reshape(shape)?;
     told.set_item("total", total)?;
     Ok(told)

@@ -60,9 +60,8 @@ pub(crate) fn to_toml(value: &Bound<'_, PyAny>, place: &str) -> PyResult<toml::V
     if let Ok(dict) = value.cast::<PyDict>() {
         let mut table = toml::Table::new();
         for (key, value) in dict {
-            let key: String = key
-                .extract()
-                .map_err(|_| bad_argument(format!("{place}: keys are texts")))?;
+            let key: String =
+                key.extract().map_err(|_| bad_argument(format!("{place}: keys are texts")))?;
             let place = match place {
                 "" => key.clone(),
                 _ => format!("{place}.{key}"),

@@ -59,10 +59,7 @@ pub(crate) fn wait_for<T: Send + 'static>(
         // By a reference that nobody else has: a receiver is not shared between threads.
         let from_job = &mut from_job;
         let heard = python.detach(move || from_job.recv_timeout(LOOK));
-        let (done, all) = (
-            watch.done.load(Ordering::Relaxed),
-            watch.all.load(Ordering::Relaxed),
-        );
+        let (done, all) = (watch.done.load(Ordering::Relaxed), watch.all.load(Ordering::Relaxed));
         let is_over = !matches!(heard, Err(RecvTimeoutError::Timeout));
         let went_on = (done != told).then_some(()).and(on_progress.as_ref());
         told = done;
@@ -77,10 +74,9 @@ pub(crate) fn wait_for<T: Send + 'static>(
         if is_over {
             return match heard {
                 Ok(Ok(ended)) => ended,
-                Ok(Err(panic)) => Err(failed(format!(
-                    "goldtof made a mistake: {}",
-                    words_of(&*panic)
-                ))),
+                Ok(Err(panic)) => {
+                    Err(failed(format!("goldtof made a mistake: {}", words_of(&*panic))))
+                }
                 Err(_) => Err(failed("the job's thread ended without a word")),
             };
         }

@@ -13,10 +13,7 @@ pub(super) struct LastSample {
 impl LastSample {
     /// Before the first word, of which nobody can tell whether it begins with an edge.
     pub(super) fn before_all(lanes: u32) -> LastSample {
-        LastSample {
-            lanes,
-            is_high: true,
-        }
+        LastSample { lanes, is_high: true }
     }
 
     /// Adds the first samples of all runs of high samples that begin in the word of
@@ -44,10 +41,7 @@ mod tests {
             .flat_map(|word| (0..lanes).map(move |lane| word >> lane & 1 == 1))
             .collect();
         let rises = |&at: &usize| samples[at] && !samples[at - 1];
-        (1..samples.len())
-            .filter(rises)
-            .map(|at| Sample(at as u64))
-            .collect()
+        (1..samples.len()).filter(rises).map(|at| Sample(at as u64)).collect()
     }
 
     #[test]

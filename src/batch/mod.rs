@@ -60,19 +60,12 @@ pub fn held_to(
 ) -> Result<Sensor, BatchError> {
     for clocks in [result_clocks, peak_clocks].into_iter().flatten() {
         if clocks > MOST_CLOCKS {
-            return Err(BatchError::Latency {
-                clocks,
-                most: MOST_CLOCKS,
-            });
+            return Err(BatchError::Latency { clocks, most: MOST_CLOCKS });
         }
     }
     if peak_clocks.is_some() && sensor.interface().peak.is_none() {
         return Err(BatchError::NoPeak);
     }
     let emitted = sensor.interface().result_latency_clocks;
-    Ok(held_to_clocks(
-        sensor,
-        result_clocks.unwrap_or(emitted),
-        peak_clocks,
-    ))
+    Ok(held_to_clocks(sensor, result_clocks.unwrap_or(emitted), peak_clocks))
 }

@@ -108,8 +108,7 @@ impl Model {
         self.take_stalls(inputs.ready);
         self.take_samples(inputs.samples);
         self.clock = self.surroundings.clocks.end;
-        self.reference
-            .predict(&self.surroundings, &self.hits, outputs);
+        self.reference.predict(&self.surroundings, &self.hits, outputs);
         Ok(())
     }
 
@@ -120,19 +119,12 @@ impl Model {
     pub fn check<W: Copy + Into<u64>>(&self, inputs: &Inputs<W>) -> Result<usize, BatchError> {
         let detectors = self.last_samples.len();
         if !inputs.samples.len().is_multiple_of(detectors) {
-            return Err(BatchError::PartOfAClock {
-                found: inputs.samples.len(),
-                detectors,
-            });
+            return Err(BatchError::PartOfAClock { found: inputs.samples.len(), detectors });
         }
         let clocks = inputs.samples.len() / detectors;
         for (input, levels) in [("i_rst", inputs.reset), ("m_axis_tready", inputs.ready)] {
             if !levels.is_empty() && levels.len() != clocks {
-                return Err(BatchError::Lengths {
-                    input,
-                    found: levels.len(),
-                    clocks,
-                });
+                return Err(BatchError::Lengths { input, found: levels.len(), clocks });
             }
         }
         let samples = self.interface().lanes();
@@ -223,11 +215,7 @@ mod tests {
         let mut model = Model::new(&Sensor::new(&scene)).unwrap();
         let mut outputs = Vec::new();
         let mut clock = |samples: &[u16], reset: &[u8]| {
-            let inputs = Inputs {
-                samples,
-                reset,
-                ready: &[],
-            };
+            let inputs = Inputs { samples, reset, ready: &[] };
             let told = model.clock(&inputs, &mut outputs);
             (told.map_err(|error| error.to_string()), model.clocks())
         };

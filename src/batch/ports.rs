@@ -73,11 +73,7 @@ mod tests {
     use crate::sensor::interface::{Direction, Port};
 
     fn field(width: u32, word: usize, shift: u32) -> Field {
-        let port = Port {
-            name: "p".to_owned(),
-            direction: Direction::Output,
-            width,
-        };
+        let port = Port { name: "p".to_owned(), direction: Direction::Output, width };
         Field { port, word, shift }
     }
 

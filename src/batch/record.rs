@@ -62,11 +62,8 @@ impl RecordReader {
             let from: u32 = place_of(&field.port.name);
             let to = field.word as u32 * 64 + field.shift;
             for at in (0..field.port.width).step_by(64) {
-                let piece = Piece {
-                    from: from + at,
-                    to: to + at,
-                    width: (field.port.width - at).min(64),
-                };
+                let piece =
+                    Piece { from: from + at, to: to + at, width: (field.port.width - at).min(64) };
                 match outputs.last_mut() {
                     Some(last) if last.is_continued_by(piece) => last.width += piece.width,
                     _ => outputs.push(piece),
@@ -178,9 +175,6 @@ fn check(sensor: &Sensor, ports: &[TestbenchPort]) -> Result<(), BatchError> {
     let is_there = |port: &Port| ports.iter().any(|other| other.name == port.name);
     match needed(sensor.interface()).find(|port| !is_there(port)) {
         None => Ok(()),
-        Some(port) => Err(BatchError::MissingPort {
-            port: port.name,
-            scene: scene(),
-        }),
+        Some(port) => Err(BatchError::MissingPort { port: port.name, scene: scene() }),
     }
 }

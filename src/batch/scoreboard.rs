@@ -82,11 +82,7 @@ impl Scoreboard {
         ports: &[TestbenchPort],
         options: ScoreboardOptions,
     ) -> Result<Scoreboard, BatchError> {
-        let sensor = held_to(
-            sensor,
-            options.result_latency_clocks,
-            options.peak_latency_clocks,
-        )?;
+        let sensor = held_to(sensor, options.result_latency_clocks, options.peak_latency_clocks)?;
         let model = Model::new(&sensor)?;
         Ok(Scoreboard {
             reader: RecordReader::new(&sensor, model.layout(), ports)?,
@@ -165,10 +161,8 @@ impl Scoreboard {
 
     fn find(&mut self, first_clock: u64, from: usize) {
         let layout = self.model.layout();
-        let comparison = Comparison {
-            layout,
-            ignores_idle_payload: self.options.is_idle_payload_free,
-        };
+        let comparison =
+            Comparison { layout, ignores_idle_payload: self.options.is_idle_payload_free };
         let words = layout.outputs.words;
         let clocks = self.expected.chunks_exact(words);
         let clocks = clocks.zip(self.pending.got.chunks_exact(words));
@@ -200,10 +194,8 @@ impl Scoreboard {
         self.compare();
         let interface = self.sensor.interface();
         let detectors = self.sensor.scene().detectors.iter();
-        let exercised = Exercised::new(
-            self.model.exercise(),
-            detectors.map(|detector| detector.name.as_str()),
-        );
+        let exercised =
+            Exercised::new(self.model.exercise(), detectors.map(|detector| detector.name.as_str()));
         let missing = match &self.first {
             Some(_) => Vec::new(),
             None if self.model.first_reset().is_none() => {

@@ -16,11 +16,7 @@ fn spec(arguments: &CodesArguments) -> anyhow::Result<CodeSpec> {
     spec.degree = arguments.degree;
     spec.index = arguments.index;
     spec.interleave = arguments.interleave;
-    spec.polynomials = arguments
-        .polynomials
-        .as_deref()
-        .map(parse_polynomials)
-        .transpose()?;
+    spec.polynomials = arguments.polynomials.as_deref().map(parse_polynomials).transpose()?;
     spec.seeds = arguments.seeds.as_deref().map(parse_seeds);
     spec.chips.clone_from(&arguments.chips);
     spec.allow_non_preferred = arguments.allow_non_preferred.then_some(true);

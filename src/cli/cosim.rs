@@ -48,11 +48,7 @@ pub(super) fn run(
     if let Some(path) = &arguments.vcd {
         cosimulation.write_vcd(path)?;
     }
-    output.answer(
-        Some(&scene),
-        &cosimulation.report,
-        &text(&cosimulation.report),
-    )?;
+    output.answer(Some(&scene), &cosimulation.report, &text(&cosimulation.report))?;
     Ok(ending(&cosimulation.report))
 }
 
@@ -92,11 +88,7 @@ pub(super) struct CosimProgress<'o> {
 
 impl<'o> CosimProgress<'o> {
     pub fn new(output: &'o Output) -> CosimProgress<'o> {
-        CosimProgress {
-            output,
-            progress: output.progress(),
-            forecast: None,
-        }
+        CosimProgress { output, progress: output.progress(), forecast: None }
     }
 
     /// The Verilog is being built.
@@ -107,9 +99,8 @@ impl<'o> CosimProgress<'o> {
     /// `done` clocks `of` all are done.
     pub fn take(&mut self, done: u64, of: u64) {
         // From the first block on: what is built before is not in the rate.
-        let forecast = self
-            .forecast
-            .get_or_insert_with(|| Forecast::new(self.output, "the co-simulation"));
+        let forecast =
+            self.forecast.get_or_insert_with(|| Forecast::new(self.output, "the co-simulation"));
         forecast.progress(done, of);
         self.progress.clocks("co-simulating", done, of);
     }

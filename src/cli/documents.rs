@@ -57,9 +57,8 @@ pub fn schemas() -> Vec<(&'static str, String)> {
 }
 
 fn schema<B: Body + JsonSchema>() -> (&'static str, String) {
-    let generator: SchemaGenerator = SchemaSettings::draft2020_12()
-        .for_serialize()
-        .into_generator();
+    let generator: SchemaGenerator =
+        SchemaSettings::draft2020_12().for_serialize().into_generator();
     let mut schema = generator.into_root_schema_for::<Document<B>>();
     close(&mut schema);
     schema.insert("title".to_owned(), json!(format!("goldtof: {}", B::NAME)));

@@ -34,12 +34,7 @@ pub(super) fn command_line(scene: &SceneArgument) -> String {
 
 /// The user's own Verilog, or else what is emitted for the scene.
 pub(super) fn rtl(own: &OwnArguments, scene: &SceneArgument) -> Rtl {
-    own.rtl().map_or_else(
-        || Rtl::Emitted {
-            made_by: command_line(scene),
-        },
-        Rtl::Own,
-    )
+    own.rtl().map_or_else(|| Rtl::Emitted { made_by: command_line(scene) }, Rtl::Own)
 }
 
 /// The emission in words.

@@ -27,10 +27,7 @@ impl Body for Estimates<'_> {
 }
 
 pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow::Result<Ending> {
-    let scene = arguments
-        .scene
-        .load()?
-        .with_estimator(arguments.estimator)?;
+    let scene = arguments.scene.load()?.with_estimator(arguments.estimator)?;
     let sensor = Sensor::new(&scene);
     warn_of_far_paths(&sensor, output);
     let assessments: Vec<(DetectorIndex, Assessment)> =
@@ -48,21 +45,13 @@ pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow:
     if let Some(out) = &arguments.out {
         let folder = output.folder(out)?;
         for (number, assessment) in &assessments {
-            folder.write(
-                &format!("residuals-{number}.csv"),
-                &assessment.residuals_csv(),
-            )?;
-            folder.write(
-                &format!("residuals-{number}.svg"),
-                &residual_plot(assessment)?,
-            )?;
+            folder.write(&format!("residuals-{number}.csv"), &assessment.residuals_csv())?;
+            folder.write(&format!("residuals-{number}.svg"), &residual_plot(assessment)?)?;
         }
     }
     let assessments: Vec<Assessment> = assessments.into_iter().map(|(_, one)| one).collect();
     let text: String = assessments.iter().map(Assessment::to_string).collect();
-    let document = Estimates {
-        assessments: &assessments,
-    };
+    let document = Estimates { assessments: &assessments };
     output.answer(Some(&scene), &document, &text)?;
     Ok(Ending::Done)
 }

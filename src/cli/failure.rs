@@ -52,13 +52,7 @@ pub(super) struct Place {
 impl Failure {
     /// The document of an error whose words are `text`.
     pub fn new(error: &anyhow::Error, text: &str, exit_status: u8) -> Failure {
-        Failure {
-            error: Told {
-                text: text.to_owned(),
-                exit_status,
-                places: places(error),
-            },
-        }
+        Failure { error: Told { text: text.to_owned(), exit_status, places: places(error) } }
     }
 
     /// The document of a command line that cannot be meant.
@@ -100,10 +94,7 @@ fn scene_errors(error: &anyhow::Error) -> Option<&SceneErrors> {
 }
 
 fn of_file(file: String) -> Place {
-    Place {
-        file,
-        ..Place::default()
-    }
+    Place { file, ..Place::default() }
 }
 
 fn of_scene(error: &SceneError) -> Place {
@@ -121,12 +112,7 @@ fn of_scene(error: &SceneError) -> Place {
 
 fn of_cosim(error: &CosimError) -> Vec<Place> {
     match error {
-        CosimError::FileList {
-            path,
-            line,
-            column,
-            reason,
-        } => vec![Place {
+        CosimError::FileList { path, line, column, reason } => vec![Place {
             file: printable_path(path),
             line: Some(*line),
             column: Some(*column),
@@ -134,9 +120,9 @@ fn of_cosim(error: &CosimError) -> Vec<Place> {
             message: Some(reason.clone()),
         }],
         CosimError::Rejected { output, .. } => output.lines().filter_map(of_verilator).collect(),
-        CosimError::Ambiguous { first, second, .. } => [first, second]
-            .map(|path| of_file(printable_path(path)))
-            .into(),
+        CosimError::Ambiguous { first, second, .. } => {
+            [first, second].map(|path| of_file(printable_path(path))).into()
+        }
         CosimError::Manifest { path, .. }
         | CosimError::Unreadable { path, .. }
         | CosimError::Cache { path, .. }
@@ -171,10 +157,7 @@ mod tests {
         let place = of_verilator(told).unwrap();
         assert_eq!(place.file, "my rtl/a.v");
         assert_eq!((place.line, place.column), (Some(3), Some(8)));
-        assert_eq!(
-            place.message.unwrap(),
-            "Duplicate declaration of module: 'x'"
-        );
+        assert_eq!(place.message.unwrap(), "Duplicate declaration of module: 'x'");
         assert_eq!(of_verilator("%Error: Exiting due to 1 error(s)"), None);
         assert_eq!(of_verilator("    3 | module x"), None);
     }

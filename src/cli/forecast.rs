@@ -26,12 +26,7 @@ pub(super) struct Forecast<'o> {
 
 impl<'o> Forecast<'o> {
     pub fn new(output: &'o Output, what: &'static str) -> Forecast<'o> {
-        Forecast {
-            output,
-            what,
-            started: Instant::now(),
-            told: false,
-        }
+        Forecast { output, what, started: Instant::now(), told: false }
     }
 
     /// `done` parts `of` all are done.

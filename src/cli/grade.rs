@@ -31,10 +31,7 @@ pub(super) fn run(
         clocks: arguments.clocks,
         seed,
         mutants: arguments.mutants,
-        bounds: Bounds {
-            each_s: arguments.proof_time,
-            all_s: arguments.proof_budget,
-        },
+        bounds: Bounds { each_s: arguments.proof_time, all_s: arguments.proof_budget },
     };
     if let Some(order) = arguments.shard.order() {
         let job = GradeJob {
@@ -57,10 +54,7 @@ pub(super) fn run(
     let progress = output.progress();
     let graded = grade(&scene, &options, |stage| progress.stage(stage));
     progress.end();
-    let grade = Grade {
-        asked_fraction: arguments.at_least,
-        ..graded?
-    };
+    let grade = Grade { asked_fraction: arguments.at_least, ..graded? };
     tell(&grade, scene.reference(), output)
 }
 
@@ -87,18 +81,11 @@ pub(super) fn merge(
     shards: Vec<(Part, Results)>,
     output: &Output,
 ) -> anyhow::Result<Ending> {
-    tell(
-        &shard::whole_grade(job, shards)?,
-        job.scene.reference(),
-        output,
-    )
+    tell(&shard::whole_grade(job, shards)?, job.scene.reference(), output)
 }
 
 fn tell(grade: &Grade, scene: SceneReference, output: &Output) -> anyhow::Result<Ending> {
-    let document = Document {
-        scene: Some(scene),
-        ..Document::new(grade, typed_command(), None)
-    };
+    let document = Document { scene: Some(scene), ..Document::new(grade, typed_command(), None) };
     output.answer_document(&document, &text(grade))?;
     Ok(match grade.asked_fraction {
         Some(asked) if grade.caught_fraction < asked => Ending::BelowThreshold,
@@ -126,10 +113,7 @@ pub(super) fn faults(grade: &Grade) -> String {
         GradeStimulus::Adversarial => "adversarial stimulus",
         GradeStimulus::Testbench => "the testbench",
     };
-    let mut text = format!(
-        "{} clocks of {stimulus}, seed {}\n",
-        grade.clocks, grade.seed
-    );
+    let mut text = format!("{} clocks of {stimulus}, seed {}\n", grade.clocks, grade.seed);
     text += &of_kind("stuck-at faults", &grade.faults);
     if let Some(mutants) = &grade.mutants {
         text += &of_kind("mutants", mutants);

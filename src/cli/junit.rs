@@ -45,11 +45,8 @@ pub(super) fn write_error(path: &Path, scene: &str, text: &str) -> Result<(), Fi
 }
 
 fn cases(report: &Report) -> Vec<Case> {
-    let mut cases: Vec<Case> = report
-        .compared_ports
-        .iter()
-        .map(|port| of_port(report, port))
-        .collect();
+    let mut cases: Vec<Case> =
+        report.compared_ports.iter().map(|port| of_port(report, port)).collect();
     let families = report.coverage.families.iter();
     cases.extend(families.map(|family| Case {
         class: "goldtof.coverage",
@@ -78,10 +75,7 @@ fn cases(report: &Report) -> Vec<Case> {
 }
 
 fn of_port(report: &Report, port: &str) -> Case {
-    let first = report
-        .first_mismatch
-        .as_ref()
-        .filter(|first| first.port == port);
+    let first = report.first_mismatch.as_ref().filter(|first| first.port == port);
     let told = report.differences.iter().find(|told| told.port == port);
     Case {
         class: "goldtof.ports",
@@ -98,19 +92,16 @@ fn of_port(report: &Report, port: &str) -> Case {
 }
 
 fn first_mismatch(report: &Report) -> String {
-    report
-        .first_mismatch
-        .as_ref()
-        .map_or_else(String::new, |first| {
-            format!(
-                "clock {} ({:.3} ns): port {} should be {} and is {}",
-                first.clock,
-                first.time_ps / 1e3,
-                first.port,
-                first.expected,
-                first.got
-            )
-        })
+    report.first_mismatch.as_ref().map_or_else(String::new, |first| {
+        format!(
+            "clock {} ({:.3} ns): port {} should be {} and is {}",
+            first.clock,
+            first.time_ps / 1e3,
+            first.port,
+            first.expected,
+            first.got
+        )
+    })
 }
 
 fn document(scene: &str, cases: &[Case], seconds: f64) -> String {

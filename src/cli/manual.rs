@@ -41,9 +41,7 @@ pub(super) fn pages(arguments: &ManArguments, output: &Output) -> anyhow::Result
     let folder = output.folder(&arguments.out)?;
     let mut command = Cli::command();
     command.build();
-    let subcommands = command
-        .get_subcommands()
-        .filter(|sub| sub.get_name() != "help");
+    let subcommands = command.get_subcommands().filter(|sub| sub.get_name() != "help");
     let mut names = Vec::new();
     for page in std::iter::once(&command).chain(subcommands) {
         let name = match page.get_name() {
@@ -51,18 +49,12 @@ pub(super) fn pages(arguments: &ManArguments, output: &Output) -> anyhow::Result
             name => format!("goldtof-{name}"),
         };
         let mut text = Vec::new();
-        clap_mangen::Man::new(page.clone())
-            .title(name.as_str())
-            .render(&mut text)?;
+        clap_mangen::Man::new(page.clone()).title(name.as_str()).render(&mut text)?;
         let file = format!("{name}.1");
         folder.write(&file, &String::from_utf8_lossy(&text))?;
         names.push(file);
     }
-    let text = format!(
-        "{} pages in {}\n",
-        names.len(),
-        printable_path(folder.path())
-    );
+    let text = format!("{} pages in {}\n", names.len(), printable_path(folder.path()));
     output.answer(None, &Pages { files: names }, &text)?;
     Ok(Ending::Done)
 }

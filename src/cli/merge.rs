@@ -32,14 +32,9 @@ pub(super) fn run(arguments: &MergeArguments, output: &mut Output) -> anyhow::Re
             true => String::new(),
             false => listed(&missing) + "\n",
         };
-        let report = MissingShards {
-            shards: collected.of,
-            missing,
-        };
-        let document = Document {
-            scene: collected.scene,
-            ..Document::new(report, typed_command(), None)
-        };
+        let report = MissingShards { shards: collected.of, missing };
+        let document =
+            Document { scene: collected.scene, ..Document::new(report, typed_command(), None) };
         output.answer_document(&document, &text)?;
         return Ok(Ending::Done);
     }

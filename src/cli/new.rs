@@ -65,10 +65,7 @@ pub(super) fn run(arguments: &NewArguments, output: &Output) -> anyhow::Result<E
 fn path_of(arguments: &NewArguments) -> anyhow::Result<PathBuf> {
     let mut path = arguments.name.clone();
     match path.file_name() {
-        None => bail!(
-            "{}: this names no file; write for example my-sensor",
-            printable_path(&path)
-        ),
+        None => bail!("{}: this names no file; write for example my-sensor", printable_path(&path)),
         Some(name) if path.extension().is_none_or(|extension| extension != "toml") => {
             let mut name = name.to_owned();
             name.push(".toml");

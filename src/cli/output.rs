@@ -186,11 +186,7 @@ fn no_colours() -> bool {
 
 /// The same rule for what clap writes, which would colour a dumb terminal where `CI` is set.
 pub(super) fn clap_colours() -> ColorChoice {
-    if no_colours() {
-        ColorChoice::Never
-    } else {
-        ColorChoice::Auto
-    }
+    if no_colours() { ColorChoice::Never } else { ColorChoice::Auto }
 }
 
 /// Characters of a line of the terminal that stdout is; none if it is no terminal.
@@ -200,14 +196,8 @@ pub(super) fn terminal_width() -> Option<usize> {
     if !stdout.is_terminal() {
         return None;
     }
-    let told = std::env::var("COLUMNS")
-        .ok()
-        .and_then(|text| text.parse().ok());
-    let size = || {
-        tcgetwinsize(&stdout)
-            .ok()
-            .map(|size| usize::from(size.ws_col))
-    };
+    let told = std::env::var("COLUMNS").ok().and_then(|text| text.parse().ok());
+    let size = || tcgetwinsize(&stdout).ok().map(|size| usize::from(size.ws_col));
     told.or_else(size).filter(|&columns| columns > 0)
 }
 
@@ -247,11 +237,8 @@ mod tests {
     #[test]
     fn a_cause_is_told_once() {
         let cause = || io::Error::other("the reason");
-        let repeated = FileError {
-            path: "a".into(),
-            problem: "cannot write the file",
-            source: cause(),
-        };
+        let repeated =
+            FileError { path: "a".into(), problem: "cannot write the file", source: cause() };
         let text = with_causes(&repeated.into());
         assert_eq!(text, "a: cannot write the file: the reason");
         let told_by_the_chain = Err::<(), _>(cause()).context("no stdout").unwrap_err();

@@ -77,9 +77,5 @@ pub(super) fn merge(
 
 fn tell(made: &Reproduction, output: &Output) -> anyhow::Result<Ending> {
     output.answer(None, made, &made.to_text())?;
-    Ok(if made.holds() {
-        Ending::Done
-    } else {
-        Ending::DoesNotHold
-    })
+    Ok(if made.holds() { Ending::Done } else { Ending::DoesNotHold })
 }

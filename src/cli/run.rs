@@ -76,9 +76,7 @@ fn summary(run: &Run, chips: u64, out: &Path) -> String {
     );
     text += &exercised(&run.cosim);
     let both = run.estimates.iter().zip(&run.other_estimates);
-    let both: Vec<BothEstimates> = both
-        .map(|(own, other)| BothEstimates { own, other })
-        .collect();
+    let both: Vec<BothEstimates> = both.map(|(own, other)| BothEstimates { own, other }).collect();
     let (of_one, of_several) = texts(&both, terminal_width());
     for (detector, told) in of_one.iter().enumerate() {
         text += told;

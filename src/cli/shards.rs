@@ -59,16 +59,9 @@ impl Order<'_> {
         let file = printable_path(&folder.path_of(self.part));
         let was = if done_before { " was done already" } else { "" };
         let text = format!("shard {}{was}: {file}\n", self.part);
-        let report = ShardDone {
-            shard: self.part.number(),
-            shards: self.part.of(),
-            file,
-            done_before,
-        };
-        let document = Document {
-            scene,
-            ..Document::new(report, typed_command(), None)
-        };
+        let report =
+            ShardDone { shard: self.part.number(), shards: self.part.of(), file, done_before };
+        let document = Document { scene, ..Document::new(report, typed_command(), None) };
         output.answer_document(&document, &text)?;
         Ok(Ending::Done)
     }

@@ -42,13 +42,8 @@ pub(super) fn run(
         let expected = expected_csv(&sensor, arguments.fidelity.counting())?;
         files::write(path, &expected)?;
     }
-    let simulation = simulate_with(
-        &sensor,
-        arguments.fidelity,
-        arguments.engine,
-        seed,
-        arguments.repeat,
-    )?;
+    let simulation =
+        simulate_with(&sensor, arguments.fidelity, arguments.engine, seed, arguments.repeat)?;
     tell(reference, &simulation, output)
 }
 
@@ -101,10 +96,8 @@ fn tell(scene: SceneReference, simulation: &Simulation, output: &Output) -> anyh
     for warning in &simulation.warnings {
         output.note(&format!("warning: {warning}"));
     }
-    let document = Document {
-        scene: Some(scene),
-        ..Document::new(simulation, typed_command(), None)
-    };
+    let document =
+        Document { scene: Some(scene), ..Document::new(simulation, typed_command(), None) };
     output.answer_document(&document, &simulation.to_text())?;
     Ok(Ending::Done)
 }

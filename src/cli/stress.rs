@@ -39,11 +39,7 @@ struct ListedCase {
 
 impl ListedCase {
     fn of(case: &Case) -> ListedCase {
-        ListedCase {
-            name: case.name,
-            group: case.group,
-            what: case.what,
-        }
+        ListedCase { name: case.name, group: case.group, what: case.what }
     }
 }
 
@@ -110,11 +106,7 @@ pub(super) fn merge(
 
 fn tell(report: &StressReport, output: &Output) -> anyhow::Result<Ending> {
     output.answer(None, report, &report.to_text())?;
-    Ok(if report.all_hold() {
-        Ending::Done
-    } else {
-        Ending::DoesNotHold
-    })
+    Ok(if report.all_hold() { Ending::Done } else { Ending::DoesNotHold })
 }
 
 /// The cases that the command line asks for.

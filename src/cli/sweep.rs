@@ -149,16 +149,10 @@ fn tell(
     let name = sweep.point(0)?.sensor.scene().name.clone();
     let (plot, left_out) = table.plot(&name, &sweep.axes)?;
     if left_out > 0 {
-        output.note(&format!(
-            "{PLOT} has no room for {left_out} more series; {CSV} has all"
-        ));
+        output.note(&format!("{PLOT} has no room for {left_out} more series; {CSV} has all"));
     }
     let (csv, parquet) = (table.csv(), table.parquet(sweep)?);
-    let contents = [
-        (CSV, csv.as_bytes()),
-        (PARQUET, &parquet),
-        (PLOT, plot.as_bytes()),
-    ];
+    let contents = [(CSV, csv.as_bytes()), (PARQUET, &parquet), (PLOT, plot.as_bytes())];
     let staged: Result<Vec<_>, _> = contents
         .map(|(name, bytes)| folder.stage(name, |out| out.write_all(bytes)))
         .into_iter()
@@ -176,10 +170,8 @@ fn tell(
         seed: sweep.seed,
         rows: table.json(),
     };
-    let document = Document {
-        scene: Some(sweep.scene()),
-        ..Document::new(report, typed_command(), None)
-    };
+    let document =
+        Document { scene: Some(sweep.scene()), ..Document::new(report, typed_command(), None) };
     output.answer_document(&document, &text)?;
     Ok(Ending::Done)
 }

@@ -59,23 +59,15 @@ pub(super) fn parse_time(text: &str) -> Result<Duration, String> {
         "min" => 60.0,
         "h" => 3600.0,
         _ => {
-            return Err(
-                "write a number with its unit, as \"90 s\", \"10min\" or \"2h\"".to_owned(),
-            );
+            return Err("write a number with its unit, as \"90 s\", \"10min\" or \"2h\"".to_owned());
         }
     };
-    let seconds = digits
-        .trim()
-        .parse::<f64>()
-        .map_or(f64::NAN, |n| n * unit_s);
+    let seconds = digits.trim().parse::<f64>().map_or(f64::NAN, |n| n * unit_s);
     // Neither is one that is no number.
     if (1e-3..=MOST_SECONDS).contains(&seconds) {
         Ok(Duration::from_secs_f64(seconds))
     } else {
-        Err(format!(
-            "write a time from 0.001 s to {} h",
-            MOST_SECONDS / 3600.0
-        ))
+        Err(format!("write a time from 0.001 s to {} h", MOST_SECONDS / 3600.0))
     }
 }
 
@@ -114,9 +106,7 @@ mod tests {
     fn an_error_is_a_percentage_or_a_fraction() {
         assert_eq!(parse_error("1%"), Ok(0.01));
         assert_eq!(parse_error("0.25"), Ok(0.25));
-        for wrong in [
-            "", "%", "0", "-1%", "100%", "nan", "one", "1e-300", "0.001%",
-        ] {
+        for wrong in ["", "%", "0", "-1%", "100%", "nan", "one", "1e-300", "0.001%"] {
             assert!(parse_error(wrong).is_err(), "{wrong}");
         }
     }
@@ -127,18 +117,7 @@ mod tests {
         assert_eq!(time("10min"), Ok(600.0));
         assert_eq!(time(" 1.5 h "), Ok(5400.0));
         assert_eq!(time("0.25s"), Ok(0.25));
-        for text in [
-            "",
-            "10",
-            "s",
-            "-1 s",
-            "0 s",
-            "1e99 h",
-            "nan s",
-            "inf s",
-            "1 d",
-            "1 \u{b5}s",
-        ] {
+        for text in ["", "10", "s", "-1 s", "0 s", "1e99 h", "nan s", "inf s", "1 d", "1 \u{b5}s"] {
             assert!(time(text).is_err(), "{text}");
         }
     }

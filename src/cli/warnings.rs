@@ -38,7 +38,5 @@ fn longer_code(sensor: &Sensor, path: PathIndex) -> Option<u32> {
     };
     // No preferred pair where 4 divides the degree.
     let has_codes = |degree: &u32| family == Family::MSequence || !degree.is_multiple_of(4);
-    (3..=MOST_HARDWARE_DEGREE)
-        .filter(has_codes)
-        .find(|&degree| reaches(degree))
+    (3..=MOST_HARDWARE_DEGREE).filter(has_codes).find(|&degree| reaches(degree))
 }

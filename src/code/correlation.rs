@@ -27,13 +27,7 @@ pub fn correlate(a: &[u8], b: &[u8]) -> Vec<i64> {
 pub fn correlate_naive(a: &[u8], b: &[u8]) -> Vec<i64> {
     assert_eq!(a.len(), b.len(), "only codes of one length correlate");
     let length = a.len();
-    (0..length)
-        .map(|k| {
-            (0..length)
-                .map(|i| chi(a[i]) * chi(b[(i + k) % length]))
-                .sum()
-        })
-        .collect()
+    (0..length).map(|k| (0..length).map(|i| chi(a[i]) * chi(b[(i + k) % length])).sum()).collect()
 }
 
 /// How often each value occurs, in ascending order of value.
@@ -86,10 +80,8 @@ fn correlate_fft(a: &[u8], b: &[u8]) -> Vec<f64> {
     let mut planner = Planner::new();
     let forward = planner.forward(length);
     let spectrum = |code: &[u8]| {
-        let mut values: Vec<Complex<f64>> = code
-            .iter()
-            .map(|&chip| Complex::new(chi(chip) as f64, 0.0))
-            .collect();
+        let mut values: Vec<Complex<f64>> =
+            code.iter().map(|&chip| Complex::new(chi(chip) as f64, 0.0)).collect();
         forward.process(&mut values);
         values
     };

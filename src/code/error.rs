@@ -186,11 +186,7 @@ fn degrees_beside(degree: u32) -> String {
     if above <= MOST_HARDWARE_DEGREE {
         return format!("degree {below} or {above}");
     }
-    let longer = if below > MOST_HARDWARE_DEGREE {
-        below
-    } else {
-        above
-    };
+    let longer = if below > MOST_HARDWARE_DEGREE { below } else { above };
     let longest = MOST_HARDWARE_DEGREE - 1;
     format!(
         "degree {longest}, or {longer} in simulation alone (hardware ends at {MOST_HARDWARE_DEGREE})"

@@ -29,13 +29,7 @@ impl Family {
     /// Keys that mean something for this family, besides `interleave`.
     pub(super) fn keys(self) -> &'static [&'static str] {
         match self {
-            Family::Gold => &[
-                "degree",
-                "index",
-                "polynomials",
-                "seeds",
-                "allow_non_preferred",
-            ],
+            Family::Gold => &["degree", "index", "polynomials", "seeds", "allow_non_preferred"],
             Family::MSequence => &["degree", "polynomials", "seeds"],
             Family::Square => &[],
             Family::Chips => &["chips"],
@@ -45,9 +39,8 @@ impl Family {
 
 impl fmt::Display for Family {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = Family::NAMES
-            .iter()
-            .find_map(|(name, family)| (family == self).then_some(*name));
+        let name =
+            Family::NAMES.iter().find_map(|(name, family)| (family == self).then_some(*name));
         f.write_str(name.unwrap_or_default())
     }
 }

@@ -72,10 +72,7 @@ pub(super) fn mask(exponents: &[u32]) -> u64 {
 
 /// Exponents of a bit mask in descending order.
 pub(super) fn exponents(mask: u64) -> Vec<u32> {
-    (0..u64::BITS)
-        .rev()
-        .filter(|e| mask >> e & 1 == 1)
-        .collect()
+    (0..u64::BITS).rev().filter(|e| mask >> e & 1 == 1).collect()
 }
 
 /// The primitive polynomial of `degree` with the fewest terms, and among those
@@ -130,21 +127,11 @@ mod tests {
     /// Euler's totient of 2^n - 1, divided by n, counts them (Golomb).
     #[test]
     fn the_number_of_primitive_polynomials_is_the_published_one() {
-        let published = [
-            (3, 2),
-            (4, 2),
-            (5, 6),
-            (6, 6),
-            (7, 18),
-            (8, 16),
-            (9, 48),
-            (10, 60),
-            (11, 176),
-        ];
+        let published =
+            [(3, 2), (4, 2), (5, 6), (6, 6), (7, 18), (8, 16), (9, 48), (10, 60), (11, 176)];
         for (degree, count) in published {
-            let found = (1u64 << degree..1 << (degree + 1))
-                .filter(|&p| is_primitive(p, degree))
-                .count();
+            let found =
+                (1u64 << degree..1 << (degree + 1)).filter(|&p| is_primitive(p, degree)).count();
             assert_eq!(found, count, "degree {degree}");
         }
     }

@@ -39,10 +39,9 @@ impl GoldSet {
         match index {
             -2 => Ok(Generator::MSequence(self.u.clone())),
             -1 => Ok(Generator::MSequence(self.v.clone())),
-            0.. if index <= last => Ok(Generator::Gold {
-                u: self.u.clone(),
-                v: self.v.advanced(index as u64),
-            }),
+            0.. if index <= last => {
+                Ok(Generator::Gold { u: self.u.clone(), v: self.v.advanced(index as u64) })
+            }
             _ => Err(CodeError::IndexOutOfRange { index, last }),
         }
     }
@@ -78,10 +77,7 @@ impl GoldSet {
     pub fn check_preferred(&self) -> Result<(), CodeError> {
         let counts = self.cross_correlation_counts();
         let bound = self.bound();
-        if counts
-            .keys()
-            .all(|value| [-bound, -1, bound - 2].contains(value))
-        {
+        if counts.keys().all(|value| [-bound, -1, bound - 2].contains(value)) {
             return Ok(());
         }
         Err(CodeError::NotPreferred {
@@ -146,11 +142,7 @@ mod tests {
         ];
         for (degree, u, v) in octal {
             let pair = default_pair(degree, false).unwrap();
-            assert_eq!(
-                pair,
-                [gf2::exponents(u), gf2::exponents(v)],
-                "degree {degree}"
-            );
+            assert_eq!(pair, [gf2::exponents(u), gf2::exponents(v)], "degree {degree}");
         }
     }
 }

@@ -9,10 +9,7 @@ pub fn interleave(chips: &[u8], nu: u32) -> Vec<u8> {
         return chips.to_vec();
     }
     let copies = 1usize << nu;
-    chips
-        .iter()
-        .flat_map(|&chip| (0..copies).map(move |i| chip ^ (i & 1) as u8))
-        .collect()
+    chips.iter().flat_map(|&chip| (0..copies).map(move |i| chip ^ (i & 1) as u8)).collect()
 }
 
 #[cfg(test)]

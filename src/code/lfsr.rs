@@ -56,11 +56,8 @@ impl Lfsr {
             .iter()
             .filter(|&&e| e > 0)
             .fold(0u64, |taps, e| taps | 1u64 << (self.degree - e));
-        let mut window = self
-            .seed
-            .iter()
-            .rev()
-            .fold(0u64, |window, &chip| window << 1 | u64::from(chip));
+        let mut window =
+            self.seed.iter().rev().fold(0u64, |window, &chip| window << 1 | u64::from(chip));
         (0..count)
             .map(|_| {
                 let chip = (window & 1) as u8;
@@ -81,24 +78,17 @@ impl Lfsr {
         // As a shift operator x obeys x^n = sum of x^(n - e): the polynomial
         // with its exponents reversed. So c[t + chips] is the sum of c[t + i]
         // over the terms i of x^chips modulo it.
-        let shift_polynomial = self
-            .exponents
-            .iter()
-            .fold(0u64, |mask, e| mask | 1 << (self.degree - e));
+        let shift_polynomial =
+            self.exponents.iter().fold(0u64, |mask, e| mask | 1 << (self.degree - e));
         let jump = gf2::power_of_x_mod(chips % self.period(), shift_polynomial, self.degree);
         let degree = self.degree as usize;
         let chips = self.chips(2 * degree);
         let seed = (0..degree)
             .map(|t| {
-                (0..degree)
-                    .filter(|i| jump >> i & 1 == 1)
-                    .fold(0, |sum, i| sum ^ chips[t + i])
+                (0..degree).filter(|i| jump >> i & 1 == 1).fold(0, |sum, i| sum ^ chips[t + i])
             })
             .collect();
-        Lfsr {
-            seed,
-            ..self.clone()
-        }
+        Lfsr { seed, ..self.clone() }
     }
 
     /// The seed as binary digits, first chip first.
@@ -109,24 +99,15 @@ impl Lfsr {
 
 /// Exponents as the command line takes them: `11,2,0`.
 pub fn polynomial_text(exponents: &[u32]) -> String {
-    exponents
-        .iter()
-        .map(u32::to_string)
-        .collect::<Vec<_>>()
-        .join(",")
+    exponents.iter().map(u32::to_string).collect::<Vec<_>>().join(",")
 }
 
 fn parse_seed(degree: u32, text: &str) -> Result<Vec<u8>, CodeError> {
     let seed = super::parse_chips(text)
         .filter(|seed| seed.len() == degree as usize)
-        .ok_or_else(|| CodeError::MalformedSeed {
-            seed: text.to_owned(),
-            degree,
-        })?;
+        .ok_or_else(|| CodeError::MalformedSeed { seed: text.to_owned(), degree })?;
     if seed.iter().all(|&chip| chip == 0) {
-        return Err(CodeError::ZeroSeed {
-            seed: text.to_owned(),
-        });
+        return Err(CodeError::ZeroSeed { seed: text.to_owned() });
     }
     Ok(seed)
 }
@@ -139,12 +120,9 @@ mod tests {
     fn naive(exponents: &[u32], seed: &[u8], count: usize) -> Vec<u8> {
         let mut chips = seed.to_vec();
         for t in seed.len()..count {
-            let next = exponents
-                .iter()
-                .filter(|&&e| e > 0)
-                .map(|&e| chips[t - e as usize])
-                .sum::<u8>()
-                % 2;
+            let next =
+                exponents.iter().filter(|&&e| e > 0).map(|&e| chips[t - e as usize]).sum::<u8>()
+                    % 2;
             chips.push(next);
         }
         chips.truncate(count);
@@ -166,11 +144,7 @@ mod tests {
         let chips = lfsr.chips(3 * 127 + 40);
         for shift in [0, 1, 6, 7, 8, 63, 126, 127, 128, 300] {
             let advanced = lfsr.advanced(shift as u64);
-            assert_eq!(
-                advanced.chips(40),
-                chips[shift..shift + 40],
-                "shift {shift}"
-            );
+            assert_eq!(advanced.chips(40), chips[shift..shift + 40], "shift {shift}");
         }
     }
 }

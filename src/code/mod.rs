@@ -123,11 +123,7 @@ impl Code {
         if chips.iter().all(|&chip| chip == first) {
             return Err(CodeError::ConstantCode { chip: first });
         }
-        Ok(Code {
-            chips: self::interleave(&chips, interleave),
-            generator,
-            interleave,
-        })
+        Ok(Code { chips: self::interleave(&chips, interleave), generator, interleave })
     }
 
     /// Chips per code period, L'.
@@ -178,10 +174,7 @@ impl Code {
 
 /// Chips as binary digits, first chip first.
 pub fn chips_text(chips: &[u8]) -> String {
-    chips
-        .iter()
-        .map(|&chip| if chip == 1 { '1' } else { '0' })
-        .collect()
+    chips.iter().map(|&chip| if chip == 1 { '1' } else { '0' }).collect()
 }
 
 /// Chips from at least one binary digit, first chip first; `None` if `text`

@@ -128,11 +128,7 @@ pub fn report(spec: &CodeSpec) -> Result<CodesReport, CodeError> {
         chips: chips_text(&code.chips),
         weight_chips: code.weight(),
         balanced: code.is_balanced(),
-        autocorrelation: Autocorrelation {
-            peak,
-            values,
-            counts,
-        },
+        autocorrelation: Autocorrelation { peak, values, counts },
         polynomials: registers.iter().map(|r| r.exponents.clone()).collect(),
         seeds: registers.iter().map(|r| r.seed_text()).collect(),
         gold_set: gold_set.as_ref().map(GoldSetReport::of),
@@ -173,17 +169,9 @@ impl CodesReport {
             let _ = writeln!(text, "polynomial       {polynomial}, seed {seed}");
         }
         let shown: String = self.chips.chars().take(MOST_CHIPS_SHOWN).collect();
-        let more = if shown.len() < self.chips.len() {
-            "..."
-        } else {
-            ""
-        };
+        let more = if shown.len() < self.chips.len() { "..." } else { "" };
         let _ = writeln!(text, "chips            {shown}{more}");
-        let balanced = if self.balanced {
-            "balanced"
-        } else {
-            "not balanced"
-        };
+        let balanced = if self.balanced { "balanced" } else { "not balanced" };
         let _ = writeln!(text, "weight           {} ({balanced})", self.weight_chips);
         let _ = writeln!(
             text,
@@ -192,11 +180,7 @@ impl CodesReport {
             with_counts(&self.autocorrelation.values, &self.autocorrelation.counts)
         );
         if let Some(set) = &self.gold_set {
-            let preferred = if set.preferred {
-                "preferred"
-            } else {
-                "not preferred"
-            };
+            let preferred = if set.preferred { "preferred" } else { "not preferred" };
             let _ = writeln!(
                 text,
                 "Gold set         {} codes, {} of them balanced; u and v are {preferred}, \

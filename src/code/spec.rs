@@ -69,10 +69,7 @@ impl CodeSpec {
                 .map_err(|given: Vec<_>| self.polynomial_count(2, given.len()))?,
         };
         let [seed_u, seed_v] = self.checked_seeds()?;
-        let set = GoldSet {
-            u: Lfsr::new(degree, &u, seed_u)?,
-            v: Lfsr::new(degree, &v, seed_v)?,
-        };
+        let set = GoldSet { u: Lfsr::new(degree, &u, seed_u)?, v: Lfsr::new(degree, &v, seed_v)? };
         if !allow_non_preferred {
             if degree % 4 == 0 {
                 return Err(CodeError::NoPreferredPair { degree });
@@ -133,11 +130,7 @@ impl CodeSpec {
     }
 
     fn polynomial_count(&self, expected: usize, got: usize) -> CodeError {
-        CodeError::PolynomialCount {
-            family: self.family,
-            expected,
-            got,
-        }
+        CodeError::PolynomialCount { family: self.family, expected, got }
     }
 
     /// Refuses keys that mean nothing for the family.
@@ -150,14 +143,9 @@ impl CodeSpec {
             ("allow_non_preferred", self.allow_non_preferred.is_some()),
             ("chips", self.chips.is_some()),
         ];
-        let foreign = given
-            .iter()
-            .find(|(key, given)| *given && !self.family.keys().contains(key));
+        let foreign = given.iter().find(|(key, given)| *given && !self.family.keys().contains(key));
         match foreign {
-            Some(&(key, _)) => Err(CodeError::ForeignKey {
-                key,
-                family: self.family,
-            }),
+            Some(&(key, _)) => Err(CodeError::ForeignKey { key, family: self.family }),
             None => Ok(()),
         }
     }

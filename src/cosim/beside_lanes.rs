@@ -38,9 +38,7 @@ pub(super) fn in_lanes(
     request: &Request,
     on_progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Cosimulation, Refusal> {
-    let clocks = request
-        .clocks
-        .unwrap_or_else(|| clocks_for_scans(sensor.interface(), 1));
+    let clocks = request.clocks.unwrap_or_else(|| clocks_for_scans(sensor.interface(), 1));
     refuse_unfit(sensor, request, clocks)?;
     let (built, prepared) = built(sensor, request, clocks)?;
     let stop = AtomicBool::new(false);
@@ -61,13 +59,7 @@ pub(super) fn in_lanes(
         let photons = witness(StimulusKind::Photons);
         let adversarial =
             (request.engine == Engine::Auto).then(|| witness(StimulusKind::Adversarial));
-        let lanes = of_scan(
-            sensor,
-            &prepared,
-            (request.seed, clocks),
-            &stop,
-            on_progress,
-        );
+        let lanes = of_scan(sensor, &prepared, (request.seed, clocks), &stop, on_progress);
         (joined(photons), adversarial.map(joined), lanes)
     });
     let photons = photons?;
@@ -177,9 +169,7 @@ fn of_scan(
 
 /// What a thread has come to; it panics on as the thread did.
 fn joined<T>(thread: ScopedJoinHandle<T>) -> T {
-    thread
-        .join()
-        .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
 /// The run in lanes as a co-simulation; its waveforms are those of the part in
@@ -208,11 +198,5 @@ fn told(
         lanes: Some(lanes.lanes),
     }];
     report.engines.extend(parts);
-    Cosimulation {
-        report,
-        counts,
-        hits: lanes.hits,
-        outcome,
-        ..photons
-    }
+    Cosimulation { report, counts, hits: lanes.hits, outcome, ..photons }
 }

@@ -93,14 +93,8 @@ pub fn build_with(
 ) -> Result<Built, CosimError> {
     let tools = Tools::find()?;
     let header = ports::header(top, &Layout::of(interface), registers);
-    let mut parts = vec![
-        tools.versions.as_str(),
-        TESTBENCH,
-        PROCESS,
-        &header,
-        top,
-        env!("CARGO_PKG_VERSION"),
-    ];
+    let mut parts =
+        vec![tools.versions.as_str(), TESTBENCH, PROCESS, &header, top, env!("CARGO_PKG_VERSION")];
     let clock = falling_edge::identity(top, Layout::CLOCK);
     parts.extend(clock.iter().map(String::as_str));
     parts.extend(VERILATOR_FLAGS);
@@ -188,30 +182,22 @@ pub(super) fn build_lanes(unit: &LanesUnit, cache: &Path) -> Result<(Built, Stri
 fn runtime(tools: &Tools, cache: &Path) -> Result<Vec<u8>, CosimError> {
     let mut parts = vec![tools.versions.as_str(), "runtime"];
     parts.extend(tools.compiler_flags.iter().map(String::as_str));
-    once(
-        cache,
-        &format!("runtime-{}", hash(&parts)),
-        RUNTIME_OBJECT,
-        |folder| {
-            let all: String = RUNTIME
-                .iter()
-                .map(|name| format!("#include \"{name}\"\n"))
-                .collect();
-            let unit = folder.join("runtime.cpp");
-            write(&unit, &all)?;
-            let include = include_flags(tools)?;
-            tools.compiler.run(|command| {
-                command
-                    .args(&tools.compiler_flags)
-                    .args(include)
-                    .arg("-c")
-                    .arg(&unit)
-                    .arg("-o")
-                    .arg(folder.join(RUNTIME_OBJECT))
-            })?;
-            Ok(())
-        },
-    )
+    once(cache, &format!("runtime-{}", hash(&parts)), RUNTIME_OBJECT, |folder| {
+        let all: String = RUNTIME.iter().map(|name| format!("#include \"{name}\"\n")).collect();
+        let unit = folder.join("runtime.cpp");
+        write(&unit, &all)?;
+        let include = include_flags(tools)?;
+        tools.compiler.run(|command| {
+            command
+                .args(&tools.compiler_flags)
+                .args(include)
+                .arg("-c")
+                .arg(&unit)
+                .arg("-o")
+                .arg(folder.join(RUNTIME_OBJECT))
+        })?;
+        Ok(())
+    })
 }
 
 fn verilate(
@@ -223,10 +209,7 @@ fn verilate(
     folder: &Path,
 ) -> Result<(), CosimError> {
     if let Some(registers) = registers {
-        write(
-            &folder.join(CONFIGURATION),
-            &ports::configuration(registers),
-        )?;
+        write(&folder.join(CONFIGURATION), &ports::configuration(registers))?;
     }
     let rtl = folder.join(RTL);
     fs::create_dir(&rtl).map_err(CosimError::cache(&rtl))?;
@@ -252,10 +235,7 @@ fn verilate(
     if differences.is_empty() {
         Ok(())
     } else {
-        Err(CosimError::Ports {
-            top: top.to_owned(),
-            differences,
-        })
+        Err(CosimError::Ports { top: top.to_owned(), differences })
     }
 }
 
@@ -268,10 +248,7 @@ fn link(tools: &Tools, folder: &Path, runtime: &[u8]) -> Result<(), CosimError> 
         .filter(|name| name.ends_with(".cpp"))
         .collect();
     units.sort();
-    let all: String = units
-        .iter()
-        .map(|name| format!("#include \"{name}\"\n"))
-        .collect();
+    let all: String = units.iter().map(|name| format!("#include \"{name}\"\n")).collect();
     write(&folder.join(UNIT), &all)?;
     // The bytes that were checked, and not what the cache has by now.
     let object = folder.join(RUNTIME_OBJECT);

@@ -54,8 +54,7 @@ pub fn cache_dir() -> Result<PathBuf, CosimError> {
 fn user_cache_dir() -> Option<PathBuf> {
     let told = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
     let of_home = || Some(std::env::home_dir()?.join(".cache"));
-    told.filter(|path| path.is_absolute())
-        .or_else(|| of_home().filter(|path| path.is_absolute()))
+    told.filter(|path| path.is_absolute()).or_else(|| of_home().filter(|path| path.is_absolute()))
 }
 
 /// Finds the file `product` in the folder `name` of the cache, or makes the
@@ -98,9 +97,7 @@ pub fn once(
         let ours = fs::Permissions::from_mode(0o600);
         fs::set_permissions(path, ours).map_err(CosimError::cache(path))?;
     }
-    building
-        .rename(&folder)
-        .map_err(CosimError::cache(&folder))?;
+    building.rename(&folder).map_err(CosimError::cache(&folder))?;
     Ok(bytes)
 }
 
@@ -116,9 +113,7 @@ fn remove_broken(cache: &Path, name: &str) -> std::io::Result<()> {
     for entry in fs::read_dir(cache)? {
         let entry = entry?;
         let found = entry.file_name();
-        let is_leftover = found
-            .to_str()
-            .is_some_and(|found| found.starts_with(&prefix));
+        let is_leftover = found.to_str().is_some_and(|found| found.starts_with(&prefix));
         if !is_leftover && found != name {
             continue;
         }
@@ -286,10 +281,7 @@ mod tests {
         std::os::unix::fs::symlink("victim", &lock).unwrap();
         let asked = once(cache.path(), "name", "product", |_| panic!("not built"));
         let told = asked.unwrap_err().to_string();
-        assert!(
-            told.contains("name.lock") && told.contains("symbolic link"),
-            "{told}"
-        );
+        assert!(told.contains("name.lock") && told.contains("symbolic link"), "{told}");
         assert_eq!(fs::read_to_string(&victim).unwrap(), "precious");
     }
 
@@ -324,12 +316,7 @@ mod tests {
     #[test]
     fn what_killed_builds_left_goes_with_the_next_and_other_entries_stay() {
         let cache = tempfile::tempdir().unwrap();
-        for name in [
-            "name.building-1",
-            "name.building-2",
-            "name2.building-1",
-            "name2",
-        ] {
+        for name in ["name.building-1", "name.building-2", "name2.building-1", "name2"] {
             fs::create_dir(cache.path().join(name)).unwrap();
         }
         ask(cache.path(), &Cell::new(0));
@@ -349,10 +336,8 @@ mod tests {
             Err(CosimError::NoVerilog(folder.to_owned()))
         });
         assert!(failed.is_err());
-        let left: Vec<_> = fs::read_dir(cache.path())
-            .unwrap()
-            .map(|entry| entry.unwrap().file_name())
-            .collect();
+        let left: Vec<_> =
+            fs::read_dir(cache.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
         assert_eq!(left, ["name.lock"]);
     }
 }

@@ -202,10 +202,7 @@ pub enum CosimError {
     )]
     NoCache,
     /// A built model cannot be put into memory.
-    #[error(
-        "{}: cannot put the built model into memory: {source}",
-        printable_path(path)
-    )]
+    #[error("{}: cannot put the built model into memory: {source}", printable_path(path))]
     Memory {
         /// The shared library.
         path: PathBuf,

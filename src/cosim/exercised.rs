@@ -109,14 +109,10 @@ impl Exercised {
                 continue;
             }
             let [ups, downs] = signs_reached(interface, DetectorIndex(number));
-            let counted = [
-                (ups && detector.hits_up == 0, "up"),
-                (downs && detector.hits_down == 0, "down"),
-            ];
-            let lacking: Vec<&str> = counted
-                .iter()
-                .filter_map(|&(lacks, word)| lacks.then_some(word))
-                .collect();
+            let counted =
+                [(ups && detector.hits_up == 0, "up"), (downs && detector.hits_down == 0, "down")];
+            let lacking: Vec<&str> =
+                counted.iter().filter_map(|&(lacks, word)| lacks.then_some(word)).collect();
             if !lacking.is_empty() {
                 missing.push(format!(
                     "no hit of detector {name} was counted {} in the results that came to the stream, \
@@ -149,10 +145,7 @@ impl Exercised {
             (self.scan_ends == 0, "the end of a scan"),
             (self.stalls == 0, "a receiver that stalls"),
             (self.overruns == 0, "a result that is lost"),
-            (
-                interface.saturates() && self.saturations == 0,
-                "a count that saturates",
-            ),
+            (interface.saturates() && self.saturations == 0, "a count that saturates"),
             (self.resets < 2, "a reset after the start"),
         ];
         let lacking = parts.into_iter().filter(|(lacks, _)| *lacks);
@@ -219,10 +212,8 @@ fn signs_reached(interface: &Interface, detector: DetectorIndex) -> [bool; 2] {
     for number in 0..interface.timing.scan.steps {
         let from = number / u64::from(interface.parallel()) * integration % code.len() * lanes;
         let first = from + period - interface.timing.scan.phase_step(Step(number)) % period;
-        let (chip, end) = (
-            first / lanes,
-            (first + integration.min(code.len()) * lanes).div_ceil(lanes),
-        );
+        let (chip, end) =
+            (first / lanes, (first + integration.min(code.len()) * lanes).div_ceil(lanes));
         let up = up_to(end) - up_to(chip);
         reached[0] |= up > 0;
         reached[1] |= up < end - chip;

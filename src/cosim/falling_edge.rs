@@ -111,9 +111,8 @@ enum Use<'t> {
 impl<'t> Use<'t> {
     /// `None` for anything else.
     fn of(before: &'t str, after: &'t str) -> Option<Use<'t>> {
-        let is_port = ["VL_IN8(", "VL_IN8(&", "{vlSymsp->TOP."]
-            .iter()
-            .any(|start| before.ends_with(start));
+        let is_port =
+            ["VL_IN8(", "VL_IN8(&", "{vlSymsp->TOP."].iter().any(|start| before.ends_with(start));
         if is_port || after.starts_with("{vlSymsp->TOP.") {
             return Some(Use::Port);
         }
@@ -126,9 +125,7 @@ impl<'t> Use<'t> {
         {
             return rest.split_once(')').map(|(name, _)| Use::RisingEdge(name));
         }
-        let name = before
-            .strip_suffix('=')
-            .filter(|_| after.starts_with(';'))?;
+        let name = before.strip_suffix('=').filter(|_| after.starts_with(';'))?;
         let start = name.rfind(MODEL)? + MODEL.len();
         Some(Use::Noted(&name[start..]))
     }
@@ -181,10 +178,7 @@ mod tests {
     #[test]
     fn a_rising_edge_alone_is_recognised() {
         for (text, name) in MODELS {
-            assert_eq!(
-                last_value("i_clk", &[text.to_owned()]).as_deref(),
-                Some(name)
-            );
+            assert_eq!(last_value("i_clk", &[text.to_owned()]).as_deref(), Some(name));
         }
     }
 
@@ -203,17 +197,10 @@ mod tests {
             "vlSelf->__Vfunc(vlSelf->i_clk);".to_owned(),
         ] {
             for texts in [[MODELS[0].0, &other], [&other, MODELS[0].0]] {
-                assert_eq!(
-                    last_value("i_clk", &texts.map(str::to_owned)),
-                    None,
-                    "{other}"
-                );
+                assert_eq!(last_value("i_clk", &texts.map(str::to_owned)), None, "{other}");
             }
         }
-        assert_eq!(
-            last_value("i_clk", &["vlSelf->a = vlSelf->i_clk;".to_owned()]),
-            None
-        );
+        assert_eq!(last_value("i_clk", &["vlSelf->a = vlSelf->i_clk;".to_owned()]), None);
         assert_eq!(last_value("i_clk", &[]), None);
     }
 }

@@ -49,14 +49,12 @@ impl FromStr for Latency {
     fn from_str(text: &str) -> Result<Latency, String> {
         let clocks = |text: &str| {
             let clocks = text.trim().parse().ok();
-            clocks
-                .filter(|&clocks: &u32| clocks <= MOST_CLOCKS)
-                .ok_or_else(|| {
-                    format!(
-                        "write auto, or clocks from 0 to {MOST_CLOCKS}: N of the results, or N,P \
+            clocks.filter(|&clocks: &u32| clocks <= MOST_CLOCKS).ok_or_else(|| {
+                format!(
+                    "write auto, or clocks from 0 to {MOST_CLOCKS}: N of the results, or N,P \
                          with those of the peak"
-                    )
-                })
+                )
+            })
         };
         if text == "auto" {
             return Ok(Latency::Auto);
@@ -65,10 +63,7 @@ impl FromStr for Latency {
             Some((result, peak)) => (result, Some(clocks(peak)?)),
             None => (text, None),
         };
-        Ok(Latency::Clocks {
-            result: clocks(result)?,
-            peak,
-        })
+        Ok(Latency::Clocks { result: clocks(result)?, peak })
     }
 }
 
@@ -198,10 +193,7 @@ fn shifted(sensor: &Sensor, result: i64, peak: i64) -> Sensor {
     let by =
         |clocks: u32, late: i64| (i64::from(clocks) + late).clamp(0, i64::from(MOST_CLOCKS)) as u32;
     let of_peak = interface.peak.map_or(0, |plan| plan.latency_clocks);
-    sensor.with_latency(
-        by(interface.result_latency_clocks, result),
-        by(of_peak, peak),
-    )
+    sensor.with_latency(by(interface.result_latency_clocks, result), by(of_peak, peak))
 }
 
 #[cfg(test)]

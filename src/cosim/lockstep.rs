@@ -156,17 +156,13 @@ fn clock_blocks(model: &mut Verilated, blocks: &Receiver<Block>, done: &SyncSend
     loop {
         while under_way.len() < BLOCKS_AT_ONCE {
             // With one under way there is something better to do than to wait.
-            let next = if under_way.is_empty() {
-                blocks.recv().ok()
-            } else {
-                blocks.try_recv().ok()
-            };
+            let next =
+                if under_way.is_empty() { blocks.recv().ok() } else { blocks.try_recv().ok() };
             let Some(mut block) = next else {
                 break;
             };
-            block.halted = model
-                .submit(&block.records.inputs, block.clocks.start, &block.skips)
-                .err();
+            block.halted =
+                model.submit(&block.records.inputs, block.clocks.start, &block.skips).err();
             under_way.push_back(block);
         }
         let Some(mut block) = under_way.pop_front() else {
@@ -196,10 +192,7 @@ struct Judge<'a> {
 impl<'a> Judge<'a> {
     fn new(layout: &'a Layout, ignores_idle_payload: bool, window: Window) -> Judge<'a> {
         Judge {
-            comparison: Comparison {
-                layout,
-                ignores_idle_payload,
-            },
+            comparison: Comparison { layout, ignores_idle_payload },
             clocks: 0,
             mismatches: 0,
             first: None,
@@ -215,8 +208,7 @@ impl<'a> Judge<'a> {
         self.exercise.clone_from(&block.exercise);
         let last_record = block.records.got.len() - self.comparison.layout.outputs.words;
         self.last_outputs.clear();
-        self.last_outputs
-            .extend_from_slice(&block.records.got[last_record..]);
+        self.last_outputs.extend_from_slice(&block.records.got[last_record..]);
         let known = self.first.is_some();
         if block.records.expected != block.records.got {
             self.find(&block.records);

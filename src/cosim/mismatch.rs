@@ -68,17 +68,11 @@ impl FirstMismatch {
         [expected, got]: [&[u64]; 2],
     ) -> FirstMismatch {
         // The words begin with the port's first bit.
-        let alone = Field {
-            word: 0,
-            shift: 0,
-            ..field.clone()
-        };
+        let alone = Field { word: 0, shift: 0, ..field.clone() };
         let numbers = held_by(&field.port.name, sensor.interface());
         let numbers = numbers.into_iter().map(|held| PortNumber {
             name: held.name,
-            detector: held
-                .detector
-                .map(|detector| sensor.scene().detectors[detector].name.clone()),
+            detector: held.detector.map(|detector| sensor.scene().detectors[detector].name.clone()),
             expected: held.read(&alone, expected),
             got: held.read(&alone, got),
         });
@@ -183,10 +177,7 @@ fn held_by(port: &str, interface: &Interface) -> Vec<Held> {
 fn hexadecimal(words: &[u64]) -> String {
     match words {
         [word] => format!("{word:#x}"),
-        _ => words
-            .iter()
-            .rev()
-            .fold("0x".to_owned(), |text, word| text + &format!("{word:016x}")),
+        _ => words.iter().rev().fold("0x".to_owned(), |text, word| text + &format!("{word:016x}")),
     }
 }
 
@@ -218,10 +209,7 @@ mod tests {
         assert_eq!(mismatch.numbers[1].expected, Number::Unsigned(7));
         let text = mismatch.text();
         // The totals agree, so they are not spoken of.
-        assert!(
-            text.contains("(count -2) and is") && text.ends_with("(count 3)"),
-            "{text}"
-        );
+        assert!(text.contains("(count -2) and is") && text.ends_with("(count 3)"), "{text}");
     }
 
     #[test]

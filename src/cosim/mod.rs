@@ -172,9 +172,7 @@ impl Cosimulation {
         };
         let clocks = shown.records.clocks(&self.layout);
         let time = Timescale::of(self.clock, clocks.end);
-        let waves = stage(path, |out| {
-            wave::write(out, &shown.records, comparison, time)
-        })?;
+        let waves = stage(path, |out| wave::write(out, &shown.records, comparison, time))?;
         let views = viewers::views(path, &self.layout, time, shown.clock);
         let views = views
             .iter()
@@ -184,10 +182,7 @@ impl Cosimulation {
         for view in views {
             view.publish()?;
         }
-        Ok(VcdClocks {
-            from: clocks.start,
-            clocks: clocks.end - clocks.start,
-        })
+        Ok(VcdClocks { from: clocks.start, clocks: clocks.end - clocks.start })
     }
 }
 
@@ -202,10 +197,9 @@ pub fn cosimulate(
     mut on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimError> {
     cosimulate_by_engine(sensor, request, &mut on_progress).map_err(|error| match error {
-        CosimError::Halted { when, reason } => CosimError::Halted {
-            when,
-            reason: in_users_terms(&reason, &request.sources),
-        },
+        CosimError::Halted { when, reason } => {
+            CosimError::Halted { when, reason: in_users_terms(&reason, &request.sources) }
+        }
         other => other,
     })
 }
@@ -228,18 +222,10 @@ fn cosimulate_by_engine(
     }
     let interface = sensor.interface();
     let reference = Reference::new(interface.clone())?;
-    let registers = request
-        .registers
-        .as_ref()
-        .filter(|_| request.stimulus == StimulusKind::Adversarial);
+    let registers =
+        request.registers.as_ref().filter(|_| request.stimulus == StimulusKind::Adversarial);
     let build = |registers| {
-        build::build_with(
-            &request.top,
-            &request.sources,
-            interface,
-            registers,
-            &request.cache,
-        )
+        build::build_with(&request.top, &request.sources, interface, registers, &request.cache)
     };
     let built = match build(registers) {
         // A manifest names counters that its Verilog has not, or no longer.

@@ -39,21 +39,13 @@ pub fn header(top: &str, layout: &Layout, registers: Option<&ScanRegisters>) -> 
                 )
             })
         } else {
-            writeln!(
-                text,
-                "    top->{name} = (in[{word}] >> {shift}){};",
-                masked(port.width, 64)
-            )
+            writeln!(text, "    top->{name} = (in[{word}] >> {shift}){};", masked(port.width, 64))
         };
     }
     text.push_str("}\nstatic inline void goldtof_sample(GOLDTOF_MODEL* top, uint64_t* out) {\n");
     for word in 0..layout.outputs.words {
-        let terms: Vec<String> = layout
-            .outputs
-            .fields
-            .iter()
-            .filter_map(|field| term(field, word))
-            .collect();
+        let terms: Vec<String> =
+            layout.outputs.fields.iter().filter_map(|field| term(field, word)).collect();
         let _ = writeln!(text, "    out[{word}] = {};", terms.join(" | "));
     }
     text.push_str("}\n");
@@ -67,12 +59,10 @@ fn skip(top: &str, registers: Option<&ScanRegisters>) -> String {
             .to_owned();
     };
     let line = |register: &Option<CountRegister>, argument: &str| {
-        register
-            .as_ref()
-            .map_or(format!("    (void){argument};\n"), |register| {
-                let path = register.path("__DOT__");
-                format!("    top->rootp->{top}__DOT__{path} ^= {argument};\n")
-            })
+        register.as_ref().map_or(format!("    (void){argument};\n"), |register| {
+            let path = register.path("__DOT__");
+            format!("    top->rootp->{top}__DOT__{path} ^= {argument};\n")
+        })
     };
     format!(
         "#include \"V{top}___024root.h\"\n\
@@ -87,11 +77,7 @@ fn skip(top: &str, registers: Option<&ScanRegisters>) -> String {
 /// reached.
 pub fn configuration(registers: &ScanRegisters) -> String {
     let lines = registers.present().map(|register| {
-        format!(
-            "public_flat_rw -module \"{}\" -var \"{}\"\n",
-            register.module(),
-            register.name()
-        )
+        format!("public_flat_rw -module \"{}\" -var \"{}\"\n", register.module(), register.name())
     });
     format!("`verilator_config\n{}", lines.collect::<String>())
 }
@@ -207,11 +193,7 @@ pub fn differences(expected: &[Port], found: &[FoundPort]) -> Vec<String> {
     };
     let wanted = |port: &Port| format!("{} of {} bit(s)", word(Some(port.direction)), port.width);
     let describe = |port: &FoundPort| {
-        let array = if port.is_array {
-            "an array, each an "
-        } else {
-            ""
-        };
+        let array = if port.is_array { "an array, each an " } else { "" };
         format!("{array}{} of {} bit(s)", word(port.direction), port.width)
     };
     let fits = |port: &Port, found: &FoundPort| {
@@ -273,11 +255,7 @@ mod tests {
             ]
         );
         assert!(verilated_ports("VL_OUT(&a,4294967295,0);").is_empty());
-        let port = |name: &str, direction, width| Port {
-            name: name.into(),
-            direction,
-            width,
-        };
+        let port = |name: &str, direction, width| Port { name: name.into(), direction, width };
         let wanted = [
             port("i_clk", Direction::Input, 1),
             port("m_axis_tdata", Direction::Output, 16),
@@ -296,15 +274,8 @@ mod tests {
     fn inouts_arrays_and_escaped_names_are_named() {
         let header = "VL_INOUT8(&i_rst,0,0);\nVL_OUT8((&o_laser)[2],3,0);\n\
                       VL_INOUTW(&pads,99,0,4);\nVL_OUT8(&o__02bx__0,0,0);\n";
-        let port = |name: &str, direction, width| Port {
-            name: name.into(),
-            direction,
-            width,
-        };
-        let wanted = [
-            port("i_rst", Direction::Input, 1),
-            port("o_laser", Direction::Output, 4),
-        ];
+        let port = |name: &str, direction, width| Port { name: name.into(), direction, width };
+        let wanted = [port("i_rst", Direction::Input, 1), port("o_laser", Direction::Output, 4)];
         assert_eq!(
             differences(&wanted, &verilated_ports(header)),
             [

@@ -46,25 +46,17 @@ impl Process {
     /// # Errors
     /// When it cannot be started, or ends before its first clock.
     pub(super) fn load(built: &Built, shared_words: u64) -> Result<Process, CosimError> {
-        let failed = |source| CosimError::Load {
-            path: built.path.clone(),
-            source,
-        };
+        let failed = |source| CosimError::Load { path: built.path.clone(), source };
         let mut process = Process::start(built, shared_words).map_err(failed)?;
         match process.answer() {
             Ok(()) => Ok(process),
-            Err(reason) => Err(CosimError::Halted {
-                when: When::Start,
-                reason,
-            }),
+            Err(reason) => Err(CosimError::Halted { when: When::Start, reason }),
         }
     }
 
     fn start(built: &Built, shared_words: u64) -> io::Result<Process> {
-        let shared = File::from(rustix::fs::memfd_create(
-            "goldtof",
-            rustix::fs::MemfdFlags::CLOEXEC,
-        )?);
+        let shared =
+            File::from(rustix::fs::memfd_create("goldtof", rustix::fs::MemfdFlags::CLOEXEC)?);
         shared.set_len(shared_words * size_of::<u64>() as u64)?;
         let (line, other_end) = UnixStream::pair()?;
         line.set_read_timeout(Some(LOOK_EVERY))?;
@@ -78,12 +70,7 @@ impl Process {
                 .stdout(shared.try_clone()?)
                 .stderr(theirs),
         )?;
-        Ok(Process {
-            program,
-            line,
-            shared,
-            words: pass_on(words),
-        })
+        Ok(Process { program, line, shared, words: pass_on(words) })
     }
 
     /// Writes shared words from word `at` on.
@@ -91,9 +78,8 @@ impl Process {
     /// # Errors
     /// When the memory fails.
     pub(super) fn write(&self, at: u64, words: &[u64]) -> Result<(), String> {
-        let written = self
-            .shared
-            .write_all_at(bytemuck::cast_slice(words), at * size_of::<u64>() as u64);
+        let written =
+            self.shared.write_all_at(bytemuck::cast_slice(words), at * size_of::<u64>() as u64);
         written.map_err(|error| format!("the memory that it shares fails: {error}"))
     }
 
@@ -102,10 +88,9 @@ impl Process {
     /// # Errors
     /// When the memory fails.
     pub(super) fn read(&self, at: u64, words: &mut [u64]) -> Result<(), String> {
-        let read = self.shared.read_exact_at(
-            bytemuck::cast_slice_mut(words),
-            at * size_of::<u64>() as u64,
-        );
+        let read = self
+            .shared
+            .read_exact_at(bytemuck::cast_slice_mut(words), at * size_of::<u64>() as u64);
         read.map_err(|error| format!("the memory that it shares fails: {error}"))
     }
 

@@ -14,23 +14,14 @@ pub(super) fn in_build(source: &SourceFile) -> String {
 
 /// A tool's failure, or the refusal of the user's Verilog if that is to blame.
 pub(super) fn rejection(error: CosimError, sources: &[SourceFile]) -> CosimError {
-    let CosimError::ToolFailed {
-        tool,
-        status,
-        output,
-        ..
-    } = &error
-    else {
+    let CosimError::ToolFailed { tool, status, output, .. } = &error else {
         return error;
     };
     let is_said = finds_fault(*status, output, |line| blames(line, sources));
     if !(is_users(sources) && is_said) {
         return error;
     }
-    CosimError::Rejected {
-        tool,
-        output: in_users_terms(output, sources),
-    }
+    CosimError::Rejected { tool, output: in_users_terms(output, sources) }
 }
 
 /// Whether a tool that failed finds fault with what it was given, in a line for which
@@ -85,11 +76,7 @@ mod tests {
     use super::*;
 
     fn source(name: &str, origin: Option<&str>, text: &str) -> SourceFile {
-        SourceFile {
-            name: name.to_owned(),
-            text: text.to_owned(),
-            origin: origin.map(Into::into),
-        }
+        SourceFile { name: name.to_owned(), text: text.to_owned(), origin: origin.map(Into::into) }
     }
 
     #[test]
@@ -109,11 +96,7 @@ mod tests {
 
     #[test]
     fn a_tool_that_breaks_down_does_not_blame_the_verilog() {
-        let users = source(
-            "a.v",
-            Some("my/a.v"),
-            "module a; initial $c(\"x\"); endmodule",
-        );
+        let users = source("a.v", Some("my/a.v"), "module a; initial $c(\"x\"); endmodule");
         let plain = source("a.v", Some("my/a.v"), "module a; endmodule");
         let ours = source("a.v", None, "");
         let is_rejected = |raw_status: i32, output: &str, source: &SourceFile| {

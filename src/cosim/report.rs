@@ -101,12 +101,7 @@ impl Report {
                 None => format!("{} clocks of {drive} in lock-step", part.clocks),
             }
         };
-        let mut text = self
-            .engines
-            .iter()
-            .map(part)
-            .collect::<Vec<String>>()
-            .join("; ");
+        let mut text = self.engines.iter().map(part).collect::<Vec<String>>().join("; ");
         if let Some(why) = &self.not_in_lanes {
             text += &format!(" (not in lanes: {why})");
         }
@@ -155,9 +150,7 @@ pub struct PortPeak {
 
 /// A path in JSON, which has no bytes that are not text.
 fn path_text<S: serde::Serializer>(path: &Option<PathBuf>, json: S) -> Result<S::Ok, S::Error> {
-    path.as_ref()
-        .map(|path| path.to_string_lossy())
-        .serialize(json)
+    path.as_ref().map(|path| path.to_string_lossy()).serialize(json)
 }
 
 /// What is to be said of an outcome.

@@ -37,11 +37,7 @@ pub struct SentReader {
 #[derive(Debug)]
 enum Results {
     /// A step's signed count, and the total above it.
-    Counts {
-        data: Field,
-        signed_bits: u32,
-        total_bits: Option<u32>,
-    },
+    Counts { data: Field, signed_bits: u32, total_bits: Option<u32> },
     /// A row of a histogram.
     Rows(FrameReader),
 }
@@ -56,10 +52,7 @@ struct Bit {
 impl Bit {
     fn of(record: &Record, port: &str) -> Bit {
         let field = record.field(port);
-        Bit {
-            word: field.word,
-            mask: 1 << field.shift,
-        }
+        Bit { word: field.word, mask: 1 << field.shift }
     }
 
     fn is_high(self, record: &[u64]) -> bool {
@@ -86,9 +79,7 @@ impl SentReader {
                 None => Results::Counts {
                     data,
                     signed_bits: interface.signed_data_bits(),
-                    total_bits: interface
-                        .total
-                        .map(|total| interface.tdata_bits - total.first_bit),
+                    total_bits: interface.total.map(|total| interface.tdata_bits - total.first_bit),
                 },
             },
             valid: Bit::of(outputs, "m_axis_tvalid"),
@@ -136,11 +127,7 @@ impl SentReader {
 
     fn beat(&self, output: &[u64]) -> ([u64; 2], bool) {
         let data = match &self.results {
-            Results::Counts {
-                data,
-                signed_bits,
-                total_bits,
-            } => [
+            Results::Counts { data, signed_bits, total_bits } => [
                 data.bits(output, 0, *signed_bits),
                 total_bits.map_or(0, |bits| data.bits(output, *signed_bits, bits)),
             ],
@@ -153,11 +140,7 @@ impl SentReader {
     /// not say so.
     fn take(&mut self, (data, last): ([u64; 2], bool), on_sent: &mut dyn FnMut(SentCount)) {
         let counts = match &mut self.results {
-            Results::Counts {
-                signed_bits,
-                total_bits,
-                ..
-            } => {
+            Results::Counts { signed_bits, total_bits, .. } => {
                 let unused = 64 - *signed_bits;
                 let signed = (data[0] << unused).cast_signed() >> unused;
                 (signed, total_bits.map(|_| data[1]))

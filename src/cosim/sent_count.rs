@@ -25,9 +25,6 @@ impl SentCount {
     /// As the estimators take it. Without a total its place is empty: of such
     /// hardware only the signed counts are to be used.
     pub fn step_count(&self) -> StepCount {
-        StepCount {
-            signed: self.signed,
-            total: self.total.unwrap_or(0),
-        }
+        StepCount { signed: self.signed, total: self.total.unwrap_or(0) }
     }
 }

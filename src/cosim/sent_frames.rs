@@ -29,9 +29,7 @@ impl FrameReader {
         FrameReader {
             plan: *plan,
             data,
-            correlators: codes
-                .map(|code| Correlator::new(code, plan.row_bins))
-                .collect(),
+            correlators: codes.map(|code| Correlator::new(code, plan.row_bins)).collect(),
             bins: Vec::new(),
         }
     }

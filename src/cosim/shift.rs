@@ -37,9 +37,7 @@ pub fn differences(records: &Records, layout: &Layout, ignores_idle: bool) -> Ve
         }
         // Payload goes with its valid, wherever that has gone.
         let shift = match counts {
-            Some(_) => valid
-                .shift(None)
-                .filter(|&shift| pair.agrees(shift, counts)),
+            Some(_) => valid.shift(None).filter(|&shift| pair.agrees(shift, counts)),
             None => pair.shift(None),
         };
         Some(PortDifference {
@@ -68,10 +66,7 @@ impl Pair {
             let records = side.chunks_exact(layout.outputs.words);
             records.map(|record| field.read(record)).collect()
         };
-        Pair {
-            expected: read(&records.expected),
-            got: read(&records.got),
-        }
+        Pair { expected: read(&records.expected), got: read(&records.got) }
     }
 
     /// The smallest shift at which the two sides agree, and do so at a change.

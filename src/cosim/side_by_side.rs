@@ -67,14 +67,7 @@ pub(super) fn run(
     {
         report.peaks = peaks(sensor, &layout, &outcome.last_outputs);
     }
-    Ok(Cosimulation {
-        report,
-        counts,
-        hits,
-        outcome,
-        layout,
-        clock: sensor.clock(),
-    })
+    Ok(Cosimulation { report, counts, hits, outcome, layout, clock: sensor.clock() })
 }
 
 /// Where the inputs come from, and for how many clocks: as many as asked for, or one scan of
@@ -102,10 +95,9 @@ fn stimulus<'d>(
         }
     };
     match &request.window {
-        Window::Clocks(asked) if asked.start >= clocks => Err(CosimError::BeyondTheRun {
-            asked: asked.start,
-            clocks,
-        }),
+        Window::Clocks(asked) if asked.start >= clocks => {
+            Err(CosimError::BeyondTheRun { asked: asked.start, clocks })
+        }
         _ => Ok((stimulus, clocks)),
     }
 }

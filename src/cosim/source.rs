@@ -35,10 +35,6 @@ pub fn is_users(sources: &[SourceFile]) -> bool {
 pub fn sources_of(files: &[EmittedFile]) -> Vec<SourceFile> {
     files
         .iter()
-        .map(|file| SourceFile {
-            name: file.name.clone(),
-            text: file.text.clone(),
-            origin: None,
-        })
+        .map(|file| SourceFile { name: file.name.clone(), text: file.text.clone(), origin: None })
         .collect()
 }

@@ -98,11 +98,7 @@ impl Tools {
 impl Tool {
     /// Yosys: `$YOSYS` or `yosys`. Nobody has asked yet whether it is there.
     pub fn yosys() -> Tool {
-        Tool {
-            name: "Yosys",
-            install: "apt-get install yosys",
-            program: program("YOSYS", "yosys"),
-        }
+        Tool { name: "Yosys", install: "apt-get install yosys", program: program("YOSYS", "yosys") }
     }
 
     /// Yosys's ABC: `$ABC` or `yosys-abc`.
@@ -212,18 +208,14 @@ fn program(variable: &str, default: &str) -> String {
         return chosen;
     }
     let absolute = std::path::absolute(&chosen).ok();
-    absolute
-        .and_then(|path| path.into_os_string().into_string().ok())
-        .unwrap_or(chosen)
+    absolute.and_then(|path| path.into_os_string().into_string().ok()).unwrap_or(chosen)
 }
 
 /// Ours and then the user's, parted by spaces: of two that contradict each other a compiler
 /// takes the last.
 fn compiler_flags(users: &str) -> Vec<String> {
     let ours = COMPILER_FLAGS.iter().copied();
-    ours.chain(users.split_whitespace())
-        .map(str::to_owned)
-        .collect()
+    ours.chain(users.split_whitespace()).map(str::to_owned).collect()
 }
 
 fn first_line(text: &str) -> String {

@@ -165,13 +165,9 @@ impl Verilated {
     }
 
     fn ask(&mut self, what: What, clocks: u64, place: usize, skips: usize) -> Result<(), String> {
-        let [input, output, skip] = [
-            self.input_at(place),
-            self.output_at(place),
-            self.skips_at(place),
-        ];
-        self.process
-            .ask(what as u64, [clocks, input, output, skip, skips as u64])
+        let [input, output, skip] =
+            [self.input_at(place), self.output_at(place), self.skips_at(place)];
+        self.process.ask(what as u64, [clocks, input, output, skip, skips as u64])
     }
 
     /// First of a place's input words in the shared file.

@@ -82,12 +82,7 @@ fn groups(layout: &Layout) -> Vec<(&'static str, Vec<(&'static str, &Field)>)> {
     let outputs = layout.outputs.fields.iter();
     vec![
         ("inputs", inputs.collect()),
-        (
-            "outputs",
-            outputs
-                .flat_map(|field| [DUT, MODEL].map(|side| (side, field)))
-                .collect(),
-        ),
+        ("outputs", outputs.flat_map(|field| [DUT, MODEL].map(|side| (side, field))).collect()),
     ]
 }
 

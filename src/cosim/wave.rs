@@ -149,16 +149,10 @@ impl Differences {
     fn declare(writer: &mut Writer<impl io::Write>, fields: &[Field]) -> io::Result<Differences> {
         writer.add_module(DIFFERS)?;
         let any = writer.add_wire(1, ANY)?;
-        let ports = fields
-            .iter()
-            .map(|field| writer.add_wire(1, &field.port.name));
+        let ports = fields.iter().map(|field| writer.add_wire(1, &field.port.name));
         let ports = ports.collect::<io::Result<Vec<IdCode>>>()?;
         writer.upscope()?;
-        Ok(Differences {
-            any,
-            last: vec![None; ports.len() + 1],
-            ports,
-        })
+        Ok(Differences { any, last: vec![None; ports.len() + 1], ports })
     }
 
     fn change(

@@ -76,10 +76,7 @@ impl<'a> Kept<'a> {
         };
         for (around, found) in [(&mut self.result, result), (&mut self.mismatch, mismatch)] {
             if let Some(centre) = found {
-                let mut new = Around {
-                    centre,
-                    records: Records::default(),
-                };
+                let mut new = Around { centre, records: Records::default() };
                 if let Some(previous) = &self.previous {
                     new.append(previous, self.layout);
                 }
@@ -106,23 +103,12 @@ impl<'a> Kept<'a> {
         let asked = (!self.asked.got.is_empty()).then(|| {
             let clocks = self.asked.clocks(self.layout);
             let centres = [&self.mismatch, &self.result].into_iter().flatten();
-            let shown = centres
-                .map(|around| around.centre)
-                .find(|at| clocks.contains(at));
-            Shown {
-                clock: shown.unwrap_or(clocks.start),
-                records: self.asked,
-            }
+            let shown = centres.map(|around| around.centre).find(|at| clocks.contains(at));
+            Shown { clock: shown.unwrap_or(clocks.start), records: self.asked }
         });
         let found = match self.mismatch.or(self.result) {
-            Some(around) => Shown {
-                records: around.records,
-                clock: around.centre,
-            },
-            None => Shown {
-                records: self.first,
-                clock: 0,
-            },
+            Some(around) => Shown { records: around.records, clock: around.centre },
+            None => Shown { records: self.first, clock: 0 },
         };
         (found, asked)
     }
@@ -150,9 +136,7 @@ fn append(kept: &mut Records, records: &Records, window: &Range<u64>, layout: &L
         (from - records.first_clock) as usize * words..(to - records.first_clock) as usize * words
     };
     let outputs = part(layout.outputs.words);
-    kept.inputs
-        .extend_from_slice(&records.inputs[part(layout.inputs.words)]);
-    kept.expected
-        .extend_from_slice(&records.expected[outputs.clone()]);
+    kept.inputs.extend_from_slice(&records.inputs[part(layout.inputs.words)]);
+    kept.expected.extend_from_slice(&records.expected[outputs.clone()]);
     kept.got.extend_from_slice(&records.got[outputs]);
 }

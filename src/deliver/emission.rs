@@ -181,12 +181,7 @@ pub fn emit_prefixed(
     let files = verilog(sensor, prefix, command)?;
     let command = printable_ascii(command);
     let made_by = made_by(&command);
-    let design = Design {
-        sensor,
-        files: &files,
-        prefix,
-        made_by: &made_by,
-    };
+    let design = Design { sensor, files: &files, prefix, made_by: &made_by };
     let formal = Formal::of(&design);
     let flow = Flow::of(&design, &formal)?;
     Ok(Emission {
@@ -222,10 +217,8 @@ pub fn verilog(
         Some(plan) => Box::new(HistogramTop::new(interface, plan)),
     };
     let modules = verilog_of(&*top, prefix, &made_by(&printable_ascii(command)))?;
-    let file = |module: ModuleText| EmittedFile {
-        name: format!("{}.v", module.name),
-        text: module.text,
-    };
+    let file =
+        |module: ModuleText| EmittedFile { name: format!("{}.v", module.name), text: module.text };
     Ok(modules.into_iter().map(file).collect())
 }
 
@@ -277,7 +270,5 @@ fn parameters(sensor: &Sensor) -> Parameters {
 /// As the plan names them.
 fn left_out(sensor: &Sensor) -> Vec<LeftOut> {
     let parts = hardware_left_out(sensor).into_iter();
-    parts
-        .map(|Part { part, reason, .. }| LeftOut { part, reason })
-        .collect()
+    parts.map(|Part { part, reason, .. }| LeftOut { part, reason }).collect()
 }

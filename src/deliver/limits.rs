@@ -15,13 +15,8 @@ const MOST_INTEGRATION_CHIPS: u64 = 1 << 60;
 /// What of a scene the hardware that is emitted has no place for.
 pub(super) fn check_limits(sensor: &Sensor, interface: &Interface) -> Result<(), HdlError> {
     let periods = interface.reference_codes.iter().map(|code| code.len());
-    if periods
-        .clone()
-        .any(|period| period != interface.reference_codes[0].len())
-    {
-        return Err(HdlError::CodeLengths {
-            found: periods.collect(),
-        });
+    if periods.clone().any(|period| period != interface.reference_codes[0].len()) {
+        return Err(HdlError::CodeLengths { found: periods.collect() });
     }
     match &interface.histogram {
         None => check_parallel(interface)?,
@@ -37,12 +32,9 @@ pub(super) fn check_limits(sensor: &Sensor, interface: &Interface) -> Result<(),
     if let Some(peak) = &interface.peak {
         check_peak(interface, peak)?;
     }
-    within(
-        "samples per chip",
-        interface.lanes(),
-        "1, 2, 4, 8 or 16",
-        |s| s.is_power_of_two() && s <= 16,
-    )?;
+    within("samples per chip", interface.lanes(), "1, 2, 4, 8 or 16", |s| {
+        s.is_power_of_two() && s <= 16
+    })?;
     within(
         "the width of a count that cannot overflow",
         interface.exact_count_bits,
@@ -50,12 +42,7 @@ pub(super) fn check_limits(sensor: &Sensor, interface: &Interface) -> Result<(),
         |bits| bits <= 64,
     )?;
     if interface.histogram.is_none() {
-        within(
-            "counter_width",
-            interface.count_bits,
-            "2 to 64 bits",
-            |bits| bits >= 2,
-        )?;
+        within("counter_width", interface.count_bits, "2 to 64 bits", |bits| bits >= 2)?;
     }
     for source in &sensor.scene().sources {
         check_code(&source.name, &source.code)?;
@@ -65,9 +52,7 @@ pub(super) fn check_limits(sensor: &Sensor, interface: &Interface) -> Result<(),
 
 /// Steps at once, and chips for the reference to go back.
 fn check_parallel(interface: &Interface) -> Result<(), HdlError> {
-    within("parallel", interface.parallel(), "1 to 64", |parallel| {
-        (1..=64).contains(&parallel)
-    })?;
+    within("parallel", interface.parallel(), "1 to 64", |parallel| (1..=64).contains(&parallel))?;
     let most_held = u64::from(interface.parallel().div_ceil(interface.lanes()));
     if interface.timing.scan.integration_chips < most_held {
         return Err(HdlError::ShortStep {
@@ -82,11 +67,7 @@ fn check_parallel(interface: &Interface) -> Result<(), HdlError> {
 
 /// What is beyond a limit.
 fn limit(what: &str, found: u64, limit: String) -> Result<(), HdlError> {
-    Err(HdlError::Limit {
-        what: what.to_owned(),
-        found,
-        limit: limit.into(),
-    })
+    Err(HdlError::Limit { what: what.to_owned(), found, limit: limit.into() })
 }
 
 /// What the memories of a histogram, and the stream of its rows, can hold.
@@ -189,16 +170,8 @@ fn check_peak(interface: &Interface, peak: &PeakPlan) -> Result<(), HdlError> {
 
 fn check_code(source_name: &str, code: &Code) -> Result<(), HdlError> {
     let of_source = |what: &str| format!("{what} of source `{source_name}`");
-    within(
-        of_source("the interleaving depth"),
-        code.interleave,
-        "0 to 4",
-        |nu| nu <= 4,
-    )?;
-    let problem = |problem: String| HdlError::Code {
-        source_name: source_name.to_owned(),
-        problem,
-    };
+    within(of_source("the interleaving depth"), code.interleave, "0 to 4", |nu| nu <= 4)?;
+    let problem = |problem: String| HdlError::Code { source_name: source_name.to_owned(), problem };
     let base_period = match &code.generator {
         Generator::MSequence(lfsr) => check_lfsr(source_name, lfsr)?,
         Generator::Gold { u, v } => {
@@ -231,17 +204,11 @@ fn check_code(source_name: &str, code: &Code) -> Result<(), HdlError> {
 
 /// The period of an LFSR that the generator can hold.
 fn check_lfsr(source_name: &str, lfsr: &Lfsr) -> Result<u64, HdlError> {
-    within(
-        format!("the degree of source `{source_name}`"),
-        lfsr.degree,
-        "3 to 16",
-        |degree| (3..=MOST_HARDWARE_DEGREE).contains(&degree),
-    )?;
+    within(format!("the degree of source `{source_name}`"), lfsr.degree, "3 to 16", |degree| {
+        (3..=MOST_HARDWARE_DEGREE).contains(&degree)
+    })?;
     let problem = |problem: &str| {
-        Err(HdlError::Code {
-            source_name: source_name.to_owned(),
-            problem: problem.to_owned(),
-        })
+        Err(HdlError::Code { source_name: source_name.to_owned(), problem: problem.to_owned() })
     };
     if lfsr.seed.len() != lfsr.degree as usize || !lfsr.seed.contains(&1) {
         return problem("a seed needs as many chips as the degree, and one that is 1");
@@ -261,9 +228,5 @@ fn within(
     if holds(found) {
         return Ok(());
     }
-    Err(HdlError::Limit {
-        what: what.into(),
-        found: u64::from(found),
-        limit: limit.into(),
-    })
+    Err(HdlError::Limit { what: what.into(), found: u64::from(found), limit: limit.into() })
 }

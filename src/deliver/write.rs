@@ -28,16 +28,10 @@ const FILES: &[&str] = &[
     "/core",
 ];
 /// Where it names those of the folder with the proofs.
-const PROOFS: &[&str] = &[
-    "/formal/properties",
-    "/formal/emptied",
-    "/formal/registers",
-    "/formal/script",
-];
+const PROOFS: &[&str] =
+    &["/formal/properties", "/formal/emptied", "/formal/registers", "/formal/script"];
 /// Their endings.
-const ENDINGS: &[&str] = &[
-    "v", "vh", "vhd", "sv", "f", "hex", "sdc", "lpf", "xdc", "core", "sby",
-];
+const ENDINGS: &[&str] = &["v", "vh", "vhd", "sv", "f", "hex", "sdc", "lpf", "xdc", "core", "sby"];
 /// Largest manifest that is read.
 const MOST_MANIFEST_BYTES: u64 = 16 << 20;
 
@@ -117,12 +111,7 @@ impl Stale {
         let own = emission.files.iter().chain(emission.flow.files());
         Stale {
             files: stale(&manifest, FILES, own, folder.path()),
-            proofs: stale(
-                &manifest,
-                PROOFS,
-                emission.formal.files(),
-                &folder.join(Formal::FOLDER),
-            ),
+            proofs: stale(&manifest, PROOFS, emission.formal.files(), &folder.join(Formal::FOLDER)),
         }
     }
 }

@@ -49,12 +49,7 @@ pub fn bound(
     let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::of_tier(&model, tier)?;
     let second = SecondMoments::new(&response)?;
-    bound_of(
-        sensor,
-        detector,
-        tier,
-        &ExpectedCounts::new(&response, &second),
-    )
+    bound_of(sensor, detector, tier, &ExpectedCounts::new(&response, &second))
 }
 
 /// The bound of the scene's own counts.
@@ -92,10 +87,7 @@ pub(super) fn bound_of(
     let weights = problem.weights_of(counts.second, &parameters, &means, &axis);
     let information = weights.information(&jacobian);
     let steps = problem.steps.len();
-    let undetermined = FitError::Undetermined {
-        steps,
-        unknowns: parameters.len(),
-    };
+    let undetermined = FitError::Undetermined { steps, unknowns: parameters.len() };
     let deviations = information.ok_or(undetermined)?.standard_deviations();
     if counts.response.misses_pulses() {
         check_even(&problem, &parameters, &weights, &deviations)?;
@@ -135,10 +127,8 @@ fn bound_of_moving(
     let axis = Axis::new(&still, detector, tier, &problem.steps);
     let standing = counts.of_steps(&problem.steps);
     let weights = problem.weights_of(&second, &course.parameters(), &standing, &axis);
-    let undetermined = FitError::Undetermined {
-        steps: problem.steps.len(),
-        unknowns: jacobian.len(),
-    };
+    let undetermined =
+        FitError::Undetermined { steps: problem.steps.len(), unknowns: jacobian.len() };
     let information = weights.information(&jacobian).ok_or(undetermined)?;
     let deviations = information.standard_deviations();
     let bound = |path: PathIndex| PathBound {
@@ -185,10 +175,8 @@ fn check_even(
 /// The steps that the model estimator would use for the scene's light.
 fn steps(sensor: &Sensor, detector: DetectorIndex, counts: &ExpectedCounts) -> Vec<Step> {
     let own = sensor.scene().detectors[detector].reference;
-    let mut sources = counts
-        .model()
-        .modulated_paths()
-        .map(|path| sensor.scene().paths[path].source);
+    let mut sources =
+        counts.model().modulated_paths().map(|path| sensor.scene().paths[path].source);
     if sources.next() != Some(own) || sources.next().is_some() {
         return Step::all(sensor.timing().scan.steps).collect();
     }

@@ -63,33 +63,20 @@ pub fn dead_time(sensor: &Sensor, detector: DetectorIndex) -> Result<DeadTime, U
     let [pulse_ns, sample_ns, dead_time_ns] =
         [spad.pulse_width_ps, sample_ps, spad.dead_time_ps].map(|ps| ps / 1e3);
     if pulse_ns < sample_ns {
-        return Err(Uncorrected::PulsesMissed {
-            pulse_ns,
-            sample_ns,
-        });
+        return Err(Uncorrected::PulsesMissed { pulse_ns, sample_ns });
     }
     let low_ps = spad.pulse_width_ps + sample_ps + JITTER_REACH_SIGMAS * spad.jitter_std_ps();
     if low_ps > spad.dead_time_ps {
-        return Err(Uncorrected::PulsesMerge {
-            pulse_ns,
-            sample_ns,
-            dead_time_ns,
-        });
+        return Err(Uncorrected::PulsesMerge { pulse_ns, sample_ns, dead_time_ns });
     }
     let afterpulses = (spad.afterpulsing_probability > 0.0).then(|| Afterpulses {
         mean_per_avalanche: -(-spad.afterpulsing_probability).ln_1p(),
         time_constant_bins: spad.afterpulsing_time_constant_ps / sample_ps,
     });
     if afterpulses.is_some() && spad.dead_time_ps < sample_ps {
-        return Err(Uncorrected::DeadTimeBelowSample {
-            dead_time_ns,
-            sample_ns,
-        });
+        return Err(Uncorrected::DeadTimeBelowSample { dead_time_ns, sample_ns });
     }
-    Ok(DeadTime {
-        bins: spad.dead_time_ps / sample_ps,
-        afterpulses,
-    })
+    Ok(DeadTime { bins: spad.dead_time_ps / sample_ps, afterpulses })
 }
 
 /// Whole code periods that a sensor's histogram takes in.

@@ -50,18 +50,10 @@ impl TheoryEffort {
         let still = sensor.still_at(0.0);
         let model = DetectorModel::new(&still, detector);
         let light = Light::of(&model);
-        let of_detector = || {
-            sensor
-                .scene()
-                .paths
-                .iter()
-                .filter(|p| p.detector == detector)
-        };
+        let of_detector = || sensor.scene().paths.iter().filter(|p| p.detector == detector);
         let own = sensor.scene().detectors[detector].reference;
         let mut modulated = model.modulated_paths();
-        let first = modulated
-            .next()
-            .map(|path| sensor.scene().paths[path].source);
+        let first = modulated.next().map(|path| sensor.scene().paths[path].source);
         Ok(TheoryEffort {
             effort: Effort::of(&model, &light)?,
             steps: sensor.timing().scan.steps as f64,
@@ -205,10 +197,7 @@ impl TheoryEffort {
             });
         }
         if seconds > self.limit_s {
-            return Err(MeanResponseError::TooMuchWork {
-                seconds,
-                limit_s: self.limit_s,
-            });
+            return Err(MeanResponseError::TooMuchWork { seconds, limit_s: self.limit_s });
         }
         Ok(())
     }
@@ -243,26 +232,16 @@ mod tests {
             assert_eq!(of(times).too_long_fit(), None, "{times}");
         }
         let (seconds, limit_s) = of(1500.0).too_long_fit().expect("it is refused");
-        assert!(
-            seconds > 2.0 * limit_s && limit_s == 20.0,
-            "{seconds} {limit_s}"
-        );
+        assert!(seconds > 2.0 * limit_s && limit_s == 20.0, "{seconds} {limit_s}");
     }
 
     /// The fit itself says so, before any work.
     #[test]
     fn a_fit_to_blinding_light_is_refused_at_once() {
         let sensor = Sensor::new(&brighter(1500.0));
-        let fitter = Fitter::new(
-            &sensor,
-            DetectorIndex(0),
-            CountingTier::Sampled,
-            OtherLight::Given,
-        );
-        let count = StepCount {
-            signed: 3,
-            total: 5,
-        };
+        let fitter =
+            Fitter::new(&sensor, DetectorIndex(0), CountingTier::Sampled, OtherLight::Given);
+        let count = StepCount { signed: 3, total: 5 };
         let counts = vec![count; sensor.timing().scan.steps as usize];
         let refused = fitter.fit(&counts).expect_err("it is refused").to_string();
         assert!(refused.contains("no more than 20 s is spent"), "{refused}");

@@ -17,11 +17,7 @@ impl<'r, 'm> ExpectedCounts<'r, 'm> {
         response: &'r MeanResponse<'m>,
         second: &'r SecondMoments<'r, 'm>,
     ) -> ExpectedCounts<'r, 'm> {
-        ExpectedCounts {
-            response,
-            second,
-            means: response.mean_counts(),
-        }
+        ExpectedCounts { response, second, means: response.mean_counts() }
     }
 
     pub fn model(&self) -> &'m DetectorModel {

@@ -122,12 +122,7 @@ impl<'e, 'm> Expected<'e, 'm> {
                 (values, Some(light.variance))
             }
         };
-        Ok(Expected {
-            phase,
-            response,
-            values,
-            bin_variance,
-        })
+        Ok(Expected { phase, response, values, bin_variance })
     }
 
     fn predict(&self, path: PathIndex) -> Result<Prediction, PredictionError> {
@@ -246,10 +241,8 @@ pub(super) fn predictions(
     TheoryEffort::of(sensor, detector)?.check_histogram()?;
     let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::new(&model)?;
-    Ok(
-        match Expected::new(PhaseOfHistogram::new(sensor, detector), &response) {
-            Ok(expected) => paths.iter().map(|&path| expected.predict(path)).collect(),
-            Err(reason) => vec![Err(reason.into()); paths.len()],
-        },
-    )
+    Ok(match Expected::new(PhaseOfHistogram::new(sensor, detector), &response) {
+        Ok(expected) => paths.iter().map(|&path| expected.predict(path)).collect(),
+        Err(reason) => vec![Err(reason.into()); paths.len()],
+    })
 }

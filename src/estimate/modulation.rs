@@ -19,9 +19,7 @@ use crate::sensor::Sensor;
 pub fn check_modulated(sensor: &Sensor, detector: DetectorIndex) -> Result<(), NoEstimate> {
     let own = sensor.scene().detectors[detector].reference;
     let model = DetectorModel::new(sensor, detector);
-    let is_modulated = model
-        .modulated_paths()
-        .any(|path| sensor.scene().paths[path].source == own);
+    let is_modulated = model.modulated_paths().any(|path| sensor.scene().paths[path].source == own);
     is_modulated.then_some(()).ok_or(NoEstimate::NotModulated)
 }
 
@@ -46,10 +44,7 @@ mod tests {
         assert_eq!(verdict(&|_| ()), Ok(()));
         assert_eq!(verdict(&|s| s.sources[own].extinction_ratio = 1.0), refused);
         assert_eq!(verdict(&|s| s.sources[own].mean_power_w = 0.0), refused);
-        assert_eq!(
-            verdict(&|s| s.detectors[0].photon_detection_probability = 0.0),
-            refused
-        );
+        assert_eq!(verdict(&|s| s.detectors[0].photon_detection_probability = 0.0), refused);
         // The other source's light is left, which has another code.
         assert_eq!(verdict(&|s| s.paths.retain(|p| p.source != own)), refused);
         assert_eq!(verdict(&|s| s.paths.retain(|p| p.source == own)), Ok(()));

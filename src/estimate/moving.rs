@@ -62,18 +62,13 @@ pub(super) fn predict(
         .collect();
     let counted_ps2: f64 = if sensor.timing().parallel == 1 {
         let of_steps = weights.iter().zip(&variances);
-        of_steps
-            .map(|(weight, variance)| weight * weight * variance)
-            .sum()
+        of_steps.map(|(weight, variance)| weight * weight * variance).sum()
     } else {
         // Steps that share their light know of each other.
         (standing.std_m / distance_m(1.0)).powi(2)
     };
-    let weighted: Vec<(usize, f64)> = window
-        .iter()
-        .zip(&weights)
-        .map(|(&(_, step), &weight)| (step, weight))
-        .collect();
+    let weighted: Vec<(usize, f64)> =
+        window.iter().zip(&weights).map(|(&(_, step), &weight)| (step, weight)).collect();
     let variance_ps2 = with_fluctuations(sensor, detector, counting, &weighted, counted_ps2)?;
     Ok(Prediction {
         bias_m: distance_m(delay_error_ps(estimate.delay_ps, truth.delay_ps, period_ps)),

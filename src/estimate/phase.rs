@@ -113,18 +113,12 @@ pub fn estimate(
     // With so little light the first of many zeros is no peak.
     let zeros = counts.iter().filter(|&&count| count == 0).count();
     if counts.iter().all(|&count| count <= 0) && 2 * zeros > counts.len() {
-        return Err(NoEstimate::NothingCountedUp {
-            zeros,
-            steps: counts.len(),
-        });
+        return Err(NoEstimate::NothingCountedUp { zeros, steps: counts.len() });
     }
     // What all steps have in common cancels in the phase, exactly in whole numbers
     // but not in floating point.
     let least = counts.iter().copied().min().unwrap_or(0);
-    let values: Vec<f64> = counts
-        .iter()
-        .map(|&count| count.abs_diff(least) as f64)
-        .collect();
+    let values: Vec<f64> = counts.iter().map(|&count| count.abs_diff(least) as f64).collect();
     let peak = first_maximum(&values);
     Ok(estimate_at(&values, peak, timing, calibration_offset_ps))
 }
@@ -175,12 +169,7 @@ pub(super) fn estimate_at(
     };
     let code_period_ps = timing.code_period_ps();
     let delay_ps = fold_distance(coarse_ps + fine_ps - calibration_offset_ps, code_period_ps);
-    Estimate {
-        delay_ps,
-        distance_m: distance_m(delay_ps),
-        coarse_step,
-        coarse_only,
-    }
+    Estimate { delay_ps, distance_m: distance_m(delay_ps), coarse_step, coarse_only }
 }
 
 /// Index of the largest value, the first of equals (eq. 15).
@@ -230,9 +219,7 @@ pub(super) fn window_indices(
     }
     if timing.scan.is_full() {
         if steps < 2 * half {
-            return Err(CoarseOnly::PeriodTooShort {
-                needed: 2 * half as u64,
-            });
+            return Err(CoarseOnly::PeriodTooShort { needed: 2 * half as u64 });
         }
     } else if peak < half || peak + half > steps {
         return Err(CoarseOnly::PeakAtRim {
@@ -281,14 +268,7 @@ mod tests {
     }
 
     fn timing(scan: Scan, samples_per_chip: u32) -> Timing {
-        Timing {
-            clock: Clock {
-                chip_period_ps: CHIP_PS,
-                samples_per_chip,
-            },
-            scan,
-            parallel: 1,
-        }
+        Timing { clock: Clock { chip_period_ps: CHIP_PS, samples_per_chip }, scan, parallel: 1 }
     }
 
     #[test]
@@ -304,10 +284,7 @@ mod tests {
             assert_eq!(found.coarse_step, whole.coarse_step);
         }
         let flat = [0.1 + 0.2; 56];
-        assert_eq!(
-            estimate_values(&timing, &flat, 0.0),
-            Err(NoEstimate::Flat { count: 0 })
-        );
+        assert_eq!(estimate_values(&timing, &flat, 0.0), Err(NoEstimate::Flat { count: 0 }));
     }
 
     #[test]
@@ -385,10 +362,7 @@ mod tests {
         let timing = timing(scan(0, 14, 14), 2);
         for count in [0, -7] {
             let counts = [count; 14];
-            assert_eq!(
-                estimate(&timing, &counts, 0.0),
-                Err(NoEstimate::Flat { count })
-            );
+            assert_eq!(estimate(&timing, &counts, 0.0), Err(NoEstimate::Flat { count }));
         }
         let mut counts = [0; 14];
         counts[3] = 5;

@@ -269,11 +269,7 @@ impl EstimateReport {
     /// The phase's answer; gives the time of flight.
     fn take_phase(&mut self, sensor: &Sensor, counts: &[StepCount]) -> Option<f64> {
         let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
-        self.take_estimate(estimate(
-            sensor.timing(),
-            &signed,
-            self.calibration_offset_ps,
-        ))
+        self.take_estimate(estimate(sensor.timing(), &signed, self.calibration_offset_ps))
     }
 
     fn take_estimate(&mut self, estimate: Result<Estimate, impl Display>) -> Option<f64> {
@@ -285,9 +281,8 @@ impl EstimateReport {
             Ok(estimate) => {
                 self.distance_m = Some(estimate.distance_m);
                 self.coarse_phase_step = Some(estimate.coarse_step);
-                self.remark = estimate
-                    .coarse_only
-                    .map(|reason| format!("coarse estimate only: {reason}"));
+                self.remark =
+                    estimate.coarse_only.map(|reason| format!("coarse estimate only: {reason}"));
                 Some(estimate.delay_ps)
             }
         }
@@ -355,16 +350,13 @@ impl EstimateReport {
             Ok((bias_m, fitted_distance_std_m)) => {
                 // The fit weighs with second moments of light near its own; the bound
                 // of the same unknowns and steps has this light's.
-                let of_fit = self
-                    .bound_m
-                    .filter(|_| self.estimator == EstimatorKind::Model);
+                let of_fit = self.bound_m.filter(|_| self.estimator == EstimatorKind::Model);
                 let std_m = of_fit.unwrap_or(fitted_distance_std_m);
                 self.expected_bias_m = Some(bias_m);
                 self.expected_std_m = Some(std_m);
                 let range_m = self.unambiguous_range_m;
-                self.deviation_in_std = self
-                    .error_m
-                    .map(|error_m| fold(error_m - bias_m, range_m) / std_m);
+                self.deviation_in_std =
+                    self.error_m.map(|error_m| fold(error_m - bias_m, range_m) / std_m);
             }
             Err(reason) => self.add_remark(&format!("no expectation: {reason}")),
         }
@@ -439,8 +431,5 @@ fn expectation(
         .filter(|fitted| fitted.code.chips == code.chips)
         .min_by(|a, b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
     let nearest = nearest.ok_or("the expected counts do not show the path")?;
-    Ok((
-        distance_m(error_ps(nearest)),
-        distance_m(nearest.delay_std_ps),
-    ))
+    Ok((distance_m(error_ps(nearest)), distance_m(nearest.delay_std_ps)))
 }

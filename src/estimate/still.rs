@@ -65,11 +65,7 @@ pub(super) fn predict_from(
     let true_delay_ps = sensor.scene().paths[path].delay_ps;
     let failures = coarse_failure_bound_fraction(&expected, peak, peak_variance, sensor);
     Ok(Prediction {
-        bias_m: distance_m(delay_error_ps(
-            estimate.delay_ps,
-            true_delay_ps,
-            code_period_ps,
-        )),
+        bias_m: distance_m(delay_error_ps(estimate.delay_ps, true_delay_ps, code_period_ps)),
         std_m: distance_m(sensor.clock().ps(phase_std / PI)),
         estimate,
         detection_rate_hz: counts.response.detection_rate_hz(),
@@ -104,19 +100,13 @@ fn variance_of_sum(counts: &ExpectedCounts, weighted: &[(Step, f64)]) -> f64 {
         let steps: Vec<Step> = weighted.iter().map(|(step, _)| *step).collect();
         let moments = counts.second.of_steps(&steps);
         let terms = weighted.iter().zip(moments);
-        return terms
-            .map(|((_, weight), moments)| weight * weight * moments.signed_variance)
-            .sum();
+        return terms.map(|((_, weight), moments)| weight * weight * moments.signed_variance).sum();
     }
     let mut groups: BTreeMap<Group, Vec<(Step, f64)>> = BTreeMap::new();
     for &(step, weight) in weighted {
-        let group = groups
-            .entry(model.timing.grouping().group_of(step))
-            .or_default();
+        let group = groups.entry(model.timing.grouping().group_of(step)).or_default();
         group.push((step, weight));
     }
     let variances = groups.values();
-    variances
-        .map(|steps| counts.second.variance_of_sum(steps))
-        .sum()
+    variances.map(|steps| counts.second.variance_of_sum(steps)).sum()
 }

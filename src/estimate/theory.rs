@@ -77,10 +77,7 @@ pub fn theory(
         let predict = |&path: &PathIndex| predict(sensor, detector, path, counting);
         let predictions: Vec<_> = paths.iter().map(predict).collect();
         return Theory {
-            missed: predictions
-                .iter()
-                .map(|p| p.ok()?.missed_fraction)
-                .collect(),
+            missed: predictions.iter().map(|p| p.ok()?.missed_fraction).collect(),
             predictions,
             bound: bound(sensor, detector, counting),
         };

@@ -29,10 +29,7 @@ pub struct TrueDelay {
 pub fn true_delay(sensor: &Sensor, path: PathIndex, tier: CountingTier) -> TrueDelay {
     let path = &sensor.scene().paths[path];
     if path.movement.is_none() {
-        return TrueDelay {
-            delay_ps: path.delay_ps,
-            at_ps: None,
-        };
+        return TrueDelay { delay_ps: path.delay_ps, at_ps: None };
     }
     let offset_ps = calibration_offset_ps(sensor, path.detector, tier);
     let step_ps = sensor.clock().sample_period_ps();
@@ -52,8 +49,5 @@ pub fn true_delay(sensor: &Sensor, path: PathIndex, tier: CountingTier) -> TrueD
     if sensor.timing().parallel == 1 && steps_to_go.abs() <= 1.0 {
         at_ps += steps_to_go * sensor.timing().integration_ps();
     }
-    TrueDelay {
-        delay_ps: path.delay_ps_at(at_ps),
-        at_ps: Some(at_ps),
-    }
+    TrueDelay { delay_ps: path.delay_ps_at(at_ps), at_ps: Some(at_ps) }
 }

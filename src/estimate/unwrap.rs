@@ -58,20 +58,12 @@ pub fn unwrap(errors_m: &[f64], range_m: f64) -> Result<Vec<f64>, Spread> {
     let resultant = sin.hypot(cos) / errors_m.len().max(1) as f64;
     let least = least_resultant(errors_m.len());
     if !errors_m.is_empty() && resultant < least {
-        return Err(Spread {
-            resultant,
-            least,
-            range_m,
-        });
+        return Err(Spread { resultant, least, range_m });
     }
     let mean_m = sin.atan2(cos) / (2.0 * PI) * range_m;
     let unwrapped = errors_m.iter().map(|&error_m| {
         let turns = ((error_m - mean_m) / range_m).round();
-        if turns == 0.0 {
-            error_m
-        } else {
-            error_m - turns * range_m
-        }
+        if turns == 0.0 { error_m } else { error_m - turns * range_m }
     });
     Ok(unwrapped.collect())
 }
@@ -85,11 +77,7 @@ pub fn check_normal(std_m: f64, range_m: f64) -> Result<(), Spread> {
     // Of a wrapped normal error.
     let resultant = (-0.5 * (2.0 * PI * std_m / range_m).powi(2)).exp();
     if resultant < LEAST_RESULTANT {
-        return Err(Spread {
-            resultant,
-            least: LEAST_RESULTANT,
-            range_m,
-        });
+        return Err(Spread { resultant, least: LEAST_RESULTANT, range_m });
     }
     Ok(())
 }
@@ -97,11 +85,7 @@ pub fn check_normal(std_m: f64, range_m: f64) -> Result<(), Spread> {
 /// An error the shorter way round the range.
 pub fn fold(error_m: f64, range_m: f64) -> f64 {
     let turns = (error_m / range_m).round();
-    if turns == 0.0 {
-        error_m
-    } else {
-        error_m - turns * range_m
-    }
+    if turns == 0.0 { error_m } else { error_m - turns * range_m }
 }
 
 /// A distance within 0 .. range, the range itself left out.
@@ -122,13 +106,8 @@ mod tests {
         // Round half the range: 2.9, 3.1 and 3.2 of 6.
         let wrapped = unwrap(&[2.9, -2.9, -2.8], 6.0).expect("they stand together");
         let mean = wrapped.iter().sum::<f64>() / 3.0;
-        assert!(
-            (fold(mean - (2.9 + 3.1 + 3.2) / 3.0, 6.0)).abs() < 1e-12,
-            "{mean}"
-        );
-        let width = wrapped
-            .iter()
-            .fold(0.0, |most: f64, v| most.max((v - mean).abs()));
+        assert!((fold(mean - (2.9 + 3.1 + 3.2) / 3.0, 6.0)).abs() < 1e-12, "{mean}");
+        let width = wrapped.iter().fold(0.0, |most: f64, v| most.max((v - mean).abs()));
         assert!(width < 0.2, "{wrapped:?}");
         assert_eq!(unwrap(&[], 6.0), Ok(Vec::new()));
         assert_eq!(unwrap(&[-2.99], 6.0), Ok(vec![-2.99]));

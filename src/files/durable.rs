@@ -32,10 +32,7 @@ pub(super) fn sync_folder(folder: &Path) -> io::Result<()> {
 fn where_there_is_a_disk(synced: io::Result<()>) -> io::Result<()> {
     match synced {
         Err(error)
-            if matches!(
-                error.kind(),
-                io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported
-            ) =>
+            if matches!(error.kind(), io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported) =>
         {
             Ok(())
         }

@@ -40,10 +40,7 @@ impl OutputFolder {
             Err(error) if error.kind() != io::ErrorKind::Unsupported => {
                 Err(FileError::new(path, "cannot lock the folder")(error))
             }
-            _ => Ok(OutputFolder {
-                path: path.to_owned(),
-                _locked: folder,
-            }),
+            _ => Ok(OutputFolder { path: path.to_owned(), _locked: folder }),
         }
     }
 
@@ -71,9 +68,10 @@ impl OutputFolder {
         match fs::symlink_metadata(&path) {
             Ok(found) if !found.is_dir() => {
                 let reason = format!("{} is there; remove it", kind_of(&found));
-                Err(FileError::new(&path, "cannot make the folder")(
-                    io::Error::new(io::ErrorKind::NotADirectory, reason),
-                ))
+                Err(FileError::new(&path, "cannot make the folder")(io::Error::new(
+                    io::ErrorKind::NotADirectory,
+                    reason,
+                )))
             }
             _ => OutputFolder::open(&path, on_wait),
         }
@@ -97,8 +95,7 @@ impl OutputFolder {
     /// # Errors
     /// When it cannot be written.
     pub fn write(&self, name: &str, text: &str) -> Result<(), FileError> {
-        self.stage(name, |out| out.write_all(text.as_bytes()))?
-            .publish()
+        self.stage(name, |out| out.write_all(text.as_bytes()))?.publish()
     }
 
     /// Gives files that were staged here their names, and waits until all are on the
@@ -139,10 +136,9 @@ impl OutputFolder {
     pub fn remove(&self, name: &str) -> Result<(), FileError> {
         let path = self.join(name);
         match fs::remove_file(&path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(FileError::new(
-                &path,
-                "cannot remove the earlier run's file",
-            )(error)),
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                Err(FileError::new(&path, "cannot remove the earlier run's file")(error))
+            }
             _ => Ok(()),
         }
     }

@@ -113,9 +113,7 @@ mod tests {
         symlink("nowhere", at("dangling")).unwrap();
         fs::hard_link(at("victim"), at("second")).unwrap();
         fs::create_dir(at("folder")).unwrap();
-        let made = std::process::Command::new("mkfifo")
-            .arg(at("pipe"))
-            .status();
+        let made = std::process::Command::new("mkfifo").arg(at("pipe")).status();
         assert!(made.unwrap().success());
         for (name, kind) in [
             ("link", "symbolic link"),

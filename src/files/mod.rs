@@ -63,10 +63,6 @@ pub fn make_folder(path: &Path) -> Result<(), FileError> {
 
 impl FileError {
     fn new(path: &Path, problem: &'static str) -> impl FnOnce(io::Error) -> FileError {
-        move |source| FileError {
-            path: path.to_owned(),
-            problem,
-            source,
-        }
+        move |source| FileError { path: path.to_owned(), problem, source }
     }
 }

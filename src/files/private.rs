@@ -119,10 +119,7 @@ fn check_owner_or_root(path: &Path, found: &Metadata) -> io::Result<()> {
 }
 
 fn told(path: &Path, reason: &str) -> io::Error {
-    io::Error::new(
-        io::ErrorKind::PermissionDenied,
-        format!("{}: {reason}", printable_path(path)),
-    )
+    io::Error::new(io::ErrorKind::PermissionDenied, format!("{}: {reason}", printable_path(path)))
 }
 
 #[cfg(test)]
@@ -176,10 +173,7 @@ mod tests {
         fs::create_dir(folder.path().join("real")).unwrap();
         symlink("real", &link).unwrap();
         let real = private_folder(&link.join("cache")).unwrap();
-        assert_eq!(
-            real,
-            fs::canonicalize(folder.path()).unwrap().join("real/cache")
-        );
+        assert_eq!(real, fs::canonicalize(folder.path()).unwrap().join("real/cache"));
         symlink("round", folder.path().join("round")).unwrap();
         assert!(private_folder(&folder.path().join("round")).is_err());
         fs::write(folder.path().join("file"), "").unwrap();

@@ -80,14 +80,8 @@ pub(super) fn stage_as(
     // given up.
     let hidden = hidden;
     fill(&mut out).map_err(failed)?;
-    let file = out
-        .into_inner()
-        .map_err(|error| failed(error.into_error()))?;
-    Ok(Staged {
-        path: path.to_owned(),
-        hidden,
-        file,
-    })
+    let file = out.into_inner().map_err(|error| failed(error.into_error()))?;
+    Ok(Staged { path: path.to_owned(), hidden, file })
 }
 
 fn cannot_write(path: &Path) -> impl FnOnce(io::Error) -> FileError {
@@ -125,18 +119,14 @@ impl Staged {
         let Some(Hidden { unfinished, target }) = self.hidden else {
             return Ok(None);
         };
-        unfinished
-            .rename(&target)
-            .map_err(cannot_write(&self.path))?;
+        unfinished.rename(&target).map_err(cannot_write(&self.path))?;
         Ok(target.parent().map(Path::to_owned))
     }
 }
 
 /// Opens the hidden file of `target`, empty and locked.
 fn open_hidden(target: PathBuf) -> io::Result<(File, Hidden)> {
-    let name = target
-        .file_name()
-        .ok_or_else(|| io::Error::from(io::ErrorKind::InvalidFilename))?;
+    let name = target.file_name().ok_or_else(|| io::Error::from(io::ErrorKind::InvalidFilename))?;
     let mut hidden_name = std::ffi::OsString::from(".");
     hidden_name.push(name);
     hidden_name.push(".goldtof-partial");
@@ -231,19 +221,15 @@ mod tests {
         fs::write(&left, "half of something longer").unwrap();
         write(&folder.path().join("a.txt"), "new").unwrap();
         assert_eq!(names(folder.path()), ["a.txt"]);
-        assert_eq!(
-            fs::read_to_string(folder.path().join("a.txt")).unwrap(),
-            "new"
-        );
+        assert_eq!(fs::read_to_string(folder.path().join("a.txt")).unwrap(), "new");
     }
 
     #[test]
     fn writers_at_once_do_not_mix() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.txt");
-        let texts: Vec<String> = (0..8)
-            .map(|i| i.to_string().repeat(100_000 + i * 1_000))
-            .collect();
+        let texts: Vec<String> =
+            (0..8).map(|i| i.to_string().repeat(100_000 + i * 1_000)).collect();
         std::thread::scope(|scope| {
             for text in &texts {
                 scope.spawn(|| write(&path, text).unwrap());
@@ -282,10 +268,7 @@ mod tests {
         let before = names(folder.path());
         for name in ["a", "b", "c"] {
             let error = write(&at(name), "new").unwrap_err().to_string();
-            assert!(
-                error.contains(&format!("/.{name}.goldtof-partial: a ")),
-                "{error}"
-            );
+            assert!(error.contains(&format!("/.{name}.goldtof-partial: a ")), "{error}");
             assert!(error.contains("remove it"), "{error}");
         }
         assert_eq!(names(folder.path()), before);

@@ -32,10 +32,7 @@ pub(super) fn miter(left: Started, right: Started, ignores_idle_payload: bool) -
         known: HashMap::new(),
     };
     let first_latch = inputs.len() as u32 + 1;
-    let sides = [
-        (left, first_latch),
-        (right, first_latch + left.values.len() as u32),
-    ];
+    let sides = [(left, first_latch), (right, first_latch + left.values.len() as u32)];
     let mut nexts = Vec::new();
     let mut outputs: Vec<Vec<Vec<Literal>>> = Vec::new();
     for (side, first_latch) in sides {
@@ -59,11 +56,7 @@ pub(super) fn miter(left: Started, right: Started, ignores_idle_payload: bool) -
         differ = graph.or(differ, here);
     }
     let count = graph.next - 1;
-    let mut file = format!(
-        "aig {count} {} {latches} 1 {}\n",
-        inputs.len(),
-        graph.ands.len()
-    );
+    let mut file = format!("aig {count} {} {latches} 1 {}\n", inputs.len(), graph.ands.len());
     for next in nexts {
         file += &format!("{next}\n");
     }

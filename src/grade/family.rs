@@ -28,11 +28,7 @@ impl Family {
     /// Every net stuck at 0 and at 1.
     pub(super) fn faults(netlist: &Netlist) -> Family {
         let (all, sites) = with_faults(netlist);
-        Family {
-            all,
-            good: netlist.clone(),
-            kind: Kind::Faults(sites),
-        }
+        Family { all, good: netlist.clone(), kind: Kind::Faults(sites) }
     }
 
     /// Mutants that Yosys chooses.
@@ -48,11 +44,7 @@ impl Family {
             .collect();
         let (top, sources) = (&request.top, &request.sources);
         let (all, list) = mutants(top, sources, count, request.seed, &kept, &request.cache)?;
-        Ok(Family {
-            good: chosen(&all, None),
-            all,
-            kind: Kind::Mutants(list),
-        })
+        Ok(Family { good: chosen(&all, None), all, kind: Kind::Mutants(list) })
     }
 
     /// How many variants there are.
@@ -83,11 +75,7 @@ impl Family {
             }
             Kind::Mutants(list) => {
                 let mutant = &list[number];
-                (
-                    mutant.mode.clone(),
-                    mutant.place.clone(),
-                    mutant.source.clone(),
-                )
+                (mutant.mode.clone(), mutant.place.clone(), mutant.source.clone())
             }
         }
     }

@@ -66,9 +66,7 @@ fn in_logic_of((name, bit): (&Name, usize)) -> (String, String) {
 /// none.
 pub(super) fn places(source: &str) -> String {
     let is_line = |place: &&str| {
-        let lines = place
-            .rsplit_once(':')
-            .and_then(|(_, at)| at.split_once('-'));
+        let lines = place.rsplit_once(':').and_then(|(_, at)| at.split_once('-'));
         let line = |at: &str| at.split_once('.').map(|(line, _)| line.to_owned());
         lines.is_some_and(|(from, to)| line(from) == line(to))
     };
@@ -88,10 +86,7 @@ mod tests {
     fn a_declaration_goes_before_the_instances_above_it() {
         let source = "top.v:67.22-76.6|a.v:21.17-21.24|channel.v:5.1-9.2";
         assert_eq!(places(source), "a.v:21.17-21.24");
-        assert_eq!(
-            places("top.v:67.22-76.6|b.v:1.1-2.2"),
-            "top.v:67.22-76.6, b.v:1.1-2.2"
-        );
+        assert_eq!(places("top.v:67.22-76.6|b.v:1.1-2.2"), "top.v:67.22-76.6, b.v:1.1-2.2");
         assert_eq!(places(""), "");
     }
 }

@@ -251,9 +251,7 @@ pub fn grade(
             count => run(Family::mutants(request, count)?).map(Some),
         });
         let faults = run(Family::faults(&design));
-        let mutants = mutants
-            .join()
-            .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        let mutants = mutants.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         Ok::<_, Refusal>((faults?, mutants?))
     })?;
     on_progress("proving what is left");
@@ -262,10 +260,7 @@ pub fn grade(
     let mut answers = prove(&questions, request.is_users(), request.bounds)?.into_iter();
     let mut outcomes = |tried: &Tried| {
         let answers: Vec<Answer> = answers.by_ref().take(tried.open.len()).collect();
-        Outcomes {
-            total: tried.total(),
-            of: tried.outcomes(&answers, request),
-        }
+        Outcomes { total: tried.total(), of: tried.outcomes(&answers, request) }
     };
     Ok(Graded {
         clocks: stream.clocks,

@@ -68,9 +68,7 @@ impl Outcomes {
         }
         let of = |verdict| {
             let found = survivors.iter();
-            found
-                .filter(|found: &&Survivor| found.verdict == verdict)
-                .count()
+            found.filter(|found: &&Survivor| found.verdict == verdict).count()
         };
         Score {
             total,

@@ -36,10 +36,7 @@ pub struct Bounds {
 
 impl Default for Bounds {
     fn default() -> Bounds {
-        Bounds {
-            each_s: 5,
-            all_s: 60,
-        }
+        Bounds { each_s: 5, all_s: 60 }
     }
 }
 
@@ -132,15 +129,9 @@ fn side_by_side<T: Sync, A: Send + Sync>(
 impl Question<'_> {
     fn ask(&self, ignores_idle_payload: bool, limit_s: u32) -> Result<Answer, CosimError> {
         let folder = tempfile::tempdir().map_err(CosimError::cache(std::env::temp_dir()))?;
-        let good = Started {
-            netlist: &self.family.good,
-            values: self.good_values,
-        };
+        let good = Started { netlist: &self.family.good, values: self.good_values };
         let variant = self.family.variant(self.number);
-        let variant = Started {
-            netlist: &variant,
-            values: self.values,
-        };
+        let variant = Started { netlist: &variant, values: self.values };
         let bytes = miter(good, variant, ignores_idle_payload);
         let path = folder.path().join("miter.aig");
         fs::write(&path, bytes).map_err(CosimError::cache(&path))?;
@@ -171,8 +162,6 @@ fn answer(said: &str) -> Option<Answer> {
         }
         let (_, frame) = line.split_once("was asserted in frame ")?;
         let digits: String = frame.chars().take_while(char::is_ascii_digit).collect();
-        Some(Answer::Shown(format!(
-            "inputs that show it {digits} clocks after reset exist"
-        )))
+        Some(Answer::Shown(format!("inputs that show it {digits} clocks after reset exist")))
     })
 }

@@ -116,11 +116,9 @@ impl<'a> Stream<'a> {
     fn stimulus(&self) -> Box<dyn Stimulus + '_> {
         match &self.adversary {
             Some(adversary) => Box::new(adversary.clone()),
-            None => Box::new(Photons::new(
-                &self.models,
-                self.sensor.interface(),
-                self.request.seed,
-            )),
+            None => {
+                Box::new(Photons::new(&self.models, self.sensor.interface(), self.request.seed))
+            }
         }
     }
 
@@ -231,11 +229,7 @@ impl<'a> Stream<'a> {
         }
         let mut after_reset = after_reset.unwrap_or_default();
         let after_reset_good = after_reset.pop().unwrap_or_default();
-        Ok(Caught {
-            at: std::mem::take(&mut machines.at),
-            after_reset_good,
-            after_reset,
-        })
+        Ok(Caught { at: std::mem::take(&mut machines.at), after_reset_good, after_reset })
     }
 }
 

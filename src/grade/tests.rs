@@ -28,10 +28,7 @@ fn request(sensor: &Sensor, clocks: u64, mutants: u32) -> GradeRequest {
         clocks: Some(clocks),
         seed: 1,
         mutants,
-        bounds: Bounds {
-            each_s: 1,
-            all_s: 4,
-        },
+        bounds: Bounds { each_s: 1, all_s: 4 },
     }
 }
 
@@ -65,16 +62,10 @@ fn a_redundant_register_is_proven_equivalent_and_a_port_that_is_stuck_is_not() {
     let sensor = sensor();
     // What the stimulus leaves is little, and is decided far within the bounds.
     let mut request = request(&sensor, 40_000, 0);
-    request.bounds = Bounds {
-        each_s: 20,
-        all_s: 60,
-    };
+    request.bounds = Bounds { each_s: 20, all_s: 60 };
     let with = |request: &GradeRequest| whole_grade(&sensor, request).faults;
     let before = with(&request);
-    let top = request
-        .sources
-        .iter_mut()
-        .find(|file| file.name == "sensor_top.v");
+    let top = request.sources.iter_mut().find(|file| file.name == "sensor_top.v");
     let text = &mut top.unwrap().text;
     // Two registers that never have the same value, and a gate that waits for it.
     let end = text.rfind("endmodule").unwrap();
@@ -90,10 +81,7 @@ fn a_redundant_register_is_proven_equivalent_and_a_port_that_is_stuck_is_not() {
     text.replace_range(open..=close, "(i_rst | never)");
     let after = with(&request);
     // The gate stuck at 0 cannot be seen; stuck at 1 it is a reset that never ends.
-    assert!(
-        after.proven_equivalent > before.proven_equivalent,
-        "{before:?} {after:?}"
-    );
+    assert!(after.proven_equivalent > before.proven_equivalent, "{before:?} {after:?}");
     let stuck = |survivor: &&Survivor| survivor.net.starts_with("never");
     assert_eq!(after.survivors.iter().filter(stuck).count(), 0, "{after:?}");
 }

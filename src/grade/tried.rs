@@ -46,16 +46,8 @@ impl Tried {
             }
             _ => HashMap::new(),
         };
-        let open = left
-            .into_iter()
-            .filter(|number| !shown.contains_key(number));
-        Ok(Tried {
-            open: open.collect(),
-            family,
-            chosen,
-            caught,
-            shown,
-        })
+        let open = left.into_iter().filter(|number| !shown.contains_key(number));
+        Ok(Tried { open: open.collect(), family, chosen, caught, shown })
     }
 
     /// What is to be proven of those that nothing has shown.

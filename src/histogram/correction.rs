@@ -139,9 +139,8 @@ impl DeadTime {
         let periods = histogram.periods() as f64;
         let own = (triangular(self.bins) - 0.5) / periods;
         let blind = self.blind(&per_period).into_iter().zip(histogram.bins());
-        let ready: Vec<f64> = blind
-            .map(|(blind, &count)| 1.0 - blind + if count > 0 { own } else { 0.0 })
-            .collect();
+        let ready: Vec<f64> =
+            blind.map(|(blind, &count)| 1.0 - blind + if count > 0 { own } else { 0.0 }).collect();
         let is_measured = |ready: f64| ready * periods >= LEAST_PERIODS;
         let measured: Vec<bool> = ready.iter().map(|&ready| is_measured(ready)).collect();
         let unmeasured = measured.iter().filter(|measured| !*measured).count();
@@ -154,10 +153,7 @@ impl DeadTime {
         let released = self.released(&per_period, &hazard)?;
         let light = per_period.iter().zip(&released).zip(&ready);
         let light = light.map(|((h, released), q)| (h - released) / q).collect();
-        let variance = per_period
-            .iter()
-            .zip(&ready)
-            .map(|(h, q)| h / (q * q * periods));
+        let variance = per_period.iter().zip(&ready).map(|(h, q)| h / (q * q * periods));
         Ok(PrimaryLight {
             per_period: filled(light, &measured),
             variance: filled(variance.collect(), &measured),
@@ -195,19 +191,12 @@ impl DeadTime {
         if !(bins.is_finite() && bins >= 0.0) {
             return Err(CorrectionError::NoDeadTime { bins });
         }
-        let Some(Afterpulses {
-            mean_per_avalanche,
-            time_constant_bins,
-        }) = self.afterpulses
-        else {
+        let Some(Afterpulses { mean_per_avalanche, time_constant_bins }) = self.afterpulses else {
             return Ok(());
         };
         let is_number = mean_per_avalanche.is_finite() && mean_per_avalanche >= 0.0;
         if !(is_number && time_constant_bins.is_finite() && time_constant_bins > 0.0) {
-            return Err(CorrectionError::NoAfterpulses {
-                mean_per_avalanche,
-                time_constant_bins,
-            });
+            return Err(CorrectionError::NoAfterpulses { mean_per_avalanche, time_constant_bins });
         }
         if bins < 1.0 {
             return Err(CorrectionError::DeadTimeBelowBin { bins });
@@ -226,22 +215,13 @@ impl DeadTime {
     }
 
     fn never_ready(&self, bin: usize, ready: f64) -> CorrectionError {
-        CorrectionError::NeverReady {
-            bin,
-            ready,
-            dead_time_bins: self.bins,
-        }
+        CorrectionError::NeverReady { bin, ready, dead_time_bins: self.bins }
     }
 
     /// What of each bin the dead times of detections cover.
     pub(super) fn blind(&self, detections: &[f64]) -> Vec<f64> {
         let before = Before::new(detections);
-        let Shares {
-            first,
-            whole,
-            last,
-            after,
-        } = self.shares();
+        let Shares { first, whole, last, after } = self.shares();
         let whole = whole as i64;
         let bin = |a: i64| detections[a.rem_euclid(detections.len() as i64) as usize];
         (0..detections.len() as i64)
@@ -422,12 +402,7 @@ impl Decay {
             // The difference cancels; the next term is another rate x width / 4.
             false => 0.5 * width * width * (1.0 - rate * width / 3.0),
         };
-        Decay {
-            width,
-            stays: (-rate * width).exp(),
-            once,
-            twice,
-        }
+        Decay { width, stays: (-rate * width).exp(), once, twice }
     }
 
     /// The value at the end, from that at the start; adds the integral over the width.
@@ -468,9 +443,5 @@ impl Before {
 
 /// P(v - u < x) for independent u and v, anywhere in 0..1.
 fn triangular(x: f64) -> f64 {
-    if x < 0.0 {
-        0.5 * (1.0 + x).max(0.0).powi(2)
-    } else {
-        1.0 - 0.5 * (1.0 - x).max(0.0).powi(2)
-    }
+    if x < 0.0 { 0.5 * (1.0 + x).max(0.0).powi(2) } else { 1.0 - 0.5 * (1.0 - x).max(0.0).powi(2) }
 }

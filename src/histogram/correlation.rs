@@ -68,12 +68,7 @@ impl Correlator {
         let mut spectrum: Vec<Complex64> = code.chips.iter().map(sign).collect();
         forward.process(&mut spectrum);
         let code = spectrum.iter().map(|s| s.conj() / length as f64).collect();
-        Correlator {
-            samples_per_chip: samples_per_chip as usize,
-            forward,
-            inverse,
-            code,
-        }
+        Correlator { samples_per_chip: samples_per_chip as usize, forward, inverse, code }
     }
 
     /// Bins of a code period, L' S, which is also the number of phase steps.
@@ -86,11 +81,7 @@ impl Correlator {
     /// # Panics
     /// If the histogram is one of another code length or other samples.
     pub fn signed_counts(&self, histogram: &Histogram) -> Vec<i64> {
-        assert_eq!(
-            histogram.bins().len(),
-            self.bins(),
-            "one bin per sample of the code"
-        );
+        assert_eq!(histogram.bins().len(), self.bins(), "one bin per sample of the code");
         let sums = self.slot_sums(histogram.bins());
         let largest = sums.iter().copied().max().unwrap_or(0);
         let mut counts = vec![0_i64; self.bins()];
@@ -118,11 +109,7 @@ impl Correlator {
 
     /// Sums of the S bins from each bin on: slot i of phase b stands at i S + b.
     fn slot_sums<T: Copy + std::iter::Sum<T>>(&self, bins: &[T]) -> Vec<T> {
-        let slot = |a: usize| {
-            (a..a + self.samples_per_chip)
-                .map(|a| bins[a % bins.len()])
-                .sum()
-        };
+        let slot = |a: usize| (a..a + self.samples_per_chip).map(|a| bins[a % bins.len()]).sum();
         (0..bins.len()).map(slot).collect()
     }
 

@@ -67,10 +67,7 @@ pub enum HistogramError {
         periods: u64,
     },
     /// Sums would not fit.
-    #[error(
-        "all bins together count {total}; signed counts of 64 bits take up to {}",
-        i64::MAX
-    )]
+    #[error("all bins together count {total}; signed counts of 64 bits take up to {}", i64::MAX)]
     TooLarge {
         /// Sum of all bins.
         total: u128,
@@ -90,31 +87,20 @@ impl Histogram {
     ) -> Result<Histogram, HistogramError> {
         let chip = samples_per_chip as usize;
         if chip == 0 || bins.is_empty() || !bins.len().is_multiple_of(chip) {
-            return Err(HistogramError::NoWholeChips {
-                bins: bins.len(),
-                samples_per_chip,
-            });
+            return Err(HistogramError::NoWholeChips { bins: bins.len(), samples_per_chip });
         }
         if periods == 0 {
             return Err(HistogramError::NoPeriods);
         }
         if let Some(bin) = bins.iter().position(|&count| count > periods) {
             let count = bins[bin];
-            return Err(HistogramError::TooMany {
-                bin,
-                count,
-                periods,
-            });
+            return Err(HistogramError::TooMany { bin, count, periods });
         }
         let total: u128 = bins.iter().map(|&count| u128::from(count)).sum();
         if i64::try_from(total).is_err() {
             return Err(HistogramError::TooLarge { total });
         }
-        Ok(Histogram {
-            bins,
-            samples_per_chip,
-            periods,
-        })
+        Ok(Histogram { bins, samples_per_chip, periods })
     }
 
     /// Rising edges in each bin.
@@ -145,10 +131,7 @@ impl Histogram {
     /// Mean rising edges of each bin in a code period.
     pub fn per_period(&self) -> Vec<f64> {
         let periods = self.periods as f64;
-        self.bins
-            .iter()
-            .map(|&count| count as f64 / periods)
-            .collect()
+        self.bins.iter().map(|&count| count as f64 / periods).collect()
     }
 }
 
@@ -159,28 +142,17 @@ mod tests {
     #[test]
     fn what_cannot_be_a_histogram_is_refused() {
         let new = |bins: &[u64], samples, periods| Histogram::new(bins.to_vec(), samples, periods);
-        let no_chips = |bins, samples_per_chip| {
-            Err(HistogramError::NoWholeChips {
-                bins,
-                samples_per_chip,
-            })
-        };
+        let no_chips =
+            |bins, samples_per_chip| Err(HistogramError::NoWholeChips { bins, samples_per_chip });
         assert_eq!(new(&[1, 0, 0], 2, 9), no_chips(3, 2));
         assert_eq!(new(&[], 2, 9), no_chips(0, 2));
         assert_eq!(new(&[1], 0, 9), no_chips(1, 0));
         assert_eq!(new(&[0, 0], 2, 0), Err(HistogramError::NoPeriods));
-        let too_many = HistogramError::TooMany {
-            bin: 1,
-            count: 3,
-            periods: 2,
-        };
+        let too_many = HistogramError::TooMany { bin: 1, count: 3, periods: 2 };
         assert_eq!(new(&[2, 3], 2, 2), Err(too_many));
         let most = i64::MAX as u64;
         let total = u128::from(most) + 1;
-        assert_eq!(
-            new(&[most, 1], 2, most),
-            Err(HistogramError::TooLarge { total })
-        );
+        assert_eq!(new(&[most, 1], 2, most), Err(HistogramError::TooLarge { total }));
         assert_eq!(new(&[most, 0], 2, most).map(|h| h.total()), Ok(most));
     }
 }

@@ -60,19 +60,13 @@ impl PendingAfterpulses {
         self.times.retain(|&time| time > ready);
         for _ in 0..new {
             let delay: f64 = Exp1.sample(&mut self.rng);
-            self.times
-                .push(ready.after(delay * self.afterpulsing.time_constant_chips));
+            self.times.push(ready.after(delay * self.afterpulsing.time_constant_chips));
         }
         self.next = self
             .times
             .iter()
             .copied()
-            .fold(
-                ChipTime::NEVER,
-                |first, time| {
-                    if time < first { time } else { first }
-                },
-            );
+            .fold(ChipTime::NEVER, |first, time| if time < first { time } else { first });
     }
 
     /// A Poisson number by inversion; nearly always one comparison.
@@ -101,12 +95,7 @@ mod tests {
     #[test]
     fn numbers_are_poisson() {
         let afterpulsing = Afterpulsing::new(0.6, 1.0).expect("there is afterpulsing");
-        let key = StreamKey {
-            seed: 3,
-            detector: 0,
-            group: Group(0),
-            repetition: 0,
-        };
+        let key = StreamKey { seed: 3, detector: 0, group: Group(0), repetition: 0 };
         let mut pending = PendingAfterpulses::new(afterpulsing, key.stream(Part::Afterpulsing));
         let draws = 200_000;
         let (mut none, mut sum, mut squares) = (0, 0.0, 0.0);

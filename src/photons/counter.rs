@@ -18,17 +18,11 @@ pub struct StepCount {
 
 impl StepCount {
     /// Nothing counted.
-    pub const ZERO: StepCount = StepCount {
-        signed: 0,
-        total: 0,
-    };
+    pub const ZERO: StepCount = StepCount { signed: 0, total: 0 };
 
     /// `total` detections, `ups` of them while the reference was 1.
     pub(crate) fn of(ups: u32, total: u32) -> StepCount {
-        StepCount {
-            signed: 2 * i64::from(ups) - i64::from(total),
-            total: u64::from(total),
-        }
+        StepCount { signed: 2 * i64::from(ups) - i64::from(total), total: u64::from(total) }
     }
 
     pub(crate) fn add(&mut self, other: StepCount) {
@@ -45,15 +39,10 @@ pub fn count_step(model: &DetectorModel, seed: u64, repetition: u64, step: Step)
     let group = model.timing.grouping().group_of(step);
     let key = model.key(seed, repetition, group);
     let mut transition = key.stream_of_step(step, Part::Transition);
-    let mut count = StepCount {
-        signed: 0,
-        total: 0,
-    };
+    let mut count = StepCount { signed: 0, total: 0 };
     for detection in model.step(seed, repetition, group) {
         count.total += 1;
-        let up = reference
-            .level(detection)
-            .unwrap_or_else(|| transition.random());
+        let up = reference.level(detection).unwrap_or_else(|| transition.random());
         count.signed += if up { 1 } else { -1 };
     }
     count

@@ -117,25 +117,13 @@ impl DetectorModel {
     /// How light of a code follows it: as the scene says, and light of unknown codes
     /// as the reference's.
     pub(crate) fn shape_of(&self, code: &Code) -> Arc<PulseShape> {
-        let of = |code: &Code| {
-            self.shapes
-                .iter()
-                .find(|(known, _)| known.chips == code.chips)
-        };
+        let of = |code: &Code| self.shapes.iter().find(|(known, _)| known.chips == code.chips);
         let found = of(code).or_else(|| of(&self.reference));
-        found.map_or_else(
-            || Arc::new(PulseShape::ideal()),
-            |(_, shape)| Arc::clone(shape),
-        )
+        found.map_or_else(|| Arc::new(PulseShape::ideal()), |(_, shape)| Arc::clone(shape))
     }
 
     pub(crate) fn key(&self, seed: u64, repetition: u64, group: Group) -> StreamKey {
-        StreamKey {
-            seed,
-            detector: self.number,
-            group,
-            repetition,
-        }
+        StreamKey { seed, detector: self.number, group, repetition }
     }
 
     /// Modulated light whose code keeps its place beside the reference's.
@@ -171,9 +159,7 @@ impl DetectorModel {
             .synchronised()
             .filter_map(|light| light.movement.as_ref())
             .map(|movement| {
-                let slip = movement
-                    .slip
-                    .map_or(0.0, |slip| slip.range_chips(scan_chips));
+                let slip = movement.slip.map_or(0.0, |slip| slip.range_chips(scan_chips));
                 movement.range_chips(scan_chips) + slip
             })
             .fold(0.0, f64::max);

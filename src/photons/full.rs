@@ -56,17 +56,10 @@ impl DetectorModel {
                 }
             }
             OptionalPart::OtherLight => {
-                let dark = LightRates {
-                    on_hz: NEVER_HZ,
-                    off_hz: 0.0,
-                };
+                let dark = LightRates { on_hz: NEVER_HZ, off_hz: 0.0 };
                 let others = &model.excess;
                 let path = NumberedPath {
-                    index: others
-                        .iter()
-                        .map(|o| PathIndex(o.path.0 + 1))
-                        .max()
-                        .unwrap_or_default(),
+                    index: others.iter().map(|o| PathIndex(o.path.0 + 1)).max().unwrap_or_default(),
                     number: others.iter().map(|o| o.number).fold(0, scatter),
                 };
                 // The reference's own code leaves the common period as it is.

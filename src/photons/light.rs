@@ -34,17 +34,11 @@ impl LightRates {
             * detector.photon_detection_probability;
         let (length, weight) = (source.code.len() as f64, source.code.weight() as f64);
         if weight == 0.0 {
-            return LightRates {
-                on_hz: mean_hz,
-                off_hz: mean_hz,
-            };
+            return LightRates { on_hz: mean_hz, off_hz: mean_hz };
         }
         let off_share = 1.0 / source.extinction_ratio;
         let on_hz = mean_hz * length / (weight + (length - weight) * off_share);
-        LightRates {
-            on_hz,
-            off_hz: on_hz * off_share,
-        }
+        LightRates { on_hz, off_hz: on_hz * off_share }
     }
 
     /// What the light adds during on-chips.
@@ -120,10 +114,7 @@ impl ExcessLight {
             on_chips: others
                 .iter()
                 .find(|other| Arc::ptr_eq(&other.code, code))
-                .map_or_else(
-                    || Arc::new(OnChips::of(code)),
-                    |other| Arc::clone(&other.on_chips),
-                ),
+                .map_or_else(|| Arc::new(OnChips::of(code)), |other| Arc::clone(&other.on_chips)),
             mean_wait_chips: 1.0 / rate_per_chip,
             delay_chips: delay.floor() as i64,
             delay_fraction: delay - delay.floor(),
@@ -161,10 +152,9 @@ impl ExcessLight {
                 mean_wait_chips: self.mean_wait_chips / strand.share,
                 delay_chips: delay.floor() as i64,
                 delay_fraction: delay - delay.floor(),
-                gate: strand.gate.map(|gate| Gate {
-                    delay_chips: self.delay() + gate.delay_chips,
-                    ..gate
-                }),
+                gate: strand
+                    .gate
+                    .map(|gate| Gate { delay_chips: self.delay() + gate.delay_chips, ..gate }),
                 number: match place {
                     0 => self.number,
                     _ => scatter(self.number, place),
@@ -180,11 +170,7 @@ impl ExcessLight {
 }
 
 /// What is left of a shape where the light never goes off.
-const ALWAYS_ON: [Strand; 1] = [Strand {
-    share: 1.0,
-    delay_chips: 0.0,
-    gate: None,
-}];
+const ALWAYS_ON: [Strand; 1] = [Strand { share: 1.0, delay_chips: 0.0, gate: None }];
 
 /// A share of a path's light, which goes on and off at once.
 #[derive(Debug, Clone)]
@@ -300,17 +286,10 @@ impl<'m> ExcessArrivals<'m> {
         }
 
         let entry = light.on_chips.before[position as usize];
-        let on_fraction = if entry & 1 == 1 {
-            emitted_fraction
-        } else {
-            0.0
-        };
+        let on_fraction = if entry & 1 == 1 { emitted_fraction } else { 0.0 };
         let exponential: f64 = Exp1.sample(&mut self.rng);
-        let passed = ChipTime {
-            chip: i64::from(entry >> 1),
-            fraction: on_fraction,
-        }
-        .after(exponential * strand.mean_wait_chips);
+        let passed = ChipTime { chip: i64::from(entry >> 1), fraction: on_fraction }
+            .after(exponential * strand.mean_wait_chips);
 
         let mut on_chip = passed.chip;
         let mut period_start = self.period_start;
@@ -325,10 +304,7 @@ impl<'m> ExcessArrivals<'m> {
             fraction: passed.fraction,
         };
         let arrived = emitted.after(strand.delay_fraction);
-        ChipTime {
-            chip: arrived.chip.saturating_add(strand.delay_chips),
-            ..arrived
-        }
+        ChipTime { chip: arrived.chip.saturating_add(strand.delay_chips), ..arrived }
     }
 }
 
@@ -351,32 +327,15 @@ mod tests {
     fn arrivals_fall_on_on_chips_evenly() {
         use crate::code::Generator;
         let chips = vec![1, 1, 0, 1, 0, 0, 0];
-        let code = Arc::new(Code {
-            generator: Generator::Chips(chips.clone()),
-            interleave: 0,
-            chips,
-        });
-        let rates = LightRates {
-            on_hz: 0.6e12,
-            off_hz: 0.1e12,
-        };
+        let code =
+            Arc::new(Code { generator: Generator::Chips(chips.clone()), interleave: 0, chips });
+        let rates = LightRates { on_hz: 0.6e12, off_hz: 0.1e12 };
         let delay_ps = 17.25;
-        let path = NumberedPath {
-            index: PathIndex(0),
-            number: 0,
-        };
-        let clock = Clock {
-            chip_period_ps: 1.0,
-            samples_per_chip: 8,
-        };
+        let path = NumberedPath { index: PathIndex(0), number: 0 };
+        let clock = Clock { chip_period_ps: 1.0, samples_per_chip: 8 };
         let light =
             ExcessLight::new(path, rates, &code, delay_ps, clock, &[]).expect("there is light");
-        let key = StreamKey {
-            seed: 1,
-            detector: 0,
-            group: Group(0),
-            repetition: 0,
-        };
+        let key = StreamKey { seed: 1, detector: 0, group: Group(0), repetition: 0 };
         let mut arrivals = ExcessArrivals::new(
             light.strands().next().expect("a strand"),
             key.stream(Part::Path(0)),

@@ -20,15 +20,9 @@ struct Forgetting {
 }
 
 /// For random counts.
-const SIMULATED: Forgetting = Forgetting {
-    dead_times: 32.0,
-    per_saturation_squared: 2.0,
-};
+const SIMULATED: Forgetting = Forgetting { dead_times: 32.0, per_saturation_squared: 2.0 };
 /// For a solution, which is as precise as its numbers.
-const SOLVED: Forgetting = Forgetting {
-    dead_times: 48.0,
-    per_saturation_squared: 3.0,
-};
+const SOLVED: Forgetting = Forgetting { dead_times: 48.0, per_saturation_squared: 3.0 };
 
 /// What a detector's memory follows from, under light of some brightness.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -95,25 +95,14 @@ impl Movement {
         }
         let fluctuation = movement.and_then(|movement| movement.fluctuation);
         let fluctuation = fluctuation.filter(|f| f.std_m > 0.0).map(|f| {
-            Fluctuation::new(
-                clock.chips(path.delay_std_ps()),
-                clock.chips(f.correlation_time_ps),
-            )
+            Fluctuation::new(clock.chips(path.delay_std_ps()), clock.chips(f.correlation_time_ps))
         });
-        Some(Movement {
-            delay_rate: path.delay_rate(),
-            fluctuation,
-            slip,
-        })
+        Some(Movement { delay_rate: path.delay_rate(), fluctuation, slip })
     }
 
     /// No movement, followed all the same.
     pub fn none() -> Movement {
-        Movement {
-            delay_rate: 0.0,
-            fluctuation: None,
-            slip: None,
-        }
+        Movement { delay_rate: 0.0, fluctuation: None, slip: None }
     }
 
     /// How far the path's delay moves in `duration_chips`: its mean, and two standard
@@ -137,11 +126,7 @@ impl Fluctuation {
                 deviation: std_chips * (-(-2.0 * away).exp_m1() / both).sqrt(),
             }
         });
-        Fluctuation {
-            std_chips,
-            cell_chips: cell_chips as i64,
-            levels,
-        }
+        Fluctuation { std_chips, cell_chips: cell_chips as i64, levels }
     }
 
     /// Values at the start and at the end of a cell.
@@ -203,10 +188,7 @@ impl<'m> Trajectory<'m> {
 
     /// The same, if its own origin is chip `first` of all.
     pub fn since_first_scan(self, first: Chip) -> Trajectory<'m> {
-        Trajectory {
-            first_origin: first.0 as f64,
-            ..self
-        }
+        Trajectory { first_origin: first.0 as f64, ..self }
     }
 
     fn enter_cell(&mut self, cell: i64) {
@@ -260,12 +242,7 @@ mod tests {
     use crate::scan::Group;
     use crate::scene::PathIndex;
 
-    const KEY: StreamKey = StreamKey {
-        seed: 5,
-        detector: 0,
-        group: Group(0),
-        repetition: 0,
-    };
+    const KEY: StreamKey = StreamKey { seed: 5, detector: 0, group: Group(0), repetition: 0 };
 
     fn fluctuating(std_chips: f64, correlation_chips: f64) -> Movement {
         Movement {
@@ -298,15 +275,9 @@ mod tests {
                 let error = 5.0 / (scans as f64).sqrt();
                 assert!(sums[0].abs() < error, "{start} {lag}: mean {}", sums[0]);
                 let variance_error = error * 2_f64.sqrt();
-                assert!(
-                    (sums[1] - 1.0).abs() < variance_error,
-                    "{start} {lag}: {sums:?}"
-                );
+                assert!((sums[1] - 1.0).abs() < variance_error, "{start} {lag}: {sums:?}");
                 let product_error = error * (1.0 + correlation * correlation).sqrt();
-                assert!(
-                    (sums[2] - correlation).abs() < product_error,
-                    "{start} {lag}: {sums:?}"
-                );
+                assert!((sums[2] - correlation).abs() < product_error, "{start} {lag}: {sums:?}");
             }
         }
     }
@@ -332,24 +303,13 @@ mod tests {
 
     #[test]
     fn a_displacement_depends_on_its_time_alone() {
-        let movement = Movement {
-            delay_rate: 1e-5,
-            ..fluctuating(0.2, 700.0)
-        };
-        let time = |chip: i64| ChipTime {
-            chip,
-            fraction: 0.375,
-        };
+        let movement = Movement { delay_rate: 1e-5, ..fluctuating(0.2, 700.0) };
+        let time = |chip: i64| ChipTime { chip, fraction: 0.375 };
         let mut forwards = Trajectory::new(&movement, &KEY, 3, 1_000_000);
-        let walked: Vec<f64> = (-3_000..3_000)
-            .map(|chip| forwards.displacement(time(chip)))
-            .collect();
+        let walked: Vec<f64> =
+            (-3_000..3_000).map(|chip| forwards.displacement(time(chip))).collect();
         // Another detector's step that starts 777 chips later, asked backwards.
-        let key = StreamKey {
-            detector: 4,
-            group: Group(9),
-            ..KEY
-        };
+        let key = StreamKey { detector: 4, group: Group(9), ..KEY };
         let mut backwards = Trajectory::new(&movement, &key, 3, 1_000_777);
         for chip in (-3_000..3_000).rev() {
             let found = backwards.displacement(time(chip - 777));
@@ -358,15 +318,7 @@ mod tests {
         let others = [
             Trajectory::new(&movement, &KEY, 2, 1_000_000),
             Trajectory::new(&movement, &StreamKey { seed: 6, ..KEY }, 3, 1_000_000),
-            Trajectory::new(
-                &movement,
-                &StreamKey {
-                    repetition: 1,
-                    ..KEY
-                },
-                3,
-                1_000_000,
-            ),
+            Trajectory::new(&movement, &StreamKey { repetition: 1, ..KEY }, 3, 1_000_000),
         ];
         for mut other in others {
             assert_ne!(other.displacement(time(0)), walked[3_000]);
@@ -376,17 +328,11 @@ mod tests {
     /// t - x(t) = still, for the fastest movements that scenes allow.
     #[test]
     fn arrivals_solve_their_equation_to_the_last_femtosecond() {
-        let movement = Movement {
-            delay_rate: 2e-3,
-            ..fluctuating(16.0 * 2e-5, 16.0)
-        };
+        let movement = Movement { delay_rate: 2e-3, ..fluctuating(16.0 * 2e-5, 16.0) };
         let mut trajectory = Trajectory::new(&movement, &KEY, 0, 40_000_000_000);
         let from = ChipTime::at_chip(i64::MIN / 2);
         for chip in 0..2_000 {
-            let still = ChipTime {
-                chip: 37 * chip,
-                fraction: 0.125,
-            };
+            let still = ChipTime { chip: 37 * chip, fraction: 0.125 };
             let arrival = trajectory.arrival(still, from);
             let back = arrival.shifted(-trajectory.displacement(arrival));
             let error = (back.chip - still.chip) as f64 + back.fraction - still.fraction;
@@ -406,30 +352,14 @@ mod tests {
         use crate::photons::random::Part;
 
         let chips = vec![1, 1, 0, 1, 0, 0, 0];
-        let code = Arc::new(Code {
-            generator: Generator::Chips(chips.clone()),
-            interleave: 0,
-            chips,
-        });
-        let rates = LightRates {
-            on_hz: 60e6,
-            off_hz: 6e6,
-        };
-        let path = NumberedPath {
-            index: PathIndex(0),
-            number: 0,
-        };
-        let clock = Clock {
-            chip_period_ps: 8_000.0,
-            samples_per_chip: 8,
-        };
+        let code =
+            Arc::new(Code { generator: Generator::Chips(chips.clone()), interleave: 0, chips });
+        let rates = LightRates { on_hz: 60e6, off_hz: 6e6 };
+        let path = NumberedPath { index: PathIndex(0), number: 0 };
+        let clock = Clock { chip_period_ps: 8_000.0, samples_per_chip: 8 };
         let still =
             ExcessLight::new(path, rates, &code, 21_350.0, clock, &[]).expect("there is light");
-        let at_no_speed = Movement {
-            delay_rate: 0.0,
-            slip: None,
-            fluctuation: None,
-        };
+        let at_no_speed = Movement { delay_rate: 0.0, slip: None, fluctuation: None };
         let start = ChipTime::at_chip(-40);
         let arrivals = |trajectory| {
             let strand = still.strands().next().expect("a strand");

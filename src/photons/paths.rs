@@ -43,10 +43,7 @@ pub fn paths_to(sensor: &Sensor, detector: DetectorIndex) -> Vec<NumberedPath> {
             let source = source_name(&sensor.scene().paths[index]);
             place = if before == Some(source) { place + 1 } else { 0 };
             before = Some(source);
-            NumberedPath {
-                index,
-                number: scatter(scatter(of_detector, number_of(source)), place),
-            }
+            NumberedPath { index, number: scatter(scatter(of_detector, number_of(source)), place) }
         })
         .collect()
 }
@@ -78,10 +75,7 @@ mod tests {
         let there = paths_to(&Sensor::new(&forwards), DetectorIndex(0));
         let back: Vec<NumberedPath> = paths_to(&Sensor::new(&backwards), DetectorIndex(0))
             .into_iter()
-            .map(|path| NumberedPath {
-                index: PathIndex(last - path.index.0),
-                ..path
-            })
+            .map(|path| NumberedPath { index: PathIndex(last - path.index.0), ..path })
             .collect();
         assert!(there.len() > 1);
         assert_eq!(there, back);
@@ -99,10 +93,7 @@ mod tests {
         path.source = SourceIndex(1);
         with_another.paths.insert(0, path);
         let numbers = |scene: &Scene| -> Vec<u64> {
-            paths_to(&Sensor::new(scene), DetectorIndex(0))
-                .iter()
-                .map(|path| path.number)
-                .collect()
+            paths_to(&Sensor::new(scene), DetectorIndex(0)).iter().map(|path| path.number).collect()
         };
         assert_eq!(numbers(&with_another)[1..], numbers(&alone));
     }

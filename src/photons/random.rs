@@ -116,12 +116,7 @@ mod tests {
             for detector in 0..2 {
                 for step in 0..16 {
                     for repetition in 0..4 {
-                        let key = StreamKey {
-                            seed,
-                            detector,
-                            group: Group(step),
-                            repetition,
-                        };
+                        let key = StreamKey { seed, detector, group: Group(step), repetition };
                         for part in [
                             Part::ConstantLight,
                             Part::Afterpulsing,

@@ -48,9 +48,6 @@ mod tests {
             left.push(time.chip);
         }
         assert_eq!(left, [3, 4, 5]);
-        assert_eq!(
-            buffer.pop_before(ChipTime::at_chip(9)),
-            Some(ChipTime::at_chip(9))
-        );
+        assert_eq!(buffer.pop_before(ChipTime::at_chip(9)), Some(ChipTime::at_chip(9)));
     }
 }

@@ -20,10 +20,7 @@ pub struct Pulse {
 impl Pulse {
     /// One sample long.
     pub fn of_one(first: Sample) -> Pulse {
-        Pulse {
-            first,
-            end: first + 1,
-        }
+        Pulse { first, end: first + 1 }
     }
 
     /// Numbers its samples as the run's whose sample `start` its own sample 0 is.

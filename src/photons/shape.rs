@@ -48,23 +48,14 @@ pub struct Gate {
 impl PulseShape {
     /// On and off at once.
     pub fn ideal() -> PulseShape {
-        PulseShape {
-            strands: vec![Strand {
-                share: 1.0,
-                delay_chips: 0.0,
-                gate: None,
-            }],
-        }
+        PulseShape { strands: vec![Strand { share: 1.0, delay_chips: 0.0, gate: None }] }
     }
 
     /// The shape of a source's light.
     pub fn new(response: &LaserResponse, clock: Clock) -> PulseShape {
         let strands = match response {
             LaserResponse::Ideal => return PulseShape::ideal(),
-            LaserResponse::Edges {
-                rise_time_ps,
-                fall_time_ps,
-            } => (0..EDGE_STRANDS)
+            LaserResponse::Edges { rise_time_ps, fall_time_ps } => (0..EDGE_STRANDS)
                 .flat_map(|number| {
                     let place = (f64::from(number) + 0.5) / f64::from(EDGE_STRANDS) - 0.5;
                     let delay = |time_ps: f64| clock.chips(place * time_ps / SHARE_10_TO_90);
@@ -101,24 +92,12 @@ impl PulseShape {
 
 /// Light that turns on and off so much later than the code.
 fn of_edges(share: f64, rise_chips: f64, fall_chips: f64) -> Vec<Strand> {
-    let strand = |delay_chips: f64, gate: Option<Gate>| Strand {
-        share,
-        delay_chips,
-        gate,
-    };
-    let late = |delay_chips: f64, open_at: u8| {
-        Some(Gate {
-            delay_chips,
-            open_at,
-        })
-    };
+    let strand = |delay_chips: f64, gate: Option<Gate>| Strand { share, delay_chips, gate };
+    let late = |delay_chips: f64, open_at: u8| Some(Gate { delay_chips, open_at });
     if rise_chips == fall_chips {
         vec![strand(rise_chips, None)]
     } else if fall_chips > rise_chips {
-        vec![
-            strand(rise_chips, None),
-            strand(fall_chips, late(rise_chips, 0)),
-        ]
+        vec![strand(rise_chips, None), strand(fall_chips, late(rise_chips, 0))]
     } else {
         vec![strand(rise_chips, late(fall_chips, 1))]
     }
@@ -133,23 +112,15 @@ mod tests {
         let chip = |time: f64| chips[(time.floor() as i64).rem_euclid(chips.len() as i64) as usize];
         let lit = |strand: &&Strand| {
             chip(time - strand.delay_chips) == 1
-                && strand
-                    .gate
-                    .is_none_or(|gate| chip(time - gate.delay_chips) == gate.open_at)
+                && strand.gate.is_none_or(|gate| chip(time - gate.delay_chips) == gate.open_at)
         };
         shape.strands.iter().filter(lit).map(|s| s.share).sum()
     }
 
     #[test]
     fn edges_are_straight_from_10_to_90_per_cent_and_keep_the_light() {
-        let clock = Clock {
-            chip_period_ps: 8000.0,
-            samples_per_chip: 8,
-        };
-        let response = LaserResponse::Edges {
-            rise_time_ps: 800.0,
-            fall_time_ps: 2400.0,
-        };
+        let clock = Clock { chip_period_ps: 8000.0, samples_per_chip: 8 };
+        let response = LaserResponse::Edges { rise_time_ps: 800.0, fall_time_ps: 2400.0 };
         let shape = PulseShape::new(&response, clock);
         let chips = [1, 1, 0, 1, 0, 0];
         // Up at 0 and 3 within 1000 ps, down at 2 and 4 within 3000 ps; half at the edge.
@@ -170,13 +141,7 @@ mod tests {
         }
         let points = 48_000;
         let mean = (0..points)
-            .map(|n| {
-                level(
-                    &shape,
-                    &chips,
-                    6.0 * (f64::from(n) + 0.5) / f64::from(points),
-                )
-            })
+            .map(|n| level(&shape, &chips, 6.0 * (f64::from(n) + 0.5) / f64::from(points)))
             .sum::<f64>()
             / f64::from(points);
         assert!((mean - 0.5).abs() < 1e-3, "{mean}");

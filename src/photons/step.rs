@@ -73,9 +73,8 @@ impl<'m> StepDetections<'m> {
             let rng = key.stream(Part::ConstantLight);
             ConstantArrivals::new(rng, 1.0 / model.constant_per_chip, start)
         });
-        let afterpulses = model
-            .afterpulsing
-            .map(|a| PendingAfterpulses::new(a, key.stream(Part::Afterpulsing)));
+        let afterpulses =
+            model.afterpulsing.map(|a| PendingAfterpulses::new(a, key.stream(Part::Afterpulsing)));
         StepDetections {
             model,
             excess,
@@ -126,10 +125,7 @@ impl<'m> StepDetections<'m> {
             afterpulses.avalanche(ready);
         }
 
-        let bound = self
-            .model
-            .jitter_chips
-            .map_or(0.0, |s| JITTER_BOUND_SIGMAS * s);
+        let bound = self.model.jitter_chips.map_or(0.0, |s| JITTER_BOUND_SIGMAS * s);
         self.horizon = ready.shifted(self.model.delay_chips - bound);
         avalanche
     }
@@ -162,10 +158,7 @@ impl Iterator for StepDetections<'_> {
                     return None;
                 }
                 if let Ok(chip) = u64::try_from(time.chip) {
-                    return Some(Detection {
-                        chip,
-                        fraction: time.fraction,
-                    });
+                    return Some(Detection { chip, fraction: time.fraction });
                 }
             }
             if self.horizon >= self.end {
@@ -188,11 +181,7 @@ struct ConstantArrivals {
 
 impl ConstantArrivals {
     fn new(rng: StreamRng, mean_wait_chips: f64, start: ChipTime) -> ConstantArrivals {
-        let mut arrivals = ConstantArrivals {
-            rng,
-            mean_wait_chips,
-            next: start,
-        };
+        let mut arrivals = ConstantArrivals { rng, mean_wait_chips, next: start };
         arrivals.redraw(start);
         arrivals
     }

@@ -29,10 +29,7 @@ impl Tail {
     pub fn new(tail: &JitterTail, clock: Clock) -> Option<Tail> {
         match tail {
             JitterTail::None => None,
-            JitterTail::Exponential {
-                share,
-                time_constant_ps,
-            } => Some(Tail::Exponential {
+            JitterTail::Exponential { share, time_constant_ps } => Some(Tail::Exponential {
                 share: *share,
                 time_constant_chips: clock.chips(*time_constant_ps),
             }),
@@ -47,10 +44,9 @@ impl Tail {
     /// The longest delay.
     pub fn longest_chips(&self) -> f64 {
         match self {
-            Tail::Exponential {
-                time_constant_chips,
-                ..
-            } => MOST_TIME_CONSTANTS * time_constant_chips,
+            Tail::Exponential { time_constant_chips, .. } => {
+                MOST_TIME_CONSTANTS * time_constant_chips
+            }
             Tail::Delays(delays) => delays.last().map_or(0.0, |delay| delay[0]),
         }
     }
@@ -58,10 +54,9 @@ impl Tail {
     /// The delay that no more than `share` of the detections exceed.
     pub fn exceeded_by(&self, share: f64) -> f64 {
         match self {
-            Tail::Exponential {
-                share: all,
-                time_constant_chips,
-            } => time_constant_chips * (all / share).ln().max(0.0),
+            Tail::Exponential { share: all, time_constant_chips } => {
+                time_constant_chips * (all / share).ln().max(0.0)
+            }
             Tail::Delays(delays) => {
                 let mut beyond = 1.0;
                 let found = delays.iter().find(|delay| {
@@ -78,10 +73,7 @@ impl Tail {
     pub fn draw(&self, rng: &mut StreamRng) -> f64 {
         let uniform: f64 = rng.random();
         match self {
-            Tail::Exponential {
-                share,
-                time_constant_chips,
-            } => {
+            Tail::Exponential { share, time_constant_chips } => {
                 if uniform >= *share {
                     return 0.0;
                 }
@@ -118,10 +110,7 @@ mod tests {
 
     #[test]
     fn a_share_of_the_delays_is_exponential() {
-        let tail = Tail::Exponential {
-            share: 0.3,
-            time_constant_chips: 0.05,
-        };
+        let tail = Tail::Exponential { share: 0.3, time_constant_chips: 0.05 };
         let found = shares_beyond(&tail, [0.0, 0.05, 0.15]);
         for (found, expected) in found.iter().zip([0.3, 0.3 / 1f64.exp(), 0.3 / 3f64.exp()]) {
             // Five standard errors of 200,000 draws at most.

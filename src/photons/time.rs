@@ -18,17 +18,11 @@ const LONGEST_WAIT_CHIPS: f64 = 1e15;
 
 impl ChipTime {
     /// Later than any simulation ends.
-    pub const NEVER: ChipTime = ChipTime {
-        chip: i64::MAX,
-        fraction: 0.0,
-    };
+    pub const NEVER: ChipTime = ChipTime { chip: i64::MAX, fraction: 0.0 };
 
     /// The beginning of a chip.
     pub fn at_chip(chip: i64) -> ChipTime {
-        ChipTime {
-            chip,
-            fraction: 0.0,
-        }
+        ChipTime { chip, fraction: 0.0 }
     }
 
     /// The time `duration_chips` later; the duration is not negative.
@@ -37,10 +31,7 @@ impl ChipTime {
         let offset = self.fraction + duration_chips.min(LONGEST_WAIT_CHIPS);
         // A cast truncates, which is the floor here, and costs no library call.
         let whole = offset as i64;
-        ChipTime {
-            chip: self.chip.saturating_add(whole),
-            fraction: offset - whole as f64,
-        }
+        ChipTime { chip: self.chip.saturating_add(whole), fraction: offset - whole as f64 }
     }
 
     /// The time shifted by a duration of either sign.
@@ -68,24 +59,9 @@ mod tests {
 
     #[test]
     fn adding_carries_whole_chips() {
-        let t = ChipTime {
-            chip: -3,
-            fraction: 0.75,
-        };
-        assert_eq!(
-            t.after(2.5),
-            ChipTime {
-                chip: 0,
-                fraction: 0.25
-            }
-        );
-        assert_eq!(
-            t.shifted(-1.0),
-            ChipTime {
-                chip: -4,
-                fraction: 0.75
-            }
-        );
+        let t = ChipTime { chip: -3, fraction: 0.75 };
+        assert_eq!(t.after(2.5), ChipTime { chip: 0, fraction: 0.25 });
+        assert_eq!(t.shifted(-1.0), ChipTime { chip: -4, fraction: 0.75 });
     }
 
     #[test]

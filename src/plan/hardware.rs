@@ -57,10 +57,7 @@ fn histogram_parts(sensor: &Sensor, plan: &HistogramPlan) -> Vec<Part> {
             ),
         },
         bin_saturation(plan),
-        kept(
-            "result_stream",
-            format!("rows of {} bins, a row a clock", plan.row_bins),
-        ),
+        kept("result_stream", format!("rows of {} bins, a row a clock", plan.row_bins)),
         left_out("phase_stepper", "no reference is made: the host correlates"),
         left_out("updown_correlator", by_host),
         left_out("peak_detector", by_host),
@@ -121,24 +118,16 @@ fn generator_parts(sensor: &Sensor, index: usize) -> Vec<Part> {
     let source = &sensor.scene().sources[index];
     let code = &source.code;
     let name = |part| labelled(part, &source.name, sensor.scene().sources.len() > 1);
-    let same = sensor.scene().sources[..index]
-        .iter()
-        .find(|s| s.code == *code);
+    let same = sensor.scene().sources[..index].iter().find(|s| s.code == *code);
     if let Some(same) = same {
-        let reason = format!(
-            "the same code as \"{}\": one generator drives both",
-            same.name
-        );
+        let reason = format!("the same code as \"{}\": one generator drives both", same.name);
         return vec![left_out(name("code_generator"), reason)];
     }
     let second = name("second_lfsr");
     let generator = name("code_generator");
     let (generator, second) = match &code.generator {
         Generator::Gold { u, .. } => (
-            kept(
-                generator,
-                format!("an LFSR of degree {} makes the first m-sequence", u.degree),
-            ),
+            kept(generator, format!("an LFSR of degree {} makes the first m-sequence", u.degree)),
             kept(second, "a Gold code is the XOR of two m-sequences"),
         ),
         Generator::MSequence(lfsr) => (
@@ -150,10 +139,7 @@ fn generator_parts(sensor: &Sensor, index: usize) -> Vec<Part> {
             left_out(second, "a square wave needs no LFSR"),
         ),
         Generator::Chips(chips) => (
-            kept(
-                generator,
-                format!("the {} given chips come from a table", chips.len()),
-            ),
+            kept(generator, format!("the {} given chips come from a table", chips.len())),
             left_out(second, "given chips need no LFSR"),
         ),
     };
@@ -175,14 +161,10 @@ fn interleaver(code: &Code, part: String) -> Part {
 
 fn phase_stepper(sensor: &Sensor) -> Part {
     match sensor.clock().samples_per_chip {
-        1 => kept(
-            "phase_stepper",
-            "holds the reference for one chip after each phase step",
-        ),
-        samples => kept(
-            "phase_stepper",
-            format!("delays the reference by {samples} phase steps per chip"),
-        ),
+        1 => kept("phase_stepper", "holds the reference for one chip after each phase step"),
+        samples => {
+            kept("phase_stepper", format!("delays the reference by {samples} phase steps per chip"))
+        }
     }
 }
 
@@ -363,9 +345,6 @@ fn peak_detector(sensor: &Sensor, interface: &Interface) -> Part {
 fn result_stream(interface: &Interface) -> Part {
     kept(
         "result_stream",
-        format!(
-            "counts leave as an AXI4-Stream of {} bits",
-            interface.tdata_bits
-        ),
+        format!("counts leave as an AXI4-Stream of {} bits", interface.tdata_bits),
     )
 }

@@ -54,10 +54,7 @@ pub fn link_budget(sensor: &Sensor) -> Vec<LinkBudget> {
         }
     };
     let is_lit = |index: &PathIndex| scene.sources[scene.paths[*index].source].mean_power_w > 0.0;
-    PathIndex::of(&scene.paths)
-        .filter(is_lit)
-        .map(of_path)
-        .collect()
+    PathIndex::of(&scene.paths).filter(is_lit).map(of_path).collect()
 }
 
 #[cfg(test)]

@@ -106,10 +106,8 @@ impl Bench {
         });
         let model = DetectorModel::new(&short, detector);
         let warm_up = model.warm_up_chips() as f64 * per_chip * steps as f64;
-        (warm_up <= MOST_WARM_UP_DETECTIONS).then_some(Bench {
-            has_constant_light: light.constant_per_chip > 0.0,
-            model,
-        })
+        (warm_up <= MOST_WARM_UP_DETECTIONS)
+            .then_some(Bench { has_constant_light: light.constant_per_chip > 0.0, model })
     }
 
     /// `None` if the time is up before anything is measured, or nothing is detected.

@@ -17,10 +17,7 @@ pub(super) fn part(sensor: &Sensor) -> Part {
             "every path keeps its delay: phase steps run side by side in vector lanes",
         );
     }
-    kept(
-        PART,
-        format!("{}; photon by photon, in the plain loop", moving.join(", ")),
-    )
+    kept(PART, format!("{}; photon by photon, in the plain loop", moving.join(", ")))
 }
 
 /// A clock of its own in words.

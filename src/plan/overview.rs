@@ -76,10 +76,7 @@ pub fn overview(sensor: &Sensor) -> Overview {
 /// Adds what parts of the hardware that are left out would take.
 pub fn with_cells(mut plan: Plan, sensor: &Sensor) -> Plan {
     for part in plan.hardware.iter_mut().filter(|part| !part.kept) {
-        let nothing = Cells {
-            luts: 0,
-            flip_flops: 0,
-        };
+        let nothing = Cells { luts: 0, flip_flops: 0 };
         part.saved_cells = saved_by(sensor, part).filter(|cells| *cells != nothing);
     }
     plan
@@ -89,9 +86,7 @@ pub fn with_cells(mut plan: Plan, sensor: &Sensor) -> Plan {
 pub fn expected(sensor: &Sensor) -> Vec<ExpectedError> {
     let estimators = [EstimatorKind::Fft, EstimatorKind::Model];
     let of_detector = |detector| estimators.map(|estimator| of(sensor, detector, estimator));
-    DetectorIndex::of(&sensor.scene().detectors)
-        .flat_map(of_detector)
-        .collect()
+    DetectorIndex::of(&sensor.scene().detectors).flat_map(of_detector).collect()
 }
 
 fn of(sensor: &Sensor, detector: DetectorIndex, estimator: EstimatorKind) -> ExpectedError {

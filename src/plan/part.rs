@@ -53,28 +53,15 @@ pub struct Plan {
 
 /// A part that is kept, because of `reason`.
 pub(super) fn kept(part: impl Into<String>, reason: impl Into<String>) -> Part {
-    Part {
-        part: part.into(),
-        kept: true,
-        reason: reason.into(),
-        saving: None,
-        saved_cells: None,
-    }
+    Part { part: part.into(), kept: true, reason: reason.into(), saving: None, saved_cells: None }
 }
 
 /// A part that is left out, because of `reason`.
 pub(super) fn left_out(part: impl Into<String>, reason: impl Into<String>) -> Part {
-    Part {
-        kept: false,
-        ..kept(part, reason)
-    }
+    Part { kept: false, ..kept(part, reason) }
 }
 
 /// `part`, followed by `name` in brackets where the scene has several.
 pub(super) fn labelled(part: &str, name: &str, several: bool) -> String {
-    if several {
-        format!("{part} ({name})")
-    } else {
-        part.to_owned()
-    }
+    if several { format!("{part} ({name})") } else { part.to_owned() }
 }

@@ -40,15 +40,11 @@ fn lit_paths(sensor: &Sensor, detector: DetectorIndex) -> impl Iterator<Item = &
 fn edges(response: &LaserResponse) -> String {
     match response {
         LaserResponse::Ideal => String::new(),
-        LaserResponse::Edges {
-            rise_time_ps,
-            fall_time_ps,
-        } => format!(", rising in {rise_time_ps} ps and falling in {fall_time_ps} ps"),
+        LaserResponse::Edges { rise_time_ps, fall_time_ps } => {
+            format!(", rising in {rise_time_ps} ps and falling in {fall_time_ps} ps")
+        }
         LaserResponse::Measured(curve) => {
-            format!(
-                ", with a measured response of {} flashes",
-                curve.points.len()
-            )
+            format!(", with a measured response of {} flashes", curve.points.len())
         }
     }
 }
@@ -62,10 +58,7 @@ fn source_parts(sensor: &Sensor, index: usize) -> [Part; 2] {
         .any(|detector| lit_paths(sensor, detector).any(|path| path.source == SourceIndex(index)));
     if !reaches_any {
         let reason = format!("no light of \"{}\" reaches a detector", source.name);
-        return [
-            left_out(modulated, reason.clone()),
-            left_out(off_state, reason),
-        ];
+        return [left_out(modulated, reason.clone()), left_out(off_state, reason)];
     }
     let ratio = source.extinction_ratio;
     let modulated = if ratio > 1.0 {
@@ -91,10 +84,7 @@ fn source_parts(sensor: &Sensor, index: usize) -> [Part; 2] {
             format!("extinction_ratio = {ratio}: background of 1/{ratio} of the on-rate"),
         )
     } else {
-        left_out(
-            off_state,
-            "extinction_ratio is infinite: dark in the off-state",
-        )
+        left_out(off_state, "extinction_ratio is infinite: dark in the off-state")
     };
     [modulated, off_state]
 }
@@ -102,11 +92,7 @@ fn source_parts(sensor: &Sensor, index: usize) -> [Part; 2] {
 /// Light of codes other than the reference's.
 fn interference(sensor: &Sensor, index: usize) -> Part {
     let detector = &sensor.scene().detectors[index];
-    let part = labelled(
-        "interference",
-        &detector.name,
-        sensor.scene().detectors.len() > 1,
-    );
+    let part = labelled("interference", &detector.name, sensor.scene().detectors.len() > 1);
     let mut others: Vec<String> = lit_paths(sensor, DetectorIndex(index))
         .filter(|path| path.source != detector.reference)
         .map(|path| format!("\"{}\"", sensor.scene().sources[path.source].name))
@@ -115,37 +101,21 @@ fn interference(sensor: &Sensor, index: usize) -> Part {
     if others.is_empty() {
         left_out(part, "no light of any other source reaches the detector")
     } else {
-        kept(
-            part,
-            format!("light of {} reaches the detector too", others.join(", ")),
-        )
+        kept(part, format!("light of {} reaches the detector too", others.join(", ")))
     }
 }
 
 /// More than one path of the reference's own code.
 fn multipath(sensor: &Sensor, index: usize) -> Part {
     let detector = &sensor.scene().detectors[index];
-    let part = labelled(
-        "multipath",
-        &detector.name,
-        sensor.scene().detectors.len() > 1,
-    );
+    let part = labelled("multipath", &detector.name, sensor.scene().detectors.len() > 1);
     let paths = lit_paths(sensor, DetectorIndex(index))
         .filter(|path| path.source == detector.reference)
         .count();
     match paths {
-        0 => left_out(
-            part,
-            "no light of the reference's source reaches the detector",
-        ),
-        1 => left_out(
-            part,
-            "one path leads from the reference's source to the detector",
-        ),
-        _ => kept(
-            part,
-            format!("{paths} paths lead from the reference's source to the detector"),
-        ),
+        0 => left_out(part, "no light of the reference's source reaches the detector"),
+        1 => left_out(part, "one path leads from the reference's source to the detector"),
+        _ => kept(part, format!("{paths} paths lead from the reference's source to the detector")),
     }
 }
 
@@ -155,16 +125,8 @@ fn detector_parts(sensor: &Sensor, index: usize) -> Vec<Part> {
     let name = |part| labelled(part, &detector.name, several);
     vec![
         photon_detection(detector, name("photon_detection")),
-        constant_rate(
-            name("dark_counts"),
-            "dark_count_rate",
-            detector.dark_count_rate_cps,
-        ),
-        constant_rate(
-            name("background"),
-            "background_rate",
-            detector.background_rate_cps,
-        ),
+        constant_rate(name("dark_counts"), "dark_count_rate", detector.dark_count_rate_cps),
+        constant_rate(name("background"), "background_rate", detector.background_rate_cps),
         dead_time(detector, name("dead_time")),
         afterpulsing(detector, name("afterpulsing")),
         delay(detector, name("delay")),
@@ -208,10 +170,7 @@ fn photon_detection(detector: &Detector, part: String) -> Part {
 
 fn constant_rate(part: String, key: &str, rate_cps: f64) -> Part {
     if rate_cps > 0.0 {
-        kept(
-            part,
-            format!("{key} = {} kcps, as background", rate_cps / 1e3),
-        )
+        kept(part, format!("{key} = {} kcps, as background", rate_cps / 1e3))
     } else {
         left_out(part, format!("{key} = 0"))
     }
@@ -220,10 +179,7 @@ fn constant_rate(part: String, key: &str, rate_cps: f64) -> Part {
 fn dead_time(detector: &Detector, part: String) -> Part {
     match detector.dead_time_ps {
         0.0 => left_out(part, "dead_time = 0: the detector is always ready"),
-        time => kept(
-            part,
-            format!("blind for {} ns after an avalanche", in_nano(time)),
-        ),
+        time => kept(part, format!("blind for {} ns after an avalanche", in_nano(time))),
     }
 }
 
@@ -256,22 +212,15 @@ fn delay(detector: &Detector, part: String) -> Part {
 fn jitter(detector: &Detector, part: String) -> Part {
     let tail = match &detector.jitter_tail {
         JitterTail::None => String::new(),
-        JitterTail::Exponential {
-            share,
-            time_constant_ps,
-        } => format!(
-            ", a tail of {time_constant_ps:.1} ps for {:.1} %",
-            100.0 * share
-        ),
+        JitterTail::Exponential { share, time_constant_ps } => {
+            format!(", a tail of {time_constant_ps:.1} ps for {:.1} %", 100.0 * share)
+        }
         JitterTail::Measured(curve) => {
             format!(", a measured tail of mean {:.1} ps", curve.mean_ps())
         }
     };
     if detector.jitter_ps.is_empty() && tail.is_empty() {
-        return left_out(
-            part,
-            "no jitter is given: registered times keep their order",
-        );
+        return left_out(part, "no jitter is given: registered times keep their order");
     }
     let variance: f64 = detector.jitter_ps.iter().map(|j| j * j).sum();
     kept(
@@ -279,11 +228,7 @@ fn jitter(detector: &Detector, part: String) -> Part {
         format!(
             "{} Gaussian part{} of {:.1} ps together{tail}",
             detector.jitter_ps.len(),
-            if detector.jitter_ps.len() == 1 {
-                ""
-            } else {
-                "s"
-            },
+            if detector.jitter_ps.len() == 1 { "" } else { "s" },
             variance.sqrt(),
         ),
     )
@@ -334,10 +279,7 @@ fn full_scan(sensor: &Sensor) -> Part {
 /// The coarse and the fine stage, or the fit in their place.
 fn estimator(sensor: &Sensor) -> Vec<Part> {
     let fine = match sensor.clock().samples_per_chip {
-        1 => left_out(
-            "fine_estimate",
-            "S = 1: two samples of the peak give no phase",
-        ),
+        1 => left_out("fine_estimate", "S = 1: two samples of the peak give no phase"),
         samples => kept(
             "fine_estimate",
             format!("phase of the fundamental over {} phase steps", 2 * samples),

@@ -51,10 +51,7 @@ pub(super) fn parse(text: &str, sensor: &Sensor) -> Result<Vec<RecordedHistogram
         });
     }
     match histograms.is_empty() {
-        true => Err((
-            last_line,
-            "the file has no bins; write a line for each bin".to_owned(),
-        )),
+        true => Err((last_line, "the file has no bins; write a line for each bin".to_owned())),
         false => Ok(histograms),
     }
 }
@@ -67,11 +64,7 @@ struct Columns {
 impl Columns {
     fn of(heading: &StringRecord, scene: &Scene) -> Result<Columns, String> {
         let several = scene.detectors.len() > 1;
-        let example = if several {
-            "bin,count,detector"
-        } else {
-            "bin,count"
-        };
+        let example = if several { "bin,count,detector" } else { "bin,count" };
         let mut places = [None; COLUMNS.len()];
         for (place, name) in heading.iter().enumerate() {
             let Some(column) = COLUMNS.iter().position(|known| *known == name) else {
@@ -136,11 +129,7 @@ impl Row {
                 columns.field(record, 1).unwrap_or_default()
             ));
         };
-        Ok(Row {
-            detector,
-            bin,
-            count,
-        })
+        Ok(Row { detector, bin, count })
     }
 }
 

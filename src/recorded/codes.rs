@@ -62,11 +62,7 @@ pub(super) fn search(
     for (name, code) in &others {
         let light = counts.spectrum(&levels(code));
         let its_own = counts.spectrum(&signs(code));
-        for (slot, reference) in [&own_reference, &its_own]
-            .into_iter()
-            .take(slots)
-            .enumerate()
-        {
+        for (slot, reference) in [&own_reference, &its_own].into_iter().take(slots).enumerate() {
             let (at_step, sigmas) = counts.peak(&light, reference);
             if best[slot].as_ref().is_none_or(|best| sigmas > best.sigmas) {
                 best[slot] = Some(Candidate {
@@ -96,19 +92,13 @@ fn others(scene: &Scene, own: &Code) -> Vec<(String, Arc<Code>)> {
     let Generator::Gold { u, v } = &own.generator else {
         return found;
     };
-    let set = GoldSet {
-        u: u.clone(),
-        v: v.clone(),
-    };
+    let set = GoldSet { u: u.clone(), v: v.clone() };
     for index in (1..set.length() as i64).chain([-2, -1]) {
         let generator = set.generator(index).ok();
         let member = generator.and_then(|generator| Code::new(generator, own.interleave).ok());
         let name = match index {
             // The own code's v is advanced by the own index already.
-            1.. => format!(
-                "the code whose index is {index} higher (modulo {})",
-                set.length()
-            ),
+            1.. => format!("the code whose index is {index} higher (modulo {})", set.length()),
             -2 => "the code of index -2".to_owned(),
             _ => "the code of index -1".to_owned(),
         };

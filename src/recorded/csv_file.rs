@@ -18,14 +18,8 @@ use crate::sensor::Sensor;
 /// that anyone records has more than some millions.
 const MOST_BYTES: u64 = 1 << 30;
 /// Columns that a file may have, and those that it must.
-const COLUMNS: [&str; 6] = [
-    "measurement",
-    "phase_step",
-    "distance_m",
-    "count",
-    "detector",
-    "total_count",
-];
+const COLUMNS: [&str; 6] =
+    ["measurement", "phase_step", "distance_m", "count", "detector", "total_count"];
 const NEEDED: [&str; 2] = ["phase_step", "count"];
 /// Distances are written to the micrometre; by people perhaps to the millimetre.
 const DISTANCE_TOLERANCE_M: f64 = 1e-3;
@@ -65,10 +59,8 @@ impl CountsError {
 
 /// The text of a file.
 pub(super) fn text_of(path: &Path) -> Result<String, CountsError> {
-    read_text(path, MOST_BYTES).map_err(|source| CountsError::Unreadable {
-        file: printable_path(path),
-        source,
-    })
+    read_text(path, MOST_BYTES)
+        .map_err(|source| CountsError::Unreadable { file: printable_path(path), source })
 }
 
 /// A line's number, and what is wrong with it.
@@ -96,16 +88,11 @@ pub(super) fn read_records<T>(
     take: impl Fn(u64, &StringRecord, &mut T) -> Result<(), String>,
 ) -> Result<(T, u64), Wrong> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let heading = reader.headers().map_err(|error| unreadable(&error))?;
     let mut table = begin(heading).map_err(|problem| (1, problem))?;
     let mut record = StringRecord::new();
-    while reader
-        .read_record(&mut record)
-        .map_err(|error| unreadable(&error))?
-    {
+    while reader.read_record(&mut record).map_err(|error| unreadable(&error))? {
         let line = record.position().map_or(0, csv::Position::line);
         take(line, &record, &mut table).map_err(|problem| (line, problem))?;
     }
@@ -116,9 +103,7 @@ pub(super) fn read_records<T>(
 fn unreadable(error: &csv::Error) -> Wrong {
     let line = error.position().map_or(1, csv::Position::line);
     match error.kind() {
-        csv::ErrorKind::UnequalLengths {
-            expected_len, len, ..
-        } => (
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => (
             line,
             format!("{len} fields here, the heading has {expected_len}; write one for each column"),
         ),
@@ -206,11 +191,7 @@ impl Row {
             .map(|field| whole("total_count", Some(field)))
             .transpose()?;
         let count = checked_count(signed, total, scene)?;
-        Ok(Row {
-            detector,
-            step,
-            count,
-        })
+        Ok(Row { detector, step, count })
     }
 }
 
@@ -219,15 +200,12 @@ pub(super) fn detector_of(name: Option<&str>, scene: &Scene) -> Result<DetectorI
         return Ok(DetectorIndex(0));
     };
     let names = || scene.detectors.iter().map(|detector| detector.name.trim());
-    names()
-        .position(|known| known == name)
-        .map(DetectorIndex)
-        .ok_or_else(|| {
-            format!(
-                "the scene has no detector \"{name}\"; it has \"{}\"",
-                names().collect::<Vec<_>>().join("\", \"")
-            )
-        })
+    names().position(|known| known == name).map(DetectorIndex).ok_or_else(|| {
+        format!(
+            "the scene has no detector \"{name}\"; it has \"{}\"",
+            names().collect::<Vec<_>>().join("\", \"")
+        )
+    })
 }
 
 /// A whole number, of any size that has a meaning somewhere.
@@ -244,16 +222,14 @@ fn step_of(phase_step: i128, scene: &Scene) -> Result<Step, String> {
     let period = scan.steps_per_period;
     let known = u64::try_from(phase_step).ok().filter(|&k| k < period);
     let step = known.map(|k| (k + period - scan.first_step) % period);
-    step.filter(|&step| step < scan.steps)
-        .map(Step)
-        .ok_or_else(|| {
-            format!(
-                "the scene's scan has no phase step {phase_step}: it has {} from {} on, of {period} \
+    step.filter(|&step| step < scan.steps).map(Step).ok_or_else(|| {
+        format!(
+            "the scene's scan has no phase step {phase_step}: it has {} from {} on, of {period} \
                  in a code period; these counts are of another scene, or `scan.steps` is not as \
                  they were taken",
-                scan.steps, scan.first_step
-            )
-        })
+            scan.steps, scan.first_step
+        )
+    })
 }
 
 fn check_distance(
@@ -290,10 +266,7 @@ fn checked_count(signed: i128, total: Option<i128>, scene: &Scene) -> Result<Ste
         ));
     }
     let Some(total) = total else {
-        return Ok(StepCount {
-            signed: signed as i64,
-            total: 0,
-        });
+        return Ok(StepCount { signed: signed as i64, total: 0 });
     };
     if !(signed.abs()..=most).contains(&total) {
         return Err(format!(
@@ -308,10 +281,7 @@ fn checked_count(signed: i128, total: Option<i128>, scene: &Scene) -> Result<Ste
              together and one less the other, are both even or both odd"
         ));
     }
-    Ok(StepCount {
-        signed: signed as i64,
-        total: total as u64,
-    })
+    Ok(StepCount { signed: signed as i64, total: total as u64 })
 }
 
 /// The rows of a file in the places of their steps.

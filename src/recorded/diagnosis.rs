@@ -102,10 +102,7 @@ pub(super) fn diagnose(
     observed: Observed,
     delay_ps: Option<f64>,
 ) -> Result<Found, NoFit> {
-    let start = Change {
-        delay_ps: delay_ps.unwrap_or(0.0),
-        ..Change::default()
-    };
+    let start = Change { delay_ps: delay_ps.unwrap_or(0.0), ..Change::default() };
     let mut search = Search {
         sensor,
         scene: sensor.scene(),
@@ -221,12 +218,7 @@ impl Search<'_> {
         let background = spad.background_rate_cps * spad.photon_detection_probability;
         let constant_cps = background + spad.dark_count_rate_cps;
         let (scene_value, fitted_value, std, unit) = match unknown {
-            Unknown::Light => (
-                1.0,
-                value.exp(),
-                std.map(|s| s * value.exp()),
-                "of the scene's",
-            ),
+            Unknown::Light => (1.0, value.exp(), std.map(|s| s * value.exp()), "of the scene's"),
             Unknown::Constant => (constant_cps, constant_cps + value, std, "cps"),
             Unknown::DeadTime => {
                 let ns = spad.dead_time_ps * 1e-3;
@@ -252,11 +244,8 @@ impl Search<'_> {
 
     /// The code that explains the counts better than the scene's, if one does.
     fn other_code(&mut self) -> Option<(Candidate, Fitted)> {
-        let found = codes::search(
-            self.scene,
-            self.observed,
-            &self.observed.step_counts(self.sensor),
-        );
+        let found =
+            codes::search(self.scene, self.observed, &self.observed.step_counts(self.sensor));
         let (candidates, tried) = match found {
             Ok(found) => found,
             Err(reason) => {
@@ -305,19 +294,13 @@ impl Search<'_> {
         let step_ps = sensor.clock().sample_period_ps();
         let offset_ps =
             calibration_offset_ps(&sensor, self.observed.detector(), CountingTier::Sampled);
-        let first = scene
-            .paths
-            .iter()
-            .find(|path| path.detector == self.observed.detector())?;
+        let first = scene.paths.iter().find(|path| path.detector == self.observed.detector())?;
         let at_ps = candidate.at_step as f64 * step_ps - offset_ps - first.delay_ps;
         let unknowns = [Unknown::Delay, Unknown::Light];
         let starts = [-0.5, 0.0, 0.5].map(|chips| at_ps + sensor.clock().ps(chips));
         let fits = starts.into_iter().filter_map(|delay_ps| {
             // What a wrong code made of the light is of no use here.
-            let start = Change {
-                delay_ps,
-                ..Change::default()
-            };
+            let start = Change { delay_ps, ..Change::default() };
             fit(&sensor, self.observed, &unknowns, start).ok()
         });
         fits.min_by(|a, b| a.agreement.deviance.total_cmp(&b.agreement.deviance))
@@ -358,12 +341,7 @@ impl Search<'_> {
 
     /// Whether the peak stands where the scene's path has it.
     fn offset(&mut self, causes: &mut Vec<Cause>) -> Option<String> {
-        let std_ps = self
-            .fitted
-            .errors
-            .iter()
-            .find(|(of, _)| *of == Unknown::Delay)?
-            .1;
+        let std_ps = self.fitted.errors.iter().find(|(of, _)| *of == Unknown::Delay)?.1;
         let code =
             &self.scene.sources[self.scene.detectors[self.observed.detector()].reference].code;
         let period_ps = self.scene.clock().ps(code.len() as f64);
@@ -426,10 +404,7 @@ impl Search<'_> {
         let words: Vec<String> = alike
             .iter()
             .filter_map(|unknown| {
-                let test = self
-                    .tests
-                    .iter()
-                    .find(|test| test.cause == cause_of(*unknown))?;
+                let test = self.tests.iter().find(|test| test.cause == cause_of(*unknown))?;
                 let value = test.fitted_value?;
                 let std = test.fitted_value_std.unwrap_or(0.0);
                 let scene = test.scene_value?;

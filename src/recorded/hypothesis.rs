@@ -139,12 +139,7 @@ pub(super) fn fit(
     unknowns: &[Unknown],
     start: Change,
 ) -> Result<Fitted, NoFit> {
-    let problem = Problem {
-        sensor,
-        observed,
-        values: observed.values(),
-        unknowns,
-    };
+    let problem = Problem { sensor, observed, values: observed.values(), unknowns };
     let mut change = start;
     let mut expected = change.expected(sensor, observed)?;
     let mut errors = Vec::new();
@@ -157,14 +152,7 @@ pub(super) fn fit(
     }
     let agreement = expected.judge(&problem.values)?;
     let degrees = agreement.numbers.saturating_sub(unknowns.len());
-    Ok(Fitted {
-        change,
-        errors,
-        expected,
-        p_value: agreement.p_value(degrees),
-        agreement,
-        degrees,
-    })
+    Ok(Fitted { change, errors, expected, p_value: agreement.p_value(degrees), agreement, degrees })
 }
 
 struct Problem<'p> {
@@ -216,11 +204,7 @@ impl Problem<'_> {
                 changed.means(self.sensor, self.observed)
             };
             // A rate cannot be less than none.
-            let down = if *unknown == Unknown::Constant {
-                0.0
-            } else {
-                step
-            };
+            let down = if *unknown == Unknown::Constant { 0.0 } else { step };
             let (below, above) = (at(-down)?, at(step)?);
             let slopes: Vec<f64> = differences(&above, &below)
                 .into_iter()
@@ -238,9 +222,8 @@ fn solve(columns: &[Vec<f64>], residuals: &[f64]) -> Option<(Vec<f64>, Vec<f64>)
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
     let size = columns.len();
     let scales: Vec<f64> = columns.iter().map(|c| 1.0 / dot(c, c).sqrt()).collect();
-    let information = DMatrix::from_fn(size, size, |i, j| {
-        dot(&columns[i], &columns[j]) * scales[i] * scales[j]
-    });
+    let information =
+        DMatrix::from_fn(size, size, |i, j| dot(&columns[i], &columns[j]) * scales[i] * scales[j]);
     let factor = nalgebra::Cholesky::new(information)?;
     if factor.l_dirty().diagonal().min() < 1e-5 {
         return None;
@@ -249,9 +232,7 @@ fn solve(columns: &[Vec<f64>], residuals: &[f64]) -> Option<(Vec<f64>, Vec<f64>)
     let step = factor.solve(&gradient);
     let inverse = factor.inverse();
     let step: Vec<f64> = (0..size).map(|i| step[i] * scales[i]).collect();
-    let sigmas: Vec<f64> = (0..size)
-        .map(|i| inverse[(i, i)].sqrt() * scales[i])
-        .collect();
+    let sigmas: Vec<f64> = (0..size).map(|i| inverse[(i, i)].sqrt() * scales[i]).collect();
     let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
     (finite(&step) && finite(&sigmas)).then_some((step, sigmas))
 }

@@ -117,10 +117,7 @@ impl Observed<'_> {
                 let mean = |moment: &CountMoments| [moment.signed_mean, moment.total_mean];
                 Expected {
                     means: moments.iter().flat_map(mean).collect(),
-                    scatter: Scatter::Steps {
-                        moments,
-                        has_totals: scan.has_totals,
-                    },
+                    scatter: Scatter::Steps { moments, has_totals: scan.has_totals },
                 }
             }
             Observed::Bins(recorded) => Expected {
@@ -148,14 +145,8 @@ pub(super) struct Expected {
 
 #[derive(Debug, Clone)]
 enum Scatter {
-    Steps {
-        moments: Vec<CountMoments>,
-        has_totals: bool,
-    },
-    Bins {
-        dead_time: DeadTime,
-        periods: f64,
-    },
+    Steps { moments: Vec<CountMoments>, has_totals: bool },
+    Bins { dead_time: DeadTime, periods: f64 },
 }
 
 impl Expected {
@@ -185,10 +176,9 @@ impl Expected {
     /// change little.
     pub fn weights(&self, means: &[f64]) -> Result<Weights, NoFit> {
         Ok(match &self.scatter {
-            Scatter::Steps {
-                moments,
-                has_totals,
-            } => Weights::Steps(Whitening::of(&scaled(moments, means), *has_totals)),
+            Scatter::Steps { moments, has_totals } => {
+                Weights::Steps(Whitening::of(&scaled(moments, means), *has_totals))
+            }
             Scatter::Bins { dead_time, periods } => {
                 Weights::Bins(Innovations::new(*dead_time, means, *periods)?)
             }
@@ -290,10 +280,7 @@ impl Weights {
 
 /// Signed and total counts, step by step.
 fn pairs(values: &[f64]) -> impl Iterator<Item = MeanCount> {
-    let pair = |pair: &[f64]| MeanCount {
-        signed: pair[0],
-        total: pair[1],
-    };
+    let pair = |pair: &[f64]| MeanCount { signed: pair[0], total: pair[1] };
     values.chunks_exact(2).map(pair)
 }
 

@@ -62,14 +62,10 @@ pub fn residual_plot(assessment: &Assessment) -> Result<String, ChartError> {
     let first = first.min(all.len().saturating_sub(MOST_POINTS));
     let shown = &all[first..(first + MOST_POINTS).min(all.len())];
     let (along, title) = match is_histogram {
-        true => (
-            "bin (sample of the code period; sums of neighbours)",
-            "recorded bins and residuals",
-        ),
-        false => (
-            "distance of the phase step (m)",
-            "recorded counts and residuals",
-        ),
+        true => {
+            ("bin (sample of the code period; sums of neighbours)", "recorded bins and residuals")
+        }
+        false => ("distance of the phase step (m)", "recorded counts and residuals"),
     };
     let chart = Chart {
         title: format!("{}: {title}", assessment.detector),
@@ -80,16 +76,10 @@ pub fn residual_plot(assessment: &Assessment) -> Result<String, ChartError> {
 
 /// Counts on the left, residuals on the right, along what `along` says.
 fn panels(shown: &[Shown], along: &str) -> [Panel; 2] {
-    let axis = |label: &str| Axis {
-        label: label.to_owned(),
-        scale: Scale::Linear,
-    };
+    let axis = |label: &str| Axis { label: label.to_owned(), scale: Scale::Linear };
     let of = |value: fn(&Shown) -> f64| {
-        let points = shown.iter().map(|shown| Point {
-            x: shown.x,
-            y: value(shown),
-            interval: None,
-        });
+        let points =
+            shown.iter().map(|shown| Point { x: shown.x, y: value(shown), interval: None });
         points.collect::<Vec<Point>>()
     };
     let series = |label: &str, mark, colour, points| Series {

@@ -256,9 +256,7 @@ impl Assessment {
 /// What each bin of a histogram says.
 fn bins(recorded: &RecordedHistogram, fitted: &Fitted) -> Vec<BinResidual> {
     let counts = recorded.histogram.bins().iter().copied();
-    let of_bins = counts
-        .zip(fitted.expected.each())
-        .zip(&fitted.agreement.whitened);
+    let of_bins = counts.zip(fitted.expected.each()).zip(&fitted.agreement.whitened);
     let of_bin =
         |(bin, ((count, [mean, std]), residual)): (u64, ((u64, [f64; 2]), &f64))| BinResidual {
             bin,
@@ -280,10 +278,7 @@ impl fmt::Display for Assessment {
         }
         if let (Some(bias_m), Some(std_m)) = (estimate.expected_bias_m, estimate.expected_std_m) {
             let (bias_mm, std_mm) = (bias_m * 1e3, std_m * 1e3);
-            write!(
-                f,
-                " (expected bias {bias_mm:+.2} mm, standard deviation {std_mm:.2} mm)"
-            )?;
+            write!(f, " (expected bias {bias_mm:+.2} mm, standard deviation {std_mm:.2} mm)")?;
         }
         if let Some(truth_m) = estimate.true_distance_m {
             write!(f, "; the scene's path: {truth_m:.4} m")?;
@@ -293,16 +288,10 @@ impl fmt::Display for Assessment {
             (self.fitted_distance_m, self.fitted_distance_std_m)
         {
             let std_mm = std_m * 1e3;
-            writeln!(
-                f,
-                "  best fit of the scene: {distance_m:.4} m +- {std_mm:.2} mm"
-            )?;
+            writeln!(f, "  best fit of the scene: {distance_m:.4} m +- {std_mm:.2} mm")?;
         }
         if let (Some(chi_square), Some(degrees)) = (self.chi_square, self.degrees_of_freedom) {
-            write!(
-                f,
-                "  chi-square {chi_square:.1} for {degrees} degrees of freedom"
-            )?;
+            write!(f, "  chi-square {chi_square:.1} for {degrees} degrees of freedom")?;
             match self.p_value {
                 Some(p) => writeln!(f, ", p = {p:.2e}")?,
                 None => writeln!(f)?,

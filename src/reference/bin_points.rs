@@ -60,8 +60,7 @@ impl BinPoints {
         let (lanes, adders) = (0..plan.row_bins, 0..plan.adders());
         let carries = |adder| {
             let bits = 0..plan.bin_bits;
-            bits.map(|bit| number(BinPoint::Carry { adder, bit }))
-                .collect()
+            bits.map(|bit| number(BinPoint::Carry { adder, bit })).collect()
         };
         BinPoints {
             hit: lanes
@@ -70,9 +69,7 @@ impl BinPoints {
                 .collect(),
             full: lanes.map(|lane| number(BinPoint::Full { lane })).collect(),
             carry: adders.clone().map(carries).collect(),
-            extra: adders
-                .map(|adder| number(BinPoint::Extra { adder }))
-                .collect(),
+            extra: adders.map(|adder| number(BinPoint::Extra { adder })).collect(),
             full_row: number(BinPoint::FullRow),
             border: [false, true].map(|first| number(BinPoint::Border { first })),
         }

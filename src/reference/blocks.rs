@@ -109,15 +109,12 @@ impl<'a> BlockMaker<'a> {
         let records = &mut block.records;
         records.first_clock = clocks.start;
         records.inputs.resize(count * self.layout.inputs.words, 0);
-        records
-            .expected
-            .resize(count * self.layout.outputs.words, 0);
+        records.expected.resize(count * self.layout.outputs.words, 0);
         records.got.resize(count * self.layout.outputs.words, 0);
         self.drive.start(clocks.clone());
         self.stimulus.drive(&mut self.drive);
         self.paint_inputs(&mut records.inputs);
-        self.reference
-            .predict(&self.drive.surroundings, &self.hits, &mut records.expected);
+        self.reference.predict(&self.drive.surroundings, &self.hits, &mut records.expected);
         block.clocks = clocks;
         block.skips.clone_from(&self.drive.surroundings.skips);
         block.exercise.clone_from(self.reference.exercise());

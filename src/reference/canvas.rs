@@ -94,11 +94,7 @@ impl Canvas for Changes {
             return;
         }
         for clock in [clocks.start, clocks.end] {
-            self.list.push(Change {
-                clock,
-                word,
-                flips: bits,
-            });
+            self.list.push(Change { clock, word, flips: bits });
         }
     }
 

@@ -65,11 +65,7 @@ impl Coverage {
             let place = families.iter().position(|f| f.family == family);
             let place = place.unwrap_or_else(|| {
                 let (points, covered) = (0, 0);
-                families.push(FamilyCoverage {
-                    family,
-                    points,
-                    covered,
-                });
+                families.push(FamilyCoverage { family, points, covered });
                 families.len() - 1
             });
             families[place].points += 1;
@@ -104,21 +100,15 @@ impl Coverage {
             .iter()
             .map(|f| format!("{} {}/{}", f.family, f.covered, f.points))
             .collect();
-        format!(
-            "{} of {} cover points ({})",
-            self.covered,
-            self.points,
-            families.join(", ")
-        )
+        format!("{} of {} cover points ({})", self.covered, self.points, families.join(", "))
     }
 
     /// In a few lines: how much, what not, and what cannot be.
     pub fn text(&self) -> String {
         let mut text = format!("covered: {}\n", self.summary());
-        for (title, missed) in [
-            ("not covered", &self.not_covered),
-            ("cannot be covered", &self.unreachable),
-        ] {
+        for (title, missed) in
+            [("not covered", &self.not_covered), ("cannot be covered", &self.unreachable)]
+        {
             if missed.is_empty() {
                 continue;
             }

@@ -52,20 +52,13 @@ impl Counted {
     /// Of a detector's `total` hits whose signs add up to `sum`.
     pub(super) fn new(detector: DetectorIndex, sum: i64, total: u64) -> Counted {
         let up = total.saturating_add_signed(sum) / 2;
-        Counted {
-            detector,
-            up,
-            down: total - up,
-        }
+        Counted { detector, up, down: total - up }
     }
 }
 
 impl Exercise {
     pub(super) fn of(detectors: usize) -> Exercise {
-        Exercise {
-            detectors: vec![DetectorExercise::default(); detectors],
-            ..Exercise::default()
-        }
+        Exercise { detectors: vec![DetectorExercise::default(); detectors], ..Exercise::default() }
     }
 
     /// A result stands on the stream.

@@ -21,10 +21,7 @@ pub struct Level {
 impl Level {
     /// A level that is low so far. `lanes` is S, a power of two.
     pub fn new(lanes: u32) -> Level {
-        Level {
-            sampling: Sampling::new(lanes),
-            high_until: Sample(0),
-        }
+        Level { sampling: Sampling::new(lanes), high_until: Sample(0) }
     }
 
     /// Paints the words of the clocks `block`.
@@ -70,15 +67,8 @@ impl Level {
             let clock = self.sampling.clock_of(sample);
             let low = self.sampling.lane_of(sample);
             let high = (run.end - self.sampling.first_sample(clock)).min(lanes);
-            let below_high = if high == 64 {
-                u64::MAX
-            } else {
-                (1 << high) - 1
-            };
-            paint(
-                (clock - first_clock) as usize,
-                below_high & (u64::MAX << low),
-            );
+            let below_high = if high == 64 { u64::MAX } else { (1 << high) - 1 };
+            paint((clock - first_clock) as usize, below_high & (u64::MAX << low));
             sample = self.sampling.first_sample(clock + 1);
         }
     }
@@ -89,10 +79,7 @@ mod tests {
     use super::*;
 
     fn pulse(first: u64, end: u64) -> Pulse {
-        Pulse {
-            first: Sample(first),
-            end: Sample(end),
-        }
+        Pulse { first: Sample(first), end: Sample(end) }
     }
 
     fn painted(lanes: u32, clocks: u64, block: u64, pulses: &[Pulse]) -> (Vec<u64>, Vec<u64>) {
@@ -109,12 +96,7 @@ mod tests {
                 .filter(|p| (start..end).contains(&sampling.clock_of(p.first)))
                 .collect();
             let at = start as usize;
-            level.paint(
-                start..end,
-                &inside,
-                |clock, bits| words[at + clock] |= bits,
-                &mut hits,
-            );
+            level.paint(start..end, &inside, |clock, bits| words[at + clock] |= bits, &mut hits);
             start = end;
         }
         (words, hits.into_iter().map(|hit| hit.0).collect())

@@ -30,25 +30,16 @@ pub(super) fn chip_patterns(
         // Long enough that copying it is not dominated by the loop's ends.
         let periods = 512usize.div_ceil(period.len());
         let bits = period.repeat(periods);
-        let same = patterns
-            .iter_mut()
-            .find(|p| p.word == word && p.bits.len() == bits.len());
+        let same = patterns.iter_mut().find(|p| p.word == word && p.bits.len() == bits.len());
         match same {
-            Some(pattern) => pattern
-                .bits
-                .iter_mut()
-                .zip(bits)
-                .for_each(|(all, more)| *all |= more),
+            Some(pattern) => pattern.bits.iter_mut().zip(bits).for_each(|(all, more)| *all |= more),
             None => patterns.push(ChipPattern { word, bits }),
         }
     };
     for (source, code) in interface.source_codes.iter().enumerate() {
         let bit = laser.1 as usize + source;
         let chips = code.chips.iter();
-        or(
-            laser.0 + bit / 64,
-            chips.map(|&chip| u64::from(chip) << (bit % 64)).collect(),
-        );
+        or(laser.0 + bit / 64, chips.map(|&chip| u64::from(chip) << (bit % 64)).collect());
     }
     let mut strobe = vec![0; interface.reference_codes[0].chips.len()];
     strobe[0] = 1 << epoch.1;
@@ -67,9 +58,7 @@ fn or_periodic(expected: &mut [u64], words: usize, word: usize, pattern: &[u64],
         if words == 1 {
             head.iter_mut().zip(bits).for_each(|(w, b)| *w |= b);
         } else {
-            head.chunks_exact_mut(words)
-                .zip(bits)
-                .for_each(|(record, b)| record[word] |= b);
+            head.chunks_exact_mut(words).zip(bits).for_each(|(record, b)| record[word] |= b);
         }
         rest = tail;
         phase = 0;

@@ -93,12 +93,7 @@ impl PeakPorts {
             Some(best) if count == best.peak.count => best.is_shared = true,
             Some(best) if count < best.peak.count => {}
             _ => {
-                *best = Some(Best {
-                    peak: Peak { step, count },
-                    group,
-                    place,
-                    is_shared: false,
-                });
+                *best = Some(Best { peak: Peak { step, count }, group, place, is_shared: false });
             }
         }
     }
@@ -119,10 +114,7 @@ impl PeakPorts {
             let kinds = [
                 (best.peak.count < 0, PeakKind::Negative),
                 (best.peak.count > 0, PeakKind::Positive),
-                (
-                    best.group == Group(0) && self.last_group > Group(0),
-                    PeakKind::First,
-                ),
+                (best.group == Group(0) && self.last_group > Group(0), PeakKind::First),
                 (best.group == self.last_group, PeakKind::Last),
                 (best.is_shared, PeakKind::Equal),
                 (!best.is_shared, PeakKind::Step(best.place)),
@@ -131,10 +123,7 @@ impl PeakPorts {
                 proves.extend(table.number(CoverPoint::Peak { detector, kind }));
             }
         }
-        let peaks = self
-            .best
-            .iter()
-            .map(|best| best.map_or_else(Peak::default, |best| best.peak));
+        let peaks = self.best.iter().map(|best| best.map_or_else(Peak::default, |best| best.peak));
         self.arriving.push_back(Arrival {
             clock: clock + u64::from(self.plan.latency_clocks),
             peaks: peaks.collect(),
@@ -169,14 +158,8 @@ impl PeakPorts {
         for (detector, peak) in DetectorIndex::all().zip(peaks.iter()) {
             let detector = detector.0 as u32;
             let (steps, counts) = (self.plan.step_bits, self.plan.count_bits);
-            self.step
-                .or_bits(&mut self.record, detector * steps, steps, peak.step);
-            self.count.or_bits(
-                &mut self.record,
-                detector * counts,
-                counts,
-                peak.count as u64,
-            );
+            self.step.or_bits(&mut self.record, detector * steps, steps, peak.step);
+            self.count.or_bits(&mut self.record, detector * counts, counts, peak.count as u64);
         }
     }
 

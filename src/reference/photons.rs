@@ -30,14 +30,7 @@ impl<'a> Photons<'a> {
         seed: u64,
         first: u64,
     ) -> Photons<'a> {
-        let mut photons = Photons {
-            models,
-            interface,
-            seed,
-            first,
-            scan: 0,
-            streams: Vec::new(),
-        };
+        let mut photons = Photons { models, interface, seed, first, scan: 0, streams: Vec::new() };
         photons.start_scan();
         photons
     }
@@ -65,9 +58,7 @@ impl Stimulus for Photons<'_> {
                 for (stream, pulses) in self.streams.iter_mut().zip(&mut drive.pulses) {
                     let from = pulses.len();
                     stream.advance(Sample(until - start), pulses);
-                    pulses[from..]
-                        .iter_mut()
-                        .for_each(|pulse| pulse.shift(start));
+                    pulses[from..].iter_mut().for_each(|pulse| pulse.shift(start));
                 }
             }
             if !self.interface.realigns() || start_of(self.scan + 1) >= until {

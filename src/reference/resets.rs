@@ -91,25 +91,21 @@ impl ResetWatch {
             (length == 1 && upon.has_hit, ResetState::Hit),
         ];
         for (_, state) in states.into_iter().filter(|(is, _)| *is) {
-            self.of_results
-                .extend(table.number(CoverPoint::Reset { state }));
+            self.of_results.extend(table.number(CoverPoint::Reset { state }));
         }
         if length == 1 {
             if let Some(age) = age(self.group_end) {
                 let age = u32::try_from(age).unwrap_or(u32::MAX);
-                self.of_results
-                    .extend(table.number(CoverPoint::ResetAge { age }));
+                self.of_results.extend(table.number(CoverPoint::ResetAge { age }));
             }
             let is_lone = age(self.hit_before).is_none_or(|age| age >= self.depth);
             if let Some(age) = age(self.hit).filter(|_| is_lone) {
                 let age = u32::try_from(age).unwrap_or(u32::MAX);
-                self.of_results
-                    .extend(table.number(CoverPoint::ResetHit { age }));
+                self.of_results.extend(table.number(CoverPoint::ResetHit { age }));
             }
             if let Some(age) = age(self.scan_end) {
                 let age = u32::try_from(age).unwrap_or(u32::MAX);
-                self.of_peaks
-                    .extend(table.number(CoverPoint::PeakReset { age }));
+                self.of_peaks.extend(table.number(CoverPoint::PeakReset { age }));
             }
         }
         (self.group_end, self.scan_end) = (None, None);

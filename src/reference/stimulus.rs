@@ -22,10 +22,7 @@ pub struct Drive {
 impl Drive {
     /// For a sensor with `detectors` detectors.
     pub fn new(detectors: usize) -> Drive {
-        Drive {
-            pulses: vec![Vec::new(); detectors],
-            ..Drive::default()
-        }
+        Drive { pulses: vec![Vec::new(); detectors], ..Drive::default() }
     }
 
     /// Empties it for the next block, keeping its memory.

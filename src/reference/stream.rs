@@ -127,10 +127,7 @@ impl AxisState {
             mark(CoverPoint::Held { beat: group.beat });
         }
         if self.waiting.is_empty() {
-            group
-                .across
-                .drain(..)
-                .for_each(|beat| mark(CoverPoint::HeldAcross { beat }));
+            group.across.drain(..).for_each(|beat| mark(CoverPoint::HeldAcross { beat }));
             if group.lost_at.take().is_some_and(|lost| lost + 1 == clock) {
                 mark(CoverPoint::TooLate);
             }
@@ -231,11 +228,7 @@ impl ResultStream {
         let (mut filled, mut next) = (clocks.start, clocks.start);
         while next < clocks.end {
             let arrival = self.arriving.front().map_or(u64::MAX, |a| a.clock);
-            let taken = if self.axis.valid {
-                ready.first_from(next)
-            } else {
-                u64::MAX
-            };
+            let taken = if self.axis.valid { ready.first_from(next) } else { u64::MAX };
             let event = arrival.min(taken);
             if event >= clocks.end {
                 break;
@@ -299,11 +292,8 @@ impl ResultStream {
         }
         self.axis.waiting.extend(results.beats);
         self.axis.waiting_last = results.last;
-        self.axis.group = GroupState {
-            shown_at: clock,
-            proves: results.proves,
-            ..GroupState::default()
-        };
+        self.axis.group =
+            GroupState { shown_at: clock, proves: results.proves, ..GroupState::default() };
         self.axis.take(clock, &mut self.exercise);
     }
 
@@ -321,10 +311,7 @@ impl ResultStream {
                 expected.or(clocks.clone(), word + 1, beyond);
             }
         };
-        or(
-            fields.count,
-            axis.beat.count as u64 & mask(fields.count_bits),
-        );
+        or(fields.count, axis.beat.count as u64 & mask(fields.count_bits));
         if let Some(total) = fields.total {
             or(total, axis.beat.total);
         }

@@ -38,10 +38,7 @@ pub(super) struct Diagram {
 
 /// Draws each module that has others in it, the top module first.
 pub(super) fn diagrams(modules: &[Module]) -> Vec<Diagram> {
-    let with_others = modules
-        .iter()
-        .rev()
-        .filter(|module| !module.instances.is_empty());
+    let with_others = modules.iter().rev().filter(|module| !module.instances.is_empty());
     with_others.map(|module| diagram(module, modules)).collect()
 }
 
@@ -57,9 +54,7 @@ fn diagram(module: &Module, modules: &[Module]) -> Diagram {
     edges.sort_unstable();
     edges.dedup();
     let of_kind = |wanted: fn(&End) -> bool| -> Vec<usize> {
-        (0..nodes.len())
-            .filter(|&n| nodes[n].end.iter().any(wanted))
-            .collect()
+        (0..nodes.len()).filter(|&n| nodes[n].end.iter().any(wanted)).collect()
     };
     let inputs = of_kind(|end| matches!(end, End::Input(_)));
     let outputs = of_kind(|end| matches!(end, End::Output(_)));
@@ -100,10 +95,7 @@ fn nodes(module: &Module, connections: &Connections) -> Vec<Node> {
         groups.retain(|family| !of_stream(&names[family.members[0]]));
         if let Some(&first) = stream.first() {
             let before = groups.iter().filter(|family| family.members[0] < first);
-            let family = Family {
-                name: "m_axis".to_owned(),
-                members: stream,
-            };
+            let family = Family { name: "m_axis".to_owned(), members: stream };
             groups.insert(before.count(), family);
         }
         nodes.extend(groups.into_iter().map(|family| Node {
@@ -157,10 +149,7 @@ fn families<'a>(names: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Family> 
     let mut families = Vec::new();
     let mut first = 0;
     while let Some((name, _)) = names.get(first) {
-        let mut family = Family {
-            name: (*name).to_owned(),
-            members: vec![first],
-        };
+        let mut family = Family { name: (*name).to_owned(), members: vec![first] };
         if let Some((stem, kind, from)) = numbered(first) {
             let follows = |index: &usize| {
                 numbered(*index) == Some((stem, kind, from.saturating_add(index - first)))
@@ -212,10 +201,7 @@ impl Places {
             centres.push(places);
             y += PITCH + (lines - 1) as f64 * LINE;
         }
-        Places {
-            centres,
-            height: y - PITCH + BOX / 2.0 + MARGIN,
-        }
+        Places { centres, height: y - PITCH + BOX / 2.0 + MARGIN }
     }
 
     fn centre(&self, layers: &Layers, layer: usize, place: Place) -> (f64, f64) {
@@ -248,11 +234,7 @@ fn width(place: &Place, nodes: &[Node]) -> f64 {
             let lines = &nodes[*node].lines;
             let is_bold = |line: usize| line == 0 && lines.len() > 1;
             let widths = lines.iter().enumerate().map(|(number, line)| {
-                let character = if is_bold(number) {
-                    BOLD_CHARACTER
-                } else {
-                    CHARACTER
-                };
+                let character = if is_bold(number) { BOLD_CHARACTER } else { CHARACTER };
                 line.chars().count() as f64 * character
             });
             widths.fold(0.0, f64::max) + 14.0
@@ -318,17 +300,11 @@ fn wire(layers: &Layers, places: &Places, number: usize, (from, to): (usize, usi
     let (end_x, _) = places.centre(layers, last, Place::Node(to));
     let sign = if upward { -1.0 } else { 1.0 };
     let side = if upward { 14.0 } else { 0.0 };
-    let mut stops = vec![(
-        start_x + side,
-        half(first, from).0 + sign * half(first, from).1,
-    )];
+    let mut stops = vec![(start_x + side, half(first, from).0 + sign * half(first, from).1)];
     for layer in between {
         stops.push(places.centre(layers, layer, Place::Passing(number)));
     }
-    stops.push((
-        end_x + side,
-        half(last, to).0 - sign * (half(last, to).1 + 1.0),
-    ));
+    stops.push((end_x + side, half(last, to).0 - sign * (half(last, to).1 + 1.0)));
     let mut path = format!("M{},{}", coordinate(stops[0].0), coordinate(stops[0].1));
     for pair in stops.windows(2) {
         let ((x0, y0), (x1, y1)) = (pair[0], pair[1]);
@@ -362,21 +338,14 @@ mod tests {
     fn those_of_one_kind_that_are_numbered_are_drawn_as_one() {
         let told = |names: &[(&str, &str)]| {
             let families = families(names.iter().copied()).into_iter();
-            families
-                .map(|family| (family.name, family.members))
-                .collect::<Vec<_>>()
+            families.map(|family| (family.name, family.members)).collect::<Vec<_>>()
         };
         let bank = |numbers: std::ops::Range<usize>| {
-            numbers
-                .map(|number| format!("bank_{number}"))
-                .collect::<Vec<_>>()
+            numbers.map(|number| format!("bank_{number}")).collect::<Vec<_>>()
         };
         let alike = bank(0..8);
         let alike: Vec<(&str, &str)> = alike.iter().map(|name| (name.as_str(), "bank")).collect();
-        assert_eq!(
-            told(&alike),
-            [("bank_0 to 7".to_owned(), (0..8).collect::<Vec<_>>())]
-        );
+        assert_eq!(told(&alike), [("bank_0 to 7".to_owned(), (0..8).collect::<Vec<_>>())]);
         // Two of a kind, numbers with a gap, and modules that differ stay apart.
         let apart = [
             vec![("a_0", "x"), ("a_1", "x")],
@@ -387,13 +356,7 @@ mod tests {
         for names in apart {
             assert_eq!(told(&names).len(), names.len(), "{names:?}");
         }
-        let mixed = [
-            ("m", ""),
-            ("c_9", ""),
-            ("c_10", ""),
-            ("c_11", ""),
-            ("n", ""),
-        ];
+        let mixed = [("m", ""), ("c_9", ""), ("c_10", ""), ("c_11", ""), ("n", "")];
         let expected = [("m", vec![0]), ("c_9 to 11", vec![1, 2, 3]), ("n", vec![4])];
         let expected = expected.map(|(name, members)| (name.to_owned(), members));
         assert_eq!(told(&mixed), expected);

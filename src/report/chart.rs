@@ -119,11 +119,7 @@ pub struct Point {
 impl Point {
     /// A point without error bar.
     pub fn new(x: f64, y: f64) -> Point {
-        Point {
-            x,
-            y,
-            interval: None,
-        }
+        Point { x, y, interval: None }
     }
 }
 
@@ -142,10 +138,8 @@ impl Chart {
     /// When the drawing library gives up.
     pub fn svg(&self) -> Result<String, ChartError> {
         let mut text = String::new();
-        self.draw(&mut text).map_err(|error| ChartError {
-            title: self.title.clone(),
-            reason: error.to_string(),
-        })?;
+        self.draw(&mut text)
+            .map_err(|error| ChartError { title: self.title.clone(), reason: error.to_string() })?;
         Ok(text)
     }
 
@@ -229,11 +223,8 @@ impl Series {
         y: &Coordinate,
     ) -> Result<(), Box<dyn std::error::Error>> {
         let colour = COLOURS[self.colour % COLOURS.len()];
-        let shown: Vec<&Point> = self
-            .points
-            .iter()
-            .filter(|p| x.holds(p.x) && y.holds(p.y))
-            .collect();
+        let shown: Vec<&Point> =
+            self.points.iter().filter(|p| x.holds(p.x) && y.holds(p.y)).collect();
         let (line, dots) = match self.mark {
             Mark::Line => (true, false),
             Mark::Dots => (false, true),
@@ -253,11 +244,7 @@ impl Series {
             let dot = |p: &&Point| Circle::new((p.x, p.y), DOT, colour.filled());
             chart.draw_series(shown.iter().map(dot))?;
         }
-        let half_cap = if shown.len() <= MOST_CAPPED {
-            CAP / 2
-        } else {
-            0
-        };
+        let half_cap = if shown.len() <= MOST_CAPPED { CAP / 2 } else { 0 };
         let caps = shown.iter().filter_map(|p| Some((p.x, p.interval?)));
         let caps = caps.flat_map(|(x, (low, high))| [(x, y.clamp(low)), (x, y.clamp(high))]);
         chart.draw_series(caps.map(|end| {

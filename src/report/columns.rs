@@ -6,12 +6,7 @@ const LEAST_WRAPPED: usize = 24;
 /// Lines of cells. Where `width` is given and too small for them, the last column is
 /// wrapped, and the first if it leaves no room for the last; the others keep theirs.
 pub(super) fn columns(rows: &[Vec<String>], indent: usize, width: Option<usize>) -> String {
-    let Some(last) = rows
-        .iter()
-        .map(Vec::len)
-        .max()
-        .and_then(|n| n.checked_sub(1))
-    else {
+    let Some(last) = rows.iter().map(Vec::len).max().and_then(|n| n.checked_sub(1)) else {
         return String::new();
     };
     let widest = |column: usize| {
@@ -25,20 +20,16 @@ pub(super) fn columns(rows: &[Vec<String>], indent: usize, width: Option<usize>)
         let least = LEAST_WRAPPED.min(widths[0]);
         widths[0] = widths[0].saturating_sub(too_much).max(least);
     }
-    let room = width.map_or(usize::MAX, |width| {
-        width.saturating_sub(before(&widths)).max(LEAST_WRAPPED)
-    });
+    let room =
+        width.map_or(usize::MAX, |width| width.saturating_sub(before(&widths)).max(LEAST_WRAPPED));
     widths.push(room);
     rows.iter().map(|row| lines(row, indent, &widths)).collect()
 }
 
 /// The lines of one row, each cell wrapped in its column.
 fn lines(row: &[String], indent: usize, widths: &[usize]) -> String {
-    let cells: Vec<Vec<String>> = row
-        .iter()
-        .zip(widths)
-        .map(|(cell, &width)| wrap(cell, width))
-        .collect();
+    let cells: Vec<Vec<String>> =
+        row.iter().zip(widths).map(|(cell, &width)| wrap(cell, width)).collect();
     let height = cells.iter().map(Vec::len).max().unwrap_or(1);
     let mut text = String::new();
     for number in 0..height {
@@ -82,10 +73,8 @@ mod tests {
 
     #[test]
     fn the_last_column_is_wrapped_under_itself() {
-        let rows = [
-            row(&["a", "one two three four five six seven eight"]),
-            row(&["longer", "short"]),
-        ];
+        let rows =
+            [row(&["a", "one two three four five six seven eight"]), row(&["longer", "short"])];
         let text = "  a       one two three four five
           six seven eight
   longer  short
@@ -93,19 +82,13 @@ mod tests {
         assert_eq!(columns(&rows, 2, Some(36)), text);
         assert_eq!(columns(&rows, 2, None).lines().count(), 2);
         // A name that leaves no room is wrapped as well.
-        let long = [row(&[
-            "a name of many words that says it all",
-            "and what it is",
-        ])];
+        let long = [row(&["a name of many words that says it all", "and what it is"])];
         let text = "  a name of many words      and what it is
   that says it all
 ";
         assert_eq!(columns(&long, 2, Some(42)), text);
         // No terminal is too narrow for words.
         let narrow = columns(&rows, 2, Some(3));
-        assert!(
-            narrow.contains("one two") && narrow.lines().count() == 3,
-            "{narrow}"
-        );
+        assert!(narrow.contains("one two") && narrow.lines().count() == 3, "{narrow}");
     }
 }

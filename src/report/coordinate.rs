@@ -25,18 +25,13 @@ impl Coordinate {
     /// The range of `values`, and so many times as much below and above.
     pub fn of(scale: Scale, margins: [f64; 2], values: impl Iterator<Item = f64>) -> Coordinate {
         let drawn = values.filter(|&v| v.is_finite() && (scale == Scale::Linear || v > 0.0));
-        let (low, high) = drawn.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-            (low.min(v), high.max(v))
-        });
+        let (low, high) = drawn
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         let (low, high) = if low > high { (1.0, 1.0) } else { (low, high) };
         let (from, to) = (place(scale, low), place(scale, high));
         // A single value still needs an axis round it.
         let extra = margins.map(|m| if to > from { (to - from) * m } else { 0.5 });
-        Coordinate {
-            scale,
-            low: value(scale, from - extra[0]),
-            high: value(scale, to + extra[1]),
-        }
+        Coordinate { scale, low: value(scale, from - extra[0]), high: value(scale, to + extra[1]) }
     }
 
     pub fn holds(&self, v: f64) -> bool {
@@ -84,11 +79,8 @@ impl Coordinate {
     /// many.
     fn log_ticks(&self, most: usize) -> Vec<f64> {
         let (first, last) = (self.low.log10().floor(), self.high.log10().ceil());
-        let factors: &[f64] = if 3.0 * (last - first) <= most as f64 + 4.0 {
-            &[1.0, 2.0, 5.0]
-        } else {
-            &[1.0]
-        };
+        let factors: &[f64] =
+            if 3.0 * (last - first) <= most as f64 + 4.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
         (first as i32..=last as i32)
             .flat_map(|decade| factors.iter().map(move |f| f * 10f64.powi(decade)))
             .filter(|&tick| tick >= self.low && tick <= self.high)
@@ -156,10 +148,7 @@ mod tests {
     #[test]
     fn a_decade_has_the_same_width_everywhere_on_a_log_axis() {
         let log = coordinate(Scale::Log, 0.1, 100.0);
-        let at: Vec<i32> = [0.1, 1.0, 10.0, 100.0]
-            .iter()
-            .map(|v| log.map(v, (0, 300)))
-            .collect();
+        let at: Vec<i32> = [0.1, 1.0, 10.0, 100.0].iter().map(|v| log.map(v, (0, 300))).collect();
         assert_eq!(at, [0, 100, 200, 300]);
     }
 

@@ -50,9 +50,7 @@ impl IntegrationCurves {
             })?;
             Some(IntegrationCurves::of(sensor, detector, path))
         };
-        DetectorIndex::of(&scene.detectors)
-            .filter_map(of_detector)
-            .collect()
+        DetectorIndex::of(&scene.detectors).filter_map(of_detector).collect()
     }
 
     /// Those of one path.
@@ -61,11 +59,7 @@ impl IntegrationCurves {
         detector: DetectorIndex,
         path: PathIndex,
     ) -> IntegrationCurves {
-        IntegrationCurves {
-            detector,
-            path,
-            points: Points::of(sensor, detector, path),
-        }
+        IntegrationCurves { detector, path, points: Points::of(sensor, detector, path) }
     }
 
     /// Whether they are a path's at a detector.
@@ -124,19 +118,9 @@ pub(super) fn integration(
     error_m: Option<f64>,
 ) -> Result<Figure, String> {
     let detector = curves.detector;
-    let Points {
-        rms,
-        scatter,
-        bound,
-    } = curves.points?;
+    let Points { rms, scatter, bound } = curves.points?;
     let here = sensor.timing().integration_ps() * 1e-6;
-    let line = |name, class, points| Series {
-        name,
-        class,
-        points,
-        line: true,
-        dots: false,
-    };
+    let line = |name, class, points| Series { name, class, points, line: true, dots: false };
     let (of_what, x) = match sensor.interface().histogram {
         Some(_) => ("a histogram", "integration time of a histogram (\u{b5}s)"),
         None => ("a phase step", "integration time of a phase step (\u{b5}s)"),
@@ -177,9 +161,7 @@ pub(super) fn integration(
 
 fn words(rms: &[(f64, f64)], bound: &[(f64, f64)], here: f64) -> String {
     let at = |curve: &[(f64, f64)]| {
-        let nearest = curve
-            .iter()
-            .min_by(|a, b| (a.0 - here).abs().total_cmp(&(b.0 - here).abs()));
+        let nearest = curve.iter().min_by(|a, b| (a.0 - here).abs().total_cmp(&(b.0 - here).abs()));
         nearest.map(|point| point.1)
     };
     match (at(rms), at(bound)) {
@@ -197,10 +179,9 @@ pub(super) fn run_time(sensor: &Sensor, cosim: &cosim::Report, std_m: f64) -> Op
     // What photons take, whatever becomes of their counts.
     let sensor = &sensor.estimated_by(EstimatorKind::Fft);
     let mut series = Vec::new();
-    for (tier, name, class) in [
-        (Tier::Events, "events (continuous time)", "s0"),
-        (Tier::Sampled, "sampled", "s2"),
-    ] {
+    for (tier, name, class) in
+        [(Tier::Events, "events (continuous time)", "s0"), (Tier::Sampled, "sampled", "s2")]
+    {
         let seconds = forecast::seconds(sensor, tier, 1);
         series.extend(seconds.map(|scan_s| of_tier(name, class, scan_s, std_m)));
     }
@@ -239,9 +220,7 @@ fn of_tier(name: &'static str, class: &'static str, scan_s: f64, std_m: f64) -> 
     Series {
         name,
         class,
-        points: scans
-            .map(|scans| (scans * scan_s, std_m / scans.sqrt() * 1e3))
-            .collect(),
+        points: scans.map(|scans| (scans * scan_s, std_m / scans.sqrt() * 1e3)).collect(),
         line: true,
         dots: true,
     }

@@ -102,10 +102,7 @@ impl<'a> BothEstimates<'a> {
             (None, Some(remark)) => notes.push(remark.clone()),
             (None, None) => {}
         }
-        if phase
-            .expected_bias_m
-            .is_some_and(|bias_m| bias_m.abs() > NOTABLE_BIAS_M)
-        {
+        if phase.expected_bias_m.is_some_and(|bias_m| bias_m.abs() > NOTABLE_BIAS_M) {
             notes.push(PHASE_BIAS.to_owned());
         }
         notes.extend(phase.folded.clone());
@@ -121,9 +118,7 @@ impl<'a> BothEstimates<'a> {
             let fit = estimate.fit.as_ref();
             let velocity = fit.and_then(|fit| fit.velocity_m_per_s.zip(fit.velocity_std_m_per_s));
             if let Some((velocity, std)) = velocity {
-                notes.push(format!(
-                    "model fit: the path moves at {velocity:+.2} +- {std:.2} m/s"
-                ));
+                notes.push(format!("model fit: the path moves at {velocity:+.2} +- {std:.2} m/s"));
             }
             if fit.is_some_and(|fit| fit.alarm) {
                 notes.push(
@@ -206,10 +201,7 @@ impl Notes {
             true => ("all detectors".to_owned(), note),
             false => (whose.join(", "), note),
         };
-        Notes {
-            own,
-            shared: shared.into_iter().map(told).collect(),
-        }
+        Notes { own, shared: shared.into_iter().map(told).collect() }
     }
 }
 
@@ -220,9 +212,7 @@ pub fn texts(all: &[BothEstimates], width: Option<usize>) -> (Vec<String>, Strin
     let own = all.iter().zip(&notes.own);
     let own = own.map(|(both, notes)| both.text(notes, width));
     let shared = notes.shared.iter();
-    let shared: Vec<String> = shared
-        .map(|(whose, note)| format!("{whose}: {note}"))
-        .collect();
+    let shared: Vec<String> = shared.map(|(whose, note)| format!("{whose}: {note}")).collect();
     (own.collect(), note_lines(&shared, 0, width))
 }
 

@@ -111,10 +111,8 @@ fn device(y: f64, name: &str, what: &str, source: usize) -> Markup {
 
 /// From the laser to the target and back to the detector.
 fn way(scene: &Scene, path: &Path, number: usize, boxes: &Boxes, height: f64) -> Markup {
-    let (nearest, farthest) = scene
-        .paths
-        .iter()
-        .fold((f64::INFINITY, 0.0_f64), |(low, high), path| {
+    let (nearest, farthest) =
+        scene.paths.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), path| {
             (low.min(path.distance_m()), high.max(path.distance_m()))
         });
     let spread = farthest - nearest;

@@ -133,9 +133,7 @@ impl Layers {
                         continue;
                     }
                     let passing = shares.get(&key(Place::Passing(number), beside));
-                    let ends = [from, to]
-                        .into_iter()
-                        .filter(|&end| self.layer_of[end] == beside);
+                    let ends = [from, to].into_iter().filter(|&end| self.layer_of[end] == beside);
                     let ends = ends.filter_map(|end| shares.get(&key(Place::Node(end), beside)));
                     places.extend(passing.into_iter().chain(ends).copied());
                 }
@@ -144,10 +142,8 @@ impl Layers {
                     number => places.iter().sum::<f64>() / number as f64,
                 }
             };
-            let mut keyed: Vec<(f64, Place)> = self.rows[layer]
-                .iter()
-                .map(|place| (mean(place), *place))
-                .collect();
+            let mut keyed: Vec<(f64, Place)> =
+                self.rows[layer].iter().map(|place| (mean(place), *place)).collect();
             keyed.sort_by(|a, b| a.0.total_cmp(&b.0));
             self.rows[layer] = keyed.into_iter().map(|(_, place)| place).collect();
         }

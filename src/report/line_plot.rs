@@ -60,14 +60,9 @@ impl LinePlot {
         let legend = self.legend();
         let height = HEIGHT + LEGEND_LINE * legend.len().div_ceil(2) as f64;
         let all = || self.series.iter().flat_map(|series| &series.points);
-        let xs = all()
-            .map(|p| p.0)
-            .chain(self.marks.iter().map(|mark| mark.0));
-        let x = Axis {
-            axis: Coordinate::of(self.x.1, [0.02; 2], xs),
-            from: LEFT,
-            to: WIDTH - RIGHT,
-        };
+        let xs = all().map(|p| p.0).chain(self.marks.iter().map(|mark| mark.0));
+        let x =
+            Axis { axis: Coordinate::of(self.x.1, [0.02; 2], xs), from: LEFT, to: WIDTH - RIGHT };
         let y = Axis {
             axis: Coordinate::of(self.y.1, [0.06; 2], all().map(|p| p.1)),
             from: HEIGHT - BOTTOM,
@@ -96,11 +91,7 @@ impl LinePlot {
     fn legend(&self) -> Vec<(&'static str, &'static str, Shown)> {
         let series = self.series.iter().filter(|series| !series.name.is_empty());
         let series = series.map(|series| {
-            (
-                series.class,
-                series.name,
-                if series.line { Shown::Line } else { Shown::Dot },
-            )
+            (series.class, series.name, if series.line { Shown::Line } else { Shown::Dot })
         });
         let marks = self.marks.iter().enumerate();
         let marks =
@@ -146,10 +137,7 @@ impl Axis {
 
 impl Series {
     fn drawn(&self, x: &Axis, y: &Axis) -> Markup {
-        let shown = self
-            .points
-            .iter()
-            .filter(|p| x.axis.holds(p.0) && y.axis.holds(p.1));
+        let shown = self.points.iter().filter(|p| x.axis.holds(p.0) && y.axis.holds(p.1));
         let places: Vec<(f64, f64)> = shown.map(|p| (x.place(p.0), y.place(p.1))).collect();
         html! {
             @if self.line {
@@ -261,10 +249,7 @@ mod tests {
             marks: vec![(1.0, "here")],
         };
         let svg = plot.figure().markup().into_string();
-        assert!(
-            svg.contains("a &lt; b &amp;") && !svg.contains("a < b"),
-            "{svg}"
-        );
+        assert!(svg.contains("a &lt; b &amp;") && !svg.contains("a < b"), "{svg}");
         assert!(!svg.contains("NaN") && svg.contains("<circle"), "{svg}");
     }
 }

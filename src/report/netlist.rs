@@ -167,11 +167,7 @@ impl Module {
                 }
             }
         }
-        for statement in self
-            .statements
-            .iter()
-            .filter(|statement| statement.is_register)
-        {
+        for statement in self.statements.iter().filter(|statement| statement.is_register) {
             statement.from.iter().for_each(|net| connect(End::Own, net));
         }
         for (index, output) in self.outputs.iter().enumerate() {
@@ -259,11 +255,7 @@ fn names(expression: &str) -> impl Iterator<Item = String> + '_ {
     let is_name = |word: &&str| {
         let first = word.chars().next();
         let begins = first.is_some_and(|c| c.is_ascii_lowercase() || c == '_');
-        begins
-            && !matches!(
-                *word,
-                "if" | "else" | "begin" | "end" | "always" | "posedge" | "case"
-            )
+        begins && !matches!(*word, "if" | "else" | "begin" | "end" | "always" | "posedge" | "case")
     };
     words.filter(is_name).map(str::to_owned)
 }
@@ -284,10 +276,7 @@ mod tests {
     fn a_module_is_read_with_its_instances_and_what_drives_what() {
         let leaf = read("module leaf (\n input wire i_x,\n output wire o_y\n);\nendmodule\n");
         let (leaf, top) = (leaf.expect("a module"), read(TEXT).expect("a module"));
-        assert_eq!(
-            (top.name.as_str(), &top.inputs),
-            ("top", &vec!["i_a".to_owned()])
-        );
+        assert_eq!((top.name.as_str(), &top.inputs), ("top", &vec!["i_a".to_owned()]));
         assert_eq!(top.outputs, ["o_b", "o_c"]);
         assert_eq!(top.instances.len(), 1, "{top:?}");
         assert_eq!(top.instances[0].name, "first");
@@ -305,10 +294,8 @@ mod tests {
 
     #[test]
     fn parameters_of_modules_and_instances_are_no_names() {
-        let file = |name: &str, text: &str| EmittedFile {
-            name: name.to_owned(),
-            text: text.to_owned(),
-        };
+        let file =
+            |name: &str, text: &str| EmittedFile { name: name.to_owned(), text: text.to_owned() };
         let memory = "module memory #(\n    parameter WORDS = (2),\n    parameter BITS = 1 // of a \
             word\n) (\n    input wire i_write,\n    input wire [BITS-1:0] i_row,\n    output wire \
             o_word\n);\n    reg words [0:WORDS-1];\n\n    VENDOR #(\n        .WIDTH(18)\n    ) ram \
@@ -326,15 +313,9 @@ mod tests {
         assert!(memory.instances.is_empty(), "{memory:?}");
         let of_memory: Vec<(End, End)> = memory.connections(&modules).into_keys().collect();
         assert_eq!(of_memory, [0, 1].map(|input| (End::Input(input), End::Own)));
-        assert_eq!(
-            (&*top.instances[0].name, &*top.instances[0].module),
-            ("memory_0", "memory")
-        );
+        assert_eq!((&*top.instances[0].name, &*top.instances[0].module), ("memory_0", "memory"));
         let of_top: Vec<(End, End)> = top.connections(&modules).into_keys().collect();
-        let expected = [
-            (End::Input(0), End::Instance(0)),
-            (End::Instance(0), End::Output(0)),
-        ];
+        let expected = [(End::Input(0), End::Instance(0)), (End::Instance(0), End::Output(0))];
         assert_eq!(of_top, expected);
     }
 }

@@ -28,9 +28,8 @@ pub fn text(overview: &Overview, width: Option<usize>) -> String {
     text += &columns(&figures(&overview.figures), 2, width);
     for budget in link(&overview.link) {
         let cells = LINK_HEADINGS.iter().zip(&budget).skip(1);
-        let rows: Vec<Row> = cells
-            .map(|(what, rate)| vec![(*what).to_owned(), rate.clone()])
-            .collect();
+        let rows: Vec<Row> =
+            cells.map(|(what, rate)| vec![(*what).to_owned(), rate.clone()]).collect();
         text += &table(&format!("Photons per second, {}", budget[0]), &rows);
     }
     for of_detector in overview.expected.chunks(2) {
@@ -44,10 +43,7 @@ pub fn text(overview: &Overview, width: Option<usize>) -> String {
 /// The parts, kept and left out.
 pub fn parts(plan: &Plan, width: Option<usize>) -> String {
     let mut text = String::new();
-    for (title, parts) in [
-        ("Hardware", &plan.hardware),
-        ("Simulation", &plan.simulation),
-    ] {
+    for (title, parts) in [("Hardware", &plan.hardware), ("Simulation", &plan.simulation)] {
         let kept: Vec<Row> = (parts.iter().filter(|part| part.kept))
             .map(|part| vec![part.part.clone(), part.reason.clone()])
             .collect();
@@ -130,11 +126,7 @@ pub(super) fn figures(figures: &Figures) -> Vec<Row> {
             format!(
                 "{}{} a frame, of {} bits",
                 number(figures.results),
-                if figures.at_once {
-                    " rows of the histogram"
-                } else {
-                    ""
-                },
+                if figures.at_once { " rows of the histogram" } else { "" },
                 figures.result_bits
             ),
         ),
@@ -142,15 +134,8 @@ pub(super) fn figures(figures: &Figures) -> Vec<Row> {
 }
 
 /// What the columns of [`link`] are.
-pub(super) const LINK_HEADINGS: [&str; 7] = [
-    "path",
-    "emitted",
-    "returned",
-    "primary",
-    "background",
-    "dark counts",
-    "signal to background",
-];
+pub(super) const LINK_HEADINGS: [&str; 7] =
+    ["path", "emitted", "returned", "primary", "background", "dark counts", "signal to background"];
 
 /// Photons per second of each path, and what else fires its detector.
 pub(super) fn link(budgets: &[LinkBudget]) -> Vec<Row> {
@@ -163,10 +148,7 @@ pub(super) fn link(budgets: &[LinkBudget]) -> Vec<Row> {
             budget.background_hz,
             budget.dark_counts_hz,
         ];
-        let mut row = vec![format!(
-            "{source} to {detector}, {}",
-            length(budget.distance_m)
-        )];
+        let mut row = vec![format!("{source} to {detector}, {}", length(budget.distance_m))];
         row.extend(rates.map(|rate| format!("{rate:.3e}")));
         row.push(match budget.signal_to_background {
             Some(ratio) => format!("{ratio:.3}"),
@@ -179,9 +161,7 @@ pub(super) fn link(budgets: &[LinkBudget]) -> Vec<Row> {
 
 /// Whose errors, and where.
 pub(super) fn expected_title(expected: &ExpectedError) -> String {
-    let at = expected
-        .true_distance_m
-        .map(|m| format!(" at {}", length(m)));
+    let at = expected.true_distance_m.map(|m| format!(" at {}", length(m)));
     format!(
         "Expected error of {} ranging {}{}",
         expected.detector,
@@ -208,11 +188,9 @@ pub(super) fn expected(of_detector: &[ExpectedError]) -> Vec<Row> {
 
 fn error_of(expected: &ExpectedError) -> String {
     let mut text = match (expected.expected_bias_m, expected.expected_std_m) {
-        (Some(bias_m), Some(std_m)) => format!(
-            "bias {}, scatter {}",
-            millimetres(bias_m, true),
-            millimetres(std_m, false)
-        ),
+        (Some(bias_m), Some(std_m)) => {
+            format!("bias {}, scatter {}", millimetres(bias_m, true), millimetres(std_m, false))
+        }
         _ => "not known".to_owned(),
     };
     if !expected.has_its_counts {
@@ -240,14 +218,8 @@ pub(super) fn resources(resources: Option<&Resources>) -> Vec<Row> {
     };
     vec![
         row("family", resources.family.to_owned()),
-        row(
-            "LUTs",
-            format!("{about}{} ({})", resources.cells.luts, resources.lut),
-        ),
-        row(
-            "flip-flops",
-            format!("{about}{}", resources.cells.flip_flops),
-        ),
+        row("LUTs", format!("{about}{} ({})", resources.cells.luts, resources.lut)),
+        row("flip-flops", format!("{about}{}", resources.cells.flip_flops)),
         row("block RAM", resources.block_rams.to_string()),
         row("basis", basis(&resources.basis)),
     ]
@@ -256,16 +228,14 @@ pub(super) fn resources(resources: Option<&Resources>) -> Vec<Row> {
 fn basis(basis: &Basis) -> String {
     match basis {
         Basis::Measured => "this sensor was synthesized (docs/resources.md)".to_owned(),
-        Basis::Fitted {
-            builds,
-            largest_relative_error,
-            cross_validation_relative_error,
-        } => format!(
-            "fitted to {builds} synthesized sensors (docs/resources.md): off by {:.0} % at most for \
+        Basis::Fitted { builds, largest_relative_error, cross_validation_relative_error } => {
+            format!(
+                "fitted to {builds} synthesized sensors (docs/resources.md): off by {:.0} % at most for \
              these, {:.0} % rms for one that the fit has not seen",
-            largest_relative_error * 100.0,
-            cross_validation_relative_error * 100.0
-        ),
+                largest_relative_error * 100.0,
+                cross_validation_relative_error * 100.0
+            )
+        }
     }
 }
 
@@ -282,14 +252,9 @@ pub(super) fn saving(part: &Part) -> Option<String> {
     let cells = part
         .saved_cells
         .map(|cells| format!("about {} LUTs, {} flip-flops", cells.luts, cells.flip_flops));
-    let time = part.saving.as_ref().map(
-        |Saving {
-             time_fraction: share,
-             ..
-         }| match *share {
-            share if share < LEAST_SHARE => "no time".to_owned(),
-            share => format!("{:.0} % of the time", share * 100.0),
-        },
-    );
+    let time = part.saving.as_ref().map(|Saving { time_fraction: share, .. }| match *share {
+        share if share < LEAST_SHARE => "no time".to_owned(),
+        share => format!("{:.0} % of the time", share * 100.0),
+    });
     cells.or(time)
 }

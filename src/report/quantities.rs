@@ -58,9 +58,7 @@ fn scaled(value: f64, unit: &str) -> String {
         (1e-12, "p"),
     ];
     // 999.9999 of a unit is one of the next.
-    let scale = SCALES
-        .iter()
-        .find(|(scale, _)| value.abs() >= 0.999_95 * scale);
+    let scale = SCALES.iter().find(|(scale, _)| value.abs() >= 0.999_95 * scale);
     match scale {
         Some((scale, prefix)) => format!("{} {prefix}{unit}", digits(value / scale)),
         None => format!("0 {unit}"),

@@ -68,9 +68,7 @@ pub fn waves(sensor: &Sensor, seed: u64) -> Result<Vec<Wave>, ReferenceError> {
     let interface = sensor.interface();
     let latency = u64::from(interface.result_latency_clocks);
     let integration = sensor.timing().scan.integration_chips;
-    let first_result = RESET_CLOCKS
-        .saturating_add(integration)
-        .saturating_add(latency);
+    let first_result = RESET_CLOCKS.saturating_add(integration).saturating_add(latency);
     let mut wanted = vec![("Start: the lasers begin when reset ends", 0..COLUMNS)];
     if first_result < MOST_CLOCKS {
         let from = (first_result + 5).saturating_sub(COLUMNS).max(1);
@@ -83,9 +81,7 @@ pub fn waves(sensor: &Sensor, seed: u64) -> Result<Vec<Wave>, ReferenceError> {
     let last = wanted.last().map_or(0, |(_, clocks)| clocks.end);
     let recorded = record(sensor, seed, last, wanted.iter().map(|w| w.1.clone()))?;
     let drawn = wanted.into_iter().zip(recorded);
-    Ok(drawn
-        .map(|((title, clocks), rows)| wave(sensor, title, clocks.start, &rows))
-        .collect())
+    Ok(drawn.map(|((title, clocks), rows)| wave(sensor, title, clocks.start, &rows)).collect())
 }
 
 /// One clock: its inputs, and the outputs before its edge.
@@ -117,10 +113,7 @@ fn record(
         for ((clock, inputs), outputs) in block.clocks.clone().zip(inputs).zip(outputs) {
             for (wanted, found) in wanted.iter().zip(&mut found) {
                 if wanted.contains(&clock) {
-                    found.push(Row {
-                        inputs: inputs.to_vec(),
-                        outputs: before.clone(),
-                    });
+                    found.push(Row { inputs: inputs.to_vec(), outputs: before.clone() });
                 }
             }
             before.copy_from_slice(outputs);
@@ -133,19 +126,12 @@ fn wave(sensor: &Sensor, title: &str, first: u64, rows: &[Row]) -> Wave {
     let layout = Layout::of(sensor.interface());
     let mut signal = vec![Signal {
         name: Layout::CLOCK.to_owned(),
-        wave: ["p"]
-            .into_iter()
-            .chain((1..rows.len()).map(|_| "."))
-            .collect(),
+        wave: ["p"].into_iter().chain((1..rows.len()).map(|_| ".")).collect(),
         data: Vec::new(),
     }];
     let order = sensor.interface().ports();
     for port in order.iter().filter(|port| port.name != Layout::CLOCK) {
-        let input = layout
-            .inputs
-            .fields
-            .iter()
-            .find(|field| field.port == *port);
+        let input = layout.inputs.fields.iter().find(|field| field.port == *port);
         let values: Vec<String> = rows
             .iter()
             .map(|row| match input {
@@ -155,13 +141,7 @@ fn wave(sensor: &Sensor, title: &str, first: u64, rows: &[Row]) -> Wave {
             .collect();
         signal.push(signal_of(&port.name, port.width, &values));
     }
-    Wave {
-        signal,
-        head: Head {
-            text: title.to_owned(),
-            tick: first,
-        },
-    }
+    Wave { signal, head: Head { text: title.to_owned(), tick: first } }
 }
 
 /// A port's value: bits as they are, counts as signed numbers, the rest hexadecimal.
@@ -175,11 +155,7 @@ fn shown(sensor: &Sensor, field: &Field, record: &[u64]) -> String {
         return ((field.low_word(record) << unused).cast_signed() >> unused).to_string();
     }
     let words = field.read(record);
-    let digits = words
-        .iter()
-        .rev()
-        .map(|word| format!("{word:016x}"))
-        .collect::<String>();
+    let digits = words.iter().rev().map(|word| format!("{word:016x}")).collect::<String>();
     let kept = field.port.width.div_ceil(4) as usize;
     digits[digits.len().saturating_sub(kept)..].to_owned()
 }
@@ -213,11 +189,7 @@ impl Wave {
         let columns = columns.unwrap_or(1).max(1);
         let column = (WIDTH - NAMES - 6.0) / columns as f64;
         let height = TOP + ROW * self.signal.len() as f64 + 4.0;
-        let names: Vec<&str> = self
-            .signal
-            .iter()
-            .map(|signal| signal.name.as_str())
-            .collect();
+        let names: Vec<&str> = self.signal.iter().map(|signal| signal.name.as_str()).collect();
         Figure {
             id: id.to_owned(),
             title: self.head.text.clone(),
@@ -271,12 +243,8 @@ impl Signal {
     }
 
     fn bus(&self, y: f64, column: f64) -> Markup {
-        let starts: Vec<usize> = self
-            .wave
-            .char_indices()
-            .filter(|(_, c)| *c == '=')
-            .map(|(index, _)| index)
-            .collect();
+        let starts: Vec<usize> =
+            self.wave.char_indices().filter(|(_, c)| *c == '=').map(|(index, _)| index).collect();
         let ends = starts.iter().skip(1).copied().chain([self.wave.len()]);
         let runs = starts.iter().copied().zip(ends).zip(&self.data);
         html! {
@@ -298,13 +266,7 @@ fn clock(y: f64, column: f64, columns: usize) -> Markup {
     let edges = (0..columns).flat_map(|index| {
         let x = NAMES + column * index as f64;
         let (high, low, middle) = (y + 2.0, y + HIGH, x + column / 2.0);
-        [
-            (x, low),
-            (x, high),
-            (middle, high),
-            (middle, low),
-            (x + column, low),
-        ]
+        [(x, low), (x, high), (middle, high), (middle, low), (x + column, low)]
     });
     html! { polyline class="wave" points=(points(edges)) {} }
 }
@@ -319,10 +281,7 @@ mod tests {
         let bit = signal_of("o_laser", 1, &values(&["0", "0", "1", "0"]));
         assert_eq!((bit.name.as_str(), bit.wave.as_str()), ("o_laser", "0.10"));
         let bus = signal_of("i_samples", 8, &values(&["00", "0f", "0f", "00"]));
-        assert_eq!(
-            (bus.name.as_str(), bus.wave.as_str()),
-            ("i_samples[7:0]", "==.=")
-        );
+        assert_eq!((bus.name.as_str(), bus.wave.as_str()), ("i_samples[7:0]", "==.="));
         assert_eq!(bus.data, ["00", "0f", "00"]);
     }
 }

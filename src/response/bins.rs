@@ -49,10 +49,7 @@ impl SecondMoments<'_, '_> {
     /// If a sum has not one weight per bin.
     pub fn covariance_of_bin_sums(&self, sums: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let bins = self.response.bins();
-        assert!(
-            sums.iter().all(|sum| sum.len() == bins),
-            "one weight per bin"
-        );
+        assert!(sums.iter().all(|sum| sum.len() == bins), "one weight per bin");
         let parts = self.parts();
         let samples = self.response.model.timing.clock.samples_per_chip as i64;
         let weight = |sum: &[f64], chip: usize, part: &Part| {
@@ -86,9 +83,7 @@ impl SecondMoments<'_, '_> {
                 .sum();
             periods * of_period
         };
-        (0..sums.len())
-            .map(|i| (0..sums.len()).map(|j| covariance(i, j)).collect())
-            .collect()
+        (0..sums.len()).map(|i| (0..sums.len()).map(|j| covariance(i, j)).collect()).collect()
     }
 
     /// How the cells of a chip are divided among bins.
@@ -108,10 +103,7 @@ impl SecondMoments<'_, '_> {
                         None => end - start,
                         Some(sampling) => sampling.seen_between(start, end),
                     };
-                    Part {
-                        bin,
-                        share: seen / (to - from),
-                    }
+                    Part { bin, share: seen / (to - from) }
                 })
                 .collect()
         };

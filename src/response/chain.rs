@@ -42,9 +42,8 @@ pub fn states_needed(afterpulsing: Option<Afterpulsing>, dead_time_chips: f64) -
 
 impl<const M: usize> Chain<M> {
     pub fn new(afterpulsing: Option<Afterpulsing>, dead_time_chips: f64) -> Chain<M> {
-        let (release_per_chip, mean) = afterpulsing.map_or((0.0, 0.0), |a| {
-            (1.0 / a.time_constant_chips, a.mean_per_avalanche)
-        });
+        let (release_per_chip, mean) = afterpulsing
+            .map_or((0.0, 0.0), |a| (1.0 / a.time_constant_chips, a.mean_per_avalanche));
         let survival = (-dead_time_chips * release_per_chip).exp();
         let mut transition = [[0.0; M]; M];
         for (pending, row) in transition.iter_mut().enumerate() {
@@ -59,10 +58,7 @@ impl<const M: usize> Chain<M> {
             // What the cut Poisson series lacks belongs to the last state.
             row[M - 1] += 1.0 - row.iter().sum::<f64>();
         }
-        Chain {
-            release_per_chip,
-            transition,
-        }
+        Chain { release_per_chip, transition }
     }
 
     /// Rate at which the ready state with `pending` afterpulses is left.

@@ -36,10 +36,7 @@ pub struct Jitter<'a> {
 
 impl Jitter<'_> {
     /// No such delay.
-    pub const NONE: Jitter<'static> = Jitter {
-        sigma_chips: 0.0,
-        tail: None,
-    };
+    pub const NONE: Jitter<'static> = Jitter { sigma_chips: 0.0, tail: None };
 }
 
 /// One instant of every chip.
@@ -80,10 +77,7 @@ impl Column {
         let sigma = jitter.sigma_chips;
         match jitter.tail {
             None => self.add_smoothed(grid, centre, sigma, weight),
-            Some(Tail::Exponential {
-                share,
-                time_constant_chips,
-            }) => {
+            Some(Tail::Exponential { share, time_constant_chips }) => {
                 self.add_smoothed(grid, centre, sigma, weight * (1.0 - share));
                 self.add_tail(grid, centre, sigma, *time_constant_chips, weight * share);
             }
@@ -109,9 +103,7 @@ impl Column {
             let cell_end = chip as f64 + grid.edges[cell + 1];
             let longest = match from + 1e-12 < near {
                 true => constant.min(near - from),
-                false => constant
-                    .max(sigma)
-                    .min(if sigma > 0.0 { 2.0 * sigma } else { constant }),
+                false => constant.max(sigma).min(if sigma > 0.0 { 2.0 * sigma } else { constant }),
             };
             let to = cell_end.min(from + longest).min(end);
             let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
@@ -167,17 +159,9 @@ impl Column {
 
     /// Adds `weight` times M at a position 0..1 inside a cell.
     fn add(&mut self, grid: &Grid, chips: i64, cell: usize, position: f64, weight: f64) {
-        let known = self
-            .terms
-            .iter()
-            .position(|term| (term.chips, term.cell) == (chips, cell));
+        let known = self.terms.iter().position(|term| (term.chips, term.cell) == (chips, cell));
         let index = known.unwrap_or_else(|| {
-            self.terms.push(Term {
-                chips,
-                cell,
-                cumulative: 0.0,
-                rates: [0.0; 4],
-            });
+            self.terms.push(Term { chips, cell, cumulative: 0.0, rates: [0.0; 4] });
             self.terms.len() - 1
         });
         let term = &mut self.terms[index];

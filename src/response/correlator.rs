@@ -111,11 +111,7 @@ impl Correlator {
                 twice(between.take(period_chips).collect())
             });
             let hits = before.windows(2).map(|edge| edge[1] - edge[0]).collect();
-            Phase {
-                before,
-                hits: twice(hits),
-                falling: falling.unwrap_or_default(),
-            }
+            Phase { before, hits: twice(hits), falling: falling.unwrap_or_default() }
         });
         Correlator {
             reference: Reference::new(&model.reference.chips, period_chips),
@@ -176,12 +172,11 @@ impl Correlator {
         let mut counts = vec![0.0; length * self.phases.len()];
         let mut values = vec![Complex64::ZERO; length];
         let mut product = vec![Complex64::ZERO; length];
-        let mut scratch = vec![
-            Complex64::ZERO;
-            forward
-                .get_inplace_scratch_len()
-                .max(inverse.get_inplace_scratch_len())
-        ];
+        let mut scratch =
+            vec![
+                Complex64::ZERO;
+                forward.get_inplace_scratch_len().max(inverse.get_inplace_scratch_len())
+            ];
         for (phase, tables) in self.phases.iter().enumerate() {
             values.fill(Complex64::ZERO);
             for (i, hits) in tables.hits[..self.period_chips].iter().enumerate() {
@@ -260,10 +255,7 @@ impl Correlator {
         let code = code_start..code_start + count;
         let slots = start..start + count;
         let tables = &self.phases[phase];
-        let mut sum = dot(
-            &self.reference.signs[code.clone()],
-            &tables.hits[slots.clone()],
-        );
+        let mut sum = dot(&self.reference.signs[code.clone()], &tables.hits[slots.clone()]);
         if !tables.falling.is_empty() {
             sum += dot(&self.reference.falls[code], &tables.falling[slots]);
         }
@@ -285,10 +277,8 @@ impl Source<'_> {
     /// Merged ones are taken off where they would be without jitter: they come, by
     /// what merging is, before the sample instant that they would have counted at.
     fn column(&self, model: &DetectorModel, time: f64, transition: f64) -> Vec<f64> {
-        let jitter = Jitter {
-            sigma_chips: model.jitter_chips.unwrap_or(0.0),
-            tail: model.tail.as_ref(),
-        };
+        let jitter =
+            Jitter { sigma_chips: model.jitter_chips.unwrap_or(0.0), tail: model.tail.as_ref() };
         // Registered time to the grid's avalanche time.
         let origin = -(frame_chips(self.light) + self.delay_chips + model.delay_chips);
         let before = |jitter: Jitter, detections: &Detections| {
@@ -335,10 +325,7 @@ impl Reference {
         let indices = 0..length + period_chips;
         Reference {
             length,
-            signs: indices
-                .clone()
-                .map(|i| 2.0 * f64::from(at(i)) - 1.0)
-                .collect(),
+            signs: indices.clone().map(|i| 2.0 * f64::from(at(i)) - 1.0).collect(),
             falls: indices
                 .map(|i| f64::from(u8::from(at(i + length - 1) == 1 && at(i) == 0)))
                 .collect(),
@@ -354,10 +341,7 @@ fn twice(values: Vec<f64>) -> Vec<f64> {
 fn parts(spectrum: &[Complex64], f: usize) -> [Complex64; 2] {
     let mirrored = spectrum[(spectrum.len() - f) % spectrum.len()].conj();
     let difference = spectrum[f] - mirrored;
-    [
-        0.5 * (spectrum[f] + mirrored),
-        Complex64::new(0.5 * difference.im, -0.5 * difference.re),
-    ]
+    [0.5 * (spectrum[f] + mirrored), Complex64::new(0.5 * difference.im, -0.5 * difference.re)]
 }
 
 /// Scalar product, with the widest vectors that the processor has: no operation

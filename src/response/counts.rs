@@ -73,10 +73,7 @@ impl<'m> CountSampler<'m> {
     /// A sampler for scans with these moments, one per step of the scan, each
     /// step with light of its own.
     pub fn new(model: &'m DetectorModel, moments: &[CountMoments]) -> CountSampler<'m> {
-        CountSampler {
-            model,
-            laws: Laws::Steps(moments.iter().map(Law::of).collect()),
-        }
+        CountSampler { model, laws: Laws::Steps(moments.iter().map(Law::of).collect()) }
     }
 
     /// A sampler for scans with these moments, whatever the number of phase steps
@@ -89,10 +86,7 @@ impl<'m> CountSampler<'m> {
             .into_par_iter()
             .map(|group| GroupLaw::of(&moments.of_group(Group(group))))
             .collect();
-        CountSampler {
-            model,
-            laws: Laws::Groups(groups),
-        }
+        CountSampler { model, laws: Laws::Groups(groups) }
     }
 
     /// Steps whose counts upwards and downwards are so small that their joint
@@ -154,11 +148,7 @@ impl Law {
         if is_normal {
             let first = a.sqrt();
             let second = between / first;
-            Law::Normal {
-                up,
-                down,
-                factor: [first, second, (b - second * second).sqrt()],
-            }
+            Law::Normal { up, down, factor: [first, second, (b - second * second).sqrt()] }
         } else {
             let common = between.clamp(0.0, up.min(down).max(0.0));
             Law::Small(Box::new(SmallLaw {
@@ -192,10 +182,7 @@ impl Law {
 impl From<(u64, u64)> for StepCount {
     /// From counts upwards and downwards.
     fn from((up, down): (u64, u64)) -> StepCount {
-        StepCount {
-            signed: up as i64 - down as i64,
-            total: up + down,
-        }
+        StepCount { signed: up as i64 - down as i64, total: up + down }
     }
 }
 
@@ -207,14 +194,10 @@ impl Single {
             // n p = mean, 1 - p = variance / mean; n is whole, the mean kept.
             let trials = (mean / (1.0 - (variance / mean).max(0.0))).round().max(1.0);
             let success = (mean / trials).min(1.0);
-            Binomial::new(trials as u64, success)
-                .ok()
-                .map(Single::Binomial)
+            Binomial::new(trials as u64, success).ok().map(Single::Binomial)
         } else if variance > 1.001 * mean {
             let scale = variance / mean - 1.0;
-            Gamma::new(mean / scale, scale)
-                .ok()
-                .map(Single::NegativeBinomial)
+            Gamma::new(mean / scale, scale).ok().map(Single::NegativeBinomial)
         } else {
             Poisson::new(mean).ok().map(Single::Poisson)
         };
@@ -244,12 +227,7 @@ mod tests {
     fn check(moments: CountMoments, is_normal: bool) {
         let law = Law::of(&moments);
         assert_eq!(matches!(law, Law::Normal { .. }), is_normal);
-        let key = StreamKey {
-            seed: 5,
-            detector: 0,
-            group: Group(0),
-            repetition: 0,
-        };
+        let key = StreamKey { seed: 5, detector: 0, group: Group(0), repetition: 0 };
         let mut rng = key.stream(Part::Counts);
         let draws = 200_000;
         let mut sums = [0.0; 5];
@@ -268,10 +246,7 @@ mod tests {
         let fourth = if is_normal { 2.0 } else { 8.0 };
         let scale = moments.signed_variance.max(moments.total_variance);
         let limit = error(fourth * scale * scale);
-        assert!(
-            (sums[2] - moments.signed_variance).abs() < limit,
-            "{sums:?}"
-        );
+        assert!((sums[2] - moments.signed_variance).abs() < limit, "{sums:?}");
         assert!((sums[3] - moments.total_variance).abs() < limit, "{sums:?}");
         assert!((sums[4] - moments.covariance).abs() < limit, "{sums:?}");
     }

@@ -164,31 +164,18 @@ impl Size {
 fn correlator_s(model: &DetectorModel, size: &Size) -> f64 {
     let sigma = model.jitter_chips.unwrap_or(0.0);
     let tail_chips = model.tail.as_ref().map_or(0.0, Tail::longest_chips);
-    let sides = if model.counter.transition_ps > 0.0 {
-        2.0
-    } else {
-        1.0
-    };
+    let sides = if model.counter.transition_ps > 0.0 { 2.0 } else { 1.0 };
     let terms = sides * (1.0 + (2.0 * JITTER_REACH * sigma + tail_chips) * size.cells);
-    let nodes = if sigma + tail_chips > 0.0 {
-        8.0 * terms
-    } else {
-        terms
-    };
+    let nodes = if sigma + tail_chips > 0.0 { 8.0 * terms } else { terms };
     let column_s = nodes * (NODE_S + 0.5 * terms * NODE_TERM_S) + terms * size.period * TERM_S;
-    let edges = if model.counter.rising_delay_ps == model.counter.falling_delay_ps {
-        1.0
-    } else {
-        2.0
-    };
+    let edges =
+        if model.counter.rising_delay_ps == model.counter.falling_delay_ps { 1.0 } else { 2.0 };
     (edges * f64::from(model.timing.clock.samples_per_chip) + 1.0) * column_s
 }
 
 /// Second moments of all steps: combs of slots, or one step after another.
 fn scan_s(model: &DetectorModel, light: &Light, size: &Size, step_s: f64) -> f64 {
-    let memory = model
-        .memory_under(light.brightest_per_chip())
-        .of_pairs_chips() as f64;
+    let memory = model.memory_under(light.brightest_per_chip()).of_pairs_chips() as f64;
     let phases = f64::from(model.timing.clock.samples_per_chip.min(8));
     let steps = model.timing.scan.steps as f64;
     if steps <= memory * phases || size.period < 2.0 * memory {

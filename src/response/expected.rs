@@ -222,10 +222,8 @@ impl<'m> MeanResponse<'m> {
         let (periods, first, rest) = self.chips_of(step);
         let phase_step = self.model.timing.scan.phase_step(step);
         let correlator = &self.correlator;
-        let mut count = MeanCount {
-            signed: periods * whole,
-            total: periods * correlator.hits_per_period(),
-        };
+        let mut count =
+            MeanCount { signed: periods * whole, total: periods * correlator.hits_per_period() };
         if rest > 0 {
             count.signed += correlator.signed_between(phase_step, first, rest, whole);
             count.total += correlator.hits_between(first, rest);
@@ -239,11 +237,7 @@ impl<'m> MeanResponse<'m> {
         let chips = self.model.timing.scan.integration_chips;
         let group = self.model.timing.grouping().group_of(step);
         let first = self.model.timing.first_chip(0, group).of_code(period);
-        (
-            (chips / period) as f64,
-            first as usize,
-            (chips % period) as usize,
-        )
+        ((chips / period) as f64, first as usize, (chips % period) as usize)
     }
 }
 

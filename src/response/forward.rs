@@ -110,10 +110,7 @@ struct Unarmed<'g, const M: usize> {
 impl<'g, const M: usize> Unarmed<'g, M> {
     fn new(grid: &'g Grid) -> Option<Unarmed<'g, M>> {
         let rearming = grid.rearming.as_ref()?;
-        Some(Unarmed {
-            levels: vec![[0.0; M]; rearming.most_waits()],
-            rearming,
-        })
+        Some(Unarmed { levels: vec![[0.0; M]; rearming.most_waits()], rearming })
     }
 
     /// Goes through cell `index`: the states at its start and end, and their slopes.

@@ -116,10 +116,7 @@ struct Strands {
 impl Strands {
     fn new(light: &Light) -> Strands {
         let frame = frame_chips(light);
-        let mut strands = Strands {
-            delays: Vec::new(),
-            paths: Vec::new(),
-        };
+        let mut strands = Strands { delays: Vec::new(), paths: Vec::new() };
         for path in &light.paths {
             let delay_chips = path.delay_chips - frame;
             for strand in &path.shape.strands {
@@ -145,10 +142,7 @@ impl Strands {
             self.delays.push(delay);
             self.delays.len() - 1
         });
-        Late {
-            delay: number,
-            offset: (-delay).floor() as i64,
-        }
+        Late { delay: number, offset: (-delay).floor() as i64 }
     }
 }
 
@@ -200,9 +194,8 @@ impl Grid {
                     })
                 };
                 let middle = start + 0.5 * width;
-                let changed = delays
-                    .iter()
-                    .map(|delay| (middle - delay).floor() > (-delay).floor());
+                let changed =
+                    delays.iter().map(|delay| (middle - delay).floor() > (-delay).floor());
                 GridCell {
                     width,
                     before: place(-dead_time),
@@ -256,11 +249,7 @@ impl Place {
         let end = x * x * (3.0 - 2.0 * x);
         let start_slope = x * (1.0 - x) * (1.0 - x) * width;
         let end_slope = x * x * (x - 1.0) * width;
-        Place {
-            chips,
-            cell,
-            weights: [1.0 - end, end, start_slope, end_slope],
-        }
+        Place { chips, cell, weights: [1.0 - end, end, start_slope, end_slope] }
     }
 }
 
@@ -296,13 +285,8 @@ impl Samples {
             .windows(2)
             .map(|cell| sampling.waits(0.5 * (cell[0] + cell[1]) + self.origin_chips));
         let starts = &edges[..edges.len() - 1];
-        let at_instant = starts
-            .iter()
-            .map(|start| sampling.is_instant(start + self.origin_chips));
-        Some(Rearming {
-            waits: waits.collect(),
-            at_instant: at_instant.collect(),
-        })
+        let at_instant = starts.iter().map(|start| sampling.is_instant(start + self.origin_chips));
+        Some(Rearming { waits: waits.collect(), at_instant: at_instant.collect() })
     }
 }
 
@@ -337,10 +321,7 @@ fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
     let tail_chips = model.tail.as_ref().map_or(0.0, Tail::longest_chips);
     let jitter_chips = model.jitter_chips.unwrap_or(0.0).max(tail_chips / 6.0);
     if jitter_chips > f64::from(LARGEST_JITTER_CHIPS) {
-        return Err(MeanResponseError::JitterTooWide {
-            jitter_chips,
-            limit: LARGEST_JITTER_CHIPS,
-        });
+        return Err(MeanResponseError::JitterTooWide { jitter_chips, limit: LARGEST_JITTER_CHIPS });
     }
     let dead_time_needed = model.dead_time_chips > 0.0 || model.afterpulsing.is_some();
     if dead_time_needed && model.dead_time_chips < FINEST_CELL_CHIPS {
@@ -397,10 +378,7 @@ fn memory_chips(
 ) -> Result<usize, MeanResponseError> {
     let chips = model.memory_under(brightest_per_chip).solved_start_chips();
     if chips > LONGEST_MEMORY_CHIPS as f64 {
-        return Err(MeanResponseError::MemoryTooLong {
-            chips,
-            limit: LONGEST_MEMORY_CHIPS,
-        });
+        return Err(MeanResponseError::MemoryTooLong { chips, limit: LONGEST_MEMORY_CHIPS });
     }
     Ok(chips.ceil() as usize + 1)
 }

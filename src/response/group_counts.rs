@@ -40,11 +40,8 @@ impl GroupLaw {
                 };
             }
         }
-        let mut means: Vec<f64> = moments
-            .signed_means
-            .iter()
-            .map(|signed| 0.5 * (moments.total_mean + signed))
-            .collect();
+        let mut means: Vec<f64> =
+            moments.signed_means.iter().map(|signed| 0.5 * (moments.total_mean + signed)).collect();
         let is_normal = (0..count).all(|step| {
             let (up, down) = (means[step], moments.total_mean - means[step]);
             let down_variance = 0.25 * (r[step][step] - 2.0 * r[step][count] + total);
@@ -57,18 +54,12 @@ impl GroupLaw {
         for (i, row) in covariance.iter_mut().enumerate() {
             row[i] -= 1.0 / 12.0;
         }
-        GroupLaw {
-            means,
-            factor: correlating(&covariance),
-            is_normal,
-        }
+        GroupLaw { means, factor: correlating(&covariance), is_normal }
     }
 
     /// Counts of every step of the group.
     pub fn draw(&self, rng: &mut StreamRng) -> Vec<StepCount> {
-        let normal: Vec<f64> = (0..self.means.len())
-            .map(|_| StandardNormal.sample(rng))
-            .collect();
+        let normal: Vec<f64> = (0..self.means.len()).map(|_| StandardNormal.sample(rng)).collect();
         let values: Vec<f64> = self
             .means
             .iter()
@@ -82,10 +73,7 @@ impl GroupLaw {
         ups.iter()
             .map(|up| {
                 let up = up.round().clamp(0.0, total);
-                StepCount {
-                    signed: (2.0 * up - total) as i64,
-                    total: total as u64,
-                }
+                StepCount { signed: (2.0 * up - total) as i64, total: total as u64 }
             })
             .collect()
     }
@@ -101,17 +89,12 @@ mod tests {
     fn a_group_draws_the_asked_means_and_covariances() {
         // Detections of three kinds, 400, 500 and 900 on average, which count in
         // two steps as ++, +- and --: Poisson, so covariances are signed sums.
-        let kinds = [
-            (400.0, [1.0, 1.0]),
-            (500.0, [1.0, -1.0]),
-            (900.0, [-1.0, -1.0]),
-        ];
+        let kinds = [(400.0, [1.0, 1.0]), (500.0, [1.0, -1.0]), (900.0, [-1.0, -1.0])];
         let sum = |f: &dyn Fn([f64; 3]) -> f64| -> f64 {
             kinds.iter().map(|(n, [a, b])| n * f([*a, *b, 1.0])).sum()
         };
-        let covariance: Vec<Vec<f64>> = (0..3)
-            .map(|i| (0..3).map(|j| sum(&|s| s[i] * s[j])).collect())
-            .collect();
+        let covariance: Vec<Vec<f64>> =
+            (0..3).map(|i| (0..3).map(|j| sum(&|s| s[i] * s[j])).collect()).collect();
         let means: Vec<f64> = (0..3).map(|i| sum(&|s| s[i])).collect();
         let law = GroupLaw::of(&GroupMoments {
             signed_means: means[..2].to_vec(),
@@ -119,12 +102,7 @@ mod tests {
             covariance: covariance.clone(),
         });
         assert!(law.is_normal);
-        let key = StreamKey {
-            seed: 8,
-            detector: 0,
-            group: Group(0),
-            repetition: 0,
-        };
+        let key = StreamKey { seed: 8, detector: 0, group: Group(0), repetition: 0 };
         let mut rng = key.stream(Part::Counts);
         let draws = 100_000;
         let mut products = [[0.0; 3]; 3];

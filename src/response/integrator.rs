@@ -100,10 +100,7 @@ pub struct CellSteps<'c, const M: usize> {
 
 impl<'c, const M: usize> CellSteps<'c, M> {
     pub fn new(chain: &'c Chain<M>, cells: usize) -> CellSteps<'c, M> {
-        CellSteps {
-            chain,
-            known: vec![Vec::new(); cells],
-        }
+        CellSteps { chain, known: vec![Vec::new(); cells] }
     }
 
     /// The step of cell `cell`, `width` wide, at primary rate `lambda`.

@@ -68,22 +68,14 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     /// # Errors
     /// As for the mean response.
     pub fn new(response: &'r MeanResponse<'m>) -> Result<SecondMoments<'r, 'm>, MeanResponseError> {
-        let samples = Samples {
-            origin_chips: origin_chips(response),
-            sampling: response.sampling,
-        };
+        let samples = Samples { origin_chips: origin_chips(response), sampling: response.sampling };
         let pairs = DetectorPairs::new(response.model, &response.light, samples)?;
         let per_cell = pairs.hits.iter().zip(&pairs.excess_of_all);
         let per_cell = per_cell
             .zip(pairs.seen_of_period())
             .map(|((hits, excess), seen)| seen * (hits + 2.0 * excess));
         let total_variance = before_chips(&pairs.grid, per_cell);
-        Ok(SecondMoments {
-            response,
-            pairs,
-            total_variance,
-            known: Mutex::default(),
-        })
+        Ok(SecondMoments { response, pairs, total_variance, known: Mutex::default() })
     }
 
     /// Moments of a step of the first scan.
@@ -144,11 +136,9 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         let excess = self.pairs.excess(&sign);
         let cells = self.pairs.hits.iter().zip(&sign).zip(&spread).zip(&excess);
         let variance =
-            cells
-                .zip(self.pairs.seen_of_period())
-                .map(|((((hits, s), spread), q), seen)| {
-                    hits * (of_seen(s * s, seen) + spread) + 2.0 * s * q
-                });
+            cells.zip(self.pairs.seen_of_period()).map(|((((hits, s), spread), q), seen)| {
+                hits * (of_seen(s * s, seen) + spread) + 2.0 * s * q
+            });
         self.over_step(steps[0].0, &before_chips(&self.pairs.grid, variance))
     }
 
@@ -165,10 +155,8 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     pub fn of_steps_together(&self, steps: &[Step]) -> GroupMoments {
         let model = self.response.model;
         let first = steps[0];
-        let signs: Vec<Vec<f64>> = steps
-            .iter()
-            .map(|&step| self.signs(model.timing.scan.phase_step(step)))
-            .collect();
+        let signs: Vec<Vec<f64>> =
+            steps.iter().map(|&step| self.signs(model.timing.scan.phase_step(step))).collect();
         let excess: Vec<Vec<f64>> = signs.par_iter().map(|s| self.pairs.excess(s)).collect();
         let grid = &self.pairs.grid;
         let hits = &self.pairs.hits;

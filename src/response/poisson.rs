@@ -43,11 +43,7 @@ pub fn solve(grid: &Grid) -> (AllAndMerged, Waiting) {
             if chip >= 0 {
                 waiting.levels.push(levels.clone());
             }
-            pass(
-                &mut levels,
-                rearming.waits[index],
-                (-rate * cell.width).exp(),
-            );
+            pass(&mut levels, rearming.waits[index], (-rate * cell.width).exp());
             if chip >= 0 {
                 let end: f64 = levels.iter().sum();
                 let slope = |waiting: f64| lambda * rate * (1.0 - waiting) * cell.width;
@@ -142,11 +138,7 @@ fn pass(levels: &mut [f64], waits: usize, stays: f64) {
 /// high at the next instant, so that a wait of one instant is that of a pulse between
 /// two samples, which changes nothing.
 fn rate_of_seen(rearming: &Rearming, cell: usize, lambda: f64) -> f64 {
-    if rearming.waits[cell] > 1 {
-        lambda
-    } else {
-        0.0
-    }
+    if rearming.waits[cell] > 1 { lambda } else { 0.0 }
 }
 
 /// No wait is longer: a sample is at most a chip.

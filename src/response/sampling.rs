@@ -218,11 +218,7 @@ mod tests {
     use super::*;
 
     fn sampling(seen_chips: f64, merging: Option<f64>) -> Sampling {
-        Sampling {
-            samples_per_chip: 4.0,
-            seen_chips,
-            merging,
-        }
+        Sampling { samples_per_chip: 4.0, seen_chips, merging }
     }
 
     #[test]

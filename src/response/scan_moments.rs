@@ -39,21 +39,14 @@ impl SecondMoments<'_, '_> {
 fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
     let scan = &second.response.model.timing.scan;
     let brightest = second.response.light.brightest_per_chip();
-    let memory = second
-        .response
-        .model
-        .memory_under(brightest)
-        .of_pairs_chips();
+    let memory = second.response.model.memory_under(brightest).of_pairs_chips();
     let period = second.pairs.grid.period_chips;
     let stride =
         (second.response.model.timing.clock.samples_per_chip as usize / PHASES_PER_CHIP).max(1);
     let phases = second.response.model.timing.clock.samples_per_chip as usize / stride;
     let one_by_one = scan.steps as usize <= memory * phases;
     if one_by_one || period < 2 * memory {
-        return (0..scan.steps)
-            .into_par_iter()
-            .map(|step| second.of_step(Step(step)))
-            .collect();
+        return (0..scan.steps).into_par_iter().map(|step| second.of_step(Step(step))).collect();
     }
     let solved = all_phase_steps(second, memory, stride);
     let means = second.response.mean_counts();
@@ -116,9 +109,7 @@ fn all_phase_steps(second: &SecondMoments, memory: usize, stride: usize) -> Vec<
             slots[phase].per_detection(pairs, &correlation, memory)
         })
         .collect();
-    (0..code.len() * phases)
-        .map(|step| of_phases[step % phases][step / phases])
-        .collect()
+    (0..code.len() * phases).map(|step| of_phases[step % phases][step / phases]).collect()
 }
 
 /// Slots that may be weighted at once: at least `memory` apart, and every slot in
@@ -205,11 +196,7 @@ impl Slots {
         for &late in comb {
             for lag in 0..memory {
                 let slot = (late + period - lag) % period;
-                pairs.push(SlotPair {
-                    slot,
-                    lag,
-                    covariance: excess[slot],
-                });
+                pairs.push(SlotPair { slot, lag, covariance: excess[slot] });
             }
         }
         pairs

@@ -45,12 +45,7 @@ impl EdgeTiming {
             }
             CountingTier::Sampled => {
                 let early = -model.timing.clock.sample_period_chips();
-                EdgeTiming {
-                    window: early,
-                    rising: early,
-                    falling: early,
-                    transition: 0.0,
-                }
+                EdgeTiming { window: early, rising: early, falling: early, transition: 0.0 }
             }
         }
     }

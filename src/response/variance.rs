@@ -135,16 +135,8 @@ impl Mean {
             * (13.0 / 32.0 * rates[0] + 3.0 / 32.0 * rates[1] + 11.0 / 192.0 * rates[2]
                 - 5.0 / 192.0 * rates[3]);
         Mean {
-            rate: [
-                rates[0],
-                0.5 * (rates[0] + rates[1]) + (rates[2] - rates[3]) / 8.0,
-                rates[1],
-            ],
-            to_come: [
-                to_come + sign * hits,
-                to_come + sign * (hits - first_half),
-                to_come,
-            ],
+            rate: [rates[0], 0.5 * (rates[0] + rates[1]) + (rates[2] - rates[3]) / 8.0, rates[1]],
+            to_come: [to_come + sign * hits, to_come + sign * (hits - first_half), to_come],
         }
     }
 }
@@ -177,10 +169,7 @@ struct Losses<'g, const M: usize> {
 
 impl<'g, const M: usize> Losses<'g, M> {
     fn new(rearming: &'g Rearming) -> Losses<'g, M> {
-        Losses {
-            levels: vec![[0.0; M]; rearming.most_waits()],
-            rearming,
-        }
+        Losses { levels: vec![[0.0; M]; rearming.most_waits()], rearming }
     }
 
     /// Goes backwards through cell `index`, and takes the loss of those that become
@@ -236,9 +225,7 @@ mod tests {
     #[test]
     fn half_a_cubic_has_these_weights() {
         let integral = |c: [f64; 4]| -> f64 {
-            (0..4)
-                .map(|n| c[n] * 0.5_f64.powi(n as i32 + 1) / (n + 1) as f64)
-                .sum()
+            (0..4).map(|n| c[n] * 0.5_f64.powi(n as i32 + 1) / (n + 1) as f64).sum()
         };
         assert!((integral([1.0, 0.0, -3.0, 2.0]) - 13.0 / 32.0).abs() < 1e-15);
         assert!((integral([0.0, 0.0, 3.0, -2.0]) - 3.0 / 32.0).abs() < 1e-15);

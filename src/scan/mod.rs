@@ -112,9 +112,8 @@ mod tests {
         for (steps, parallel, groups, last) in [(12, 4, 3, 4), (13, 4, 4, 1), (5, 5, 1, 5)] {
             let grouping = Grouping { steps, parallel };
             assert_eq!(grouping.groups(), groups);
-            let all: Vec<Step> = (0..groups)
-                .flat_map(|group| grouping.steps_of(Group(group)))
-                .collect();
+            let all: Vec<Step> =
+                (0..groups).flat_map(|group| grouping.steps_of(Group(group))).collect();
             assert!(all.into_iter().eq(Step::all(steps)));
             assert_eq!(grouping.steps_of(Group(groups - 1)).len() as u64, last);
             assert!(grouping.is_last(grouping.group_of(Step(steps - 1))));

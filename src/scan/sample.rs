@@ -54,9 +54,7 @@ impl Sampling {
     /// With S samples in a chip, a power of two.
     pub fn new(samples_per_chip: u32) -> Sampling {
         debug_assert!(samples_per_chip.is_power_of_two());
-        Sampling {
-            samples_log2: samples_per_chip.trailing_zeros(),
-        }
+        Sampling { samples_log2: samples_per_chip.trailing_zeros() }
     }
 
     /// Samples of so many chips.

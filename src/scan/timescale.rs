@@ -7,12 +7,8 @@ use super::timing::Clock;
 
 /// Femtoseconds of the units that simulators know, from the longest that is of use; any
 /// of them may be taken once, ten or a hundred times.
-const UNITS_FS: [(&str, u64); 4] = [
-    ("us", 1_000_000_000),
-    ("ns", 1_000_000),
-    ("ps", 1000),
-    ("fs", 1),
-];
+const UNITS_FS: [(&str, u64); 4] =
+    [("us", 1_000_000_000), ("ns", 1_000_000), ("ps", 1000), ("fs", 1)];
 const MULTIPLES: [u64; 3] = [100, 10, 1];
 /// Whole numbers up to here are the same in a double.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
@@ -39,10 +35,7 @@ impl Timescale {
         let rounded = || {
             let mut shortest = Timescale::all(clock).filter(|scale| scale.multiple == 1);
             let longest = shortest.next();
-            shortest
-                .filter(|scale| scale.reaches(clocks))
-                .last()
-                .or(longest)
+            shortest.filter(|scale| scale.reaches(clocks)).last().or(longest)
         };
         exact.or_else(rounded).unwrap_or(Timescale {
             multiple: 1,
@@ -100,10 +93,7 @@ mod tests {
     use super::*;
 
     fn scale(chip_period_ps: f64, clocks: u64) -> Timescale {
-        let clock = Clock {
-            chip_period_ps,
-            samples_per_chip: 1,
-        };
+        let clock = Clock { chip_period_ps, samples_per_chip: 1 };
         Timescale::of(clock, clocks)
     }
 

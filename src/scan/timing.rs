@@ -98,10 +98,7 @@ pub struct Timing {
 impl Timing {
     /// How the scan's steps share their light.
     pub fn grouping(&self) -> Grouping {
-        Grouping {
-            steps: self.scan.steps,
-            parallel: u64::from(self.parallel),
-        }
+        Grouping { steps: self.scan.steps, parallel: u64::from(self.parallel) }
     }
 
     /// How clocks and samples number one another.
@@ -169,11 +166,7 @@ impl Timing {
 
     /// No scan is followed by a longer gap.
     pub fn longest_gap_chips(&self) -> u64 {
-        if self.is_gapless() {
-            0
-        } else {
-            self.code_chips()
-        }
+        if self.is_gapless() { 0 } else { self.code_chips() }
     }
 
     /// Chips from the start of one scan to the start of the next.
@@ -199,10 +192,7 @@ mod tests {
     /// A code of 7 chips, 4 samples each; steps of 10 chips.
     fn timing(steps: u64, parallel: u32) -> Timing {
         Timing {
-            clock: Clock {
-                chip_period_ps: 8000.0,
-                samples_per_chip: 4,
-            },
+            clock: Clock { chip_period_ps: 8000.0, samples_per_chip: 4 },
             scan: Scan {
                 first_step: 3,
                 steps,
@@ -234,12 +224,9 @@ mod tests {
     #[test]
     fn a_scan_that_does_not_end_where_it_began_waits_for_the_code() {
         // 28 steps of 10 chips are 40 codes; in groups of three they are 100 chips.
-        for (steps, parallel, gapless, pitch) in [
-            (28, 1, true, 280),
-            (28, 3, false, 105),
-            (14, 1, false, 140),
-            (5, 1, false, 56),
-        ] {
+        for (steps, parallel, gapless, pitch) in
+            [(28, 1, true, 280), (28, 3, false, 105), (14, 1, false, 140), (5, 1, false, 56)]
+        {
             let timing = timing(steps, parallel);
             assert_eq!(timing.is_gapless(), gapless, "{steps} {parallel}");
             assert_eq!(timing.scan_pitch_chips(), pitch, "{steps} {parallel}");

@@ -63,10 +63,7 @@ pub(super) fn read_link(path: &Section, distance_m: Option<f64>) -> Option<f64> 
     const EXAMPLE: &str = "{ reflectance = 0.5, aperture = \"20 mm\" }";
     let section = path.section("link", EXAMPLE)?;
     if path.get("transmission").is_some() {
-        path.report(
-            "transmission",
-            "it follows from the table `link`; leave one of them out",
-        );
+        path.report("transmission", "it follows from the table `link`; leave one of them out");
     }
     let receiver = Receiver::read(&section);
     let divergence_rad = section.quantity("divergence");
@@ -197,11 +194,7 @@ mod tests {
                 .map(|n| (f64::from(n) + 0.5) / f64::from(rays) * edge)
                 .map(|angle| 2.0 * angle.cos() * angle.sin() * edge / f64::from(rays))
                 .sum();
-            let receiver = Receiver {
-                reflectance: 1.0,
-                aperture_m,
-                throughput: 1.0,
-            };
+            let receiver = Receiver { reflectance: 1.0, aperture_m, throughput: 1.0 };
             let found = receiver.collected(distance_m);
             assert!((found / sum - 1.0).abs() < 1e-6, "{found} {sum}");
         }
@@ -213,11 +206,7 @@ mod tests {
     /// it: a detector without a lens that looks at nothing else gets E A.
     #[test]
     fn a_detector_that_sees_only_the_target_is_lit_as_it_is() {
-        let bare = Receiver {
-            reflectance: 1.0,
-            aperture_m: 2.0 / PI.sqrt(),
-            throughput: 1.0,
-        };
+        let bare = Receiver { reflectance: 1.0, aperture_m: 2.0 / PI.sqrt(), throughput: 1.0 };
         assert!((bare.power_w(3.0, PI) - 3.0).abs() < 1e-12);
     }
 
@@ -227,45 +216,28 @@ mod tests {
         let scene = read(LINK, SUNLIT).expect("it is sound");
         // 0.4 x 0.5 x 0.25, a quarter of the spot, (10 mm / 10 m)^2.
         let transmission = scene.paths[0].transmission;
-        assert!(
-            (transmission / 1.25e-8 - 1.0).abs() < 1e-4,
-            "{transmission:e}"
-        );
+        assert!((transmission / 1.25e-8 - 1.0).abs() < 1e-4, "{transmission:e}");
         // 0.5 x 10 x 0.4 / pi W / (m^2 sr) x 3.1416e-4 m^2 x 7.854e-5 sr x 0.5 =
         // 7.854e-9 W, and 2.2072e-19 J a photon of 900 nm.
         let rate = scene.detectors[0].background_rate_cps;
         assert!((rate / 3.5584e10 - 1.0).abs() < 1e-3, "{rate:e}");
         // A third of the standard spectrum's light, with 0.805 W / (m^2 nm) at 895 nm, 0.705 at
         // 900 and 0.69 at 905: 0.242 on average.
-        let sunny = SUNLIT.replace(
-            "irradiance = \"0.5 W/m2/nm\"",
-            "illuminance = \"36.498 klux\"",
-        );
+        let sunny = SUNLIT.replace("irradiance = \"0.5 W/m2/nm\"", "illuminance = \"36.498 klux\"");
         let rate = read(LINK, &sunny).expect("it is sound").detectors[0].background_rate_cps;
-        assert!(
-            (rate / 3.5584e10 * 0.5 / 0.242 - 1.0).abs() < 1e-2,
-            "{rate:e}"
-        );
+        assert!((rate / 3.5584e10 * 0.5 / 0.242 - 1.0).abs() < 1e-2, "{rate:e}");
     }
 
     #[test]
     fn budgets_that_say_too_much_or_too_little_are_refused() {
         for (link, background, complaint) in [
-            (
-                LINK.replace(", field_of_view = \"10 mrad\"", ""),
-                SUNLIT.to_owned(),
-                "go together",
-            ),
+            (LINK.replace(", field_of_view = \"10 mrad\"", ""), SUNLIT.to_owned(), "go together"),
             (
                 LINK.replace("reflectance = 0.4, ", ""),
                 SUNLIT.to_owned(),
                 "`reflectance` is missing",
             ),
-            (
-                LINK.to_owned(),
-                format!("{SUNLIT}, illuminance = \"1 lux\""),
-                "one of `illuminance`",
-            ),
+            (LINK.to_owned(), format!("{SUNLIT}, illuminance = \"1 lux\""), "one of `illuminance`"),
             (
                 LINK.to_owned(),
                 SUNLIT.replace("irradiance = \"0.5 W/m2/nm\", ", ""),
@@ -289,18 +261,9 @@ mod tests {
         }
         let twice = read(&format!("{LINK} }}\ntransmission = 0.5 # {{"), SUNLIT);
         let error = twice.expect_err("given twice").to_string();
-        assert!(
-            error.contains("it follows from the table `link`"),
-            "{error}"
-        );
-        let twice = read(
-            LINK,
-            &format!("{SUNLIT} }}\nbackground_rate = \"1 kcps\" # {{"),
-        );
+        assert!(error.contains("it follows from the table `link`"), "{error}");
+        let twice = read(LINK, &format!("{SUNLIT} }}\nbackground_rate = \"1 kcps\" # {{"));
         let error = twice.expect_err("given twice").to_string();
-        assert!(
-            error.contains("it follows from the table `background`"),
-            "{error}"
-        );
+        assert!(error.contains("it follows from the table `background`"), "{error}");
     }
 }

@@ -86,10 +86,7 @@ fn read_afterpulsing(detector: &Section, has_dead_time: bool) -> (f64, f64) {
         section.report("probability", &message);
     }
     section.finish();
-    (
-        probability.unwrap_or_default(),
-        time_constant.unwrap_or_default(),
-    )
+    (probability.unwrap_or_default(), time_constant.unwrap_or_default())
 }
 
 /// Standard deviations in picoseconds; those of 0 are dropped.
@@ -139,11 +136,8 @@ fn check_chips(
 
 fn read_counter(detector: &Section, clock: Option<Clock>) -> CounterTiming {
     const EXAMPLE: &str = "{ rising_delay = \"340 ps\", falling_delay = \"390 ps\" }";
-    let mut counter = CounterTiming {
-        rising_delay_ps: 0.0,
-        falling_delay_ps: 0.0,
-        transition_ps: 0.0,
-    };
+    let mut counter =
+        CounterTiming { rising_delay_ps: 0.0, falling_delay_ps: 0.0, transition_ps: 0.0 };
     if let Some(section) = detector.section("counter", EXAMPLE) {
         let time = |key| {
             let time_ps = section.quantity(key).unwrap_or(0.0);

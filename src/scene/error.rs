@@ -28,15 +28,7 @@ pub struct SceneError {
 
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let SceneError {
-            file,
-            line,
-            column,
-            message,
-            source_line,
-            marked_at,
-            marked,
-        } = self;
+        let SceneError { file, line, column, message, source_line, marked_at, marked } = self;
         if *line == 0 {
             return write!(f, "{file}: {message}");
         }
@@ -116,12 +108,7 @@ pub(super) struct Diagnostics<'t> {
 
 impl<'t> Diagnostics<'t> {
     pub(super) fn new(file: &'t str, text: &'t str) -> Self {
-        Diagnostics {
-            file,
-            text,
-            settings: Vec::new(),
-            errors: RefCell::new(Vec::new()),
-        }
+        Diagnostics { file, text, settings: Vec::new(), errors: RefCell::new(Vec::new()) }
     }
 
     /// Diagnostics of a text that settings stand in behind the file's own.
@@ -130,10 +117,7 @@ impl<'t> Diagnostics<'t> {
         text: &'t str,
         settings: Vec<(Range<usize>, String)>,
     ) -> Self {
-        Diagnostics {
-            settings,
-            ..Diagnostics::new(file, text)
-        }
+        Diagnostics { settings, ..Diagnostics::new(file, text) }
     }
 
     /// Adds an error about the bytes `span` of the text.
@@ -176,10 +160,7 @@ impl<'t> Diagnostics<'t> {
             message,
             source_line: pictured(&source_line),
             marked_at,
-            marked: self.text[start..end]
-                .chars()
-                .count()
-                .clamp(1, shown_after_mark.max(1)),
+            marked: self.text[start..end].chars().count().clamp(1, shown_after_mark.max(1)),
         }
     }
 
@@ -206,9 +187,7 @@ impl<'t> Diagnostics<'t> {
                 let left_out = found.len().saturating_sub(MOST_ERRORS);
                 let told = found.into_iter().take(MOST_ERRORS);
                 Err(SceneErrors::Invalid {
-                    errors: told
-                        .map(|(span, message)| self.error(span, message))
-                        .collect(),
+                    errors: told.map(|(span, message)| self.error(span, message)).collect(),
                     left_out,
                 })
             }
@@ -235,24 +214,13 @@ fn window(line: &str, at: usize) -> (String, usize) {
         return (line.to_owned(), at);
     }
     let skipped = at.saturating_sub(CONTEXT_CHARACTERS);
-    let shown: String = line
-        .chars()
-        .skip(skipped)
-        .take(2 * CONTEXT_CHARACTERS)
-        .collect();
+    let shown: String = line.chars().skip(skipped).take(2 * CONTEXT_CHARACTERS).collect();
     let ahead = if skipped > 0 { "... " } else { "" };
-    let after = if line.chars().count() > skipped + 2 * CONTEXT_CHARACTERS {
-        " ..."
-    } else {
-        ""
-    };
+    let after = if line.chars().count() > skipped + 2 * CONTEXT_CHARACTERS { " ..." } else { "" };
     (format!("{ahead}{shown}{after}"), at - skipped + ahead.len())
 }
 
 /// The last character boundary of `text` at or before byte `at`.
 fn floor_char_boundary(text: &str, at: usize) -> usize {
-    (0..=at.min(text.len()))
-        .rev()
-        .find(|&at| text.is_char_boundary(at))
-        .unwrap_or(0)
+    (0..=at.min(text.len())).rev().find(|&at| text.is_char_boundary(at)).unwrap_or(0)
 }

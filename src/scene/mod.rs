@@ -111,10 +111,7 @@ pub struct Scene {
 impl Scene {
     /// Chip period and samples per chip.
     pub fn clock(&self) -> Clock {
-        Clock {
-            chip_period_ps: self.chip_period_ps,
-            samples_per_chip: self.samples_per_chip,
-        }
+        Clock { chip_period_ps: self.chip_period_ps, samples_per_chip: self.samples_per_chip }
     }
 
     /// What documents name it by.

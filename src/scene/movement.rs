@@ -45,8 +45,7 @@ impl Movement {
 impl Path {
     /// Change of the mean time of flight per time, 2 v / c.
     pub fn delay_rate(&self) -> f64 {
-        self.movement
-            .map_or(0.0, |m| 2.0 * m.velocity_m_per_s / SPEED_OF_LIGHT_M_PER_S)
+        self.movement.map_or(0.0, |m| 2.0 * m.velocity_m_per_s / SPEED_OF_LIGHT_M_PER_S)
     }
 
     /// Mean time of flight at a time after the start of a scan: eq. 7 without the
@@ -119,18 +118,13 @@ fn read_fluctuation(path: &Section, clock: Option<Clock>) -> Option<Fluctuation>
         let most_m = LARGEST_FLUCTUATION_SHARE * SPEED_OF_LIGHT_M_PER_S * time_ps * 1e-12;
         if std_m > most_m {
             let what = "too much for so short a correlation time";
-            let advice = format!(
-                "at most \"{:.0} um\", or a longer `{TIME}`",
-                (most_m * 1e6).floor()
-            );
+            let advice =
+                format!("at most \"{:.0} um\", or a longer `{TIME}`", (most_m * 1e6).floor());
             refuse(&section, STD, what, &advice);
         }
     }
     section.finish();
-    Some(Fluctuation {
-        std_m: std_m?,
-        correlation_time_ps: time_ps?,
-    })
+    Some(Fluctuation { std_m: std_m?, correlation_time_ps: time_ps? })
 }
 
 /// Reports paths that come to the sensor, or behind it, within a scan.

@@ -56,10 +56,7 @@ impl Names {
                 Some(nearest) => format!("did you mean \"{nearest}\"?"),
                 None => format!("there is {}", alternatives(&quoted(&names))),
             };
-            section.report(
-                key,
-                &format!("no {} is named \"{wanted}\"; {advice}", self.kind),
-            );
+            section.report(key, &format!("no {} is named \"{wanted}\"; {advice}", self.kind));
         }
         index
     }

@@ -147,17 +147,12 @@ impl<'s> Appended<'s> {
             let line = " ".repeat(start) + &setting.line();
             (setting, line, start..whole.len() + 1)
         });
-        Appended {
-            settings: with_places.collect(),
-            text: whole,
-        }
+        Appended { settings: with_places.collect(), text: whole }
     }
 
     fn named(&self) -> Vec<(Range<usize>, String)> {
         let settings = self.settings.iter();
-        settings
-            .map(|(setting, _, place)| (place.clone(), setting.origin().to_owned()))
-            .collect()
+        settings.map(|(setting, _, place)| (place.clone(), setting.origin().to_owned())).collect()
     }
 }
 

@@ -33,13 +33,7 @@ impl<'r, 't> Section<'r, 't> {
         span: Range<usize>,
         path: String,
     ) -> Self {
-        Section {
-            diagnostics,
-            table,
-            span,
-            path,
-            known: RefCell::new(Vec::new()),
-        }
+        Section { diagnostics, table, span, path, known: RefCell::new(Vec::new()) }
     }
 
     /// The value of `key`, which is from now on a known key.
@@ -76,9 +70,7 @@ impl<'r, 't> Section<'r, 't> {
     /// [`Section::require`], with an example that suits the file.
     pub(super) fn require_such(&self, key: &'static str, example: &str) {
         if !self.table.contains_key(key) {
-            self.complain(&format!(
-                "`{key}` is missing; write for example {key} = {example}"
-            ));
+            self.complain(&format!("`{key}` is missing; write for example {key} = {example}"));
         }
     }
 
@@ -110,8 +102,7 @@ impl<'r, 't> Section<'r, 't> {
     /// Reports something wrong with `value`, which belongs to `key`.
     pub(super) fn report_at(&self, key: &str, value: Value, message: &str) {
         let path = self.path_of(key);
-        self.diagnostics
-            .report(value.span(), format!("{path}: {message}"));
+        self.diagnostics.report(value.span(), format!("{path}: {message}"));
     }
 
     /// Reports every key that was never asked for.
@@ -132,10 +123,7 @@ impl<'r, 't> Section<'r, 't> {
             };
             self.diagnostics.report(
                 key.span(),
-                format!(
-                    "{}: {place} has no key `{name}`; {advice}",
-                    self.path_of(name)
-                ),
+                format!("{}: {place} has no key `{name}`; {advice}", self.path_of(name)),
             );
         }
     }
@@ -165,9 +153,7 @@ impl<'r, 't> Section<'r, 't> {
             true => Ok(number),
             false => Err(key.outside(&self.excerpt(value))),
         });
-        checked
-            .map_err(|message| self.report_at(name, value, &message))
-            .ok()
+        checked.map_err(|message| self.report_at(name, value, &message)).ok()
     }
 
     fn parse_quantity(

@@ -55,10 +55,7 @@ pub(super) fn read(
 /// `code_chips` chips: the nearest number of them, at least one.
 pub(super) fn in_whole_periods(scan: Scan, code_chips: u64) -> Scan {
     let periods = (scan.integration_chips + code_chips / 2) / code_chips;
-    Scan {
-        integration_chips: periods.max(1) * code_chips,
-        ..scan
-    }
+    Scan { integration_chips: periods.max(1) * code_chips, ..scan }
 }
 
 fn whole_chips(section: &Section, requested_ps: f64, clock: Clock) -> Option<u64> {
@@ -125,10 +122,8 @@ fn read_window(
         ([true, true], [false, false]) => {
             let (first, count, period) = (first? as u64, count? as u64, steps_per_period?);
             if first >= period {
-                let message = format!(
-                    "{first} is outside 0 to {}, the phase steps of a period",
-                    period - 1
-                );
+                let message =
+                    format!("{first} is outside 0 to {}, the phase steps of a period", period - 1);
                 section.report("first", &message);
             }
             check_count(section, "count", count, period)?;
@@ -173,8 +168,6 @@ fn read_centre(section: &Section, value: Value) -> Option<f64> {
     if is_time {
         section.quantity_of(KEY, value, PATH.key("delay"))
     } else {
-        section
-            .quantity_of(KEY, value, STEPS.key(KEY))
-            .map(round_trip_ps)
+        section.quantity_of(KEY, value, STEPS.key(KEY)).map(round_trip_ps)
     }
 }

@@ -208,9 +208,7 @@ fn into_value<'t>(
 /// The names of the tables of an array.
 fn names<'a>(array: &'a [Spanned<DeValue>]) -> Vec<&'a str> {
     let tables = array.iter().filter_map(|value| value.get_ref().as_table());
-    tables
-        .filter_map(|table| table.get("name")?.get_ref().as_str())
-        .collect()
+    tables.filter_map(|table| table.get("name")?.get_ref().as_str()).collect()
 }
 
 fn by_name(array: &[Spanned<DeValue>], path: &str) -> String {
@@ -234,10 +232,9 @@ fn index_of(array: &[Spanned<DeValue>], which: &Place, path: &str) -> Result<usi
         (Place::Name(wanted), []) => {
             format!("`{path}` has no names; write its number, {path}[0], not \"{wanted}\"")
         }
-        (Place::Name(wanted), names) => format!(
-            "no `{path}` is named \"{wanted}\"; there is {}",
-            alternatives(&quoted(names))
-        ),
+        (Place::Name(wanted), names) => {
+            format!("no `{path}` is named \"{wanted}\"; there is {}", alternatives(&quoted(names)))
+        }
         (_, _) => format!(
             "`{path}` has {} of them, numbered from 0; write {path}[0]{}",
             array.len(),
@@ -270,23 +267,11 @@ mod tests {
                 "index = 2, interleave = 0 }\nwavelength = \"783 nm\"\nmean_power = \"1 pW\"",
             ),
             ("source[other].code.index=5", "index = 2", "index = 5"),
-            (
-                "path[0].distance=4 m",
-                "\"3.2 m\"                    # one",
-                "\"4 m\" # one",
-            ),
+            ("path[0].distance=4 m", "\"3.2 m\"                    # one", "\"4 m\" # one"),
             ("detector.jitter[1]=9 ps", "\"4 ps\"]", "\"9 ps\"]"),
             ("detector.afterpulsing.probability=0.2", "0.137", "0.2"),
-            (
-                "estimate.estimator=model",
-                "estimator = \"fft\"",
-                "estimator = \"model\"",
-            ),
-            (
-                "hardware.peak_detector=true",
-                "parallel = 1 ",
-                "parallel = 1\npeak_detector = true ",
-            ),
+            ("estimate.estimator=model", "estimator = \"fft\"", "estimator = \"model\""),
+            ("hardware.peak_detector=true", "parallel = 1 ", "parallel = 1\npeak_detector = true "),
             (
                 "source[\"laser\"].extinction_ratio=inf",
                 "extinction_ratio = 10 ",
@@ -309,18 +294,9 @@ mod tests {
     #[test]
     fn a_mistake_is_told_of_the_setting_and_not_of_a_line() {
         for (setting, told) in [
-            (
-                "clock.chip_period=4",
-                "--set clock.chip_period=4: clock.chip_period: 4 has no unit",
-            ),
-            (
-                "clock.chip_perod=4 ns",
-                "has no key `chip_perod`; did you mean `chip_period`?",
-            ),
-            (
-                "clok.chip_period=4 ns",
-                "a scene has no key `clok`; did you mean `clock`?",
-            ),
+            ("clock.chip_period=4", "--set clock.chip_period=4: clock.chip_period: 4 has no unit"),
+            ("clock.chip_perod=4 ns", "has no key `chip_perod`; did you mean `chip_period`?"),
+            ("clok.chip_period=4 ns", "a scene has no key `clok`; did you mean `clock`?"),
             (
                 "path.distance=4 m",
                 "the scene has 2 [[path]]; write which one is meant, path[0] to path[1]",
@@ -330,19 +306,10 @@ mod tests {
                 "source[lazer].mean_power=4 pW",
                 "no `source` is named \"lazer\"; there is \"laser\" or \"other\"",
             ),
-            (
-                "path[2].distance=4 m",
-                "`path` has 2 of them, numbered from 0",
-            ),
-            (
-                "path[x].distance=4 m",
-                "`path` has no names; write its number",
-            ),
+            ("path[2].distance=4 m", "`path` has 2 of them, numbered from 0"),
+            ("path[x].distance=4 m", "`path` has no names; write its number"),
             ("clock[0].chip_period=4 ns", "`clock` is one table"),
-            (
-                "clock.chip_period.unit=ns",
-                "`clock.chip_period` is a value",
-            ),
+            ("clock.chip_period.unit=ns", "`clock.chip_period` is a value"),
             ("clock.chip_period", "there is no \"=\""),
             ("=4 ns", "is no key"),
             ("clock..x=4 ns", "is no key"),
@@ -361,9 +328,6 @@ mod tests {
         assert_eq!(scene.chip_period_ps, 2000.0);
         let broken = TWO.replace("\"104.8 us\"", "104.8");
         let error = set(&broken, &["clock.chip_period=4 ns"]).expect_err("no unit");
-        assert!(
-            error.starts_with("two.toml:50:15: scan.integration"),
-            "{error}"
-        );
+        assert!(error.starts_with("two.toml:50:15: scan.integration"), "{error}");
     }
 }

@@ -60,10 +60,8 @@ pub(super) fn read_path(
     let distance_m = section.quantity("distance");
     let delay_ps = section.quantity("delay");
     match (section.get("distance"), section.get("delay")) {
-        (Some(_), Some(_)) => section.report(
-            "delay",
-            "the path has a distance already; give one of `distance` and `delay`",
-        ),
+        (Some(_), Some(_)) => section
+            .report("delay", "the path has a distance already; give one of `distance` and `delay`"),
         (None, None) => section.complain(
             "neither `distance` nor `delay` is given; write for example distance = \"3.2 m\"",
         ),
@@ -128,15 +126,9 @@ fn read_code(section: Section) -> Option<Code> {
         (section.get("degree").is_some(), spec.degree.is_some()),
         (section.get("interleave").is_some(), interleave.is_some()),
         (section.get("index").is_some(), spec.index.is_some()),
-        (
-            section.get("polynomials").is_some(),
-            spec.polynomials.is_some(),
-        ),
+        (section.get("polynomials").is_some(), spec.polynomials.is_some()),
         (section.get("seeds").is_some(), spec.seeds.is_some()),
-        (
-            section.get("allow_non_preferred").is_some(),
-            spec.allow_non_preferred.is_some(),
-        ),
+        (section.get("allow_non_preferred").is_some(), spec.allow_non_preferred.is_some()),
         (section.get("chips").is_some(), spec.chips.is_some()),
     ]
     .into_iter()
@@ -145,10 +137,9 @@ fn read_code(section: Section) -> Option<Code> {
         // What could not be read has been reported, and would be again.
         None => None,
         Some(_) if misread => None,
-        Some(_) => spec
-            .build()
-            .map_err(|error| section.report(error.key(), &error.to_string()))
-            .ok(),
+        Some(_) => {
+            spec.build().map_err(|error| section.report(error.key(), &error.to_string())).ok()
+        }
     };
     section.finish();
     code

@@ -126,11 +126,7 @@ struct Unit {
 }
 
 const fn decimal(name: &'static str, dimension: Dimension, exponent: i32) -> Unit {
-    Unit {
-        name,
-        dimension,
-        scale: Scale::Decimal(exponent),
-    }
+    Unit { name, dimension, scale: Scale::Decimal(exponent) }
 }
 
 /// Every unit. Spellings that only repeat another one's meaning come last.
@@ -141,16 +137,8 @@ const UNITS: [Unit; 49] = [
     decimal("us", Dimension::Time, -6),
     decimal("ms", Dimension::Time, -3),
     decimal("s", Dimension::Time, 0),
-    Unit {
-        name: "min",
-        dimension: Dimension::Time,
-        scale: Scale::Multiple(60.0),
-    },
-    Unit {
-        name: "h",
-        dimension: Dimension::Time,
-        scale: Scale::Multiple(3600.0),
-    },
+    Unit { name: "min", dimension: Dimension::Time, scale: Scale::Multiple(60.0) },
+    Unit { name: "h", dimension: Dimension::Time, scale: Scale::Multiple(3600.0) },
     decimal("nm", Dimension::Length, -9),
     decimal("um", Dimension::Length, -6),
     decimal("mm", Dimension::Length, -3),
@@ -167,20 +155,12 @@ const UNITS: [Unit; 49] = [
     decimal("uW", Dimension::Power, -6),
     decimal("mW", Dimension::Power, -3),
     decimal("W", Dimension::Power, 0),
-    Unit {
-        name: "dBm",
-        dimension: Dimension::Power,
-        scale: Scale::Dbm,
-    },
+    Unit { name: "dBm", dimension: Dimension::Power, scale: Scale::Dbm },
     decimal("um/s", Dimension::Speed, -6),
     decimal("mm/s", Dimension::Speed, -3),
     decimal("m/s", Dimension::Speed, 0),
     decimal("km/s", Dimension::Speed, 3),
-    Unit {
-        name: "km/h",
-        dimension: Dimension::Speed,
-        scale: Scale::Multiple(1.0 / 3.6),
-    },
+    Unit { name: "km/h", dimension: Dimension::Speed, scale: Scale::Multiple(1.0 / 3.6) },
     decimal("ppb", Dimension::ClockOffset, -9),
     decimal("ppm", Dimension::ClockOffset, -6),
     decimal("ppb/s", Dimension::ClockDrift, -9),
@@ -273,11 +253,7 @@ fn shifted(number: &str, shift: i32) -> f64 {
     // No number of this length makes up for such an exponent.
     const MOST: i64 = 1 << 40;
     let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
-    let limit = if exponent.starts_with('-') {
-        -MOST
-    } else {
-        MOST
-    };
+    let limit = if exponent.starts_with('-') { -MOST } else { MOST };
     let exponent = exponent.parse().unwrap_or(limit).clamp(-MOST, MOST);
     let shifted = format!("{mantissa}e{}", exponent + i64::from(shift));
     shifted.parse().unwrap_or(f64::NAN)
@@ -326,12 +302,9 @@ mod tests {
         for (text, picoseconds) in times {
             assert_eq!(value(text, Quantity::Time), picoseconds, "{text}");
         }
-        for (text, metres) in [
-            ("12 um", 12e-6),
-            ("5 mm", 5e-3),
-            ("3.5 cm", 3.5e-2),
-            ("2.45 km", 2450.0),
-        ] {
+        for (text, metres) in
+            [("12 um", 12e-6), ("5 mm", 5e-3), ("3.5 cm", 3.5e-2), ("2.45 km", 2450.0)]
+        {
             assert_eq!(value(text, Quantity::Distance), metres, "{text}");
         }
         for (text, metres_per_second) in [
@@ -345,12 +318,8 @@ mod tests {
         }
         assert_eq!(value("783 nm", Quantity::Wavelength), 783.0);
         assert_eq!(value("1.55 um", Quantity::Wavelength), 1550.0);
-        for (text, cps) in [
-            ("7 cps", 7.0),
-            ("71 kcps", 71e3),
-            ("1.5 Mcps", 1.5e6),
-            ("2 Gcps", 2e9),
-        ] {
+        for (text, cps) in [("7 cps", 7.0), ("71 kcps", 71e3), ("1.5 Mcps", 1.5e6), ("2 Gcps", 2e9)]
+        {
             assert_eq!(value(text, Quantity::Rate), cps, "{text}");
         }
         for (text, watts) in [
@@ -375,16 +344,8 @@ mod tests {
 
     #[test]
     fn equal_quantities_in_different_units_are_the_same_double() {
-        for (a, b) in [
-            ("53.5 ps", "0.0535 ns"),
-            ("0.34 ns", "340 ps"),
-            ("104.8 us", "104800 ns"),
-        ] {
-            assert_eq!(
-                value(a, Quantity::Time),
-                value(b, Quantity::Time),
-                "{a} {b}"
-            );
+        for (a, b) in [("53.5 ps", "0.0535 ns"), ("0.34 ns", "340 ps"), ("104.8 us", "104800 ns")] {
+            assert_eq!(value(a, Quantity::Time), value(b, Quantity::Time), "{a} {b}");
         }
     }
 }

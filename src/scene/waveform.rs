@@ -70,9 +70,7 @@ impl Curve {
         let rows = rows(text)?;
         let total: f64 = rows.iter().map(|row| row[1]).sum();
         if total <= 0.0 || !total.is_finite() {
-            return Err(
-                "its amplitudes add up to nothing; one at least must be above 0".to_owned(),
-            );
+            return Err("its amplitudes add up to nothing; one at least must be above 0".to_owned());
         }
         let first = rows.iter().position(|row| row[1] > 0.0).unwrap_or(0);
         let last = rows.iter().rposition(|row| row[1] > 0.0).unwrap_or(0);
@@ -82,9 +80,7 @@ impl Curve {
             let moment: f64 = group.iter().map(|row| row[0] * row[1]).sum();
             (share > 0.0).then(|| [moment / share, share / total])
         });
-        Ok(Curve {
-            points: points.collect(),
-        })
+        Ok(Curve { points: points.collect() })
     }
 
     /// Mean time.
@@ -113,10 +109,7 @@ impl JitterTail {
     pub fn mean_ps(&self) -> f64 {
         match self {
             JitterTail::None => 0.0,
-            JitterTail::Exponential {
-                share,
-                time_constant_ps,
-            } => share * time_constant_ps,
+            JitterTail::Exponential { share, time_constant_ps } => share * time_constant_ps,
             JitterTail::Measured(curve) => curve.mean_ps(),
         }
     }
@@ -153,9 +146,8 @@ fn rows(text: &str) -> Result<Vec<[f64; 2]>, String> {
         ));
     }
     let spacing = rows[1][0] - rows[0][0];
-    let even = rows
-        .windows(2)
-        .all(|pair| (pair[1][0] - pair[0][0] - spacing).abs() <= UNEVEN * spacing);
+    let even =
+        rows.windows(2).all(|pair| (pair[1][0] - pair[0][0] - spacing).abs() <= UNEVEN * spacing);
     match even && spacing > 0.0 {
         true => Ok(rows),
         false => Err("its times must ascend in equal steps".to_owned()),
@@ -202,9 +194,7 @@ fn check_edges(section: &Section, response: &LaserResponse, clock: Clock) {
             let message = format!(
                 "{} is more than 80 % of a chip, so that an edge does not end before the next; write \
                  at most \"{} ps\"",
-                section
-                    .get(key)
-                    .map_or_else(String::new, |value| section.excerpt(value)),
+                section.get(key).map_or_else(String::new, |value| section.excerpt(value)),
                 most_ps.floor()
             );
             section.report(key, &message);
@@ -212,10 +202,7 @@ fn check_edges(section: &Section, response: &LaserResponse, clock: Clock) {
     };
     match response {
         LaserResponse::Ideal => {}
-        LaserResponse::Edges {
-            rise_time_ps,
-            fall_time_ps,
-        } => {
+        LaserResponse::Edges { rise_time_ps, fall_time_ps } => {
             too_long("rise_time", *rise_time_ps);
             too_long("fall_time", *fall_time_ps);
         }
@@ -256,10 +243,7 @@ pub(super) fn read_tail(section: &Section) -> (JitterTail, f64) {
     }
     match exponential {
         Some((Some(share), Some(time_constant_ps))) if share > 0.0 => (
-            JitterTail::Exponential {
-                share,
-                time_constant_ps,
-            },
+            JitterTail::Exponential { share, time_constant_ps },
             MOST_TIME_CONSTANTS * time_constant_ps,
         ),
         _ => (JitterTail::None, 0.0),
@@ -289,11 +273,7 @@ mod tests {
         assert!(curve.points.len() <= 16 && curve.points.len() > 8);
         let total: f64 = curve.points.iter().map(|point| point[1]).sum();
         assert!((total - 1.0).abs() < 1e-12);
-        assert!(
-            (curve.mean_ps() - 500.0).abs() < 1e-6,
-            "{}",
-            curve.mean_ps()
-        );
+        assert!((curve.mean_ps() - 500.0).abs() < 1e-6, "{}", curve.mean_ps());
         let centred = curve.centred();
         let variance: f64 = centred.points.iter().map(|[t, w]| t * t * w).sum();
         let ratio = variance / (1e6 / 24.0);

@@ -36,9 +36,8 @@ pub(super) fn read_scene(root: &Section, reference: SceneReference) -> Option<Sc
         .collect();
     check_reference_clocks(&detector_sections, &references, sources.as_deref());
     let code_chips = shared_code_length(&detector_sections, &references, sources.as_deref());
-    let steps_per_period = code_chips
-        .zip(clock)
-        .map(|(chips, clock)| chips * u64::from(clock.samples_per_chip));
+    let steps_per_period =
+        code_chips.zip(clock).map(|(chips, clock)| chips * u64::from(clock.samples_per_chip));
     let detectors = read_detectors(detector_sections, references, sources.as_deref(), clock);
     let scan = root
         .section("scan", "[scan]")
@@ -47,9 +46,9 @@ pub(super) fn read_scene(root: &Section, reference: SceneReference) -> Option<Sc
     let hardware = read_hardware(root, scan.as_ref(), estimator);
     let scan = match hardware.architecture {
         Architecture::UpDown => scan,
-        Architecture::Histogram => scan
-            .zip(code_chips)
-            .map(|(scan, chips)| scan::in_whole_periods(scan, chips)),
+        Architecture::Histogram => {
+            scan.zip(code_chips).map(|(scan, chips)| scan::in_whole_periods(scan, chips))
+        }
     };
 
     let clock = clock?;
@@ -106,9 +105,7 @@ fn read_detectors(
     let mut references = references.into_iter();
     all(sections, |section| {
         let reference = references.next().flatten();
-        let source = sources
-            .zip(reference)
-            .map(|(sources, index)| &sources[index]);
+        let source = sources.zip(reference).map(|(sources, index)| &sources[index]);
         let wavelength_nm = source.map(|source| source.wavelength_nm);
         detector::read(section, reference, clock, wavelength_nm)
     })
@@ -150,9 +147,7 @@ fn check_reference_clocks(
     sources: Option<&[Source]>,
 ) {
     for (section, reference) in sections.iter().zip(references) {
-        let source = sources
-            .zip(*reference)
-            .map(|(sources, index)| &sources[index]);
+        let source = sources.zip(*reference).map(|(sources, index)| &sources[index]);
         if let Some(source) = source.filter(|source| !source.clock.is_shared()) {
             let message = format!(
                 "source \"{}\" has a clock of its own, and a detector's sign follows a source of its \
@@ -201,10 +196,7 @@ fn read_clock(section: Section) -> Option<Clock> {
     let samples = samples.and_then(|samples| u32::try_from(samples).ok());
     if let Some(samples) = samples.filter(|samples| !samples.is_power_of_two()) {
         let below = samples.next_power_of_two() / 2;
-        let message = format!(
-            "{samples} is not a power of two; use {below} or {}",
-            2 * below
-        );
+        let message = format!("{samples} is not a power of two; use {below} or {}", 2 * below);
         section.report("samples_per_chip", &message);
     }
     section.finish();
@@ -228,10 +220,7 @@ fn read_estimate(root: &Section) -> (EstimatorKind, OtherLight) {
         other_light = section.choice("other_light", &others);
         section.finish();
     }
-    (
-        estimator.unwrap_or(EstimatorKind::Fft),
-        other_light.unwrap_or(OtherLight::Given),
-    )
+    (estimator.unwrap_or(EstimatorKind::Fft), other_light.unwrap_or(OtherLight::Given))
 }
 
 fn read_hardware(root: &Section, scan: Option<&Scan>, estimator: EstimatorKind) -> Hardware {
@@ -247,18 +236,12 @@ fn read_hardware(root: &Section, scan: Option<&Scan>, estimator: EstimatorKind) 
     let Some(section) = root.section("hardware", "[hardware]") else {
         return hardware;
     };
-    let targets = [
-        ("ecp5-25k-6", Target::Ecp525k6),
-        ("ice40-hx8k", Target::Ice40Hx8k),
-        ("xc7", Target::Xc7),
-    ];
+    let targets =
+        [("ecp5-25k-6", Target::Ecp525k6), ("ice40-hx8k", Target::Ice40Hx8k), ("xc7", Target::Xc7)];
     if let Some(target) = section.choice("target", &targets) {
         hardware.target = target;
     }
-    let architectures = [
-        ("updown", Architecture::UpDown),
-        ("histogram", Architecture::Histogram),
-    ];
+    let architectures = [("updown", Architecture::UpDown), ("histogram", Architecture::Histogram)];
     if let Some(architecture) = section.choice("architecture", &architectures) {
         hardware.architecture = architecture;
     }
@@ -297,10 +280,7 @@ fn read_hardware(root: &Section, scan: Option<&Scan>, estimator: EstimatorKind) 
 /// A histogram has every phase step and every hit: nothing chooses among them.
 fn check_histogram(section: &Section, scan: Option<&Scan>, parallel: u32) {
     for (key, why) in [
-        (
-            "parallel",
-            "a histogram serves all phase steps at once; leave out this key",
-        ),
+        ("parallel", "a histogram serves all phase steps at once; leave out this key"),
         (
             "total_counts",
             "a histogram holds every hit, so that its sum is the total; leave out this key",

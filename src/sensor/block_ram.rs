@@ -51,14 +51,7 @@ pub const fn block_ram(target: Target) -> BlockRam {
         Target::Xc7 => BlockRam {
             name: "RAMB18E1",
             blocks: 100,
-            shapes: &[
-                (16_384, 1),
-                (8192, 2),
-                (4096, 4),
-                (2048, 9),
-                (1024, 18),
-                (512, 36),
-            ],
+            shapes: &[(16_384, 1), (8192, 2), (4096, 4), (2048, 9), (1024, 18), (512, 36)],
             joining: Joining::Rectangle,
         },
     }
@@ -97,23 +90,16 @@ impl BlockRam {
     pub fn advice(&self, plan: &HistogramPlan, detectors: usize) -> String {
         let mut advice = String::new();
         let fits = |plan: &HistogramPlan| self.blocks_of_histograms(plan, detectors) <= self.blocks;
-        let single = HistogramPlan {
-            buffers: 1,
-            ..*plan
-        };
+        let single = HistogramPlan { buffers: 1, ..*plan };
         if plan.takes_turns() && detectors == 1 && fits(&single) {
             advice.push_str("buffers = 1, ");
         }
-        let narrower = (2..plan.bin_bits)
-            .rev()
-            .find(|&bin_bits| fits(&HistogramPlan { bin_bits, ..*plan }));
+        let narrower =
+            (2..plan.bin_bits).rev().find(|&bin_bits| fits(&HistogramPlan { bin_bits, ..*plan }));
         if let Some(bits) = narrower {
             let _ = write!(advice, "counter_width = {bits}, ");
         }
-        let fewer = |samples: u32| HistogramPlan {
-            row_bins: samples,
-            ..*plan
-        };
+        let fewer = |samples: u32| HistogramPlan { row_bins: samples, ..*plan };
         let samples = (0..plan.row_bins.ilog2()).rev().map(|log2| 1 << log2);
         if let Some(samples) = samples.into_iter().find(|&samples| fits(&fewer(samples))) {
             let _ = write!(advice, "samples_per_chip = {samples}, ");
@@ -137,10 +123,7 @@ mod tests {
         assert_eq!([18, 19].map(|bits| ecp5.blocks_of(31, bits)), [1, 2]);
         assert_eq!(ecp5.blocks_of(32_767, 1), 2);
         let ice40 = block_ram(Target::Ice40Hx8k);
-        assert_eq!(
-            [1, 2, 3, 16].map(|bits| ice40.blocks_of(2047, bits)),
-            [1, 1, 2, 8]
-        );
+        assert_eq!([1, 2, 3, 16].map(|bits| ice40.blocks_of(2047, bits)), [1, 1, 2, 8]);
         assert_eq!(ice40.blocks_of(31, 16), 1);
         // 8,191 words of three bits: four of them to a row of 2,048 words of twelve bits.
         assert_eq!(ice40.blocks_of(8191, 3), 6);

@@ -71,10 +71,7 @@ impl HistogramPlan {
             rows,
             periods,
             row_bins: samples,
-            bin_bits: scene
-                .hardware
-                .counter_width
-                .map_or(exact_bits, |bits| bits.min(exact_bits)),
+            bin_bits: scene.hardware.counter_width.map_or(exact_bits, |bits| bits.min(exact_bits)),
             exact_bits,
             adder_samples,
             buffers: scene.hardware.buffers,

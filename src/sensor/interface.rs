@@ -70,11 +70,7 @@ impl CountSegments {
             false => 1,
         };
         let lower_bits = bits.div_ceil(count);
-        CountSegments {
-            count,
-            lower_bits,
-            top_bits: bits - lower_bits * (count - 1),
-        }
+        CountSegments { count, lower_bits, top_bits: bits - lower_bits * (count - 1) }
     }
 
     /// Clocks from the dump of the lowest segment to the whole count: one each,
@@ -86,10 +82,7 @@ impl CountSegments {
     /// The same for the total beside the count, cut at the same bits: one dump
     /// serves both.
     pub fn of_total(self, total: TotalCount) -> CountSegments {
-        CountSegments {
-            top_bits: self.top_bits - (self.bits() - total.exact_bits),
-            ..self
-        }
+        CountSegments { top_bits: self.top_bits - (self.bits() - total.exact_bits), ..self }
     }
 
     /// Bits of all segments.
@@ -244,9 +237,7 @@ impl Interface {
     /// Results that a group sends: one for each phase step and detector, or the rows of
     /// their histograms.
     pub fn beats_of_group(&self) -> u64 {
-        let results = self
-            .histogram
-            .map_or(u64::from(self.parallel()), |plan| plan.rows);
+        let results = self.histogram.map_or(u64::from(self.parallel()), |plan| plan.rows);
         results * self.reference_codes.len() as u64
     }
 
@@ -327,21 +318,13 @@ impl Interface {
     /// Ports of `sensor_top`, in the order of the Verilog.
     pub fn ports(&self) -> Vec<Port> {
         use Direction::{Input, Output};
-        let port = |name: &str, direction, width| Port {
-            name: name.to_owned(),
-            direction,
-            width,
-        };
+        let port = |name: &str, direction, width| Port { name: name.to_owned(), direction, width };
         let mut ports = vec![
             port("i_clk", Input, 1),
             port("i_rst", Input, 1),
             port("o_laser", Output, self.source_codes.len() as u32),
             port("o_epoch", Output, 1),
-            port(
-                "i_samples",
-                Input,
-                self.lanes() * self.reference_codes.len() as u32,
-            ),
+            port("i_samples", Input, self.lanes() * self.reference_codes.len() as u32),
             port("m_axis_tdata", Output, self.tdata_bits),
             port("m_axis_tvalid", Output, 1),
             port("m_axis_tready", Input, 1),

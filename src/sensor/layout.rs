@@ -83,10 +83,7 @@ impl Record {
                 shift += width;
             }
         }
-        Record {
-            fields,
-            words: (word + usize::from(shift > 0)).max(1),
-        }
+        Record { fields, words: (word + usize::from(shift > 0)).max(1) }
     }
 
     /// The field of a port that the interface is known to have.
@@ -124,20 +121,13 @@ impl Layout {
                     .filter(move |port| port.direction == direction && port.name != Self::CLOCK),
             )
         };
-        Layout {
-            inputs: of(Direction::Input),
-            outputs: of(Direction::Output),
-        }
+        Layout { inputs: of(Direction::Input), outputs: of(Direction::Output) }
     }
 }
 
 /// The `width` lowest bits.
 pub fn mask(width: u32) -> u64 {
-    if width >= 64 {
-        u64::MAX
-    } else {
-        (1 << width) - 1
-    }
+    if width >= 64 { u64::MAX } else { (1 << width) - 1 }
 }
 
 #[cfg(test)]
@@ -145,11 +135,7 @@ mod tests {
     use super::*;
 
     fn port(width: u32) -> Port {
-        Port {
-            name: format!("p{width}"),
-            direction: Direction::Input,
-            width,
-        }
+        Port { name: format!("p{width}"), direction: Direction::Input, width }
     }
 
     #[test]

@@ -40,11 +40,7 @@ pub struct Sensor {
 impl Sensor {
     /// The sensor of a scene that has been checked.
     pub fn new(scene: &Scene) -> Sensor {
-        Sensor {
-            timing: scene.timing(),
-            interface: Interface::of(scene),
-            scene: scene.clone(),
-        }
+        Sensor { timing: scene.timing(), interface: Interface::of(scene), scene: scene.clone() }
     }
 
     /// The sensor of this scene with a change.
@@ -98,8 +94,7 @@ impl Sensor {
     /// Period of the code that modulates the light of a path.
     pub fn code_period_of_path_ps(&self, path: PathIndex) -> f64 {
         let source = self.scene.paths[path].source;
-        self.clock()
-            .ps(self.scene.sources[source].code.len() as f64)
+        self.clock().ps(self.scene.sources[source].code.len() as f64)
     }
 
     /// The sensor with every path standing still where it is, without its

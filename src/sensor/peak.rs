@@ -57,11 +57,8 @@ impl PeakPlan {
     pub(super) fn of(timing: &Timing, counts: &Counts) -> PeakPlan {
         let (scan, parallel) = (&timing.scan, timing.parallel);
         let wraps = scan.first_step + scan.steps > scan.steps_per_period;
-        let largest = if wraps {
-            scan.steps_per_period - 1
-        } else {
-            scan.first_step + scan.steps - 1
-        };
+        let largest =
+            if wraps { scan.steps_per_period - 1 } else { scan.first_step + scan.steps - 1 };
         let mut plan = PeakPlan {
             step_bits: (u64::BITS - largest.leading_zeros()).max(1),
             count_bits: counts.bits,

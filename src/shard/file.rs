@@ -39,13 +39,8 @@ impl Body for Shard {
 impl Shard {
     /// A part that is done.
     pub fn new(part: Part, job: Job, results: Results) -> Shard {
-        let mut shard = Shard {
-            shard: part.number(),
-            shards: part.of(),
-            job,
-            results,
-            sha256: String::new(),
-        };
+        let mut shard =
+            Shard { shard: part.number(), shards: part.of(), job, results, sha256: String::new() };
         shard.sha256 = shard.digest();
         shard
     }
@@ -71,10 +66,8 @@ impl Shard {
     /// # Errors
     /// When it cannot be read, or is not what was written.
     pub fn read(path: &Path) -> Result<Document<Shard>, ShardError> {
-        let unreadable = |reason: String| ShardError::Unreadable {
-            path: printable_path(path),
-            reason,
-        };
+        let unreadable =
+            |reason: String| ShardError::Unreadable { path: printable_path(path), reason };
         let text = read_regular(path, MOST_BYTES).map_err(|error| unreadable(error.to_string()))?;
         let document: Document<Shard> =
             serde_json::from_str(&text).map_err(|error| unreadable(error.to_string()))?;

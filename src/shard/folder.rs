@@ -109,9 +109,7 @@ impl Folder {
     /// When there are none, or one cannot be read, or they are not all of one job.
     pub fn collect(out: &Path) -> Result<Collected, ShardError> {
         let folder = out.join(NAME);
-        let none = || ShardError::None {
-            path: printable_path(&folder),
-        };
+        let none = || ShardError::None { path: printable_path(&folder) };
         let unreadable = |error: io::Error| ShardError::Unreadable {
             path: printable_path(&folder),
             reason: error.to_string(),
@@ -126,9 +124,7 @@ impl Folder {
         };
         let mut parts: Vec<Part> = entries.filter_map(part).collect();
         parts.sort_unstable_by_key(|part| (part.of(), part.number()));
-        let folder = Folder {
-            path: folder.clone(),
-        };
+        let folder = Folder { path: folder.clone() };
         let (first, others) = parts.split_first().ok_or_else(none)?;
         let first_path = folder.path_of(*first);
         let document = Shard::read(&first_path)?;
@@ -163,8 +159,7 @@ impl Collected {
     /// Numbers of the shards that are not there.
     pub fn missing(&self) -> Vec<u64> {
         let all = 1..=self.of;
-        all.filter(|number| !self.results.contains_key(number))
-            .collect()
+        all.filter(|number| !self.results.contains_key(number)).collect()
     }
 
     /// What all shards have, in their order, each with its part.
@@ -205,9 +200,7 @@ fn differences(this: &Document<Shard>, that: &Document<Shard>) -> Vec<String> {
     differences.extend(other_version(&this.goldtof, &that.goldtof));
     if this.body.shards != that.body.shards {
         let (here, there) = (this.body.shards, that.body.shards);
-        differences.push(format!(
-            "the job is cut into {here} shards, there into {there}"
-        ));
+        differences.push(format!("the job is cut into {here} shards, there into {there}"));
     }
     differences
 }

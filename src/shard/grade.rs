@@ -7,9 +7,7 @@ use crate::grade::{Bounds, Grade, Graded, Outcomes};
 
 /// Numbers of a part's variants of a kind.
 pub fn variants(part: Part, count: usize) -> Vec<usize> {
-    part.every(count as u64)
-        .map(|number| number as usize)
-        .collect()
+    part.every(count as u64).map(|number| number as usize).collect()
 }
 
 /// What the stimulus is worth by all shards together.
@@ -36,17 +34,9 @@ pub fn whole_grade(job: &GradeJob, shards: Vec<(Part, Results)>) -> Result<Grade
             Some(all) => joined(all, graded).ok_or_else(unfit)?,
         });
     }
-    let all = all.ok_or_else(|| ShardError::NoJob {
-        reason: "it has no shards".to_owned(),
-    })?;
-    let bounds = Bounds {
-        each_s: job.proof_time_s,
-        all_s: job.proof_budget_s,
-    };
-    Ok(Grade {
-        asked_fraction: job.asked_fraction,
-        ..all.grade(job.stimulus, job.seed, bounds)
-    })
+    let all = all.ok_or_else(|| ShardError::NoJob { reason: "it has no shards".to_owned() })?;
+    let bounds = Bounds { each_s: job.proof_time_s, all_s: job.proof_budget_s };
+    Ok(Grade { asked_fraction: job.asked_fraction, ..all.grade(job.stimulus, job.seed, bounds) })
 }
 
 /// Two shards, if they are of the same variants under the same stimulus.

@@ -187,11 +187,7 @@ impl SceneText {
     /// The scene of the file `path`, whose text it is.
     pub fn new(path: &str, text: String, settings: &[Setting]) -> SceneText {
         let SceneReference { file, settings, .. } = SceneReference::of_text(path, &text, settings);
-        SceneText {
-            file,
-            text,
-            settings,
-        }
+        SceneText { file, text, settings }
     }
 
     /// The settings.
@@ -268,16 +264,12 @@ impl Job {
             return vec![format!("the command is {here}, there {there}")];
         }
         let (here, there) = (self.values(), other.values());
-        let differing = here
-            .iter()
-            .filter(|(name, value)| there.get(*name) != Some(*value));
+        let differing = here.iter().filter(|(name, value)| there.get(*name) != Some(*value));
         let told = |(name, value): (&String, &Value)| match name.as_str() {
             "scene.text" => "the scene's text is another".to_owned(),
             _ => {
                 let name = name.rsplit('.').next().unwrap_or(name);
-                let there = there
-                    .get(name)
-                    .or_else(|| there.get(&format!("scene.{name}")));
+                let there = there.get(name).or_else(|| there.get(&format!("scene.{name}")));
                 format!("{name} is {value}, there {}", there.unwrap_or(&Value::Null))
             }
         };

@@ -23,9 +23,7 @@ impl Part {
     /// When there is no such shard.
     pub fn new(number: u64, of: u64) -> Result<Part, String> {
         if !(1..=MOST_SHARDS).contains(&of) {
-            return Err(format!(
-                "{of} shards cannot be made, 1 to {MOST_SHARDS} can; {FORMS}"
-            ));
+            return Err(format!("{of} shards cannot be made, 1 to {MOST_SHARDS} can; {FORMS}"));
         }
         if !(1..=of).contains(&number) {
             return Err(format!(
@@ -120,22 +118,17 @@ const NAMES: [&str; 2] = ["HQ_TASK_ID", "SLURM_ARRAY_TASK_ID"];
 
 impl Task {
     fn find(variable: &impl Fn(&str) -> Option<String>) -> Result<Task, String> {
-        let found = NAMES
-            .iter()
-            .find_map(|&named_by| Some((named_by, variable(named_by)?)));
+        let found = NAMES.iter().find_map(|&named_by| Some((named_by, variable(named_by)?)));
         let Some((named_by, text)) = found else {
             return Err(format!(
                 "this is no task of an array: neither {} nor {} is set; {FORMS}",
                 NAMES[1], NAMES[0]
             ));
         };
-        let number = text
-            .parse()
-            .map_err(|_| format!("{named_by} is \"{text}\", which is no number"))?;
+        let number =
+            text.parse().map_err(|_| format!("{named_by} is \"{text}\", which is no number"))?;
         if number == 0 {
-            return Err(format!(
-                "{named_by} is 0: number the tasks from 1, as --array 1-20"
-            ));
+            return Err(format!("{named_by} is 0: number the tasks from 1, as --array 1-20"));
         }
         Ok(Task { named_by, number })
     }
@@ -143,9 +136,7 @@ impl Task {
     /// How many tasks the array has, where its numbers say which shards they are.
     fn count(&self, variable: &impl Fn(&str) -> Option<String>) -> Result<u64, String> {
         if self.named_by == "HQ_TASK_ID" {
-            return Err(
-                "HyperQueue does not say how many tasks there are: write task/N".to_owned(),
-            );
+            return Err("HyperQueue does not say how many tasks there are: write task/N".to_owned());
         }
         let number = |name: &str| variable(name).and_then(|text| text.parse::<u64>().ok());
         let of_array =
@@ -179,10 +170,7 @@ mod tests {
         assert_eq!(with(&[], "3/20"), Ok("3/20".to_owned()));
         assert_eq!(with(&[], " 1 / 1 "), Ok("1/1".to_owned()));
         for (text, told) in [
-            (
-                "0/4",
-                "there is no shard 0 of 4: they are numbered from 1 to 4",
-            ),
+            ("0/4", "there is no shard 0 of 4: they are numbered from 1 to 4"),
             ("5/4", "there is no shard 5 of 4"),
             ("1/0", "0 shards cannot be made, 1 to 1000000 can"),
             ("1/1000001", "1000001 shards cannot be made"),
@@ -211,10 +199,7 @@ mod tests {
                 ("SLURM_ARRAY_TASK_COUNT", count),
             ]
         };
-        assert_eq!(
-            with(&slurm("3", "1", "20", "20"), "task"),
-            Ok("3/20".to_owned())
-        );
+        assert_eq!(with(&slurm("3", "1", "20", "20"), "task"), Ok("3/20".to_owned()));
         // Tasks 3 and 7 of 20, run again.
         let again = slurm("7", "3", "7", "2");
         assert_eq!(with(&again, "task/20"), Ok("7/20".to_owned()));
@@ -264,14 +249,7 @@ mod tests {
         let part = Part::new(3, 20).unwrap();
         assert_eq!(part.name(), "03-of-20");
         assert_eq!(Part::of_name("03-of-20"), Some(part));
-        for other in [
-            "3-of-20",
-            "21-of-20",
-            "00-of-20",
-            "03-of-020",
-            "a-of-20",
-            "03",
-        ] {
+        for other in ["3-of-20", "21-of-20", "00-of-20", "03-of-020", "a-of-20", "03"] {
             assert_eq!(Part::of_name(other), None, "{other}");
         }
     }

@@ -47,8 +47,5 @@ pub fn stress_report(
             reports[number] = Some(report.ok_or_else(unfit)?);
         }
     }
-    Ok(StressReport {
-        seed: job.seed,
-        cases: reports.into_iter().flatten().collect(),
-    })
+    Ok(StressReport { seed: job.seed, cases: reports.into_iter().flatten().collect() })
 }

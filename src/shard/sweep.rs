@@ -35,10 +35,7 @@ pub fn table(sweep: &Sweep, shards: Vec<(Part, Results)>) -> Result<Table, Shard
             let reason = "it has other points";
             return Err(ShardError::Unfit { part, reason });
         }
-        points.extend(
-            rows.into_iter()
-                .map(|rows| (rows.point, (part, rows.rows_csv))),
-        );
+        points.extend(rows.into_iter().map(|rows| (rows.point, (part, rows.rows_csv))));
     }
     let mut table = Table::new(&sweep.axes);
     for (part, rows_csv) in points.into_values() {

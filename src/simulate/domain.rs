@@ -100,12 +100,8 @@ pub fn warnings(
 ) -> Vec<String> {
     let model = DetectorModel::new(sensor, detector);
     let light = Light::of(&model);
-    let view = View {
-        sensor,
-        detector,
-        model: &model,
-        brightest_per_chip: light.brightest_per_chip(),
-    };
+    let view =
+        View { sensor, detector, model: &model, brightest_per_chip: light.brightest_per_chip() };
     let mut warnings = Vec::new();
     if tier == Tier::Events {
         warnings.extend(view.merged_pulses());
@@ -197,10 +193,9 @@ impl View<'_> {
         let most = chips / self.model.dead_time_chips().max(shortest);
         let (most, limit) = match self.sensor.scene().hardware.architecture {
             Architecture::UpDown => (most, 2_f64.powi(width as i32 - 1) - 1.0),
-            Architecture::Histogram => (
-                chips / self.sensor.timing().code_chips() as f64,
-                2_f64.powi(width as i32) - 1.0,
-            ),
+            Architecture::Histogram => {
+                (chips / self.sensor.timing().code_chips() as f64, 2_f64.powi(width as i32) - 1.0)
+            }
         };
         (most > limit).then(|| {
             format!(

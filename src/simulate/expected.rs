@@ -29,9 +29,8 @@ pub(super) fn answer(
         path.std_m = path.expected_std_m;
         path.std_over_bound = path.std_m.zip(path.bound_m).map(|(std, bound)| std / bound);
         let range_m = distance_m(sensor.timing().code_period_ps());
-        path.mean_distance_m = path
-            .bias_m
-            .map(|bias_m| fold_distance(path.true_distance_m + bias_m, range_m));
+        path.mean_distance_m =
+            path.bias_m.map(|bias_m| fold_distance(path.true_distance_m + bias_m, range_m));
         if let (Ok(expected), None) = (prediction, path.bias_m) {
             let spread = check_normal(expected.std_m, range_m).err();
             path.remark = path.remark.take().or(spread.map(|s| s.to_string()));

@@ -72,10 +72,9 @@ fn scan_s(sensor: &Sensor, detector: DetectorIndex, tier: Tier) -> Option<f64> {
     }
     // The Verilog is at best as quick as the model that it is compared with.
     let (tier, work) = match tier {
-        Tier::Events => (
-            tier,
-            chips_of(groups, integration) / chips_of(short_groups, short_integration),
-        ),
+        Tier::Events => {
+            (tier, chips_of(groups, integration) / chips_of(short_groups, short_integration))
+        }
         _ => {
             let clocks = |sensor: &Sensor| clocks_for_scans(sensor.interface(), 1) as f64;
             (Tier::Sampled, clocks(sensor) / clocks(&short))

@@ -126,9 +126,7 @@ pub(super) fn sampled(
     let [period, all] = samples(model);
     // A bin that is too narrow stays at its largest count.
     let width = sensor.scene().hardware.counter_width;
-    let most = width
-        .filter(|&width| width < u64::BITS)
-        .map_or(u64::MAX, |width| (1 << width) - 1);
+    let most = width.filter(|&width| width < u64::BITS).map_or(u64::MAX, |width| (1 << width) - 1);
     let from = begun_by([model], numbers.start);
     let mut stream = PulseStream::new(model, seed, from);
     let mut level = Level::default();
@@ -175,12 +173,8 @@ mod tests {
     fn a_pulse_rises_only_after_a_low_sample() {
         let mut level = Level::default();
         let pulses = [(0, 4), (2, 3), (4, 6), (7, 9), (9, 10), (12, 13)];
-        let rises = pulses.map(|(first, end)| {
-            level.rises(&Pulse {
-                first: Sample(first),
-                end: Sample(end),
-            })
-        });
+        let rises = pulses
+            .map(|(first, end)| level.rises(&Pulse { first: Sample(first), end: Sample(end) }));
         // The second is within the first, the third and the fifth touch the one before.
         assert_eq!(rises, [true, false, false, true, false, true]);
     }

@@ -49,13 +49,8 @@ pub enum Tier {
 
 impl Tier {
     /// Every tier.
-    pub const ALL: [Tier; 5] = [
-        Tier::Expected,
-        Tier::Counts,
-        Tier::Events,
-        Tier::Sampled,
-        Tier::Rtl,
-    ];
+    pub const ALL: [Tier; 5] =
+        [Tier::Expected, Tier::Counts, Tier::Events, Tier::Sampled, Tier::Rtl];
 
     /// How this tier turns detections into counts.
     pub fn counting(self) -> CountingTier {

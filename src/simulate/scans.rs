@@ -139,11 +139,8 @@ impl Prepared {
         engine: Engine,
     ) -> Result<Prepared, ScansError> {
         let rtl = if tier == Tier::Rtl {
-            let sources = sources_of(&deliver::verilog(
-                sensor,
-                &Prefix::default(),
-                "goldtof simulate",
-            )?);
+            let sources =
+                sources_of(&deliver::verilog(sensor, &Prefix::default(), "goldtof simulate")?);
             Some(Rtl {
                 library: build(TOP, &sources, sensor.interface(), &cache_dir()?)?,
                 sources,
@@ -285,21 +282,13 @@ impl Rtl {
             window: Window::Found,
             engine: self.engine,
         };
-        let Cosimulation {
-            report,
-            counts,
-            hits,
-            ..
-        } = cosimulate(sensor, &request, |_, _| ())?;
+        let Cosimulation { report, counts, hits, .. } = cosimulate(sensor, &request, |_, _| ())?;
         if report.verdict == Verdict::Mismatch {
             return Err(ScansError::Mismatch);
         }
         let mut collector = Collector::new(sensor.interface(), 0, 0..1, on_scan);
         for (sent, hits) in counts[detector].iter().zip(&hits[detector]) {
-            let count = StepCount {
-                signed: sent.signed,
-                total: sent.total.unwrap_or(*hits),
-            };
+            let count = StepCount { signed: sent.signed, total: sent.total.unwrap_or(*hits) };
             collector.take(sent.scan, count);
         }
         Ok(Some(report.exercised))
@@ -339,10 +328,7 @@ fn events(
     while first < scans.end {
         let batch = first..first.saturating_add(at_once).min(scans.end);
         first = batch.end;
-        counted.resize(
-            ((batch.end - batch.start) * steps) as usize,
-            StepCount::default(),
-        );
+        counted.resize(((batch.end - batch.start) * steps) as usize, StepCount::default());
         counter.count_on_threads(threads, seed, batch, 0..steps, &mut counted);
         counted.chunks_exact(steps as usize).for_each(&mut *on_scan);
     }
@@ -367,10 +353,7 @@ fn sampled(
     let mut block = Block::default();
     while maker.make(&mut block) {
         for result in maker.take_finished().filter(|r| r.detector == detector) {
-            let count = StepCount {
-                signed: result.count,
-                total: result.total,
-            };
+            let count = StepCount { signed: result.count, total: result.total };
             collector.take(result.scan, count);
         }
     }
@@ -406,10 +389,7 @@ fn lockstep(
     let mut on_sent = |sent: SentCount| {
         if sent.detector == detector {
             let hits = hits.borrow_mut().pop_front();
-            let count = StepCount {
-                signed: sent.signed,
-                total: sent.total.or(hits).unwrap_or(0),
-            };
+            let count = StepCount { signed: sent.signed, total: sent.total.or(hits).unwrap_or(0) };
             collector.take(sent.scan, count);
         }
     };
@@ -470,13 +450,7 @@ impl<'f> Collector<'f> {
         scans: Range<u64>,
         on_scan: &'f mut dyn FnMut(&[StepCount]),
     ) -> Collector<'f> {
-        Collector {
-            steps: interface.timing.scan.steps,
-            from,
-            scans,
-            scan: Vec::new(),
-            on_scan,
-        }
+        Collector { steps: interface.timing.scan.steps, from, scans, scan: Vec::new(), on_scan }
     }
 
     /// Takes the next step's counts, of the `scan`-th scan of the run. Those before the

@@ -23,10 +23,9 @@ fn broken_models_are_built_again() {
     ends_with(0, &mut cosim(cache.path()));
     assert_eq!(fs::read(model.join("sensor")).unwrap().len(), whole.len());
 
-    let leftover = cache.path().join(format!(
-        "{}.building-killed",
-        model.file_name().unwrap().to_str().unwrap()
-    ));
+    let leftover = cache
+        .path()
+        .join(format!("{}.building-killed", model.file_name().unwrap().to_str().unwrap()));
     fs::create_dir(&leftover).unwrap();
     fs::remove_dir_all(&model).unwrap();
     fs::write(&model, "a file").unwrap();
@@ -46,10 +45,8 @@ fn a_broken_run_time_library_is_built_again() {
         fs::write(object, "garbled").unwrap();
     }
     ends_with(0, &mut cosim(cache.path()));
-    let whole = objects
-        .iter()
-        .filter(|object| fs::metadata(object).unwrap().len() > 10_000)
-        .count();
+    let whole =
+        objects.iter().filter(|object| fs::metadata(object).unwrap().len() > 10_000).count();
     assert_eq!(whole, 1, "of {}", objects.len());
 }
 
@@ -64,10 +61,8 @@ fn a_cache_that_cannot_be_written_is_named_with_what_to_set() {
         (Path::new("/proc/goldtof").to_owned(), "No such file"),
     ] {
         let told = ends_with(2, &mut cosim(&cache));
-        let expected = format!(
-            "error: {}: cannot keep built models here: {reason}",
-            cache.display()
-        );
+        let expected =
+            format!("error: {}: cannot keep built models here: {reason}", cache.display());
         assert!(told.starts_with(&expected), "{told}");
         assert!(
             told.contains(

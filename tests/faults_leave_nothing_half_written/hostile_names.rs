@@ -48,17 +48,11 @@ fn a_scenes_name_is_a_comment_wherever_it_is_emitted() {
     said(&output);
     let plain = emitted(QUICK);
     let hostile = files_below(&out);
-    assert_eq!(
-        hostile.keys().collect::<Vec<_>>(),
-        plain.keys().collect::<Vec<_>>()
-    );
+    assert_eq!(hostile.keys().collect::<Vec<_>>(), plain.keys().collect::<Vec<_>>());
     for (name, bytes) in &hostile {
         let text = std::str::from_utf8(bytes).unwrap();
         let ordinary = std::str::from_utf8(&plain[name]).unwrap();
-        assert!(
-            text.is_ascii() || name == Path::new("manifest.json"),
-            "{name:?}"
-        );
+        assert!(text.is_ascii() || name == Path::new("manifest.json"), "{name:?}");
         assert_eq!(text.lines().count(), ordinary.lines().count(), "{name:?}");
         for (line, expected) in text.lines().zip(ordinary.lines()) {
             let is_ours = [
@@ -81,12 +75,7 @@ fn a_run_of_a_hostile_name_shows_it_escaped() {
     let folder = tempfile::tempdir().unwrap();
     let scene = hostile_scene(folder.path());
     let out = folder.path().join(OsStr::from_bytes(b"o\nut\x1b[2J\xfe"));
-    let arguments = [
-        OsStr::new("run"),
-        scene.as_os_str(),
-        OsStr::new("--out"),
-        out.as_os_str(),
-    ];
+    let arguments = [OsStr::new("run"), scene.as_os_str(), OsStr::new("--out"), out.as_os_str()];
     let output = run(&arguments);
     let text = said(&output);
     assert!(output.status.success(), "{text}");
@@ -98,37 +87,20 @@ fn a_run_of_a_hostile_name_shows_it_escaped() {
     let output = run(&json);
     said(&output);
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert!(
-        report["scene"]["name"]
-            .as_str()
-            .unwrap()
-            .starts_with("q\\ninitial")
-    );
+    assert!(report["scene"]["name"].as_str().unwrap().starts_with("q\\ninitial"));
 }
 
 #[test]
 fn waveforms_with_a_name_that_is_no_text_are_written_and_told() {
     let folder = tempfile::tempdir().unwrap();
     let waves = folder.path().join(OsStr::from_bytes(b"a\x1b\xff.vcd"));
-    let mut arguments = os(&[
-        "cosim",
-        QUICK,
-        "--stimulus",
-        "adversarial",
-        "--json",
-        "--vcd",
-    ]);
+    let mut arguments = os(&["cosim", QUICK, "--stimulus", "adversarial", "--json", "--vcd"]);
     arguments.push(waves.as_os_str());
     let output = run(&arguments);
     let text = said(&output);
     assert!(output.status.success(), "{text}");
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert!(
-        report["vcd"]
-            .as_str()
-            .unwrap()
-            .ends_with("a\u{1b}\u{fffd}.vcd")
-    );
+    assert!(report["vcd"].as_str().unwrap().ends_with("a\u{1b}\u{fffd}.vcd"));
     assert!(waves.exists());
 }
 
@@ -138,19 +110,10 @@ fn errors_quote_nothing_raw() {
     let quick = fs::read_to_string(QUICK).unwrap();
     let esc = "\u{1b}]0;x\u{7}\u{9b}2J\u{202e}";
     let changes = [
-        (
-            "name = \"laser\"",
-            format!("name = \"laser{}\"", r"\u001b[31m"),
-        ),
+        ("name = \"laser\"", format!("name = \"laser{}\"", r"\u001b[31m")),
         ("name = \"laser\"", r#"name = "la\nser""#.to_owned()),
-        (
-            "reference = \"laser\"",
-            r#"reference = "\u001b]0;\u0007\n""#.to_owned(),
-        ),
-        (
-            "distance = \"3.2 m\"",
-            r#"distance = "\u001b[2J\u009b""#.to_owned(),
-        ),
+        ("reference = \"laser\"", r#"reference = "\u001b]0;\u0007\n""#.to_owned()),
+        ("distance = \"3.2 m\"", r#"distance = "\u001b[2J\u009b""#.to_owned()),
         ("[scan]", "\"\\u001b[31m\" = 3\n[scan]".to_owned()),
         ("steps = \"all\"", format!("steps = {esc}")),
         ("steps = \"all\"", format!("steps = 3 # {esc}")),
@@ -185,12 +148,7 @@ fn errors_quote_nothing_raw() {
         &[],
     ] {
         let output = with_hostile(words);
-        assert_eq!(
-            output.status.code(),
-            Some(2),
-            "{words:?}: {}",
-            said(&output)
-        );
+        assert_eq!(output.status.code(), Some(2), "{words:?}: {}", said(&output));
         said(&output);
     }
 }
@@ -202,11 +160,7 @@ fn what_tools_say_of_hostile_verilog_is_shown_escaped() {
     ends_with(0, &mut goldtof(&["emit", QUICK, "--out", text(&rtl)]));
     let top = rtl.join("sensor_top.v");
     let verilog = fs::read_to_string(&top).unwrap();
-    fs::write(
-        &top,
-        verilog.replace("endmodule", "\u{1b}[31m\u{9b}2J endmodule"),
-    )
-    .unwrap();
+    fs::write(&top, verilog.replace("endmodule", "\u{1b}[31m\u{9b}2J endmodule")).unwrap();
     let output = run(&os(&["cosim", QUICK, "--rtl", text(&rtl)]));
     assert!(!output.status.success());
     said(&output);

@@ -29,10 +29,7 @@ fn interrupted_after(pause: Duration, command: &mut Command) {
     std::thread::sleep(pause);
     let (status, told) = interrupt(child, Signal::INT);
     assert_eq!(status, Some(130), "{told}");
-    assert!(
-        told.contains("error: interrupted; unfinished files are removed"),
-        "{told}"
-    );
+    assert!(told.contains("error: interrupted; unfinished files are removed"), "{told}");
 }
 
 fn assert_nothing_hidden(folder: &Path) {
@@ -47,26 +44,14 @@ fn ctrl_c_ends_a_simulation_with_130() {
     let folder = tempfile::tempdir().unwrap();
     let endless = endless_scene(folder.path());
     let endless = text(&endless);
-    interrupted_after(
-        pause,
-        &mut goldtof(&["simulate", endless, "--repeat", "1000000"]),
-    );
-    interrupted_after(
-        pause,
-        &mut goldtof(&["fidelity", endless, "--budget-s", "86400"]),
-    );
+    interrupted_after(pause, &mut goldtof(&["simulate", endless, "--repeat", "1000000"]));
+    interrupted_after(pause, &mut goldtof(&["fidelity", endless, "--budget-s", "86400"]));
 }
 
 #[test]
 fn ctrl_c_ends_a_reproduction_with_130_and_whole_figures() {
     let folder = tempfile::tempdir().unwrap();
-    let arguments = [
-        "reproduce",
-        "--repeat",
-        "1000000",
-        "--out",
-        text(folder.path()),
-    ];
+    let arguments = ["reproduce", "--repeat", "1000000", "--out", text(folder.path())];
     interrupted_after(Duration::from_millis(500), &mut goldtof(&arguments));
     assert_nothing_hidden(folder.path());
 }
@@ -79,15 +64,10 @@ fn ctrl_c_ends_a_run_with_130_and_without_a_report() {
     fs::create_dir(&out).unwrap();
     fs::write(out.join("report.html"), "of an earlier run").unwrap();
     // Built beforehand, so that it is the co-simulation that is interrupted.
-    let told = ends_with(
-        1,
-        &mut goldtof(&["cosim", text(&endless), "--cycles", "1000"]),
-    );
+    let told = ends_with(1, &mut goldtof(&["cosim", text(&endless), "--cycles", "1000"]));
     assert!(told.is_empty(), "{told}");
     let child = start(&mut goldtof(&["run", text(&endless), "--out", text(&out)]));
-    wait_until("the Verilog is there", || {
-        out.join("rtl/manifest.json").exists()
-    });
+    wait_until("the Verilog is there", || out.join("rtl/manifest.json").exists());
     std::thread::sleep(Duration::from_millis(300));
     let (status, told) = interrupt(child, Signal::INT);
     assert_eq!(status, Some(130), "{told}");
@@ -106,14 +86,7 @@ fn ctrl_c_ends_a_co_simulation_and_leaves_the_older_waveforms() {
     ends_with(0, &mut goldtof(&["cosim", QUICK, "--cycles", "20000"]));
     interrupted_after(
         Duration::from_millis(500),
-        &mut goldtof(&[
-            "cosim",
-            QUICK,
-            "--cycles",
-            "1000000000000",
-            "--vcd",
-            text(&vcd),
-        ]),
+        &mut goldtof(&["cosim", QUICK, "--cycles", "1000000000000", "--vcd", text(&vcd)]),
     );
     assert_eq!(fs::read_to_string(&vcd).unwrap(), "older");
     assert_nothing_hidden(folder.path());
@@ -130,9 +103,7 @@ fn signals_while_compiling_end_the_compiler_and_empty_the_cache() {
         let cache = cache_without_models();
         let (compiler, linking) = slow_linker(folder.path(), 1000);
         let child = start(
-            goldtof(&["cosim", QUICK])
-                .env("GOLDTOF_CACHE_DIR", cache.path())
-                .env("CXX", &compiler),
+            goldtof(&["cosim", QUICK]).env("GOLDTOF_CACHE_DIR", cache.path()).env("CXX", &compiler),
         );
         let mut id = String::new();
         wait_until("the linker starts", || {
@@ -163,10 +134,7 @@ fn ctrl_c_while_waiting_for_another_run_ends_with_130() {
     let mut told = [0; 256];
     let read = child.stderr.as_mut().unwrap().read(&mut told).unwrap();
     let told = String::from_utf8_lossy(&told[..read]).into_owned();
-    assert!(
-        told.contains("another goldtof writes here; waiting"),
-        "{told}"
-    );
+    assert!(told.contains("another goldtof writes here; waiting"), "{told}");
     assert_eq!(interrupt(child, Signal::INT).0, Some(130));
     assert!(files_below(folder.path()).is_empty());
 }

@@ -15,10 +15,7 @@ fn assert_whole(found: &BTreeMap<PathBuf, Vec<u8>>, whole: &BTreeMap<PathBuf, Ve
         assert!(whole[path] == *contents, "{} is not whole", path.display());
     }
     if found.contains_key(&PathBuf::from("manifest.json")) {
-        let missing: Vec<_> = whole
-            .keys()
-            .filter(|path| !found.contains_key(*path))
-            .collect();
+        let missing: Vec<_> = whole.keys().filter(|path| !found.contains_key(*path)).collect();
         assert!(missing.is_empty(), "{missing:?}");
     }
 }
@@ -86,18 +83,13 @@ fn a_build_killed_while_it_compiles_is_done_again_and_leaves_nothing() {
     let cache = cache_without_models();
     let (compiler, linking) = slow_linker(folder.path(), 3);
     let mut child = start(
-        goldtof(&["cosim", QUICK])
-            .env("GOLDTOF_CACHE_DIR", cache.path())
-            .env("CXX", &compiler),
+        goldtof(&["cosim", QUICK]).env("GOLDTOF_CACHE_DIR", cache.path()).env("CXX", &compiler),
     );
     wait_until("the linker starts", || linking.exists());
     signal(&child, Signal::KILL);
     child.wait().unwrap();
     let left = entries(cache.path(), "model-");
-    assert!(
-        left.iter().all(|path| text(path).contains(".building-")),
-        "{left:?}"
-    );
+    assert!(left.iter().all(|path| text(path).contains(".building-")), "{left:?}");
     assert_eq!(left.len(), 1);
 
     // What the orphaned compiler still writes must not reach the next build.

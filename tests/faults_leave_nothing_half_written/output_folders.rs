@@ -16,19 +16,10 @@ fn a_folder_that_cannot_be_made_is_named_before_the_work_begins() {
         let endless = endless_scene(folder.path());
         for command in ["emit", "run"] {
             let told = ends_with(2, &mut goldtof(&[command, text(&endless), "--out", out]));
-            assert!(
-                told.starts_with(&format!("error: {out}: cannot make the folder: ")),
-                "{told}"
-            );
+            assert!(told.starts_with(&format!("error: {out}: cannot make the folder: ")), "{told}");
         }
-        let told = ends_with(
-            2,
-            &mut goldtof(&["reproduce", "--repeat", "1000000", "--out", out]),
-        );
-        assert!(
-            told.starts_with(&format!("error: {out}: cannot make the folder: ")),
-            "{told}"
-        );
+        let told = ends_with(2, &mut goldtof(&["reproduce", "--repeat", "1000000", "--out", out]));
+        assert!(told.starts_with(&format!("error: {out}: cannot make the folder: ")), "{told}");
     }
     assert_eq!(fs::read(&file).unwrap(), b"");
 }
@@ -37,14 +28,7 @@ fn a_folder_that_cannot_be_made_is_named_before_the_work_begins() {
 fn waveforms_without_a_folder_are_refused_before_the_work_begins() {
     let told = ends_with(
         2,
-        &mut goldtof(&[
-            "cosim",
-            QUICK,
-            "--cycles",
-            "1000000000000",
-            "--vcd",
-            "/nonexistent/a.vcd",
-        ]),
+        &mut goldtof(&["cosim", QUICK, "--cycles", "1000000000000", "--vcd", "/nonexistent/a.vcd"]),
     );
     assert_eq!(
         told,
@@ -59,11 +43,7 @@ fn a_read_only_folder_is_named() {
     set(0o555);
     let is_bound = fs::write(folder.path().join("probe"), "").is_err();
     // Permissions do not bind root; for root /proc is what cannot be written.
-    let out = if is_bound {
-        text(folder.path())
-    } else {
-        "/proc/sys"
-    };
+    let out = if is_bound { text(folder.path()) } else { "/proc/sys" };
     let told = ends_with(2, &mut goldtof(&["emit", QUICK, "--out", out]));
     set(0o755);
     assert!(told.contains("cannot write the file: "), "{told}");
@@ -79,17 +59,11 @@ fn files_of_others_in_the_folder_stay() {
     let out = text(folder.path());
     ends_with(0, &mut goldtof(&["run", QUICK, "--out", out]));
     ends_with(0, &mut goldtof(&["emit", QUICK, "--out", out]));
-    ends_with(
-        0,
-        &mut goldtof(&["emit", "scenes/paper-square.toml", "--out", out]),
-    );
+    ends_with(0, &mut goldtof(&["emit", "scenes/paper-square.toml", "--out", out]));
     for name in ["notes.txt", "my.v", "README"] {
         assert_eq!(fs::read_to_string(folder.path().join(name)).unwrap(), name);
     }
-    assert!(
-        !folder.path().join("gold_generator.v").exists(),
-        "of the older design"
-    );
+    assert!(!folder.path().join("gold_generator.v").exists(), "of the older design");
 }
 
 #[test]
@@ -108,9 +82,6 @@ fn a_folder_in_the_place_of_a_file_and_a_file_in_the_place_of_a_folder_are_named
     let out = folder.path().join("c");
     fs::create_dir_all(out.join("sensor_top.v")).unwrap();
     let told = ends_with(2, &mut goldtof(&["emit", QUICK, "--out", text(&out)]));
-    assert!(
-        told.contains("c/sensor_top.v: cannot write the file: is a directory"),
-        "{told}"
-    );
+    assert!(told.contains("c/sensor_top.v: cannot write the file: is a directory"), "{told}");
     assert!(files_below(&out).is_empty());
 }

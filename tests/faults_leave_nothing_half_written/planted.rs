@@ -30,9 +30,7 @@ fn a_hidden_name_that_leads_elsewhere_is_refused() {
     fs::write(&victim, "precious").unwrap();
     let plants: [(&str, Plant); 4] = [
         ("a symbolic link", &|at| symlink(&victim, at).unwrap()),
-        ("a symbolic link", &|at| {
-            symlink("../elsewhere", at).unwrap()
-        }),
+        ("a symbolic link", &|at| symlink("../elsewhere", at).unwrap()),
         ("a hard link", &|at| fs::hard_link(&victim, at).unwrap()),
         ("a pipe", &|at| pipe(at)),
     ];
@@ -70,11 +68,7 @@ fn files_of_the_output_folder_replace_links_and_leave_their_targets() {
     symlink("out", &link).unwrap();
     ends_with(0, &mut bounded(&["emit", QUICK, "--out", text(&link)]));
     assert_eq!(files_below(&out), emitted(QUICK));
-    assert!(
-        fs::read_dir(&out)
-            .unwrap()
-            .all(|e| !e.unwrap().file_type().unwrap().is_symlink())
-    );
+    assert!(fs::read_dir(&out).unwrap().all(|e| !e.unwrap().file_type().unwrap().is_symlink()));
     assert_eq!(fs::read_to_string(&victim).unwrap(), "precious");
     assert!(!folder.path().join("nowhere").exists());
 }
@@ -93,14 +87,8 @@ fn pipes_and_devices_under_our_names_are_named_and_not_waited_for() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("elsewhere")).unwrap();
     symlink("elsewhere", folder.path().join("rtl")).unwrap();
-    let told = ends_with(
-        2,
-        &mut bounded(&["run", QUICK, "--out", text(folder.path())]),
-    );
-    assert!(
-        told.contains("rtl: cannot make the folder: a symbolic link"),
-        "{told}"
-    );
+    let told = ends_with(2, &mut bounded(&["run", QUICK, "--out", text(folder.path())]));
+    assert!(told.contains("rtl: cannot make the folder: a symbolic link"), "{told}");
     assert!(files_below(&folder.path().join("elsewhere")).is_empty());
 }
 
@@ -109,14 +97,7 @@ fn waveforms_go_through_a_pipe_that_is_read_and_wait_for_no_reader() {
     let folder = tempfile::tempdir().unwrap();
     let waves = folder.path().join("a.vcd");
     pipe(&waves);
-    let arguments = [
-        "cosim",
-        QUICK,
-        "--stimulus",
-        "adversarial",
-        "--vcd",
-        text(&waves),
-    ];
+    let arguments = ["cosim", QUICK, "--stimulus", "adversarial", "--vcd", text(&waves)];
     let told = ends_with(2, &mut bounded(&arguments));
     assert!(told.contains("nobody reads this pipe"), "{told}");
     // All is read, and so much kept as a pipe holds while nobody looks.
@@ -144,10 +125,7 @@ fn a_cache_that_others_can_write_to_or_own_is_refused() {
     let refused = |reason: &str| {
         let told = ends_with(2, &mut cosim(&cache));
         assert!(told.contains("cannot keep built models here"), "{told}");
-        assert!(
-            told.contains(reason) && told.contains("GOLDTOF_CACHE_DIR"),
-            "{told}"
-        );
+        assert!(told.contains(reason) && told.contains("GOLDTOF_CACHE_DIR"), "{told}");
         assert!(fs::read_dir(&cache).unwrap().next().is_none());
     };
     let outer = folder.path().join("outer");
@@ -189,10 +167,7 @@ fn a_model_of_another_user_and_a_lock_that_is_a_link_are_refused() {
             _ => pipe(&lock),
         }
         let told = ends_with(2, &mut cosim(cache.path()));
-        assert!(
-            told.contains(".lock") && told.contains("remove it"),
-            "{told}"
-        );
+        assert!(told.contains(".lock") && told.contains("remove it"), "{told}");
     }
     assert_eq!(fs::read_to_string(&victim).unwrap(), "precious");
 }
@@ -210,9 +185,7 @@ fn without_a_home_the_temporary_folder_is_no_cache() {
     let temporary = folder.path().join("tmp");
     fs::create_dir_all(temporary.join("goldtof")).unwrap();
     let mut command = Command::new(&program);
-    command
-        .args(["cosim", text(&scene)])
-        .current_dir(folder.path());
+    command.args(["cosim", text(&scene)]).current_dir(folder.path());
     for name in ["HOME", "XDG_CACHE_HOME", "GOLDTOF_CACHE_DIR"] {
         command.env_remove(name);
     }
@@ -221,15 +194,7 @@ fn without_a_home_the_temporary_folder_is_no_cache() {
     if rustix::process::geteuid().is_root() {
         command.uid(54_321).gid(54_321);
         let told = ends_with(2, &mut command);
-        assert!(
-            told.contains("the user has no home; set GOLDTOF_CACHE_DIR"),
-            "{told}"
-        );
+        assert!(told.contains("the user has no home; set GOLDTOF_CACHE_DIR"), "{told}");
     }
-    assert!(
-        fs::read_dir(temporary.join("goldtof"))
-            .unwrap()
-            .next()
-            .is_none()
-    );
+    assert!(fs::read_dir(temporary.join("goldtof")).unwrap().next().is_none());
 }

@@ -45,14 +45,7 @@ fn record(folder: &Path, arguments: &[&str], out: &Path) -> Vec<[String; 3]> {
     let (source, library) = (folder.join("recorder.c"), folder.join("recorder.so"));
     fs::write(&source, RECORDER).unwrap();
     let mut compiler = Command::new("gcc");
-    compiler.args([
-        "-shared",
-        "-fPIC",
-        "-w",
-        "-o",
-        text(&library),
-        text(&source),
-    ]);
+    compiler.args(["-shared", "-fPIC", "-w", "-o", text(&library), text(&source)]);
     ends_with(0, &mut compiler);
     let log = folder.join("log");
     let _ = fs::remove_file(&log);
@@ -65,9 +58,7 @@ fn record(folder: &Path, arguments: &[&str], out: &Path) -> Vec<[String; 3]> {
         let mut fields = line.split('\t').map(str::to_owned);
         std::array::from_fn(|_| fields.next().unwrap())
     });
-    events
-        .filter(|[_, path, _]| path.starts_with(out))
-        .collect()
+    events.filter(|[_, path, _]| path.starts_with(out)).collect()
 }
 
 fn folder_of(path: &str) -> &str {
@@ -84,10 +75,7 @@ fn check(events: &[[String; 3]]) -> Vec<PathBuf> {
             "rename" => {
                 let before = events[..at].iter().rev();
                 let last = before.clone().find(|[_, other, _]| other == path);
-                assert!(
-                    last.is_some_and(|event| is_sync(event, path)),
-                    "{name} is not synced"
-                );
+                assert!(last.is_some_and(|event| is_sync(event, path)), "{name} is not synced");
                 named.push(PathBuf::from(name));
                 name
             }
@@ -115,14 +103,10 @@ fn contents_are_synced_before_names_and_names_before_the_end() {
         let named = check(&events);
         assert_eq!(named.len(), emitted(QUICK).len());
         assert_eq!(named.last().unwrap(), &out.join("manifest.json"));
-        let renames: Vec<usize> = (0..events.len())
-            .filter(|&i| events[i][0] == "rename")
-            .collect();
+        let renames: Vec<usize> = (0..events.len()).filter(|&i| events[i][0] == "rename").collect();
         let manifest = *renames.last().unwrap();
         let synced = |range: std::ops::Range<usize>| {
-            events[range]
-                .iter()
-                .any(|[what, path, _]| what == "sync" && path == text(&out))
+            events[range].iter().any(|[what, path, _]| what == "sync" && path == text(&out))
         };
         for &renamed in &renames[..renames.len() - 1] {
             let folder = folder_of(&events[renamed][2]);
@@ -154,14 +138,7 @@ fn reports_figures_and_waveforms_are_synced_as_well() {
     assert_eq!(named.last().unwrap(), &out.join("report.html"));
     assert!(named.contains(&out.join("counts.csv")));
     let waves = out.join("a.vcd");
-    let arguments = [
-        "cosim",
-        QUICK,
-        "--stimulus",
-        "adversarial",
-        "--vcd",
-        text(&waves),
-    ];
+    let arguments = ["cosim", QUICK, "--stimulus", "adversarial", "--vcd", text(&waves)];
     // Once to find out whether it can be made, and once to make it.
     let views = ["a.gtkw", "a.sucl"].map(|name| out.join(name));
     let named = check(&record(folder.path(), &arguments, &out));

@@ -12,31 +12,16 @@ use super::support::*;
 /// The Verilog of the quick scene with `lines` at the end of its top module.
 fn rtl_with(folder: &Path, lines: &str) -> PathBuf {
     let rtl = folder.join("my rtl");
-    ends_with(
-        0,
-        &mut goldtof(&["emit", QUICK, "--quiet", "--out", text(&rtl)]),
-    );
+    ends_with(0, &mut goldtof(&["emit", QUICK, "--quiet", "--out", text(&rtl)]));
     let top = rtl.join("sensor_top.v");
     let verilog = fs::read_to_string(&top).unwrap();
     let end = verilog.rfind("endmodule").unwrap();
-    fs::write(
-        &top,
-        format!("{}{lines}\n{}", &verilog[..end], &verilog[end..]),
-    )
-    .unwrap();
+    fs::write(&top, format!("{}{lines}\n{}", &verilog[..end], &verilog[end..])).unwrap();
     rtl
 }
 
 fn cosim(rtl: &Path) -> Command {
-    goldtof(&[
-        "cosim",
-        QUICK,
-        "--cycles",
-        "20000",
-        "--json",
-        "--rtl",
-        text(rtl),
-    ])
+    goldtof(&["cosim", QUICK, "--cycles", "20000", "--json", "--rtl", text(rtl)])
 }
 
 /// Runs it: status, stdout, stderr.
@@ -76,16 +61,10 @@ fn fatal_in_a_final_block_is_told_with_the_users_file() {
     assert_eq!((status, &*stdout), (Some(1), ""), "{stderr}");
     assert!(stderr.contains("last words"), "{stderr}");
     let line = fs::read_to_string(rtl.join("sensor_top.v")).unwrap();
-    let line = 1 + line
-        .lines()
-        .position(|line| line.contains("$fatal"))
-        .unwrap();
+    let line = 1 + line.lines().position(|line| line.contains("$fatal")).unwrap();
     let place = format!(" at {}/sensor_top.v:{line}", text(&rtl));
     let ended = "the Verilog ended the simulation in a final block: ";
-    assert!(
-        stderr.contains(ended) && stderr.contains(&place),
-        "{stderr}"
-    );
+    assert!(stderr.contains(ended) && stderr.contains(&place), "{stderr}");
 }
 
 #[test]
@@ -117,18 +96,12 @@ fn whatever_it_does_to_its_process_ends_in_an_error_that_says_what() {
         ("exit", "it ended its own process with exit status 0"),
         ("abort", "its process was ended by SIGABRT (signal 6)"),
         ("crash", "its process was ended by SIGSEGV (signal 11)"),
-        (
-            "loop",
-            "it has not answered for 1 s, as Verilog in an endless loop does",
-        ),
+        ("loop", "it has not answered for 1 s, as Verilog in an endless loop does"),
     ] {
         let (status, stdout, stderr) =
             run(cosim(&rtl).env("HOW", how).args(["--tool-timeout", "1s"]));
         assert_eq!((status, &*stdout), (Some(1), ""), "{how}: {stderr}");
-        assert!(
-            stderr.starts_with(&format!("{ended}{reason}")),
-            "{how}: {stderr}"
-        );
+        assert!(stderr.starts_with(&format!("{ended}{reason}")), "{how}: {stderr}");
     }
     no_model_survives(&rtl);
 }
@@ -151,10 +124,7 @@ fn no_model_survives(rtl: &Path) {
         assert_eq!(output.status.code(), expected, "{}", stderr(&output));
         let started = Instant::now();
         while fs::read_to_string(format!("/proc/{model}/stat")).is_ok_and(|s| !s.contains(") Z ")) {
-            assert!(
-                started.elapsed() < Duration::from_secs(patience),
-                "it is left"
-            );
+            assert!(started.elapsed() < Duration::from_secs(patience), "it is left");
             std::thread::sleep(Duration::from_millis(20));
         }
     }
@@ -164,10 +134,7 @@ fn no_model_survives(rtl: &Path) {
 fn verilog_that_does_not_compile_is_bad_input_at_the_users_own_place() {
     let folder = tempfile::tempdir().unwrap();
     for (lines, parts) in [
-        (
-            "wire x = ;",
-            &["Verilator does not take", "syntax error"][..],
-        ),
+        ("wire x = ;", &["Verilator does not take", "syntax error"][..]),
         (
             "generate if (1) $fatal(1, \"the width must be %0d\", 7); endgenerate",
             &["the width must be 7"],
@@ -176,14 +143,8 @@ fn verilog_that_does_not_compile_is_bad_input_at_the_users_own_place() {
             "generate if (1) $error(\"the width is not %0d\", 7); endgenerate",
             &["the width is not 7"],
         ),
-        (
-            "missing u_missing();",
-            &["Cannot find file containing module: 'missing'"],
-        ),
-        (
-            "endmodule module sensor_top;",
-            &["Duplicate declaration of module: 'sensor_top'"],
-        ),
+        ("missing u_missing();", &["Cannot find file containing module: 'missing'"]),
+        ("endmodule module sensor_top;", &["Duplicate declaration of module: 'sensor_top'"]),
     ] {
         let rtl = rtl_with(folder.path(), lines);
         let (status, stdout, stderr) = run(&mut cosim(&rtl));
@@ -209,10 +170,7 @@ fn an_inout_port_is_refused_by_name() {
     let rtl = rtl_with(folder.path(), "");
     let top = rtl.join("sensor_top.v");
     let verilog = fs::read_to_string(&top).unwrap();
-    let ports = verilog
-        .lines()
-        .find(|line| line.contains("m_axis_tready"))
-        .unwrap();
+    let ports = verilog.lines().find(|line| line.contains("m_axis_tready")).unwrap();
     let inout = ports.replace("input ", "inout ");
     fs::write(&top, verilog.replacen(ports, &inout, 1)).unwrap();
     let (status, _, stderr) = run(&mut cosim(&rtl));
@@ -233,10 +191,7 @@ fn names_that_tools_cannot_be_given_are_refused() {
         let file = folder.path().join(std::ffi::OsStr::from_bytes(name));
         fs::write(&file, "module a; endmodule").unwrap();
         let told = ends_with(2, &mut cosim(folder.path()));
-        assert!(
-            told.contains(reason) && told.ends_with("rename it\n"),
-            "{told}"
-        );
+        assert!(told.contains(reason) && told.ends_with("rename it\n"), "{told}");
         assert_eq!(told.lines().count(), 1, "{told}");
         fs::remove_file(&file).unwrap();
     }
@@ -246,16 +201,7 @@ fn names_that_tools_cannot_be_given_are_refused() {
     let told = ends_with(2, &mut cosim(folder.path()));
     assert!(told.contains("holds no .v or .sv file"), "{told}");
     let pipe = folder.path().join("pipe.v");
-    assert!(
-        Command::new("mkfifo")
-            .arg(&pipe)
-            .status()
-            .unwrap()
-            .success()
-    );
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     let told = ends_with(2, &mut cosim(folder.path()));
-    assert!(
-        told.contains("pipe.v: cannot read it: it is not a regular file"),
-        "{told}"
-    );
+    assert!(told.contains("pipe.v: cannot read it: it is not a regular file"), "{told}");
 }

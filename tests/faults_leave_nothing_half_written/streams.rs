@@ -8,11 +8,7 @@ use super::support::*;
 fn pipeline(line: &str) -> std::process::Output {
     let goldtof = env!("CARGO_BIN_EXE_goldtof");
     Command::new("bash")
-        .args([
-            "-c",
-            &format!("\"$0\" {line}; exit ${{PIPESTATUS[0]}}"),
-            goldtof,
-        ])
+        .args(["-c", &format!("\"$0\" {line}; exit ${{PIPESTATUS[0]}}"), goldtof])
         .output()
         .unwrap()
 }
@@ -51,10 +47,7 @@ fn closed_outputs_change_no_exit_status() {
 fn an_input_that_ends_nowhere_or_is_no_text_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let told = ends_with(2, &mut goldtof(&["plan", "/dev/zero"]));
-    assert!(
-        told.contains("more than 2 MiB, the most that is read"),
-        "{told}"
-    );
+    assert!(told.contains("more than 2 MiB, the most that is read"), "{told}");
     let binary = folder.path().join("binary.toml");
     std::fs::write(&binary, b"[clock]\nchip_period = \"\xff\"").unwrap();
     let told = ends_with(2, &mut goldtof(&["plan", text(&binary)]));
@@ -62,19 +55,8 @@ fn an_input_that_ends_nowhere_or_is_no_text_is_refused() {
 
     // A pipe in the place of Verilog would be waited for without end.
     let pipe = folder.path().join("pipe.v");
-    assert!(
-        Command::new("mkfifo")
-            .arg(&pipe)
-            .status()
-            .unwrap()
-            .success()
-    );
-    let told = ends_with(
-        2,
-        goldtof(&["cosim", QUICK, "--rtl", text(folder.path())]).stdin(Stdio::null()),
-    );
-    assert!(
-        told.contains("pipe.v: cannot read it: it is not a regular file"),
-        "{told}"
-    );
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let told =
+        ends_with(2, goldtof(&["cosim", QUICK, "--rtl", text(folder.path())]).stdin(Stdio::null()));
+    assert!(told.contains("pipe.v: cannot read it: it is not a regular file"), "{told}");
 }

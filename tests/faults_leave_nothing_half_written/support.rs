@@ -88,10 +88,7 @@ pub fn is_hidden(path: &Path) -> bool {
 /// What an undisturbed `emit` of a scene leaves.
 pub fn emitted(scene: &str) -> BTreeMap<PathBuf, Vec<u8>> {
     let folder = tempfile::tempdir().unwrap();
-    ends_with(
-        0,
-        &mut goldtof(&["emit", scene, "--out", text(folder.path())]),
-    );
+    ends_with(0, &mut goldtof(&["emit", scene, "--out", text(folder.path())]));
     files_below(folder.path())
 }
 

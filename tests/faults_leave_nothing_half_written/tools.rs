@@ -15,10 +15,7 @@ fn cosim(cache: &Path) -> Command {
 fn tools_that_the_path_does_not_have_are_named_with_how_to_get_them() {
     let folder = tempfile::tempdir().unwrap();
     let mut command = cosim(folder.path());
-    let told = ends_with(
-        3,
-        command.env("PATH", folder.path()).env_remove("VERILATOR"),
-    );
+    let told = ends_with(3, command.env("PATH", folder.path()).env_remove("VERILATOR"));
     assert!(
         told.starts_with("error: Verilator is missing (verilator: No such file")
             && told.ends_with("install it with: apt-get install verilator\n"),
@@ -47,11 +44,7 @@ fn a_file_that_is_no_program_is_a_missing_tool() {
 fn an_old_verilator_is_refused_with_what_it_says_of_itself() {
     let folder = tempfile::tempdir().unwrap();
     let old = folder.path().join("verilator");
-    for version in [
-        "Verilator 4.038 2020-07-11 rev v4.036",
-        "something else",
-        "",
-    ] {
+    for version in ["Verilator 4.038 2020-07-11 rev v4.036", "something else", ""] {
         script(&old, &format!("echo '{version}'"));
         let told = ends_with(3, cosim(folder.path()).env("VERILATOR", &old));
         let expected = format!(
@@ -70,12 +63,7 @@ fn failing_tools_are_quoted_and_the_next_run_works() {
     let (tool, wrong) = (folder.path().join("tool"), "out of coffee");
     let cases = [
         // Verilator that fails at once, at its work, and by a signal.
-        (
-            "VERILATOR",
-            format!("echo {wrong} >&2; exit 1"),
-            "Verilator failed",
-            "exit status: 1",
-        ),
+        ("VERILATOR", format!("echo {wrong} >&2; exit 1"), "Verilator failed", "exit status: 1"),
         (
             "VERILATOR",
             format!(
@@ -93,12 +81,7 @@ fn failing_tools_are_quoted_and_the_next_run_works() {
             "signal: 9",
         ),
         // A compiler that fails at once, and at its work.
-        (
-            "CXX",
-            format!("echo {wrong} >&2; exit 2"),
-            "a C++ compiler failed",
-            "exit status: 2",
-        ),
+        ("CXX", format!("echo {wrong} >&2; exit 2"), "a C++ compiler failed", "exit status: 2"),
         (
             "CXX",
             format!("case $1 in --version) exec g++ \"$@\";; esac; echo {wrong} >&2; exit 3"),
@@ -124,10 +107,7 @@ fn a_compiler_that_makes_nothing_or_no_library_is_noticed() {
     let tool = folder.path().join("tool");
     script(&tool, "case $1 in --version) exec g++ \"$@\";; esac");
     let told = ends_with(2, cosim(cache.path()).env("CXX", &tool));
-    assert!(
-        told.contains("sensor: cannot keep built models here: No such file"),
-        "{told}"
-    );
+    assert!(told.contains("sensor: cannot keep built models here: No such file"), "{told}");
     assert!(entries(cache.path(), "model-").is_empty());
 }
 
@@ -146,15 +126,10 @@ fn a_tool_that_does_not_end_is_ended_with_its_children_when_its_time_is_up() {
     let (tool, child) = (folder.path().join("tool"), folder.path().join("child"));
     verilator_after(
         &tool,
-        &format!(
-            "echo thinking\nsleep 1000 & echo $! > {}\nwait",
-            text(&child)
-        ),
+        &format!("echo thinking\nsleep 1000 & echo $! > {}\nwait", text(&child)),
     );
     let mut command = cosim(cache.path());
-    command
-        .args(["--tool-timeout", "2 s"])
-        .env("VERILATOR", &tool);
+    command.args(["--tool-timeout", "2 s"]).env("VERILATOR", &tool);
     let told = ends_with(3, &mut command);
     assert!(
         told.starts_with("error: Verilator was not done after 2 s and was ended (--tool-timeout"),
@@ -183,16 +158,10 @@ fn of_a_tool_that_says_a_great_deal_the_start_and_the_end_are_quoted() {
     command.args(["-c", "ulimit -d 200000; exec \"$@\"", "sh"]);
     command.arg(env!("CARGO_BIN_EXE_goldtof"));
     command.args(["cosim", QUICK]);
-    command
-        .env("GOLDTOF_CACHE_DIR", cache.path())
-        .env("VERILATOR", &tool);
+    command.env("GOLDTOF_CACHE_DIR", cache.path()).env("VERILATOR", &tool);
     let told = ends_with(3, &mut command);
     assert!(told.len() < 100_000, "{} bytes", told.len());
-    for part in [
-        "it wrote:\nthe start\nnonsense\n",
-        " bytes left out ...]",
-        "the end\n",
-    ] {
+    for part in ["it wrote:\nthe start\nnonsense\n", " bytes left out ...]", "the end\n"] {
         assert!(told.contains(part), "{part}");
     }
 }

@@ -35,13 +35,7 @@ fn two_emissions_into_one_folder_leave_one_of_them() {
     let folder = tempfile::tempdir().unwrap();
     for _ in 0..8 {
         let children = SCENES.map(|scene| {
-            start(&mut goldtof(&[
-                "emit",
-                scene,
-                "--quiet",
-                "--out",
-                text(folder.path()),
-            ]))
+            start(&mut goldtof(&["emit", scene, "--quiet", "--out", text(folder.path())]))
         });
         for child in children {
             let output = child.wait_with_output().unwrap();
@@ -58,23 +52,12 @@ fn two_whole_runs_into_one_folder_leave_one_of_them() {
     let seeds = ["1", "2"];
     let counts = seeds.map(|seed| {
         let out = folder.path().join(seed);
-        ends_with(
-            0,
-            &mut goldtof(&["run", QUICK, "--seed", seed, "--out", text(&out)]),
-        );
+        ends_with(0, &mut goldtof(&["run", QUICK, "--seed", seed, "--out", text(&out)]));
         fs::read(out.join("counts.csv")).unwrap()
     });
     let out = folder.path().join("both");
-    let children = seeds.map(|seed| {
-        start(&mut goldtof(&[
-            "run",
-            QUICK,
-            "--seed",
-            seed,
-            "--out",
-            text(&out),
-        ]))
-    });
+    let children =
+        seeds.map(|seed| start(&mut goldtof(&["run", QUICK, "--seed", seed, "--out", text(&out)])));
     for child in children {
         let output = child.wait_with_output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));

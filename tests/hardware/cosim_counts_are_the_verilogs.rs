@@ -82,27 +82,15 @@ fn cosimulated(scene: &Scene, edits: &[(&str, &str, &str)]) -> Cosimulation {
 fn reference_counts(scene: &Scene, tier: Tier, repetitions: u64) -> Vec<StepCount> {
     let mut counts = Vec::new();
     let gather = |scan: &[StepCount]| counts.extend_from_slice(scan);
-    scans(
-        &Sensor::new(scene),
-        DetectorIndex(0),
-        tier,
-        SEED,
-        repetitions,
-        gather,
-    )
-    .expect("the tier can do the scene");
+    scans(&Sensor::new(scene), DetectorIndex(0), tier, SEED, repetitions, gather)
+        .expect("the tier can do the scene");
     counts
 }
 
 /// Signed counts and totals of the only detector.
 fn sent(cosimulation: &Cosimulation) -> (Vec<i64>, Vec<Option<u64>>) {
     let counts = &cosimulation.counts[0];
-    assert!(
-        counts
-            .iter()
-            .zip(0..)
-            .all(|(count, step)| count.step == step)
-    );
+    assert!(counts.iter().zip(0..).all(|(count, step)| count.step == step));
     counts.iter().map(|c| (c.signed, c.total)).unzip()
 }
 
@@ -130,25 +118,14 @@ fn counts_that_the_verilog_has_wrong_are_counted_wrong() {
     let scene = small_scene("model", "");
     let expected = reference_counts(&scene, Tier::Sampled, 1);
     let wrong = [
-        (
-            "result_stream.v",
-            "count_r <= i_count;",
-            "count_r <= ~i_count;",
-        ),
-        (
-            "result_stream.v",
-            "total_r <= i_total;",
-            "total_r <= i_total ^ 1'b1;",
-        ),
+        ("result_stream.v", "count_r <= i_count;", "count_r <= ~i_count;"),
+        ("result_stream.v", "total_r <= i_total;", "total_r <= i_total ^ 1'b1;"),
     ];
     let cosimulation = cosimulated(&scene, &wrong);
     assert_eq!(cosimulation.report.verdict, Verdict::Mismatch);
     let (signed, totals) = sent(&cosimulation);
     assert_eq!(signed, Vec::from_iter(expected.iter().map(|c| !c.signed)));
-    assert_eq!(
-        totals,
-        Vec::from_iter(expected.iter().map(|c| Some(c.total ^ 1)))
-    );
+    assert_eq!(totals, Vec::from_iter(expected.iter().map(|c| Some(c.total ^ 1))));
 }
 
 #[test]
@@ -170,11 +147,7 @@ fn the_tier_rtl_has_the_counts_of_the_tier_sampled() {
         let scene = small_scene(estimator, "parallel = 3");
         let sampled = reference_counts(&scene, Tier::Sampled, 3);
         assert_eq!(sampled.len(), 3 * 28);
-        assert_eq!(
-            reference_counts(&scene, Tier::Rtl, 3),
-            sampled,
-            "{estimator}"
-        );
+        assert_eq!(reference_counts(&scene, Tier::Rtl, 3), sampled, "{estimator}");
     }
 }
 
@@ -197,9 +170,7 @@ fn what_a_receiver_that_stalls_takes_stands_in_its_place() {
             while maker.make(&mut block) {
                 for step in maker.take_finished() {
                     let place = (step.scan, step.detector, step.step);
-                    finished
-                        .entry(place)
-                        .or_insert((step.count, Some(step.total)));
+                    finished.entry(place).or_insert((step.count, Some(step.total)));
                 }
                 block.records.got.clone_from(&block.records.expected);
                 reader.read(&block.records, &mut |count| sent.push(count));

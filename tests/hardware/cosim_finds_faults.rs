@@ -31,131 +31,43 @@ const QUICK: &[Fault] = &[
     ("gold_generator.v", "V_LOAD = 5'h1f", "V_LOAD = 5'h1e"),
     ("gold_generator.v", "u_r[0] ^ v_r[0]", "u_r[0] | v_r[0]"),
     ("gold_generator.v", "u_r[0] ^ v_r[0]", "u_r[0] ^ v_r[1]"),
-    (
-        "gold_generator.v",
-        "o_epoch <= u_r == U_LAST",
-        "o_epoch <= v_r == 5'd1",
-    ),
+    ("gold_generator.v", "o_epoch <= u_r == U_LAST", "o_epoch <= v_r == 5'd1"),
     ("gold_generator.v", "if (i_advance)", "if (1'b1)"),
     // Scan: one chip or one step more or fewer, a lost strobe.
-    (
-        "scan_controller.v",
-        "CHIP_COUNT_END   = 12'h7ee",
-        "CHIP_COUNT_END   = 12'hff7",
-    ),
-    (
-        "scan_controller.v",
-        "CHIP_COUNT_TAPS  = 12'h941",
-        "CHIP_COUNT_TAPS  = 12'h841",
-    ),
-    (
-        "scan_controller.v",
-        "CHIP_COUNT_FIRST = 12'hfff",
-        "CHIP_COUNT_FIRST = 12'h7ff",
-    ),
-    (
-        "scan_controller.v",
-        "STEP_COUNT_END   = 8'h42",
-        "STEP_COUNT_END   = 8'h84",
-    ),
-    (
-        "scan_controller.v",
-        "STEP_COUNT_FIRST = 8'hff",
-        "STEP_COUNT_FIRST = 8'h7f",
-    ),
+    ("scan_controller.v", "CHIP_COUNT_END   = 12'h7ee", "CHIP_COUNT_END   = 12'hff7"),
+    ("scan_controller.v", "CHIP_COUNT_TAPS  = 12'h941", "CHIP_COUNT_TAPS  = 12'h841"),
+    ("scan_controller.v", "CHIP_COUNT_FIRST = 12'hfff", "CHIP_COUNT_FIRST = 12'h7ff"),
+    ("scan_controller.v", "STEP_COUNT_END   = 8'h42", "STEP_COUNT_END   = 8'h84"),
+    ("scan_controller.v", "STEP_COUNT_FIRST = 8'hff", "STEP_COUNT_FIRST = 8'h7f"),
     ("scan_controller.v", "o_run <= 1'b0", "o_run <= 1'b1"),
-    (
-        "scan_controller.v",
-        "o_pre_last_chip & last_step_r",
-        "o_pre_last_chip",
-    ),
-    (
-        "scan_controller.v",
-        "o_dump = step_done_r[4]",
-        "o_dump = step_done_r[3]",
-    ),
-    (
-        "scan_controller.v",
-        "o_counted = step_done_r[5]",
-        "o_counted = step_done_r[4]",
-    ),
-    (
-        "scan_controller.v",
-        "o_scan_counted = scan_done_r[5]",
-        "o_scan_counted = scan_done_r[4]",
-    ),
+    ("scan_controller.v", "o_pre_last_chip & last_step_r", "o_pre_last_chip"),
+    ("scan_controller.v", "o_dump = step_done_r[4]", "o_dump = step_done_r[3]"),
+    ("scan_controller.v", "o_counted = step_done_r[5]", "o_counted = step_done_r[4]"),
+    ("scan_controller.v", "o_scan_counted = scan_done_r[5]", "o_scan_counted = scan_done_r[4]"),
     // Phase: lanes, the held chip.
-    (
-        "lane_delay.v",
-        "i_pre_last_chip & delayed_r[6]",
-        "i_pre_last_chip & delayed_r[5]",
-    ),
+    ("lane_delay.v", "i_pre_last_chip & delayed_r[6]", "i_pre_last_chip & delayed_r[5]"),
     ("chip_history.v", "o_advance = ~i_wrap", "o_advance = 1'b1"),
-    (
-        "chip_history.v",
-        "o_chips <= {o_chips[0], i_chip}",
-        "o_chips <= {i_chip, i_chip}",
-    ),
-    (
-        "lane_delay.v",
-        "{delayed_r[5:0], 1'b1}",
-        "{delayed_r[5:0], 1'b0}",
-    ),
+    ("chip_history.v", "o_chips <= {o_chips[0], i_chip}", "o_chips <= {i_chip, i_chip}"),
+    ("lane_delay.v", "{delayed_r[5:0], 1'b1}", "{delayed_r[5:0], 1'b0}"),
     // Edges: a lost lane, a wrong edge at a word border, the other edge.
-    (
-        "edge_detector.v",
-        "last_sample_r <= i_samples[7]",
-        "last_sample_r <= i_samples[6]",
-    ),
-    (
-        "edge_detector.v",
-        "i_samples[6:0], last_sample_r",
-        "i_samples[6:0], 1'b0",
-    ),
+    ("edge_detector.v", "last_sample_r <= i_samples[7]", "last_sample_r <= i_samples[6]"),
+    ("edge_detector.v", "i_samples[6:0], last_sample_r", "i_samples[6:0], 1'b0"),
     ("edge_detector.v", "& {8{i_run}}", "& {1'b0, {7{i_run}}}"),
-    (
-        "edge_detector.v",
-        "i_samples & ~{i_samples[6:0]",
-        "~i_samples & {i_samples[6:0]",
-    ),
+    ("edge_detector.v", "i_samples & ~{i_samples[6:0]", "~i_samples & {i_samples[6:0]"),
     ("edge_detector.v", "rising[2] | rising[3]", "rising[2]"),
-    (
-        "edge_detector.v",
-        "{i_samples[6], i_samples[4]",
-        "{i_samples[7], i_samples[4]",
-    ),
+    ("edge_detector.v", "{i_samples[6], i_samples[4]", "{i_samples[7], i_samples[4]"),
     // Counting: a sign, a pair, a width one short, a missed dump.
-    (
-        "updown_correlator.v",
-        "i_hits & ~((i_early",
-        "i_hits & ((i_early",
-    ),
-    (
-        "updown_correlator.v",
-        "late_reference = {i_reference[7]",
-        "late_reference = {i_reference[6]",
-    ),
+    ("updown_correlator.v", "i_hits & ~((i_early", "i_hits & ((i_early"),
+    ("updown_correlator.v", "late_reference = {i_reference[7]", "late_reference = {i_reference[6]"),
     ("quad_counter.v", "{&i_hit, two_hits", "{1'b0, two_hits"),
     ("quad_counter.v", "{downs_r, 1'b0}", "{1'b0, downs_r}"),
-    (
-        "accumulator.v",
-        "{{11{i_addend[3]}}, i_addend}",
-        "{{12{i_addend[2]}}, i_addend[2:0]}",
-    ),
+    ("accumulator.v", "{{11{i_addend[3]}}, i_addend}", "{{12{i_addend[2]}}, i_addend[2:0]}"),
     ("accumulator.v", "base_r <= total_r;", "base_r <= base_r;"),
     // Results: the handshake, the flag, the sign's extension.
-    (
-        "result_stream.v",
-        "blocked = o_valid & ~i_ready",
-        "blocked = o_valid",
-    ),
+    ("result_stream.v", "blocked = o_valid & ~i_ready", "blocked = o_valid"),
     ("result_stream.v", "i_counted | blocked;", "i_counted;"),
     ("result_stream.v", "o_overrun <= 1'b1", "o_overrun <= 1'b0"),
-    (
-        "result_stream.v",
-        "{count_r[14], count_r}",
-        "{1'b0, count_r}",
-    ),
+    ("result_stream.v", "{count_r[14], count_r}", "{1'b0, count_r}"),
     // What waits is overwritten, or a loss is not told.
     (
         "result_stream.v",
@@ -185,16 +97,8 @@ const QUICK: &[Fault] = &[
     ),
     // A reset of one clock leaves something in the pipelines.
     ("edge_detector.v", "o_hits <= 4'd0;", "o_hits <= pairs;"),
-    (
-        "quad_counter.v",
-        "hits_r <= 3'd0;",
-        "hits_r <= {&i_hit, two_hits, ^i_hit};",
-    ),
-    (
-        "quad_counter.v",
-        "o_sum <= 4'd0;",
-        "o_sum <= {1'b0, hits_r} - {downs_r, 1'b0};",
-    ),
+    ("quad_counter.v", "hits_r <= 3'd0;", "hits_r <= {&i_hit, two_hits, ^i_hit};"),
+    ("quad_counter.v", "o_sum <= 4'd0;", "o_sum <= {1'b0, hits_r} - {downs_r, 1'b0};"),
     ("accumulator.v", "base_r <= 15'd0;", "base_r <= total_r;"),
     (
         "scan_controller.v",
@@ -202,47 +106,24 @@ const QUICK: &[Fault] = &[
         "step_done_r <= {step_done_r[4:0], o_last_chip};",
     ),
     // The top: the laser's timing.
-    (
-        "sensor_top.v",
-        "o_laser <= transmit_chip",
-        "o_laser <= ~transmit_chip",
-    ),
+    ("sensor_top.v", "o_laser <= transmit_chip", "o_laser <= ~transmit_chip"),
 ];
 
 /// Faults in what only tests/scenes/window.toml has.
 const WINDOW: &[Fault] = &[
-    (
-        "interleaver.v",
-        "generator_chip ^ subchip_r",
-        "generator_chip",
-    ),
-    (
-        "interleaver.v",
-        "i_advance & subchip_r",
-        "i_advance & ~subchip_r",
-    ),
+    ("interleaver.v", "generator_chip ^ subchip_r", "generator_chip"),
+    ("interleaver.v", "i_advance & subchip_r", "i_advance & ~subchip_r"),
     ("scan_controller.v", "i_epoch & may_start_r", "may_start_r"),
-    (
-        "scan_controller.v",
-        "STEP_COUNT_END   = 5'd1",
-        "STEP_COUNT_END   = 5'd2",
-    ),
+    ("scan_controller.v", "STEP_COUNT_END   = 5'd1", "STEP_COUNT_END   = 5'd2"),
     ("lane_delay.v", "DELAYED_LOAD = 3'd3", "DELAYED_LOAD = 3'd1"),
     ("count_clamp.v", "LARGEST  = 5'hf", "LARGEST  = 5'he"),
-    (
-        "result_stream.v",
-        "i_counted & i_clamped",
-        "i_counted & ~i_clamped",
-    ),
+    ("result_stream.v", "i_counted & i_clamped", "i_counted & ~i_clamped"),
 ];
 
 /// Faults that show only where a scan ends just before an epoch, as in
 /// tests/scenes/window-in-step.toml.
-const WINDOW_IN_STEP: &[Fault] = &[(
-    "scan_controller.v",
-    "(o_pre_last_chip & last_step_r) | ~(o_start",
-    "~(o_start",
-)];
+const WINDOW_IN_STEP: &[Fault] =
+    &[("scan_controller.v", "(o_pre_last_chip & last_step_r) | ~(o_start", "~(o_start")];
 
 /// Faults in the peak detector of tests/scenes/peak.toml.
 const PEAK: &[Fault] = &[
@@ -252,57 +133,25 @@ const PEAK: &[Fault] = &[
         "unsigned_count = {i_other[10], i_count[9:0]}",
         "unsigned_count = i_count",
     ),
-    (
-        "count_piece.v",
-        "{1'b0, i_other} - {1'b0, i_count}",
-        "{1'b0, i_count} - {1'b0, i_other}",
-    ),
+    ("count_piece.v", "{1'b0, i_other} - {1'b0, i_count}", "{1'b0, i_count} - {1'b0, i_other}"),
     ("count_piece_2.v", "i_count, i_below}", "i_count, 1'b0}"),
     ("count_piece_2.v", "i_count, i_below}", "i_count, 1'b1}"),
     // Keeping: a scan's first count, a step, another count.
-    (
-        "running_maximum.v",
-        "i_first | comparison_greater",
-        "comparison_greater",
-    ),
-    (
-        "running_maximum.v",
-        "best_step_r <= i_step",
-        "best_step_r <= best_step_r",
-    ),
-    (
-        "running_maximum.v",
-        "o_count <= largest_r",
-        "o_count <= present",
-    ),
+    ("running_maximum.v", "i_first | comparison_greater", "comparison_greater"),
+    ("running_maximum.v", "best_step_r <= i_step", "best_step_r <= best_step_r"),
+    ("running_maximum.v", "o_count <= largest_r", "o_count <= present"),
     // Turns: the wrong count, one too many, one too few.
     ("count_choice.v", "(i_count_2 &", "(i_count_1 &"),
     ("peak_detector.v", "& ~group_ends_r", "& 1'b1"),
-    (
-        "peak_detector.v",
-        "last_group_r ? turn_r[1]",
-        "last_group_r ? turn_r[2]",
-    ),
+    ("peak_detector.v", "last_group_r ? turn_r[1]", "last_group_r ? turn_r[2]"),
     ("peak_detector.v", "i_counted | next_turn}", "i_counted}"),
     // Scans: their ends, the step behind the code period's last.
-    (
-        "peak_detector.v",
-        "last_turn & last_group_r",
-        "last_group_r",
-    ),
+    ("peak_detector.v", "last_turn & last_group_r", "last_group_r"),
     ("peak_detector.v", "first_r <= ends_r", "first_r <= 1'b0"),
-    (
-        "peak_detector.v",
-        "step_r == ONE_BEFORE_TOP",
-        "step_r == FIRST_STEP",
-    ),
+    ("peak_detector.v", "step_r == ONE_BEFORE_TOP", "step_r == FIRST_STEP"),
     ("peak_detector.v", "o_valid <= done_r", "o_valid <= ends_r"),
     // A maximum below zero; a reset of one clock in the middle of a comparison.
-    (
-        "running_maximum.v",
-        "largest_r <= present;",
-        "largest_r <= present[10] ? 11'd0 : present;",
-    ),
+    ("running_maximum.v", "largest_r <= present;", "largest_r <= present[10] ? 11'd0 : present;"),
     ("peak_detector.v", "first_r <= 1'b1;", "first_r <= first_r;"),
     (
         "peak_detector.v",
@@ -315,53 +164,17 @@ const PEAK: &[Fault] = &[
 /// Faults in the Verilog of tests/scenes/totals.toml: total counts of two detectors.
 const TOTALS: &[Fault] = &[
     // A lost pair, a sign where there is none, a total that does not clamp or flag.
-    (
-        "hit_counter.v",
-        ".i_hit  (hit_r)",
-        ".i_hit  ({1'b0, hit_r[2:0]})",
-    ),
-    (
-        "hit_counter.v",
-        ".i_down (4'd0)",
-        ".i_down ({3'd0, hit_r[0]})",
-    ),
+    ("hit_counter.v", ".i_hit  (hit_r)", ".i_hit  ({1'b0, hit_r[2:0]})"),
+    ("hit_counter.v", ".i_down (4'd0)", ".i_down ({3'd0, hit_r[0]})"),
     ("hit_counter.v", "exact[6:0] | {7{o_clamped}}", "exact[6:0]"),
-    (
-        "hit_counter.v",
-        "o_clamped = {1'b0, exact[6:0]} != exact",
-        "o_clamped = 1'b0",
-    ),
-    (
-        "detector_channel.v",
-        "clamp_0_clamped | total_clamped",
-        "clamp_0_clamped",
-    ),
+    ("hit_counter.v", "o_clamped = {1'b0, exact[6:0]} != exact", "o_clamped = 1'b0"),
+    ("detector_channel.v", "clamp_0_clamped | total_clamped", "clamp_0_clamped"),
     // The stream: whose total, when it is taken over, where it stands.
-    (
-        "result_stream.v",
-        "total_r <= i_total_0;",
-        "total_r <= i_total_1;",
-    ),
-    (
-        "result_stream.v",
-        "waiting_total_r <= i_total_1;",
-        "waiting_total_r <= i_total_0;",
-    ),
-    (
-        "result_stream.v",
-        "if (next_detector) begin",
-        "if (detector_0_r) begin",
-    ),
-    (
-        "result_stream.v",
-        "detector_1_r <= 1'b1;",
-        "detector_1_r <= 1'b0;",
-    ),
-    (
-        "result_stream.v",
-        "{1'b0, total_r, signed_count}",
-        "{total_r[6], total_r, signed_count}",
-    ),
+    ("result_stream.v", "total_r <= i_total_0;", "total_r <= i_total_1;"),
+    ("result_stream.v", "waiting_total_r <= i_total_1;", "waiting_total_r <= i_total_0;"),
+    ("result_stream.v", "if (next_detector) begin", "if (detector_0_r) begin"),
+    ("result_stream.v", "detector_1_r <= 1'b1;", "detector_1_r <= 1'b0;"),
+    ("result_stream.v", "{1'b0, total_r, signed_count}", "{total_r[6], total_r, signed_count}"),
     // The flag: without one of the counts, and with one that a last group has not.
     (
         "result_stream.v",
@@ -373,11 +186,7 @@ const TOTALS: &[Fault] = &[
         "clamped_last = {i_clamped_4, i_clamped_3, i_clamped_1,",
         "clamped_last = {i_clamped_4, i_clamped_3, i_clamped_2,",
     ),
-    (
-        "result_stream.v",
-        "waiting_total_r <= waiting_total_r;",
-        "waiting_total_r <= i_total_1;",
-    ),
+    ("result_stream.v", "waiting_total_r <= waiting_total_r;", "waiting_total_r <= i_total_1;"),
 ];
 
 /// Faults in the Verilog of tests/scenes/histogram.toml.
@@ -390,26 +199,10 @@ const HISTOGRAM: &[Fault] = &[
     ("bin_bank.v", "i_half ? i_row : i_read_row", "i_row"),
     ("bin_bank.v", "if (~i_come_hit & ~i_come_half)", "if (1'b0)"),
     ("bin_bank.v", "if (~i_come_hit & i_come_half)", "if (1'b0)"),
-    (
-        "bin_bank.v",
-        "if (~i_come_hit & ~i_come_half)",
-        "if (~i_come_hit)",
-    ),
-    (
-        "bin_bank.v",
-        "if (~i_come_hit & i_come_half)",
-        "if (i_come_half)",
-    ),
-    (
-        "block_memory.v",
-        "word_r <= read_r;",
-        "word_r <= words[i_address];",
-    ),
-    (
-        "bin_bank.v",
-        "i_half ? o_bin : o_other",
-        "i_write_half ? o_bin : o_other",
-    ),
+    ("bin_bank.v", "if (~i_come_hit & ~i_come_half)", "if (~i_come_hit)"),
+    ("bin_bank.v", "if (~i_come_hit & i_come_half)", "if (i_come_half)"),
+    ("block_memory.v", "word_r <= read_r;", "word_r <= words[i_address];"),
+    ("bin_bank.v", "i_half ? o_bin : o_other", "i_write_half ? o_bin : o_other"),
     // Adders: the wrong sample, no clamp, a sum that begins at the wrong time.
     ("bin_adder.v", "i_hits & i_early", "i_hits"),
     ("bin_adder.v", "sum_r <= chosen_r;", "sum_r <= 2'd0;"),
@@ -421,27 +214,11 @@ const HISTOGRAM: &[Fault] = &[
         "ahead_is_last_r <= ahead_r == LAST_ROW_BUT_ONE",
         "ahead_is_last_r <= ahead_r == LAST_ROW_BUT_ONE + 5'd1",
     ),
-    (
-        "histogram_control.v",
-        "first_r <= period_is_last_r",
-        "first_r <= 1'b0",
-    ),
-    (
-        "histogram_control.v",
-        "reads_r | (|out_r) | ~goes",
-        "reads_r | ~goes",
-    ),
-    (
-        "histogram_control.v",
-        "reads_r | (|out_r) | ~goes",
-        "reads_r | (|out_r)",
-    ),
+    ("histogram_control.v", "first_r <= period_is_last_r", "first_r <= 1'b0"),
+    ("histogram_control.v", "reads_r | (|out_r) | ~goes", "reads_r | ~goes"),
+    ("histogram_control.v", "reads_r | (|out_r) | ~goes", "reads_r | (|out_r)"),
     ("histogram_control.v", "ends & busy", "ends"),
-    (
-        "histogram_control.v",
-        "goes = room_r | i_ready",
-        "goes = i_ready",
-    ),
+    ("histogram_control.v", "goes = room_r | i_ready", "goes = i_ready"),
     // The top module: a row that changes while it waits.
     ("sensor_top.v", "if (control_shows)", "if (1'b1)"),
 ];
@@ -451,27 +228,11 @@ const ONE_MEMORY: &[Fault] = &[
     // Rows that come too early, without end, or are not said to be lost.
     ("histogram_control.v", "follows_r & first_r", "first_r"),
     ("histogram_control.v", "follows_r & first_r", "follows_r"),
-    (
-        "histogram_control.v",
-        "comes = whole_before_r[2]",
-        "comes = whole_before_r[1]",
-    ),
-    (
-        "histogram_control.v",
-        "last_before_r[2]",
-        "last_before_r[1]",
-    ),
-    (
-        "histogram_control.v",
-        "comes & ~room_r & ~i_ready",
-        "comes & ~room_r",
-    ),
+    ("histogram_control.v", "comes = whole_before_r[2]", "comes = whole_before_r[1]"),
+    ("histogram_control.v", "last_before_r[2]", "last_before_r[1]"),
+    ("histogram_control.v", "comes & ~room_r & ~i_ready", "comes & ~room_r"),
     ("histogram_control.v", "if (i_ready)", "if (1'b0)"),
-    (
-        "histogram_control.v",
-        "(room_r & comes) | (i_ready & comes)",
-        "comes",
-    ),
+    ("histogram_control.v", "(room_r & comes) | (i_ready & comes)", "comes"),
     // A bin that is not begun anew, and one that does not leave.
     ("bin_bank.v", "i_hit | i_first", "i_hit"),
     ("bin_bank.v", "~i_come_hit & ~i_come_first", "~i_come_hit"),
@@ -543,11 +304,7 @@ fn edited(text: &str, (file, from, to): &Fault) -> String {
 fn faulty_copy(work: &Path, rtl: &Path, fault: &Fault, number: usize) -> PathBuf {
     let folder = work.join(format!("fault-{number}"));
     copy(rtl, &folder);
-    fs::write(
-        folder.join(fault.0),
-        edited(&unchecked(rtl, fault.0), fault),
-    )
-    .unwrap();
+    fs::write(folder.join(fault.0), edited(&unchecked(rtl, fault.0), fault)).unwrap();
     folder
 }
 
@@ -575,10 +332,7 @@ impl Selectable {
             .iter()
             .map(|module| {
                 let text = on_sound_modules(&unchecked(rtl, &format!("{module}.v")), &modules);
-                text.replace(
-                    &format!("module {module} "),
-                    &format!("module {module}_sound "),
-                )
+                text.replace(&format!("module {module} "), &format!("module {module}_sound "))
             })
             .collect();
         fs::write(all.folder.join("sound.v"), sound).unwrap();
@@ -614,15 +368,7 @@ impl Selectable {
 fn modules(rtl: &Path) -> Vec<String> {
     let files = fs::read_dir(rtl).unwrap();
     let mut modules: Vec<String> = files
-        .filter_map(|file| {
-            Some(
-                file.unwrap()
-                    .file_name()
-                    .to_str()?
-                    .strip_suffix(".v")?
-                    .to_owned(),
-            )
-        })
+        .filter_map(|file| Some(file.unwrap().file_name().to_str()?.strip_suffix(".v")?.to_owned()))
         .filter(|name| !name.contains("_tb"))
         .collect();
     modules.sort();
@@ -648,9 +394,8 @@ fn chooser(name: &str, sound: &str, numbers: &[usize], selector: &Path) -> Strin
     let length = sound[start..].find("\n);").unwrap();
     let header = &sound[start..start + length + 3];
     let code = header.lines().map(|line| line.split("//").next().unwrap());
-    let words: Vec<String> = code
-        .map(|line| line.trim().trim_end_matches(',').to_owned())
-        .collect();
+    let words: Vec<String> =
+        code.map(|line| line.trim().trim_end_matches(',').to_owned()).collect();
     let last = |line: &str| line.split_whitespace().last().unwrap().to_owned();
     let of_kind = |kind: &str| -> Vec<(String, String)> {
         let lines = words.iter().filter(|line| line.starts_with(kind));
@@ -667,10 +412,8 @@ fn chooser(name: &str, sound: &str, numbers: &[usize], selector: &Path) -> Strin
     };
     let (inputs, outputs) = (of_kind("input"), of_kind("output"));
     assert!(!outputs.is_empty(), "{name}: {header}");
-    let parameters: Vec<String> = of_kind("parameter")
-        .iter()
-        .map(|(name, _)| format!(".{name}({name})"))
-        .collect();
+    let parameters: Vec<String> =
+        of_kind("parameter").iter().map(|(name, _)| format!(".{name}({name})")).collect();
     let parameters = match parameters.is_empty() {
         true => String::new(),
         false => format!("#({}) ", parameters.join(", ")),
@@ -689,15 +432,12 @@ fn chooser(name: &str, sound: &str, numbers: &[usize], selector: &Path) -> Strin
             ports.push(format!(".{output}({output}_{number})"));
         }
         let ports = ports.join(", ");
-        let _ = writeln!(
-            text,
-            "    {name}_with_{number} {parameters}of_{number} ({ports});"
-        );
+        let _ = writeln!(text, "    {name}_with_{number} {parameters}of_{number} ({ports});");
     }
     for (output, _) in &outputs {
-        let chosen = numbers[1..].iter().fold(format!("{output}_0"), |rest, n| {
-            format!("fault == {n} ? {output}_{n} : {rest}")
-        });
+        let chosen = numbers[1..]
+            .iter()
+            .fold(format!("{output}_0"), |rest, n| format!("fault == {n} ? {output}_{n} : {rest}"));
         let _ = writeln!(text, "    assign {output} = {chosen};");
     }
     text + "endmodule\n"
@@ -722,17 +462,9 @@ fn find(scene: &str, rtl: &Path, fault: &Fault, clocks: [u64; 2]) -> Result<(), 
         let clock = first.clock;
         if clock > 0 {
             // It may be too short to tell anything.
-            assert_ne!(
-                verdict_after(clock),
-                Verdict::Mismatch,
-                "{name}: clock {clock}"
-            );
+            assert_ne!(verdict_after(clock), Verdict::Mismatch, "{name}: clock {clock}");
         }
-        assert_eq!(
-            verdict_after(clock + 1),
-            Verdict::Mismatch,
-            "{name}: clock {clock}"
-        );
+        assert_eq!(verdict_after(clock + 1), Verdict::Mismatch, "{name}: clock {clock}");
         return Ok(());
     }
     Err(format!("{name}: not found"))
@@ -741,10 +473,7 @@ fn find(scene: &str, rtl: &Path, fault: &Fault, clocks: [u64; 2]) -> Result<(), 
 fn all_are_found(scene: &str, faults: &[Fault]) {
     let work = tempfile::tempdir().unwrap();
     let rtl: PathBuf = work.path().join("rtl");
-    let emitted = goldtof(
-        work.path(),
-        &["emit", scene, "--out", rtl.to_str().unwrap()],
-    );
+    let emitted = goldtof(work.path(), &["emit", scene, "--out", rtl.to_str().unwrap()]);
     assert!(emitted.status.success());
     let name = Path::new(scene).file_stem().unwrap().to_str().unwrap();
     let all = Selectable::new(work.path(), name, &rtl, faults);
@@ -771,9 +500,7 @@ fn missed_by(
     find: impl Fn(usize, &Fault) -> Result<(), String> + Sync,
 ) -> Vec<String> {
     let faults = faults.par_iter().enumerate();
-    faults
-        .filter_map(|(number, fault)| find(number, fault).err())
-        .collect()
+    faults.filter_map(|(number, fault)| find(number, fault).err()).collect()
 }
 
 /// Runs the testbench of an emitted folder in Icarus Verilog.
@@ -826,17 +553,11 @@ fn the_emitted_testbench_finds_every_fault_of_the_plain_sensor() {
 
 #[test]
 fn the_emitted_testbench_finds_every_fault_of_the_other_sensors() {
-    assert_eq!(
-        missed_by_the_testbench("tests/scenes/window.toml", WINDOW),
-        0
-    );
+    assert_eq!(missed_by_the_testbench("tests/scenes/window.toml", WINDOW), 0);
     let scene = "tests/scenes/window-in-step.toml";
     assert_eq!(missed_by_the_testbench(scene, WINDOW_IN_STEP), 0);
     assert_eq!(missed_by_the_testbench("tests/scenes/peak.toml", PEAK), 0);
-    assert_eq!(
-        missed_by_the_testbench("tests/scenes/totals.toml", TOTALS),
-        0
-    );
+    assert_eq!(missed_by_the_testbench("tests/scenes/totals.toml", TOTALS), 0);
 }
 
 #[test]

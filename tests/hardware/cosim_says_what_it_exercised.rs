@@ -44,10 +44,7 @@ fn dead(folder: &Path, scene: &str) -> PathBuf {
 #[track_caller]
 fn assert_inconclusive(found: &(Option<i32>, Value), missing: &str) {
     let (status, report) = found;
-    assert_eq!(
-        (status, &report["verdict"]),
-        (&Some(1), &"inconclusive".into())
-    );
+    assert_eq!((status, &report["verdict"]), (&Some(1), &"inconclusive".into()));
     let sentence = report["missing"][0].as_str().unwrap();
     assert!(sentence.contains(missing), "{sentence}");
 }
@@ -58,10 +55,7 @@ fn a_dead_detector_matches_neither_in_the_dark_nor_on_no_result() {
     let rtl = dead(folder.path(), DARK);
     let rtl = rtl.to_str().unwrap();
     let in_the_dark = goldtof(&["cosim", DARK, "--rtl", rtl]);
-    assert_inconclusive(
-        &in_the_dark,
-        "no hit of detector spad was counted up or down",
-    );
+    assert_inconclusive(&in_the_dark, "no hit of detector spad was counted up or down");
     let exercised = &in_the_dark.1["exercised"];
     assert_eq!(exercised["detectors"][0]["hits_up"], 0);
     assert_eq!(exercised["detectors"][0]["results"], 248);
@@ -69,16 +63,8 @@ fn a_dead_detector_matches_neither_in_the_dark_nor_on_no_result() {
     // The sensor that is sound is no better off.
     let sound = goldtof(&["cosim", DARK]);
     assert_inconclusive(&sound, "`--stimulus adversarial` brings such hits");
-    let short = goldtof(&[
-        "cosim",
-        DARK,
-        "--rtl",
-        rtl,
-        "--stimulus",
-        "adversarial",
-        "--cycles",
-        "100",
-    ]);
+    let short =
+        goldtof(&["cosim", DARK, "--rtl", rtl, "--stimulus", "adversarial", "--cycles", "100"]);
     assert_inconclusive(&short, "no result of detector spad came to the stream");
     let (status, report) = goldtof(&["cosim", DARK, "--rtl", rtl, "--stimulus", "adversarial"]);
     assert_eq!((status, &report["verdict"]), (Some(1), &"mismatch".into()));
@@ -89,10 +75,7 @@ fn a_dead_detector_matches_neither_in_the_dark_nor_on_no_result() {
 fn the_clocks_that_the_sentence_names_are_enough_and_one_fewer_is_not() {
     let (_, report) = goldtof(&["cosim", QUICK, "--cycles", "100"]);
     let sentence = report["missing"][0].as_str().unwrap();
-    let clocks = sentence
-        .split_whitespace()
-        .rev()
-        .find_map(|word| word.parse::<u64>().ok());
+    let clocks = sentence.split_whitespace().rev().find_map(|word| word.parse::<u64>().ok());
     let with = |clocks: u64| goldtof(&["cosim", QUICK, "--cycles", &clocks.to_string()]).1;
     let clocks = clocks.unwrap();
     assert_eq!(with(clocks)["verdict"], "match");
@@ -105,10 +88,7 @@ fn a_run_in_the_dark_and_one_with_a_dark_detector_are_inconclusive() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let (status, report) = goldtof(&["run", DARK, "--out", out.to_str().unwrap()]);
-    assert_inconclusive(
-        &(status, report["cosim"].clone()),
-        "no hit of detector spad",
-    );
+    assert_inconclusive(&(status, report["cosim"].clone()), "no hit of detector spad");
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert!(page.contains("verdict inconclusive") && page.contains("no hit of detector spad"));
     assert!(!out.join("mismatch.vcd").exists());
@@ -119,9 +99,7 @@ fn a_run_in_the_dark_and_one_with_a_dark_detector_are_inconclusive() {
     let text = fs::read_to_string(QUICK).unwrap();
     let start = text.find("[[detector]]").unwrap();
     let end = text.find("[[path]]").unwrap();
-    let second = text[start..end]
-        .replace("\"spad\"", "\"second\"")
-        .replace("71 kcps", "0 cps");
+    let second = text[start..end].replace("\"spad\"", "\"second\"").replace("71 kcps", "0 cps");
     let scene = folder.path().join("two.toml");
     fs::write(&scene, format!("{text}\n{second}")).unwrap();
     let two = goldtof(&["cosim", scene.to_str().unwrap(), "--cycles", "40000"]);
@@ -190,20 +168,14 @@ fn what_is_counted_is_what_the_ports_show() {
         let inputs = block.records.inputs.chunks_exact(layout.inputs.words);
         let outputs = block.records.expected.chunks_exact(layout.outputs.words);
         for (input, output) in inputs.zip(outputs) {
-            watcher.clock(
-                |name| match layout.inputs.fields.iter().find(|f| f.port.name == name) {
-                    Some(field) => field.low_word(input),
-                    None => layout.outputs.field(name).low_word(output),
-                },
-            );
+            watcher.clock(|name| match layout.inputs.fields.iter().find(|f| f.port.name == name) {
+                Some(field) => field.low_word(input),
+                None => layout.outputs.field(name).low_word(output),
+            });
         }
     }
     let counted = block.exercise;
-    let DetectorExercise {
-        results,
-        hits_up,
-        hits_down,
-    } = counted.detectors[0];
+    let DetectorExercise { results, hits_up, hits_down } = counted.detectors[0];
     assert_eq!(results, watcher.seen.detectors[0].results);
     assert_eq!(hits_up.cast_signed() - hits_down.cast_signed(), watcher.sum);
     let of = |e: &Exercise| [e.results_taken, e.results_held, e.scan_ends, e.resets];
@@ -211,10 +183,7 @@ fn what_is_counted_is_what_the_ports_show() {
     assert_eq!(counted.groups_lost > 0, watcher.overrun);
     // All of it happened, and more than once.
     let each = [hits_up, hits_down, counted.groups_lost, counted.groups_lost];
-    assert!(
-        of(&counted).iter().chain(&each).all(|&number| number > 1),
-        "{counted:?}"
-    );
+    assert!(of(&counted).iter().chain(&each).all(|&number| number > 1), "{counted:?}");
 }
 
 #[test]
@@ -222,30 +191,15 @@ fn a_testbench_of_long_steps_shortens_them_and_without_that_is_inconclusive() {
     let folder = tempfile::tempdir().unwrap();
     let long = folder.path().join("long.toml");
     let text = fs::read_to_string(QUICK).unwrap();
-    fs::write(
-        &long,
-        text.replace("integration = \"20 us\"", "integration = \"1 ms\""),
-    )
-    .unwrap();
+    fs::write(&long, text.replace("integration = \"20 us\"", "integration = \"1 ms\"")).unwrap();
     let out = folder.path().join("out");
-    let (_, emitted) = goldtof(&[
-        "emit",
-        long.to_str().unwrap(),
-        "--out",
-        out.to_str().unwrap(),
-    ]);
+    let (_, emitted) = goldtof(&["emit", long.to_str().unwrap(), "--out", out.to_str().unwrap()]);
     assert!(emitted["testbench"]["hits_up"].as_u64() > Some(0));
     assert!(emitted["testbench"]["clocks"].as_u64() <= Some(100_000));
     // The macro is for designs without the counters: nothing is shortened.
-    for (macros, ending) in [
-        (None, "PASS"),
-        (Some("-DSENSOR_TOP_TB_WHOLE"), "INCONCLUSIVE"),
-    ] {
+    for (macros, ending) in [(None, "PASS"), (Some("-DSENSOR_TOP_TB_WHOLE"), "INCONCLUSIVE")] {
         let run = |program: &str, arguments: &[&str]| {
-            let run = Command::new(program)
-                .args(arguments)
-                .current_dir(&out)
-                .output();
+            let run = Command::new(program).args(arguments).current_dir(&out).output();
             run.expect("Icarus Verilog is needed for this test")
         };
         let mut compile = vec!["-g2005", "-s", "sensor_top_tb", "-o", "tb.vvp"];
@@ -272,10 +226,7 @@ fn what_a_stream_holds_without_tvalid_is_the_designs_own_business() {
     assert_eq!(verilog.matches(held).count(), 1);
     for (data, verdict) in [
         ("o_valid ? {count_r[14], count_r} : 16'hdead;", "match"),
-        (
-            "o_valid & i_ready ? {count_r[14], count_r} : 16'hdead;",
-            "mismatch",
-        ),
+        ("o_valid & i_ready ? {count_r[14], count_r} : 16'hdead;", "mismatch"),
     ] {
         fs::write(&file, verilog.replace(held, &format!("o_data = {data}"))).unwrap();
         let arguments = ["cosim", QUICK, "--rtl", out, "--stimulus", "adversarial"];

@@ -82,20 +82,14 @@ impl Waves {
                     now.insert(id, u64::from(value == Value::V1));
                 }
                 Command::ChangeVector(id, bits) => {
-                    let value = bits
-                        .iter()
-                        .fold(0, |value, bit| value << 1 | u64::from(bit == Value::V1));
+                    let value =
+                        bits.iter().fold(0, |value, bit| value << 1 | u64::from(bit == Value::V1));
                     now.insert(id, value);
                 }
                 _ => {}
             }
         }
-        Waves {
-            timescale: header.timescale,
-            signals,
-            rows,
-            comments,
-        }
+        Waves { timescale: header.timescale, signals, rows, comments }
     }
 
     fn of(cosimulation: &mut Cosimulation) -> Waves {
@@ -135,11 +129,7 @@ fn name_all(scope: &str, items: &[ScopeItem], signals: &mut HashMap<String, IdCo
     for item in items {
         match item {
             ScopeItem::Scope(inner) => {
-                name_all(
-                    &format!("{scope}{}.", inner.identifier),
-                    &inner.items,
-                    signals,
-                );
+                name_all(&format!("{scope}{}.", inner.identifier), &inner.items, signals);
             }
             ScopeItem::Var(var) => {
                 signals.insert(format!("{scope}{}", var.reference), var.code);
@@ -152,10 +142,8 @@ fn name_all(scope: &str, items: &[ScopeItem], signals: &mut HashMap<String, IdCo
 /// The counts of a scan's first steps from the sample words alone: every rising edge is
 /// a hit, and counts up where the chip of its step is 1.
 fn counted(chips: &[u8], words: &[u64], steps: u64) -> Vec<i64> {
-    let samples: Vec<u64> = words
-        .iter()
-        .flat_map(|word| (0..LANES).map(move |lane| word >> lane & 1))
-        .collect();
+    let samples: Vec<u64> =
+        words.iter().flat_map(|word| (0..LANES).map(move |lane| word >> lane & 1)).collect();
     let code = (chips.len() as u64 * LANES) as i64;
     let count = |step: u64| {
         let of_step = step * CHIPS * LANES..(step + 1) * CHIPS * LANES;
@@ -195,28 +183,17 @@ fn both_sides_show_the_code_and_the_counts_that_follow_from_the_samples() {
         let lasers = waves.values(&format!("cosim.{side}.o_laser"));
         let lit = lasers[RESET as usize..].iter().map(|&level| level as u8);
         assert!(
-            lit.eq(chips
-                .iter()
-                .copied()
-                .cycle()
-                .take(lasers.len() - RESET as usize)),
+            lit.eq(chips.iter().copied().cycle().take(lasers.len() - RESET as usize)),
             "{side}"
         );
         let valid = waves.values(&format!("cosim.{side}.m_axis_tvalid"));
         let data = waves.values(&format!("cosim.{side}.m_axis_tdata"));
         let sent = valid.iter().zip(&data).filter(|(valid, _)| **valid == 1);
-        let sent: Vec<i64> = sent
-            .map(|(_, &data)| i64::from(data as u16 as i16))
-            .collect();
+        let sent: Vec<i64> = sent.map(|(_, &data)| i64::from(data as u16 as i16)).collect();
         assert!(sent.len() >= 240, "{side}: {}", sent.len());
         assert_eq!(sent[..240], counts, "{side}");
     }
-    assert!(
-        waves
-            .values("cosim.differs.any")
-            .iter()
-            .all(|&differs| differs == 0)
-    );
+    assert!(waves.values("cosim.differs.any").iter().all(|&differs| differs == 0));
 }
 
 /// The clocks of a file, by the times of its rising edges.
@@ -230,10 +207,7 @@ fn a_match_shows_its_first_result_and_what_is_asked_for_is_what_is_there() {
     let mut found = emitted(Window::Found);
     let waves = Waves::of(&mut found);
     let valid = waves.values("cosim.dut.m_axis_tvalid");
-    let result = valid
-        .iter()
-        .position(|&valid| valid == 1)
-        .expect("a result");
+    let result = valid.iter().position(|&valid| valid == 1).expect("a result");
     let clocks_shown = clocks(&waves);
     // The first step ends after 40 chips: fewer than a thousand clocks lie before it.
     assert_eq!(clocks_shown.start, 0);
@@ -242,10 +216,7 @@ fn a_match_shows_its_first_result_and_what_is_asked_for_is_what_is_there() {
     for asked in [0..1, 500..501, 1234..2345, 9000..100_000] {
         let mut found = emitted(Window::Clocks(asked.clone()));
         let waves = Waves::of(&mut found);
-        assert_eq!(
-            clocks(&waves),
-            asked.start..asked.end.min(found.report.clocks)
-        );
+        assert_eq!(clocks(&waves), asked.start..asked.end.min(found.report.clocks));
     }
     let made_by = "goldtof emit test.toml".to_owned();
     let options = CosimOptions {
@@ -258,10 +229,7 @@ fn a_match_shows_its_first_result_and_what_is_asked_for_is_what_is_there() {
         window: Window::Clocks(300..400),
     };
     let error = goldtof::cosim(&plain(), &options, |_, _| ()).expect_err("it ends before");
-    assert!(
-        error.to_string().contains("which has 300 clocks, 0 to 299"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("which has 300 clocks, 0 to 299"), "{error}");
 }
 
 #[test]
@@ -306,22 +274,12 @@ fn a_period_that_is_no_whole_number_of_any_unit_is_rounded_and_said() {
     let mut scene = plain();
     scene.chip_period_ps = 1e4 / 3.0;
     let made_by = "goldtof emit test.toml".to_owned();
-    let mut found = co_simulated(
-        &scene,
-        goldtof::Rtl::Emitted { made_by },
-        Window::Clocks(0..100),
-    );
+    let mut found = co_simulated(&scene, goldtof::Rtl::Emitted { made_by }, Window::Clocks(0..100));
     let waves = Waves::of(&mut found);
     assert_eq!(waves.timescale, Some((1, TimescaleUnit::FS)));
-    assert!(
-        waves.comments.contains("rounded to 1 fs"),
-        "{}",
-        waves.comments
-    );
+    assert!(waves.comments.contains("rounded to 1 fs"), "{}", waves.comments);
     // Thirds of 10 ns, without a drift.
-    let expected: Vec<u64> = (0..100)
-        .map(|clock| (10_000_000 * (2 * clock + 1) + 3) / 6)
-        .collect();
+    let expected: Vec<u64> = (0..100).map(|clock| (10_000_000 * (2 * clock + 1) + 3) / 6).collect();
     assert_eq!(waves.times(), expected);
 }
 
@@ -339,44 +297,33 @@ fn views_name_signals_that_are_there_and_leave_others_files_alone() {
     let outputs = found.report.compared_ports.len();
     let view = |name: &str| fs::read_to_string(folder.join(name)).expect("it was written");
     let gtkwave = view("a.gtkw");
-    let traces = gtkwave
-        .lines()
-        .filter(|line| line.contains("cosim.") && !line.starts_with('['));
+    let traces = gtkwave.lines().filter(|line| line.contains("cosim.") && !line.starts_with('['));
     let named: Vec<&str> = traces
         .map(|line| line.rsplit(' ').next().unwrap_or(line))
         .map(|name| name.split('[').next().unwrap_or(name))
         .collect();
     assert_eq!(named.len(), 2 + 3 + 2 * outputs);
     let surfer = view("a.sucl");
-    let added: Vec<&str> = surfer
-        .lines()
-        .filter_map(|line| line.strip_prefix("variable_add "))
-        .collect();
+    let added: Vec<&str> =
+        surfer.lines().filter_map(|line| line.strip_prefix("variable_add ")).collect();
     assert_eq!(added, named);
     for name in named {
         assert!(waves.signals.contains_key(name), "{name}");
     }
     // The marker stands at the first result's edge.
     let valid = waves.at_rising_edges("cosim.i_clk", "cosim.dut.m_axis_tvalid");
-    let (time, _) = valid
-        .iter()
-        .find(|(_, valid)| *valid == 1)
-        .expect("a result");
+    let (time, _) = valid.iter().find(|(_, valid)| *valid == 1).expect("a result");
     assert!(gtkwave.contains(&format!(" {time} -1\n")), "{gtkwave}");
     assert!(surfer.contains(&format!("cursor_set {time}\n")), "{surfer}");
 
     // A view that the user has saved, and one that is a link, stay as they are.
     fs::write(folder.join("b.gtkw"), "[*] GTKWave Analyzer\n").expect("written");
     std::os::unix::fs::symlink("elsewhere", folder.join("b.sucl")).expect("a link");
-    found
-        .write_vcd(&folder.join("b.vcd"))
-        .expect("it can be written");
+    found.write_vcd(&folder.join("b.vcd")).expect("it can be written");
     assert_eq!(view("b.gtkw"), "[*] GTKWave Analyzer\n");
     assert!(!folder.join("elsewhere").exists());
     // Beside a device there is nothing to view.
-    found
-        .write_vcd(Path::new("/dev/null"))
-        .expect("it can be written");
+    found.write_vcd(Path::new("/dev/null")).expect("it can be written");
     assert!(!Path::new("/dev/null.gtkw").exists() && !Path::new("/dev/gtkw").exists());
 }
 
@@ -403,23 +350,11 @@ fn the_testbenchs_waves_have_the_chips_time_in_both_simulators() {
             assert_eq!(*time, (8 * number + 4) * ticks_per_ns);
         }
     };
-    run(
-        folder,
-        "iverilog",
-        &["-g2005", "-s", top, "-o", "tb.vvp", "-f", "sensor_top_tb.f"],
-    );
+    run(folder, "iverilog", &["-g2005", "-s", top, "-o", "tb.vvp", "-f", "sensor_top_tb.f"]);
     assert!(run(folder, "vvp", &["-n", "tb.vvp", "+vcd"]).contains("PASS"));
     check(TimescaleUnit::NS, 1);
     fs::remove_file(&waves).expect("it is there");
-    let build = [
-        "--binary",
-        "--trace",
-        "-Wall",
-        "--top-module",
-        top,
-        "-f",
-        "sensor_top_tb.f",
-    ];
+    let build = ["--binary", "--trace", "-Wall", "--top-module", top, "-f", "sensor_top_tb.f"];
     run(folder, "verilator", &build);
     assert!(run(folder, "./obj_dir/Vsensor_top_tb", &["+vcd"]).contains("PASS"));
     check(TimescaleUnit::PS, 1000);

@@ -14,29 +14,14 @@ use std::time::Instant;
 const SKIPPED: [(&str, &str); 10] = [
     ("scripts/run", "a release build and 214 million clocks"),
     ("scripts/test", "the test suite itself"),
-    (
-        "goldtof-capi",
-        "a release build; capi/tests runs these programs",
-    ),
-    (
-        "pip install",
-        "a release build; python/tests runs the same from a development build",
-    ),
-    (
-        "nextpnr-",
-        "place and route is not part of what scripts/test installs",
-    ),
-    (
-        "paper-single.toml --engine lockstep",
-        "214 million clocks, which lanes run elsewhere",
-    ),
+    ("goldtof-capi", "a release build; capi/tests runs these programs"),
+    ("pip install", "a release build; python/tests runs the same from a development build"),
+    ("nextpnr-", "place and route is not part of what scripts/test installs"),
+    ("paper-single.toml --engine lockstep", "214 million clocks, which lanes run elsewhere"),
     ("--repeat 60", "minutes of simulation"),
     ("--repeat 2000", "half a minute of simulation"),
     ("--repeat 112", "minutes of simulation"),
-    (
-        "cargo install",
-        "a release build; a test of its own would take as long",
-    ),
+    ("cargo install", "a release build; a test of its own would take as long"),
 ];
 /// The words that stand for a user's own, and one of each.
 const PLACEHOLDERS: [(&str, &str); 9] = [
@@ -59,23 +44,15 @@ fn root() -> &'static Path {
 
 /// The documents with their texts.
 fn documents() -> Vec<(String, String)> {
-    let mut names: Vec<String> = ["README.md", "DESIGN.md", "hdl/README.md"]
-        .map(str::to_owned)
-        .into();
+    let mut names: Vec<String> =
+        ["README.md", "DESIGN.md", "hdl/README.md"].map(str::to_owned).into();
     for entry in fs::read_dir(root().join("docs")).expect("docs/ is there") {
-        let name = entry
-            .expect("readable")
-            .file_name()
-            .into_string()
-            .expect("text");
+        let name = entry.expect("readable").file_name().into_string().expect("text");
         names.push(format!("docs/{name}"));
     }
     names.retain(|name| name.ends_with(".md"));
     let text = |name: &String| fs::read_to_string(root().join(name)).expect("it can be read");
-    names
-        .iter()
-        .map(|name| (name.clone(), text(name)))
-        .collect()
+    names.iter().map(|name| (name.clone(), text(name))).collect()
 }
 
 /// Language and lines of each fenced block, and the text without the blocks.
@@ -97,22 +74,13 @@ fn blocks(document: &str) -> (Vec<(String, String)>, String) {
 fn workplace() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for name in ["scenes", "hdl", "scripts", "examples"] {
-        let copied = Command::new("cp")
-            .arg("-R")
-            .arg(root().join(name))
-            .arg(folder.path())
-            .status();
+        let copied =
+            Command::new("cp").arg("-R").arg(root().join(name)).arg(folder.path()).status();
         assert!(copied.expect("cp starts").success());
     }
-    let emitted = shell(
-        folder.path(),
-        "goldtof emit scenes/quick.toml --out my_rtl --quiet",
-    );
+    let emitted = shell(folder.path(), "goldtof emit scenes/quick.toml --out my_rtl --quiet");
     assert!(emitted.status.success());
-    let counted = shell(
-        folder.path(),
-        "goldtof run scenes/quick.toml --out counted --quiet",
-    );
+    let counted = shell(folder.path(), "goldtof run scenes/quick.toml --out counted --quiet");
     assert!(counted.status.success());
     let shard = "goldtof simulate scenes/quick.toml --repeat 2 --shard 1/1 --out out --quiet";
     assert!(shell(folder.path(), shard).status.success());
@@ -124,19 +92,14 @@ fn workplace() -> tempfile::TempDir {
 
 /// Runs lines of shell with goldtof, and FuseSoC, in the search path.
 fn shell(folder: &Path, lines: &str) -> Output {
-    let goldtof = Path::new(env!("CARGO_BIN_EXE_goldtof"))
-        .parent()
-        .expect("its folder");
+    let goldtof = Path::new(env!("CARGO_BIN_EXE_goldtof")).parent().expect("its folder");
     let python = PathBuf::from(concat!(env!("CARGO_TARGET_TMPDIR"), "/../python/bin"));
     let path = std::env::var("PATH").unwrap_or_default();
     let started = Instant::now();
     let done = Command::new("bash")
         .args(["-euo", "pipefail", "-c", lines])
         .current_dir(folder)
-        .env(
-            "PATH",
-            format!("{}:{}:{path}", goldtof.display(), python.display()),
-        )
+        .env("PATH", format!("{}:{}:{path}", goldtof.display(), python.display()))
         // FuseSoC's own settings and caches.
         .env("XDG_CONFIG_HOME", folder)
         .env("XDG_DATA_HOME", folder)
@@ -147,9 +110,7 @@ fn shell(folder: &Path, lines: &str) -> Output {
 }
 
 fn said(output: &Output) -> String {
-    [&output.stdout, &output.stderr]
-        .map(|bytes| String::from_utf8_lossy(bytes))
-        .concat()
+    [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes)).concat()
 }
 
 fn is_skipped(command: &str) -> bool {
@@ -162,9 +123,7 @@ fn is_skipped(command: &str) -> bool {
 fn has_nextpnr(command: &str) -> bool {
     let mut words = command.split(|c: char| !c.is_alphanumeric() && c != '-');
     let tool = words.find(|word| word.starts_with("nextpnr-"));
-    let found = Command::new(tool.expect("it is named"))
-        .arg("--version")
-        .output();
+    let found = Command::new(tool.expect("it is named")).arg("--version").output();
     found.is_ok()
 }
 
@@ -207,35 +166,18 @@ fn blocks_of_shell_run_as_they_are_printed() {
 /// Scripts that are named are there, and can be started.
 fn check_scripts(command: &str) {
     use std::os::unix::fs::PermissionsExt as _;
-    for word in command
-        .split_whitespace()
-        .filter(|word| word.starts_with("scripts/"))
-    {
+    for word in command.split_whitespace().filter(|word| word.starts_with("scripts/")) {
         let found = fs::metadata(root().join(word)).unwrap_or_else(|e| panic!("{word}: {e}"));
-        assert!(
-            found.permissions().mode() & 0o111 != 0,
-            "{word} cannot be started"
-        );
+        assert!(found.permissions().mode() & 0o111 != 0, "{word} cannot be started");
     }
 }
 
 /// The commands in a text's `code`, on one line each.
 fn commands(text: &str) -> Vec<String> {
-    let programs = [
-        "goldtof ",
-        "cargo ",
-        "scripts/",
-        "target/release/goldtof ",
-        "/usr/bin/time ",
-    ];
+    let programs = ["goldtof ", "cargo ", "scripts/", "target/release/goldtof ", "/usr/bin/time "];
     let spans = text.split('`').skip(1).step_by(2);
     spans
-        .map(|span| {
-            span.split_whitespace()
-                .collect::<Vec<_>>()
-                .join(" ")
-                .replace("\\|", "|")
-        })
+        .map(|span| span.split_whitespace().collect::<Vec<_>>().join(" ").replace("\\|", "|"))
         .filter(|span| programs.iter().any(|program| span.starts_with(program)))
         .collect()
 }
@@ -298,10 +240,7 @@ fn check_goldtof(folder: &Path, words: &[&str], place: &str) {
         let is_there = help.split([' ', ',', '\n', '=']).any(|word| word == option);
         assert!(is_there, "{place}: {subcommand} has no {option}");
     }
-    let values = all
-        .iter()
-        .filter(|word| word.contains('|'))
-        .flat_map(|word| word.split('|'));
+    let values = all.iter().filter(|word| word.contains('|')).flat_map(|word| word.split('|'));
     for value in values {
         assert!(help.contains(value), "{place}: {subcommand} has no {value}");
     }
@@ -312,12 +251,7 @@ fn check_goldtof(folder: &Path, words: &[&str], place: &str) {
     }
     let filled: Vec<&str> = needed
         .iter()
-        .map(|word| {
-            PLACEHOLDERS
-                .iter()
-                .find(|(name, _)| name == word)
-                .map_or(&**word, |p| p.1)
-        })
+        .map(|word| PLACEHOLDERS.iter().find(|(name, _)| name == word).map_or(&**word, |p| p.1))
         .collect();
     // A name without what it needs speaks of the command and is none.
     let is_name_only = filled.len() == 1 || filled[0] == "simulate" && filled[1].starts_with("--");
@@ -338,22 +272,14 @@ fn check_cargo(words: &[&str], place: &str) {
         match pair[0] {
             "--bench" => {
                 let entry = format!("name = \"{}\"", pair[1]);
-                assert!(
-                    manifest.contains(&entry),
-                    "{place}: no benchmark {}",
-                    pair[1]
-                );
+                assert!(manifest.contains(&entry), "{place}: no benchmark {}", pair[1]);
             }
             "--test" => {
                 let folder = root().join("tests").join(pair[1]);
                 let is_there =
                     folder.join("main.rs").exists() || folder.with_extension("rs").exists();
                 assert!(is_there, "{place}: no test {}", pair[1]);
-                let filter = words
-                    .iter()
-                    .copied()
-                    .skip_while(|word| *word != pair[1])
-                    .nth(1);
+                let filter = words.iter().copied().skip_while(|word| *word != pair[1]).nth(1);
                 if let Some(filter) = filter.filter(|word| !word.starts_with('-')) {
                     let main = fs::read_to_string(folder.join("main.rs")).expect("several");
                     let is_module = main.contains(&format!("mod {filter}"));
@@ -387,12 +313,7 @@ fn scripts_parse_and_know_what_their_comments_say() {
             false => Command::new("bash").arg("-n").arg(&path).output(),
         };
         let parsed = parsed.expect("it starts");
-        assert!(
-            parsed.status.success(),
-            "{}: {}",
-            path.display(),
-            said(&parsed)
-        );
+        assert!(parsed.status.success(), "{}: {}", path.display(), said(&parsed));
         let name = format!("scripts/{}", path.file_name().expect("a name").display());
         let usage = text.lines().filter_map(|line| {
             let line = line.trim_start_matches('#').trim_start();

@@ -10,10 +10,7 @@ use goldtof::sensor::Sensor;
 
 /// A window scan of two sources that saturates: every port and every part.
 fn emitted(folder: &Path) {
-    let codes = [
-        code(Family::Gold(5), 1, 3),
-        code(Family::MSequence(7), 0, 5),
-    ];
+    let codes = [code(Family::Gold(5), 1, 3), code(Family::MSequence(7), 0, 5)];
     let mut scene = scene(&codes, 0, 8, 5, Some(6), 40, Some(4));
     scene.name = "with a window".into();
     let emission =
@@ -25,15 +22,7 @@ fn fusesoc(folder: &Path, target: &str) -> Output {
     // Beside the target's temporary folder, where scripts/python-tools puts it.
     let program = concat!(env!("CARGO_TARGET_TMPDIR"), "/../python/bin/fusesoc");
     Command::new(program)
-        .args([
-            "--cores-root",
-            ".",
-            "run",
-            "--build-root",
-            "build",
-            "--target",
-            target,
-        ])
+        .args(["--cores-root", ".", "run", "--build-root", "build", "--target", target])
         .arg("goldtof:sensor:with_a_window")
         .current_dir(folder)
         // Its own settings and caches stay in the folder as well.
@@ -82,14 +71,7 @@ fn a_missing_vector_file_fails_in_both_simulators() {
     let top = "sensor_top_tb";
     let arguments = ["-g2005", "-s", top, "-o", "tb.vvp", "-f", "sensor_top_tb.f"];
     run(folder, "iverilog", &arguments);
-    let arguments = [
-        "--binary",
-        "-Wall",
-        "--top-module",
-        top,
-        "-f",
-        "sensor_top_tb.f",
-    ];
+    let arguments = ["--binary", "-Wall", "--top-module", top, "-f", "sensor_top_tb.f"];
     run(folder, "verilator", &arguments);
     for missing in ["inputs", "chips", "results", "skips"] {
         let (name, away) = (format!("{top}_{missing}.hex"), folder.join("away.hex"));

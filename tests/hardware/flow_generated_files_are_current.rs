@@ -31,10 +31,7 @@ fn emitting_the_standard_scenes_again_changes_nothing() {
     let fresh = tempfile::tempdir().expect("a temporary folder");
     for entry in fs::read_dir(root.join("scenes")).expect("the scenes can be read") {
         let path = entry.expect("readable").path();
-        let name = path
-            .file_name()
-            .and_then(|name| name.to_str())
-            .expect("plain");
+        let name = path.file_name().and_then(|name| name.to_str()).expect("plain");
         let scene = goldtof::scene::load(&path).expect("a standard scene is sound");
         let emission =
             emit(&Sensor::new(&scene), &format!("goldtof emit {name}")).expect("it can be built");
@@ -43,10 +40,7 @@ fn emitting_the_standard_scenes_again_changes_nothing() {
     }
     let (kept, made) = (files(&root.join("generated")), files(fresh.path()));
     assert!(!made.is_empty());
-    let stale: Vec<&PathBuf> = kept
-        .keys()
-        .chain(made.keys())
-        .filter(|name| kept.get(*name) != made.get(*name))
-        .collect();
+    let stale: Vec<&PathBuf> =
+        kept.keys().chain(made.keys()).filter(|name| kept.get(*name) != made.get(*name)).collect();
     assert!(stale.is_empty(), "run scripts/regenerate: {stale:?}");
 }

@@ -73,10 +73,7 @@ fn sixty_random_scenes_are_clean_under_four_tools() {
             let histogram = &emission.parameters.histogram;
             histogram.as_ref().is_some_and(|h| h.buffers == buffers)
         };
-        assert!(
-            emissions.iter().any(|emission| keeps(&emission)),
-            "{buffers}"
-        );
+        assert!(emissions.iter().any(|emission| keeps(&emission)), "{buffers}");
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder_of = |number: usize| folder.path().join(format!("scene-{number}"));
@@ -91,9 +88,8 @@ fn sixty_random_scenes_are_clean_under_four_tools() {
         })
         .collect();
     assert!(said.is_empty(), "{said}");
-    let folders: Vec<String> = (0..SCENES)
-        .map(|number| folder_of(number).display().to_string())
-        .collect();
+    let folders: Vec<String> =
+        (0..SCENES).map(|number| folder_of(number).display().to_string()).collect();
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     // Beside the target's temporary folder, where scripts/python-tools puts it.
     let python = concat!(env!("CARGO_TARGET_TMPDIR"), "/../python/bin/python");

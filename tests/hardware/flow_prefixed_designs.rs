@@ -65,22 +65,12 @@ fn one_top(emissions: &[(&str, Emission)]) -> String {
                 continue;
             }
             pins.push(format!(".{name}({prefix}{name})"));
-            let direction = if name.starts_with("i_") || name == "m_axis_tready" {
-                "input"
-            } else {
-                "output"
-            };
-            let range = if width > 1 {
-                format!("[{}:0] ", width - 1)
-            } else {
-                String::new()
-            };
+            let direction =
+                if name.starts_with("i_") || name == "m_axis_tready" { "input" } else { "output" };
+            let range = if width > 1 { format!("[{}:0] ", width - 1) } else { String::new() };
             ports.push(format!("    {direction} wire {range}{prefix}{name}"));
         }
-        body += &format!(
-            "    {prefix}sensor_top {prefix}sensor ({});\n",
-            pins.join(", ")
-        );
+        body += &format!("    {prefix}sensor_top {prefix}sensor ({});\n", pins.join(", "));
     }
     format!(
         "`default_nettype none\nmodule three (\n{}\n);\n{body}endmodule\n`default_nettype wire\n",
@@ -95,29 +85,17 @@ fn three_sensors_are_one_design_for_verilator_icarus_and_yosys() {
     fs::write(folder.path().join("three.v"), one_top(&emissions)).expect("it can be written");
     let of = |(prefix, emission): &(&str, Emission)| -> Vec<String> {
         let files = emission.files.iter();
-        files
-            .map(|file| format!("{prefix}/{}", file.name))
-            .collect()
+        files.map(|file| format!("{prefix}/{}", file.name)).collect()
     };
     let mut files: Vec<String> = emissions.iter().flat_map(of).collect();
     files.push("three.v".to_owned());
     let names: Vec<&str> = files.iter().map(String::as_str).collect();
 
-    let lint = [
-        "--lint-only",
-        "-Wall",
-        "-Wno-DECLFILENAME",
-        "--top-module",
-        "three",
-    ];
+    let lint = ["--lint-only", "-Wall", "-Wno-DECLFILENAME", "--top-module", "three"];
     let said = run(folder.path(), "verilator", &[&lint[..], &names].concat());
     assert_eq!(said, "");
     let elaborate = ["-g2005", "-Wall", "-s", "three", "-o", "three.vvp"];
-    let said = run(
-        folder.path(),
-        "iverilog",
-        &[&elaborate[..], &names].concat(),
-    );
+    let said = run(folder.path(), "iverilog", &[&elaborate[..], &names].concat());
     assert_eq!(said, "");
     let script = format!(
         "read_verilog {}; hierarchy -check -top three; proc; check -assert",
@@ -126,11 +104,8 @@ fn three_sensors_are_one_design_for_verilator_icarus_and_yosys() {
     assert_eq!(run(folder.path(), "yosys", &["-q", "-p", &script]), "");
 
     // The check can fail: without prefixes the tools see modules twice.
-    let twice = [
-        ["read_verilog left_/left_sensor_top.v"; 2].join("; "),
-        "hierarchy".into(),
-    ]
-    .join("; ");
+    let twice =
+        [["read_verilog left_/left_sensor_top.v"; 2].join("; "), "hierarchy".into()].join("; ");
     let yosys = Command::new("yosys")
         .args(["-q", "-p", &twice])
         .current_dir(folder.path())
@@ -149,10 +124,7 @@ fn the_testbench_and_the_header_of_each_have_its_names() {
         let list = format!("{top}.f");
         let arguments = ["-g2005", "-s", &top, "-o", "tb.vvp", "-f", &list];
         run(&folder, "iverilog", &arguments);
-        assert!(
-            run(&folder, "vvp", &["tb.vvp"]).contains("PASS"),
-            "{prefix}"
-        );
+        assert!(run(&folder, "vvp", &["tb.vvp"]).contains("PASS"), "{prefix}");
 
         let header = fs::read_to_string(folder.join(format!("{prefix}sensor_top.vh")));
         let capitals = prefix.to_uppercase();
@@ -160,13 +132,7 @@ fn the_testbench_and_the_header_of_each_have_its_names() {
         assert!(header.expect("it is there").contains(&width));
         for file in emission.flow.files().chain(emission.formal.files()) {
             // Of a module or a macro that has another name here nobody speaks.
-            for bare in [
-                " sensor_top",
-                " SENSOR_TOP",
-                "`SENSOR_TOP",
-                " prove_",
-                "(sensor_top",
-            ] {
+            for bare in [" sensor_top", " SENSOR_TOP", "`SENSOR_TOP", " prove_", "(sensor_top"] {
                 assert!(!file.text.contains(bare), "{}: {bare}", file.name);
             }
         }
@@ -204,13 +170,7 @@ fn another_prefix_takes_the_place_of_the_first_in_a_folder() {
     let listed = |folder: &Path| -> HashSet<String> {
         fs::read_dir(folder)
             .expect("the folder is there")
-            .map(|entry| {
-                entry
-                    .expect("readable")
-                    .file_name()
-                    .into_string()
-                    .expect("plain")
-            })
+            .map(|entry| entry.expect("readable").file_name().into_string().expect("plain"))
             .collect()
     };
     let expected = second.files.iter().chain(second.flow.files());
@@ -237,9 +197,7 @@ fn a_prefixed_folder_is_co_simulated_by_its_manifest() {
     };
     let of_folder = || {
         let options = options(goldtof::Rtl::Own(goldtof::OwnRtl::folder(folder)));
-        goldtof::cosim(&rich(), &options, |_, _| ())
-            .expect("it can be run")
-            .report
+        goldtof::cosim(&rich(), &options, |_, _| ()).expect("it can be run").report
     };
     let found = of_folder();
     assert_eq!(found.verdict, Verdict::Match);
@@ -265,9 +223,7 @@ fn ports_in_yosys(folder: &Path, top: &str) -> BTreeMap<String, (bool, usize)> {
     run(folder, "yosys", &["-q", "-p", &script]);
     let text = fs::read_to_string(folder.join("ports.json")).expect("Yosys wrote it");
     let netlist: Value = serde_json::from_str(&text).expect("it is JSON");
-    let ports = netlist["modules"][top]["ports"]
-        .as_object()
-        .expect("the module has ports");
+    let ports = netlist["modules"][top]["ports"].as_object().expect("the module has ports");
     let port = |(name, port): (&String, &Value)| {
         let bits = port["bits"].as_array().expect("a port has bits").len();
         (name.clone(), (port["direction"] == "input", bits))
@@ -306,23 +262,14 @@ fn entity(folder: &Path, emissions: &[(&str, Emission)], widened: &str) -> Strin
 /// Whether GHDL analyses and elaborates the entity, and what it says.
 fn in_ghdl(folder: &Path, emissions: &[(&str, Emission)], widened: &str) -> Result<(), String> {
     fs::write(folder.join("three.vhd"), entity(folder, emissions, widened)).expect("written");
-    let packages = emissions
-        .iter()
-        .map(|(prefix, _)| format!("{prefix}/{prefix}sensor_top.vhd"));
+    let packages = emissions.iter().map(|(prefix, _)| format!("{prefix}/{prefix}sensor_top.vhd"));
     let files: Vec<String> = packages.chain(["three.vhd".to_owned()]).collect();
     let ghdl = |arguments: &[&str]| {
-        let output = Command::new("ghdl")
-            .args(arguments)
-            .current_dir(folder)
-            .output();
+        let output = Command::new("ghdl").args(arguments).current_dir(folder).output();
         let output = output.unwrap_or_else(|error| panic!("scripts/test installs ghdl: {error}"));
         let said =
             String::from_utf8_lossy(&output.stderr) + String::from_utf8_lossy(&output.stdout);
-        output
-            .status
-            .success()
-            .then_some(())
-            .ok_or(said.into_owned())
+        output.status.success().then_some(()).ok_or(said.into_owned())
     };
     let files = files.iter().map(String::as_str);
     ghdl(&Vec::from_iter(["-a", "--std=93"].into_iter().chain(files)))?;

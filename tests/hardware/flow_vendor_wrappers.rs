@@ -10,9 +10,7 @@ use goldtof::sensor::Sensor;
 
 /// Wrapper sources of a family.
 fn wrappers(family: &str) -> Vec<String> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("hdl")
-        .join(family);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("hdl").join(family);
     let mut files: Vec<String> = fs::read_dir(&folder)
         .expect("the wrappers are there")
         .map(|entry| entry.expect("readable").path().display().to_string())
@@ -35,11 +33,7 @@ fn core(folder: &Path, lanes: u32) -> Vec<String> {
 
 /// Reads the board example of a family round the core in Yosys' own folder.
 fn read_board(family: &str, core: &[String]) -> String {
-    format!(
-        "read_verilog {} {}",
-        core.join(" "),
-        wrappers(family).join(" ")
-    )
+    format!("read_verilog {} {}", core.join(" "), wrappers(family).join(" "))
 }
 
 /// Synthesizes the board example round a core with `lanes` samples per chip and
@@ -115,34 +109,22 @@ endmodule
         .into_iter()
         .find(|file| file.ends_with("ice40_sampler.v"))
         .expect("it is there");
-    let mut arguments = vec![
-        "-g2012",
-        "-DNO_ICE40_DEFAULT_ASSIGNMENTS",
-        "-s",
-        "testbench",
-    ];
+    let mut arguments = vec!["-g2012", "-DNO_ICE40_DEFAULT_ASSIGNMENTS", "-s", "testbench"];
     arguments.extend(["-o", "bench.vvp", "bench.v", &sampler, &cells]);
     run(folder.path(), "iverilog", &arguments);
     let said = run(folder.path(), "vvp", &["-n", "bench.vvp"]);
     let seen: Vec<&str> = said.lines().collect();
-    let expected: Vec<String> = levels
-        .chunks_exact(2)
-        .map(|pair| format!("{}{}", pair[1], pair[0]))
-        .collect();
+    let expected: Vec<String> =
+        levels.chunks_exact(2).map(|pair| format!("{}{}", pair[1], pair[0])).collect();
     // A word is there one clock after its pair.
     assert_eq!(seen[1..=expected.len()], expected);
 }
 
 /// Where Yosys keeps its models of iCE40's cells.
 fn ice40_cells(folder: &Path) -> String {
-    let said = run(
-        folder,
-        "yosys",
-        &["-p", "read_verilog -lib +/ice40/cells_sim.v"],
-    );
-    let cells = said
-        .split(['`', '\''])
-        .find(|part| part.starts_with('/') && part.ends_with("cells_sim.v"));
+    let said = run(folder, "yosys", &["-p", "read_verilog -lib +/ice40/cells_sim.v"]);
+    let cells =
+        said.split(['`', '\'']).find(|part| part.starts_with('/') && part.ends_with("cells_sim.v"));
     cells.unwrap_or_else(|| panic!("{said}")).to_owned()
 }
 
@@ -205,11 +187,9 @@ endmodule
 
 #[test]
 fn every_board_wakes_without_a_reset_from_outside() {
-    for (family, clock, lanes) in [
-        ("ecp5", "i_edge_clk", 4),
-        ("xc7", "i_bit_clk", 8),
-        ("ice40", "i_clk", 2),
-    ] {
+    for (family, clock, lanes) in
+        [("ecp5", "i_edge_clk", 4), ("xc7", "i_bit_clk", 8), ("ice40", "i_clk", 2)]
+    {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let folder = folder.path();
         let mut sources = core(folder, lanes);
@@ -240,12 +220,7 @@ fn the_ice40_netlist_wakes_though_every_flip_flop_powers_up_at_zero() {
 
 /// What the testbench in `folder` says of the sources.
 fn epochs(folder: &Path, sources: &[String]) -> String {
-    let mut arguments = vec![
-        "-g2012",
-        "-DNO_ICE40_DEFAULT_ASSIGNMENTS",
-        "-s",
-        "testbench",
-    ];
+    let mut arguments = vec!["-g2012", "-DNO_ICE40_DEFAULT_ASSIGNMENTS", "-s", "testbench"];
     arguments.extend(["-o", "bench.vvp", "bench.v"]);
     arguments.extend(sources.iter().map(String::as_str));
     run(folder, "iverilog", &arguments);

@@ -30,10 +30,7 @@ fn rich() -> Emission {
 fn verdict(folder: &Path, task: &str) -> String {
     let output = Command::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scripts/sby"))
         .args(["-f", "formal/sensor_top.sby", task])
-        .env(
-            "CARGO_TARGET_DIR",
-            concat!(env!("CARGO_TARGET_TMPDIR"), "/.."),
-        )
+        .env("CARGO_TARGET_DIR", concat!(env!("CARGO_TARGET_TMPDIR"), "/.."))
         .current_dir(folder)
         .stdin(Stdio::null())
         .output()
@@ -53,12 +50,7 @@ fn every_proof_holds_for_a_design_with_every_part() {
     write(&emission, folder.path()).expect("the files can be written");
     assert_eq!(emission.formal.proofs.len(), 8);
     // The search for a wrong peak is scripts/formal's.
-    for task in emission
-        .formal
-        .proofs
-        .iter()
-        .filter(|&&task| task != "peak")
-    {
+    for task in emission.formal.proofs.iter().filter(|&&task| task != "peak") {
         assert_eq!(verdict(folder.path(), task), "PASS", "{task}");
     }
 }
@@ -68,36 +60,11 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     // Registers that one clock of reset leaves as they are.
     ("reset", "updown_correlator", "sum_r <= 3'd0;", ""),
     ("codes", "gold_generator", "u_r == U_LAST", "u_r == U_LOAD"),
-    (
-        "scan",
-        "scan_controller",
-        "o_dump = step_done_r[3]",
-        "o_dump = step_done_r[4]",
-    ),
-    (
-        "reference",
-        "lane_delay",
-        "{4{i_chips[1]}}",
-        "{4{i_chips[0]}}",
-    ),
-    (
-        "counts",
-        "detector_channel",
-        "clamp_0_clamped | total_clamped",
-        "clamp_0_clamped",
-    ),
-    (
-        "stream",
-        "result_stream",
-        "(~i_last & (|clamped))",
-        "(|clamped)",
-    ),
-    (
-        "axis",
-        "result_stream",
-        "o_valid <= i_counted | blocked",
-        "o_valid <= i_counted | more_r",
-    ),
+    ("scan", "scan_controller", "o_dump = step_done_r[3]", "o_dump = step_done_r[4]"),
+    ("reference", "lane_delay", "{4{i_chips[1]}}", "{4{i_chips[0]}}"),
+    ("counts", "detector_channel", "clamp_0_clamped | total_clamped", "clamp_0_clamped"),
+    ("stream", "result_stream", "(~i_last & (|clamped))", "(|clamped)"),
+    ("axis", "result_stream", "o_valid <= i_counted | blocked", "o_valid <= i_counted | more_r"),
 ];
 
 #[test]
@@ -121,20 +88,14 @@ fn each_is_refused(emission: &Emission, faults: &[(&str, &str, &str, &str)]) {
 /// What is emitted for the histogram of this name.
 fn histogram(name: &str) -> Emission {
     let scenes = histograms::scenes();
-    let (_, scene) = scenes
-        .iter()
-        .find(|(other, _)| *other == name)
-        .expect("there is one of this name");
+    let (_, scene) =
+        scenes.iter().find(|(other, _)| *other == name).expect("there is one of this name");
     emit(&Sensor::new(scene), "goldtof emit histogram.toml").expect("the scene is fine")
 }
 
 #[test]
 fn every_proof_holds_for_histograms() {
-    for name in [
-        "two detectors",
-        "the widest row",
-        "one memory, bins that saturate",
-    ] {
+    for name in ["two detectors", "the widest row", "one memory, bins that saturate"] {
         let emission = histogram(name);
         let folder = tempfile::tempdir().expect("a temporary folder");
         write(&emission, folder.path()).expect("the files can be written");

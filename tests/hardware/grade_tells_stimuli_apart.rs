@@ -20,9 +20,7 @@ fn grade(arguments: &[&str]) -> (Option<i32>, Value) {
 }
 
 fn number(faults: &Value, name: &str) -> u64 {
-    faults[name]
-        .as_u64()
-        .unwrap_or_else(|| panic!("{name}: {faults}"))
+    faults[name].as_u64().unwrap_or_else(|| panic!("{name}: {faults}"))
 }
 
 /// Whether a net stuck at a value is among the survivors, with this verdict.
@@ -48,23 +46,10 @@ fn photons_never_stall_and_so_stay_below_a_threshold_that_hostile_inputs_reach()
     // A receiver that is always ready tells nothing of one that is not: its wire may be
     // stuck, and hostile inputs are named that show it.
     let (all, some) = (&hostile["faults"], &photons["faults"]);
-    assert!(survives(
-        some,
-        "m_axis_tready[0]",
-        "stuck at 1",
-        "not_caught"
-    ));
-    assert!(!survives(
-        all,
-        "m_axis_tready[0]",
-        "stuck at 1",
-        "not_caught"
-    ));
+    assert!(survives(some, "m_axis_tready[0]", "stuck at 1", "not_caught"));
+    assert!(!survives(all, "m_axis_tready[0]", "stuck at 1", "not_caught"));
     assert!(number(all, "caught") > number(some, "caught"));
-    assert!(
-        number(all, "caught") * 1000 >= 998 * number(all, "total"),
-        "{all}"
-    );
+    assert!(number(all, "caught") * 1000 >= 998 * number(all, "total"), "{all}");
 }
 
 /// `run --grade` tells of the Verilog that it has just compared what `grade` tells.
@@ -129,12 +114,7 @@ fn shards_of_a_grade_are_joined_to_the_grade_of_one_run() {
     let whole = goldtof(&arguments);
     assert_eq!(whole.0, Some(4), "{}", whole.1);
     assert_eq!(whole.1["mutants"]["total"], 5);
-    assert!(
-        !whole.1["faults"]["survivors"]
-            .as_array()
-            .unwrap()
-            .is_empty()
-    );
+    assert!(!whole.1["faults"]["survivors"].as_array().unwrap().is_empty());
     // The last two have no mutant.
     for shard in ["1/7", "2/7", "3/7", "4/7", "5/7", "6/7", "7/7"] {
         let part = goldtof(&[&arguments[..], &["--shard", shard, "--out", out]].concat());

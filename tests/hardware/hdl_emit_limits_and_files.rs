@@ -61,27 +61,11 @@ fn limits_are_named_with_the_value_that_breaks_them() {
         "the integration time in chips is 9223372036854775807, but the hardware takes at most 2^60"
     );
     assert_eq!(
-        refusal(&scene(
-            &[code(Family::Gold(3), 5, 3)],
-            0,
-            8,
-            0,
-            None,
-            40,
-            None
-        )),
+        refusal(&scene(&[code(Family::Gold(3), 5, 3)], 0, 8, 0, None, 40, None)),
         "the interleaving depth of source `laser-0` is 5, but the hardware takes 0 to 4"
     );
     assert_eq!(
-        refusal(&scene(
-            &[code(Family::Chips(4097), 0, 3)],
-            0,
-            8,
-            0,
-            None,
-            40,
-            None
-        )),
+        refusal(&scene(&[code(Family::Chips(4097), 0, 3)], 0, 8, 0, None, 40, None)),
         "the number of chips of source `laser-0` is 4097, but the hardware takes 1 to 4096 given \
          chips"
     );
@@ -119,13 +103,7 @@ fn a_second_emission_removes_the_files_that_only_the_first_had() {
 
     let mut found: Vec<String> = fs::read_dir(folder.path())
         .expect("the folder is there")
-        .map(|entry| {
-            entry
-                .expect("readable")
-                .file_name()
-                .into_string()
-                .expect("plain")
-        })
+        .map(|entry| entry.expect("readable").file_name().into_string().expect("plain"))
         .collect();
     found.sort();
     let all = second.files.iter().chain(second.flow.files());
@@ -195,10 +173,7 @@ fn the_longest_code_is_emitted_with_the_most_steps_at_once() {
     // 16 * 16 * 65,535 phase steps.
     assert_eq!(peak.step_bits, 24);
     longest.hardware.parallel = 65;
-    assert_eq!(
-        refusal(&longest),
-        "parallel is 65, but the hardware takes 1 to 64"
-    );
+    assert_eq!(refusal(&longest), "parallel is 65, but the hardware takes 1 to 64");
 }
 
 #[test]

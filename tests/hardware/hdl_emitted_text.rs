@@ -59,9 +59,7 @@ fn states(text: &str) -> Vec<(String, std::ops::Range<usize>, u32, u64)> {
         let line = text[at..].lines().next().expect("it begins one");
         let (declared, value) = line.split_once(" = ").expect("a value");
         let name = declared.split_whitespace().nth(2).expect("a name");
-        let is_state = ["CHIP_COUNT", "STEP_COUNT", "U_"]
-            .iter()
-            .any(|n| name.starts_with(n));
+        let is_state = ["CHIP_COUNT", "STEP_COUNT", "U_"].iter().any(|n| name.starts_with(n));
         if !is_state {
             continue;
         }
@@ -100,8 +98,7 @@ fn a_wrong_bit_in_a_constant_of_an_lfsr_is_caught_before_the_first_clock() {
         assert_eq!(said_by_checks(folder.path(), "sensor_top"), "");
         let of_file = |at: usize| states(&files[at].text).into_iter().map(move |s| (at, s));
         let all: Vec<_> = (0..files.len()).flat_map(of_file).collect();
-        all.into_iter()
-            .map(move |(at, state)| (files.clone(), at, state))
+        all.into_iter().map(move |(at, state)| (files.clone(), at, state))
     });
     let constants: Vec<_> = constants.collect();
     let tried: Vec<(String, u32)> = constants
@@ -153,29 +150,16 @@ fn a_wrong_end_state_does_not_pass_the_emitted_testbench() {
     let scene = scene(&[code(Family::Gold(5), 0, 3)], 0, 4, 5, Some(6), 40, None);
     let mut emission: Emission =
         emit(&Sensor::new(&scene), "goldtof emit test.toml").expect("it is fine");
-    let controller = emission
-        .files
-        .iter_mut()
-        .find(|f| f.name == "scan_controller.v");
+    let controller = emission.files.iter_mut().find(|f| f.name == "scan_controller.v");
     let controller = controller.expect("a scan has one");
     let (_, place, width, value) = states(&controller.text)
         .into_iter()
         .find(|state| state.0 == "CHIP_COUNT_END")
         .expect("steps of 40 chips are counted");
-    controller
-        .text
-        .replace_range(place, &format!("{width}'h{:x}", value ^ 1));
+    controller.text.replace_range(place, &format!("{width}'h{:x}", value ^ 1));
     let folder = tempfile::tempdir().expect("a temporary folder");
     write(&emission, folder.path()).expect("the files can be written");
-    let arguments = [
-        "-g2005",
-        "-s",
-        "sensor_top_tb",
-        "-o",
-        "b.vvp",
-        "-f",
-        "sensor_top_tb.f",
-    ];
+    let arguments = ["-g2005", "-s", "sensor_top_tb", "-o", "b.vvp", "-f", "sensor_top_tb.f"];
     run(folder.path(), "iverilog", &arguments);
     let said = run(folder.path(), "vvp", &["-n", "b.vvp"]);
     assert!(said.contains("chip_count_end_check"), "{said}");

@@ -11,11 +11,8 @@ fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {
     let interface = Interface::of(scene);
     let emission =
         emit(&Sensor::new(scene), "goldtof emit test.toml --out build").expect("the scene is fine");
-    let inputs = stimulus::inputs(
-        interface.lanes() * interface.reference_codes.len() as u32,
-        cycles,
-        seed,
-    );
+    let inputs =
+        stimulus::inputs(interface.lanes() * interface.reference_codes.len() as u32, cycles, seed);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let got = icarus::simulate(&emission, &interface, &inputs, folder.path());
     let expected = naive_sensor::outputs(&interface, &inputs);
@@ -23,11 +20,7 @@ fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {
     let results = expected.iter().filter(|o| o.valid).count();
     assert!(results > 0, "the run is too short to show a result");
     for (cycle, (got, expected)) in got.iter().zip(&expected).enumerate() {
-        assert_eq!(
-            got, expected,
-            "cycle {cycle}, seed {seed}, {:?}",
-            emission.parameters
-        );
+        assert_eq!(got, expected, "cycle {cycle}, seed {seed}, {:?}", emission.parameters);
     }
 }
 
@@ -42,9 +35,7 @@ fn a_full_gold_scan_agrees_at_every_clock() {
 #[test]
 fn any_scene_agrees_at_every_clock() {
     let mut noise = stimulus::Noise::new(2023);
-    let scenes: Vec<_> = (0..60)
-        .map(|case| (case, random_scene(&mut noise, case)))
-        .collect();
+    let scenes: Vec<_> = (0..60).map(|case| (case, random_scene(&mut noise, case))).collect();
     scenes.par_iter().for_each(|(case, scene)| {
         agrees_with_the_definition(scene, 3000, u64::from(*case));
     });

@@ -35,12 +35,7 @@ int main(int argc, char **argv) {
 
 /// A code of the library, as a scene with these keys would have it.
 fn code(family: Family, degree: Option<u32>, index: Option<i64>, interleave: u32) -> Arc<Code> {
-    let spec = CodeSpec {
-        degree,
-        index,
-        interleave,
-        ..CodeSpec::new(family)
-    };
+    let spec = CodeSpec { degree, index, interleave, ..CodeSpec::new(family) };
     Arc::new(spec.build().expect("the family has this code"))
 }
 

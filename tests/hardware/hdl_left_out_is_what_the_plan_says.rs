@@ -12,11 +12,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 /// Whether the plan keeps the part `name` for any source.
 fn keeps(plan: &Plan, name: &str) -> bool {
     let is_it = |part: &str| part == name || part.starts_with(&format!("{name} ("));
-    let mut parts = plan
-        .hardware
-        .iter()
-        .filter(|part| is_it(&part.part))
-        .peekable();
+    let mut parts = plan.hardware.iter().filter(|part| is_it(&part.part)).peekable();
     assert!(parts.peek().is_some(), "no part {name}");
     parts.any(|part| part.kept)
 }
@@ -29,17 +25,11 @@ fn traces(emission: &Emission) -> Vec<(&'static str, bool)> {
             let module = line.strip_prefix("module ").unwrap_or_default();
             module.starts_with(name)
         };
-        emission
-            .files
-            .iter()
-            .any(|file| file.text.lines().any(begins))
+        emission.files.iter().any(|file| file.text.lines().any(begins))
     };
     let text_of = |name: &str| {
         let mut files = emission.files.iter();
-        &files
-            .find(|file| file.name == name)
-            .expect("it is emitted")
-            .text
+        &files.find(|file| file.name == name).expect("it is emitted").text
     };
     let mut traces = vec![
         ("second_lfsr", has_module("gold_generator")),
@@ -53,18 +43,10 @@ fn traces(emission: &Emission) -> Vec<(&'static str, bool)> {
         return traces;
     }
     let mut ports = emission.ports.iter();
-    let samples = ports
-        .find(|port| port.name == "i_samples")
-        .expect("every sensor takes samples");
+    let samples = ports.find(|port| port.name == "i_samples").expect("every sensor takes samples");
     traces.extend([
-        (
-            "scan_realignment",
-            text_of("scan_controller.v").contains("o_start"),
-        ),
-        (
-            "lane_choice",
-            samples.width as usize > emission.parameters.detectors,
-        ),
+        ("scan_realignment", text_of("scan_controller.v").contains("o_start")),
+        ("lane_choice", samples.width as usize > emission.parameters.detectors),
         ("parallel_correlators", emission.parameters.parallel > 1),
     ]);
     traces
@@ -92,11 +74,7 @@ fn in_a_hundred_and_sixty_random_scenes() {
                 .map(|part| (text(&part["part"]), text(&part["reason"])))
                 .collect()
         };
-        assert_eq!(
-            named(&manifest["left_out"]),
-            named(&plan["hardware"]),
-            "scene {number}"
-        );
+        assert_eq!(named(&manifest["left_out"]), named(&plan["hardware"]), "scene {number}");
     }
     let often = |times: &[u32; 2]| times.iter().all(|&times| times > 2);
     assert!(seen.len() == 8 && seen.values().all(often), "{seen:?}");

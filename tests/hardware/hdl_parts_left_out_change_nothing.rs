@@ -27,15 +27,7 @@ fn plain_scene(noise: &mut Noise, case: u32) -> Scene {
     let steps = 1 + noise.below(period.min(12));
     let integration = 4 + noise.below(40);
     let first = noise.below(period);
-    scene(
-        &codes,
-        0,
-        lanes as u32,
-        first,
-        Some(steps),
-        integration,
-        None,
-    )
+    scene(&codes, 0, lanes as u32, first, Some(steps), integration, None)
 }
 
 /// Outputs of a scene's Verilog, clock by clock.
@@ -62,9 +54,7 @@ fn counts(scene: &Scene, inputs: &[Inputs]) -> Vec<i64> {
     let outputs = outputs(scene, inputs);
     assert!(outputs.iter().all(|o| !o.overrun && !o.saturated));
     let taken = outputs.iter().filter(|output| output.valid);
-    taken
-        .map(|output| ((output.data << unused) as i128 >> unused) as i64)
-        .collect()
+    taken.map(|output| ((output.data << unused) as i128 >> unused) as i64).collect()
 }
 
 /// Clocks in which a scene sends its first group.
@@ -96,11 +86,7 @@ fn second_lfsr_interleaver_and_shared_generators() {
             source.code = by_table(&source.code);
         }
         let inputs = stimulus::inputs(made.samples_per_chip, 1_500, u64::from(case));
-        assert_eq!(
-            outputs(&made, &inputs),
-            outputs(&from_tables, &inputs),
-            "case {case}"
-        );
+        assert_eq!(outputs(&made, &inputs), outputs(&from_tables, &inputs), "case {case}");
     }
 }
 
@@ -120,12 +106,7 @@ fn the_peak_detector() {
         assert!(seen.iter().any(|output| output.peak_valid));
         let but_its_ports: Vec<Outputs> = seen
             .into_iter()
-            .map(|output| Outputs {
-                peak_step: 0,
-                peak_count: 0,
-                peak_valid: false,
-                ..output
-            })
+            .map(|output| Outputs { peak_step: 0, peak_count: 0, peak_valid: false, ..output })
             .collect();
         assert_eq!(but_its_ports, outputs(&without, &inputs), "case {case}");
         compared += 1;
@@ -148,10 +129,7 @@ fn the_total_counts() {
         assert!(seen.iter().any(|output| output.data >> signed_bits != 0));
         let but_totals: Vec<Outputs> = seen
             .into_iter()
-            .map(|output| Outputs {
-                data: output.data & ((1 << signed_bits) - 1),
-                ..output
-            })
+            .map(|output| Outputs { data: output.data & ((1 << signed_bits) - 1), ..output })
             .collect();
         assert_eq!(but_totals, outputs(&without, &inputs), "case {case}");
     }
@@ -187,10 +165,7 @@ fn the_saturation_clamp() {
         assert_eq!(found, expected[..found.len()], "case {case}");
         compared += 1;
     }
-    assert!(
-        compared >= 6,
-        "{compared} scenes have counts that can be narrower"
-    );
+    assert!(compared >= 6, "{compared} scenes have counts that can be narrower");
 }
 
 #[test]
@@ -212,10 +187,7 @@ fn parallel_correlators() {
             alone.scan.steps = 1;
             alone.scan.first_step = together.scan.phase_step(Step(step));
             let found = counts(&alone, &inputs);
-            assert_eq!(
-                found[0], expected[step as usize],
-                "case {case}, step {step}"
-            );
+            assert_eq!(found[0], expected[step as usize], "case {case}, step {step}");
         }
     }
 }
@@ -310,10 +282,7 @@ fn the_choice_of_lanes() {
         // The same level all through a chip.
         let held: Vec<Inputs> = inputs
             .iter()
-            .map(|&input| Inputs {
-                samples: input.samples * ((1 << fine) - 1),
-                ..input
-            })
+            .map(|&input| Inputs { samples: input.samples * ((1 << fine) - 1), ..input })
             .collect();
         let (expected, found) = (counts(&coarse, &inputs), counts(&finer, &held));
         for step in 0..parallel as usize {

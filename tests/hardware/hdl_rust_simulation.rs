@@ -43,11 +43,7 @@ fn clock(sensor: &mut SensorTop, input: &Inputs) -> Outputs {
 
 /// A stand-in's value is not looked at.
 fn if_peak(sensor: &SensorTop, value: u128) -> u128 {
-    if sensor.o_peak_valid.is_present() {
-        value
-    } else {
-        0
-    }
+    if sensor.o_peak_valid.is_present() { value } else { 0 }
 }
 
 fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {
@@ -55,11 +51,8 @@ fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {
 }
 
 fn keeps(interface: &Interface, cycles: usize, seed: u64) {
-    let inputs = stimulus::inputs(
-        interface.lanes() * interface.reference_codes.len() as u32,
-        cycles,
-        seed,
-    );
+    let inputs =
+        stimulus::inputs(interface.lanes() * interface.reference_codes.len() as u32, cycles, seed);
     let expected = naive_sensor::outputs(interface, &inputs);
     assert!(expected.iter().any(|o| o.valid), "the run is too short");
     let mut sensor = SensorTop::new(interface);
@@ -72,12 +65,7 @@ fn keeps(interface: &Interface, cycles: usize, seed: u64) {
 
 #[test]
 fn the_sensor_agrees_at_every_clock() {
-    let families = [
-        Family::Gold(5),
-        Family::MSequence(4),
-        Family::Square,
-        Family::Chips(11),
-    ];
+    let families = [Family::Gold(5), Family::MSequence(4), Family::Square, Family::Chips(11)];
     for (number, family) in families.into_iter().enumerate() {
         for interleave in [0, 2] {
             for (lanes, steps, width) in
@@ -137,16 +125,8 @@ fn counts_and_totals_of_more_than_a_word_agree_at_every_clock() {
     let mut interface = Interface::of(&scene);
     interface.exact_count_bits = 45;
     interface.count_bits = 45;
-    interface.count_segments = CountSegments {
-        count: 4,
-        lower_bits: 12,
-        top_bits: 9,
-    };
-    interface.total = Some(TotalCount {
-        exact_bits: 44,
-        bits: 44,
-        first_bit: 48,
-    });
+    interface.count_segments = CountSegments { count: 4, lower_bits: 12, top_bits: 9 };
+    interface.total = Some(TotalCount { exact_bits: 44, bits: 44, first_bit: 48 });
     interface.tdata_bits = 96;
     interface.result_latency_clocks += interface.count_segments.clocks() - 1;
     keeps(&interface, 1000, 5);
@@ -155,12 +135,7 @@ fn counts_and_totals_of_more_than_a_word_agree_at_every_clock() {
 #[test]
 fn a_code_source_gives_its_table_from_any_start_and_waits_without_advance() {
     let mut noise = stimulus::Noise::new(5);
-    for family in [
-        Family::Gold(6),
-        Family::MSequence(5),
-        Family::Square,
-        Family::Chips(13),
-    ] {
+    for family in [Family::Gold(6), Family::MSequence(5), Family::Square, Family::Chips(13)] {
         for interleave in 0..=4 {
             let code = code(family, interleave, 9);
             let start = noise.below(code.len());

@@ -31,10 +31,7 @@ fn a_full_scan_reads_as_expected() {
         "result_stream",
         "sensor_top",
     ] {
-        insta::assert_snapshot!(
-            format!("full_{name}"),
-            text(&emission, &format!("{name}.v"))
-        );
+        insta::assert_snapshot!(format!("full_{name}"), text(&emission, &format!("{name}.v")));
     }
 }
 
@@ -49,10 +46,7 @@ fn a_window_scan_of_an_interleaved_code_hands_its_parameters_down() {
         "result_stream",
         "sensor_top",
     ] {
-        insta::assert_snapshot!(
-            format!("window_{name}"),
-            text(&emission, &format!("{name}.v"))
-        );
+        insta::assert_snapshot!(format!("window_{name}"), text(&emission, &format!("{name}.v")));
     }
 }
 
@@ -71,12 +65,7 @@ fn the_other_generators_read_as_expected() {
 #[test]
 fn sources_with_one_code_share_a_generator_and_other_polynomials_get_a_module() {
     let shared = code(Family::Gold(5), 0, 3);
-    let codes = [
-        shared.clone(),
-        code(Family::Gold(6), 0, 3),
-        shared,
-        code(Family::Gold(5), 0, 4),
-    ];
+    let codes = [shared.clone(), code(Family::Gold(6), 0, 3), shared, code(Family::Gold(5), 0, 4)];
     let scene = scene(&codes, 1, 2, 0, None, 40, None);
     let emission = emit(&Sensor::new(&scene), COMMAND).expect("the scene is fine");
     insta::assert_snapshot!("four_sources_sensor_top", text(&emission, "sensor_top.v"));

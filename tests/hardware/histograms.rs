@@ -81,22 +81,13 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
         ("one adder", histogram(SHORT, 8, 7.0, SPAD)),
         ("two adders for 16 samples", coarse),
         ("one sample", histogram(SHORT, 1, 5.0, SPAD)),
-        (
-            "two samples, interleaved",
-            histogram(interleaved, 2, 3.0, SPAD),
-        ),
+        ("two samples, interleaved", histogram(interleaved, 2, 3.0, SPAD)),
         ("the shortest code", histogram(given, 4, 3.0, EAGER)),
         ("the widest row", histogram(SHORT, 16, 200.0, EAGER)),
         ("two detectors", two),
         ("one memory", single(histogram(SHORT, 8, 7.0, SPAD), None)),
-        (
-            "one memory, a code period",
-            single(histogram(SHORT, 4, 1.0, EAGER), None),
-        ),
-        (
-            "one memory, bins that saturate",
-            single(histogram(SHORT, 8, 9.0, EAGER), Some(2)),
-        ),
+        ("one memory, a code period", single(histogram(SHORT, 4, 1.0, EAGER), None)),
+        ("one memory, bins that saturate", single(histogram(SHORT, 8, 9.0, EAGER), Some(2))),
     ]
 }
 
@@ -248,10 +239,7 @@ fn a_memory_of_ecp5_blocks_holds_what_an_inferred_one_does() {
         let files = [
             ("inferred.v", MEMORY.to_owned()),
             ("DP16KD.v", DP16KD.to_owned()),
-            (
-                "of_blocks.v",
-                format!("`define ECP5_BLOCK_RAM\n{of_blocks}"),
-            ),
+            ("of_blocks.v", format!("`define ECP5_BLOCK_RAM\n{of_blocks}")),
             ("bench.v", memories_side_by_side(words, bits)),
         ];
         for (name, text) in &files {
@@ -261,10 +249,7 @@ fn a_memory_of_ecp5_blocks_holds_what_an_inferred_one_does() {
         arguments.extend(files.iter().map(|(name, _)| *name));
         run(folder.path(), "iverilog", &arguments);
         let said = run(folder.path(), "vvp", &["-n", "bench.vvp"]);
-        assert!(
-            said.starts_with("0 wrong, last "),
-            "{words} x {bits}: {said}"
-        );
+        assert!(said.starts_with("0 wrong, last "), "{words} x {bits}: {said}");
         assert!(!said.contains('x'), "{words} x {bits}: {said}");
         let widths = [
             format!("-GWORDS={words}"),
@@ -274,11 +259,7 @@ fn a_memory_of_ecp5_blocks_holds_what_an_inferred_one_does() {
         let mut arguments = vec!["--lint-only", "-Wall", "--top-module", "ecp5_memory"];
         arguments.extend(widths.iter().map(String::as_str));
         arguments.extend(["-Wno-DECLFILENAME", "of_blocks.v", "DP16KD.v"]);
-        assert_eq!(
-            run(folder.path(), "verilator", &arguments),
-            "",
-            "{words} x {bits}"
-        );
+        assert_eq!(run(folder.path(), "verilator", &arguments), "", "{words} x {bits}");
     }
 }
 
@@ -303,9 +284,7 @@ fn by_definition(sensor: &Sensor) -> Vec<Vec<i64>> {
     let mut block = Block::default();
     while maker.make(&mut block) {
         for (detector, hits) in DetectorIndex::all().zip(maker.hits()) {
-            let in_frame = hits
-                .iter()
-                .filter(|&&hit| (start..start + samples).contains(&hit));
+            let in_frame = hits.iter().filter(|&&hit| (start..start + samples).contains(&hit));
             for &hit in in_frame {
                 for (k, count) in (0..).zip(counts[detector.0].iter_mut()) {
                     let at = (hit - start + period - k) % period / lanes;
@@ -365,11 +344,7 @@ fn every_phase_steps_count_follows_from_the_histogram_that_the_verilog_sent() {
         }
         for (detector, sent) in DetectorIndex::all().zip(&done.counts) {
             let bins: Vec<u64> = sent.iter().filter_map(|count| count.bin).collect();
-            assert_eq!(
-                [bins],
-                simulated(&sensor, detector, Tier::Sampled, 1)[..],
-                "{name}"
-            );
+            assert_eq!([bins], simulated(&sensor, detector, Tier::Sampled, 1)[..], "{name}");
         }
     });
 }

@@ -48,22 +48,11 @@ const WITHOUT_UNIT: [&str; 20] = [
     "target_error",
 ];
 /// How names of numbers end.
-const UNITS: [&str; 9] = [
-    "_m",
-    "_s",
-    "_ps",
-    "_hz",
-    "_cps",
-    "_in_std",
-    "_fraction",
-    "_fraction_error",
-    "clocks_per_s",
-];
+const UNITS: [&str; 9] =
+    ["_m", "_s", "_ps", "_hz", "_cps", "_in_std", "_fraction", "_fraction_error", "clocks_per_s"];
 
 /// Words that the glossary has others for.
-const BANNED: [&str; 8] = [
-    "cycle", "cycles", "bench", "dwell", "clamp", "ambient", "ci", "sigmas",
-];
+const BANNED: [&str; 8] = ["cycle", "cycles", "bench", "dwell", "clamp", "ambient", "ci", "sigmas"];
 
 fn folder() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/json")
@@ -157,22 +146,15 @@ fn names_follow_the_rule() {
             seen.insert(name.to_owned());
         });
         for head in ["document", "goldtof", "command", "scene"] {
-            assert!(
-                schema["properties"][head].is_object(),
-                "{document}: no {head}"
-            );
+            assert!(schema["properties"][head].is_object(), "{document}: no {head}");
         }
     }
     assert_eq!(wrong, Vec::<String>::new());
     assert!(seen.len() > 150, "{}", seen.len());
     let unused = WITHOUT_UNIT.iter().find(|name| !seen.contains(**name));
     assert_eq!(unused, None);
-    let bad = [
-        ("true_m_", "number"),
-        ("cycles", "integer"),
-        ("Clocks", "integer"),
-        ("walk", "number"),
-    ];
+    let bad =
+        [("true_m_", "number"), ("cycles", "integer"), ("Clocks", "integer"), ("walk", "number")];
     for (name, kind) in bad {
         let schema = json!({ "type": kind, "description": "" });
         assert!(complaint(name, &schema).is_some(), "{name}");
@@ -193,13 +175,7 @@ fn document_with(statuses: &[i32], words: &[&str]) -> Value {
         .output()
         .expect("goldtof starts");
     let said = String::from_utf8_lossy(&output.stderr);
-    assert!(
-        output
-            .status
-            .code()
-            .is_some_and(|code| statuses.contains(&code)),
-        "{words:?}: {said}"
-    );
+    assert!(output.status.code().is_some_and(|code| statuses.contains(&code)), "{words:?}: {said}");
     serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{words:?}: {e}: {said}"))
 }
 
@@ -221,25 +197,10 @@ fn documents(work: &Path) -> Vec<Value> {
         document_with(&[2], &["plan", "tests/scenes/no-such-scene.toml"]),
         document_with(&[2], &["plan", quick, "--set", "clock.chip_period=8"]),
         document(&["stress", "--case", goldtof::study::stress::cases()[0].name]),
-        document(&[
-            "reproduce",
-            "--figure",
-            "3",
-            "--repeat",
-            "2",
-            "--out",
-            &at("article"),
-        ]),
+        document(&["reproduce", "--figure", "3", "--repeat", "2", "--out", &at("article")]),
         document(&["compare-architectures", quick]),
         document(&["fidelity", quick, "--budget-s", "1", "--target-error", "5%"]),
-        document(&[
-            "fidelity",
-            quick,
-            "--budget-s",
-            "1",
-            "--target-error",
-            "0.1%",
-        ]),
+        document(&["fidelity", quick, "--budget-s", "1", "--target-error", "0.1%"]),
     ];
     let mut grade = vec!["grade", quick, "--clocks", "3000", "--mutants", "5"];
     grade.extend(["--proof-time", "1", "--proof-budget", "1"]);
@@ -260,42 +221,19 @@ fn documents(work: &Path) -> Vec<Value> {
             all.push(document(&words));
         }
     }
-    all.push(document(&[
-        "cosim",
-        quick,
-        "--stimulus",
-        "adversarial",
-        "--vcd",
-        &at("w.vcd"),
-    ]));
+    all.push(document(&["cosim", quick, "--stimulus", "adversarial", "--vcd", &at("w.vcd")]));
     all.push(mismatch(work));
     let sweep = ["--over", "path.distance=1 m, 2 m", "--fidelity", "expected"];
-    all.push(document(
-        &[&["sweep", quick, "--out", &at("sweep")][..], &sweep].concat(),
-    ));
+    all.push(document(&[&["sweep", quick, "--out", &at("sweep")][..], &sweep].concat()));
     all.push(read(&work.join("sweep/sweep.json")));
     all.extend(shards(work));
     let model = ["--estimator", "model"];
-    all.push(document(
-        &[&["run", quick, "--out", &at("run")][..], &model].concat(),
-    ));
+    all.push(document(&[&["run", quick, "--out", &at("run")][..], &model].concat()));
     let counts = at("run/counts.csv");
     for estimator in ["fft", "model"] {
-        all.push(document(&[
-            "estimate",
-            quick,
-            &counts,
-            "--estimator",
-            estimator,
-        ]));
+        all.push(document(&["estimate", quick, &counts, "--estimator", estimator]));
     }
-    all.push(document(&[
-        "estimate",
-        quick,
-        &counts,
-        "--set",
-        "source.mean_power=1 pW",
-    ]));
+    all.push(document(&["estimate", quick, &counts, "--set", "source.mean_power=1 pW"]));
     all
 }
 
@@ -307,31 +245,10 @@ fn shards(work: &Path) -> Vec<Value> {
     let expected = ["--fidelity", "expected"];
     let commands = [
         &["simulate", quick, "--repeat", "3", "--shard", "1/2"][..],
-        &[
-            &["sweep", quick, "--over", axis, "--shard", "1/1"][..],
-            &expected,
-        ]
-        .concat(),
-        &[
-            "reproduce",
-            "--figure",
-            "3",
-            "--repeat",
-            "2",
-            "--shard",
-            "1/1",
-        ],
+        &[&["sweep", quick, "--over", axis, "--shard", "1/1"][..], &expected].concat(),
+        &["reproduce", "--figure", "3", "--repeat", "2", "--shard", "1/1"],
         &["stress", "--case", case, "--shard", "1/1"],
-        &[
-            "grade",
-            quick,
-            "--clocks",
-            "40000",
-            "--mutants",
-            "5",
-            "--shard",
-            "1/7",
-        ],
+        &["grade", quick, "--clocks", "40000", "--mutants", "5", "--shard", "1/7"],
     ];
     let mut all = Vec::new();
     for command in commands {
@@ -340,9 +257,7 @@ fn shards(work: &Path) -> Vec<Value> {
         all.push(document(&[command, &["--out", path]].concat()));
         all.push(document(&["merge", path, "--missing"]));
         let mut files = fs::read_dir(out.join("shards")).expect("it is there");
-        all.push(read(
-            &files.next().expect("a shard").expect("readable").path(),
-        ));
+        all.push(read(&files.next().expect("a shard").expect("readable").path()));
     }
     all
 }
@@ -359,10 +274,7 @@ fn mismatch(work: &Path) -> Value {
     fs::write(&file, wrong).expect("it can be written");
     let found = document(&["cosim", "scenes/quick.toml", "--rtl", out]);
     assert_eq!(found["verdict"], "mismatch");
-    assert!(
-        found["first_mismatch"]["numbers"][0]["expected"].is_i64(),
-        "{found}"
-    );
+    assert!(found["first_mismatch"]["numbers"][0]["expected"].is_i64(), "{found}");
     found
 }
 
@@ -378,11 +290,7 @@ fn every_document_holds_and_every_schema_has_one() {
     };
     let documents: Vec<(String, Value)> = documents(work.path()).into_iter().map(named).collect();
     for (found, (name, document)) in errors(&documents).iter().zip(&documents) {
-        assert!(
-            found.is_empty(),
-            "{name}, {}: {found:#?}",
-            document["command"]
-        );
+        assert!(found.is_empty(), "{name}, {}: {found:#?}", document["command"]);
     }
     let there: BTreeSet<&str> = documents.iter().map(|(name, _)| name.as_str()).collect();
     let schemas = goldtof::cli::documents::schemas();

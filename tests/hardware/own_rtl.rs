@@ -12,10 +12,7 @@ const EXAMPLE: &str = "examples/own-rtl";
 const OWN_LATENCY: u64 = 10;
 
 fn goldtof(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_goldtof"))
-        .args(arguments)
-        .output()
-        .unwrap()
+    Command::new(env!("CARGO_BIN_EXE_goldtof")).args(arguments).output().unwrap()
 }
 
 /// `goldtof cosim` of the quick scene: exit status, JSON, stderr.
@@ -49,11 +46,7 @@ fn copy(to: &Path) {
         "rtl/stream_port.sv",
     ];
     for file in files {
-        write(
-            to,
-            file,
-            &fs::read_to_string(Path::new(EXAMPLE).join(file)).unwrap(),
-        );
+        write(to, file, &fs::read_to_string(Path::new(EXAMPLE).join(file)).unwrap());
     }
 }
 
@@ -76,11 +69,7 @@ fn the_hand_written_sensor_matches_with_its_own_latency() {
             "--stimulus",
             stimulus,
         ]);
-        assert_eq!(
-            (status, &report["verdict"]),
-            (Some(0), &"match".into()),
-            "{stderr}"
-        );
+        assert_eq!((status, &report["verdict"]), (Some(0), &"match".into()), "{stderr}");
         assert_eq!(report["latency"]["result_clocks"], OWN_LATENCY);
         assert_eq!(report["latency"]["emitted_result_clocks"], 6);
         let remark = report["remarks"][0].as_str().unwrap();
@@ -97,24 +86,12 @@ fn the_hand_written_sensor_matches_with_its_own_latency() {
 fn every_latency_is_found_and_the_wrong_one_is_told_by_its_clocks() {
     let folder = tempfile::tempdir().unwrap();
     copy(folder.path());
-    write(
-        folder.path(),
-        "bare.f",
-        "+incdir+include rtl/range_top.v -y rtl +libext+.v+.sv",
-    );
+    write(folder.path(), "bare.f", "+incdir+include rtl/range_top.v -y rtl +libext+.v+.sv");
     let list = folder.path().join("bare.f");
     let asked = |stages: u64, latency: &str| {
         let define = format!("ADDER_STAGES={stages}");
-        let all = [
-            "--filelist",
-            text(&list),
-            "--top",
-            "range_top",
-            "-D",
-            &define,
-            "--clocks",
-            "9000",
-        ];
+        let all =
+            ["--filelist", text(&list), "--top", "range_top", "-D", &define, "--clocks", "9000"];
         cosim(&[&all[..], &["--latency", latency]].concat())
     };
     // Earlier than the emitted design's, by as much, and later.
@@ -129,10 +106,7 @@ fn every_latency_is_found_and_the_wrong_one_is_told_by_its_clocks() {
             let late = stages as i64 + 2 - wrong as i64;
             let told = report["differences"].as_array().unwrap();
             // A count that stands already, or still, may make up for a late payload.
-            assert!(
-                told.iter().any(|d| d["port"] == "m_axis_tvalid"),
-                "{told:?}"
-            );
+            assert!(told.iter().any(|d| d["port"] == "m_axis_tvalid"), "{told:?}");
             for difference in told {
                 assert_eq!(difference["clocks_late"], late, "{stages} {wrong} {told:?}");
             }
@@ -145,21 +119,14 @@ fn a_late_peak_is_held_to_its_own_latency() {
     const PEAK: &str = "tests/scenes/peak.toml";
     let folder = tempfile::tempdir().unwrap();
     let rtl = folder.path();
-    assert!(
-        goldtof(&["emit", PEAK, "--quiet", "--out", text(rtl)])
-            .status
-            .success()
-    );
+    assert!(goldtof(&["emit", PEAK, "--quiet", "--out", text(rtl)]).status.success());
     let manifest: Value =
         serde_json::from_str(&fs::read_to_string(rtl.join("manifest.json")).unwrap()).unwrap();
     let mut ports = Vec::new();
     let mut delayed = Vec::new();
     let mut connected = Vec::new();
     for port in manifest["ports"].as_array().unwrap() {
-        let (name, width) = (
-            port["name"].as_str().unwrap(),
-            port["width_bits"].as_u64().unwrap(),
-        );
+        let (name, width) = (port["name"].as_str().unwrap(), port["width_bits"].as_u64().unwrap());
         let direction = port["direction"].as_str().unwrap();
         ports.push(format!("{direction} [{}:0] {name}", width - 1));
         if name.starts_with("o_peak") {
@@ -183,15 +150,7 @@ fn a_late_peak_is_held_to_its_own_latency() {
     write(rtl, "late_top.v", &late);
     fs::remove_file(rtl.join("manifest.json")).unwrap();
     let run = |latency: &[&str]| {
-        let all = [
-            "cosim",
-            PEAK,
-            "--json",
-            "--rtl",
-            text(rtl),
-            "--top",
-            "late_top",
-        ];
+        let all = ["cosim", PEAK, "--json", "--rtl", text(rtl), "--top", "late_top"];
         let output = goldtof(&[&all[..], latency].concat());
         let report: Value = serde_json::from_slice(&output.stdout).unwrap();
         (output.status.code(), report)
@@ -215,67 +174,23 @@ fn a_late_peak_is_held_to_its_own_latency() {
 
 /// File of the hand-written sensor, and an edit of it.
 const FAULTS: &[(&str, &str, &str)] = &[
-    (
-        "include/sensor_defs.vh",
-        "31'b00000000100",
-        "31'b00000000101",
-    ),
+    ("include/sensor_defs.vh", "31'b00000000100", "31'b00000000101"),
     ("include/sensor_defs.vh", "2500 ", "2499 "),
     ("rtl/code_rom.v", "chip + 5'd1", "chip + 5'd2"),
-    (
-        "rtl/correlator.v",
-        "`SAMPLES - step_ends",
-        "`SAMPLES + step_ends",
-    ),
-    (
-        "rtl/correlator.v",
-        "forward - PLACES :",
-        "forward - PLACES + 1 :",
-    ),
-    (
-        "rtl/correlator.v",
-        "level   <= samples[`SAMPLES-1];",
-        "level   <= 0;",
-    ),
-    (
-        "rtl/correlator.v",
-        "lane >= `SAMPLES ?",
-        "lane > `SAMPLES ?",
-    ),
-    (
-        "rtl/correlator.v",
-        "sum + 5'sd1 : sum - 5'sd1",
-        "sum + 5'sd1 : sum",
-    ),
-    (
-        "rtl/correlator.v",
-        "? 16'sd0 : new_total",
-        "? sums[`ADDER_STAGES-1] : new_total",
-    ),
+    ("rtl/correlator.v", "`SAMPLES - step_ends", "`SAMPLES + step_ends"),
+    ("rtl/correlator.v", "forward - PLACES :", "forward - PLACES + 1 :"),
+    ("rtl/correlator.v", "level   <= samples[`SAMPLES-1];", "level   <= 0;"),
+    ("rtl/correlator.v", "lane >= `SAMPLES ?", "lane > `SAMPLES ?"),
+    ("rtl/correlator.v", "sum + 5'sd1 : sum - 5'sd1", "sum + 5'sd1 : sum"),
+    ("rtl/correlator.v", "? 16'sd0 : new_total", "? sums[`ADDER_STAGES-1] : new_total"),
     ("rtl/correlator.v", "            total     <= 0;\n", ""),
-    (
-        "rtl/correlator.v",
-        "step <= scan_ends ? 0 : step + 1",
-        "step <= step + 1",
-    ),
+    ("rtl/correlator.v", "step <= scan_ends ? 0 : step + 1", "step <= step + 1"),
     ("rtl/correlator.v", "sums[stage]  <= 0;", ""),
-    (
-        "rtl/stream_port.sv",
-        "if (put && !is_free)",
-        "if (put && tvalid)",
-    ),
+    ("rtl/stream_port.sv", "if (put && !is_free)", "if (put && tvalid)"),
     ("rtl/stream_port.sv", "!tvalid || tready", "!tvalid"),
-    (
-        "rtl/stream_port.sv",
-        "if (is_free) begin",
-        "if (is_free || put) begin",
-    ),
+    ("rtl/stream_port.sv", "if (is_free) begin", "if (is_free || put) begin"),
     ("rtl/stream_port.sv", "            lost   <= '0;\n", ""),
-    (
-        "rtl/range_top.v",
-        "o_epoch <= chip == 0;",
-        "o_epoch <= chip == 1;",
-    ),
+    ("rtl/range_top.v", "o_epoch <= chip == 0;", "o_epoch <= chip == 1;"),
     ("rtl/range_top.v", ".put_last(done_last)", ".put_last(1'b0)"),
 ];
 
@@ -300,11 +215,7 @@ fn planted_faults_of_the_hand_written_sensor_are_found() {
             "adversarial",
         ]);
         let found = (status, &report["verdict"]);
-        assert_eq!(
-            found,
-            (Some(1), &"mismatch".into()),
-            "{from} -> {to}: {stderr}"
-        );
+        assert_eq!(found, (Some(1), &"mismatch".into()), "{from} -> {to}: {stderr}");
     }
 }
 
@@ -313,12 +224,7 @@ fn in_another_form(form: &str, folder: &Path) -> Vec<String> {
     let plain = folder.join("plain");
     copy(&plain);
     let read = |name: &str| fs::read_to_string(plain.join(name)).unwrap();
-    let sources = [
-        "rtl/range_top.v",
-        "rtl/code_rom.v",
-        "rtl/correlator.v",
-        "rtl/stream_port.sv",
-    ];
+    let sources = ["rtl/range_top.v", "rtl/code_rom.v", "rtl/correlator.v", "rtl/stream_port.sv"];
     let at = folder.join(form);
     let odd_testbench = "class t extends uvm_test; `uvm_object_utils(t) endclass";
     match form {
@@ -326,11 +232,7 @@ fn in_another_form(form: &str, folder: &Path) -> Vec<String> {
             for name in sources {
                 write(&at, &format!("my {name}"), &read(name));
             }
-            write(
-                &at,
-                "my headers/sensor_defs.vh",
-                &read("include/sensor_defs.vh"),
-            );
+            write(&at, "my headers/sensor_defs.vh", &read("include/sensor_defs.vh"));
             write(&at, "test bench/range_tb.sv", odd_testbench);
             symlink("..", at.join("my rtl/up")).unwrap();
             symlink(".", at.join("here")).unwrap();
@@ -346,11 +248,7 @@ fn in_another_form(form: &str, folder: &Path) -> Vec<String> {
         "a package and a macro file" => {
             let top = read(sources[0]).replace("`include \"sensor_defs.vh\"\n", "");
             let top = top.replace("chip == 0;", "chip == zeros_pkg::ZERO;");
-            write(
-                &at,
-                "zz_pkg.sv",
-                "package zeros_pkg; localparam ZERO = 0; endpackage",
-            );
+            write(&at, "zz_pkg.sv", "package zeros_pkg; localparam ZERO = 0; endpackage");
             write(&at, "range_top.v", &top);
             for name in &sources[1..] {
                 write(&at, name, &read(name));
@@ -359,11 +257,7 @@ fn in_another_form(form: &str, folder: &Path) -> Vec<String> {
             write(&at, "rtl/sensor_defs.vh", &read("include/sensor_defs.vh"));
         }
         "a list of lists from elsewhere" => {
-            write(
-                &at,
-                "lists/all.f",
-                "-f lists/inner.f -F ../plain/range_top.f // both\n",
-            );
+            write(&at, "lists/all.f", "-f lists/inner.f -F ../plain/range_top.f // both\n");
             write(&at, "lists/inner.f", "-sverilog +define+UNUSED\n");
             fs::remove_file(plain.join("range_top.f")).unwrap();
             write(
@@ -374,9 +268,7 @@ fn in_another_form(form: &str, folder: &Path) -> Vec<String> {
             let copied = "lists/lists/inner.f";
             write(&at, copied, "-sverilog\n");
             let list = at.join("lists/all.f");
-            let nested = fs::read_to_string(&list)
-                .unwrap()
-                .replace("../plain", "../../plain");
+            let nested = fs::read_to_string(&list).unwrap().replace("../plain", "../../plain");
             fs::write(&list, nested).unwrap();
             return vec!["--filelist".to_owned(), text(&list).to_owned()];
         }
@@ -410,17 +302,10 @@ fn further_ports_are_remarked_and_others_refused() {
     let top = folder.path().join("sensor_top.v");
     let sound = fs::read_to_string(&top).unwrap();
     let with = |ports: &str, lines: &str| {
-        let changed = sound.replacen(
-            "input  wire        i_rst,",
-            &format!("input wire i_rst, {ports}"),
-            1,
-        );
+        let changed =
+            sound.replacen("input  wire        i_rst,", &format!("input wire i_rst, {ports}"), 1);
         let at = changed.rfind("endmodule").unwrap();
-        fs::write(
-            &top,
-            format!("{}{lines}\n{}", &changed[..at], &changed[at..]),
-        )
-        .unwrap();
+        fs::write(&top, format!("{}{lines}\n{}", &changed[..at], &changed[at..])).unwrap();
         cosim(&["--clocks", "6000", "--rtl", text(folder.path())])
     };
     let ports = "input wire [69:0] i_spare, output wire \\o+odd , output wire [69:0] o_wide,";
@@ -442,14 +327,8 @@ fn further_ports_are_remarked_and_others_refused() {
     let (status, _, stderr) = with("input wire [69:0] i_spare,", stops);
     assert_eq!(status, Some(0), "{stderr}");
     for (ports, told) in [
-        (
-            "inout wire pad,",
-            "port pad (inout of 1 bit(s)) is not one of this scene's ports",
-        ),
-        (
-            "output wire o_many [1:0],",
-            "port o_many (an array, each an output of 1 bit(s)) is not",
-        ),
+        ("inout wire pad,", "port pad (inout of 1 bit(s)) is not one of this scene's ports"),
+        ("output wire o_many [1:0],", "port o_many (an array, each an output of 1 bit(s)) is not"),
     ] {
         let (status, _, stderr) = with(ports, "");
         assert_eq!(status, Some(2), "{stderr}");
@@ -458,41 +337,24 @@ fn further_ports_are_remarked_and_others_refused() {
 }
 
 /// What is done to a copy of the hand-written sensor, the options, and what is told.
-type Hostile = (
-    &'static str,
-    fn(&Path),
-    &'static [&'static str],
-    &'static [&'static str],
-);
+type Hostile = (&'static str, fn(&Path), &'static [&'static str], &'static [&'static str]);
 
 const HOSTILE: &[Hostile] = &[
     (
         "a module is missing",
         |at| fs::remove_file(at.join("rtl/correlator.v")).unwrap(),
         &["--rtl", "."],
-        &[
-            "Cannot find file containing module: 'correlator'",
-            "rtl/range_top.v:",
-        ],
+        &["Cannot find file containing module: 'correlator'", "rtl/range_top.v:"],
     ),
     (
         "an include is missing",
         |at| fs::remove_file(at.join("include/sensor_defs.vh")).unwrap(),
         &["--rtl", "."],
-        &[
-            "Cannot find include file: sensor_defs.vh",
-            "rtl/range_top.v:2:",
-        ],
+        &["Cannot find include file: sensor_defs.vh", "rtl/range_top.v:2:"],
     ),
     (
         "a syntax error",
-        |at| {
-            write(
-                at,
-                "rtl/stream_port.sv",
-                "module stream_port(;\nendmodule\n",
-            )
-        },
+        |at| write(at, "rtl/stream_port.sv", "module stream_port(;\nendmodule\n"),
         &["--rtl", "."],
         &["rtl/stream_port.sv:1:", "syntax error"],
     ),
@@ -520,10 +382,7 @@ const HOSTILE: &[Hostile] = &[
             write(at, "rtl/sensor_defs.vh", &header);
         },
         &["--rtl", "."],
-        &[
-            "`include in ./rtl/",
-            "./include/sensor_defs.vh or ./rtl/sensor_defs.vh",
-        ],
+        &["`include in ./rtl/", "./include/sensor_defs.vh or ./rtl/sensor_defs.vh"],
     ),
     (
         "no such top",
@@ -536,11 +395,8 @@ const HOSTILE: &[Hostile] = &[
         |at| {
             let top = at.join("rtl/range_top.v");
             let text = fs::read_to_string(&top).unwrap();
-            fs::write(
-                top,
-                text.replace("[15:0]         m_axis_tdata", "[14:0] m_axis_tdata"),
-            )
-            .unwrap();
+            fs::write(top, text.replace("[15:0]         m_axis_tdata", "[14:0] m_axis_tdata"))
+                .unwrap();
         },
         &["--rtl", "."],
         &[
@@ -588,14 +444,7 @@ fn what_is_wrong_with_a_design_is_told_with_its_place() {
         copy(folder.path());
         spoil(folder.path());
         let output = Command::new(env!("CARGO_BIN_EXE_goldtof"))
-            .args([
-                "cosim",
-                text(&scene),
-                "--top",
-                "range_top",
-                "--clocks",
-                "3000",
-            ])
+            .args(["cosim", text(&scene), "--top", "range_top", "--clocks", "3000"])
             .args(*options)
             .current_dir(folder.path())
             .output()
@@ -607,10 +456,7 @@ fn what_is_wrong_with_a_design_is_told_with_its_place() {
             assert!(stderr.contains(part), "{case}: {part} is not in: {stderr}");
         }
         // Nothing of where the tools were started.
-        assert!(
-            !stderr.contains("goldtof-") && !stderr.contains("rtl/0/"),
-            "{case}: {stderr}"
-        );
+        assert!(!stderr.contains("goldtof-") && !stderr.contains("rtl/0/"), "{case}: {stderr}");
     }
 }
 
@@ -619,10 +465,7 @@ fn options_of_own_verilog_need_own_verilog() {
     for option in [["--top", "x"], ["-I", "."], ["-D", "X"]] {
         let (status, _, stderr) = cosim(&option);
         assert_eq!(status, Some(2), "{stderr}");
-        assert!(
-            stderr.contains("--rtl") || stderr.contains("--filelist"),
-            "{stderr}"
-        );
+        assert!(stderr.contains("--rtl") || stderr.contains("--filelist"), "{stderr}");
     }
 }
 
@@ -651,30 +494,14 @@ fn payload_without_tvalid_may_be_anything() {
     let built = folder.path().join("testbench.vvp");
     let whole = "-DSENSOR_TOP_TB_WHOLE";
     let iverilog = Command::new("iverilog")
-        .args([
-            "-g2012",
-            whole,
-            "-s",
-            "sensor_top_tb",
-            "-f",
-            "sensor_top_tb.f",
-            "-o",
-        ])
+        .args(["-g2012", whole, "-s", "sensor_top_tb", "-f", "sensor_top_tb.f", "-o"])
         .arg(&built)
         .current_dir(folder.path())
         .output()
         .unwrap();
-    assert!(
-        iverilog.status.success(),
-        "{}",
-        String::from_utf8_lossy(&iverilog.stderr)
-    );
+    assert!(iverilog.status.success(), "{}", String::from_utf8_lossy(&iverilog.stderr));
     let run = |built: &PathBuf| {
-        let ran = Command::new("vvp")
-            .arg(built)
-            .current_dir(folder.path())
-            .output()
-            .unwrap();
+        let ran = Command::new("vvp").arg(built).current_dir(folder.path()).output().unwrap();
         String::from_utf8_lossy(&ran.stdout).into_owned()
     };
     let said = run(&built);

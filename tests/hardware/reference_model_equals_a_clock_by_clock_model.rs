@@ -54,9 +54,7 @@ fn clock_by_clock(interface: &Interface, inputs: &Inputs) -> Vec<Ports> {
     let most_hits = interface.total.map_or(u64::MAX, |_| (1 << bits) - 1);
     // In reset all outputs are 0.
     let at_rest = Ports {
-        peaks: interface
-            .peak
-            .map_or(Vec::new(), |_| vec![(0, 0); inputs.level.len()]),
+        peaks: interface.peak.map_or(Vec::new(), |_| vec![(0, 0); inputs.level.len()]),
         ..Ports::default()
     };
     let mut out = vec![at_rest.clone(); clocks];
@@ -257,19 +255,12 @@ fn event_driven(
                 epoch: read("o_epoch"),
                 tdata: {
                     let words = layout.outputs.field("m_axis_tdata").read(record);
-                    words
-                        .iter()
-                        .rev()
-                        .fold(0, |data, &word| data << 64 | u128::from(word))
+                    words.iter().rev().fold(0, |data, &word| data << 64 | u128::from(word))
                 },
                 tvalid: read("m_axis_tvalid"),
                 tlast: read("m_axis_tlast"),
                 overrun: read("o_overrun"),
-                saturated: if interface.saturates() {
-                    read("o_saturated")
-                } else {
-                    0
-                },
+                saturated: if interface.saturates() { read("o_saturated") } else { 0 },
                 ..peak_ports(interface, &layout, record)
             });
         }
@@ -335,10 +326,7 @@ fn scene(samples_per_chip: u32, code: &str, scan: &str, hardware: &str) -> Scene
 /// Further detectors, each with another Gold code of the first one's length.
 fn with_detectors(mut scene: Scene, count: usize) -> Scene {
     for number in 1..count {
-        let code = format!(
-            r#"{{ family = "gold", degree = 5, index = {} }}"#,
-            7 + number
-        );
+        let code = format!(r#"{{ family = "gold", degree = 5, index = {} }}"#, 7 + number);
         let other = self::scene(8, &code, "integration = \"80 ns\"", "");
         let mut source = other.sources[1].clone();
         source.name = format!("laser-{number}");
@@ -356,11 +344,7 @@ fn with_wide_counts(interface: Interface) -> Interface {
     Interface {
         exact_count_bits: 45,
         count_bits: 45,
-        total: Some(TotalCount {
-            exact_bits: 44,
-            bits: 44,
-            first_bit: 48,
-        }),
+        total: Some(TotalCount { exact_bits: 44, bits: 44, first_bit: 48 }),
         tdata_bits: 96,
         ..interface
     }
@@ -375,12 +359,7 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
         scene(8, gold, "integration = \"320 ns\"", ""),
         scene(4, gold, "integration = \"8 ns\"", "peak_detector = true"),
         scene(1, gold, "integration = \"80 ns\"", ""),
-        scene(
-            2,
-            interleaved,
-            "integration = \"104 ns\"",
-            "counter_width = 4",
-        ),
+        scene(2, interleaved, "integration = \"104 ns\"", "counter_width = 4"),
         scene(16, square, "integration = \"800 ns\"", "counter_width = 6"),
         scene(
             8,
@@ -408,18 +387,10 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
             "integration = \"248 ns\"\nsteps = { first = 13, count = 30 }",
             "parallel = 13",
         ),
-        with_detectors(
-            scene(8, gold, "integration = \"320 ns\"", "peak_detector = true"),
-            9,
-        ),
+        with_detectors(scene(8, gold, "integration = \"320 ns\"", "peak_detector = true"), 9),
         // Total counts: exact, saturated, of several steps and detectors.
         scene(8, gold, "integration = \"320 ns\"", "total_counts = true"),
-        scene(
-            1,
-            gold,
-            "integration = \"160 ns\"",
-            "total_counts = true\ncounter_width = 3",
-        ),
+        scene(1, gold, "integration = \"160 ns\"", "total_counts = true\ncounter_width = 3"),
         with_detectors(
             scene(
                 4,
@@ -457,30 +428,18 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
             let seen = |port: fn(&Ports) -> u64| expected.iter().any(|p| port(p) == 1);
             assert!(seen(|p| p.tvalid) && seen(|p| p.overrun), "scene {i}");
             assert_eq!(seen(|p| p.saturated), interface.saturates(), "scene {i}");
-            assert_eq!(
-                seen(|p| p.peak_valid),
-                interface.peak.is_some(),
-                "scene {i}"
-            );
+            assert_eq!(seen(|p| p.peak_valid), interface.peak.is_some(), "scene {i}");
         }
     }
 }
 
 #[test]
 fn the_size_of_the_blocks_changes_nothing() {
-    let scene = scene(
-        8,
-        r#"{ family = "gold", degree = 5 }"#,
-        "integration = \"320 ns\"",
-        "",
-    );
+    let scene = scene(8, r#"{ family = "gold", degree = 5 }"#, "integration = \"320 ns\"", "");
     let interface = Interface::of(&scene);
     let means = Means::cosim(true);
     let (_, whole) = event_driven(&interface, 7, 20_000, 20_000, means);
     for block in [1, 2, 3, 97, 4096] {
-        assert!(
-            event_driven(&interface, 7, 20_000, block, means).1 == whole,
-            "blocks of {block}"
-        );
+        assert!(event_driven(&interface, 7, 20_000, block, means).1 == whole, "blocks of {block}");
     }
 }

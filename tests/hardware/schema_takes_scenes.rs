@@ -86,29 +86,20 @@ fn malformed_scenes_do_not_hold() {
         ("interleave = 0", "chips = \"0120\""),
         ("extinction_ratio = 10 ", "extinction_ratio = 0.5 "),
         ("extinction_ratio = 10 ", "extinction_ratio = \"infinite\" "),
-        (
-            "photon_detection_probability = 0.31",
-            "photon_detection_probability = 1.1",
-        ),
+        ("photon_detection_probability = 0.31", "photon_detection_probability = 1.1"),
         ("\"71 kcps\"", "\"71 kHz\""),
         ("probability = 0.137, ", ""),
         ("jitter = [\"53.5 ps\", \"4 ps\"]", "jitter = \"53.5 ps\""),
         ("jitter = [\"53.5 ps\", \"4 ps\"]", "jitter = [53.5]"),
         ("transition = \"1.5 ps\"", "transitions = \"1.5 ps\""),
-        (
-            "distance = \"3.2 m\"   ",
-            "delay = \"21 ns\"\ndistance = \"3.2 m\"   ",
-        ),
+        ("distance = \"3.2 m\"   ", "delay = \"21 ns\"\ndistance = \"3.2 m\"   "),
         ("distance = \"3.2 m\"   ", ""),
         ("velocity = \"1.5 m/s\"", "velocity = \"1.5 m\""),
         ("std = \"2 mm\", ", ""),
         ("transmission = 1.0", "transmission = 1.5"),
         ("around = \"3.2 m\", ", ""),
         ("around = \"3.2 m\"", "first = 3"),
-        (
-            "steps = { around = \"3.2 m\", halfwidth = 32 }",
-            "steps = \"some\"",
-        ),
+        ("steps = { around = \"3.2 m\", halfwidth = 32 }", "steps = \"some\""),
         ("integration = \"104.8 us\"", ""),
         ("estimator = \"fft\"", "estimator = \"ftt\""),
         ("target = \"ecp5-25k-6\"", "target = \"ecp5\""),
@@ -123,10 +114,7 @@ fn malformed_scenes_do_not_hold() {
         })
         .collect();
     for (scene, (from, to)) in scenes.iter().zip(&changes) {
-        assert!(
-            goldtof::scene::parse("x.toml", scene).is_err(),
-            "{from} -> {to}"
-        );
+        assert!(goldtof::scene::parse("x.toml", scene).is_err(), "{from} -> {to}");
     }
     let found = errors(&scenes);
     for (errors, (from, to)) in found.iter().zip(&changes) {

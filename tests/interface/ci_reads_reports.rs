@@ -21,18 +21,11 @@ fn checked(path: &Path) -> Vec<(String, String, String)> {
     let root = document.root_element();
     let known = |node: Node, attributes: &[&str]| {
         for attribute in node.attributes() {
-            assert!(
-                attributes.contains(&attribute.name()),
-                "{}",
-                attribute.name()
-            );
+            assert!(attributes.contains(&attribute.name()), "{}", attribute.name());
         }
     };
     assert_eq!(root.tag_name().name(), "testsuites");
-    known(
-        root,
-        &["name", "time", "tests", "failures", "disabled", "errors"],
-    );
+    known(root, &["name", "time", "tests", "failures", "disabled", "errors"]);
     let suites: Vec<Node> = root.children().filter(Node::is_element).collect();
     let [suite] = suites[..] else {
         panic!("{} suites", suites.len());
@@ -93,14 +86,7 @@ fn a_match_and_a_mismatch_are_cases_of_junit() {
     let folder = tempfile::tempdir().unwrap();
     let junit = folder.path().join("report <&> \".xml");
     let junit_name = junit.to_str().unwrap();
-    let sound = goldtof(&[
-        "cosim",
-        QUICK,
-        "--stimulus",
-        "adversarial",
-        "--junit",
-        junit_name,
-    ]);
+    let sound = goldtof(&["cosim", QUICK, "--stimulus", "adversarial", "--junit", junit_name]);
     assert_eq!(sound.status.code(), Some(0));
     let cases = checked(&junit);
     for name in ["o_laser", "m_axis_tdata", "hits", "resets", "adversarial"] {
@@ -108,26 +94,17 @@ fn a_match_and_a_mismatch_are_cases_of_junit() {
     }
     let said = String::from_utf8(sound.stdout).unwrap();
     let last = said.lines().last().unwrap();
-    assert!(
-        last.starts_with("score: match, 61 of 61 cover points reached, "),
-        "{last}"
-    );
+    assert!(last.starts_with("score: match, 61 of 61 cover points reached, "), "{last}");
 
     let rtl = folder.path().join("rtl");
     let rtl_name = rtl.to_str().unwrap();
-    assert!(
-        goldtof(&["emit", QUICK, "--quiet", "--out", rtl_name])
-            .status
-            .success()
-    );
+    assert!(goldtof(&["emit", QUICK, "--quiet", "--out", rtl_name]).status.success());
     let top = rtl.join("sensor_top.v");
     let verilog = fs::read_to_string(&top).unwrap();
     let faulty = verilog.replace("o_laser <= transmit_chip", "o_laser <= ~transmit_chip");
     assert_ne!(faulty, verilog);
     fs::write(&top, faulty).unwrap();
-    let short = [
-        "cosim", QUICK, "--clocks", "3000", "--rtl", rtl_name, "--junit", junit_name,
-    ];
+    let short = ["cosim", QUICK, "--clocks", "3000", "--rtl", rtl_name, "--junit", junit_name];
     assert_eq!(goldtof(&short).status.code(), Some(1));
     let cases = checked(&junit);
     assert_eq!(outcome(&cases, "o_laser"), "failure");
@@ -162,20 +139,13 @@ fn a_run_writes_junit_too() {
 fn failure(arguments: &[&str], status: i32) -> Value {
     let output = goldtof(&[arguments, &["--json"]].concat());
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(
-        output.status.code(),
-        Some(status),
-        "{arguments:?}: {stderr}"
-    );
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {stderr}");
     let document: Value = serde_json::from_slice(&output.stdout)
         .unwrap_or_else(|error| panic!("{arguments:?}: {error}"));
     let error = &document["error"];
     assert_eq!(error["exit_status"], status);
     let text = error["text"].as_str().unwrap();
-    assert!(
-        stderr.contains(text.lines().next().unwrap()),
-        "{text} is not in {stderr}"
-    );
+    assert!(stderr.contains(text.lines().next().unwrap()), "{text} is not in {stderr}");
     error.clone()
 }
 
@@ -194,24 +164,13 @@ fn errors_are_json_for_whoever_asked_for_json() {
         &["run", wrong, "--out", out],
         &["cosim", wrong],
         &["simulate", wrong],
-        &[
-            "sweep",
-            wrong,
-            "--over",
-            "path.distance=1 m, 2 m",
-            "--out",
-            out,
-        ],
+        &["sweep", wrong, "--over", "path.distance=1 m, 2 m", "--out", out],
         &["estimate", wrong, "none.csv"],
         &["fidelity", wrong],
     ] {
         let error = failure(command, 2);
         let place = &error["places"][0];
-        assert_eq!(
-            (&place["line"], &place["column"]),
-            (&5.into(), &15.into()),
-            "{command:?}"
-        );
+        assert_eq!((&place["line"], &place["column"]), (&5.into(), &15.into()), "{command:?}");
         assert_eq!(place["key"], "chip_period");
         assert!(place["file"].as_str().unwrap().ends_with("wrong.toml"));
         assert!(place["message"].as_str().unwrap().len() > 10);
@@ -228,20 +187,10 @@ fn errors_are_json_for_whoever_asked_for_json() {
     }
     let rtl = folder.path().join("rtl");
     fs::create_dir(&rtl).unwrap();
-    fs::write(
-        rtl.join("sensor_top.v"),
-        "module sensor_top;\nwire x = ;\nendmodule\n",
-    )
-    .unwrap();
+    fs::write(rtl.join("sensor_top.v"), "module sensor_top;\nwire x = ;\nendmodule\n").unwrap();
     let error = failure(&["cosim", QUICK, "--rtl", rtl.to_str().unwrap()], 2);
     let place = &error["places"][0];
-    assert!(
-        place["file"]
-            .as_str()
-            .unwrap()
-            .ends_with("rtl/sensor_top.v"),
-        "{error}"
-    );
+    assert!(place["file"].as_str().unwrap().ends_with("rtl/sensor_top.v"), "{error}");
     assert_eq!(place["line"], 2);
     assert!(place["message"].as_str().unwrap().contains("syntax error"));
 }
@@ -251,14 +200,8 @@ fn the_cache_is_where_it_is_told_to_be_and_is_found_again() {
     let folder = tempfile::tempdir().unwrap();
     let cache = folder.path().join("cache");
     let run = || {
-        let done = goldtof(&[
-            "cosim",
-            QUICK,
-            "--clocks",
-            "5000",
-            "--cache",
-            cache.to_str().unwrap(),
-        ]);
+        let done =
+            goldtof(&["cosim", QUICK, "--clocks", "5000", "--cache", cache.to_str().unwrap()]);
         assert_eq!(done.status.code(), Some(0));
         let entries = fs::read_dir(&cache).unwrap();
         let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name()).collect();
@@ -266,10 +209,6 @@ fn the_cache_is_where_it_is_told_to_be_and_is_found_again() {
         names
     };
     let first = run();
-    assert!(
-        first
-            .iter()
-            .any(|name| name.to_string_lossy().starts_with("model-"))
-    );
+    assert!(first.iter().any(|name| name.to_string_lossy().starts_with("model-")));
     assert_eq!(run(), first);
 }

@@ -51,10 +51,7 @@ fn a_run_with_the_model_estimator_fits_totals_that_the_verilog_sends() {
     // The phase of the same counts, with the walk that the fit does not have.
     let phase = &report["other_estimates"][0];
     assert_eq!(phase["estimator"], "fft");
-    assert!(
-        phase["expected_bias_m"].as_f64().unwrap() < -0.02,
-        "{phase}"
-    );
+    assert!(phase["expected_bias_m"].as_f64().unwrap() < -0.02, "{phase}");
     assert!(estimate["expected_bias_m"].as_f64().unwrap().abs() < 1e-4);
     assert_eq!(phase["bound_m"], estimate["bound_m"]);
     let counts = fs::read_to_string(folder.path().join("counts.csv")).unwrap();
@@ -88,11 +85,7 @@ fn the_phase_estimator_has_no_totals_and_the_model_estimator_does_not_go_without
     assert!(emission["parameters"]["total_count"].is_null());
     let scene = folder.path().join("without.toml");
     let text = fs::read_to_string(QUICK).unwrap();
-    fs::write(
-        &scene,
-        format!("{text}\n[hardware]\ntotal_counts = false\n"),
-    )
-    .unwrap();
+    fs::write(&scene, format!("{text}\n[hardware]\ntotal_counts = false\n")).unwrap();
     let scene = scene.to_str().unwrap();
     for command in [
         vec!["run", scene, "--estimator", "model", "--out", out],
@@ -100,10 +93,7 @@ fn the_phase_estimator_has_no_totals_and_the_model_estimator_does_not_go_without
     ] {
         let output = goldtof(&command);
         assert_eq!(output.status.code(), Some(2), "{command:?}");
-        assert!(
-            said(&output).contains("total_counts = false"),
-            "{command:?}"
-        );
+        assert!(said(&output).contains("total_counts = false"), "{command:?}");
     }
 }
 
@@ -119,27 +109,17 @@ fn a_run_prints_both_estimators_and_what_the_hardware_does_not_send() {
     let row = |text: &str, name: &str| {
         let mut lines = text.lines().map(str::trim_start);
         let row = lines.find(|line| line.starts_with(name));
-        row.unwrap_or_else(|| panic!("no {name}: {text}"))
-            .to_owned()
+        row.unwrap_or_else(|| panic!("no {name}: {text}")).to_owned()
     };
     let signed = text(&[]);
     let both = text(&["--estimator", "model"]);
     // The same light gives the same signed counts, and so the same phase.
-    assert_eq!(
-        row(&signed, "phase (article) "),
-        row(&both, "phase (article) ")
-    );
+    assert_eq!(row(&signed, "phase (article) "), row(&both, "phase (article) "));
     let without = row(&signed, "model fit  ");
-    assert!(
-        without.contains(" none ") && without.contains(" +- "),
-        "{without}"
-    );
+    assert!(without.contains(" none ") && without.contains(" +- "), "{without}");
     assert!(signed.contains("total_counts = true"), "{signed}");
     let fitted = row(&both, "model fit  ");
-    assert!(
-        fitted.contains(" m ") && fitted.ends_with(" std"),
-        "{fitted}"
-    );
+    assert!(fitted.contains(" m ") && fitted.ends_with(" std"), "{fitted}");
     assert!(!both.contains("total_counts"), "{both}");
 }
 
@@ -153,29 +133,16 @@ fn a_degree_that_is_suggested_leads_to_hardware() {
         let text = text.replace("steps = \"all\"", "steps = { first = 0, count = 8 }");
         fs::write(&scene, text).unwrap();
         let out = folder.path().join("out");
-        goldtof(&[
-            "emit",
-            scene.to_str().unwrap(),
-            "--out",
-            out.to_str().unwrap(),
-        ])
+        goldtof(&["emit", scene.to_str().unwrap(), "--out", out.to_str().unwrap()])
     };
     for degree in ["4", "8", "12", "16", "20"] {
         let output = emit(degree);
         assert_eq!(output.status.code(), Some(2), "{degree}");
         let told = said(&output);
-        let advice = told
-            .split("use degree ")
-            .nth(1)
-            .unwrap_or_else(|| panic!("{told}"));
+        let advice = told.split("use degree ").nth(1).unwrap_or_else(|| panic!("{told}"));
         let suggested = advice.split([' ', ',']).next().unwrap();
         let output = emit(suggested);
-        assert_eq!(
-            output.status.code(),
-            Some(0),
-            "{suggested}: {}",
-            said(&output)
-        );
+        assert_eq!(output.status.code(), Some(0), "{suggested}: {}", said(&output));
         let alone = advice.contains("in simulation alone");
         assert_eq!(alone, degree.parse::<u32>().unwrap() + 1 > 16, "{told}");
     }
@@ -197,10 +164,7 @@ fn a_path_beyond_the_range_is_told_first() {
         let output = goldtof(&command);
         let told = said(&output);
         let first = told.lines().next().unwrap_or_default();
-        assert!(
-            first.contains("500.0000 m are beyond"),
-            "{command:?}: {told}"
-        );
+        assert!(first.contains("500.0000 m are beyond"), "{command:?}: {told}");
         // 511 chips of 8 ns are 612.8 m, 255 are 305.8 m and no Gold code's.
         assert!(first.contains("degree 9 "), "{first}");
         if command[0] == "run" {
@@ -220,13 +184,7 @@ fn a_run_shows_every_detector() {
     let second = text[start..end].replace("\"spad\"", "\"second\"");
     fs::write(&scene, format!("{text}\n{second}")).unwrap();
     let out = folder.path().join("out");
-    let report = json(&[
-        "run",
-        scene.to_str().unwrap(),
-        "--json",
-        "--out",
-        out.to_str().unwrap(),
-    ]);
+    let report = json(&["run", scene.to_str().unwrap(), "--json", "--out", out.to_str().unwrap()]);
     assert_eq!(report["cosim"]["verdict"], "match");
     let counts = fs::read_to_string(out.join("counts.csv")).unwrap();
     for name in ["spad", "second"] {
@@ -244,10 +202,7 @@ fn a_run_shows_every_detector() {
     }
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     for name in ["spad", "second"] {
-        assert!(
-            page.contains(&format!("Counts of {name}, round the peak")),
-            "{name}"
-        );
+        assert!(page.contains(&format!("Counts of {name}, round the peak")), "{name}");
     }
 }
 
@@ -256,15 +211,7 @@ fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
     let folder = tempfile::tempdir().unwrap();
     let counts = |seed: &str, name: &str| {
         let out = folder.path().join(name);
-        json(&[
-            "run",
-            QUICK,
-            "--json",
-            "--seed",
-            seed,
-            "--out",
-            out.to_str().unwrap(),
-        ]);
+        json(&["run", QUICK, "--json", "--seed", seed, "--out", out.to_str().unwrap()]);
         fs::read(out.join("counts.csv")).unwrap()
     };
     assert_eq!(counts("7", "a"), counts("7", "b"));
@@ -282,10 +229,7 @@ fn emit_names_ports_clock_and_what_it_left_out() {
     assert_eq!(emission["ports"][0]["width_bits"], 1);
     assert!(!emission["left_out"].as_array().unwrap().is_empty());
     for file in emission["files"].as_array().unwrap() {
-        assert!(
-            folder.path().join(file.as_str().unwrap()).exists(),
-            "{file}"
-        );
+        assert!(folder.path().join(file.as_str().unwrap()).exists(), "{file}");
     }
     let manifest = fs::read_to_string(folder.path().join("manifest.json")).unwrap();
     assert_eq!(serde_json::from_str::<Value>(&manifest).unwrap(), emission);
@@ -307,10 +251,7 @@ fn codes_gives_the_first_chips_of_gps_satellite_1() {
     assert!(report["chips"].as_str().unwrap().starts_with("1100100000"));
     assert_eq!(report["length_chips"], 1023);
     assert_eq!(report["autocorrelation"]["peak"], 1023);
-    assert_eq!(
-        report["autocorrelation"]["values"],
-        serde_json::json!([-65, -1, 63])
-    );
+    assert_eq!(report["autocorrelation"]["values"], serde_json::json!([-65, -1, 63]));
 }
 
 #[test]
@@ -328,11 +269,7 @@ fn a_scene_that_is_wrong_ends_with_2_and_names_its_place() {
     let output = goldtof(&["plan", path.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
     assert!(output.stdout.is_empty());
-    assert!(
-        said(&output).contains("wrong.toml:5:15: "),
-        "{}",
-        said(&output)
-    );
+    assert!(said(&output).contains("wrong.toml:5:15: "), "{}", said(&output));
 }
 
 #[test]
@@ -346,10 +283,8 @@ fn usage_errors_end_with_2_and_help_with_0() {
 #[test]
 fn a_missing_tool_ends_with_3_and_says_how_to_install_it() {
     for (variable, package) in [("VERILATOR", "verilator"), ("CXX", "g++")] {
-        let output = command(&["cosim", QUICK])
-            .env(variable, "/nonexistent/tool")
-            .output()
-            .unwrap();
+        let output =
+            command(&["cosim", QUICK]).env(variable, "/nonexistent/tool").output().unwrap();
         assert_eq!(output.status.code(), Some(3));
         let message = format!("apt-get install {package}");
         assert!(said(&output).contains(&message), "{}", said(&output));
@@ -371,10 +306,7 @@ fn rtl_with_other_ports_is_refused_port_by_port() {
     emit(folder.path());
     let path = folder.path().join("sensor_top.v");
     let text = fs::read_to_string(&path).unwrap();
-    let wider = text.replace(
-        "output wire        o_overrun",
-        "output wire [1:0]  o_overrun",
-    );
+    let wider = text.replace("output wire        o_overrun", "output wire [1:0]  o_overrun");
     assert_ne!(wider, text);
     fs::write(&path, wider).unwrap();
     let output = goldtof(&["cosim", QUICK, "--rtl", folder.path().to_str().unwrap()]);
@@ -407,19 +339,10 @@ fn light_without_its_code_gives_no_estimate() {
     let flat = flat.to_str().unwrap();
     let says_why = |estimate: &Value| {
         let remark = estimate["remark"].as_str().unwrap();
-        assert!(
-            remark.contains("no light that its source modulates"),
-            "{remark}"
-        );
+        assert!(remark.contains("no light that its source modulates"), "{remark}");
     };
     let simulated = &json(&["simulate", flat, "--json", "--repeat", "5"])["estimates"][0];
-    for key in [
-        "mean_distance_m",
-        "bias_m",
-        "std_m",
-        "expected_bias_m",
-        "bound_m",
-    ] {
+    for key in ["mean_distance_m", "bias_m", "std_m", "expected_bias_m", "bound_m"] {
         assert!(simulated[key].is_null(), "{key}: {simulated}");
     }
     assert_eq!(simulated["estimates"], 0);
@@ -464,11 +387,8 @@ fn a_mismatch_ends_with_1_and_leaves_waveforms_of_both_sides() {
     emit(folder.path());
     let path = folder.path().join("sensor_top.v");
     let text = fs::read_to_string(&path).unwrap();
-    fs::write(
-        &path,
-        text.replace("o_laser <= transmit_chip", "o_laser <= ~transmit_chip"),
-    )
-    .unwrap();
+    fs::write(&path, text.replace("o_laser <= transmit_chip", "o_laser <= ~transmit_chip"))
+        .unwrap();
     let vcd = folder.path().join("mismatch.vcd");
     let output = goldtof(&[
         "cosim",

@@ -10,11 +10,7 @@ use proptest::prelude::*;
 const GOLD_DEGREES: [u32; 13] = [3, 5, 6, 7, 9, 10, 11, 13, 14, 15, 17, 18, 19];
 
 fn gold_spec(degree: u32, index: i64) -> CodeSpec {
-    CodeSpec {
-        degree: Some(degree),
-        index: Some(index),
-        ..CodeSpec::new(Family::Gold)
-    }
+    CodeSpec { degree: Some(degree), index: Some(index), ..CodeSpec::new(Family::Gold) }
 }
 
 fn gold_set(degree: u32) -> GoldSet {
@@ -22,10 +18,7 @@ fn gold_set(degree: u32) -> GoldSet {
 }
 
 fn m_sequence(degree: u32) -> Code {
-    let spec = CodeSpec {
-        degree: Some(degree),
-        ..CodeSpec::new(Family::MSequence)
-    };
+    let spec = CodeSpec { degree: Some(degree), ..CodeSpec::new(Family::MSequence) };
     spec.build().unwrap()
 }
 
@@ -56,14 +49,8 @@ proptest! {
 
 #[test]
 fn the_fast_correlation_equals_its_definition_for_long_codes() {
-    let (a, b) = (
-        gold_set(11).code(0).unwrap(),
-        gold_set(11).code(77).unwrap(),
-    );
-    assert_eq!(
-        correlate(&a.chips, &b.chips),
-        correlate_naive(&a.chips, &b.chips)
-    );
+    let (a, b) = (gold_set(11).code(0).unwrap(), gold_set(11).code(77).unwrap());
+    assert_eq!(correlate(&a.chips, &b.chips), correlate_naive(&a.chips, &b.chips));
 }
 
 #[test]
@@ -75,10 +62,7 @@ fn an_m_sequence_has_full_period_one_more_one_than_zero_and_a_flat_autocorrelati
         assert_eq!(code.weight() as i64, (length + 1) / 2, "degree {degree}");
         let theta = correlate(&code.chips, &code.chips);
         assert_eq!(theta[0], length, "degree {degree}");
-        assert!(
-            theta[1..].iter().all(|&value| value == -1),
-            "degree {degree}"
-        );
+        assert!(theta[1..].iter().all(|&value| value == -1), "degree {degree}");
     }
 }
 
@@ -177,21 +161,14 @@ fn index_i_is_u_xor_v_advanced_by_i() {
     assert_eq!(v, set.v.chips(127));
     for index in [0usize, 1, 6, 7, 100, 126] {
         let expected: Vec<u8> = (0..127).map(|t| u[t] ^ v[(t + index) % 127]).collect();
-        assert_eq!(
-            set.code(index as i64).unwrap().chips,
-            expected,
-            "index {index}"
-        );
+        assert_eq!(set.code(index as i64).unwrap().chips, expected, "index {index}");
     }
 }
 
 #[test]
 fn interleaved_codes_are_balanced_by_construction() {
     for nu in 1..=4 {
-        let spec = CodeSpec {
-            interleave: nu,
-            ..gold_spec(6, 3)
-        };
+        let spec = CodeSpec { interleave: nu, ..gold_spec(6, 3) };
         let code = spec.build().unwrap();
         assert_eq!(2 * code.weight(), code.len(), "nu {nu}");
     }
@@ -201,16 +178,10 @@ fn interleaved_codes_are_balanced_by_construction() {
 fn degrees_divisible_by_4_have_default_pairs_within_golds_bound_when_asked_for() {
     for degree in [4, 8, 12, 16, 20] {
         assert!(gold_spec(degree, 0).gold_set().is_err(), "degree {degree}");
-        let spec = CodeSpec {
-            allow_non_preferred: Some(true),
-            ..gold_spec(degree, 0)
-        };
+        let spec = CodeSpec { allow_non_preferred: Some(true), ..gold_spec(degree, 0) };
         let counts = value_counts(spec.gold_set().unwrap().cross_correlation());
         let bound = 2i64.pow(degree / 2 + 1) + 1;
         assert!(counts.len() <= 4, "degree {degree}: {counts:?}");
-        assert!(
-            counts.keys().all(|v| v.abs() <= bound),
-            "degree {degree}: {counts:?}"
-        );
+        assert!(counts.keys().all(|v| v.abs() <= bound), "degree {degree}: {counts:?}");
     }
 }

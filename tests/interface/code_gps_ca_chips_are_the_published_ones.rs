@@ -50,9 +50,7 @@ fn the_first_ten_chips_of_all_32_satellites_are_the_published_ones() {
             ..CodeSpec::new(Family::Gold)
         };
         let code = spec.build().unwrap();
-        let first_ten = code.chips[..10]
-            .iter()
-            .fold(0, |word, &chip| 2 * word + u32::from(chip));
+        let first_ten = code.chips[..10].iter().fold(0, |word, &chip| 2 * word + u32::from(chip));
         assert_eq!(first_ten, octal, "PRN {prn}: {first_ten:o}");
         assert_eq!(code.len(), 1023);
     }

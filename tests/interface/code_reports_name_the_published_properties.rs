@@ -9,10 +9,7 @@ fn report(spec: CodeSpec) -> Value {
 
 #[test]
 fn a_gold_code_of_degree_11_has_the_interfaces_fields() {
-    let report = report(CodeSpec {
-        degree: Some(11),
-        ..CodeSpec::new(Family::Gold)
-    });
+    let report = report(CodeSpec { degree: Some(11), ..CodeSpec::new(Family::Gold) });
     assert_eq!(report["length_chips"], 2047);
     assert_eq!(report["polynomials"], json!([[11, 2, 0], [11, 8, 5, 2, 0]]));
     assert_eq!(report["autocorrelation"]["peak"], 2047);
@@ -53,11 +50,7 @@ fn a_square_wave_has_two_chips_and_no_polynomial() {
 
 #[test]
 fn the_text_for_people_names_the_code_and_its_set() {
-    let spec = CodeSpec {
-        degree: Some(5),
-        interleave: 1,
-        ..CodeSpec::new(Family::Gold)
-    };
+    let spec = CodeSpec { degree: Some(5), interleave: 1, ..CodeSpec::new(Family::Gold) };
     let text = report_of(&spec).unwrap().to_text();
     insta::assert_snapshot!(
         text,

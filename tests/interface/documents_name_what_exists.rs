@@ -12,9 +12,7 @@ fn read(path: &str) -> String {
 /// The section of a document under a heading, to the next one.
 fn section(document: &str, heading: &str) -> String {
     let document = read(document);
-    let from = document
-        .find(heading)
-        .unwrap_or_else(|| panic!("no {heading}"));
+    let from = document.find(heading).unwrap_or_else(|| panic!("no {heading}"));
     let text = &document[from + heading.len()..];
     text[..text.find("\n## ").unwrap_or(text.len())].to_owned()
 }
@@ -22,11 +20,8 @@ fn section(document: &str, heading: &str) -> String {
 /// The cells of a section's tables, without their headers.
 fn rows(section: &str) -> Vec<Vec<String>> {
     let lines = section.lines().filter(|line| line.starts_with("| "));
-    let cells = lines.map(|line| {
-        line.trim_matches('|')
-            .split(" | ")
-            .map(|cell| cell.trim().to_owned())
-    });
+    let cells =
+        lines.map(|line| line.trim_matches('|').split(" | ").map(|cell| cell.trim().to_owned()));
     cells.map(Iterator::collect).skip(1).collect()
 }
 
@@ -55,12 +50,8 @@ fn definitions(text: &str, name: &str) -> Vec<String> {
             let line = line.trim_start();
             line.starts_with("///") || line.starts_with("#[")
         };
-        let comment: Vec<&str> = lines[..place]
-            .iter()
-            .rev()
-            .take_while(is_before)
-            .copied()
-            .collect();
+        let comment: Vec<&str> =
+            lines[..place].iter().rev().take_while(is_before).copied().collect();
         comment.into_iter().rev().collect::<Vec<_>>().join(" ")
     });
     with_comment.collect()
@@ -69,9 +60,7 @@ fn definitions(text: &str, name: &str) -> Vec<String> {
 /// Whether text names an equation: "eq. 15", "eqs. 13 and 26", "eqs. 15 to 17".
 fn names_equation(text: &str, number: u32) -> bool {
     text.match_indices("eq").any(|(at, _)| {
-        let rest = text[at..]
-            .trim_start_matches("eqs")
-            .trim_start_matches("eq");
+        let rest = text[at..].trim_start_matches("eqs").trim_start_matches("eq");
         let Some(rest) = rest.strip_prefix(". ") else {
             return false;
         };
@@ -98,10 +87,7 @@ fn names_equation(text: &str, number: u32) -> bool {
 
 #[test]
 fn every_equation_is_where_the_index_says_and_has_its_test() {
-    let index = rows(&section(
-        "docs/physics.md",
-        "## Where the article's equations are",
-    ));
+    let index = rows(&section("docs/physics.md", "## Where the article's equations are"));
     assert!(index.len() > 10, "{index:?}");
     let mut indexed = Vec::new();
     for row in &index {
@@ -114,16 +100,12 @@ fn every_equation_is_where_the_index_says_and_has_its_test() {
             let found = definitions(&read(&format!("src/{file}")), name);
             assert!(!found.is_empty(), "{place} does not exist");
             for equation in &equations {
-                let named = found
-                    .iter()
-                    .any(|comment| names_equation(comment, *equation));
+                let named = found.iter().any(|comment| names_equation(comment, *equation));
                 // A row of several equations needs each of them in one of its places.
                 let elsewhere = quoted(places).any(|other| {
                     let (file, name) = other.split_once("::").unwrap();
                     let text = read(&format!("src/{file}"));
-                    definitions(&text, name)
-                        .iter()
-                        .any(|c| names_equation(c, *equation))
+                    definitions(&text, name).iter().any(|c| names_equation(c, *equation))
                 });
                 assert!(
                     named || (equations.len() > 1 && elsewhere),
@@ -134,22 +116,13 @@ fn every_equation_is_where_the_index_says_and_has_its_test() {
         for place in quoted(test) {
             let (file, name) = place.split_once("::").unwrap();
             let text = read(file);
-            assert!(
-                !definitions(&text, name).is_empty(),
-                "{place} does not exist"
-            );
-            assert!(
-                text.contains("#[test]") || text.contains("proptest!"),
-                "{place}"
-            );
+            assert!(!definitions(&text, name).is_empty(), "{place} does not exist");
+            assert!(text.contains("#[test]") || text.contains("proptest!"), "{place}");
         }
         indexed.extend(equations);
     }
     for equation in [5, 7, 8, 9, 11, 13, 14, 15, 16, 17, 20, 21, 23, 24, 25, 26] {
-        assert!(
-            indexed.contains(&equation),
-            "eq. {equation} is not in the index"
-        );
+        assert!(indexed.contains(&equation), "eq. {equation} is not in the index");
     }
 }
 
@@ -157,20 +130,14 @@ fn every_equation_is_where_the_index_says_and_has_its_test() {
 fn equations_are_found_in_the_ways_that_people_write_them() {
     assert!(names_equation("/// (eqs. 15 to 17 in their", 16));
     assert!(names_equation("/// w of eqs. 5 and 14.", 14));
-    assert!(names_equation(
-        "/// are eqs. 12 and 14, which follow from eq. 26:",
-        26
-    ));
+    assert!(names_equation("/// are eqs. 12 and 14, which follow from eq. 26:", 26));
     assert!(!names_equation("/// (eq. 15), 16 samples", 16));
     assert!(!names_equation("/// equals. 15 of them", 15));
 }
 
 /// Whether the workspace has a package in this folder.
 fn is_package(folder: &str) -> bool {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join(folder)
-        .join("Cargo.toml")
-        .is_file()
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(folder).join("Cargo.toml").is_file()
 }
 
 #[test]
@@ -181,35 +148,24 @@ fn every_module_is_in_the_table_and_every_row_is_a_module() {
         .flat_map(|row| quoted(&row[0]).map(str::to_owned).collect::<Vec<_>>())
         .collect();
     for name in &named {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("src")
-            .join(name.replace("::", "/"));
-        assert!(
-            path.is_dir() || path.with_extension("rs").is_file() || is_package(name),
-            "{name}"
-        );
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(name.replace("::", "/"));
+        assert!(path.is_dir() || path.with_extension("rs").is_file() || is_package(name), "{name}");
     }
     let declared = read("src/lib.rs");
     let modules = declared.lines().filter_map(|line| {
-        let line = line
-            .trim_start_matches("pub ")
-            .trim_start_matches("pub(crate) ");
+        let line = line.trim_start_matches("pub ").trim_start_matches("pub(crate) ");
         line.strip_prefix("mod ")?.strip_suffix(';')
     });
     for module in modules {
         let is_named = |name: &String| name.split("::").next() == Some(module);
-        assert!(
-            named.iter().any(is_named),
-            "{module} is not in DESIGN's table"
-        );
+        assert!(named.iter().any(is_named), "{module} is not in DESIGN's table");
     }
 }
 
 /// Every page of the guide, README, DESIGN and the rest, by its path.
 fn documents() -> Vec<String> {
-    let mut names: Vec<String> = ["README.md", "DESIGN.md", "CHANGELOG.md", "CONTRIBUTING.md"]
-        .map(str::to_owned)
-        .into();
+    let mut names: Vec<String> =
+        ["README.md", "DESIGN.md", "CHANGELOG.md", "CONTRIBUTING.md"].map(str::to_owned).into();
     names.extend(["hdl/README.md", "examples/own-rtl/README.md"].map(str::to_owned));
     names.extend(pages().into_iter().map(|page| format!("docs/{page}")));
     names

@@ -33,10 +33,7 @@ fn the_counts_of_a_run_give_the_distance_that_the_run_gave() {
         out.to_str().unwrap(),
     ]);
     let found = &found["assessments"][0];
-    assert_eq!(
-        found["estimate"]["distance_m"],
-        report["estimates"][0]["distance_m"]
-    );
+    assert_eq!(found["estimate"]["distance_m"], report["estimates"][0]["distance_m"]);
     // Right counts of a right scene.
     let p = found["p_value"].as_f64().unwrap();
     assert!(p > 1e-4 && p < 1.0 - 1e-4, "{p}");
@@ -65,26 +62,16 @@ fn wrong_files_are_refused_with_line_and_remedy() {
     };
     let windows = right.replace('\n', "\r\n");
     assert_eq!(of(&format!("\u{feff}{windows}"), QUICK).0, Some(0));
-    let cut: String = right
-        .lines()
-        .take(100)
-        .map(|line| format!("{line}\n"))
-        .collect();
+    let cut: String = right.lines().take(100).map(|line| format!("{line}\n")).collect();
     let (status, told) = of(&cut, QUICK);
     assert_eq!(status, Some(2));
-    assert!(
-        told.contains("x.csv:100: ") && told.contains("149 of the scan's 248"),
-        "{told}"
-    );
+    assert!(told.contains("x.csv:100: ") && told.contains("149 of the scan's 248"), "{told}");
     let (status, told) = of(&right, "scenes/paper-single.toml");
     assert_eq!(status, Some(2));
     assert!(told.contains("the scene that the counts are of"), "{told}");
     let (status, told) = of(&right.replace(",count,", ",counts,"), QUICK);
     assert_eq!(status, Some(2));
-    assert!(
-        told.contains("x.csv:1: no column is called \"counts\""),
-        "{told}"
-    );
+    assert!(told.contains("x.csv:1: no column is called \"counts\""), "{told}");
     let missing = goldtof(&["estimate", QUICK, "no-such.csv"]);
     assert_eq!(missing.status.code(), Some(2));
     assert!(said(&missing).contains("no-such.csv: cannot read the counts"));
@@ -113,22 +100,11 @@ fn expected_counts_are_written_and_counts_scatter_round_them() {
     let text = fs::read_to_string(&file).unwrap();
     let mut lines = text.lines();
     let heading: Vec<&str> = lines.next().unwrap().split(',').collect();
-    assert_eq!(
-        heading[4..8],
-        [
-            "count_mean",
-            "count_std",
-            "total_count_mean",
-            "total_count_std"
-        ]
-    );
+    assert_eq!(heading[4..8], ["count_mean", "count_std", "total_count_mean", "total_count_std"]);
     let expected: Vec<Vec<f64>> = lines
         .map(|line| {
             let fields: Vec<&str> = line.split(',').collect();
-            fields[4..8]
-                .iter()
-                .map(|field| field.parse().unwrap())
-                .collect()
+            fields[4..8].iter().map(|field| field.parse().unwrap()).collect()
         })
         .collect();
     assert_eq!(expected.len(), 248);
@@ -141,9 +117,7 @@ fn expected_counts_are_written_and_counts_scatter_round_them() {
         for ((sum, count), expected) in sums.iter_mut().zip(counts).zip(&expected) {
             let signed = (count.signed as f64 - expected[0]) / expected[1];
             let total = (count.total as f64 - expected[2]) / expected[3];
-            for (sum, value) in sum
-                .iter_mut()
-                .zip([signed, signed * signed, total, total * total])
+            for (sum, value) in sum.iter_mut().zip([signed, signed * signed, total, total * total])
             {
                 *sum += value;
             }
@@ -155,10 +129,7 @@ fn expected_counts_are_written_and_counts_scatter_round_them() {
     for (column, expected, std) in [(0, 0.0, 1.0), (1, 1.0, 2.0), (2, 0.0, 1.0), (3, 1.0, 2.0)] {
         let mean = sums.iter().map(|sum| sum[column]).sum::<f64>() / n;
         let error = (std / n).sqrt();
-        assert!(
-            (mean - expected).abs() < 4.5 * error,
-            "{column}: {mean} +- {error}"
-        );
+        assert!((mean - expected).abs() < 4.5 * error, "{column}: {mean} +- {error}");
     }
 }
 
@@ -166,12 +137,7 @@ fn expected_counts_are_written_and_counts_scatter_round_them() {
 fn a_key_is_set_on_the_command_line_and_named_in_what_is_made() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
-    let set = [
-        "--set",
-        "source.code.degree=6",
-        "--set",
-        "scan.integration=1 us",
-    ];
+    let set = ["--set", "source.code.degree=6", "--set", "scan.integration=1 us"];
     let emission = json(&[&["emit", QUICK, "--json", "--out", out][..], &set].concat());
     let command = emission["command"].as_str().unwrap();
     assert_eq!(
@@ -179,17 +145,9 @@ fn a_key_is_set_on_the_command_line_and_named_in_what_is_made() {
         "goldtof emit quick.toml --set 'source.code.degree=6' --set 'scan.integration=1 us'"
     );
     let top = fs::read_to_string(folder.path().join("sensor_top.v")).unwrap();
-    assert!(
-        top.contains("--set 'source.code.degree=6'"),
-        "{}",
-        &top[..400]
-    );
+    assert!(top.contains("--set 'source.code.degree=6'"), "{}", &top[..400]);
     // 63 chips, 8 samples each.
-    assert_eq!(
-        emission["parameters"]["phase_steps"], 504,
-        "{}",
-        emission["parameters"]
-    );
+    assert_eq!(emission["parameters"]["phase_steps"], 504, "{}", emission["parameters"]);
     for command in ["plan", "simulate", "cosim", "fidelity", "emit", "run"] {
         let mut arguments = vec![command, QUICK, "--set", "path.distance=5"];
         if ["emit", "run"].contains(&command) {
@@ -219,10 +177,7 @@ fn the_bins_of_a_run_give_the_distance_that_the_run_gave() {
         (goldtof(&all), all.join(" "))
     };
     let document = |command: &str, more: &[&str]| -> Value {
-        let (output, all) = of(
-            command,
-            &[more, &["--json", "--estimator", "model"]].concat(),
-        );
+        let (output, all) = of(command, &[more, &["--json", "--estimator", "model"]].concat());
         assert_eq!(output.status.code(), Some(0), "{all}: {}", said(&output));
         serde_json::from_slice(&output.stdout).unwrap()
     };
@@ -230,10 +185,7 @@ fn the_bins_of_a_run_give_the_distance_that_the_run_gave() {
     let bins = file("bins.csv");
     let found = document("estimate", &[&bins, "--out", &file("residuals")]);
     let found = &found["assessments"][0];
-    assert_eq!(
-        found["estimate"]["distance_m"],
-        report["estimates"][0]["distance_m"]
-    );
+    assert_eq!(found["estimate"]["distance_m"], report["estimates"][0]["distance_m"]);
     let p = found["p_value"].as_f64().unwrap();
     assert!(p > 1e-4 && p < 1.0 - 1e-4, "{p}");
     assert_eq!(found["diagnosis"]["causes"], Value::Array(Vec::new()));
@@ -256,21 +208,11 @@ fn the_bins_of_a_run_give_the_distance_that_the_run_gave() {
         text.lines().skip(1).map(count).sum()
     };
     let (expected, counted) = (sum(&file("expected.csv")), sum(&bins));
-    assert!(
-        (counted - expected).abs() < 5.0 * expected.sqrt(),
-        "{counted}, {expected}"
-    );
+    assert!((counted - expected).abs() < 5.0 * expected.sqrt(), "{counted}, {expected}");
     // From a pipe, which can be read but once.
-    let all = with(
-        "estimate",
-        &["/dev/stdin", "--json", "--estimator", "model"],
-    );
-    let mut child = command(&[])
-        .args(all)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let all = with("estimate", &["/dev/stdin", "--json", "--estimator", "model"]);
+    let mut child =
+        command(&[]).args(all).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
     let mut pipe = child.stdin.take().unwrap();
     pipe.write_all(&fs::read(&bins).unwrap()).unwrap();
     drop(pipe);

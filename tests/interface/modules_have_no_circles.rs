@@ -32,10 +32,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 /// Where a file is in the tree of modules; `None` of the program and of tests.
 fn place(file: &Path, root: &Path) -> Option<Names> {
     let inside = file.strip_prefix(root).unwrap().with_extension("");
-    let mut names: Names = inside
-        .iter()
-        .map(|part| part.to_str().unwrap().to_owned())
-        .collect();
+    let mut names: Names = inside.iter().map(|part| part.to_str().unwrap().to_owned()).collect();
     match names.last().map(String::as_str) {
         Some("main" | "tests") => return None,
         Some("mod" | "lib") => {
@@ -202,14 +199,10 @@ fn read(source: &str, here: &Names, modules: &BTreeSet<Names>) -> Module {
 fn defined_in(path: &Names, modules: &BTreeMap<Names, Module>) -> Names {
     let mut path = path.clone();
     for _ in 0..20 {
-        let depth = (0..=path.len())
-            .rev()
-            .find(|&depth| modules.contains_key(&path[..depth]))
-            .unwrap();
+        let depth =
+            (0..=path.len()).rev().find(|&depth| modules.contains_key(&path[..depth])).unwrap();
         let (module, rest) = path.split_at(depth);
-        let next = rest
-            .first()
-            .and_then(|name| modules[module].aliases.get(name));
+        let next = rest.first().and_then(|name| modules[module].aliases.get(name));
         match next {
             Some(next) => path = [&next[..], &rest[1..]].concat(),
             None => return module.to_vec(),
@@ -224,10 +217,7 @@ fn arrows(modules: &BTreeMap<Names, Module>) -> BTreeMap<&Names, BTreeSet<Names>
         let needed = module.needs.iter().map(|path| defined_in(path, modules));
         needed.filter(|there| !here.starts_with(there)).collect()
     };
-    modules
-        .iter()
-        .map(|entry| (entry.0, needs(entry)))
-        .collect()
+    modules.iter().map(|entry| (entry.0, needs(entry))).collect()
 }
 
 /// The modules of some sources, each with its place, that are in circles or between them.
@@ -270,15 +260,9 @@ fn circles_are_found_through_names_that_are_handed_on() {
     let scene = |c: &str| {
         let sources = [
             (&[][..], "pub mod a; pub mod b;"),
-            (
-                &["a"],
-                "mod c;\npub use self::c::Of as A;\nuse crate::b::{self, B};",
-            ),
+            (&["a"], "mod c;\npub use self::c::Of as A;\nuse crate::b::{self, B};"),
             (&["a", "c"], c),
-            (
-                &["b"],
-                "fn f() -> super::a::A { \"use crate::a::x;\" } // use crate::a::y;",
-            ),
+            (&["b"], "fn f() -> super::a::A { \"use crate::a::x;\" } // use crate::a::y;"),
         ];
         let owned = sources.map(|(place, text)| {
             let place = place.iter().map(|&name| name.to_owned()).collect();

@@ -11,9 +11,7 @@ fn goldtof(folder: &Path, arguments: &[&str]) -> Output {
 }
 
 fn said(output: &Output) -> String {
-    [&output.stdout, &output.stderr]
-        .map(|bytes| String::from_utf8_lossy(bytes))
-        .concat()
+    [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes)).concat()
 }
 
 #[test]
@@ -29,12 +27,7 @@ fn a_new_scene_is_short_and_goes_all_the_way() {
         &["simulate", "mine.toml", "--repeat", "3"],
     ] {
         let output = goldtof(folder.path(), command);
-        assert_eq!(
-            output.status.code(),
-            Some(0),
-            "{command:?}: {}",
-            said(&output)
-        );
+        assert_eq!(output.status.code(), Some(0), "{command:?}: {}", said(&output));
     }
     // Both estimates are expected, so `run` shows both.
     let plan = said(&goldtof(folder.path(), &["plan", "mine.toml"]));
@@ -58,15 +51,8 @@ fn a_new_scene_is_short_and_goes_all_the_way() {
     fs::write(folder.path().join("mine.toml"), "mine").unwrap();
     let again = goldtof(folder.path(), &["new", "mine"]);
     assert_eq!(again.status.code(), Some(2));
-    assert!(
-        said(&again).contains("there is a file of that name already"),
-        "{}",
-        said(&again)
-    );
-    assert_eq!(
-        fs::read_to_string(folder.path().join("mine.toml")).unwrap(),
-        "mine"
-    );
+    assert!(said(&again).contains("there is a file of that name already"), "{}", said(&again));
+    assert_eq!(fs::read_to_string(folder.path().join("mine.toml")).unwrap(), "mine");
 }
 
 #[test]
@@ -77,10 +63,7 @@ fn every_standard_scene_is_there_to_begin_with() {
     for entry in fs::read_dir(scenes).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
-        let made = goldtof(
-            folder.path(),
-            &["new", &format!("my-{name}.toml"), "--like", &name],
-        );
+        let made = goldtof(folder.path(), &["new", &format!("my-{name}.toml"), "--like", &name]);
         assert_eq!(made.status.code(), Some(0), "{}", said(&made));
         let text = fs::read_to_string(folder.path().join(format!("my-{name}.toml"))).unwrap();
         let original = fs::read_to_string(&path).unwrap();
@@ -110,23 +93,11 @@ fn hardware_needs_no_light() {
         &["cosim", "x.toml", "--stimulus", "adversarial"],
     ] {
         let output = goldtof(folder.path(), command);
-        assert_eq!(
-            output.status.code(),
-            Some(0),
-            "{command:?}: {}",
-            said(&output)
-        );
+        assert_eq!(output.status.code(), Some(0), "{command:?}: {}", said(&output));
     }
-    let output = goldtof(
-        folder.path(),
-        &["simulate", "x.toml", "--set", "path.distance=1 m"],
-    );
+    let output = goldtof(folder.path(), &["simulate", "x.toml", "--set", "path.distance=1 m"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(
-        said(&output).contains("the scene has no [[path]]"),
-        "{}",
-        said(&output)
-    );
+    assert!(said(&output).contains("the scene has no [[path]]"), "{}", said(&output));
 }
 
 #[test]
@@ -137,26 +108,15 @@ fn completions_parse_and_know_every_command() {
         assert_eq!(output.status.code(), Some(0), "{shell}");
         let script = said(&output);
         for word in ["sweep", "estimate", "completions", "--tool-timeout"] {
-            assert!(
-                script.contains(word.trim_start_matches("--")),
-                "{shell}: {word}"
-            );
+            assert!(script.contains(word.trim_start_matches("--")), "{shell}: {word}");
         }
         if shell == "bash" {
             fs::write(folder.path().join("c"), &script).unwrap();
             let lines = "source ./c; COMP_WORDS=(goldtof simulate --fid); COMP_CWORD=2; \
                          _goldtof goldtof --fid simulate; echo ${COMPREPLY[@]}";
-            let done = Command::new("bash")
-                .args(["-c", lines])
-                .current_dir(folder.path())
-                .output();
+            let done = Command::new("bash").args(["-c", lines]).current_dir(folder.path()).output();
             let done = done.unwrap();
-            assert_eq!(
-                String::from_utf8_lossy(&done.stdout),
-                "--fidelity\n",
-                "{}",
-                said(&done)
-            );
+            assert_eq!(String::from_utf8_lossy(&done.stdout), "--fidelity\n", "{}", said(&done));
         }
     }
 }
@@ -177,10 +137,7 @@ fn every_command_has_a_manual_page() {
             fs::read_to_string(folder.path().join(format!("man1/goldtof-{name}.1"))).unwrap();
         // A manual page writes a hyphen as \-.
         let written = format!("goldtof\\-{}", name.replace('-', "\\-"));
-        assert!(
-            page.contains(".TH") && page.contains(&written),
-            "{name}: {page}"
-        );
+        assert!(page.contains(".TH") && page.contains(&written), "{name}: {page}");
         pages += 1;
     }
     assert!(pages >= 12, "{pages}");
@@ -192,15 +149,10 @@ fn version_and_typos_are_told() {
     let folder = tempfile::tempdir().unwrap();
     let version = said(&goldtof(folder.path(), &["--version"]));
     let package = concat!("goldtof ", env!("CARGO_PKG_VERSION"));
-    let rest = version
-        .trim_end()
-        .strip_prefix(package)
-        .unwrap_or_else(|| panic!("{version}"));
+    let rest = version.trim_end().strip_prefix(package).unwrap_or_else(|| panic!("{version}"));
     // A release build in a checkout has its commit; one for development has none.
-    let is_commit = rest
-        .strip_prefix(" (")
-        .and_then(|rest| rest.strip_suffix(')'))
-        .is_some_and(|commit| {
+    let is_commit =
+        rest.strip_prefix(" (").and_then(|rest| rest.strip_suffix(')')).is_some_and(|commit| {
             let digits = commit.trim_end_matches("-modified");
             digits.len() >= 7 && digits.chars().all(|c| c.is_ascii_hexdigit())
         });

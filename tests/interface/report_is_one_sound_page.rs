@@ -13,28 +13,13 @@ use crate::program::{QUICK, command};
 /// Runs a scene with both estimators; its JSON and its page.
 fn run(scene: &str, out: &Path, epoch: Option<&str>) -> (Value, String) {
     let mut command = command(&[]);
-    command
-        .args([
-            "run",
-            scene,
-            "--estimator",
-            "model",
-            "--json",
-            "--quiet",
-            "--out",
-        ])
-        .arg(out);
+    command.args(["run", scene, "--estimator", "model", "--json", "--quiet", "--out"]).arg(out);
     match epoch {
         Some(epoch) => command.env("SOURCE_DATE_EPOCH", epoch),
         None => command.env_remove("SOURCE_DATE_EPOCH"),
     };
     let output = command.output().unwrap();
-    assert_eq!(
-        output.status.code(),
-        Some(0),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     (serde_json::from_slice(&output.stdout).unwrap(), page)
 }
@@ -88,9 +73,7 @@ fn its_diagram_has_the_modules_of_the_emission() {
             let is_hardware = !text[..first].contains("`ifndef SYNTHESIS");
             // Several of a kind are one block with their number.
             let several = format!(" \u{d7} {module}");
-            let is_drawn = drawn
-                .iter()
-                .any(|text| *text == module || text.ends_with(&several));
+            let is_drawn = drawn.iter().any(|text| *text == module || text.ends_with(&several));
             assert_eq!(is_drawn, is_hardware, "{module}: {drawn:?}");
         }
         assert!(!drawn.contains("#"), "{drawn:?}");
@@ -102,9 +85,7 @@ fn names_are_escaped_in_text_and_drawings() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("odd.toml");
     let text = fs::read_to_string(QUICK).unwrap();
-    let text = text
-        .replace("\"laser\"", "\"l<i>&'x\"")
-        .replace("\"spad\"", "\"</svg><b>\"");
+    let text = text.replace("\"laser\"", "\"l<i>&'x\"").replace("\"spad\"", "\"</svg><b>\"");
     fs::write(&scene, text).unwrap();
     let (_, page) = run(scene.to_str().unwrap(), &folder.path().join("out"), None);
     assert!(!page.contains("<i>") && !page.contains("<b>"));
@@ -116,17 +97,13 @@ fn names_are_escaped_in_text_and_drawings() {
 fn it_stands_alone_and_every_drawing_has_words() {
     let out = tempfile::tempdir().unwrap();
     let (_, page) = run(QUICK, out.path(), None);
-    for outside in [
-        "<script", "<link", "<img", "<iframe", "http:", "https:", " src=", " href=", "@import",
-    ] {
+    for outside in
+        ["<script", "<link", "<img", "<iframe", "http:", "https:", " src=", " href=", "@import"]
+    {
         assert!(!page.contains(outside), "{outside}");
     }
     let ids = attributes(&page, "id");
-    assert_eq!(
-        ids.iter().collect::<BTreeSet<_>>().len(),
-        ids.len(),
-        "{ids:?}"
-    );
+    assert_eq!(ids.iter().collect::<BTreeSet<_>>().len(), ids.len(), "{ids:?}");
     let labelled = attributes(&page, "aria-labelledby");
     assert_eq!(labelled.len(), page.matches("<svg").count());
     assert!(labelled.len() >= 8, "{labelled:?}");
@@ -152,10 +129,7 @@ fn with_a_date_that_is_given_it_is_the_same_byte_for_byte() {
         .unwrap();
     assert_eq!(output.status.code(), Some(2));
     let told = String::from_utf8_lossy(&output.stderr);
-    assert!(
-        told.contains("SOURCE_DATE_EPOCH is \"yesterday\""),
-        "{told}"
-    );
+    assert!(told.contains("SOURCE_DATE_EPOCH is \"yesterday\""), "{told}");
 }
 
 /// A page that holds another of some width, and says how wide that really is and what
@@ -172,13 +146,9 @@ fn measuring(page: &str, width: u32) -> String {
 
 #[test]
 fn a_browser_finds_no_fault_and_nothing_to_scroll_sideways() {
-    let Some(chromium) = ["chromium", "chromium-browser", "google-chrome"]
-        .into_iter()
-        .find(|name| {
-            Command::new(name)
-                .arg("--version")
-                .output()
-                .is_ok_and(|o| o.status.success())
+    let Some(chromium) =
+        ["chromium", "chromium-browser", "google-chrome"].into_iter().find(|name| {
+            Command::new(name).arg("--version").output().is_ok_and(|o| o.status.success())
         })
     else {
         eprintln!("SKIPPED: no Chromium on this machine (Debian's package chromium)");
@@ -196,15 +166,8 @@ fn a_browser_finds_no_fault_and_nothing_to_scroll_sideways() {
                 "--disable-gpu",
                 "--disable-background-networking",
             ])
-            .args([
-                "--enable-logging=stderr",
-                "--virtual-time-budget=5000",
-                "--dump-dom",
-            ])
-            .arg(format!(
-                "--user-data-dir={}",
-                folder.path().join("profile").display()
-            ))
+            .args(["--enable-logging=stderr", "--virtual-time-budget=5000", "--dump-dom"])
+            .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
             .arg(format!("file://{}", file.display()))
             .output()
             .unwrap();
@@ -219,9 +182,7 @@ fn a_browser_finds_no_fault_and_nothing_to_scroll_sideways() {
             .split(' ')
             .map(|number| number.parse().unwrap_or_else(|_| panic!("{said}")))
             .collect();
-        let [client, scroll, requests] = numbers[..] else {
-            panic!("{numbers:?}")
-        };
+        let [client, scroll, requests] = numbers[..] else { panic!("{numbers:?}") };
         assert!(client > 0 && client <= width, "{numbers:?}");
         assert!(scroll <= client, "{width} px: {numbers:?}");
         assert_eq!(requests, 0);

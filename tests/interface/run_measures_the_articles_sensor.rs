@@ -31,14 +31,8 @@ fn the_whole_scan_matches_and_the_estimates_are_as_far_off_as_theory_says() {
         let lines = text.lines().filter(|line| !line.starts_with("clocked: "));
         lines.map(str::to_owned).collect()
     };
-    assert_eq!(
-        without_engines(&text),
-        without_engines(&printed_in_readme())
-    );
-    assert!(
-        text.contains("\nclocked: 214525612 clocks of photons"),
-        "{text}"
-    );
+    assert_eq!(without_engines(&text), without_engines(&printed_in_readme()));
+    assert!(text.contains("\nclocked: 214525612 clocks of photons"), "{text}");
     assert!(folder.path().join("out/paper-single/report.html").is_file());
 
     // 16,376 steps of 13,100 chips, and the clocks round them.
@@ -68,9 +62,6 @@ fn the_whole_scan_matches_and_the_estimates_are_as_far_off_as_theory_says() {
         assert!((least_bias..=most_bias).contains(&bias_mm), "{name}");
         assert!(((distance_m - 3.2) * 1e3 - error_mm).abs() < 0.1, "{name}");
         assert!((error_mm - bias_mm).abs() < 5.0 * std_mm, "{name}");
-        assert!(
-            ((error_mm - bias_mm) / std_mm - in_std).abs() < 0.01,
-            "{name}"
-        );
+        assert!(((error_mm - bias_mm) / std_mm - in_std).abs() < 0.01, "{name}");
     }
 }

@@ -12,9 +12,7 @@ use goldtof::scene::{EstimatorKind, Fluctuation, Movement, Scene, Target, load};
 use goldtof::sensor::Sensor;
 
 fn standard(name: &str) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("scenes")
-        .join(format!("{name}.toml"));
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(format!("{name}.toml"));
     load(&path).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -22,9 +20,7 @@ fn standard(name: &str) -> Scene {
 fn part(scene: &Scene, name: &str) -> Part {
     let plan = plan(&Sensor::new(scene));
     let mut parts = plan.hardware.into_iter().chain(plan.simulation);
-    parts
-        .find(|part| part.part == name)
-        .unwrap_or_else(|| panic!("no part {name}"))
+    parts.find(|part| part.part == name).unwrap_or_else(|| panic!("no part {name}"))
 }
 
 #[test]
@@ -84,11 +80,7 @@ fn the_plan_in_json_has_part_kept_and_reason() {
     assert_eq!(second_lfsr["part"], "second_lfsr");
     assert_eq!(second_lfsr["kept"], false);
     assert_eq!(second_lfsr["reason"], "a square wave needs no LFSR");
-    assert!(
-        json["simulation"]
-            .as_array()
-            .is_some_and(|parts| !parts.is_empty())
-    );
+    assert!(json["simulation"].as_array().is_some_and(|parts| !parts.is_empty()));
 }
 
 #[test]
@@ -112,10 +104,7 @@ fn a_window_scan_realigns_and_names_what_it_saves() {
     let full_scan = part(&scene, "full_scan");
     assert!(!full_scan.kept);
     // 1 - 33/16376
-    assert_eq!(
-        full_scan.reason,
-        "the scan asks for 33 of 16376 phase steps, from step 5 on"
-    );
+    assert_eq!(full_scan.reason, "the scan asks for 33 of 16376 phase steps, from step 5 on");
     let saving = full_scan.saving.expect("it saves time");
     assert!((saving.time_fraction - (1.0 - 33.0 / 16_376.0)).abs() < 1e-12);
 }
@@ -202,10 +191,7 @@ fn a_path_that_moves_is_followed_and_one_of_no_speed_is_not() {
     let moving = |velocity_m_per_s, std_m| {
         Some(Movement {
             velocity_m_per_s,
-            fluctuation: Some(Fluctuation {
-                std_m,
-                correlation_time_ps: 1e9,
-            }),
+            fluctuation: Some(Fluctuation { std_m, correlation_time_ps: 1e9 }),
         })
     };
     scene.paths[0].movement = moving(1.5, 2e-3);
@@ -236,10 +222,7 @@ fn a_sensor_that_was_synthesized_has_its_measured_cells() {
     let both = resources(&Sensor::new(&scene)).expect("it can be fitted");
     assert!(matches!(both.basis, Basis::Fitted { .. }));
     let sum = 278.0 + 299.0 - 212.0;
-    assert!(
-        (both.cells.flip_flops as f64 / sum - 1.0).abs() < 0.1,
-        "{both:?}"
-    );
+    assert!((both.cells.flip_flops as f64 / sum - 1.0).abs() < 0.1, "{both:?}");
 }
 
 #[test]
@@ -279,11 +262,7 @@ fn what_people_read_of_a_plan_has_the_numbers_of_its_json() {
     // 31 chips of 8 ns, 8 steps each, 2500 chips a step.
     assert_eq!(json["figures"]["phase_steps"], 248);
     assert!((json["figures"]["frame_time_s"].as_f64().unwrap() - 248.0 * 20e-6).abs() < 1e-12);
-    for words in [
-        "4.96 ms: 248 phase steps of 20 \u{b5}s",
-        "125 MHz",
-        "37.17 m",
-    ] {
+    for words in ["4.96 ms: 248 phase steps of 20 \u{b5}s", "125 MHz", "37.17 m"] {
         assert!(text.contains(words), "{words}: {text}");
     }
     for expected in json["expected"].as_array().unwrap() {
@@ -295,10 +274,7 @@ fn what_people_read_of_a_plan_has_the_numbers_of_its_json() {
         assert!(text.contains(&words), "{words}: {text}");
     }
     let luts = &json["resources"]["luts"];
-    assert!(
-        text.contains(&format!("about {luts} (LUT4")),
-        "{luts}: {text}"
-    );
+    assert!(text.contains(&format!("about {luts} (LUT4")), "{luts}: {text}");
 }
 
 #[test]
@@ -312,11 +288,7 @@ fn a_saving_that_was_measured_over_nothing_is_not_told() {
     }
     let overview = overview(&Sensor::new(&scene));
     assert!(overview.plan.not_measured > 0);
-    let measured = overview
-        .plan
-        .simulation
-        .iter()
-        .filter_map(|part| part.saving.as_ref());
+    let measured = overview.plan.simulation.iter().filter_map(|part| part.saving.as_ref());
     for saving in measured {
         assert!(!saving.basis.contains(" 0 detections"), "{saving:?}");
     }
@@ -326,17 +298,10 @@ fn a_saving_that_was_measured_over_nothing_is_not_told() {
 #[test]
 fn a_plan_fits_the_terminal() {
     let overview = overview(&Sensor::new(&standard("quick")));
-    let words = |text: &str| {
-        text.split_whitespace()
-            .map(str::to_owned)
-            .collect::<Vec<_>>()
-    };
+    let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
     let wide = text(&overview, None);
     let narrow = text(&overview, Some(70));
-    assert!(
-        narrow.lines().all(|line| line.chars().count() <= 80),
-        "{narrow}"
-    );
+    assert!(narrow.lines().all(|line| line.chars().count() <= 80), "{narrow}");
     assert!(narrow.lines().count() > wide.lines().count());
     assert_eq!(words(&wide).len(), words(&narrow).len());
 }

@@ -6,9 +6,7 @@ use goldtof::code::Generator;
 use goldtof::scene::{CounterTiming, EstimatorKind, Scene, SourceIndex, Target, load};
 
 fn standard(name: &str) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("scenes")
-        .join(format!("{name}.toml"));
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(format!("{name}.toml"));
     load(&path).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -17,11 +15,7 @@ fn every_scene_of_the_folder_loads_under_its_own_name() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let mut names: Vec<String> = std::fs::read_dir(folder)
         .unwrap()
-        .map(|entry| {
-            load(&entry.unwrap().path())
-                .unwrap_or_else(|error| panic!("{error}"))
-                .name
-        })
+        .map(|entry| load(&entry.unwrap().path()).unwrap_or_else(|error| panic!("{error}")).name)
         .collect();
     names.sort();
     assert_eq!(
@@ -67,11 +61,8 @@ fn paper_single_has_the_parameters_of_table_i() {
     assert_eq!(spad.pulse_width_ps, 7e3);
     assert_eq!(spad.delay_ps, 1750.0);
     assert_eq!(spad.jitter_ps, [53.5, 4.0]);
-    let counter = CounterTiming {
-        rising_delay_ps: 340.0,
-        falling_delay_ps: 390.0,
-        transition_ps: 1.5,
-    };
+    let counter =
+        CounterTiming { rising_delay_ps: 340.0, falling_delay_ps: 390.0, transition_ps: 1.5 };
     assert_eq!(spad.counter, counter);
 
     let [path] = scene.paths.as_slice() else {
@@ -79,11 +70,7 @@ fn paper_single_has_the_parameters_of_table_i() {
     };
     assert!((path.distance_m() - 3.2).abs() < 1e-12);
     // 6.4 m at 299,792,458 m/s.
-    assert!(
-        (path.delay_ps - 21_348.102_092_681_73).abs() < 1e-9,
-        "{}",
-        path.delay_ps
-    );
+    assert!((path.delay_ps - 21_348.102_092_681_73).abs() < 1e-9, "{}", path.delay_ps);
     assert_eq!(path.transmission, 1.0);
 
     assert_eq!((scene.scan.first_step, scene.scan.steps), (0, 16_376));
@@ -113,10 +100,7 @@ fn the_other_scenes_differ_from_paper_single_in_what_their_names_say() {
 
     let multipath = standard("multipath");
     let apart = multipath.paths[1].delay_ps - multipath.paths[0].delay_ps;
-    assert!(
-        (apart / multipath.chip_period_ps - 1.5).abs() < 0.01,
-        "{apart} ps"
-    );
+    assert!((apart / multipath.chip_period_ps - 1.5).abs() < 0.01, "{apart} ps");
 
     let quick = standard("quick");
     assert_eq!(quick.scan.steps, 248);

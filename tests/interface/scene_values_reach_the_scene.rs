@@ -68,10 +68,7 @@ fn what_is_left_out_has_the_documented_default() {
 #[test]
 fn the_pulse_is_half_the_dead_time_long_but_never_shorter_than_a_phase_step() {
     for (dead_time, pulse_width_ps) in [("14 ns", 7000.0), ("1.5 ns", 1000.0), ("0 ns", 1000.0)] {
-        let text = LEAST.replace(
-            "reference",
-            &format!("dead_time = \"{dead_time}\"\nreference"),
-        );
+        let text = LEAST.replace("reference", &format!("dead_time = \"{dead_time}\"\nreference"));
         let width = scene(&text).detectors[0].pulse_width_ps;
         assert_eq!(width, pulse_width_ps, "{dead_time}");
     }
@@ -97,16 +94,10 @@ fn the_model_estimator_brings_total_counts_and_will_not_do_without() {
     let model = scene(&format!("{LEAST}\n[estimate]\nestimator = \"model\"\n"));
     assert!(model.sends_total_counts());
     // By the command line too, unless the scene's hardware has none.
-    let phase = scene(LEAST)
-        .with_estimator(None)
-        .expect("nothing is asked for");
+    let phase = scene(LEAST).with_estimator(None).expect("nothing is asked for");
     assert!(!phase.sends_total_counts());
     let asked = phase.with_estimator(Some(EstimatorKind::Model));
-    assert!(
-        asked
-            .expect("the scene leaves it open")
-            .sends_total_counts()
-    );
+    assert!(asked.expect("the scene leaves it open").sends_total_counts());
     let without = scene(&format!("{LEAST}\n[hardware]\ntotal_counts = false\n"));
     let refused = without.with_estimator(Some(EstimatorKind::Model));
     let error = refused.expect_err("there are no totals").to_string();
@@ -126,11 +117,7 @@ fn both_spellings_of_an_infinite_extinction_ratio_are_taken() {
     for text in ["\"inf\"", "inf", "10", "10.0"] {
         let line = format!("extinction_ratio = {text}\nmean_power");
         let ratio = scene(&LEAST.replace("mean_power", &line)).sources[0].extinction_ratio;
-        let expected = if text.contains("inf") {
-            f64::INFINITY
-        } else {
-            10.0
-        };
+        let expected = if text.contains("inf") { f64::INFINITY } else { 10.0 };
         assert_eq!(ratio, expected, "{text}");
     }
 }
@@ -144,39 +131,20 @@ fn a_window_is_given_by_its_first_step_and_count_or_by_its_centre() {
     assert_eq!(window("steps = \"all\""), (0, 248));
     assert_eq!(window("steps = { first = 240, count = 20 }"), (240, 20));
     // 3.2 m are 21.348 ns, so the nearest step of 1 ns is 21.
-    assert_eq!(
-        window("steps = { around = \"3.2 m\", halfwidth = 16 }"),
-        (5, 33)
-    );
-    assert_eq!(
-        window("steps = { around = \"21.6 ns\", halfwidth = 16 }"),
-        (6, 33)
-    );
+    assert_eq!(window("steps = { around = \"3.2 m\", halfwidth = 16 }"), (5, 33));
+    assert_eq!(window("steps = { around = \"21.6 ns\", halfwidth = 16 }"), (6, 33));
     // Windows and distances wrap round the 248 ns of the code period.
-    assert_eq!(
-        window("steps = { around = \"3 ns\", halfwidth = 4 }"),
-        (247, 9)
-    );
-    assert_eq!(
-        window("steps = { around = \"251 ns\", halfwidth = 0 }"),
-        (3, 1)
-    );
+    assert_eq!(window("steps = { around = \"3 ns\", halfwidth = 4 }"), (247, 9));
+    assert_eq!(window("steps = { around = \"251 ns\", halfwidth = 0 }"), (3, 1));
 }
 
 #[test]
 fn the_integration_time_is_rounded_to_whole_chips_and_kept_as_asked() {
-    for (asked, chips) in [
-        ("20 us", 2500),
-        ("4 ns", 1),
-        ("20.003 us", 2500),
-        ("20.005 us", 2501),
-    ] {
+    for (asked, chips) in [("20 us", 2500), ("4 ns", 1), ("20.003 us", 2500), ("20.005 us", 2501)] {
         let text = LEAST.replace("20 us", asked);
         assert_eq!(scene(&text).scan.integration_chips, chips, "{asked}");
     }
-    let requested = scene(&LEAST.replace("20 us", "20.005 us"))
-        .scan
-        .requested_integration_ps;
+    let requested = scene(&LEAST.replace("20 us", "20.005 us")).scan.requested_integration_ps;
     assert_eq!(requested, 20_005_000.0);
 }
 
@@ -189,14 +157,8 @@ fn codes_are_made_with_every_key_they_take() {
     // 3,1,0 from 1, 0, 0: c[t] = c[t-3] XOR c[t-1].
     let m = "{ family = \"m-sequence\", degree = 3, polynomials = [[3, 1, 0]], seeds = [\"100\"] }";
     assert_eq!(code(m), [1, 0, 0, 1, 1, 1, 0]);
-    assert_eq!(
-        code("{ family = \"chips\", chips = \"0110\" }"),
-        [0, 1, 1, 0]
-    );
-    assert_eq!(
-        code("{ family = \"square\", interleave = 1 }"),
-        [1, 0, 0, 1]
-    );
+    assert_eq!(code("{ family = \"chips\", chips = \"0110\" }"), [0, 1, 1, 0]);
+    assert_eq!(code("{ family = \"square\", interleave = 1 }"), [1, 0, 0, 1]);
     let pair = "degree = 8, polynomials = [[8, 4, 3, 2, 0], [8, 6, 5, 3, 0]]";
     let allowed = format!("{{ family = \"gold\", {pair}, allow_non_preferred = true }}");
     assert_eq!(code(&allowed).len(), 255);
@@ -239,25 +201,13 @@ fn movement(keys: &str) -> Option<Movement> {
 
 #[test]
 fn a_path_moves_at_its_speed_and_fluctuates() {
-    let speed = |velocity_m_per_s| Movement {
-        velocity_m_per_s,
-        fluctuation: None,
-    };
+    let speed = |velocity_m_per_s| Movement { velocity_m_per_s, fluctuation: None };
     assert_eq!(movement("velocity = \"-3 mm/s\""), Some(speed(-3e-3)));
     assert_eq!(movement("velocity = \"36 km/h\""), Some(speed(10.0)));
-    let fluctuation = Some(Fluctuation {
-        std_m: 2e-3,
-        correlation_time_ps: 1e9,
-    });
+    let fluctuation = Some(Fluctuation { std_m: 2e-3, correlation_time_ps: 1e9 });
     let keys = "velocity = \"1.5 m/s\"\n\
                 fluctuation = { std = \"2 mm\", correlation_time = \"1 ms\" }";
-    assert_eq!(
-        movement(keys),
-        Some(Movement {
-            fluctuation,
-            ..speed(1.5)
-        })
-    );
+    assert_eq!(movement(keys), Some(Movement { fluctuation, ..speed(1.5) }));
 }
 
 #[test]
@@ -279,10 +229,7 @@ fn a_histogram_integrates_over_whole_code_periods_for_all_steps_at_once() {
         let text = histogram("parallel = 1").replace("20 us", integration);
         let timing = scene(&text).timing();
         assert_eq!(timing.scan.integration_chips, 31 * periods);
-        assert_eq!(
-            (timing.groups(), timing.grouping().steps_of_last()),
-            (1, 248)
-        );
+        assert_eq!((timing.groups(), timing.grouping().steps_of_last()), (1, 248));
         assert!(timing.is_gapless());
     }
     assert!(scene(&histogram("")).sends_total_counts());
@@ -290,19 +237,12 @@ fn a_histogram_integrates_over_whole_code_periods_for_all_steps_at_once() {
 
 #[test]
 fn what_a_histogram_has_no_use_for_is_refused_by_its_key() {
-    for key in [
-        "parallel = 2",
-        "total_counts = true",
-        "peak_detector = false",
-    ] {
+    for key in ["parallel = 2", "total_counts = true", "peak_detector = false"] {
         let error = parse("x.toml", &histogram(key)).expect_err(key).to_string();
         let name = key.split(' ').next().expect("a key");
         assert!(error.contains(&format!("hardware.{name}: ")), "{error}");
     }
     let window = histogram("").replace("[scan]", "[scan]\nsteps = { first = 0, count = 9 }");
     let error = parse("x.toml", &window).expect_err("a window").to_string();
-    assert!(
-        error.contains("hardware.architecture: a histogram has all phase steps"),
-        "{error}"
-    );
+    assert!(error.contains("hardware.architecture: a histogram has all phase steps"), "{error}");
 }

@@ -49,10 +49,7 @@ fn all_shards(arguments: &[&str], out: &Path, of: u64) {
     for number in (1..=of).rev() {
         let shard = format!("{number}/{of}");
         let report = done(&[arguments, &["--shard", &shard, "--out", text(out)]].concat());
-        assert_eq!(
-            (&report["shard"], &report["shards"]),
-            (&json!(number), &json!(of))
-        );
+        assert_eq!((&report["shard"], &report["shards"]), (&json!(number), &json!(of)));
         assert_eq!(report["done_before"], false);
     }
 }
@@ -81,11 +78,7 @@ fn written(simulation: &Simulation) -> String {
 fn assert_cut_anywhere(sensor: &Sensor, tier: Tier, repetitions: u64, cuts: &[u64]) {
     let prepared = Prepared::new(sensor, tier).unwrap();
     let simulated = Simulated::new(sensor, tier).unwrap();
-    let gather = |scans| {
-        simulated
-            .gather(&prepared, 7, scans, &mut |_, _| ())
-            .unwrap()
-    };
+    let gather = |scans| simulated.gather(&prepared, 7, scans, &mut |_, _| ()).unwrap();
     let conclude = |gathered| written(&simulated.conclude(7, repetitions, gathered).unwrap());
     let whole = conclude(gather(0..repetitions));
     let ends = cuts.iter().copied().chain([repetitions]);
@@ -101,10 +94,7 @@ fn assert_cut_anywhere(sensor: &Sensor, tier: Tier, repetitions: u64, cuts: &[u6
 #[test]
 fn scans_are_the_same_wherever_they_are_cut() {
     // Windows of a scan, which begins anew each time.
-    let window = [
-        "scan.steps={ first = 0, count = 60 }",
-        "scan.integration=1 us",
-    ];
+    let window = ["scan.steps={ first = 0, count = 60 }", "scan.integration=1 us"];
     let full = ["scan.integration=1 us"];
     let model = ["estimate.estimator=model", "scan.integration=2 us"];
     for tier in [Tier::Counts, Tier::Events, Tier::Sampled] {
@@ -115,10 +105,7 @@ fn scans_are_the_same_wherever_they_are_cut() {
     }
     let several = sensor(
         "scenes/dual-view.toml",
-        &[
-            "scan.integration=10 us",
-            "scan.steps={ around = \"3.2 m\", halfwidth = 30 }",
-        ],
+        &["scan.integration=10 us", "scan.steps={ around = \"3.2 m\", halfwidth = 30 }"],
     );
     assert_cut_anywhere(&several, Tier::Events, 5, &[3]);
 }
@@ -128,17 +115,8 @@ fn scans_are_the_same_wherever_they_are_cut() {
 fn pulses_that_reach_into_the_next_scan_are_there_in_every_shard() {
     for width in ["90 ns", "3 us"] {
         let width = format!("detector.pulse_width={width}");
-        let bright = [
-            "scan.integration=248 ns",
-            "source[0].mean_power=60 pW",
-            width.as_str(),
-        ];
-        assert_cut_anywhere(
-            &sensor(QUICK, &bright),
-            Tier::Sampled,
-            12,
-            &[1, 2, 5, 9, 10],
-        );
+        let bright = ["scan.integration=248 ns", "source[0].mean_power=60 pW", width.as_str()];
+        assert_cut_anywhere(&sensor(QUICK, &bright), Tier::Sampled, 12, &[1, 2, 5, 9, 10]);
     }
 }
 
@@ -149,12 +127,7 @@ fn histograms_are_the_same_wherever_they_are_cut() {
         let settings = [code, "scan.integration=3 us", more];
         sensor("scenes/histogram.toml", &settings)
     };
-    assert_cut_anywhere(
-        &of_scene("path.distance=3 m"),
-        Tier::Counts,
-        70,
-        &[1, 2, 40],
-    );
+    assert_cut_anywhere(&of_scene("path.distance=3 m"), Tier::Counts, 70, &[1, 2, 40]);
     let long_pulses = of_scene("detector.pulse_width=90 ns");
     for tier in [Tier::Events, Tier::Sampled] {
         assert_cut_anywhere(&long_pulses, tier, 70, &[1, 2, 40]);
@@ -184,11 +157,7 @@ fn what_the_verilog_was_not_made_to_show_is_that_of_all_shards() {
     let simulated = Simulated::new(&sensor, Tier::Rtl).unwrap();
     let mut said = [0; 3];
     for seed in 0..24 {
-        let gather = |scans| {
-            simulated
-                .gather(&prepared, seed, scans, &mut |_, _| ())
-                .unwrap()
-        };
+        let gather = |scans| simulated.gather(&prepared, seed, scans, &mut |_, _| ()).unwrap();
         let conclude = |gathered| simulated.conclude(seed, 2, gathered).unwrap();
         let [mut joined, second] = [gather(0..1), gather(1..2)];
         let alone = [&joined, &second].map(|one| conclude(one.clone()).warnings.len());
@@ -221,20 +190,13 @@ fn shards_of_simulate_say_what_one_run_says() {
     for of in [1, 3, 13] {
         let out = folder.path().join(of.to_string());
         all_shards(&SIMULATE, &out, of);
-        assert_eq!(
-            shard_files(&out).len() as u64,
-            of,
-            "nothing else is left there"
-        );
+        assert_eq!(shard_files(&out).len() as u64, of, "nothing else is left there");
         assert_eq!(numbers(done(&["merge", text(&out)])), whole, "{of} shards");
     }
     let words = |arguments: &[&str]| {
         let text = String::from_utf8(goldtof(arguments).stdout).unwrap();
         // The last line has the run time.
-        text.lines()
-            .filter(|line| !line.contains(" s"))
-            .map(str::to_owned)
-            .collect::<Vec<_>>()
+        text.lines().filter(|line| !line.contains(" s")).map(str::to_owned).collect::<Vec<_>>()
     };
     let out = folder.path().join("3");
     assert_eq!(words(&["merge", text(&out)]), words(&SIMULATE));
@@ -281,10 +243,7 @@ fn shards_that_are_missing_are_named_and_done_ones_not_done_again() {
         done(&shard(part));
     }
     let told = refused(&["merge", text(&out)]);
-    assert!(
-        told.contains("has 3 of 12 shards; 1,3-9,11 missing"),
-        "{told}"
-    );
+    assert!(told.contains("has 3 of 12 shards; 1,3-9,11 missing"), "{told}");
     assert!(told.contains("--shard 1/12"), "{told}");
     let missing = goldtof(&["merge", "--missing", text(&out)]);
     assert_eq!(String::from_utf8(missing.stdout).unwrap(), "1,3-9,11\n");
@@ -292,34 +251,20 @@ fn shards_that_are_missing_are_named_and_done_ones_not_done_again() {
     assert_eq!(missing["shards"], 12);
     assert_eq!(missing["missing"], json!([1, 3, 4, 5, 6, 7, 8, 9, 11]));
     let file = out.join("shards/02-of-12.json");
-    let before = (
-        fs::read(&file).unwrap(),
-        fs::metadata(&file).unwrap().modified().unwrap(),
-    );
+    let before = (fs::read(&file).unwrap(), fs::metadata(&file).unwrap().modified().unwrap());
     assert_eq!(done(&shard("2/12"))["done_before"], true);
-    let after = (
-        fs::read(&file).unwrap(),
-        fs::metadata(&file).unwrap().modified().unwrap(),
-    );
+    let after = (fs::read(&file).unwrap(), fs::metadata(&file).unwrap().modified().unwrap());
     assert!(before == after);
     // Of another job it is not touched.
     let other = [&shard("2/12")[..], &["--set", "path.distance=4 m"]].concat();
     let told = refused(&other);
-    assert!(
-        told.contains("02-of-12.json is of another job: settings is "),
-        "{told}"
-    );
+    assert!(told.contains("02-of-12.json is of another job: settings is "), "{told}");
     assert!(before.0 == fs::read(&file).unwrap());
-    for part in [
-        "1/12", "3/12", "4/12", "5/12", "6/12", "7/12", "8/12", "9/12", "11/12",
-    ] {
+    for part in ["1/12", "3/12", "4/12", "5/12", "6/12", "7/12", "8/12", "9/12", "11/12"] {
         done(&shard(part));
     }
     assert_eq!(goldtof(&["merge", "--missing", text(&out)]).stdout, b"");
-    assert_eq!(
-        numbers(done(&["merge", text(&out)])),
-        numbers(done(&SIMULATE))
-    );
+    assert_eq!(numbers(done(&["merge", text(&out)])), numbers(done(&SIMULATE)));
 }
 
 /// Changes a key of a shard's file, and gives back what it was.
@@ -343,10 +288,7 @@ fn files_that_are_not_what_was_written_are_refused() {
     for length in [0, 1, written.len() / 2, written.len() - 3] {
         fs::write(&file, &written[..length]).unwrap();
         let told = refused(&["merge", text(&out)]);
-        assert!(
-            told.contains("2-of-2.json: cannot be read as a shard"),
-            "{told}"
-        );
+        assert!(told.contains("2-of-2.json: cannot be read as a shard"), "{told}");
         assert!(told.contains("do that shard again"), "{told}");
     }
     fs::write(&file, &written).unwrap();
@@ -365,10 +307,7 @@ fn files_that_are_not_what_was_written_are_refused() {
     // One shard under the name of another.
     fs::copy(out.join("shards/1-of-2.json"), &file).unwrap();
     let told = refused(&["merge", text(&out)]);
-    assert!(
-        told.contains("it holds shard 1/2, and not the one of its name"),
-        "{told}"
-    );
+    assert!(told.contains("it holds shard 1/2, and not the one of its name"), "{told}");
     fs::write(&file, "{}").unwrap();
     assert!(refused(&["merge", text(&out)]).contains("2-of-2.json: cannot be read"));
     fs::remove_file(&file).unwrap();
@@ -387,14 +326,7 @@ fn shards_of_different_jobs_are_refused_with_what_differs() {
     let scene = folder.path().join("x.toml");
     let quick = fs::read_to_string(QUICK).unwrap();
     fs::write(&scene, &quick).unwrap();
-    let fixed = [
-        "simulate",
-        text(&scene),
-        "--repeat",
-        "4",
-        "--set",
-        "scan.integration=2 us",
-    ];
+    let fixed = ["simulate", text(&scene), "--repeat", "4", "--set", "scan.integration=2 us"];
     let first = folder.path().join("first");
     done(&[&fixed[..], &["--shard", "1/2", "--out", text(&first)]].concat());
     let with = |more: &[&str], told: &str| {
@@ -402,55 +334,28 @@ fn shards_of_different_jobs_are_refused_with_what_differs() {
         fs::create_dir(other.path().join("shards")).unwrap();
         done(&[&fixed[..], &["--out", text(other.path())], more].concat());
         for from in shard_files(&first) {
-            fs::copy(
-                &from,
-                other.path().join("shards").join(from.file_name().unwrap()),
-            )
-            .unwrap();
+            fs::copy(&from, other.path().join("shards").join(from.file_name().unwrap())).unwrap();
         }
         let said = refused(&["merge", text(other.path())]);
         assert!(said.contains("is not of the same job as"), "{said}");
         assert!(said.contains(told), "{told}: {said}");
     };
     with(&["--shard", "2/2", "--seed", "2"], "seed is 2, there 1");
-    with(
-        &["--shard", "2/3"],
-        "the job is cut into 3 shards, there into 2",
-    );
-    with(
-        &["--shard", "2/2", "--fidelity", "counts"],
-        "fidelity is \"counts\", there \"events\"",
-    );
-    with(
-        &["--shard", "2/2", "--estimator", "model"],
-        "estimator is \"model\", there null",
-    );
-    with(
-        &["--shard", "2/2", "--set", "path.distance=4 m"],
-        "path.distance=4 m",
-    );
+    with(&["--shard", "2/3"], "the job is cut into 3 shards, there into 2");
+    with(&["--shard", "2/2", "--fidelity", "counts"], "fidelity is \"counts\", there \"events\"");
+    with(&["--shard", "2/2", "--estimator", "model"], "estimator is \"model\", there null");
+    with(&["--shard", "2/2", "--set", "path.distance=4 m"], "path.distance=4 m");
     fs::write(&scene, quick.replace("\"3.2 m\"", "\"3.3 m\"")).unwrap();
     with(&["--shard", "2/2"], "the scene's text is another");
     let sweep = tempfile::tempdir().unwrap();
     done(&[&SWEEP[..], &["--shard", "2/2", "--out", text(sweep.path())]].concat());
-    fs::copy(
-        first.join("shards/1-of-2.json"),
-        sweep.path().join("shards/1-of-2.json"),
-    )
-    .unwrap();
+    fs::copy(first.join("shards/1-of-2.json"), sweep.path().join("shards/1-of-2.json")).unwrap();
     let told = refused(&["merge", text(sweep.path())]);
-    assert!(
-        told.contains("the command is sweep, there simulate"),
-        "{told}"
-    );
+    assert!(told.contains("the command is sweep, there simulate"), "{told}");
     // The version is outside of the digest's four, and compared all the same.
     let again = folder.path().join("again");
     all_shards(&fixed, &again, 2);
-    changed(
-        &again.join("shards/2-of-2.json"),
-        "/goldtof",
-        json!("0.0.1"),
-    );
+    changed(&again.join("shards/2-of-2.json"), "/goldtof", json!("0.0.1"));
     let told = refused(&["merge", text(&again)]);
     assert!(told.contains("the version is 0.0.1, there "), "{told}");
 }
@@ -463,10 +368,7 @@ fn shards_that_there_cannot_be_are_refused() {
         |shard: &str| refused(&[&SIMULATE[..], &["--shard", shard, "--out", text(&out)]].concat());
     for (shard, told) in [
         ("0/4", "there is no shard 0 of 4"),
-        (
-            "5/4",
-            "there is no shard 5 of 4: they are numbered from 1 to 4",
-        ),
+        ("5/4", "there is no shard 5 of 4: they are numbered from 1 to 4"),
         ("1/0", "0 shards cannot be made"),
         ("x", "write I/N"),
         ("task/4", "this is no task of an array"),
@@ -475,14 +377,7 @@ fn shards_that_there_cannot_be_are_refused() {
     }
     let without = refused(&[&SIMULATE[..], &["--shard", "1/2"]].concat());
     assert!(without.contains("--out"), "{without}");
-    let nothing = [
-        "--shard",
-        "1/2",
-        "--fidelity",
-        "expected",
-        "--out",
-        text(&out),
-    ];
+    let nothing = ["--shard", "1/2", "--fidelity", "expected", "--out", text(&out)];
     let told = refused(&[&SIMULATE[..], &nothing].concat());
     assert!(told.contains("the tier expected has no scans"), "{told}");
     assert!(!out.exists());
@@ -494,10 +389,7 @@ fn tasks_of_an_array_are_shards() {
     let out = folder.path();
     let run = |shard: &str, variables: &[(&str, &str)]| {
         let arguments = [&SIMULATE[..], &["--shard", shard, "--out", text(out)]].concat();
-        let output = command(&arguments)
-            .envs(variables.iter().copied())
-            .output()
-            .unwrap();
+        let output = command(&arguments).envs(variables.iter().copied()).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     };
     let slurm = [
@@ -508,14 +400,8 @@ fn tasks_of_an_array_are_shards() {
     ];
     run("task", &slurm);
     run("task/3", &[("SLURM_ARRAY_TASK_ID", "3")]);
-    run(
-        "task/3",
-        &[("HQ_TASK_ID", "2"), ("SLURM_ARRAY_TASK_ID", "9")],
-    );
-    assert_eq!(
-        numbers(done(&["merge", text(out)])),
-        numbers(done(&SIMULATE))
-    );
+    run("task/3", &[("HQ_TASK_ID", "2"), ("SLURM_ARRAY_TASK_ID", "9")]);
+    assert_eq!(numbers(done(&["merge", text(out)])), numbers(done(&SIMULATE)));
 }
 
 /// Kills a command when `is_under_way` says so, again and again until it comes to its end
@@ -524,11 +410,8 @@ fn killed_until_done(arguments: &[&str], mut is_under_way: impl FnMut() -> bool)
     let began = Instant::now();
     let mut kills = 0;
     loop {
-        let mut child = command(arguments)
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
+        let mut child =
+            command(arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         loop {
             if let Some(status) = child.try_wait().unwrap() {
                 assert!(status.success());
@@ -537,10 +420,7 @@ fn killed_until_done(arguments: &[&str], mut is_under_way: impl FnMut() -> bool)
             if is_under_way() {
                 break;
             }
-            assert!(
-                began.elapsed() < Duration::from_secs(300),
-                "it does not go on"
-            );
+            assert!(began.elapsed() < Duration::from_secs(300), "it does not go on");
             std::thread::sleep(Duration::from_millis(1));
         }
         // SIGKILL: nothing can be tidied up.
@@ -559,16 +439,11 @@ fn a_killed_worker_loses_no_point_and_none_is_there_twice() {
     done(&[&arguments[..], &["--out", text(&whole)]].concat());
     for number in ["1", "2"] {
         let shard = format!("{number}/2");
-        let points = cut
-            .join("shards")
-            .join(format!("{number}-of-2"))
-            .join("points");
+        let points = cut.join("shards").join(format!("{number}-of-2")).join("points");
         let finished = || {
             fs::read_dir(&points).map_or(0, |entries| {
                 let names = entries.map(|entry| entry.unwrap().file_name());
-                names
-                    .filter(|name| !name.to_str().unwrap().starts_with('.'))
-                    .count()
+                names.filter(|name| !name.to_str().unwrap().starts_with('.')).count()
             })
         };
         let mut before = 0;
@@ -628,10 +503,7 @@ fn stress_cases_come_back_from_shards_in_their_order() {
         "detection-probability-0",
         "interleaving-0-to-8",
     ];
-    let job = StressJob {
-        cases: names.map(str::to_owned).into(),
-        seed: 3,
-    };
+    let job = StressJob { cases: names.map(str::to_owned).into(), seed: 3 };
     let cases = job.cases().unwrap();
     let verdicts = |mut report: StressReport| {
         for case in &mut report.cases {
@@ -659,11 +531,8 @@ fn stress_cases_come_back_from_shards_in_their_order() {
 fn figures_come_back_from_shards_in_their_order() {
     let folder = tempfile::tempdir().unwrap();
     let open = |name: &str| OutputFolder::open(&folder.path().join(name), |_| ()).unwrap();
-    let options = Options {
-        seed: 5,
-        repetitions: 2,
-        figures: vec![FigureId::Fig7, FigureId::Fig3],
-    };
+    let options =
+        Options { seed: 5, repetitions: 2, figures: vec![FigureId::Fig7, FigureId::Fig3] };
     let [whole, joined] = ["whole", "joined"].map(open);
     let of_one_run = reproduce(&options, &whole, |_| ()).unwrap();
     let shard = |number| {

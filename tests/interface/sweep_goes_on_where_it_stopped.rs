@@ -36,10 +36,7 @@ fn every_point_is_what_simulate_gives_of_it() {
     let folder = tempfile::tempdir().unwrap();
     let report = json(&sweep(folder.path(), &[]));
     assert_eq!(
-        (
-            report["points"].as_u64(),
-            report["points_done_before"].as_u64()
-        ),
+        (report["points"].as_u64(), report["points_done_before"].as_u64()),
         (Some(6), Some(0))
     );
     let text = csv(folder.path());
@@ -49,13 +46,9 @@ fn every_point_is_what_simulate_gives_of_it() {
         heading.starts_with("point,source[0].mean_power (pW),path.distance (m),detector,"),
         "{heading}"
     );
-    let keys: Vec<String> = lines
-        .map(|line| line.split(',').take(3).collect::<Vec<_>>().join(","))
-        .collect();
-    assert_eq!(
-        keys,
-        ["0,5,3", "1,5,9", "2,10,3", "3,10,9", "4,20,3", "5,20,9"]
-    );
+    let keys: Vec<String> =
+        lines.map(|line| line.split(',').take(3).collect::<Vec<_>>().join(",")).collect();
+    assert_eq!(keys, ["0,5,3", "1,5,9", "2,10,3", "3,10,9", "4,20,3", "5,20,9"]);
     let row = &report["rows"][3];
     let alone = json(&[
         "simulate",
@@ -70,14 +63,8 @@ fn every_point_is_what_simulate_gives_of_it() {
         "--set",
         "path.distance=9 m",
     ]);
-    for name in [
-        "bias_m",
-        "std_m",
-        "expected_bias_m",
-        "bound_m",
-        "estimates",
-        "detected_rate_cps",
-    ] {
+    for name in ["bias_m", "std_m", "expected_bias_m", "bound_m", "estimates", "detected_rate_cps"]
+    {
         assert!(!row[name].is_null(), "{name}");
         assert_eq!(row[name], alone["estimates"][0][name], "{name}");
     }
@@ -100,20 +87,15 @@ fn a_sweep_that_was_killed_goes_on_and_ends_with_the_same_bytes() {
     let points = |out: &Path| {
         fs::read_dir(out.join("points")).map_or(0, |entries| {
             let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
-            names
-                .filter(|name| name.ends_with(".csv") && !name.starts_with('.'))
-                .count()
+            names.filter(|name| name.ends_with(".csv") && !name.starts_with('.')).count()
         })
     };
     let mut kills = 0;
     let began = Instant::now();
     loop {
         let before = points(&cut);
-        let mut child = command(&arguments(&cut))
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
+        let mut child =
+            command(&arguments(&cut)).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         let is_done = loop {
             if points(&cut) > before && points(&cut) < 6 {
                 break false;
@@ -121,10 +103,7 @@ fn a_sweep_that_was_killed_goes_on_and_ends_with_the_same_bytes() {
             if child.try_wait().unwrap().is_some() {
                 break true;
             }
-            assert!(
-                began.elapsed() < Duration::from_secs(300),
-                "it does not go on"
-            );
+            assert!(began.elapsed() < Duration::from_secs(300), "it does not go on");
             std::thread::sleep(Duration::from_millis(1));
         };
         if is_done {
@@ -148,10 +127,7 @@ fn neither_threads_nor_a_point_made_alone_change_a_number() {
     let folder = tempfile::tempdir().unwrap();
     let (all, one) = (folder.path().join("all"), folder.path().join("one"));
     json(&sweep(&all, &[]));
-    let output = command(&sweep(&one, &[]))
-        .env("RAYON_NUM_THREADS", "1")
-        .output()
-        .unwrap();
+    let output = command(&sweep(&one, &[])).env("RAYON_NUM_THREADS", "1").output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     assert_eq!(csv(&all), csv(&one));
     // A point taken away is made again, after all others.
@@ -170,14 +146,7 @@ fn a_folder_of_another_sweep_is_refused_with_what_differs() {
     let out = folder.path().join("out");
     let arguments = |seed: &'static str| {
         let (scene, out) = (scene.to_str().unwrap(), out.to_str().unwrap());
-        let fixed = [
-            "sweep",
-            scene,
-            "--fidelity",
-            "expected",
-            "--over",
-            "path.distance=3 m, 4 m",
-        ];
+        let fixed = ["sweep", scene, "--fidelity", "expected", "--over", "path.distance=3 m, 4 m"];
         [&fixed[..], &["--out", out, "--seed", seed]]
             .concat()
             .into_iter()
@@ -192,19 +161,11 @@ fn a_folder_of_another_sweep_is_refused_with_what_differs() {
     let before = csv(&out);
     let other = run("2");
     assert_eq!(other.status.code(), Some(2));
-    assert!(
-        said(&other).contains("--seed was 1, now 2"),
-        "{}",
-        said(&other)
-    );
+    assert!(said(&other).contains("--seed was 1, now 2"), "{}", said(&other));
     fs::write(&scene, text.replace("\"3.2 m\"", "\"3.3 m\"")).unwrap();
     let other = run("1");
     assert_eq!(other.status.code(), Some(2));
-    assert!(
-        said(&other).contains("the scene's file has changed since"),
-        "{}",
-        said(&other)
-    );
+    assert!(said(&other).contains("the scene's file has changed since"), "{}", said(&other));
     assert_eq!(csv(&out), before);
 }
 
@@ -228,11 +189,7 @@ fn a_point_that_is_no_scene_is_told_before_the_first_is_simulated() {
     }
     let twice = ["--over", "path.distance=1 m", "--over", "path.distance=2 m"];
     let output = goldtof(&[&["sweep", QUICK, "--out", path][..], &twice].concat());
-    assert!(
-        said(&output).contains("the key is swept twice"),
-        "{}",
-        said(&output)
-    );
+    assert!(said(&output).contains("the key is swept twice"), "{}", said(&output));
     assert!(!out.exists());
 }
 

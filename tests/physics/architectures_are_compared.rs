@@ -21,9 +21,7 @@ static IN_BRIGHT_LIGHT: LazyLock<Comparison> =
 fn points<'c>(compared: &'c Comparison, name: &str, estimator: EstimatorKind) -> Vec<&'c Point> {
     let way = compared.ways.iter().find(|way| way.name == name);
     let points = way.expect("there is one").points.iter();
-    points
-        .filter(|point| point.estimator == estimator)
-        .collect()
+    points.filter(|point| point.estimator == estimator).collect()
 }
 
 /// From 1 to 20 million detections per second. Sixteen steps each see a sixteenth of the
@@ -56,11 +54,7 @@ fn a_histogram_is_four_times_as_precise_as_sixteen_steps() {
             assert!((1.6..2.2).contains(&ratio), "{detected_mcps}: {ratio}");
         }
         // Walk stays in the phase of counts, and goes with the histogram's correction.
-        let last = |name| {
-            *points(compared, name, EstimatorKind::Fft)
-                .last()
-                .expect("some")
-        };
+        let last = |name| *points(compared, name, EstimatorKind::Fft).last().expect("some");
         assert!(last("histogram").bias_m.abs() < 1.6e-3);
         let walk = last("parallel 16, near the peak").bias_m;
         assert!(walk < -2e-3 * detected_mcps, "{walk}");
@@ -119,10 +113,6 @@ fn photons_say_so_too() {
     });
     let ratio = steps / histogram;
     let error = ratio * (steps_error / steps).hypot(histogram_error / histogram);
-    println!(
-        "{:.2} mm, {:.2} mm: {ratio:.2} +- {error:.2}",
-        steps * 1e3,
-        histogram * 1e3
-    );
+    println!("{:.2} mm, {:.2} mm: {ratio:.2} +- {error:.2}", steps * 1e3, histogram * 1e3);
     assert!((ratio - 4.2).abs() < 4.0 * error, "{ratio} +- {error}");
 }

@@ -53,16 +53,10 @@ fn a_bias_of_half_the_period_is_what_was_expected() {
             assert!(bias_m.abs() > 0.45 * range_m, "{tier} {delay_ps}: {bias_m}");
             let std_m = found.expected_std_m.unwrap();
             let error_m = std_m / 300_f64.sqrt();
-            assert!(
-                fold(bias_m - expected_m).abs() < 4.0 * error_m,
-                "{tier}: {found:?}"
-            );
+            assert!(fold(bias_m - expected_m).abs() < 4.0 * error_m, "{tier}: {found:?}");
             let ratio = found.std_m.unwrap() / std_m;
             assert!((ratio - 1.0).abs() < 0.2, "{tier}: {ratio}");
-            assert_eq!(
-                found.correct_coarse_fraction.map(|right| right < 0.01),
-                Some(true)
-            );
+            assert_eq!(found.correct_coarse_fraction.map(|right| right < 0.01), Some(true));
             let mean_distance_m = found.mean_distance_m.unwrap();
             assert!(
                 (0.0..range_m).contains(&mean_distance_m)
@@ -79,19 +73,12 @@ fn the_errors_do_wrap() {
     let scene = misled(5_000.0);
     let mut signs = [0, 0];
     // As `run` does it, from sampled counts.
-    scans(
-        &Sensor::new(&scene),
-        DetectorIndex(0),
-        Tier::Sampled,
-        3,
-        100,
-        |counts| {
-            let report = estimate_scan(&Sensor::new(&scene), DetectorIndex(0), counts);
-            signs[usize::from(report.error_m.unwrap() > 0.0)] += 1;
-            // One scan against its expectation, the shorter way round.
-            assert!(report.deviation_in_std.unwrap().abs() < 6.0, "{report:?}");
-        },
-    )
+    scans(&Sensor::new(&scene), DetectorIndex(0), Tier::Sampled, 3, 100, |counts| {
+        let report = estimate_scan(&Sensor::new(&scene), DetectorIndex(0), counts);
+        signs[usize::from(report.error_m.unwrap() > 0.0)] += 1;
+        // One scan against its expectation, the shorter way round.
+        assert!(report.deviation_in_std.unwrap().abs() < 6.0, "{report:?}");
+    })
     .expect("the scene can be simulated");
     assert!(signs[0] > 0 && signs[1] > 0, "{signs:?}");
 }
@@ -102,42 +89,20 @@ fn estimates_all_round_the_period_have_no_mean() {
     scene.detectors[0].background_rate_cps = 4e6;
     for tier in [Tier::Events, Tier::Expected] {
         let found = statistics(&scene, tier, 400);
-        for value in [
-            found.mean_distance_m,
-            found.bias_m,
-            found.std_m,
-            found.expected_bias_m,
-        ] {
+        for value in [found.mean_distance_m, found.bias_m, found.std_m, found.expected_bias_m] {
             assert_eq!(value, None, "{tier}: {found:?}");
         }
         let remark = found.remark.expect("a remark");
-        assert!(
-            remark.contains("no mean") && remark.contains("unambiguous range"),
-            "{remark}"
-        );
+        assert!(remark.contains("no mean") && remark.contains("unambiguous range"), "{remark}");
         // Half of the period is within a quarter of it on either side.
         let missed = found.missed_fraction.unwrap();
         assert!((missed - 0.5).abs() < 0.1, "{tier}: {missed}");
     }
     // No scan's error says more than it can, either.
-    scans(
-        &Sensor::new(&scene),
-        DetectorIndex(0),
-        Tier::Events,
-        3,
-        1,
-        |counts| {
-            let report = estimate_scan(&Sensor::new(&scene), DetectorIndex(0), counts);
-            assert_eq!(
-                (report.expected_bias_m, report.deviation_in_std),
-                (None, None)
-            );
-            assert!(
-                report
-                    .remark
-                    .is_some_and(|remark| remark.contains("no mean"))
-            );
-        },
-    )
+    scans(&Sensor::new(&scene), DetectorIndex(0), Tier::Events, 3, 1, |counts| {
+        let report = estimate_scan(&Sensor::new(&scene), DetectorIndex(0), counts);
+        assert_eq!((report.expected_bias_m, report.deviation_in_std), (None, None));
+        assert!(report.remark.is_some_and(|remark| remark.contains("no mean")));
+    })
     .expect("the scene can be simulated");
 }

@@ -38,11 +38,7 @@ fn errors_m(scene: &Scene, tier: CountingTier, scans: u64) -> Moments {
         };
         let found = estimate(&scene.timing(), &counts, offset_ps).expect("a peak");
         assert!(found.is_fine());
-        distance_m(delay_error_ps(
-            found.delay_ps,
-            scene.paths[0].delay_ps,
-            period_ps,
-        ))
+        distance_m(delay_error_ps(found.delay_ps, scene.paths[0].delay_ps, period_ps))
     }))
 }
 
@@ -71,13 +67,9 @@ fn the_table_i_sensor_errs_and_scatters_as_predicted() {
     for (rate, scans) in [(4.888e6, 200), (20e6, 60)] {
         let mut scene = table_i_scene(gold_11(), rate, 13_100);
         scan_around(&mut scene, 32);
-        let predicted = predict(
-            &Sensor::new(&scene),
-            DetectorIndex(0),
-            PathIndex(0),
-            CountingTier::Sampled,
-        )
-        .expect("a prediction");
+        let predicted =
+            predict(&Sensor::new(&scene), DetectorIndex(0), PathIndex(0), CountingTier::Sampled)
+                .expect("a prediction");
         let errors = errors_m(&scene, CountingTier::Sampled, scans);
         assert_within_standard_errors(errors.z(predicted.bias_m), 5.0, "bias");
         let z = errors.variance_z(predicted.std_m.powi(2));
@@ -89,18 +81,11 @@ fn the_table_i_sensor_errs_and_scatters_as_predicted() {
 fn strong_light_on_a_short_code_errs_and_scatters_as_predicted() {
     let mut scene = table_i_scene(gold_5(), 40e6, 31 * 40);
     scan_around(&mut scene, 32);
-    let predicted = predict(
-        &Sensor::new(&scene),
-        DetectorIndex(0),
-        PathIndex(0),
-        CountingTier::Sampled,
-    )
-    .expect("a prediction");
+    let predicted =
+        predict(&Sensor::new(&scene), DetectorIndex(0), PathIndex(0), CountingTier::Sampled)
+            .expect("a prediction");
     let errors = errors_m(&scene, CountingTier::Sampled, 1_000);
-    assert!(
-        predicted.bias_m.abs() > 10.0 * errors.standard_error(),
-        "{predicted:?}"
-    );
+    assert!(predicted.bias_m.abs() > 10.0 * errors.standard_error(), "{predicted:?}");
     assert_within_standard_errors(errors.z(predicted.bias_m), 5.0, "bias");
     let z = errors.variance_z(predicted.std_m.powi(2));
     assert_within_standard_errors(z, 5.0, "standard deviation");
@@ -112,23 +97,13 @@ fn constant_light_alone_has_no_prediction() {
     // So little that hardly any of its pulses merge.
     scene.detectors[0].background_rate_cps = 1e4;
     assert_eq!(
-        predict(
-            &Sensor::new(&scene),
-            DetectorIndex(0),
-            PathIndex(0),
-            CountingTier::Sampled
-        ),
+        predict(&Sensor::new(&scene), DetectorIndex(0), PathIndex(0), CountingTier::Sampled),
         Err(PredictionError::Flat)
     );
     let mut scene = ideal_scene(code(&[1, 1, 0]), 0.0, 31);
     scene.detectors[0].dead_time_ps = 14e3;
     assert_eq!(
-        predict(
-            &Sensor::new(&scene),
-            DetectorIndex(0),
-            PathIndex(0),
-            CountingTier::Sampled
-        ),
+        predict(&Sensor::new(&scene), DetectorIndex(0), PathIndex(0), CountingTier::Sampled),
         Err(PredictionError::Flat)
     );
 }

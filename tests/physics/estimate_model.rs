@@ -28,9 +28,7 @@ fn scan_around(scene: &mut Scene, halfwidth: u64) {
 
 fn photons(scene: &Scene, repetition: u64) -> Vec<StepCount> {
     let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
-    (0..scene.scan.steps)
-        .map(|step| count_step(&model, 97, repetition, Step(step)))
-        .collect()
+    (0..scene.scan.steps).map(|step| count_step(&model, 97, repetition, Step(step))).collect()
 }
 
 fn error_m(scene: &Scene, delay_ps: f64) -> f64 {
@@ -64,10 +62,7 @@ fn the_dead_time_walk_of_strong_light_is_gone() {
     }
     let number = scans as f64;
     assert_within_standard_errors(pulls / number.sqrt(), 4.0, "model");
-    assert!(
-        (phase / number.sqrt()).abs() > 20.0,
-        "the phase walks: {phase}"
-    );
+    assert!((phase / number.sqrt()).abs() > 20.0, "the phase walks: {phase}");
     assert_within_standard_errors(alarms / number.sqrt(), 4.0, "chi-square");
 }
 
@@ -131,10 +126,7 @@ fn an_equal_interferer_does_no_harm_whether_its_code_is_given_or_found() {
             let other = &fit.paths[1];
             assert_eq!(other.code.chips, scene.sources[1].code.chips, "{relative}");
             let error = delay_error_ps(other.delay_ps, scene.paths[1].delay_ps, 127.0 * 8000.0);
-            assert!(
-                error.abs() < 5.0 * other.delay_std_ps,
-                "{relative}: {error}"
-            );
+            assert!(error.abs() < 5.0 * other.delay_std_ps, "{relative}: {error}");
             let ratio = other.rate_hz / fit.paths[0].rate_hz;
             let std = other.rate_relative_std + fit.paths[0].rate_relative_std;
             assert!((ratio.ln()).abs() < 5.0 * std, "{relative}: {ratio}");
@@ -276,19 +268,13 @@ fn the_bound_of_poisson_counts_is_that_of_the_textbook() {
     let found = bound(&Sensor::new(&scene), DetectorIndex(0), TIER).expect("a bound");
     assert_eq!(found.steps, 24);
     let bound_m = found.of_path(PathIndex(0)).expect("the path is lit");
-    assert!(
-        (bound_m / expected_m - 1.0).abs() < 1e-3,
-        "{bound_m} {expected_m}"
-    );
+    assert!((bound_m / expected_m - 1.0).abs() < 1e-3, "{bound_m} {expected_m}");
 }
 
 #[test]
 fn what_cannot_be_fitted_says_why() {
     let mut scene = two_sources(5.0);
-    let none = StepCount {
-        signed: 0,
-        total: 0,
-    };
+    let none = StepCount { signed: 0, total: 0 };
     let refused = |scene: &Scene, counts: &[StepCount], other| {
         fit(&Sensor::new(scene), DetectorIndex(0), TIER, counts, other).expect_err("no fit")
     };
@@ -299,25 +285,16 @@ fn what_cannot_be_fitted_says_why() {
     );
     assert_eq!(
         refused(&scene, &empty[1..], OtherLight::None),
-        FitError::WrongNumberOfCounts {
-            found: 1015,
-            steps: 1016
-        }
+        FitError::WrongNumberOfCounts { found: 1015, steps: 1016 }
     );
     scan_around(&mut scene, 14);
     let counts = photons(&scene, 0);
     assert_eq!(
         refused(&scene, &counts, OtherLight::Given),
-        FitError::NeedsWholeScan {
-            steps: 28,
-            steps_per_period: 1016
-        }
+        FitError::NeedsWholeScan { steps: 28, steps_per_period: 1016 }
     );
     let mut scene = table_i_scene(gold_5(), 10e6, 31);
     scene.scan.integration_chips = 3_100;
     let counts = photons(&scene, 0);
-    assert_eq!(
-        refused(&scene, &counts, OtherLight::Search),
-        FitError::NoGoldSet
-    );
+    assert_eq!(refused(&scene, &counts, OtherLight::Search), FitError::NoGoldSet);
 }

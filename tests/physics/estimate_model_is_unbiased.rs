@@ -66,11 +66,7 @@ fn no_light_level_moves_the_distance() {
 
 /// Code `index` of the default Gold set of degree 7.
 fn gold_7(index: i64) -> Arc<Code> {
-    let spec = CodeSpec {
-        degree: Some(7),
-        index: Some(index),
-        ..CodeSpec::new(Family::Gold)
-    };
+    let spec = CodeSpec { degree: Some(7), index: Some(index), ..CodeSpec::new(Family::Gold) };
     Arc::new(spec.build().expect("a code of the set"))
 }
 
@@ -89,9 +85,9 @@ fn no_part_of_a_phase_step_shows_in_the_distance() {
 #[test]
 fn an_interferer_at_any_delay_moves_nothing_whether_its_code_is_given_or_found() {
     let mut worst_phase: f64 = 0.0;
-    for relative_ps in [
-        -30_000.0, -8_000.0, -4_000.0, -25.0, 0.0, 3_000.0, 8_000.0, 12_500.0, 400_075.0,
-    ] {
+    for relative_ps in
+        [-30_000.0, -8_000.0, -4_000.0, -25.0, 0.0, 3_000.0, 8_000.0, 12_500.0, 400_075.0]
+    {
         let mut scene = table_i_scene(gold_7(0), 6e6, 127 * 2_000);
         scene.paths[0].delay_ps = 200_350.0;
         scene.sources.push(Source {
@@ -121,9 +117,7 @@ fn an_interferer_at_any_delay_moves_nothing_whether_its_code_is_given_or_found()
 
 fn photons(scene: &Scene, repetition: u64) -> Vec<StepCount> {
     let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
-    (0..scene.scan.steps)
-        .map(|step| count_step(&model, 11, repetition, Step(step)))
-        .collect()
+    (0..scene.scan.steps).map(|step| count_step(&model, 11, repetition, Step(step))).collect()
 }
 
 /// At low light the largest of 1,016 counts is often not the target's; the shape of
@@ -155,10 +149,8 @@ fn what_a_scan_gives_does_not_depend_on_the_scans_before_it() {
     let scans: Vec<Vec<StepCount>> = (0..6).map(|number| photons(&scene, number)).collect();
     let sensor = Sensor::new(&scene);
     let fitter = Fitter::new(&sensor, DetectorIndex(0), TIER, OtherLight::None);
-    let in_order: Vec<f64> = scans
-        .iter()
-        .map(|counts| fitter.fit(counts).expect("it fits").delay_ps)
-        .collect();
+    let in_order: Vec<f64> =
+        scans.iter().map(|counts| fitter.fit(counts).expect("it fits").delay_ps).collect();
     for (counts, delay_ps) in scans.iter().zip(in_order).rev() {
         let alone = Fitter::new(&sensor, DetectorIndex(0), TIER, OtherLight::None);
         assert_eq!(alone.fit(counts).expect("it fits").delay_ps, delay_ps);

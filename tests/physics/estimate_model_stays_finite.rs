@@ -19,18 +19,9 @@ fn a_count_that_shows_no_light_of_the_path_gives_a_fit_or_words() {
     scene.scan = full_scan(16, &scene.sources[0].code, 250);
     let spad = &mut scene.detectors[0];
     (spad.dead_time_ps, spad.pulse_width_ps) = (14e3, 2e3);
-    let mut counts = vec![
-        StepCount {
-            signed: 0,
-            total: 4
-        };
-        64
-    ];
+    let mut counts = vec![StepCount { signed: 0, total: 4 }; 64];
     for count in &mut counts[20..40] {
-        *count = StepCount {
-            signed: 2,
-            total: 4,
-        };
+        *count = StepCount { signed: 2, total: 4 };
     }
     assert_finite(&scene, &counts, "half");
     let fitted = Fitter::new(
@@ -48,34 +39,17 @@ fn a_count_that_shows_no_light_of_the_path_gives_a_fit_or_words() {
 /// Fits, by the library and for the report: no number of it may be infinite or none.
 fn assert_finite(scene: &Scene, counts: &[StepCount], name: &str) -> bool {
     let tier = CountingTier::Sampled;
-    let fitted = Fitter::new(
-        &Sensor::new(scene),
-        DetectorIndex(0),
-        tier,
-        OtherLight::None,
-    )
-    .fit(counts);
+    let fitted =
+        Fitter::new(&Sensor::new(scene), DetectorIndex(0), tier, OtherLight::None).fit(counts);
     let fits = fitted.is_ok();
     let text = match fitted {
         // Codes say "infinite" nowhere; numbers would as "inf" or "NaN".
         Ok(fit) => format!(
             "{:?} {:?} {:?} {:?} {:?}",
-            (
-                fit.delay_ps,
-                fit.distance_m,
-                fit.std_m,
-                fit.constant_rate_hz,
-                fit.chi_square
-            ),
+            (fit.delay_ps, fit.distance_m, fit.std_m, fit.constant_rate_hz, fit.chi_square),
             fit.alarm_sigmas(),
-            fit.paths
-                .iter()
-                .map(|p| (p.delay_ps, p.rate_hz))
-                .collect::<Vec<_>>(),
-            fit.paths
-                .iter()
-                .map(|p| (p.delay_std_ps, p.rate_relative_std))
-                .collect::<Vec<_>>(),
+            fit.paths.iter().map(|p| (p.delay_ps, p.rate_hz)).collect::<Vec<_>>(),
+            fit.paths.iter().map(|p| (p.delay_std_ps, p.rate_relative_std)).collect::<Vec<_>>(),
             fit.degrees_of_freedom,
         ),
         Err(reason) => reason.to_string(),
@@ -97,10 +71,8 @@ struct Draw(u64);
 
 impl Draw {
     fn below(&mut self, limit: u64) -> u64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 33) % limit
     }
 
@@ -113,11 +85,7 @@ fn random_scene(draw: &mut Draw) -> Scene {
     let length = 2 + draw.below(14) as usize;
     let mut chips: Vec<u8> = (0..length).map(|_| draw.below(2) as u8).collect();
     (chips[0], chips[1]) = (1, 0);
-    let mut scene = table_i_scene(
-        code(&chips),
-        draw.of(&[1e4, 1e6, 40e6]),
-        draw.of(&[1, 50, 500]),
-    );
+    let mut scene = table_i_scene(code(&chips), draw.of(&[1e4, 1e6, 40e6]), draw.of(&[1, 50, 500]));
     scene.samples_per_chip = draw.of(&[1, 2, 4, 8]);
     let chips = scene.scan.integration_chips;
     scene.scan = full_scan(scene.samples_per_chip, &scene.sources[0].code, chips);
@@ -139,16 +107,9 @@ fn random_counts(draw: &mut Draw, steps: u64) -> Vec<StepCount> {
     let seldom = draw.of(&[1, 3, 40]);
     (0..steps)
         .map(|_| {
-            let total = if draw.below(seldom) == 0 {
-                draw.below(most + 1)
-            } else {
-                0
-            };
+            let total = if draw.below(seldom) == 0 { draw.below(most + 1) } else { 0 };
             let up = draw.below(total + 1);
-            StepCount {
-                signed: 2 * up as i64 - total as i64,
-                total,
-            }
+            StepCount { signed: 2 * up as i64 - total as i64, total }
         })
         .collect()
 }
@@ -163,10 +124,7 @@ fn likely_counts(draw: &mut Draw, scene: &Scene) -> Vec<StepCount> {
     let counts = means.iter().map(|mean| {
         let total = (mean.total + draw.below(3) as f64 - 1.0).round().max(0.0);
         let up = (0.5 * (mean.total + mean.signed)).round().clamp(0.0, total);
-        StepCount {
-            signed: (2.0 * up - total) as i64,
-            total: total as u64,
-        }
+        StepCount { signed: (2.0 * up - total) as i64, total: total as u64 }
     });
     counts.collect()
 }

@@ -21,9 +21,7 @@ fn means(pulse_width: &str) -> Vec<[f64; 2]> {
     let column = |name: &str| heading.iter().position(|found| found == name).unwrap();
     let columns = [column("count_mean"), column("total_count_mean")];
     let records = reader.records().map(Result::unwrap);
-    records
-        .map(|record| columns.map(|column| record[column].parse().unwrap()))
-        .collect()
+    records.map(|record| columns.map(|column| record[column].parse().unwrap())).collect()
 }
 
 #[test]
@@ -36,10 +34,7 @@ fn they_count_as_pulses_that_never_merge() {
         for (step, (near_mean, far_mean)) in near_means.iter().zip(&far).enumerate() {
             for (a, b) in near_mean.iter().zip(far_mean) {
                 let tolerance = 1e-3 * far_mean[1];
-                assert!(
-                    (a - b).abs() < tolerance,
-                    "{near}, step {step}: {a} and {b}"
-                );
+                assert!((a - b).abs() < tolerance, "{near}, step {step}: {a} and {b}");
             }
         }
     }

@@ -62,10 +62,7 @@ fn every_phase_step_counts_what_the_up_down_sensor_would() {
         panic!("one histogram");
     };
     assert_eq!(sampled.total(), pulses.len() as u64);
-    assert_eq!(
-        Correlator::new(&gold_11(), 8).signed_counts(sampled),
-        expected
-    );
+    assert_eq!(Correlator::new(&gold_11(), 8).signed_counts(sampled), expected);
     // Pulses of 7 ns never merge after a dead time of 14 ns. What the window's rims cut is in
     // the bin of the period's first sample.
     let [of_events] = &made(&scene, Tier::Events, 5, 1)[..] else {
@@ -117,11 +114,7 @@ fn bins_go_together_as_photons_do() {
                 pairs.map(|(&count, weight)| count as f64 * weight).sum()
             };
             let moments = Moments::of(histograms.iter().map(counted));
-            let mean: f64 = means
-                .iter()
-                .zip(sum)
-                .map(|(mean, weight)| mean * weight)
-                .sum();
+            let mean: f64 = means.iter().zip(sum).map(|(mean, weight)| mean * weight).sum();
             let what = format!("{tier} {number}");
             assert_within_standard_errors(moments.z(mean), 4.0, &format!("mean {what}"));
             let z = moments.variance_z(covariance[number][number]);
@@ -157,25 +150,16 @@ fn the_corrected_light_has_no_bias() {
     for (primary_cps, periods, repetitions) in [(8e6, 7, 400), (60e6, 70, 100), (31e6, 12, 400)] {
         let scene = scene(primary_cps, periods);
         let detector = dead_time(&Sensor::new(&scene), FIRST).expect("it can be taken out");
-        let lights = made(&scene, Tier::Events, 7, repetitions)
-            .into_iter()
-            .map(|histogram| {
-                let light = detector
-                    .correct(&histogram)
-                    .expect("it is of this detector");
-                light.per_period.iter().sum::<f64>()
-            });
+        let lights = made(&scene, Tier::Events, 7, repetitions).into_iter().map(|histogram| {
+            let light = detector.correct(&histogram).expect("it is of this detector");
+            light.per_period.iter().sum::<f64>()
+        });
         let moments = Moments::of(lights);
         let bins = Stepped::new(&scene, STEP_PS).hits_per_sample();
-        let light = detector
-            .correct_means(&bins, 1.0)
-            .expect("it is of this detector");
+        let light = detector.correct_means(&bins, 1.0).expect("it is of this detector");
         let expected = light.per_period.iter().sum::<f64>();
         let of_scene = (primary_cps + 71e3) * 2047.0 * 8e-9;
-        assert!(
-            (expected / of_scene - 1.0).abs() < 0.01,
-            "{primary_cps}: {expected}"
-        );
+        assert!((expected / of_scene - 1.0).abs() < 0.01, "{primary_cps}: {expected}");
         // A detection that blinded the detector for itself would be 1 / (2 x periods) of it.
         let off = moments.mean / expected - 1.0;
         let allowed = 4.0 * moments.standard_error() / expected + 1.5e-3;
@@ -192,20 +176,11 @@ fn the_phase_of_corrected_light_is_what_theory_expects() {
         assert_eq!(path.estimates, repetitions, "{:?}", path.remark);
         let [bias, expected] = [path.bias_m, path.expected_bias_m].map(|m| 1e3 * m.expect("some"));
         let error = 1e3 * path.bias_std_error_m.expect("there is one");
-        assert!(
-            (bias - expected).abs() < 4.0 * error + 0.2,
-            "{bias} {expected} {error}"
-        );
-        assert!(
-            expected.abs() < 1.6,
-            "walk and circular error together: {expected} mm"
-        );
+        assert!((bias - expected).abs() < 4.0 * error + 0.2, "{bias} {expected} {error}");
+        assert!(expected.abs() < 1.6, "walk and circular error together: {expected} mm");
         let [std, expected] = [path.std_m, path.expected_std_m].map(|m| 1e3 * m.expect("some"));
         let error = 1e3 * path.std_std_error_m.expect("there is one");
-        assert!(
-            (std - expected).abs() < 4.0 * error + 0.03 * std,
-            "{std} {expected} {error}"
-        );
+        assert!((std - expected).abs() < 4.0 * error + 0.03 * std, "{std} {expected} {error}");
     }
 }
 
@@ -215,11 +190,7 @@ fn the_fit_to_bins_has_no_walk() {
         let scene = scene(primary_cps, 100_000);
         let stepped = Stepped::new(&scene, STEP_PS);
         assert!((stepped.detection_rate_hz() / 1e6 / detected_mcps - 1.0).abs() < 0.01);
-        let bins: Vec<f64> = stepped
-            .hits_per_sample()
-            .iter()
-            .map(|hits| hits * 1e5)
-            .collect();
+        let bins: Vec<f64> = stepped.hits_per_sample().iter().map(|hits| hits * 1e5).collect();
         let sensor = Sensor::new(&scene);
         let fitter = BinFitter::new(&sensor, FIRST).expect("it is one path");
         let fitted = fitter.fit_means(&bins).expect("it settles");
@@ -240,10 +211,7 @@ fn the_fit_to_bins_scatters_as_the_bound_says() {
     assert_eq!(path.estimates, 200, "{:?}", path.remark);
     let bound = path.bound_m.expect("there is one");
     let [std, error] = [path.std_m, path.std_std_error_m].map(|m| m.expect("some"));
-    assert!(
-        (std / bound - 1.0).abs() < 4.0 * error / bound,
-        "{std} {bound}"
-    );
+    assert!((std / bound - 1.0).abs() < 4.0 * error / bound, "{std} {bound}");
     let [bias, error] = [path.bias_m, path.bias_std_error_m].map(|m| m.expect("some"));
     assert!(bias.abs() < 4.0 * error, "{bias} {error}");
     assert_eq!(path.chi_square_alarm_fraction, Some(0.0));
@@ -258,18 +226,9 @@ fn what_histograms_do_not_show_is_said() {
     };
     let short = of(&|scene| scene.detectors[0].pulse_width_ps = 500.0);
     let merging = of(&|scene| scene.detectors[0].dead_time_ps = 7_500.0);
-    assert!(matches!(
-        dead_time(&short, FIRST),
-        Err(Uncorrected::PulsesMissed { .. })
-    ));
-    assert!(matches!(
-        dead_time(&merging, FIRST),
-        Err(Uncorrected::PulsesMerge { .. })
-    ));
-    assert!(matches!(
-        BinFitter::new(&short, FIRST),
-        Err(FitError::Uncorrected(_))
-    ));
+    assert!(matches!(dead_time(&short, FIRST), Err(Uncorrected::PulsesMissed { .. })));
+    assert!(matches!(dead_time(&merging, FIRST), Err(Uncorrected::PulsesMerge { .. })));
+    assert!(matches!(BinFitter::new(&short, FIRST), Err(FitError::Uncorrected(_))));
     let two = of(&|scene| {
         let mut path = scene.paths[0].clone();
         path.delay_ps += 20e3;
@@ -291,16 +250,9 @@ fn what_histograms_do_not_show_is_said() {
     assert!(!told(&of(&|_| ()), Tier::Counts));
     // The phase goes without the correction, and says so.
     let said = simulate(&merging, Tier::Sampled, 1, 2).expect("it does");
-    assert!(
-        said.warnings
-            .iter()
-            .any(|warning| warning.contains("range walk is left in"))
-    );
+    assert!(said.warnings.iter().any(|warning| warning.contains("range walk is left in")));
     let refused = histograms(&short, FIRST, Tier::Counts, 1, 1, |_| ()).expect_err("it draws none");
-    assert!(
-        refused.to_string().contains("between two samples"),
-        "{refused}"
-    );
+    assert!(refused.to_string().contains("between two samples"), "{refused}");
 }
 
 /// A histogram has a report like a scan's; the counts of its phase steps alone keep the walk,
@@ -319,27 +271,15 @@ fn a_report_says_what_the_bins_say() {
         assert_eq!(report.fit.is_some(), estimator == EstimatorKind::Model);
     }
     let total = histogram.total();
-    let signed = Correlator::new(&gold_11(), 8)
-        .signed_counts(histogram)
-        .into_iter();
+    let signed = Correlator::new(&gold_11(), 8).signed_counts(histogram).into_iter();
     let counts: Vec<StepCount> = signed.map(|signed| StepCount { signed, total }).collect();
     scene.estimator = EstimatorKind::Fft;
     let report = estimate_scan(&Sensor::new(&scene), FIRST, &counts);
     assert!((report.error_m.expect("there is one") + 155e-3).abs() < 10e-3);
     assert!(report.deviation_in_std.expect("there is one").abs() < 4.0);
-    assert!(
-        report
-            .remark
-            .expect("one")
-            .contains("range walk is left in")
-    );
+    assert!(report.remark.expect("one").contains("range walk is left in"));
     scene.estimator = EstimatorKind::Model;
     let report = estimate_scan(&Sensor::new(&scene), FIRST, &counts);
     assert_eq!(report.distance_m, None);
-    assert!(
-        report
-            .remark
-            .expect("one")
-            .contains("bins of the histogram do not follow")
-    );
+    assert!(report.remark.expect("one").contains("bins of the histogram do not follow"));
 }

@@ -84,10 +84,7 @@ fn hardly_any_walk_is_left_of_any_light() {
         assert!((walk - as_it_is).abs() < 0.1, "{primary_mcps}: {walk} mm");
         let left = without_dead_time - dead_time;
         assert!(left.abs() < 0.1, "{primary_mcps}: {without_dead_time} mm");
-        assert!(
-            without_both.abs() < 0.6,
-            "{primary_mcps}: {without_both} mm"
-        );
+        assert!(without_both.abs() < 0.6, "{primary_mcps}: {without_both} mm");
         // The jitter of Table I, which the correction leaves out, moves nothing.
         scene.detectors[0].jitter_ps.clear();
         let [.., without_jitter] = walks_mm(&scene);
@@ -104,10 +101,7 @@ fn the_dead_time_need_not_be_whole_bins() {
         scene.detectors[0].dead_time_ps = dead_time_ps;
         scene.paths[0].delay_ps = 20_125.0;
         let bins = Stepped::new(&scene, STEP_PS).hits_per_sample();
-        let dead_time = DeadTime {
-            bins: dead_time_ps / 1000.0,
-            ..table_i(true)
-        };
+        let dead_time = DeadTime { bins: dead_time_ps / 1000.0, ..table_i(true) };
         let light = dead_time.correct_means(&bins, 1.0).expect("it is ready");
         let left = walk_mm(&light.per_period, &scene);
         assert!(left.abs() < 1.0, "{dead_time_ps} ps: {left} mm");
@@ -122,13 +116,8 @@ fn constant_light_comes_back_whatever_the_dead_time() {
     for dead_time_bins in [0.0, 0.3, 1.0, 1.75, 7.0, 15.5, 16.0, 39.2] {
         let light = 0.02;
         let detected = light / (1.0 + light * dead_time_bins);
-        let dead_time = DeadTime {
-            bins: dead_time_bins,
-            afterpulses: None,
-        };
-        let corrected = dead_time
-            .correct_means(&[detected; 16], 1.0)
-            .expect("it is ready");
+        let dead_time = DeadTime { bins: dead_time_bins, afterpulses: None };
+        let corrected = dead_time.correct_means(&[detected; 16], 1.0).expect("it is ready");
         for bin in 0..16 {
             assert!((corrected.per_period[bin] - light).abs() < 1e-14);
             let ready = 1.0 - detected * dead_time_bins;
@@ -147,17 +136,11 @@ fn what_no_such_detector_counts_is_refused() {
     assert!((ready - (1.0 - 7.0)).abs() < 1e-12);
     let with = |bins, mean_per_avalanche, time_constant_bins| DeadTime {
         bins,
-        afterpulses: Some(Afterpulses {
-            mean_per_avalanche,
-            time_constant_bins,
-        }),
+        afterpulses: Some(Afterpulses { mean_per_avalanche, time_constant_bins }),
     };
     let refuses = |dead_time: DeadTime| dead_time.correct_means(&[0.01; 16], 1.0).is_err();
     for bins in [f64::NAN, -1.0, f64::INFINITY] {
-        assert!(refuses(DeadTime {
-            bins,
-            afterpulses: None
-        }));
+        assert!(refuses(DeadTime { bins, afterpulses: None }));
     }
     assert!(refuses(with(0.9, 0.1, 5.0)));
     assert!(refuses(with(14.0, -0.1, 5.0)) && refuses(with(14.0, 0.1, 0.0)));

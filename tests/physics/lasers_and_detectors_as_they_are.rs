@@ -21,14 +21,9 @@ const DELAY_PS: f64 = 21_350.0;
 fn slow(rate_cps: f64, integration_chips: u64) -> Scene {
     let mut scene = table_i_scene(gold_5(), rate_cps, integration_chips);
     scene.paths[0].delay_ps = DELAY_PS;
-    scene.sources[0].response = LaserResponse::Edges {
-        rise_time_ps: 600.0,
-        fall_time_ps: 1_200.0,
-    };
-    scene.detectors[0].jitter_tail = JitterTail::Exponential {
-        share: 0.15,
-        time_constant_ps: 400.0,
-    };
+    scene.sources[0].response = LaserResponse::Edges { rise_time_ps: 600.0, fall_time_ps: 1_200.0 };
+    scene.detectors[0].jitter_tail =
+        JitterTail::Exponential { share: 0.15, time_constant_ps: 400.0 };
     scene
 }
 
@@ -43,15 +38,9 @@ fn differences(a: &[MeanCount], b: &[MeanCount]) -> [f64; 2] {
     let peak = a.iter().map(|count| count.signed).fold(0.0, f64::max);
     let largest = |of: &dyn Fn(&MeanCount) -> f64| {
         let pairs = a.iter().zip(b);
-        pairs
-            .map(|(a, b)| (of(a) - of(b)).abs())
-            .fold(0.0, f64::max)
-            / peak
+        pairs.map(|(a, b)| (of(a) - of(b)).abs()).fold(0.0, f64::max) / peak
     };
-    [
-        largest(&|count| count.signed),
-        largest(&|count| count.total),
-    ]
+    [largest(&|count| count.signed), largest(&|count| count.total)]
 }
 
 #[test]
@@ -76,15 +65,10 @@ fn edges_and_a_tail_count_as_a_detector_stepped_through_time() {
 #[test]
 fn a_measured_response_counts_as_the_edges_that_it_makes() {
     let mut scene = slow(30e6, 31 * 100);
-    scene.sources[0].response = LaserResponse::Edges {
-        rise_time_ps: 800.0,
-        fall_time_ps: 800.0,
-    };
+    scene.sources[0].response = LaserResponse::Edges { rise_time_ps: 800.0, fall_time_ps: 800.0 };
     let edges = means(&scene);
     let points = (0..16).map(|n| [62.5 * (f64::from(n) - 7.5), 1.0 / 16.0]);
-    scene.sources[0].response = LaserResponse::Measured(Curve {
-        points: points.collect(),
-    });
+    scene.sources[0].response = LaserResponse::Measured(Curve { points: points.collect() });
     let [signed, total] = differences(&edges, &means(&scene));
     assert!(signed < 5e-4 && total < 5e-4, "{signed:.1e} {total:.1e}");
 }
@@ -143,9 +127,8 @@ fn photons_with_edges_and_a_tail_count_as_expected() {
     let mut z = [Vec::new(), Vec::new()];
     let mut ratios = Vec::new();
     for &step in &steps {
-        let counts: Vec<StepCount> = (0..scans)
-            .map(|scan| count_step(&model, 5, scan, Step(step)))
-            .collect();
+        let counts: Vec<StepCount> =
+            (0..scans).map(|scan| count_step(&model, 5, scan, Step(step))).collect();
         let moments = second.of_step(Step(step));
         let mean = means[step as usize];
         let signed = Moments::of(counts.iter().map(|count| count.signed as f64));

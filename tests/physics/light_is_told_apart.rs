@@ -19,11 +19,7 @@ const TIER: CountingTier = CountingTier::Events;
 const PERIOD_PS: f64 = 127.0 * 8000.0;
 
 fn gold_7(index: i64) -> Arc<Code> {
-    let spec = CodeSpec {
-        degree: Some(7),
-        index: Some(index),
-        ..CodeSpec::new(Family::Gold)
-    };
+    let spec = CodeSpec { degree: Some(7), index: Some(index), ..CodeSpec::new(Family::Gold) };
     Arc::new(spec.build().expect("a code of the set"))
 }
 
@@ -35,16 +31,9 @@ fn scene(mean_rate_cps: f64, integration_chips: u64, paths: &[(i64, f64, f64)]) 
     scene.paths.clear();
     for &(index, delay_chips, share) in paths {
         let code = gold_7(index);
-        let known = scene
-            .sources
-            .iter()
-            .position(|s| s.code.chips == code.chips);
+        let known = scene.sources.iter().position(|s| s.code.chips == code.chips);
         let number = known.unwrap_or_else(|| {
-            scene.sources.push(Source {
-                name: format!("code-{index}"),
-                code,
-                ..source.clone()
-            });
+            scene.sources.push(Source { name: format!("code-{index}"), code, ..source.clone() });
             scene.sources.len() - 1
         });
         scene.paths.push(Path {
@@ -64,9 +53,7 @@ fn fits(scene: &Scene, other: OtherLight, scans: u64) -> Vec<Result<ModelEstimat
     let second = SecondMoments::new(&response).expect("second moments");
     let sampler = CountSampler::of(&model, &second);
     let fitter = Fitter::new(&sensor, DetectorIndex(0), TIER, other);
-    (0..scans)
-        .map(|scan| fitter.fit(&sampler.scan(11, scan)))
-        .collect()
+    (0..scans).map(|scan| fitter.fit(&sampler.scan(11, scan))).collect()
 }
 
 /// Errors in bounds, path by path, of the scans that found all paths within a chip;
@@ -115,11 +102,7 @@ fn paths_closer_than_a_chip_are_told_apart_at_the_bound() {
         let fits = fits(&scene, OtherLight::Given, scans);
         let (errors, largest) = errors_in_bounds(&scene, &fits);
         for of_path in &errors {
-            assert!(
-                of_path.len() as u64 >= scans - 1,
-                "{apart}: {}",
-                of_path.len()
-            );
+            assert!(of_path.len() as u64 >= scans - 1, "{apart}: {}", of_path.len());
             // Of 40 squares the mean is within 1 +- 0.22; bias is in it.
             let rms = root_mean_square(of_path);
             assert!((0.7..1.35).contains(&rms), "{apart} {ratio}: {rms}");
@@ -163,10 +146,8 @@ fn paths_too_close_for_the_light_are_said_to_be_and_no_answer_is_confident_and_w
     for fitted in fits.iter().flatten() {
         told += u32::from(fitted.untold.is_none());
         let nearest = |delay_ps: f64| {
-            let errors = scene
-                .paths
-                .iter()
-                .map(|p| delay_error_ps(delay_ps, p.delay_ps, PERIOD_PS));
+            let errors =
+                scene.paths.iter().map(|p| delay_error_ps(delay_ps, p.delay_ps, PERIOD_PS));
             errors.map(f64::abs).fold(f64::INFINITY, f64::min)
         };
         let path = &fitted.paths[0];
@@ -232,9 +213,7 @@ fn a_weak_own_path_is_found_under_a_strong_sensor_or_refused_with_its_significan
     let bright = scene(10e6, 400_000, &paths);
     let fits_bright = fits(&bright, OtherLight::Given, 40);
     let mut sorted = bright.clone();
-    sorted
-        .paths
-        .sort_by(|a, b| a.delay_ps.total_cmp(&b.delay_ps));
+    sorted.paths.sort_by(|a, b| a.delay_ps.total_cmp(&b.delay_ps));
     let (errors, largest) = errors_in_bounds(&sorted, &fits_bright);
     assert!(errors[0].len() >= 39, "{}", errors[0].len());
     assert!((0.7..1.35).contains(&root_mean_square(&errors[0])));
@@ -292,11 +271,7 @@ fn two_paths_in_a_scan_round_them_are_told_apart() {
 #[test]
 fn steps_that_share_their_light_are_told_apart() {
     for parallel in [4, 16] {
-        let mut scene = scene(
-            10e6,
-            20_000,
-            &[(3, 40.3, 0.6), (3, 42.1, 0.4), (9, 90.7, 0.6)],
-        );
+        let mut scene = scene(10e6, 20_000, &[(3, 40.3, 0.6), (3, 42.1, 0.4), (9, 90.7, 0.6)]);
         scene.hardware.parallel = parallel;
         let warned = shared_light(&Sensor::new(&scene), DetectorIndex(0)).expect("a warning");
         assert!(warned.contains("3 times"), "{warned}");

@@ -11,11 +11,7 @@ use std::sync::Arc;
 
 /// Gold code 0 of a degree, interleaved.
 fn interleaved(degree: u32, interleave: u32) -> Arc<Code> {
-    let spec = CodeSpec {
-        degree: Some(degree),
-        interleave,
-        ..CodeSpec::new(Family::Gold)
-    };
+    let spec = CodeSpec { degree: Some(degree), interleave, ..CodeSpec::new(Family::Gold) };
     Arc::new(spec.build().expect("a Gold code"))
 }
 
@@ -49,10 +45,7 @@ fn check(name: &str, scene: &Scene, tier: Tier, scans: u64) {
         assert_eq!(path.missed_scans as f64 / scans as f64, found);
         let error = (expected * (1.0 - expected) / scans as f64).sqrt();
         let z = (found - expected) / error;
-        println!(
-            "{name} {}: expected {expected:.4}, found {found:.4}, z {z:+.1}",
-            path.path
-        );
+        println!("{name} {}: expected {expected:.4}, found {found:.4}, z {z:+.1}", path.path);
         assert!((0.005..0.9).contains(&expected), "{name}: {expected}");
         // Beside chance 3 % of the share, which the tails of small counts may be off.
         assert!(
@@ -76,12 +69,7 @@ fn interleaved_codes_whose_side_peaks_mislead() {
     check("twice, sampled", &case(2, 0.8547), Tier::Sampled, 600);
     let full = |interleave, mcps| scene(interleaved(5, interleave), mcps, 100.0, 3_250);
     check("whole period, once", &full(1, 0.9), Tier::Events, 800);
-    check(
-        "whole period, three times",
-        &full(3, 1.4),
-        Tier::Events,
-        600,
-    );
+    check("whole period, three times", &full(3, 1.4), Tier::Events, 600);
 }
 
 #[test]
@@ -91,12 +79,9 @@ fn few_counts_and_much_background() {
     check("4 us", &low(0.61, 500), Tier::Events, 1_500);
     check("1 us", &low(0.61, 125), Tier::Events, 1_500);
     // Clusters of afterpulses decide which of 4,000 steps is the largest.
-    let long = with(
-        scene(gold(9, &[9, 4], &[9, 6, 4, 3]), 0.4, 333.3, 6_000),
-        |s| {
-            s.detectors[0].dark_count_rate_cps = 0.0;
-        },
-    );
+    let long = with(scene(gold(9, &[9, 4], &[9, 6, 4, 3]), 0.4, 333.3, 6_000), |s| {
+        s.detectors[0].dark_count_rate_cps = 0.0;
+    });
     check("whole long period", &long, Tier::Events, 800);
     let bright = with(scene(gold_5(), 4.0, 60.2, 6_000), |s| {
         s.detectors[0].background_rate_cps = 60e6;
@@ -117,11 +102,7 @@ fn windows_paths_and_samples() {
     });
     check("one sample per chip", &one_sample, Tier::Events, 3_000);
     let two = with(scene(gold_5(), 1.0, 100.4, 3_250), |s| {
-        let second = Path {
-            delay_ps: 108_400.0,
-            transmission: 0.8,
-            ..s.paths[0].clone()
-        };
+        let second = Path { delay_ps: 108_400.0, transmission: 0.8, ..s.paths[0].clone() };
         s.paths.push(second);
     });
     check("paths a chip apart", &two, Tier::Events, 1_500);
@@ -138,9 +119,7 @@ fn short_periods_are_missed_by_a_quarter() {
 
 #[test]
 fn steps_that_share_their_light_and_the_model_estimator() {
-    let shared = with(scene(gold_5(), 0.73, 100.4, 3_250), |s| {
-        s.hardware.parallel = 8
-    });
+    let shared = with(scene(gold_5(), 0.73, 100.4, 3_250), |s| s.hardware.parallel = 8);
     check("eight at once", &shared, Tier::Events, 2_000);
     let model = with(scene(gold_5(), 0.3, 100.4, 3_250), |s| {
         s.estimator = EstimatorKind::Model;

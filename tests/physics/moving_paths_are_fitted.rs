@@ -29,9 +29,7 @@ fn scene(chips: u64, walk_steps: f64) -> Scene {
 }
 
 fn bound_of(scene: &Scene) -> PathBound {
-    bound(&Sensor::new(scene), SPAD, TIER)
-        .expect("a bound")
-        .paths[0]
+    bound(&Sensor::new(scene), SPAD, TIER).expect("a bound").paths[0]
 }
 
 /// What the steps of a scan expect, each by a path that stands still at many places of its
@@ -40,10 +38,7 @@ fn expected(scene: &Scene, places: u32) -> Vec<MeanCount> {
     let sensor = Sensor::new(scene);
     let timing = sensor.timing();
     let of_step = |step: Step| {
-        let mut sum = MeanCount {
-            signed: 0.0,
-            total: 0.0,
-        };
+        let mut sum = MeanCount { signed: 0.0, total: 0.0 };
         for place in 0..places {
             let share = (f64::from(place) + 0.5) / f64::from(places) - 0.5;
             let at_ps = timing.middle_of_step_ps(step) + share * timing.integration_ps();
@@ -72,25 +67,16 @@ fn expected_counts_of_a_path_that_moves_give_its_distance_and_speed() {
         let fitted = fitted.expect("a fit");
         let truth = true_delay(&sensor, PathIndex(0), TIER);
         let error_mm = 1e3 * distance_m(fitted.delay_ps - truth.delay_ps);
-        println!(
-            "walk {walk}: off by {error_mm:.4} mm, {:?}",
-            fitted.velocity
-        );
+        println!("walk {walk}: off by {error_mm:.4} mm, {:?}", fitted.velocity);
         // A step that moves by a fifth of its own is an average of more than two places.
-        assert!(
-            error_mm.abs() < 0.02 + 0.5 * walk.abs(),
-            "walk {walk}: {error_mm} mm"
-        );
+        assert!(error_mm.abs() < 0.02 + 0.5 * walk.abs(), "walk {walk}: {error_mm} mm");
         let Some(velocity) = fitted.velocity else {
             assert_eq!(walk, 0.0);
             continue;
         };
         let movement = scene.paths[0].movement.expect("it moves");
         let off = velocity.m_per_s - movement.velocity_m_per_s;
-        assert!(
-            off.abs() < 0.01 * velocity.std_m_per_s,
-            "walk {walk}: {off} m/s"
-        );
+        assert!(off.abs() < 0.01 * velocity.std_m_per_s, "walk {walk}: {off} m/s");
         let moment_s = truth.at_ps.expect("it moves") * 1e-12;
         assert!((velocity.at_s - moment_s).abs() < 1e-15);
     }
@@ -106,16 +92,8 @@ fn check(scene: &Scene, fits: &[ModelEstimate], what: &str) {
     let of_fit = |fit: &ModelEstimate| {
         let velocity = fit.velocity.expect("it moves");
         [
-            (
-                distance_m(fit.delay_ps - truth.delay_ps),
-                fit.std_m,
-                bound.bound_m,
-            ),
-            (
-                velocity.m_per_s - movement.velocity_m_per_s,
-                velocity.std_m_per_s,
-                velocity_bound,
-            ),
+            (distance_m(fit.delay_ps - truth.delay_ps), fit.std_m, bound.bound_m),
+            (velocity.m_per_s - movement.velocity_m_per_s, velocity.std_m_per_s, velocity_bound),
         ]
     };
     let scans = fits.len() as f64;
@@ -160,16 +138,13 @@ fn fits_to_counts_of_exact_moments_scatter_as_the_bound_says() {
         let at_ps = if is_near { step_ps } else { moment_ps };
         let model = DetectorModel::new(&sensor.still_at(at_ps), SPAD);
         let response = MeanResponse::of_tier(&model, TIER).expect("a response");
-        SecondMoments::new(&response)
-            .expect("second moments")
-            .of_step(step)
+        SecondMoments::new(&response).expect("second moments").of_step(step)
     };
     let moments: Vec<CountMoments> = Step::all(scene.scan.steps).map(of_step).collect();
     let model = DetectorModel::new(&sensor, SPAD);
     let sampler = CountSampler::new(&model, &moments);
-    let fits: Result<Vec<ModelEstimate>, FitError> = (0..80)
-        .map(|scan| fitter.fit(&sampler.scan(5, scan)))
-        .collect();
+    let fits: Result<Vec<ModelEstimate>, FitError> =
+        (0..80).map(|scan| fitter.fit(&sampler.scan(5, scan))).collect();
     check(&scene, &fits.expect("fits"), "exact moments");
 }
 
@@ -191,23 +166,14 @@ fn movements_that_no_fit_follows_are_refused_with_the_reason() {
     let mut fluctuating = scene(31 * 200, 0.05);
     fluctuating.paths[0].movement = Some(Movement {
         velocity_m_per_s: 0.0,
-        fluctuation: Some(Fluctuation {
-            std_m: 0.01,
-            correlation_time_ps: 1e9,
-        }),
+        fluctuation: Some(Fluctuation { std_m: 0.01, correlation_time_ps: 1e9 }),
     });
     let mut two = scene(31 * 200, 0.05);
     two.paths.push(two.paths[0].clone());
     two.paths[1].delay_ps += 40e3;
     for scene in [fluctuating, two] {
         let sensor = Sensor::new(&scene);
-        let counts = vec![
-            StepCount {
-                signed: 3,
-                total: 5
-            };
-            scene.scan.steps as usize
-        ];
+        let counts = vec![StepCount { signed: 3, total: 5 }; scene.scan.steps as usize];
         let refused = Fitter::new(&sensor, SPAD, TIER, OtherLight::Given).fit(&counts);
         assert_eq!(refused.err(), Some(FitError::Moves { path: PathIndex(0) }));
         assert!(bound(&sensor, SPAD, TIER).is_err());
@@ -217,8 +183,5 @@ fn movements_that_no_fit_follows_are_refused_with_the_reason() {
     let counts = expected(&fast, 9);
     fast.paths[0].movement = scene(31 * 200, 0.05).paths[0].movement;
     let refused = fit_means(&Sensor::new(&fast), SPAD, TIER, &counts, OtherLight::Given);
-    assert!(
-        matches!(refused, Err(FitError::TooFast { .. })),
-        "{refused:?}"
-    );
+    assert!(matches!(refused, Err(FitError::TooFast { .. })), "{refused:?}");
 }

@@ -72,11 +72,7 @@ fn without_dead_time_counts_follow_the_delayed_code_as_a_poisson_process() {
     let mut chi_square = 0.0;
     for (bin, &count) in bins.iter().enumerate() {
         let emitted = (bin as i64 - 93).rem_euclid(70) / 10;
-        let rate = if chips[emitted as usize] == 1 {
-            4.0 * off_rate
-        } else {
-            off_rate
-        };
+        let rate = if chips[emitted as usize] == 1 { 4.0 * off_rate } else { off_rate };
         let expected = rate * seconds_per_bin;
         chi_square += (count - expected).powi(2) / expected;
     }
@@ -164,11 +160,7 @@ fn modulated_light_with_dead_time_and_afterpulses_agrees_with_a_naive_simulator(
     };
     let ours: Vec<Vec<f64>> = (0..steps)
         .map(|step| {
-            histogram(
-                &mut model
-                    .step(21, 0, Group(step))
-                    .map(|d| d.chip as f64 + d.fraction),
-            )
+            histogram(&mut model.step(21, 0, Group(step)).map(|d| d.chip as f64 + d.fraction))
         })
         .collect();
     let mut rng = StdRng::seed_from_u64(22);
@@ -209,12 +201,7 @@ fn delay_and_jitter_shift_registered_times_as_independent_gaussians() {
     };
     let (jittered, avalanches) = (times(&scene), times(&bare));
     let skip = usize::from(shift_ps(&jittered[0], &avalanches[0]) < 0.0);
-    let shifts = Moments::of(
-        jittered[skip..]
-            .iter()
-            .zip(&avalanches)
-            .map(|(a, b)| shift_ps(a, b)),
-    );
+    let shifts = Moments::of(jittered[skip..].iter().zip(&avalanches).map(|(a, b)| shift_ps(a, b)));
     assert!(shifts.count > 50_000.0);
     assert_within_standard_errors(shifts.z(1750.0), 5.0, "mean shift");
     let variance = 53.5_f64.powi(2) + 40.0_f64.powi(2);
@@ -229,10 +216,8 @@ fn strong_jitter_still_gives_ordered_times_and_loses_none() {
         .count() as f64;
     scene.detectors[0].jitter_ps = vec![20e3];
     let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
-    let times: Vec<(u64, f64)> = model
-        .step(41, 0, Group(0))
-        .map(|d| (d.chip, d.fraction))
-        .collect();
+    let times: Vec<(u64, f64)> =
+        model.step(41, 0, Group(0)).map(|d| (d.chip, d.fraction)).collect();
     assert!(times.is_sorted());
     // Shifting a Poisson process independently leaves it Poisson.
     let mean: f64 = 200e6 * 100_000.0 * 8e-9;

@@ -27,9 +27,7 @@ impl Comparison {
         let mut counts = vec![StepCount::ZERO; (scans * steps) as usize];
         counter.count(1, 0..scans, 0..steps, &mut counts);
         let by_step = |count: &dyn Fn(u64, u64) -> StepCount| {
-            (0..steps)
-                .map(|step| (0..scans).map(|scan| count(scan, step)).collect())
-                .collect()
+            (0..steps).map(|step| (0..scans).map(|scan| count(scan, step)).collect()).collect()
         };
         Comparison {
             plain: by_step(&|scan, step| count_step(&model, 2, scan, Step(step))),
@@ -102,11 +100,7 @@ fn table_i_window(detected_rate_cps: f64) -> Scene {
     let alive = 1.0 - detected_rate_cps * 14e-9;
     let primary = detected_rate_cps * 0.9 / alive;
     let mut scene = table_i_scene(gold_11(), primary, 13_100);
-    scene.scan = Scan {
-        first_step: 12,
-        steps: 24,
-        ..scene.scan
-    };
+    scene.scan = Scan { first_step: 12, steps: 24, ..scene.scan };
     scene
 }
 
@@ -205,12 +199,7 @@ fn codes_of_many_lengths_give_the_same_light() {
         // Half of the chips on, or all of one.
         let chips: Vec<u8> = (0..length).map(|chip| u8::from(chip % 3 != 1)).collect();
         let mut scene = table_i_scene(code(&chips), 15e6, 3_333);
-        scene.scan = Scan {
-            first_step: 0,
-            steps: 8,
-            steps_per_period: 8 * length,
-            ..scene.scan
-        };
+        scene.scan = Scan { first_step: 0, steps: 8, steps_per_period: 8 * length, ..scene.scan };
         let comparison = Comparison::of(&scene, 150);
         comparison.assert_same_distribution(&format!("{length} chips"));
     }
@@ -226,12 +215,7 @@ fn repeating_a_code_twice_changes_nothing() {
     };
     let counts = |code: Code| {
         let mut scene = table_i_scene(code.into(), 15e6, 500);
-        scene.scan = Scan {
-            first_step: 3,
-            steps: 100,
-            steps_per_period: 8 * 62,
-            ..scene.scan
-        };
+        scene.scan = Scan { first_step: 3, steps: 100, steps_per_period: 8 * 62, ..scene.scan };
         let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let mut counts = vec![StepCount::ZERO; 100];
         StepCounter::new(&model).count(1, 0..1, 0..100, &mut counts);

@@ -90,9 +90,8 @@ fn models_beyond_the_lanes_go_through_the_plain_loop() {
         let mut scene = bare();
         change(&mut scene);
         let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
-        let plain: Vec<StepCount> = (0..5)
-            .map(|step| count_step(&model, 3, 4, Step(step)))
-            .collect();
+        let plain: Vec<StepCount> =
+            (0..5).map(|step| count_step(&model, 3, 4, Step(step))).collect();
         assert_eq!(counts(&model, 3, 0..5), plain);
         StepCounter::new(&model).outside_domain()
     };

@@ -48,10 +48,7 @@ fn assert_moments(what: &str, counts: &Moments, mean: f64, variance: f64) {
 fn constant_light(rate_cps: f64) -> Scene {
     let mut scene = ideal_scene(code(&[1, 0, 1]), 0.0, STEP_CHIPS);
     scene.detectors[0].background_rate_cps = rate_cps;
-    scene.scan = Scan {
-        steps: 1,
-        ..scene.scan
-    };
+    scene.scan = Scan { steps: 1, ..scene.scan };
     scene
 }
 
@@ -171,9 +168,7 @@ fn markov_renewal(rate: f64, dead_time: f64, probability: f64, constant: f64) ->
     }
     let wait = |m: usize| dead_time + 1.0 / exit(m);
     let mean: f64 = (0..M).map(|m| stationary[m] * wait(m)).sum();
-    let square: f64 = (0..M)
-        .map(|m| stationary[m] * (wait(m).powi(2) + exit(m).powi(-2)))
-        .sum();
+    let square: f64 = (0..M).map(|m| stationary[m] * (wait(m).powi(2) + exit(m).powi(-2))).sum();
     let mut variance = square - mean * mean;
     // What a cycle's wait says of those after it.
     let mut excess: [f64; M] = std::array::from_fn(|m| stationary[m] * (wait(m) - mean));

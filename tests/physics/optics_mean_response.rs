@@ -31,15 +31,10 @@ fn constant_light_gives_the_renewal_rate_and_variance() {
             let slowdown = 1.0 + rate * dead_time_ps * 1e-12;
             let mean = rate * 8e-6 / slowdown;
             let variance = rate * 8e-6 / slowdown.powi(3);
-            let moments = SecondMoments::new(&response)
-                .expect("it can be solved")
-                .of_step(Step(3));
+            let moments = SecondMoments::new(&response).expect("it can be solved").of_step(Step(3));
             let found = (moments.signed_mean, moments.signed_variance);
             assert!((found.0 / mean - 1.0).abs() < 1e-6, "{found:?} {mean}");
-            assert!(
-                (found.1 / variance - 1.0).abs() < 3e-5,
-                "{found:?} {variance}"
-            );
+            assert!((found.1 / variance - 1.0).abs() < 3e-5, "{found:?} {variance}");
         }
     }
 }
@@ -108,9 +103,8 @@ fn compare_with_photons(scene: &Scene) {
     let scans = 400;
     let samples = 31 * 8;
     let mut hits = vec![0.0; samples];
-    let counts: Vec<Vec<f64>> = (0..scans)
-        .map(|seed| sampled_counts(scene, &model, seed, 0, &mut hits))
-        .collect();
+    let counts: Vec<Vec<f64>> =
+        (0..scans).map(|seed| sampled_counts(scene, &model, seed, 0, &mut hits)).collect();
 
     // Hits of one sample are rare and nearly Poisson.
     let periods = scans as f64 * 101.0 * 8.0;
@@ -160,9 +154,7 @@ fn the_continuous_time_counter_counts_as_the_mean_response_says() {
     let counts: Vec<Vec<StepCount>> = (0..scans)
         .map(|scan| {
             let steps = 0..scene.scan.steps;
-            steps
-                .map(|step| count_step(&model, 3, scan, Step(step)))
-                .collect()
+            steps.map(|step| count_step(&model, 3, scan, Step(step))).collect()
         })
         .collect();
     let mut z = [Vec::new(), Vec::new()];
@@ -226,14 +218,10 @@ fn stepped_hits(lit: &[f64], steps_per_chip: usize, dead_steps: usize, chips: us
             })
             .sum()
     };
-    let kernel: Vec<Vec<f64>> = (0..M)
-        .map(|j| (0..M).map(|m| kernel(j, m)).collect())
-        .collect();
+    let kernel: Vec<Vec<f64>> = (0..M).map(|j| (0..M).map(|m| kernel(j, m)).collect()).collect();
     let avalanches = |p: &[f64; M], light: f64| -> [f64; M] {
         std::array::from_fn(|j| {
-            light * p[j]
-                + p.get(j + 1)
-                    .map_or(0.0, |next| release * (j + 1) as f64 * next)
+            light * p[j] + p.get(j + 1).map_or(0.0, |next| release * (j + 1) as f64 * next)
         })
     };
     let slope = |p: &[f64; M], light: f64, back: &[f64; M]| -> [f64; M] {
@@ -336,9 +324,7 @@ fn moments_of_a_scan_are_those_of_its_steps_within_two_per_cent() {
         let response = MeanResponse::of_tier(&model, CountingTier::Events).expect("solved");
         let second = SecondMoments::new(&response).expect("it can be solved");
         let scan = second.of_scan();
-        for step in [
-            0, 3, 100, 17, 22, 23, 24, 31, 35, 180, 1_000, 5_555, 12_345, 16_375,
-        ] {
+        for step in [0, 3, 100, 17, 22, 23, 24, 31, 35, 180, 1_000, 5_555, 12_345, 16_375] {
             let (found, exact) = (scan[step as usize], second.of_step(Step(step)));
             let scale = (exact.signed_variance * exact.total_variance).sqrt();
             assert!((found.signed_mean - exact.signed_mean).abs() < 1e-6);
@@ -359,19 +345,13 @@ fn what_cannot_be_solved_says_what_would_be_right() {
     let too_short = refused(&constant_light(1e6, 10.0));
     assert_eq!(
         too_short,
-        Some(MeanResponseError::DeadTimeTooShort {
-            dead_time_ps: 10.0,
-            least_ps: 62.5
-        })
+        Some(MeanResponseError::DeadTimeTooShort { dead_time_ps: 10.0, least_ps: 62.5 })
     );
     let mut scene = constant_light(1e6, 14e3);
     scene.detectors[0].afterpulsing_probability = 0.1;
     assert_eq!(
         refused(&scene),
-        Some(MeanResponseError::TimeConstantTooShort {
-            time_constant_ps: 0.0,
-            least_ps: 125.0
-        })
+        Some(MeanResponseError::TimeConstantTooShort { time_constant_ps: 0.0, least_ps: 125.0 })
     );
     // A photon in every cell of 62.5 ps.
     assert!(matches!(
@@ -454,10 +434,7 @@ fn assert_moments_of_table_i(detections: f64, chips: u64) {
                 standard_error * 100.0
             );
             let limit = 0.03_f64.max(4.0 * standard_error);
-            assert!(
-                off.abs() < limit,
-                "{rate:.0e}, variance of {what}: off by {off}"
-            );
+            assert!(off.abs() < limit, "{rate:.0e}, variance of {what}: off by {off}");
             assert!(limit < 0.08, "too few scans to tell");
         }
     }

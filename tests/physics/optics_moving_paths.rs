@@ -16,20 +16,14 @@ use goldtof::sensor::Sensor;
 const LIGHT_M_PER_S: f64 = 299_792_458.0;
 
 fn at_speed(mut scene: Scene, velocity_m_per_s: f64) -> Scene {
-    scene.paths[0].movement = Some(Movement {
-        velocity_m_per_s,
-        fluctuation: None,
-    });
+    scene.paths[0].movement = Some(Movement { velocity_m_per_s, fluctuation: None });
     scene
 }
 
 fn fluctuating(mut scene: Scene, std_m: f64, correlation_time_ps: f64) -> Scene {
     scene.paths[0].movement = Some(Movement {
         velocity_m_per_s: 0.0,
-        fluctuation: Some(Fluctuation {
-            std_m,
-            correlation_time_ps,
-        }),
+        fluctuation: Some(Fluctuation { std_m, correlation_time_ps }),
     });
     scene
 }
@@ -55,10 +49,7 @@ fn the_lanes_leave_paths_that_move_to_the_plain_loop() {
     let scene = at_speed(table_i_scene(gold_5(), 20e6, 500), 100.0);
     let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let counter = StepCounter::new(&model);
-    assert_eq!(
-        counter.outside_domain(),
-        Some(OutsideDomain::MovingPath { path: PathIndex(0) })
-    );
+    assert_eq!(counter.outside_domain(), Some(OutsideDomain::MovingPath { path: PathIndex(0) }));
     let mut counts = vec![StepCount::ZERO; scene.scan.steps as usize];
     counter.count(3, 0..1, 0..scene.scan.steps, &mut counts);
     assert_eq!(counts, scan(&model, 3, 0));
@@ -83,11 +74,7 @@ fn the_code_is_seen_with_its_doppler_shift() {
         let moved = rate * (detection.chip as f64 + detection.fraction) + 21.0 / 8.0;
         let emitted =
             detection.chip as f64 - moved.floor() + detection.fraction - (moved - moved.floor());
-        assert_eq!(
-            code[emitted.floor().rem_euclid(31.0) as usize],
-            1,
-            "{emitted}"
-        );
+        assert_eq!(code[emitted.floor().rem_euclid(31.0) as usize], 1, "{emitted}");
         per_quarter[(emitted.rem_euclid(1.0) * 4.0) as usize] += 1;
         last_chip = [detection.chip, emitted as u64];
         total += 1;
@@ -96,10 +83,7 @@ fn the_code_is_seen_with_its_doppler_shift() {
     let seconds = chips as f64 * 8e-9;
     let expected = 30e6 * seconds * (1.0 - rate);
     assert_within_standard_errors((total as f64 - expected) / expected.sqrt(), 5.0, "number");
-    assert!(
-        expected * rate > 5.0 * expected.sqrt(),
-        "the test could not tell"
-    );
+    assert!(expected * rate > 5.0 * expected.sqrt(), "the test could not tell");
     let quarter = total as f64 / 4.0;
     for count in per_quarter {
         let z = (count as f64 - quarter) / (quarter * 0.75).sqrt();
@@ -148,11 +132,7 @@ fn the_peak_walks_by_two_v_t_over_c() {
     let chi_square: f64 = z.iter().map(|z| z * z).sum();
     // A kink of the triangle within a step's walk and the broken period at its end
     // are worth some per cent of a standard error each.
-    assert_within_standard_errors(
-        (chi_square - number) / (2.0 * number).sqrt(),
-        6.0,
-        "chi-square",
-    );
+    assert_within_standard_errors((chi_square - number) / (2.0 * number).sqrt(), 6.0, "chi-square");
     let largest = z.iter().fold(0.0_f64, |a, z| a.max(z.abs()));
     assert!(largest < 5.5, "{largest}");
 }
@@ -162,9 +142,7 @@ fn detection_statistics_do_not_depend_on_slow_movement() {
     let scene = table_i_scene(gold_5(), 30e6, 1_550);
     let [still, moving] = [scene.clone(), at_speed(scene, 30.0)].map(|scene| {
         let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
-        let totals = (0..8)
-            .flat_map(|r| scan(&model, 4, r))
-            .map(|count| count.total as f64);
+        let totals = (0..8).flat_map(|r| scan(&model, 4, r)).map(|count| count.total as f64);
         Moments::of(totals)
     });
     let error = still.standard_error().hypot(moving.standard_error());
@@ -182,10 +160,7 @@ fn errors_m(scene: &Scene, scans: u64) -> Moments {
     let truth = true_delay(&Sensor::new(scene), PathIndex(0), CountingTier::Events);
     let period_ps = 31.0 * 8000.0;
     Moments::of((0..scans).map(|repetition| {
-        let counts: Vec<i64> = scan(&model, 17, repetition)
-            .iter()
-            .map(|c| c.signed)
-            .collect();
+        let counts: Vec<i64> = scan(&model, 17, repetition).iter().map(|c| c.signed).collect();
         let found = estimate(&scene.timing(), &counts, offset_ps).expect("a peak");
         distance_m(delay_error_ps(found.delay_ps, truth.delay_ps, period_ps))
     }))
@@ -212,10 +187,7 @@ fn the_true_distance_is_that_of_the_moment_when_the_scan_comes_by() {
         let start_ps = scene.paths[0].delay_ps;
         let step = (start_ps + offset_ps + 0.5 * walk_ps - 10_000.0) / (1_000.0 - walk_ps);
         let at_ps = (step + 0.5) * 3_100.0 * 8_000.0;
-        assert!(
-            (found.at_ps.expect("it moves") - at_ps).abs() < 1.0,
-            "{velocity}"
-        );
+        assert!((found.at_ps.expect("it moves") - at_ps).abs() < 1.0, "{velocity}");
         let delay_ps = start_ps + walk_ps * (step + 0.5);
         assert!((found.delay_ps - delay_ps).abs() < 1e-6, "{velocity}");
     }
@@ -269,13 +241,9 @@ fn the_bias_of_a_moving_path_is_that_of_a_stretched_triangle() {
         let phase_ps = -im.atan2(re) / std::f64::consts::PI * 8_000.0;
         let expected_ps = (peak + 10.0) * 1_000.0 + phase_ps - truth.delay_ps;
 
-        let predicted = predict(
-            &Sensor::new(&scene),
-            DetectorIndex(0),
-            PathIndex(0),
-            CountingTier::Events,
-        )
-        .expect("slow enough");
+        let predicted =
+            predict(&Sensor::new(&scene), DetectorIndex(0), PathIndex(0), CountingTier::Events)
+                .expect("slow enough");
         let error_m = predicted.bias_m - distance_m(expected_ps);
         assert!(error_m.abs() < 0.1e-3, "{velocity}: {error_m}");
         let found = errors_m(&scene, 300);
@@ -300,39 +268,25 @@ fn moving_scenes_scatter_and_err_as_predicted() {
         ("slow fluctuation", fluctuating(still.clone(), 15e-3, 1e12)),
         ("quick fluctuation", fluctuating(still.clone(), 18e-3, 50e6)),
     ];
-    let still_std_m = predict(
-        &Sensor::new(&still),
-        DetectorIndex(0),
-        PathIndex(0),
-        CountingTier::Events,
-    )
-    .expect("a peak")
-    .std_m;
+    let still_std_m =
+        predict(&Sensor::new(&still), DetectorIndex(0), PathIndex(0), CountingTier::Events)
+            .expect("a peak")
+            .std_m;
     for (name, scene) in scenes {
-        let predicted = predict(
-            &Sensor::new(&scene),
-            DetectorIndex(0),
-            PathIndex(0),
-            CountingTier::Events,
-        )
-        .expect("slow enough");
+        let predicted =
+            predict(&Sensor::new(&scene), DetectorIndex(0), PathIndex(0), CountingTier::Events)
+                .expect("slow enough");
         let found = errors_m(&scene, 400);
         assert_within_standard_errors(found.z(predicted.bias_m), 5.0, &format!("bias, {name}"));
         let z = found.variance_z(predicted.std_m.powi(2));
         assert_within_standard_errors(z, 5.0, &format!("variance, {name}"));
         // The phase scatters with photons and path alike: pi is a chip.
         let scatter_m = predicted.phase_std_rad / std::f64::consts::PI * distance_m(8_000.0);
-        assert!(
-            (scatter_m / predicted.std_m - 1.0).abs() < 1e-9,
-            "{predicted:?}"
-        );
+        assert!((scatter_m / predicted.std_m - 1.0).abs() < 1e-9, "{predicted:?}");
         if name == "slow fluctuation" {
             // It stands still within the window, and adds as it is.
             let expected_m = still_std_m.hypot(15e-3);
-            assert!(
-                (predicted.std_m / expected_m - 1.0).abs() < 0.01,
-                "{predicted:?}"
-            );
+            assert!((predicted.std_m / expected_m - 1.0).abs() < 0.01, "{predicted:?}");
         } else if name == "quick fluctuation" {
             // Much of it averages out, but far from all.
             assert!(predicted.std_m < still_std_m.hypot(14e-3), "{predicted:?}");
@@ -354,13 +308,9 @@ fn what_is_too_fast_for_a_mean_response_is_refused() {
         Some(MeanResponseError::Moving { .. })
     ));
     let message = |scene: Scene| {
-        let error = predict(
-            &Sensor::new(&scene),
-            DetectorIndex(0),
-            PathIndex(0),
-            CountingTier::Events,
-        )
-        .err();
+        let error =
+            predict(&Sensor::new(&scene), DetectorIndex(0), PathIndex(0), CountingTier::Events)
+                .err();
         error.map(|error| error.to_string()).unwrap_or_default()
     };
     insta::assert_snapshot!(

@@ -60,30 +60,22 @@ fn compare(name: &str, scene: &Scene, scans: u64) {
     let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
     let response = MeanResponse::new(&model).expect("it can be solved");
     let second = SecondMoments::new(&response).expect("it can be solved");
-    let expected: Vec<CountMoments> = Step::all(scene.scan.steps)
-        .map(|s| second.of_step(s))
-        .collect();
+    let expected: Vec<CountMoments> =
+        Step::all(scene.scan.steps).map(|s| second.of_step(s)).collect();
 
     let period = scene.sources[0].code.len() as usize * scene.samples_per_chip as usize;
     let mut hits = vec![0.0; period];
-    let counts: Vec<Vec<[f64; 2]>> = (0..scans)
-        .map(|seed| painted_counts(scene, &model, seed, &mut hits))
-        .collect();
+    let counts: Vec<Vec<[f64; 2]>> =
+        (0..scans).map(|seed| painted_counts(scene, &model, seed, &mut hits)).collect();
 
     let chips = scene.scan.steps * scene.scan.integration_chips * scans;
     let periods = chips as f64 / scene.sources[0].code.len() as f64;
-    let means: Vec<f64> = response
-        .hits_per_sample()
-        .iter()
-        .map(|h| h * periods)
-        .collect();
+    let means: Vec<f64> = response.hits_per_sample().iter().map(|h| h * periods).collect();
     let total: f64 = means.iter().sum();
     // Hits of one sample are rare and nearly Poisson. Samples that hardly ever see
     // one are left to the sums below.
     let seen = hits.iter().zip(&means).filter(|(_, mean)| **mean > 20.0);
-    let squares: Vec<f64> = seen
-        .map(|(found, mean)| (found - mean).powi(2) / mean)
-        .collect();
+    let squares: Vec<f64> = seen.map(|(found, mean)| (found - mean).powi(2) / mean).collect();
     let number = squares.len() as f64;
     let chi_square = (squares.iter().sum::<f64>() - number) / (2.0 * number).sqrt();
     let found: f64 = hits.iter().sum();
@@ -118,11 +110,7 @@ fn compare(name: &str, scene: &Scene, scans: u64) {
     assert_within_standard_errors(z, 5.0, &format!("{name}: total counts"));
     for (ratio, what) in ratios.into_iter().zip(["signed", "total", "sum"]) {
         let ratio = Moments::of(ratio);
-        eprintln!(
-            "   {what}: variance x {:.4} ({:+.2})",
-            ratio.mean,
-            ratio.z(1.0)
-        );
+        eprintln!("   {what}: variance x {:.4} ({:+.2})", ratio.mean, ratio.z(1.0));
         assert_within_standard_errors(ratio.z(1.0), 5.0, &format!("{name}: variance, {what}"));
     }
     let all = second.of_scan();
@@ -130,10 +118,7 @@ fn compare(name: &str, scene: &Scene, scans: u64) {
         for (one, all) in [
             (one.signed_variance, all.signed_variance),
             (one.total_variance, all.total_variance),
-            (
-                one.covariance + one.total_mean,
-                all.covariance + one.total_mean,
-            ),
+            (one.covariance + one.total_mean, all.covariance + one.total_mean),
         ] {
             assert!((all / one - 1.0).abs() < 0.02, "{name} {step}: {one} {all}");
         }
@@ -187,52 +172,12 @@ const TABLE_I: Case = Case {
 #[test]
 fn pulses_between_two_samples_do_not_count() {
     for (name, case) in [
-        (
-            "half a sample",
-            Case {
-                pulse_width_ps: 500.0,
-                ..TABLE_I
-            },
-        ),
-        (
-            "a tenth",
-            Case {
-                pulse_width_ps: 100.0,
-                jitter_ps: 0.0,
-                ..TABLE_I
-            },
-        ),
-        (
-            "wide jitter",
-            Case {
-                pulse_width_ps: 300.0,
-                jitter_ps: 900.0,
-                ..TABLE_I
-            },
-        ),
-        (
-            "a sample",
-            Case {
-                pulse_width_ps: 1000.0,
-                ..TABLE_I
-            },
-        ),
-        (
-            "2 samples",
-            Case {
-                samples_per_chip: 2,
-                pulse_width_ps: 2_700.0,
-                ..TABLE_I
-            },
-        ),
-        (
-            "16 samples",
-            Case {
-                samples_per_chip: 16,
-                pulse_width_ps: 210.0,
-                ..TABLE_I
-            },
-        ),
+        ("half a sample", Case { pulse_width_ps: 500.0, ..TABLE_I }),
+        ("a tenth", Case { pulse_width_ps: 100.0, jitter_ps: 0.0, ..TABLE_I }),
+        ("wide jitter", Case { pulse_width_ps: 300.0, jitter_ps: 900.0, ..TABLE_I }),
+        ("a sample", Case { pulse_width_ps: 1000.0, ..TABLE_I }),
+        ("2 samples", Case { samples_per_chip: 2, pulse_width_ps: 2_700.0, ..TABLE_I }),
+        ("16 samples", Case { samples_per_chip: 16, pulse_width_ps: 210.0, ..TABLE_I }),
         (
             "fast afterpulses",
             Case {
@@ -250,43 +195,13 @@ fn pulses_between_two_samples_do_not_count() {
 #[test]
 fn pulses_without_a_low_sample_between_them_count_once() {
     for (name, case) in [
-        (
-            "as long as the dead time",
-            Case {
-                pulse_width_ps: 14e3,
-                ..TABLE_I
-            },
-        ),
-        (
-            "half a sample less",
-            Case {
-                pulse_width_ps: 13.6e3,
-                ..TABLE_I
-            },
-        ),
-        (
-            "longer",
-            Case {
-                pulse_width_ps: 16.3e3,
-                ..TABLE_I
-            },
-        ),
-        (
-            "much longer",
-            Case {
-                pulse_width_ps: 39.7e3,
-                rate_cps: 20e6,
-                ..TABLE_I
-            },
-        ),
+        ("as long as the dead time", Case { pulse_width_ps: 14e3, ..TABLE_I }),
+        ("half a sample less", Case { pulse_width_ps: 13.6e3, ..TABLE_I }),
+        ("longer", Case { pulse_width_ps: 16.3e3, ..TABLE_I }),
+        ("much longer", Case { pulse_width_ps: 39.7e3, rate_cps: 20e6, ..TABLE_I }),
         (
             "a short dead time",
-            Case {
-                pulse_width_ps: 3e3,
-                dead_time_ps: 2.9e3,
-                jitter_ps: 0.0,
-                ..TABLE_I
-            },
+            Case { pulse_width_ps: 3e3, dead_time_ps: 2.9e3, jitter_ps: 0.0, ..TABLE_I },
         ),
         (
             "a dead time within a sample",
@@ -300,53 +215,18 @@ fn pulses_without_a_low_sample_between_them_count_once() {
         ),
         (
             "fast afterpulses",
-            Case {
-                pulse_width_ps: 5.2e3,
-                dead_time_ps: 5.3e3,
-                time_constant_ps: 400.0,
-                ..TABLE_I
-            },
+            Case { pulse_width_ps: 5.2e3, dead_time_ps: 5.3e3, time_constant_ps: 400.0, ..TABLE_I },
         ),
         (
             "no afterpulses",
-            Case {
-                pulse_width_ps: 14e3,
-                rate_cps: 150e6,
-                time_constant_ps: 0.0,
-                ..TABLE_I
-            },
+            Case { pulse_width_ps: 14e3, rate_cps: 150e6, time_constant_ps: 0.0, ..TABLE_I },
         ),
-        (
-            "one sample",
-            Case {
-                samples_per_chip: 1,
-                ..TABLE_I
-            },
-        ),
-        (
-            "two samples",
-            Case {
-                samples_per_chip: 2,
-                pulse_width_ps: 13e3,
-                ..TABLE_I
-            },
-        ),
-        (
-            "16 samples",
-            Case {
-                samples_per_chip: 16,
-                pulse_width_ps: 14e3,
-                ..TABLE_I
-            },
-        ),
+        ("one sample", Case { samples_per_chip: 1, ..TABLE_I }),
+        ("two samples", Case { samples_per_chip: 2, pulse_width_ps: 13e3, ..TABLE_I }),
+        ("16 samples", Case { samples_per_chip: 16, pulse_width_ps: 14e3, ..TABLE_I }),
         (
             "no dead time",
-            Case {
-                dead_time_ps: 0.0,
-                pulse_width_ps: 2.3e3,
-                time_constant_ps: 0.0,
-                ..TABLE_I
-            },
+            Case { dead_time_ps: 0.0, pulse_width_ps: 2.3e3, time_constant_ps: 0.0, ..TABLE_I },
         ),
         (
             "no dead time, short pulses",
@@ -358,14 +238,7 @@ fn pulses_without_a_low_sample_between_them_count_once() {
                 ..TABLE_I
             },
         ),
-        (
-            "jitter",
-            Case {
-                pulse_width_ps: 14e3,
-                jitter_ps: 240.0,
-                ..TABLE_I
-            },
-        ),
+        ("jitter", Case { pulse_width_ps: 14e3, jitter_ps: 240.0, ..TABLE_I }),
     ] {
         case.compare(name);
     }
@@ -376,67 +249,33 @@ fn pulses_without_a_low_sample_between_them_count_once() {
 #[test]
 fn what_is_not_worked_out_is_refused_by_name() {
     for (case, words) in [
+        (Case { pulse_width_ps: 14e3, jitter_ps: 300.0, ..TABLE_I }, "jitter of more than"),
         (
-            Case {
-                pulse_width_ps: 14e3,
-                jitter_ps: 300.0,
-                ..TABLE_I
-            },
-            "jitter of more than",
-        ),
-        (
-            Case {
-                pulse_width_ps: 500.0,
-                dead_time_ps: 800.0,
-                ..TABLE_I
-            },
+            Case { pulse_width_ps: 500.0, dead_time_ps: 800.0, ..TABLE_I },
             "both shorter than a sample",
         ),
-        (
-            Case {
-                pulse_width_ps: 90e3,
-                ..TABLE_I
-            },
-            "more than 60 samples longer",
-        ),
+        (Case { pulse_width_ps: 90e3, ..TABLE_I }, "more than 60 samples longer"),
     ] {
         let mut scene = case.scene();
         let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let refused = MeanResponse::new(&model).expect_err(words);
-        assert!(
-            matches!(refused, MeanResponseError::PulsesMerge { .. }),
-            "{refused}"
-        );
+        assert!(matches!(refused, MeanResponseError::PulsesMerge { .. }), "{refused}");
         assert!(refused.to_string().contains(words), "{refused}");
         assert!(MeanResponse::of_tier(&model, CountingTier::Events).is_ok());
-        assert!(
-            bound(
-                &Sensor::new(&scene),
-                DetectorIndex(0),
-                CountingTier::Sampled
-            )
-            .is_err()
-        );
+        assert!(bound(&Sensor::new(&scene), DetectorIndex(0), CountingTier::Sampled).is_err());
         for tier in [Tier::Expected, Tier::Counts] {
-            assert!(
-                simulate(&Sensor::new(&scene), tier, 1, 2).is_err(),
-                "{tier}"
-            );
+            assert!(simulate(&Sensor::new(&scene), tier, 1, 2).is_err(), "{tier}");
         }
         for estimator in [EstimatorKind::Fft, EstimatorKind::Model] {
             scene.estimator = estimator;
             scene.scan.integration_chips = 310;
-            let of_path = &simulate(&Sensor::new(&scene), Tier::Sampled, 1, 2)
-                .expect("photons")
-                .estimates[0];
+            let of_path =
+                &simulate(&Sensor::new(&scene), Tier::Sampled, 1, 2).expect("photons").estimates[0];
             assert_eq!(of_path.expected_bias_m, None);
             assert_eq!(of_path.expected_std_m, None);
             assert_eq!(of_path.bound_m, None);
             let remark = of_path.remark.as_deref().unwrap_or_default();
-            assert!(
-                remark.contains("no expectation") && remark.contains(words),
-                "{remark}"
-            );
+            assert!(remark.contains("no expectation") && remark.contains(words), "{remark}");
         }
     }
 }
@@ -457,20 +296,15 @@ fn assert_errors_are_as_expected(name: &str, scene: &Scene, scans: u64) {
         phases.push(phase.distance_m - true_distance_m);
         let counts: Vec<StepCount> = counts
             .iter()
-            .map(|count| StepCount {
-                signed: count[0] as i64,
-                total: count[1] as u64,
-            })
+            .map(|count| StepCount { signed: count[0] as i64, total: count[1] as u64 })
             .collect();
         fits.push(fitter.fit(&counts).expect("it fits").distance_m - true_distance_m);
     }
     let predicted = predict(&Sensor::new(scene), DetectorIndex(0), PathIndex(0), tier)
         .expect("it can be predicted");
     let fitted = expected_fit(&Sensor::new(scene), DetectorIndex(0), tier).expect("it fits");
-    let bound_m = bound(&Sensor::new(scene), DetectorIndex(0), tier)
-        .expect("a bound")
-        .paths[0]
-        .bound_m;
+    let bound_m =
+        bound(&Sensor::new(scene), DetectorIndex(0), tier).expect("a bound").paths[0].bound_m;
     let fit_bias_m = fitted.distance_m - true_distance_m;
     for (what, errors, bias_m, std_m) in [
         ("phase", phases, predicted.bias_m, predicted.std_m),
@@ -490,37 +324,15 @@ fn assert_errors_are_as_expected(name: &str, scene: &Scene, scans: u64) {
         assert_within_standard_errors(errors.z(bias_m), 5.0, &what);
         assert_within_standard_errors(errors.variance_z(std_m * std_m), 5.0, &what);
     }
-    assert!(
-        fit_bias_m.abs() < 1e-4 && fitted.std_m > 0.9 * bound_m,
-        "{name}: {fitted:?}"
-    );
+    assert!(fit_bias_m.abs() < 1e-4 && fitted.std_m > 0.9 * bound_m, "{name}: {fitted:?}");
 }
 
 #[test]
 fn estimates_err_and_scatter_as_expected_of_the_sampled_hardware() {
     for (name, case) in [
-        (
-            "half a sample",
-            Case {
-                pulse_width_ps: 500.0,
-                jitter_ps: 300.0,
-                ..TABLE_I
-            },
-        ),
-        (
-            "merging",
-            Case {
-                pulse_width_ps: 14e3,
-                ..TABLE_I
-            },
-        ),
-        (
-            "merging for long",
-            Case {
-                pulse_width_ps: 18e3,
-                ..TABLE_I
-            },
-        ),
+        ("half a sample", Case { pulse_width_ps: 500.0, jitter_ps: 300.0, ..TABLE_I }),
+        ("merging", Case { pulse_width_ps: 14e3, ..TABLE_I }),
+        ("merging for long", Case { pulse_width_ps: 18e3, ..TABLE_I }),
     ] {
         assert_errors_are_as_expected(name, &case.scene(), 150);
     }
@@ -529,35 +341,15 @@ fn estimates_err_and_scatter_as_expected_of_the_sampled_hardware() {
 /// Light that comes between two samples: its delay hardly changes the counts.
 #[test]
 fn there_is_no_bound_between_two_samples() {
-    let mut scene = Case {
-        pulse_width_ps: 400.0,
-        jitter_ps: 20.0,
-        ..TABLE_I
-    }
-    .scene();
+    let mut scene = Case { pulse_width_ps: 400.0, jitter_ps: 20.0, ..TABLE_I }.scene();
     let spad_ps = scene.detectors[0].delay_ps;
     // Pulses are seen from 0.6 to 1 ns after a sample.
     scene.paths[0].delay_ps = 21_300.0 - spad_ps;
-    let refused = bound(
-        &Sensor::new(&scene),
-        DetectorIndex(0),
-        CountingTier::Sampled,
-    )
-    .map(|bound| bound.paths[0].bound_m);
+    let refused = bound(&Sensor::new(&scene), DetectorIndex(0), CountingTier::Sampled)
+        .map(|bound| bound.paths[0].bound_m);
     assert!(refused.is_err(), "{refused:?}");
-    assert!(
-        expected_fit(
-            &Sensor::new(&scene),
-            DetectorIndex(0),
-            CountingTier::Sampled
-        )
-        .is_err()
-    );
+    assert!(expected_fit(&Sensor::new(&scene), DetectorIndex(0), CountingTier::Sampled).is_err());
     scene.paths[0].delay_ps = 21_800.0 - spad_ps;
-    bound(
-        &Sensor::new(&scene),
-        DetectorIndex(0),
-        CountingTier::Sampled,
-    )
-    .expect("within what is seen there is one");
+    bound(&Sensor::new(&scene), DetectorIndex(0), CountingTier::Sampled)
+        .expect("within what is seen there is one");
 }

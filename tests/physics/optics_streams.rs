@@ -23,11 +23,9 @@ fn the_same_numbers_give_the_same_detections_and_others_do_not() {
     let first = detections(&scene, 1, 0, 3);
     assert!(first.len() > 300);
     assert_eq!(first, detections(&scene, 1, 0, 3));
-    for other in [
-        detections(&scene, 2, 0, 3),
-        detections(&scene, 1, 1, 3),
-        detections(&scene, 1, 0, 4),
-    ] {
+    for other in
+        [detections(&scene, 2, 0, 3), detections(&scene, 1, 1, 3), detections(&scene, 1, 0, 4)]
+    {
         assert_ne!(first, other);
     }
 }
@@ -36,9 +34,8 @@ fn the_same_numbers_give_the_same_detections_and_others_do_not() {
 fn the_order_of_steps_does_not_matter() {
     let scene = table_i_scene(gold_5(), 20e6, 500);
     let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
-    let forwards: Vec<Vec<Detection>> = (0..20)
-        .map(|j| model.step(1, 0, Group(j)).collect())
-        .collect();
+    let forwards: Vec<Vec<Detection>> =
+        (0..20).map(|j| model.step(1, 0, Group(j)).collect()).collect();
     // Interleaved, one detection of each step at a time.
     let mut side_by_side: Vec<_> = (0..20).rev().map(|j| model.step(1, 0, Group(j))).collect();
     let mut found = vec![Vec::new(); 20];
@@ -120,10 +117,7 @@ fn naive_pulses(scene: &Scene, model: &DetectorModel, steps: &[(u64, u64)]) -> V
                 })
                 .collect();
             if let (Some(first), Some(last)) = (high.first(), high.last()) {
-                pulses.push(Pulse {
-                    first: step_start + *first,
-                    end: step_start + (last + 1),
-                });
+                pulses.push(Pulse { first: step_start + *first, end: step_start + (last + 1) });
             }
         }
     }
@@ -200,11 +194,7 @@ fn naive_correlation(chips: &[u8], delay: f64, reference_delay: f64, edges: [f64
         let time = (point as f64 + 0.5) / points_per_chip as f64;
         let copies = edges.map(|edge| at(time - reference_delay - edge));
         let [rising, falling] = edges;
-        let level = if rising > falling {
-            copies[0] && copies[1]
-        } else {
-            copies[0] || copies[1]
-        };
+        let level = if rising > falling { copies[0] && copies[1] } else { copies[0] || copies[1] };
         if at(time - delay) {
             on += 1.0;
             sum += if level { 1.0 } else { -1.0 };

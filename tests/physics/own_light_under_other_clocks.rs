@@ -34,10 +34,7 @@ fn scene(ratio: f64, slip_chips: f64) -> Scene {
     other.clock.offset = slip_chips / CHIPS as f64;
     scene.sources.push(other);
     scene.paths[0].delay_ps = 20.037 * scene.chip_period_ps;
-    scene.paths.push(Path {
-        source: SourceIndex(1),
-        ..scene.paths[0].clone()
-    });
+    scene.paths.push(Path { source: SourceIndex(1), ..scene.paths[0].clone() });
     scene.scan.first_step = 8 * 15;
     scene.scan.steps = 80;
     scene

@@ -54,14 +54,9 @@ fn step_means(all: &[Vec<StepCount>]) -> Vec<(f64, f64)> {
 
 fn collect(scene: &Scene, tier: Tier, repetitions: u64) -> Vec<Vec<StepCount>> {
     let mut all = Vec::new();
-    scans(
-        &Sensor::new(scene),
-        DetectorIndex(0),
-        tier,
-        3,
-        repetitions,
-        |scan| all.push(scan.to_vec()),
-    )
+    scans(&Sensor::new(scene), DetectorIndex(0), tier, 3, repetitions, |scan| {
+        all.push(scan.to_vec())
+    })
     .unwrap();
     all
 }
@@ -71,11 +66,8 @@ fn collect(scene: &Scene, tier: Tier, repetitions: u64) -> Vec<Vec<StepCount>> {
 /// there are no more independent ones than groups.
 fn assert_same_means(a: &[(f64, f64)], b: &[(f64, f64)], what: &str) {
     assert_eq!(a.len(), b.len());
-    let z: Vec<f64> = a
-        .iter()
-        .zip(b)
-        .map(|((x, vx), (y, vy))| (x - y) / (vx + vy).sqrt())
-        .collect();
+    let z: Vec<f64> =
+        a.iter().zip(b).map(|((x, vx), (y, vy))| (x - y) / (vx + vy).sqrt()).collect();
     for (step, z) in z.iter().enumerate() {
         assert_within_standard_errors(*z, 5.0, &format!("{what}, step {step}"));
     }
@@ -98,10 +90,7 @@ fn steps_of_a_group_count_the_same_detections() {
         let totals: Vec<u64> = scan.iter().map(|count| count.total).collect();
         let groups: Vec<&[u64]> = totals.chunks(PARALLEL as usize).collect();
         for group in &groups {
-            assert!(
-                group.iter().all(|total| total == &group[0]),
-                "{tier}: {group:?}"
-            );
+            assert!(group.iter().all(|total| total == &group[0]), "{tier}: {group:?}");
         }
         let mut different: Vec<u64> = groups.iter().map(|group| group[0]).collect();
         different.sort_unstable();
@@ -121,11 +110,8 @@ fn the_tiers_agree_step_by_step() {
     assert_same_means(&sampled, &counts, "counts");
     let model = DetectorModel::new(&Sensor::new(&hardware), DetectorIndex(0));
     let response = MeanResponse::of_tier(&model, CountingTier::Sampled).unwrap();
-    let expected: Vec<(f64, f64)> = response
-        .mean_counts()
-        .iter()
-        .map(|mean| (mean.signed, 0.0))
-        .collect();
+    let expected: Vec<(f64, f64)> =
+        response.mean_counts().iter().map(|mean| (mean.signed, 0.0)).collect();
     assert_same_means(&sampled, &expected, "expected");
 }
 
@@ -169,10 +155,7 @@ fn lanes_and_plain_loop_agree_and_the_lanes_know_their_limit() {
     scene.detectors[0].jitter_ps = vec![90.0];
     let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let outside = StepCounter::new(&model).outside_domain().unwrap();
-    assert!(
-        outside.to_string().contains("4 phase steps at once"),
-        "{outside}"
-    );
+    assert!(outside.to_string().contains("4 phase steps at once"), "{outside}");
     scene.hardware.parallel = 1;
     let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     assert!(StepCounter::new(&model).outside_domain().is_none());
@@ -201,11 +184,7 @@ fn covariances_of_a_group_are_those_of_its_counts() {
             // Two per cent of a variance on top: the code's phase at the rim of a
             // step is taken to the whole chip.
             let limit = 4.5 * error + 0.02 * (c[i][i] * c[j][j]).sqrt();
-            assert!(
-                (found - c[i][j]).abs() < limit,
-                "{i} {j}: {found} {}",
-                c[i][j]
-            );
+            assert!((found - c[i][j]).abs() < limit, "{i} {j}: {found} {}", c[i][j]);
         }
     }
     // Neighbours go together, which independent light would not.
@@ -218,41 +197,24 @@ fn the_predicted_scatter_knows_that_steps_of_a_group_go_together() {
     let mut alone = scene.clone();
     alone.hardware.parallel = 1;
     let of = |tier, repetitions| -> PathStatistics {
-        simulate(&Sensor::new(&scene), tier, 5, repetitions)
-            .unwrap()
-            .estimates[0]
-            .clone()
+        simulate(&Sensor::new(&scene), tier, 5, repetitions).unwrap().estimates[0].clone()
     };
-    let independent = predict(
-        &Sensor::new(&alone),
-        DetectorIndex(0),
-        PathIndex(0),
-        CountingTier::Events,
-    )
-    .unwrap()
-    .std_m;
-    for (tier, repetitions) in [
-        (Tier::Counts, 3_000),
-        (Tier::Events, 1_500),
-        (Tier::Sampled, 1_500),
-    ] {
+    let independent =
+        predict(&Sensor::new(&alone), DetectorIndex(0), PathIndex(0), CountingTier::Events)
+            .unwrap()
+            .std_m;
+    for (tier, repetitions) in
+        [(Tier::Counts, 3_000), (Tier::Events, 1_500), (Tier::Sampled, 1_500)]
+    {
         let found = of(tier, repetitions);
-        let expected = predict(
-            &Sensor::new(&scene),
-            DetectorIndex(0),
-            PathIndex(0),
-            tier.counting(),
-        )
-        .unwrap();
+        let expected =
+            predict(&Sensor::new(&scene), DetectorIndex(0), PathIndex(0), tier.counting()).unwrap();
         let (std, error) = (found.std_m.unwrap(), found.std_std_error_m.unwrap());
         assert_within_standard_errors((std - expected.std_m) / error, 4.5, &format!("{tier} std"));
         let z = (found.bias_m.unwrap() - expected.bias_m) / found.bias_std_error_m.unwrap();
         assert_within_standard_errors(z, 4.5, &format!("{tier} bias"));
         // Independent steps would scatter by something else altogether.
-        assert!(
-            (std - independent).abs() > 6.0 * error,
-            "{tier}: {std} {independent}"
-        );
+        assert!((std - independent).abs() > 6.0 * error, "{tier}: {std} {independent}");
     }
     let expected = of(Tier::Expected, 7);
     assert_eq!(expected.estimates, 0);
@@ -297,10 +259,7 @@ fn steps_of_a_group_share_the_start_of_a_detector_that_is_nearly_always_blind() 
         let mut of_groups = Vec::new();
         for group in scans.iter().flat_map(|scan| scan.chunks(PARALLEL as usize)) {
             let totals: Vec<u64> = group.iter().map(|count| count.total).collect();
-            assert!(
-                totals.iter().all(|t| t == &totals[0]),
-                "{engine}: {totals:?}"
-            );
+            assert!(totals.iter().all(|t| t == &totals[0]), "{engine}: {totals:?}");
             of_groups.push(totals[0] as f64);
         }
         // A clock whose phase is anywhere: the whole number below or above.
@@ -312,9 +271,7 @@ fn steps_of_a_group_share_the_start_of_a_detector_that_is_nearly_always_blind() 
         assert_within_standard_errors((mean - turns) / (spread / n).sqrt(), 5.0, &what);
         let (least, most) = of_groups
             .iter()
-            .fold((f64::MAX, 0.0_f64), |(least, most), &n| {
-                (least.min(n), most.max(n))
-            });
+            .fold((f64::MAX, 0.0_f64), |(least, most), &n| (least.min(n), most.max(n)));
         assert!(least < most, "{what}: groups have light of their own");
     }
 }

@@ -27,22 +27,11 @@ fn scans_or(default: u64) -> u64 {
 /// who has the scene `written`.
 fn causes(built: &Sensor, written: &Sensor, has_totals: bool, repetitions: u64) -> Vec<Vec<Cause>> {
     let mut found = Vec::new();
-    scans(
-        built,
-        DetectorIndex(0),
-        Tier::Sampled,
-        11,
-        repetitions,
-        |counts| {
-            let scan = RecordedScan {
-                detector: DetectorIndex(0),
-                counts: counts.to_vec(),
-                has_totals,
-            };
-            let diagnosis = assess(written, &scan).diagnosis;
-            found.push(diagnosis.expect("there are residuals").causes);
-        },
-    )
+    scans(built, DetectorIndex(0), Tier::Sampled, 11, repetitions, |counts| {
+        let scan = RecordedScan { detector: DetectorIndex(0), counts: counts.to_vec(), has_totals };
+        let diagnosis = assess(written, &scan).diagnosis;
+        found.push(diagnosis.expect("there are residuals").causes);
+    })
     .unwrap();
     found
 }
@@ -92,11 +81,8 @@ fn a_sensor_that_is_as_its_scene_says_is_seldom_accused() {
 fn of_few_hits_nothing_is_said() {
     let scene = quick(&["scan.integration=400 ns"]);
     scans(&scene, DetectorIndex(0), Tier::Sampled, 11, 3, |counts| {
-        let scan = RecordedScan {
-            detector: DetectorIndex(0),
-            counts: counts.to_vec(),
-            has_totals: true,
-        };
+        let scan =
+            RecordedScan { detector: DetectorIndex(0), counts: counts.to_vec(), has_totals: true };
         let diagnosis = assess(&scene, &scan).diagnosis.unwrap();
         assert!(diagnosis.causes.is_empty() && diagnosis.tests.is_empty());
         assert!(diagnosis.sentence.contains("too few hits"));
@@ -112,62 +98,14 @@ fn what_is_wrong_with_a_sensor_is_named() {
     // Whether no other cause is named with it: small faults of light level, background
     // and dead time look alike.
     for (what, setting, has_totals, cause, is_alone) in [
-        (
-            "3 % more light",
-            "source.mean_power=20.6 pW",
-            true,
-            LightLevel,
-            false,
-        ),
-        (
-            "30 % more light",
-            "source.mean_power=26 pW",
-            true,
-            LightLevel,
-            true,
-        ),
-        (
-            "10 % more light",
-            "source.mean_power=22 pW",
-            false,
-            LightLevel,
-            false,
-        ),
-        (
-            "1 Mcps more background",
-            "detector.background_rate=3 Mcps",
-            true,
-            ConstantLight,
-            false,
-        ),
-        (
-            "dead time 14.5 ns",
-            "detector.dead_time=14.5 ns",
-            true,
-            DeadTime,
-            false,
-        ),
-        (
-            "dead time 20 ns",
-            "detector.dead_time=20 ns",
-            true,
-            DeadTime,
-            true,
-        ),
-        (
-            "0.5 ns of cable",
-            "detector.delay=2.25 ns",
-            true,
-            Offset,
-            true,
-        ),
-        (
-            "0.5 ns of cable",
-            "detector.delay=2.25 ns",
-            false,
-            Offset,
-            true,
-        ),
+        ("3 % more light", "source.mean_power=20.6 pW", true, LightLevel, false),
+        ("30 % more light", "source.mean_power=26 pW", true, LightLevel, true),
+        ("10 % more light", "source.mean_power=22 pW", false, LightLevel, false),
+        ("1 Mcps more background", "detector.background_rate=3 Mcps", true, ConstantLight, false),
+        ("dead time 14.5 ns", "detector.dead_time=14.5 ns", true, DeadTime, false),
+        ("dead time 20 ns", "detector.dead_time=20 ns", true, DeadTime, true),
+        ("0.5 ns of cable", "detector.delay=2.25 ns", true, Offset, true),
+        ("0.5 ns of cable", "detector.delay=2.25 ns", false, Offset, true),
         ("another code", "source.code.index=3", true, Code, true),
         ("another code", "source.code.index=3", false, Code, true),
     ] {
@@ -178,9 +116,7 @@ fn what_is_wrong_with_a_sensor_is_named() {
         let totals = if has_totals { "with" } else { "without" };
         let what = format!("{what}, {totals} totals");
         let named = share(&what, &found, |causes| causes.contains(&cause));
-        let alone = share(&format!("{what}, alone"), &found, |causes| {
-            causes == [cause]
-        });
+        let alone = share(&format!("{what}, alone"), &found, |causes| causes == [cause]);
         let first = found.iter().map(|causes| format!("{causes:?}"));
         println!("{:?}", first.collect::<std::collections::BTreeSet<_>>());
         if named[1] <= 0.9 || is_alone && alone[1] <= 0.9 {
@@ -205,10 +141,7 @@ fn counts_that_are_no_counts_are_told() {
         detector: DetectorIndex(0),
         counts: sum
             .iter()
-            .map(|sum| goldtof::photons::StepCount {
-                signed: sum / 16,
-                total: 0,
-            })
+            .map(|sum| goldtof::photons::StepCount { signed: sum / 16, total: 0 })
             .collect(),
         has_totals: false,
     };
@@ -222,34 +155,19 @@ fn counts_that_are_no_counts_are_told() {
 fn the_fitted_distance_scatters_as_it_says_and_is_unbiased() {
     let scene = quick(&[]);
     let mut pulls = Vec::new();
-    scans(
-        &scene,
-        DetectorIndex(0),
-        Tier::Sampled,
-        5,
-        scans_or(60),
-        |counts| {
-            let scan = RecordedScan {
-                detector: DetectorIndex(0),
-                counts: counts.to_vec(),
-                has_totals: true,
-            };
-            let found = assess(&scene, &scan);
-            let (distance_m, std_m) = (
-                found.fitted_distance_m.unwrap(),
-                found.fitted_distance_std_m.unwrap(),
-            );
-            pulls.push((distance_m - 3.2) / std_m);
-        },
-    )
+    scans(&scene, DetectorIndex(0), Tier::Sampled, 5, scans_or(60), |counts| {
+        let scan =
+            RecordedScan { detector: DetectorIndex(0), counts: counts.to_vec(), has_totals: true };
+        let found = assess(&scene, &scan);
+        let (distance_m, std_m) =
+            (found.fitted_distance_m.unwrap(), found.fitted_distance_std_m.unwrap());
+        pulls.push((distance_m - 3.2) / std_m);
+    })
     .unwrap();
     let n = pulls.len() as f64;
     let mean = pulls.iter().sum::<f64>() / n;
     let variance = pulls.iter().map(|pull| (pull - mean).powi(2)).sum::<f64>() / (n - 1.0);
     println!("pulls: mean {mean:.3}, variance {variance:.3}");
     assert!(mean.abs() < 4.0 / n.sqrt(), "{mean}");
-    assert!(
-        (variance - 1.0).abs() < 4.0 * (2.0 / n).sqrt(),
-        "{variance}"
-    );
+    assert!((variance - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{variance}");
 }

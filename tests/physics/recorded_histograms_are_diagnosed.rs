@@ -32,10 +32,7 @@ fn histograms_or(default: u64) -> u64 {
 fn assessments(built: &Sensor, written: &Sensor, repetitions: u64) -> Vec<Assessment> {
     let mut found = Vec::new();
     histograms(built, FIRST, Tier::Sampled, 11, repetitions, |histogram| {
-        let recorded = RecordedHistogram {
-            detector: FIRST,
-            histogram,
-        };
+        let recorded = RecordedHistogram { detector: FIRST, histogram };
         found.push(assess_histogram(written, &recorded));
     })
     .unwrap();
@@ -65,10 +62,7 @@ fn a_histogram_that_is_as_its_scene_says_is_seldom_accused() {
     let variance = pulls.iter().map(|pull| (pull - mean).powi(2)).sum::<f64>() / (n - 1.0);
     println!("pulls: mean {mean:.3}, variance {variance:.3}");
     assert!(mean.abs() < 4.0 / n.sqrt(), "{mean}");
-    assert!(
-        (variance - 1.0).abs() < 4.0 * (2.0 / n).sqrt(),
-        "{variance}"
-    );
+    assert!((variance - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{variance}");
 }
 
 #[test]

@@ -8,14 +8,7 @@ use serde_json::Value;
 
 fn reproduce(figure: &str, out: &Path, more: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_goldtof"))
-        .args([
-            "reproduce",
-            "--json",
-            "--quiet",
-            "--figure",
-            figure,
-            "--out",
-        ])
+        .args(["reproduce", "--json", "--quiet", "--figure", figure, "--out"])
         .arg(out)
         .args(more)
         .output()
@@ -78,21 +71,12 @@ fn a_figure_comes_with_its_data_and_the_claim_that_it_decides() {
 
     // Targets all over a phase step, up to where the detector has little left to give.
     let data = csv(&report, &out);
-    let rows: Vec<Vec<&str>> = data
-        .lines()
-        .skip(1)
-        .map(|l| l.split(',').collect())
-        .collect();
+    let rows: Vec<Vec<&str>> = data.lines().skip(1).map(|l| l.split(',').collect()).collect();
     for position in ["0", "0.25", "0.5", "0.75"] {
-        let powers = rows
-            .iter()
-            .filter(|row| row[0] == "Gold code" && row[2] == position);
+        let powers = rows.iter().filter(|row| row[0] == "Gold code" && row[2] == position);
         assert!(powers.count() >= 8, "{position}");
     }
-    assert!(
-        rows.iter()
-            .any(|row| row[1].parse::<f64>().unwrap() > 205.0)
-    );
+    assert!(rows.iter().any(|row| row[1].parse::<f64>().unwrap() > 205.0));
 }
 
 #[test]
@@ -150,8 +134,5 @@ fn a_folder_that_cannot_be_made_is_named() {
     let output = reproduce("circular", &file.join("figures"), &[]);
     assert_eq!(output.status.code(), Some(2));
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(
-        message.contains("file/figures: cannot make the folder"),
-        "{message}"
-    );
+    assert!(message.contains("file/figures: cannot make the folder"), "{message}");
 }

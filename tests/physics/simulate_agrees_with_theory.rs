@@ -35,29 +35,18 @@ fn simulate(scene: &str, more: &[&str]) -> Value {
 }
 
 fn number(value: &Value, key: &str) -> f64 {
-    value[key]
-        .as_f64()
-        .unwrap_or_else(|| panic!("{key} in {value}"))
+    value[key].as_f64().unwrap_or_else(|| panic!("{key} in {value}"))
 }
 
 #[test]
 fn bias_and_scatter_of_the_sampled_tier_are_those_of_the_exact_mean_response() {
     let folder = tempfile::tempdir().unwrap();
-    let report = simulate(
-        &scene(folder.path()),
-        &["--repeat", "1500", "--fidelity", "sampled"],
-    );
+    let report = simulate(&scene(folder.path()), &["--repeat", "1500", "--fidelity", "sampled"]);
     let estimate = &report["estimates"][0];
     let bias = number(estimate, "bias_m") - number(estimate, "expected_bias_m");
-    assert!(
-        bias.abs() < 4.0 * number(estimate, "bias_std_error_m"),
-        "{estimate}"
-    );
+    assert!(bias.abs() < 4.0 * number(estimate, "bias_std_error_m"), "{estimate}");
     let std = number(estimate, "std_m") - number(estimate, "expected_std_m");
-    assert!(
-        std.abs() < 4.0 * number(estimate, "std_std_error_m"),
-        "{estimate}"
-    );
+    assert!(std.abs() < 4.0 * number(estimate, "std_std_error_m"), "{estimate}");
     assert_eq!(number(estimate, "correct_coarse_fraction"), 1.0);
     assert_eq!(number(estimate, "missed_scans"), 0.0);
     let mean = number(estimate, "mean_distance_m") - number(estimate, "bias_m");
@@ -94,10 +83,7 @@ fn events_and_sampled_tiers_differ_by_no_more_than_chance() {
     let (sampled, sampled_error, sampled_rate) = of("sampled", "12");
     for i in 0..2 {
         let sigma = events_error[i].hypot(sampled_error[i]);
-        assert!(
-            (events[i] - sampled[i]).abs() < 4.0 * sigma,
-            "{events:?} {sampled:?}"
-        );
+        assert!((events[i] - sampled[i]).abs() < 4.0 * sigma, "{events:?} {sampled:?}");
     }
     // 27 million detections each: a relative standard error of 2e-4; merged
     // pulses cost the sampled tier some 1e-5.

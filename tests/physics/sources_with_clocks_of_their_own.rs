@@ -28,10 +28,7 @@ fn flashes(clock: SourceClock, delay_chips: f64) -> Scene {
 /// t (1 + offset) + drift t^2 / 2 of it, t after the first scan began.
 #[test]
 fn photons_come_from_on_chips_by_their_sources_own_clock() {
-    let clock = SourceClock {
-        offset: 800e-6,
-        drift_per_s: 8e-6,
-    };
+    let clock = SourceClock { offset: 800e-6, drift_per_s: 8e-6 };
     let delay_chips = 3.3;
     let scene = flashes(clock, delay_chips);
     let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
@@ -69,10 +66,7 @@ fn two_sensors(rate_cps: f64) -> Scene {
         code(&chips)
     };
     scene.sources.push(other);
-    scene.paths.push(Path {
-        source: SourceIndex(1),
-        ..scene.paths[0].clone()
-    });
+    scene.paths.push(Path { source: SourceIndex(1), ..scene.paths[0].clone() });
     scene
 }
 
@@ -102,20 +96,14 @@ fn light_that_slips_is_constant_on_average_up_to_what_dead_time_makes_of_it() {
             }
         }
         let peak = truth.iter().map(|mean| mean[0]).fold(0.0, f64::max);
-        let worst = averaged
-            .iter()
-            .zip(&truth)
-            .map(|(a, b)| (a.signed - b[0]).abs() / peak);
+        let worst = averaged.iter().zip(&truth).map(|(a, b)| (a.signed - b[0]).abs() / peak);
         let worst = worst.fold(0.0, f64::max);
         let totals = averaged[0].total / truth[0][1] - 1.0;
         println!("{rate_cps:.1e}: signed {worst:.2e} of the peak, totals {totals:.2e}");
         assert!(worst < most && totals.abs() < most, "{worst} {totals}");
         // One delay by itself is much further off.
         let one = means(&two_sensors(rate_cps));
-        let off = one
-            .iter()
-            .zip(&truth)
-            .map(|(a, b)| (a.signed - b[0]).abs() / peak);
+        let off = one.iter().zip(&truth).map(|(a, b)| (a.signed - b[0]).abs() / peak);
         assert!(off.fold(0.0, f64::max) > 0.1);
     }
 }

@@ -5,11 +5,7 @@ use std::process::{Command, Output};
 use serde_json::Value;
 
 fn stress(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_goldtof"))
-        .arg("stress")
-        .args(arguments)
-        .output()
-        .unwrap()
+    Command::new(env!("CARGO_BIN_EXE_goldtof")).arg("stress").args(arguments).output().unwrap()
 }
 
 fn json(output: &Output) -> Value {
@@ -26,10 +22,7 @@ fn every_quick_case_holds() {
     assert_eq!(output.status.code(), Some(0));
     assert!(cases.len() >= 50, "{} cases", cases.len());
     for case in cases {
-        assert!(
-            case["measured"].is_f64() && case["bound"].is_object(),
-            "{case}"
-        );
+        assert!(case["measured"].is_f64() && case["bound"].is_object(), "{case}");
         assert!(!case["why"].as_str().unwrap().is_empty());
     }
 }
@@ -46,22 +39,14 @@ fn one_case_can_be_chosen_and_a_wrong_name_is_told_the_nearest() {
     let output = stress(&["--case", "no-light-at-al"]);
     assert_eq!(output.status.code(), Some(2));
     let message = String::from_utf8(output.stderr).unwrap();
-    assert!(
-        message.contains("did you mean \"no-light-at-all\"?"),
-        "{message}"
-    );
+    assert!(message.contains("did you mean \"no-light-at-all\"?"), "{message}");
 }
 
 #[test]
 fn the_seed_is_the_command_lines() {
     let measured = |seed| {
-        json(&stress(&[
-            "--case",
-            "detection-probability-1",
-            "--json",
-            "--seed",
-            seed,
-        ]))["cases"][0]["measured"]
+        json(&stress(&["--case", "detection-probability-1", "--json", "--seed", seed]))["cases"][0]
+            ["measured"]
             .clone()
     };
     assert_eq!(measured("5"), measured("5"));
@@ -71,10 +56,7 @@ fn the_seed_is_the_command_lines() {
 #[test]
 fn the_list_names_more_cases_than_the_quick_ones() {
     let names = |arguments: &[&str]| json(&stress(arguments))["cases"].as_array().unwrap().len();
-    let (all, quick) = (
-        names(&["--list", "--json"]),
-        names(&["--list", "--quick", "--json"]),
-    );
+    let (all, quick) = (names(&["--list", "--json"]), names(&["--list", "--quick", "--json"]));
     assert!(quick < all, "{quick} of {all}");
 }
 

@@ -95,9 +95,7 @@ fn scene(sources: [usize; 3], detectors: [usize; 2], paths: [usize; 7]) -> Scene
     for (place, &of_path) in paths.iter().enumerate() {
         text += &path(of_path);
         text += sources.get(place).map_or("", |&source| SOURCES[source]);
-        text += detectors
-            .get(place)
-            .map_or("", |&detector| DETECTORS[detector]);
+        text += detectors.get(place).map_or("", |&detector| DETECTORS[detector]);
     }
     parse("order.toml", &text).unwrap()
 }
@@ -179,11 +177,7 @@ fn the_order_of_tables_changes_no_estimate() {
     let reference = in_order();
     for other in orders() {
         for tier in [Tier::Events, Tier::Counts, Tier::Sampled] {
-            assert_eq!(
-                estimates(&reference, tier),
-                estimates(&other, tier),
-                "{tier}"
-            );
+            assert_eq!(estimates(&reference, tier), estimates(&other, tier), "{tier}");
         }
     }
 }
@@ -227,11 +221,8 @@ fn threads_do_not_change_a_count() {
 
 /// JSON of a command without its run times.
 fn answer(arguments: &[&str]) -> Value {
-    let output = Command::new(env!("CARGO_BIN_EXE_goldtof"))
-        .args(arguments)
-        .arg("--json")
-        .output()
-        .unwrap();
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_goldtof")).args(arguments).arg("--json").output().unwrap();
     let mut answer: Value = serde_json::from_slice(&output.stdout).unwrap();
     answer.as_object_mut().unwrap().remove("run_time_s");
     answer
@@ -274,18 +265,11 @@ fn simulate_twice(scene: &Scene, tiers: &[Tier]) -> Vec<(Option<f64>, Option<f64
     tiers
         .iter()
         .map(|&tier| {
-            let expected = predict(
-                &Sensor::new(scene),
-                DetectorIndex(0),
-                PathIndex(0),
-                CountingTier::Sampled,
-            )
-            .unwrap();
+            let expected =
+                predict(&Sensor::new(scene), DetectorIndex(0), PathIndex(0), CountingTier::Sampled)
+                    .unwrap();
             assert!(expected.std_m > 0.0);
-            let path = simulate(&Sensor::new(scene), tier, 9, 4)
-                .unwrap()
-                .estimates
-                .remove(0);
+            let path = simulate(&Sensor::new(scene), tier, 9, 4).unwrap().estimates.remove(0);
             (path.bias_m, path.std_m)
         })
         .collect()
@@ -343,9 +327,6 @@ fn detectors_under_the_same_light_are_not_correlated() {
         let model = DetectorModel::new(&Sensor::new(&scene), detector);
         fluctuations(&model, 1, 80, 248)
     };
-    let z = correlation_z(
-        &of_detector(DetectorIndex(0)),
-        &of_detector(DetectorIndex(1)),
-    );
+    let z = correlation_z(&of_detector(DetectorIndex(0)), &of_detector(DetectorIndex(1)));
     assert!(z.abs() < 4.0, "{z:.2} standard errors");
 }

@@ -35,10 +35,7 @@ fn the_doc_comment_is_the_verilog_comment() {
             #[width(plan.pairs)]
             pub o_hits: Output<Word>
         },
-        quote!(Output::word(
-            (plan.pairs) as u32,
-            "pairs of samples with a hit"
-        )),
+        quote!(Output::word((plan.pairs) as u32, "pairs of samples with a hit")),
     );
     makes(
         quote! {
@@ -62,14 +59,8 @@ fn registers_and_constants_have_widths_and_values() {
         },
         quote!(Register::word((plan.bits) as u32, plan.load, "index").reset_to("index_load")),
     );
-    makes(
-        quote!(#[reset(true)] epoch: Register<bool>),
-        quote!(Register::bit(true, "")),
-    );
-    makes(
-        quote!(run: Register<bool>),
-        quote!(Register::bit(false, "")),
-    );
+    makes(quote!(#[reset(true)] epoch: Register<bool>), quote!(Register::bit(true, "")));
+    makes(quote!(run: Register<bool>), quote!(Register::bit(false, "")));
     makes(
         quote! {
             /// Largest count
@@ -93,15 +84,10 @@ fn optional_and_repeated_parts_are_made_of_their_part() {
         },
         quote!(Optional::new(
             plan.several,
-            (0..plan.counts)
-                .map(|c| Local::word((c) as u32, "turn"))
-                .collect()
+            (0..plan.counts).map(|c| Local::word((c) as u32, "turn")).collect()
         )),
     );
-    makes(
-        quote!(#[is(Child::new(plan.bits))] child: Child),
-        quote!(Child::new(plan.bits)),
-    );
+    makes(quote!(#[is(Child::new(plan.bits))] child: Child), quote!(Child::new(plan.bits)));
     makes(quote!(plan: Plan<P>), quote!(plan.clone().into()));
 }
 
@@ -109,11 +95,7 @@ fn optional_and_repeated_parts_are_made_of_their_part() {
 fn a_wiring_is_straight_unless_its_sources_are_given() {
     makes(
         quote!(#[width(plan.lanes)] pairs: Wiring),
-        quote!(Wiring::new(
-            (plan.lanes) as usize,
-            (0..(plan.lanes) as usize).collect(),
-            ""
-        )),
+        quote!(Wiring::new((plan.lanes) as usize, (0..(plan.lanes) as usize).collect(), "")),
     );
     makes(
         quote!(#[sources(plan.taps(), plan.chips)] taps: Wiring),
@@ -124,10 +106,7 @@ fn a_wiring_is_straight_unless_its_sources_are_given() {
 #[test]
 fn what_is_missing_or_of_no_use_is_refused() {
     is_refused(quote!(a: Input<Word>), "needs `#[width(bits)]`");
-    is_refused(
-        quote!(a: Optional<Input<bool>>),
-        "needs `#[when(condition)]`",
-    );
+    is_refused(quote!(a: Optional<Input<bool>>), "needs `#[when(condition)]`");
     is_refused(quote!(#[width(3)] a: Constant), "needs `#[value(number)]`");
     is_refused(quote!(a: Child), "needs `#[is(expression)]`");
     is_refused(quote!(#[width(3)] a: Input<bool>), "no use for `#[width]`");

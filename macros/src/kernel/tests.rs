@@ -23,10 +23,7 @@ fn becomes(kernel: TokenStream, expected: TokenStream) {
     // Parsed once, so that tokens are joined alike.
     let expected: syn::Block = syn::parse2(quote!({ #expected })).unwrap();
     let statements = &expected.stmts;
-    assert_eq!(
-        rewritten(kernel).unwrap(),
-        quote!(#(#statements)*).to_string()
-    );
+    assert_eq!(rewritten(kernel).unwrap(), quote!(#(#statements)*).to_string());
 }
 
 fn is_refused(kernel: TokenStream, message: &str) {
@@ -250,10 +247,7 @@ fn functions_that_are_missing_unused_or_call_themselves_are_refused() {
 fn conditions_of_both_times_are_refused() {
     let both = "reads no signal, but another part does";
     is_refused(quote!(if self.a.is_present() & self.b.val() {}), both);
-    is_refused(
-        quote!(if !(self.b.val() | (self.c.val() & self.plan.wraps)) {}),
-        both,
-    );
+    is_refused(quote!(if !(self.b.val() | (self.c.val() & self.plan.wraps)) {}), both);
 }
 
 #[test]
@@ -324,10 +318,7 @@ fn other_constructs_of_rust_are_refused() {
     }
     let hardware = "nothing that hardware is made of";
     is_refused(quote!(self.a.next = self.b.val() as u32;), hardware);
-    is_refused(
-        quote!(self.a.next = if self.b.val() { true } else { false };),
-        hardware,
-    );
+    is_refused(quote!(self.a.next = if self.b.val() { true } else { false };), hardware);
     is_refused(quote!(self.a.next = self.b.val() * self.c.val();), hardware);
     is_refused(quote!(self.a.next = -self.b.val();), hardware);
     is_refused(quote!(self.a.next = self.b.val().value();), "none of val()");

@@ -7,10 +7,7 @@ use std::path::{Path, PathBuf};
 pub fn folder() -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python-package");
     let package = folder.join("goldtof");
-    copy(
-        &Path::new(env!("CARGO_MANIFEST_DIR")).join("goldtof"),
-        &package,
-    );
+    copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("goldtof"), &package);
     let test = std::env::current_exe().unwrap();
     let library = test.parent().unwrap().join("lib_goldtof.so");
     let loaded = package.join("_goldtof.abi3.so");

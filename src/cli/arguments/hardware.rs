@@ -147,12 +147,7 @@ pub(in crate::cli) struct OwnArguments {
     #[arg(short = 'I', long = "include", value_name = "DIR", requires = "own")]
     pub include: Vec<PathBuf>,
     /// Macro for the Verilog to check; may be repeated, for example --define WIDTH=8
-    #[arg(
-        short = 'D',
-        long = "define",
-        value_name = "NAME[=VALUE]",
-        requires = "own"
-    )]
+    #[arg(short = 'D', long = "define", value_name = "NAME[=VALUE]", requires = "own")]
     pub define: Vec<String>,
 }
 

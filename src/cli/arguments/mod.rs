@@ -101,29 +101,17 @@ mod tests {
         let mut command = super::Cli::command();
         command.build();
         let mut checked = 0;
-        for sub in command
-            .get_subcommands()
-            .filter(|sub| sub.get_name() != "help")
-        {
+        for sub in command.get_subcommands().filter(|sub| sub.get_name() != "help") {
             let more = sub.get_after_help().map(ToString::to_string);
             let example = format!("Example: goldtof {} ", sub.get_name());
             assert!(more.unwrap_or_default().starts_with(&example), "{example}");
-            let options = sub
-                .get_arguments()
-                .filter(|option| option.get_long().is_some());
+            let options = sub.get_arguments().filter(|option| option.get_long().is_some());
             for option in options.filter(|option| option.get_action().takes_values()) {
                 let name = format!("--{}", option.get_long().unwrap_or_default());
-                let help = option
-                    .get_help()
-                    .map(ToString::to_string)
-                    .unwrap_or_default();
+                let help = option.get_help().map(ToString::to_string).unwrap_or_default();
                 let has_example = help.contains(&format!("{name} "));
                 let is_choice = !option.get_possible_values().is_empty();
-                assert!(
-                    has_example || is_choice,
-                    "{} {name}: {help}",
-                    sub.get_name()
-                );
+                assert!(has_example || is_choice, "{} {name}: {help}", sub.get_name());
                 checked += 1;
             }
         }

@@ -119,8 +119,7 @@ impl Follower {
             stalls: Vec::new(),
             skips: Vec::new(),
         };
-        self.reference
-            .predict_changes(&surroundings, &self.hits, &mut self.changes);
+        self.reference.predict_changes(&surroundings, &self.hits, &mut self.changes);
         self.clock = clocks.end;
         // What ends with the chunk goes on in the next: its end is no change.
         self.list.extend(self.changes.take_before(clocks.end));

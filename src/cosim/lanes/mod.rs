@@ -84,9 +84,7 @@ pub struct Prepared {
 pub(crate) fn refuse_memories(interface: &Interface) -> Result<(), Unfit> {
     match interface.histogram {
         None => Ok(()),
-        Some(_) => Err(Unfit::new(
-            "a histogram is kept in memories, which have no place in lanes",
-        )),
+        Some(_) => Err(Unfit::new("a histogram is kept in memories, which have no place in lanes")),
     }
 }
 
@@ -135,11 +133,7 @@ impl Prepared {
                 slices: Slices::of(&self.interface, clocks, lanes())?,
                 stop,
             },
-            light: Light {
-                models,
-                interface: &self.interface,
-                seed,
-            },
+            light: Light { models, interface: &self.interface, seed },
             threads: threads(),
         };
         run.run(on_progress)

@@ -125,9 +125,7 @@ impl LaneModel {
             next_place: 0,
             under_way: VecDeque::new(),
         };
-        model
-            .set_tables(tables, tables_at, data_at)
-            .map_err(halted)?;
+        model.set_tables(tables, tables_at, data_at).map_err(halted)?;
         Ok(model)
     }
 
@@ -231,10 +229,7 @@ impl LaneModel {
         Ok(Found {
             different,
             first_clock,
-            beats: list
-                .chunks_exact(words)
-                .map(|beat| (beat[0], beat[1..].to_vec()))
-                .collect(),
+            beats: list.chunks_exact(words).map(|beat| (beat[0], beat[1..].to_vec())).collect(),
         })
     }
 }

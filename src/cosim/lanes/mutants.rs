@@ -48,14 +48,7 @@ pub fn mutants(
     let yosys = Tool::yosys();
     let version = yosys_version(&yosys)?;
     let (count_text, seed_text) = (count.to_string(), seed.to_string());
-    let mut parts = vec![
-        "mutants",
-        version.as_str(),
-        TO_WORDS,
-        NAMED,
-        WORDS_TO_GATES,
-        top,
-    ];
+    let mut parts = vec!["mutants", version.as_str(), TO_WORDS, NAMED, WORDS_TO_GATES, top];
     parts.extend([count_text.as_str(), seed_text.as_str()]);
     parts.extend(kept.iter().map(String::as_str));
     for source in sources {
@@ -116,13 +109,8 @@ fn take_choice(netlist: &mut Netlist, count: usize) -> Result<PortNets, Refusal>
     let nets: Option<Vec<Net>> = (0..count).map(net).collect();
     let nets = nets.ok_or_else(|| Refusal::unfit("Yosys has lost a mutant"))?;
     let prefix = format!("{CHOICE}_");
-    netlist
-        .inputs
-        .retain(|port| !port.name.starts_with(&prefix));
-    Ok(PortNets {
-        name: CHOICE.to_owned(),
-        nets,
-    })
+    netlist.inputs.retain(|port| !port.name.starts_with(&prefix));
+    Ok(PortNets { name: CHOICE.to_owned(), nets })
 }
 
 fn run(
@@ -156,11 +144,7 @@ fn mutant(line: &str) -> Mutant {
             after("-portbit").unwrap_or_default()
         ),
     };
-    Mutant {
-        mode: after("-mode").unwrap_or_default().to_owned(),
-        place,
-        source: sources.join("|"),
-    }
+    Mutant { mode: after("-mode").unwrap_or_default().to_owned(), place, source: sources.join("|") }
 }
 
 #[cfg(test)]
@@ -172,9 +156,8 @@ mod tests {
         let line = |port: &str, bit: usize| {
             format!("mutate -mode inv -module \\top -cell $dff -port \\{port} -portbit {bit}\n")
         };
-        let list: String = (0..9)
-            .map(|bit| line(if bit % 3 == 0 { "CLK" } else { "D" }, bit))
-            .collect();
+        let list: String =
+            (0..9).map(|bit| line(if bit % 3 == 0 { "CLK" } else { "D" }, bit)).collect();
         let bits = |count| -> Vec<String> {
             let lines = without_clocks(&list, count);
             let last = |line: &str| line.split(' ').next_back().unwrap_or_default().to_owned();

@@ -230,18 +230,14 @@ impl Netlist {
             let mut has_changed = false;
             for register in &self.registers {
                 let reset = register.reset.map(|reset| reset.when);
-                let mut nets = [Some(register.d), register.enable, reset]
-                    .into_iter()
-                    .flatten();
+                let mut nets = [Some(register.d), register.enable, reset].into_iter().flatten();
                 let now = nets.any(|net| follows[net.index()]);
                 has_changed |= now && !follows[register.q.index()];
                 follows[register.q.index()] |= now;
             }
             if !has_changed {
                 let registers = self.registers.iter();
-                return registers
-                    .map(|register| follows[register.q.index()])
-                    .collect();
+                return registers.map(|register| follows[register.q.index()]).collect();
             }
         }
     }
@@ -252,17 +248,11 @@ impl Netlist {
     pub fn with_tied(&self, tied: &HashMap<Net, bool>) -> Netlist {
         let Folded { gates, same, held } = self.folded(tied);
         let see = |net: Net| same[net.index()];
-        let mut folded = Netlist {
-            gates,
-            ..self.clone()
-        };
+        let mut folded = Netlist { gates, ..self.clone() };
         for register in &mut folded.registers {
             register.d = see(register.d);
             register.enable = register.enable.map(see).filter(|&net| net != Net::ONE);
-            let reset = register.reset.map(|reset| Reset {
-                when: see(reset.when),
-                ..reset
-            });
+            let reset = register.reset.map(|reset| Reset { when: see(reset.when), ..reset });
             register.reset = reset.filter(|reset| reset.when != Net::ZERO);
         }
         for net in folded.outputs.iter_mut().flat_map(|port| &mut port.nets) {
@@ -297,11 +287,7 @@ impl Netlist {
                     if function == Function::NOT {
                         held[gate.output.index()] = held[inputs[0].index()];
                     }
-                    gates.push(Gate {
-                        function,
-                        inputs,
-                        output: gate.output,
-                    });
+                    gates.push(Gate { function, inputs, output: gate.output });
                 }
             }
         }
@@ -312,17 +298,11 @@ impl Netlist {
     fn remove_dead(&mut self) {
         let mut wanted = vec![false; self.nets];
         let mut want = |net: Net| wanted[net.index()] = true;
-        self.outputs
-            .iter()
-            .flat_map(|port| &port.nets)
-            .for_each(|&net| want(net));
+        self.outputs.iter().flat_map(|port| &port.nets).for_each(|&net| want(net));
         for register in &self.registers {
             want(register.d);
             register.enable.into_iter().for_each(&mut want);
-            register
-                .reset
-                .into_iter()
-                .for_each(|reset| want(reset.when));
+            register.reset.into_iter().for_each(|reset| want(reset.when));
         }
         for gate in self.gates.iter().rev() {
             if wanted[gate.output.index()] {

@@ -129,10 +129,7 @@ impl Light<'_> {
             pulses.iter_mut().for_each(|pulse| pulse.shift(origin));
             pulses
         };
-        Chunk {
-            until_clock,
-            pulses: self.models.iter().map(of_detector).collect(),
-        }
+        Chunk { until_clock, pulses: self.models.iter().map(of_detector).collect() }
     }
 }
 

@@ -28,11 +28,7 @@ impl Recurrence {
         for (i, &tap) in connection.iter().enumerate().take(length + 1).skip(1) {
             taps[(i - 1) / 64] |= u64::from(tap) << ((i - 1) % 64);
         }
-        Some(Recurrence {
-            taps,
-            length,
-            first: bits[..length].to_vec(),
-        })
+        Some(Recurrence { taps, length, first: bits[..length].to_vec() })
     }
 
     /// The values at some places, which are in order.
@@ -128,17 +124,12 @@ mod tests {
         let mut state = 1u64;
         let noise: Vec<bool> = (0..200)
             .map(|_| {
-                state = state
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(1);
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
                 state >> 63 == 1
             })
             .collect();
         assert!(Recurrence::of(&noise).is_none());
         assert!(Recurrence::of(&[false; 10]).is_none());
-        assert_eq!(
-            Recurrence::of(&[false; 40]).unwrap().at(&[0, 9]),
-            [false; 2]
-        );
+        assert_eq!(Recurrence::of(&[false; 40]).unwrap().at(&[0, 9]), [false; 2]);
     }
 }

@@ -52,12 +52,8 @@ impl LanesRun<'_> {
     /// # Errors
     /// When the registers do not stitch, or a model fails.
     pub(super) fn run(&self, on_progress: &(dyn Fn(u64) + Sync)) -> Result<LanesOutcome, Refusal> {
-        let expected = Expected::of(
-            &self.light,
-            &self.setup.slices,
-            self.threads,
-            self.setup.stop,
-        )?;
+        let expected =
+            Expected::of(&self.light, &self.setup.slices, self.threads, self.setup.stop)?;
         let done = AtomicU64::new(0);
         let results = thread::scope(|scope| {
             let word = |number: usize| {
@@ -73,10 +69,7 @@ impl LanesRun<'_> {
             let words: Vec<_> = (0..count).map(word).collect();
             words
                 .into_iter()
-                .map(|word| {
-                    word.join()
-                        .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-                })
+                .map(|word| word.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
                 .collect::<Result<Vec<WordResult>, CosimError>>()
         })?;
         let differs = results.iter().filter_map(|result| result.differs).min();
@@ -86,12 +79,7 @@ impl LanesRun<'_> {
         }
         let layout = Layout::of(self.setup.interface);
         Ok(LanesOutcome {
-            clocks: self
-                .setup
-                .slices
-                .list
-                .last()
-                .map_or(0, |slice| slice.clocks.end),
+            clocks: self.setup.slices.list.last().map_or(0, |slice| slice.clocks.end),
             lanes: self.setup.slices.list.len(),
             sent: self.sent(&results, &layout),
             last_outputs: last_outputs(&expected.changes, &layout),

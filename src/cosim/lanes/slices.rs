@@ -71,11 +71,7 @@ impl Slices {
             });
             group = end;
         }
-        Ok(Slices {
-            list,
-            warm_up_groups,
-            group_clocks,
-        })
+        Ok(Slices { list, warm_up_groups, group_clocks })
     }
 
     /// Clocks that each lane but the first runs before its slice: from the first word

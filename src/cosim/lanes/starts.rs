@@ -83,12 +83,7 @@ impl Starts {
         let codes: Vec<String> = interface
             .reference_codes
             .iter()
-            .map(|code| {
-                code.chips
-                    .iter()
-                    .map(|&chip| char::from(b'0' + chip))
-                    .collect()
-            })
+            .map(|code| code.chips.iter().map(|&chip| char::from(b'0' + chip)).collect())
             .collect();
         let mut parts = vec!["starts", VERSION, design.identity.as_str(), scan.as_str()];
         parts.extend(codes.iter().map(String::as_str));
@@ -122,19 +117,15 @@ impl Starts {
     /// The planes of all registers: lane i as at the first word of group `groups[i]`,
     /// where `counted[i]` has been counted. Groups are in order.
     pub(super) fn planes(&self, groups: &[u64], counted: &[Vec<i64>]) -> Vec<u64> {
-        let places: Vec<u64> = groups
-            .iter()
-            .map(|&group| group.saturating_sub(FIRST_GROUPS as u64))
-            .collect();
+        let places: Vec<u64> =
+            groups.iter().map(|&group| group.saturating_sub(FIRST_GROUPS as u64)).collect();
         let plane =
             |guess: &Guess| match guess {
                 Guess::Settles => 0,
                 Guess::Recurrent(recurrence) => bits(recurrence.at(&places).into_iter()),
-                Guess::Watched(history) => bits(
-                    groups
-                        .iter()
-                        .map(|&group| history.get(group as usize) == Some(&true)),
-                ),
+                Guess::Watched(history) => {
+                    bits(groups.iter().map(|&group| history.get(group as usize) == Some(&true)))
+                }
                 Guess::Counted(place) => bits(counted.iter().map(|counted| {
                     (counted[place.quantity] >> place.bit & 1 == 1) != place.inverted
                 })),
@@ -144,9 +135,7 @@ impl Starts {
 }
 
 fn bits(values: impl Iterator<Item = bool>) -> u64 {
-    values
-        .enumerate()
-        .fold(0, |plane, (lane, value)| plane | u64::from(value) << lane)
+    values.enumerate().fold(0, |plane, (lane, value)| plane | u64::from(value) << lane)
 }
 
 /// A run that is watched.
@@ -161,12 +150,8 @@ struct Watch<'a> {
 
 impl<'a> Watch<'a> {
     fn new(design: &'a Design, interface: &'a Interface) -> Result<Watch<'a>, CosimError> {
-        let tables: Vec<Table> = (0..design.tables)
-            .map(|output| Table {
-                output,
-                planes: vec![0].into(),
-            })
-            .collect();
+        let tables: Vec<Table> =
+            (0..design.tables).map(|output| Table { output, planes: vec![0].into() }).collect();
         Ok(Watch {
             design,
             interface,
@@ -187,10 +172,7 @@ impl<'a> Watch<'a> {
         let power_up = self.design.power_up(0);
         self.model.set_registers(&power_up).map_err(halted)?;
         let mut samples = vec![0; FIRST_WORD as usize * self.design.samples];
-        self.clock(
-            &samples[..RESET_CLOCKS as usize * self.design.samples],
-            u64::MAX,
-        )?;
+        self.clock(&samples[..RESET_CLOCKS as usize * self.design.samples], u64::MAX)?;
         self.clock(&samples[RESET_CLOCKS as usize * self.design.samples..], 0)?;
         let mut clock = 0;
         let mut watched = Vec::new();
@@ -286,9 +268,7 @@ impl<'a> Watch<'a> {
         let octaves = (loud as f64 / 2.0).log2().max(1.0);
         let grown = (group - QUIET_GROUPS) as f64 / (self.groups as f64 / 2.0);
         let most = if are_up { grown.min(1.0) } else { 1.0 };
-        self.rng
-            .random_range(0.0..=(octaves * most).max(0.1))
-            .exp2() as usize
+        self.rng.random_range(0.0..=(octaves * most).max(0.1)).exp2() as usize
     }
 
     fn guess(&self, watched: &[Vec<u64>], counted: &[Vec<i64>]) -> Starts {
@@ -310,14 +290,7 @@ impl<'a> Watch<'a> {
                 Recurrence::of(later).map_or(Guess::Settles, Guess::Recurrent)
             })
         };
-        Starts {
-            guesses: guesses
-                .into_iter()
-                .zip(&histories)
-                .enumerate()
-                .map(or_other)
-                .collect(),
-        }
+        Starts { guesses: guesses.into_iter().zip(&histories).enumerate().map(or_other).collect() }
     }
 
     /// Guesses of the registers that have a bit of what has been counted.
@@ -333,10 +306,9 @@ impl<'a> Watch<'a> {
                 }
                 let (word, bit) = &self.design.registers[number].name;
                 let candidates = known.get(history).map_or(&[][..], Vec::as_slice);
-                let beside = offsets.get(word.as_str()).map(|place| Place {
-                    bit: place.bit + bit,
-                    ..*place
-                });
+                let beside = offsets
+                    .get(word.as_str())
+                    .map(|place| Place { bit: place.bit + bit, ..*place });
                 // What the reset alone brings about is over by then.
                 let mut later = history.windows(2).skip(SETTLED_GROUPS);
                 let moves = later.any(|pair| pair[0] != pair[1]);
@@ -351,10 +323,7 @@ impl<'a> Watch<'a> {
                     continue;
                 };
                 if let Some(first_bit) = place.bit.checked_sub(*bit) {
-                    offsets.entry(word).or_insert(Place {
-                        bit: first_bit,
-                        ..place
-                    });
+                    offsets.entry(word).or_insert(Place { bit: first_bit, ..place });
                 }
                 guesses[number] = Some(Guess::Counted(place));
             }
@@ -383,11 +352,7 @@ fn known_bits(counted: &[Vec<i64>]) -> Known {
                     .iter()
                     .map(|values| (values[quantity] >> bit & 1 == 1) != inverted)
                     .collect();
-                known.entry(history).or_default().push(Place {
-                    quantity,
-                    bit,
-                    inverted,
-                });
+                known.entry(history).or_default().push(Place { quantity, bit, inverted });
             }
         }
     }

@@ -35,11 +35,8 @@ pub(super) fn synthesise(
             yosys::WORDS_TO_GATES
         );
         write(&folder.join("to_gates.ys"), &script)?;
-        let done = yosys.run(|command| {
-            command
-                .current_dir(folder)
-                .args(["-q", "-s", "to_gates.ys"])
-        });
+        let done =
+            yosys.run(|command| command.current_dir(folder).args(["-q", "-s", "to_gates.ys"]));
         done.map(|_| ()).inspect_err(|error| {
             unfit = Some(first_error(error));
         })
@@ -50,14 +47,12 @@ pub(super) fn synthesise(
 /// What Yosys says of its version.
 pub(super) fn yosys_version(yosys: &Tool) -> Result<String, Refusal> {
     let version = yosys.run(|command| command.arg("-V"));
-    version
-        .map(|version| version.trim().to_owned())
-        .map_err(|error| match error {
-            CosimError::MissingTool { install, .. } => {
-                Refusal::unfit(format!("Yosys is missing; install it with: {install}"))
-            }
-            other => Refusal::unfit(format!("Yosys cannot be asked: {other}")),
-        })
+    version.map(|version| version.trim().to_owned()).map_err(|error| match error {
+        CosimError::MissingTool { install, .. } => {
+            Refusal::unfit(format!("Yosys is missing; install it with: {install}"))
+        }
+        other => Refusal::unfit(format!("Yosys cannot be asked: {other}")),
+    })
 }
 
 /// What Yosys does not take has no place in lanes.
@@ -94,9 +89,6 @@ pub(super) fn script_of_sources(top: &str, sources: &[SourceFile]) -> String {
 /// What a tool said was wrong, in one line.
 pub(super) fn first_error(error: &CosimError) -> String {
     let text = error.to_string();
-    let line = text
-        .lines()
-        .find(|line| line.contains("ERROR"))
-        .or(text.lines().next());
+    let line = text.lines().find(|line| line.contains("ERROR")).or(text.lines().next());
     line.unwrap_or_default().trim().to_owned()
 }

@@ -50,9 +50,7 @@ pub(super) fn tables(interface: &Interface, layout: &Layout, slices: &[Slice]) -
             planes: of_code(code).into(),
         })
         .collect();
-    tables.push(Table {
-        output: place("o_epoch"),
-        planes: planes(period, &|chip| chip == 0).into(),
-    });
+    tables
+        .push(Table { output: place("o_epoch"), planes: planes(period, &|chip| chip == 0).into() });
     tables
 }

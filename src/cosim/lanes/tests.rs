@@ -54,13 +54,7 @@ fn prepared(sensor: &Sensor, sources: &[SourceFile]) -> Prepared {
 
 fn run(sensor: &Sensor, prepared: &Prepared) -> Result<LanesOutcome, Refusal> {
     let clocks = clocks_for_scans(sensor.interface(), 1);
-    prepared.run(
-        &models(sensor),
-        SEED,
-        clocks,
-        &AtomicBool::new(false),
-        &|_| (),
-    )
+    prepared.run(&models(sensor), SEED, clocks, &AtomicBool::new(false), &|_| ())
 }
 
 /// What the RTL sends in lock-step, which has to be a match.
@@ -210,10 +204,7 @@ fn a_start_state_that_is_wrong_in_one_bit_does_not_stitch() {
     // A total is never cleared and shows nowhere but in the stitch.
     assert!(prepared.starts.spoil_a_count());
     let reason = told(run(&sensor, &prepared));
-    assert!(
-        reason.contains("do not begin a lane as the lane before ends"),
-        "{reason}"
-    );
+    assert!(reason.contains("do not begin a lane as the lane before ends"), "{reason}");
 }
 
 /// What lanes say of a top module with this body; "taken" if they take it.
@@ -229,15 +220,8 @@ fn said_of(body: &str, interface: &Interface, cache: &Path) -> String {
             format!("{direction} [{}:0] {}", port.width - 1, port.name)
         })
         .collect();
-    let text = format!(
-        "module sensor_top({});\n{body}\nendmodule\n",
-        ports.join(", ")
-    );
-    let source = SourceFile {
-        name: "sensor_top.v".to_owned(),
-        text,
-        origin: None,
-    };
+    let text = format!("module sensor_top({});\n{body}\nendmodule\n", ports.join(", "));
+    let source = SourceFile { name: "sensor_top.v".to_owned(), text, origin: None };
     match Design::build(TOP, &[source], interface, cache) {
         Err(Refusal::Unfit(reason)) => reason.to_string(),
         Err(error) => panic!("{error}"),
@@ -254,22 +238,10 @@ fn what_has_no_place_in_lanes_is_named() {
                 m_axis_tlast} <= 0;";
     let cases = [
         ("always @(posedge i_clk) o_overrun <= i_rst;", "taken"),
-        (
-            "always @* o_overrun = i_samples[0];",
-            "o_overrun follows an input within a clock",
-        ),
-        (
-            "always @* if (i_samples[0]) o_overrun = i_samples[1];",
-            "latch",
-        ),
-        (
-            "always @(negedge i_clk) o_overrun <= i_rst;",
-            "rising edge of i_clk",
-        ),
-        (
-            "always @(posedge i_samples[0]) o_overrun <= i_rst;",
-            "rising edge of i_clk",
-        ),
+        ("always @* o_overrun = i_samples[0];", "o_overrun follows an input within a clock"),
+        ("always @* if (i_samples[0]) o_overrun = i_samples[1];", "latch"),
+        ("always @(negedge i_clk) o_overrun <= i_rst;", "rising edge of i_clk"),
+        ("always @(posedge i_samples[0]) o_overrun <= i_rst;", "rising edge of i_clk"),
         (
             "reg [7:0] m [0:4095]; reg [11:0] a; always @(posedge i_clk) begin a <= a + 1; \
              m[a] <= i_samples; o_overrun <= m[a + 5][0]; end",

@@ -75,14 +75,9 @@ pub fn with_faults(netlist: &Netlist) -> (Netlist, Vec<Site>) {
         *net = see(*net);
     }
     faulty.gates.extend(gates);
-    faulty.inputs.push(PortNets {
-        name: CHOICE.to_owned(),
-        nets: choice,
-    });
+    faulty.inputs.push(PortNets { name: CHOICE.to_owned(), nets: choice });
     faulty.nets = fresh as usize;
-    faulty
-        .sort()
-        .expect("a stuck net closes no loop that was not there");
+    faulty.sort().expect("a stuck net closes no loop that was not there");
     (faulty, sites)
 }
 
@@ -181,10 +176,7 @@ fn header(netlist: &Netlist, layout: &Layout) -> String {
                 let field = layout.inputs.field(&port.name);
                 let at = field.shift as usize + bit;
                 let (word, shift) = (field.word + at / 64, at % 64);
-                let _ = writeln!(
-                    apply,
-                    "    root.i{number} = -(record[{word}] >> {shift} & 1);"
-                );
+                let _ = writeln!(apply, "    root.i{number} = -(record[{word}] >> {shift} & 1);");
             }
             number += 1;
         }
@@ -339,33 +331,18 @@ impl Variants {
     pub fn run(&mut self, records: &[u64], flips: &[Flips]) -> Result<Differences, CosimError> {
         let clocks = (records.len() / self.record_words) as u64;
         assert!(clocks <= MOST_CLOCKS);
-        self.process
-            .write(self.records_at, records)
-            .map_err(halted)?;
-        let words: Vec<u64> = flips
-            .iter()
-            .flat_map(|flip| [flip.clock, flip.chips, flip.groups])
-            .collect();
+        self.process.write(self.records_at, records).map_err(halted)?;
+        let words: Vec<u64> =
+            flips.iter().flat_map(|flip| [flip.clock, flip.chips, flip.groups]).collect();
         self.process.write(self.flips_at, &words).map_err(halted)?;
         self.ask(
             What::Run,
-            [
-                self.records_at,
-                clocks,
-                self.found_at,
-                self.flips_at,
-                flips.len() as u64,
-            ],
+            [self.records_at, clocks, self.found_at, self.flips_at, flips.len() as u64],
         )?;
         let mut found = [0; 1 + LANES];
-        self.process
-            .read(self.found_at, &mut found)
-            .map_err(halted)?;
+        self.process.read(self.found_at, &mut found).map_err(halted)?;
         let mut first_clocks = [0; LANES];
         first_clocks.copy_from_slice(&found[1..]);
-        Ok(Differences {
-            lanes: found[0],
-            first_clocks,
-        })
+        Ok(Differences { lanes: found[0], first_clocks })
     }
 }

@@ -73,10 +73,7 @@ pub(super) fn module(netlist: &Netlist, reset: Option<Net>) -> String {
 
 /// All bits of the outputs, port after port.
 pub(super) fn output_nets(netlist: &Netlist) -> impl Iterator<Item = Net> {
-    netlist
-        .outputs
-        .iter()
-        .flat_map(|port| port.nets.iter().copied())
+    netlist.outputs.iter().flat_map(|port| port.nets.iter().copied())
 }
 
 /// What the nets that no gate drives are called.
@@ -152,10 +149,7 @@ fn outputs_text(netlist: &Netlist, drivers: &[Driver], outputs: &[Net]) -> Strin
     for gate in &netlist.gates {
         if wanted[gate.output.index()] {
             let inputs = gate.inputs.map(|net| value(net, &known));
-            known.insert(
-                gate.output,
-                format!("({})", expression(gate.function, &inputs)),
-            );
+            known.insert(gate.output, format!("({})", expression(gate.function, &inputs)));
         }
     }
     let mut text = String::new();
@@ -187,10 +181,7 @@ impl Branch {
         writer.write(&order);
         writer.begin_again();
         writer.write(&order);
-        Branch {
-            text: writer.text,
-            variables: writer.variables,
-        }
+        Branch { text: writer.text, variables: writer.variables }
     }
 }
 
@@ -233,10 +224,7 @@ impl<'a> Writer<'a> {
                 None => units.len(),
             };
             if unit == units.len() {
-                units.push(Unit {
-                    enable: register.enable,
-                    registers: Vec::new(),
-                });
+                units.push(Unit { enable: register.enable, registers: Vec::new() });
             }
             units[unit].registers.push(i);
             unit_of.push(unit);
@@ -329,10 +317,7 @@ impl<'a> Writer<'a> {
         let netlist = self.netlist;
         let registers = self.units[unit].registers.clone();
         let reset_of = |register: usize| netlist.registers[register].reset;
-        for net in registers
-            .iter()
-            .filter_map(|&register| Some(reset_of(register)?.when))
-        {
+        for net in registers.iter().filter_map(|&register| Some(reset_of(register)?.when)) {
             self.gates_for(net, None);
         }
         let Some(enable) = self.units[unit].enable else {
@@ -357,11 +342,7 @@ impl<'a> Writer<'a> {
                 }
             }
         }
-        let _ = writeln!(
-            self.text,
-            "    if (({}) != 64'd0) begin",
-            conditions.join(" | ")
-        );
+        let _ = writeln!(self.text, "    if (({}) != 64'd0) begin", conditions.join(" | "));
         for &register in &registers {
             self.gates_for(netlist.registers[register].d, Some(unit));
         }
@@ -435,11 +416,7 @@ impl<'a> Writer<'a> {
     fn write_gate(&mut self, number: usize, gate: Gate) {
         let inputs = gate.inputs.map(|net| self.value(net));
         let name = format!("{}{number}", self.prefix);
-        let _ = writeln!(
-            self.text,
-            "    {name} = {};",
-            expression(gate.function, &inputs)
-        );
+        let _ = writeln!(self.text, "    {name} = {};", expression(gate.function, &inputs));
         self.variables.push(name);
         self.done[number] = true;
     }
@@ -461,13 +438,11 @@ impl<'a> Writer<'a> {
 fn only_for(netlist: &Netlist, units: &[Unit], readers: &[Vec<Reader>]) -> Vec<Option<usize>> {
     let mut only: Vec<Option<usize>> = vec![None; netlist.gates.len()];
     for (i, gate) in netlist.gates.iter().enumerate().rev() {
-        let mut fed = readers[gate.output.index()]
-            .iter()
-            .map(|reader| match *reader {
-                Reader::Gate(gate) => only[gate],
-                Reader::Data(unit) => units[unit].enable.map(|_| unit),
-                Reader::Control(_) => None,
-            });
+        let mut fed = readers[gate.output.index()].iter().map(|reader| match *reader {
+            Reader::Gate(gate) => only[gate],
+            Reader::Data(unit) => units[unit].enable.map(|_| unit),
+            Reader::Control(_) => None,
+        });
         let first = fed.next().flatten();
         only[i] = first.filter(|&unit| fed.all(|other| other == Some(unit)));
     }

@@ -76,10 +76,7 @@ impl<'a> Word<'a> {
         }
         Ok(Word {
             model: LaneModel::load(setup.design, &tables)?,
-            tables: tables
-                .iter()
-                .map(|table| table.planes.len() as u64)
-                .collect(),
+            tables: tables.iter().map(|table| table.planes.len() as u64).collect(),
             cursors: vec![vec![0; slices.len()]; expected.pulses.len()],
             changes: vec![0; slices.len()],
             is_first: first_lane == 0,
@@ -108,19 +105,12 @@ impl<'a> Word<'a> {
                 *register |= plane & ended;
             }
         }
-        Ok(WordResult {
-            starts,
-            ends,
-            beats: self.beats,
-            differs: self.differs,
-        })
+        Ok(WordResult { starts, ends, beats: self.beats, differs: self.differs })
     }
 
     fn lanes_where(&self, is_so: impl Fn(&Slice) -> bool) -> u64 {
         let lanes = self.slices.iter().enumerate();
-        lanes.fold(0, |plane, (lane, slice)| {
-            plane | u64::from(is_so(slice)) << lane
-        })
+        lanes.fold(0, |plane, (lane, slice)| plane | u64::from(is_so(slice)) << lane)
     }
 
     /// Brings every lane to the start of its slice, the first to the power-up; gives
@@ -129,10 +119,7 @@ impl<'a> Word<'a> {
         let slices = &self.setup.slices;
         let warm_up = slices.warm_up_clocks();
         let first = self.slices.as_ptr_range().start;
-        let number = slices
-            .list
-            .iter()
-            .position(|slice| std::ptr::eq(slice, first));
+        let number = slices.list.iter().position(|slice| std::ptr::eq(slice, first));
         let number = number.unwrap_or_default();
         let planes_at = |before: u64| {
             let of_slice = |slice: &Slice| slice.group.saturating_sub(before);
@@ -142,10 +129,8 @@ impl<'a> Word<'a> {
         };
         // A group without hits, after which all that no input reaches is as it should be,
         // also what was no recurrence. Then the rest is set.
-        let (early, guesses) = (
-            planes_at(slices.warm_up_groups + 1),
-            planes_at(slices.warm_up_groups),
-        );
+        let (early, guesses) =
+            (planes_at(slices.warm_up_groups + 1), planes_at(slices.warm_up_groups));
         self.model.set_registers(&early)?;
         self.clock_quietly(slices.group_clocks)?;
         let settled = self.model.registers()?;
@@ -276,11 +261,7 @@ impl<'a> Word<'a> {
             watched: self.lanes_where(|slice| slice.length() > self.clock),
             samples: self.samples(self.clock.cast_signed(), clocks),
             events: self.events(clocks),
-            phases: self
-                .tables
-                .iter()
-                .map(|length| self.clock % length)
-                .collect(),
+            phases: self.tables.iter().map(|length| self.clock % length).collect(),
         }
     }
 

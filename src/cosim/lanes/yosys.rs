@@ -86,10 +86,7 @@ impl<'a> Reader<'a> {
         Reader {
             module,
             numbers: HashMap::new(),
-            clock: module
-                .ports
-                .get(Layout::CLOCK)
-                .and_then(|port| port.bits.first().cloned()),
+            clock: module.ports.get(Layout::CLOCK).and_then(|port| port.bits.first().cloned()),
         }
     }
 
@@ -174,9 +171,8 @@ impl<'a> Reader<'a> {
                 let better = |old: &(String, u32, Option<bool>)| {
                     net.hide_name == 0 && (old.0.starts_with('$') || name.len() < old.0.len())
                 };
-                let entry = names
-                    .entry(*number_of_net)
-                    .or_insert_with(|| (name.clone(), number, None));
+                let entry =
+                    names.entry(*number_of_net).or_insert_with(|| (name.clone(), number, None));
                 if better(entry) {
                     (entry.0, entry.1) = (name.clone(), number);
                 }
@@ -189,30 +185,19 @@ impl<'a> Reader<'a> {
     fn pin(&mut self, cell: &Cell, pin: &str) -> Result<Net, Unfit> {
         match cell.connections.get(pin).and_then(|bits| bits.first()) {
             Some(bit) => Ok(self.net(bit)),
-            None => Err(Unfit::new(format!(
-                "Yosys left a {} without {pin}",
-                cell.r#type
-            ))),
+            None => Err(Unfit::new(format!("Yosys left a {} without {pin}", cell.r#type))),
         }
     }
 
     fn gate(&mut self, cell: &Cell, function: Function) -> Result<Gate, Unfit> {
         let a = self.pin(cell, "A")?;
         let is_not = cell.r#type == "$_NOT_" || cell.r#type == "$_BUF_";
-        let b = if is_not {
-            Net::ZERO
-        } else {
-            self.pin(cell, "B")?
-        };
+        let b = if is_not { Net::ZERO } else { self.pin(cell, "B")? };
         let s = match function {
             Function::Mux => self.pin(cell, "S")?,
             Function::Table(_) => Net::ZERO,
         };
-        Ok(Gate {
-            function,
-            inputs: [a, b, s],
-            output: self.pin(cell, "Y")?,
-        })
+        Ok(Gate { function, inputs: [a, b, s], output: self.pin(cell, "Y")? })
     }
 
     fn register(
@@ -246,16 +231,9 @@ impl<'a> Reader<'a> {
             initial,
             q: self.pin(cell, "Q")?,
             d: self.pin(cell, "D")?,
-            enable: if enabled {
-                Some(self.pin(cell, "E")?)
-            } else {
-                None
-            },
+            enable: if enabled { Some(self.pin(cell, "E")?) } else { None },
             reset: match reset {
-                Some(value) => Some(Reset {
-                    when: self.pin(cell, "R")?,
-                    value,
-                }),
+                Some(value) => Some(Reset { when: self.pin(cell, "R")?, value }),
                 None => None,
             },
         })
@@ -263,9 +241,7 @@ impl<'a> Reader<'a> {
 
     /// What has no place in lanes, and the order of the gates.
     fn check(&self, netlist: &mut Netlist) -> Result<(), Unfit> {
-        netlist
-            .sort()
-            .map_err(|_| Unfit::new("the design has a combinational loop"))?;
+        netlist.sort().map_err(|_| Unfit::new("the design has a combinational loop"))?;
         if let Some(Bit::Net(clock)) = &self.clock
             && self.numbers.contains_key(clock)
         {
@@ -284,10 +260,7 @@ impl<'a> Reader<'a> {
         let follows = netlist.follows_inputs();
         for port in &netlist.outputs {
             if port.nets.iter().any(|net| follows[net.index()]) {
-                return Err(Unfit::new(format!(
-                    "{} follows an input within a clock",
-                    port.name
-                )));
+                return Err(Unfit::new(format!("{} follows an input within a clock", port.name)));
             }
             if port.nets.iter().any(|&net| undriven(net)) {
                 return Err(Unfit::new(format!("{} is not driven", port.name)));

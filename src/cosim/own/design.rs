@@ -22,9 +22,7 @@ pub(crate) fn read(own: &OwnRtl, interface: &Interface) -> Result<OwnDesign, Cos
         check_top(top).map_err(|reason| bad_option("--top", reason))?;
     }
     let mut named = Named::default();
-    named
-        .include_folders
-        .extend(own.include_folders.iter().cloned());
+    named.include_folders.extend(own.include_folders.iter().cloned());
     for define in &own.defines {
         check_define(define).map_err(|reason| bad_option("-D", reason))?;
         named.defines.push(define.clone());
@@ -57,12 +55,7 @@ pub(crate) fn read(own: &OwnRtl, interface: &Interface) -> Result<OwnDesign, Cos
         true => registers(top, &manifest, interface),
         false => None,
     };
-    Ok(OwnDesign {
-        registers,
-        top: design_top,
-        sources,
-        remarks,
-    })
+    Ok(OwnDesign { registers, top: design_top, sources, remarks })
 }
 
 /// The scan's counters, if the manifest names those that a design emitted for `interface`

@@ -57,11 +57,8 @@ struct Word {
 
 impl List<'_> {
     fn read(&self, named: &mut Named, depth: usize) -> Result<(), CosimError> {
-        let text =
-            read_regular(self.path, MOST_BYTES).map_err(|source| CosimError::Unreadable {
-                path: self.path.to_owned(),
-                source,
-            })?;
+        let text = read_regular(self.path, MOST_BYTES)
+            .map_err(|source| CosimError::Unreadable { path: self.path.to_owned(), source })?;
         let words = words(&text).map_err(|(at, reason)| self.error(&at, reason))?;
         let mut words = words.into_iter();
         while let Some(word) = words.next() {
@@ -80,11 +77,7 @@ impl List<'_> {
                     }
                     let own = nested.parent().unwrap_or(Path::new(""));
                     let base = if text == "-F" { own } else { self.base };
-                    List {
-                        path: &nested,
-                        base,
-                    }
-                    .read(named, depth + 1)?;
+                    List { path: &nested, base }.read(named, depth + 1)?;
                 }
                 "-v" => named.libraries.push(self.path(&argument()?)?),
                 "-y" => named.module_folders.push(self.path(&argument()?)?),
@@ -123,9 +116,7 @@ impl List<'_> {
             }
             named.endings.extend(endings);
         } else if let Some(rest) = text.strip_prefix("-I").filter(|rest| !rest.is_empty()) {
-            named
-                .include_folders
-                .push(self.path(&word.with(rest.to_owned()))?);
+            named.include_folders.push(self.path(&word.with(rest.to_owned()))?);
         } else if let Some(rest) = text.strip_prefix("-D").filter(|rest| !rest.is_empty()) {
             self.define(word, rest, named)?;
         } else if WITHOUT_EFFECT.iter().any(|start| text.starts_with(start)) {
@@ -232,10 +223,7 @@ fn words(text: &str) -> Result<Vec<Word>, (Word, String)> {
             }
         }
         if let (Some(_), Some(word)) = (quote, word.take_if(|_| quote.is_some())) {
-            return Err((
-                word,
-                "the quotation mark is not closed in its line".to_owned(),
-            ));
+            return Err((word, "the quotation mark is not closed in its line".to_owned()));
         }
         words.extend(word);
     }
@@ -252,9 +240,7 @@ fn expanded(text: &str) -> Result<String, String> {
         let (name, after) = match behind.chars().next() {
             Some(open @ ('{' | '(')) => {
                 let close = if open == '{' { '}' } else { ')' };
-                behind[1..]
-                    .split_once(close)
-                    .ok_or_else(|| format!("${open} is not closed"))?
+                behind[1..].split_once(close).ok_or_else(|| format!("${open} is not closed"))?
             }
             _ => {
                 let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
@@ -284,10 +270,7 @@ mod tests {
     #[test]
     fn words_end_at_spaces_and_comments_are_none() {
         let list = "a.v b.v // c.v\n# d.v\n/* e.v\nf.v */ g.v a//h.v\n\"my i.v\" my\\ j.v";
-        assert_eq!(
-            texts(list),
-            ["a.v", "b.v", "g.v", "a//h.v", "my i.v", "my j.v"]
-        );
+        assert_eq!(texts(list), ["a.v", "b.v", "g.v", "a//h.v", "my i.v", "my j.v"]);
         let places = words("  a.v\n x b.v").unwrap();
         let places: Vec<_> = places.iter().map(|w| (w.line, w.column)).collect();
         assert_eq!(places, [(1, 3), (2, 2), (2, 4)]);
@@ -298,9 +281,7 @@ mod tests {
         let path = folder.join("list.f");
         fs::write(&path, list).unwrap();
         let mut named = Named::default();
-        read(&path, &mut named)
-            .map(|()| named)
-            .map_err(|error| error.to_string())
+        read(&path, &mut named).map(|()| named).map_err(|error| error.to_string())
     }
 
     #[test]
@@ -317,10 +298,7 @@ mod tests {
         let list = "rtl/a.v \"rtl/b c.sv\" -v lib.v -y lib +libext+.v+.vlib\n\
                     +incdir+inc+inc2 -Irtl +define+A+B=2 -D C -DD=x -F sub/nested.f -Wall\n";
         let named = read_text(folder.path(), list).unwrap();
-        assert_eq!(
-            named.files,
-            [at("rtl/a.v"), at("rtl/b c.sv"), at("sub/d.v")]
-        );
+        assert_eq!(named.files, [at("rtl/a.v"), at("rtl/b c.sv"), at("sub/d.v")]);
         assert_eq!(named.libraries, [at("lib.v")]);
         assert_eq!(named.module_folders, [at("lib")]);
         assert_eq!(named.include_folders, [at("inc"), at("inc2"), at("rtl")]);

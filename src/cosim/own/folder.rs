@@ -120,10 +120,7 @@ pub(super) fn check_size(folder: &Path, files: &[PathBuf]) -> Result<(), CosimEr
         if found.len() > MOST_BYTES {
             let error = io::Error::new(
                 io::ErrorKind::FileTooLarge,
-                format!(
-                    "it has more than {} MiB, the most that is read",
-                    MOST_BYTES >> 20
-                ),
+                format!("it has more than {} MiB, the most that is read", MOST_BYTES >> 20),
             );
             return Err(unreadable(file)(error));
         }
@@ -136,23 +133,13 @@ pub(super) fn check_size(folder: &Path, files: &[PathBuf]) -> Result<(), CosimEr
 }
 
 fn too_much(folder: &Path) -> CosimError {
-    CosimError::TooMuchVerilog {
-        folder: folder.to_owned(),
-        most_mib: MOST_MIB_IN_ALL,
-    }
+    CosimError::TooMuchVerilog { folder: folder.to_owned(), most_mib: MOST_MIB_IN_ALL }
 }
 
 fn not_text(folder: &Path, name: OsString) -> CosimError {
-    CosimError::FileName {
-        folder: folder.to_owned(),
-        name,
-        reason: "it is not UTF-8",
-    }
+    CosimError::FileName { folder: folder.to_owned(), name, reason: "it is not UTF-8" }
 }
 
 fn unreadable(path: &Path) -> impl FnOnce(io::Error) -> CosimError {
-    |source| CosimError::Unreadable {
-        path: path.to_owned(),
-        source,
-    }
+    |source| CosimError::Unreadable { path: path.to_owned(), source }
 }

@@ -63,11 +63,7 @@ pub fn file_names(text: &str) -> Result<Named, String> {
     if let Some(top) = &manifest.top {
         check_top(top)?;
     }
-    Ok(Named {
-        top: manifest.top,
-        files: manifest.files,
-        scan_registers: manifest.scan_registers,
-    })
+    Ok(Named { top: manifest.top, files: manifest.files, scan_registers: manifest.scan_registers })
 }
 
 /// The name goes into command lines and C++.
@@ -109,17 +105,7 @@ mod tests {
 
     #[test]
     fn what_is_no_name_of_a_file_here_is_refused() {
-        for name in [
-            "",
-            ".",
-            "..",
-            "../a.v",
-            "/a.v",
-            "a/b.v",
-            "a.v/",
-            "./a.v",
-            "a\\u0000.v",
-        ] {
+        for name in ["", ".", "..", "../a.v", "/a.v", "a/b.v", "a.v/", "./a.v", "a\\u0000.v"] {
             let text = format!(r#"{{"files": ["{name}"]}}"#);
             let reason = file_names(&text).unwrap_err();
             assert!(reason.contains("not the name of a file"), "{reason}");

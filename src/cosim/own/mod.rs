@@ -44,10 +44,7 @@ pub struct OwnRtl {
 impl OwnRtl {
     /// The Verilog of a folder.
     pub fn folder(path: impl Into<PathBuf>) -> OwnRtl {
-        OwnRtl {
-            folder: Some(path.into()),
-            ..OwnRtl::default()
-        }
+        OwnRtl { folder: Some(path.into()), ..OwnRtl::default() }
     }
 }
 
@@ -87,9 +84,7 @@ struct Named {
 /// Whether a text is a plain identifier.
 fn is_identifier(text: &str) -> bool {
     let mut characters = text.chars();
-    characters
-        .next()
-        .is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
+    characters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
         && characters.all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '$'))
 }
 
@@ -102,9 +97,7 @@ fn check_define(define: &str) -> Result<(), String> {
         ));
     }
     if value.contains(crate::printable::is_unprintable) {
-        return Err(format!(
-            "the value of {name} holds a character that cannot be seen"
-        ));
+        return Err(format!("the value of {name} holds a character that cannot be seen"));
     }
     Ok(())
 }

@@ -45,10 +45,7 @@ pub(super) fn joined(written: &str, roots: &Roots) -> Preprocessed {
         match level {
             1 => {
                 match open.last() {
-                    Some(by) => made.included.push(Included {
-                        file: file.clone(),
-                        by: by.clone(),
-                    }),
+                    Some(by) => made.included.push(Included { file: file.clone(), by: by.clone() }),
                     None => made.text += "`default_nettype wire\n",
                 }
                 open.push(file.clone());
@@ -88,10 +85,7 @@ mod tests {
                        `line 3 \"rtl/0/a.v\" 2\n`line 1 \"rtl/0/b.v\" 1\nz\n\
                        `line 9 \"odd\" 0\n`line 2 \"rtl/0/b.v\" 2\n";
         let made = joined(written, &roots);
-        let included = Included {
-            file: "inc/p.vh".into(),
-            by: "my rtl/a.v".into(),
-        };
+        let included = Included { file: "inc/p.vh".into(), by: "my rtl/a.v".into() };
         assert_eq!(made.included, [included]);
         assert_eq!(made.text.matches("`default_nettype wire").count(), 2);
         assert!(made.text.contains("`line 2 \"rtl/0.a.v.in\" 0\ny\n"));

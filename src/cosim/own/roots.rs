@@ -24,20 +24,13 @@ pub(super) struct Roots {
 impl Roots {
     /// An empty one.
     pub(super) fn new() -> Result<Roots, CosimError> {
-        let made = tempfile::Builder::new()
-            .prefix("goldtof-")
-            .tempdir()
-            .and_then(|folder| {
-                let kept = Unfinished::new(&folder.keep());
-                fs::create_dir(kept.path().join(RTL))?;
-                Ok(kept)
-            });
+        let made = tempfile::Builder::new().prefix("goldtof-").tempdir().and_then(|folder| {
+            let kept = Unfinished::new(&folder.keep());
+            fs::create_dir(kept.path().join(RTL))?;
+            Ok(kept)
+        });
         let folder = made.map_err(CosimError::cache(std::env::temp_dir()))?;
-        Ok(Roots {
-            folder,
-            shown: Vec::new(),
-            numbers: HashMap::new(),
-        })
+        Ok(Roots { folder, shown: Vec::new(), numbers: HashMap::new() })
     }
 
     /// Where tools are started.
@@ -136,10 +129,7 @@ mod tests {
         let odd = Path::new("my \"odd\" \\folder/a.v");
         assert_eq!(roots.of_file(odd).unwrap(), "rtl/0/a.v");
         assert_eq!(roots.of_file(Path::new("b.v")).unwrap(), "rtl/1/b.v");
-        assert_eq!(
-            roots.of_folder(Path::new("my \"odd\" \\folder")).unwrap(),
-            "rtl/0"
-        );
+        assert_eq!(roots.of_folder(Path::new("my \"odd\" \\folder")).unwrap(), "rtl/0");
         assert_eq!(roots.origin("rtl/0/a.v").unwrap(), odd);
         assert_eq!(roots.origin("rtl/7/a.v"), None);
         assert_eq!(

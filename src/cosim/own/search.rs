@@ -59,12 +59,7 @@ impl<'a> Search<'a> {
         check_size(Path::new(""), &named.files)?;
         check_size(Path::new(""), &named.libraries)?;
         check_folders(&named.module_folders)?;
-        Ok(Search {
-            tools,
-            top,
-            named,
-            roots: Roots::new()?,
-        })
+        Ok(Search { tools, top, named, roots: Roots::new()? })
     }
 
     /// The design's text, and the top module's ports.
@@ -165,10 +160,7 @@ impl<'a> Search<'a> {
 
     fn ambiguous(&self, first: &Path, second: &Path) -> CosimError {
         CosimError::Ambiguous {
-            what: format!(
-                "module {}",
-                first.file_stem().unwrap_or_default().to_string_lossy()
-            ),
+            what: format!("module {}", first.file_stem().unwrap_or_default().to_string_lossy()),
             first: first.to_owned(),
             second: second.to_owned(),
         }
@@ -179,11 +171,7 @@ impl<'a> Search<'a> {
     fn with_all(mut self, given: Given) -> Result<(Taken, Vec<FoundPort>), CosimError> {
         let mut searched = self.named.searched.clone();
         searched.sort_by_key(|path| {
-            let name = path
-                .file_stem()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .to_lowercase();
+            let name = path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase();
             !(name.contains("pkg") || name.contains("package"))
         });
         let mut first_refusal = None;
@@ -283,19 +271,12 @@ impl<'a> Search<'a> {
 
     /// The files that Verilator has read.
     fn files_read(&self) -> Result<Vec<PathBuf>, CosimError> {
-        let path = self
-            .roots
-            .path()
-            .join(MADE)
-            .join(format!("{PREFIX}__verFiles.dat"));
+        let path = self.roots.path().join(MADE).join(format!("{PREFIX}__verFiles.dat"));
         let text = fs::read_to_string(&path).map_err(CosimError::cache(&path))?;
-        let names = text
-            .lines()
-            .filter(|line| line.starts_with('S'))
-            .filter_map(|line| {
-                let (_, name) = line.trim_end().strip_suffix('"')?.rsplit_once('"')?;
-                self.roots.origin(name)
-            });
+        let names = text.lines().filter(|line| line.starts_with('S')).filter_map(|line| {
+            let (_, name) = line.trim_end().strip_suffix('"')?.rsplit_once('"')?;
+            self.roots.origin(name)
+        });
         Ok(names.collect())
     }
 
@@ -322,11 +303,8 @@ impl<'a> Search<'a> {
             ([first, ..], _) | ([], [first, ..]) => first.clone(),
             ([], []) => PathBuf::from(TEXT),
         };
-        let mut sources = vec![SourceFile {
-            name: TEXT.to_owned(),
-            text: text.text,
-            origin: Some(origin),
-        }];
+        let mut sources =
+            vec![SourceFile { name: TEXT.to_owned(), text: text.text, origin: Some(origin) }];
         sources.extend(text.names.into_iter().map(|(name, file)| SourceFile {
             name,
             text: String::new(),
@@ -383,13 +361,7 @@ impl<'a> Search<'a> {
 
     /// Verilator's refusal in the user's terms.
     fn rejected(&self, error: CosimError) -> CosimError {
-        let CosimError::ToolFailed {
-            tool,
-            status,
-            output,
-            ..
-        } = &error
-        else {
+        let CosimError::ToolFailed { tool, status, output, .. } = &error else {
             return error;
         };
         if !finds_fault(*status, output, |line| line.starts_with("%Error")) {
@@ -401,28 +373,17 @@ impl<'a> Search<'a> {
             .lines()
             .any(|line| line.contains(&not_top) || line.contains(ASKING) && line.contains(&asked));
         if no_top {
-            return CosimError::NoTop {
-                top: self.top.to_owned(),
-            };
+            return CosimError::NoTop { top: self.top.to_owned() };
         }
-        CosimError::Rejected {
-            tool,
-            output: self.roots.in_users_terms(output),
-        }
+        CosimError::Rejected { tool, output: self.roots.in_users_terms(output) }
     }
 }
 
 /// Whether an error is about a file's text alone, and not about what else there is.
 fn is_about_text(told: &str) -> bool {
-    [
-        "syntax error",
-        "not defined",
-        "Unsupported",
-        "include file",
-        "Unterminated",
-    ]
-    .iter()
-    .any(|part| told.contains(part))
+    ["syntax error", "not defined", "Unsupported", "include file", "Unterminated"]
+        .iter()
+        .any(|part| told.contains(part))
 }
 
 /// Refuses a folder that is not there: a tool would say nothing of it.
@@ -432,10 +393,7 @@ pub(super) fn check_folders(folders: &[PathBuf]) -> Result<(), CosimError> {
             true => Ok(()),
             false => Err(std::io::Error::other("it is not a folder")),
         });
-        found.map_err(|source| CosimError::Unreadable {
-            path: folder.clone(),
-            source,
-        })?;
+        found.map_err(|source| CosimError::Unreadable { path: folder.clone(), source })?;
     }
     Ok(())
 }

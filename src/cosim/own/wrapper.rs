@@ -18,19 +18,15 @@ pub(super) struct Wrapper {
 /// The wrapper of a module whose ports are the interface's and `found` further ones; none
 /// where it needs no wrapper. Further outputs are left open, further inputs are 0.
 pub(super) fn wrapper(top: &str, ports: &[Port], found: &[FoundPort]) -> Option<Wrapper> {
-    let further: Vec<&FoundPort> = found
-        .iter()
-        .filter(|found| !ports.iter().any(|port| port.name == found.name))
-        .collect();
+    let further: Vec<&FoundPort> =
+        found.iter().filter(|found| !ports.iter().any(|port| port.name == found.name)).collect();
     // Verilator has names of its own for modules with these.
     if further.is_empty() && !top.contains("__") {
         return None;
     }
     let declared: Vec<String> = ports.iter().map(declared).collect();
-    let mut connected: Vec<String> = ports
-        .iter()
-        .map(|port| format!(".{0}({0})", port.name))
-        .collect();
+    let mut connected: Vec<String> =
+        ports.iter().map(|port| format!(".{0}({0})", port.name)).collect();
     let mut remarks = Vec::new();
     for port in further {
         let (value, remark) = match port.direction {
@@ -38,10 +34,7 @@ pub(super) fn wrapper(top: &str, ports: &[Port], found: &[FoundPort]) -> Option<
                 format!("{}'d0", port.width),
                 "an input that the interface does not have is 0 at every clock",
             ),
-            _ => (
-                String::new(),
-                "an output that the interface does not have is not compared",
-            ),
+            _ => (String::new(), "an output that the interface does not have is not compared"),
         };
         // With the space an escaped name ends at.
         connected.push(format!(".\\{} ({value})", port.name));
@@ -55,11 +48,7 @@ pub(super) fn wrapper(top: &str, ports: &[Port], found: &[FoundPort]) -> Option<
         declared.join(",\n    "),
         connected.join(",\n        "),
     );
-    Some(Wrapper {
-        name: NAME.to_owned(),
-        text,
-        remarks,
-    })
+    Some(Wrapper { name: NAME.to_owned(), text, remarks })
 }
 
 fn declared(port: &Port) -> String {

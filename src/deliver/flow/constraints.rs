@@ -37,11 +37,7 @@ fn of_period(top: &str, chip_period_ps: f64, made_by: &str) -> Constraints {
     let create_clock = || format!("create_clock -name i_clk -period {period_ns} [get_ports i_clk]");
     Constraints {
         sdc: file("sdc", "#", create_clock()),
-        lpf: file(
-            "lpf",
-            "#",
-            format!("FREQUENCY PORT \"i_clk\" {mhz:.6} MHZ;"),
-        ),
+        lpf: file("lpf", "#", format!("FREQUENCY PORT \"i_clk\" {mhz:.6} MHZ;")),
         xdc: file("xdc", "#", create_clock()),
     }
 }
@@ -60,10 +56,7 @@ mod tests {
         let clock = "create_clock -name i_clk -period 8 [get_ports i_clk]";
         assert_eq!(last_line(&files.sdc), clock);
         assert_eq!(last_line(&files.xdc), clock);
-        assert_eq!(
-            last_line(&files.lpf),
-            "FREQUENCY PORT \"i_clk\" 125.000000 MHZ;"
-        );
+        assert_eq!(last_line(&files.lpf), "FREQUENCY PORT \"i_clk\" 125.000000 MHZ;");
     }
 
     #[test]

@@ -21,10 +21,7 @@ fn proofs(files: &[EmittedFile], formal: &Formal) -> String {
     let mut text = String::new();
     for file in files {
         let name = &file.name;
-        let _ = writeln!(
-            text,
-            "      - {name}: {{copyto: {name}, file_type: verilogSource-2005}}"
-        );
+        let _ = writeln!(text, "      - {name}: {{copyto: {name}, file_type: verilogSource-2005}}");
     }
     for file in formal.files() {
         let name = format!("{}/{}", Formal::FOLDER, file.name);
@@ -32,10 +29,7 @@ fn proofs(files: &[EmittedFile], formal: &Formal) -> String {
             true => "sbyConfigTemplate",
             false => "user",
         };
-        let _ = writeln!(
-            text,
-            "      - {name}: {{copyto: {name}, file_type: {kind}}}"
-        );
+        let _ = writeln!(text, "      - {name}: {{copyto: {name}, file_type: {kind}}}");
     }
     text
 }
@@ -67,18 +61,12 @@ description: DS-CDMA indirect time-of-flight sensor
         },
         targets = targets(&design.top(), &parts.testbench.top, has_memories),
     );
-    EmittedFile {
-        name: design.file_name(".core"),
-        text,
-    }
+    EmittedFile { name: design.file_name(".core"), text }
 }
 
 fn filesets(design: &Design, parts: &Parts) -> String {
     let listed = |files: &[EmittedFile]| -> String {
-        files
-            .iter()
-            .map(|file| format!("      - {}\n", file.name))
-            .collect()
+        files.iter().map(|file| format!("      - {}\n", file.name)).collect()
     };
     let vectors = parts.testbench.vectors.iter();
     let Constraints { sdc, lpf, xdc } = parts.constraints;
@@ -194,13 +182,7 @@ targets:
 fn vlnv_name(scene_name: &str) -> String {
     scene_name
         .chars()
-        .map(|c| {
-            if c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.') {
-                c
-            } else {
-                '_'
-            }
-        })
+        .map(|c| if c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.') { c } else { '_' })
         .collect()
 }
 

@@ -18,11 +18,7 @@ pub(super) fn testbench_file_list(
 ) -> EmittedFile {
     EmittedFile {
         name: format!("{top}.f"),
-        text: listed(
-            top,
-            design.files.iter().chain(testbench_files),
-            design.made_by,
-        ),
+        text: listed(top, design.files.iter().chain(testbench_files), design.made_by),
     }
 }
 

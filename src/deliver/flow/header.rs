@@ -18,8 +18,5 @@ pub(super) fn header(design: &Design) -> EmittedFile {
         let _ = writeln!(text, "`define {macros}_{name}_BITS {}", port.width);
     }
     text += "\n`endif\n";
-    EmittedFile {
-        name: design.file_name(".vh"),
-        text,
-    }
+    EmittedFile { name: design.file_name(".vh"), text }
 }

@@ -55,14 +55,7 @@ impl Flow {
             formal,
         };
         let core = core::core(design, &parts);
-        Ok(Flow {
-            testbench,
-            constraints,
-            header,
-            vhdl: vhdl::package(design),
-            file_list,
-            core,
-        })
+        Ok(Flow { testbench, constraints, header, vhdl: vhdl::package(design), file_list, core })
     }
 
     /// Every file, in no order that matters.

@@ -62,11 +62,7 @@ impl Runs {
             text += &line;
             text.push('\n');
         }
-        Words {
-            count: self.words_with(repeat_digits),
-            repeat_bits: 4 * repeat_digits,
-            text,
-        }
+        Words { count: self.words_with(repeat_digits), repeat_bits: 4 * repeat_digits, text }
     }
 
     fn words_with(&self, repeat_digits: u32) -> u64 {

@@ -40,12 +40,7 @@ impl Group {
     fn new(fields: Vec<Field>) -> Group {
         let ports: Vec<Port> = fields.iter().map(|field| field.port.clone()).collect();
         let bits: u32 = ports.iter().map(|port| port.width).sum();
-        Group {
-            ports,
-            runs: Runs::default(),
-            fields,
-            packed: vec![0; bits.div_ceil(64) as usize],
-        }
+        Group { ports, runs: Runs::default(), fields, packed: vec![0; bits.div_ceil(64) as usize] }
     }
 
     /// Values that stand in no record.
@@ -245,11 +240,7 @@ impl Skips {
             clock = skip.clock + 1;
         }
         values.push_zeros(clocks - clock);
-        Some(Skips {
-            registers: registers.present().cloned().collect(),
-            values,
-            first_clock,
-        })
+        Some(Skips { registers: registers.present().cloned().collect(), values, first_clock })
     }
 }
 

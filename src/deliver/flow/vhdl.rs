@@ -21,11 +21,7 @@ pub(super) fn package(design: &Design) -> EmittedFile {
     let macros = design.prefix.of_macro("SENSOR_TOP");
     for port in &ports {
         let name = port.name.to_uppercase();
-        let _ = writeln!(
-            text,
-            "    constant {macros}_{name}_BITS : positive := {};",
-            port.width
-        );
+        let _ = writeln!(text, "    constant {macros}_{name}_BITS : positive := {};", port.width);
     }
     let declared: Vec<String> = ports.iter().map(declaration).collect();
     let _ = write!(
@@ -34,10 +30,7 @@ pub(super) fn package(design: &Design) -> EmittedFile {
          end package;\n",
         declared.join(";\n")
     );
-    EmittedFile {
-        name: design.file_name(".vhd"),
-        text,
-    }
+    EmittedFile { name: design.file_name(".vhd"), text }
 }
 
 fn declaration(port: &Port) -> String {

@@ -52,40 +52,26 @@ fn lfsrs(lfsrs: &[(&'static str, &Lfsr)], start: u64) -> State {
                 name,
                 width: lfsr.degree,
                 first: state_at(lfsr, start),
-                next: format!(
-                    "{{{}, {name}[{}:1]}}",
-                    recurrence(name, lfsr),
-                    lfsr.degree - 1
-                ),
+                next: format!("{{{}, {name}[{}:1]}}", recurrence(name, lfsr), lfsr.degree - 1),
                 advance: "advance",
             }
         })
         .collect();
     let chips: Vec<String> = registers.iter().map(|r| format!("{}[0]", r.name)).collect();
-    State {
-        chip: chips.join(" ^ "),
-        epoch: is_first(&registers[0]),
-        registers,
-        more,
-    }
+    State { chip: chips.join(" ^ "), epoch: is_first(&registers[0]), registers, more }
 }
 
 /// c[t + n] from c[t + n - e] over the exponents e > 0; bit i holds c[t + i].
 fn recurrence(name: &str, lfsr: &Lfsr) -> String {
     let exponents = lfsr.exponents.iter().filter(|&&e| e > 0);
-    let terms: Vec<String> = exponents
-        .map(|e| format!("{name}[{}]", lfsr.degree - e))
-        .collect();
+    let terms: Vec<String> = exponents.map(|e| format!("{name}[{}]", lfsr.degree - e)).collect();
     terms.join(" ^ ")
 }
 
 /// The first `degree` chips after `start`, the earliest in bit 0.
 fn state_at(lfsr: &Lfsr, start: u64) -> u128 {
     let chips = lfsr.advanced(start).seed;
-    chips
-        .iter()
-        .rev()
-        .fold(0, |state, &chip| state << 1 | u128::from(chip))
+    chips.iter().rev().fold(0, |state, &chip| state << 1 | u128::from(chip))
 }
 
 /// Chips by their index.
@@ -112,11 +98,7 @@ fn table(chips: &[u8], start: u64) -> State {
 }
 
 fn is_first(register: &Register) -> String {
-    format!(
-        "{} == {}",
-        register.name,
-        constant(register.width, register.first)
-    )
+    format!("{} == {}", register.name, constant(register.width, register.first))
 }
 
 impl State {
@@ -150,13 +132,7 @@ impl State {
         let _ = writeln!(text, "    assign epoch = {};", self.epoch);
         text += "    always @(posedge i_clk) begin\n";
         for register in &self.registers {
-            let Register {
-                name,
-                width,
-                first,
-                next,
-                advance,
-            } = register;
+            let Register { name, width, first, next, advance } = register;
             let first = constant(*width, *first);
             let _ = writeln!(
                 text,
@@ -182,11 +158,7 @@ pub(super) fn harness(interface: &Interface, prefix: &Prefix) -> (Harness, Strin
     for (m, code) in interface.source_codes.iter().enumerate() {
         let name = prefix.of(&format!("code_of_source_{m}"));
         modules += &module(&name, code, 0);
-        let chip = if sources == 1 {
-            "chips".to_owned()
-        } else {
-            format!("chips[{m}]")
-        };
+        let chip = if sources == 1 { "chips".to_owned() } else { format!("chips[{m}]") };
         harness.line(&instance(&name, "1'b1", "1'b0", &chip, ""));
     }
     let name = of_reference(prefix);

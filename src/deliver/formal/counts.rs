@@ -23,11 +23,7 @@ pub(super) fn harness(interface: &Interface) -> Harness {
         let channel = numbered("channel", d, detectors);
         let window = interface.lanes() + interface.parallel() - 1;
         harness.free(&format!("window_{d}"), window);
-        harness.cut(
-            &format!("window_{d}"),
-            &format!("{channel}.stepper.o_window"),
-            window,
-        );
+        harness.cut(&format!("window_{d}"), &format!("{channel}.stepper.o_window"), window);
         edges(interface, d, &mut harness);
         if interface.total.is_some() {
             total(interface, d, &channel, &mut harness);
@@ -48,11 +44,7 @@ fn inputs(interface: &Interface, harness: &mut Harness) {
     let banks = interface.banks();
     harness.line(&format!("reg [{}:1] dumped;", segments + banks));
     // Segments of a total are settled one after another.
-    let spaced = if segments > 1 {
-        " & ~(|dumped[2:1])"
-    } else {
-        ""
-    };
+    let spaced = if segments > 1 { " & ~(|dumped[2:1])" } else { "" };
     harness.lines(&format!(
         "wire dump = may_dump & ~i_rst{spaced};\n\
          always @(posedge i_clk)\n    dumped <= i_rst ? 0 : {{dumped, dump}};"
@@ -69,16 +61,9 @@ fn inputs(interface: &Interface, harness: &mut Harness) {
 fn edges(interface: &Interface, d: u32, harness: &mut Harness) {
     let lanes = interface.lanes();
     let samples = format!("i_samples[{}:{}]", (d + 1) * lanes - 1, d * lanes);
-    let samples = if interface.reference_codes.len() == 1 {
-        "i_samples".to_owned()
-    } else {
-        samples
-    };
-    let top = if lanes == 1 {
-        String::new()
-    } else {
-        format!("[{}]", lanes - 1)
-    };
+    let samples =
+        if interface.reference_codes.len() == 1 { "i_samples".to_owned() } else { samples };
+    let top = if lanes == 1 { String::new() } else { format!("[{}]", lanes - 1) };
     harness.lines(&format!(
         "\n// Detector {d}: samples that are high after a low one.\n\
          wire {0}level_{d} = {samples};\n\
@@ -105,12 +90,7 @@ struct Sum<'a> {
 impl Sum<'_> {
     /// The sum since the last dump, beside the difference of totals that it is.
     fn declare(&self, harness: &mut Harness) {
-        let Sum {
-            name,
-            bits,
-            delay,
-            after,
-        } = self;
+        let Sum { name, bits, delay, after } = self;
         let dump = match after {
             0 => "dump".to_owned(),
             after => format!("dumped[{after}]"),
@@ -131,9 +111,7 @@ impl Sum<'_> {
         harness.line(&format!("    word_{name}_1 <= i_rst ? 0 : word_{name};"));
         for clock in 2..=*delay {
             let before = clock - 1;
-            harness.line(&format!(
-                "    word_{name}_{clock} <= i_rst ? 0 : word_{name}_{before};"
-            ));
+            harness.line(&format!("    word_{name}_{clock} <= i_rst ? 0 : word_{name}_{before};"));
         }
         harness.lines(&format!(
             "    sum_{name} <= i_rst ? 0 : {dump} ? word_{name}_{delay} : sum_{name} + word_{name}_{delay};\n    \
@@ -166,10 +144,7 @@ fn step(interface: &Interface, d: u32, q: u32, channel: &str, harness: &mut Harn
             format!("({hit} ? ({up} ? 6'sd1 : -6'sd1) : 6'sd0)")
         })
         .collect();
-    harness.line(&format!(
-        "wire signed [5:0] word_{name} = {};",
-        terms.join(" + ")
-    ));
+    harness.line(&format!("wire signed [5:0] word_{name} = {};", terms.join(" + ")));
     let sum = Sum {
         name: &name,
         bits: interface.exact_count_bits,
@@ -181,9 +156,7 @@ fn step(interface: &Interface, d: u32, q: u32, channel: &str, harness: &mut Harn
     harness.see(&format!("count_{name}"), &count, interface.count_bits);
     let settled = settled(interface, bank, harness, &name);
     if !interface.saturates() {
-        harness.line(&format!(
-            "always @* {settled}assert (count_{name} == exact_{name});"
-        ));
+        harness.line(&format!("always @* {settled}assert (count_{name} == exact_{name});"));
         return;
     }
     let (bits, exact_bits) = (interface.count_bits, interface.exact_count_bits);
@@ -220,27 +193,13 @@ fn total(interface: &Interface, d: u32, channel: &str, harness: &mut Harness) {
         .collect();
     let terms = terms.iter().map(|hit| format!("({hit} ? 6'sd1 : 6'sd0)"));
     let terms: Vec<String> = terms.collect();
-    harness.line(&format!(
-        "wire signed [5:0] word_{name} = {};",
-        terms.join(" + ")
-    ));
-    let sum = Sum {
-        name: &name,
-        bits: total.exact_bits,
-        delay: adder_clocks(interface),
-        after: 0,
-    };
+    harness.line(&format!("wire signed [5:0] word_{name} = {};", terms.join(" + ")));
+    let sum = Sum { name: &name, bits: total.exact_bits, delay: adder_clocks(interface), after: 0 };
     sum.declare(harness);
-    harness.see(
-        &format!("count_{name}"),
-        &format!("{channel}.o_total"),
-        total.bits,
-    );
+    harness.see(&format!("count_{name}"), &format!("{channel}.o_total"), total.bits);
     let settled = settled(interface, 0, harness, &name);
     if !total.saturates() {
-        harness.line(&format!(
-            "always @* {settled}assert (count_{name} == exact_{name});"
-        ));
+        harness.line(&format!("always @* {settled}assert (count_{name} == exact_{name});"));
         return;
     }
     let most = (1u128 << total.bits) - 1;

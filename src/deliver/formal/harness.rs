@@ -100,10 +100,7 @@ impl Harness {
     /// they do, and is not about them.
     pub(super) fn freeing(mut self, name: &'static str) -> Harness {
         self.freed.push(name);
-        let _ = write!(
-            self.about,
-            "\nWhat a {name} gives is anything, at any clock."
-        );
+        let _ = write!(self.about, "\nWhat a {name} gives is anything, at any clock.");
         self
     }
 
@@ -130,11 +127,7 @@ impl Harness {
 
     /// Adds an input that may do anything.
     pub(super) fn free(&mut self, name: &str, width: u32) {
-        self.ports.push(Port {
-            name: name.to_owned(),
-            direction: Direction::Input,
-            width,
-        });
+        self.ports.push(Port { name: name.to_owned(), direction: Direction::Input, width });
     }
 
     /// Adds a line of Verilog.
@@ -164,24 +157,12 @@ impl Harness {
         for line in self.about.lines() {
             let _ = writeln!(text, "// {line}");
         }
-        let inputs = self
-            .ports
-            .iter()
-            .filter(|p| p.direction == Direction::Input);
+        let inputs = self.ports.iter().filter(|p| p.direction == Direction::Input);
         let inputs: Vec<String> = inputs
             .map(|port| format!("    input wire {}{}", range(port.width), port.name))
             .collect();
-        let _ = writeln!(
-            text,
-            "module {} (\n{}\n);",
-            self.top(design),
-            inputs.join(",\n")
-        );
-        for port in self
-            .ports
-            .iter()
-            .filter(|p| p.direction == Direction::Output)
-        {
+        let _ = writeln!(text, "module {} (\n{}\n);", self.top(design), inputs.join(",\n"));
+        for port in self.ports.iter().filter(|p| p.direction == Direction::Output) {
             let _ = writeln!(text, "    wire {}{};", range(port.width), port.name);
         }
         for inner in &self.seen {
@@ -196,12 +177,7 @@ impl Harness {
                 name => format!("        .{name}({name})"),
             })
             .collect();
-        let _ = writeln!(
-            text,
-            "    {} dut (\n{}\n    );\n",
-            design.top(),
-            pins.join(",\n")
-        );
+        let _ = writeln!(text, "    {} dut (\n{}\n    );\n", design.top(), pins.join(",\n"));
         text.push_str(&self.body);
         text.push_str("endmodule\n");
         text
@@ -214,16 +190,10 @@ impl Harness {
             lines.push(format!("cd {}", self.top(design)));
         }
         for inner in &self.seen {
-            lines.push(format!(
-                "connect -nounset -set {} dut.{}",
-                inner.signal, inner.path
-            ));
+            lines.push(format!("connect -nounset -set {} dut.{}", inner.signal, inner.path));
         }
         for inner in &self.cut {
-            lines.push(format!(
-                "connect -nounset -set dut.{} {}",
-                inner.path, inner.signal
-            ));
+            lines.push(format!("connect -nounset -set dut.{} {}", inner.path, inner.signal));
         }
         if !lines.is_empty() {
             lines.push("cd ..".to_owned());
@@ -258,11 +228,7 @@ fn block(module: &str) -> &str {
 }
 
 fn inner(signal: &str, path: &str, width: u32) -> Inner {
-    Inner {
-        signal: signal.to_owned(),
-        path: path.to_owned(),
-        width,
-    }
+    Inner { signal: signal.to_owned(), path: path.to_owned(), width }
 }
 
 /// Whether an input is one of `sensor_top` and not one that the harness adds.

@@ -51,19 +51,12 @@ impl Formal {
                 stream::harness(interface),
             ]);
         }
-        harnesses.extend(
-            interface
-                .peak
-                .iter()
-                .map(|plan| peak::harness(interface, plan)),
-        );
+        harnesses.extend(interface.peak.iter().map(|plan| peak::harness(interface, plan)));
         harnesses.push(rules::axis(interface));
         if interface.histogram.is_some() {
             // Nor does reset reach a memory's registers.
-            harnesses = harnesses
-                .into_iter()
-                .map(|harness| harness.freeing(BLOCK_MEMORY))
-                .collect();
+            harnesses =
+                harnesses.into_iter().map(|harness| harness.freeing(BLOCK_MEMORY)).collect();
         }
         Formal {
             properties: script::properties(design, &harnesses, &modules),
@@ -76,12 +69,6 @@ impl Formal {
 
     /// Every file, in no order that matters.
     pub fn files(&self) -> impl Iterator<Item = &EmittedFile> {
-        [
-            &self.properties,
-            &self.emptied,
-            &self.registers,
-            &self.script,
-        ]
-        .into_iter()
+        [&self.properties, &self.emptied, &self.registers, &self.script].into_iter()
     }
 }

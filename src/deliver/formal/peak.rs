@@ -93,25 +93,14 @@ impl Peak {
                      always @(posedge i_clk) held_{d}_{q} <= i_rst ? 0 : count_{d}_{q};",
                     range(width)
                 ));
-                harness.cut(
-                    &format!("count_{d}_{q}"),
-                    &format!("{channel}.{count}"),
-                    width,
-                );
+                harness.cut(&format!("count_{d}_{q}"), &format!("{channel}.{count}"), width);
             }
         }
     }
 
     /// When each of a group's counts has been compared, and its phase step.
     fn turns(&self, harness: &mut Harness) {
-        let PeakPlan {
-            step_bits,
-            first_step,
-            parallel,
-            last_steps,
-            wraps_after,
-            ..
-        } = self.plan;
+        let PeakPlan { step_bits, first_step, parallel, last_steps, wraps_after, .. } = self.plan;
         let turn = |step: u32| match step < last_steps {
             true => format!("came[{}]", self.compared(step)),
             false => format!("(came[{0}] & ~ended[{0}])", self.compared(step)),
@@ -129,10 +118,7 @@ impl Peak {
         ));
         let first = constant(step_bits, u128::from(first_step));
         let next = match wraps_after {
-            Some(last) => format!(
-                "k == {} ? 0 : k + 1'b1",
-                constant(step_bits, u128::from(last))
-            ),
+            Some(last) => format!("k == {} ? 0 : k + 1'b1", constant(step_bits, u128::from(last))),
             None => "k + 1'b1".to_owned(),
         };
         harness.lines(&format!(
@@ -156,12 +142,7 @@ impl Peak {
 
     /// A detector's largest count so far, and at the end of a scan.
     fn maximum(&self, d: u32, harness: &mut Harness) {
-        let PeakPlan {
-            step_bits,
-            count_bits,
-            parallel,
-            ..
-        } = self.plan;
+        let PeakPlan { step_bits, count_bits, parallel, .. } = self.plan;
         let choosing = self.plan.choosing_clocks;
         for q in 0..parallel {
             for clock in 1..=choosing {

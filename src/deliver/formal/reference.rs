@@ -97,11 +97,8 @@ impl Delay {
     fn kept(&self) -> u32 {
         let oldest = (0..self.window()).map(|sample| {
             let (back, place) = self.place(sample);
-            let may_be_later = if self.grows_by_samples() {
-                place + 1 < self.lanes
-            } else {
-                place < self.first
-            };
+            let may_be_later =
+                if self.grows_by_samples() { place + 1 < self.lanes } else { place < self.first };
             back + u32::from(may_be_later)
         });
         oldest.max().unwrap_or(0) + 1 + self.replayed()
@@ -170,15 +167,9 @@ impl Delay {
         ));
         harness.line("always @(posedge i_clk) begin");
         for sample in 0..self.window() {
-            let bit = if self.window() == 1 {
-                String::new()
-            } else {
-                format!("[{sample}]")
-            };
-            harness.line(&format!(
-                "    expected_{d}{bit} <= i_rst ? 0 : {};",
-                self.chosen(d, sample)
-            ));
+            let bit = if self.window() == 1 { String::new() } else { format!("[{sample}]") };
+            harness
+                .line(&format!("    expected_{d}{bit} <= i_rst ? 0 : {};", self.chosen(d, sample)));
         }
         harness.line("end");
         harness.line(&format!("always @* assert (window_{d} == expected_{d});"));
@@ -195,11 +186,7 @@ impl Delay {
             return;
         }
         let top = replayed - 1;
-        let bit = if replayed == 1 {
-            String::new()
-        } else {
-            format!("[{top}]")
-        };
+        let bit = if replayed == 1 { String::new() } else { format!("[{top}]") };
         let range = range(replayed);
         harness.lines(&format!(
             "reg {range}saved_{d};\n\

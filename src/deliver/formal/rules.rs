@@ -32,10 +32,7 @@ pub(super) fn axis(interface: &Interface) -> Harness {
     );
     for port in interface.ports() {
         if port.direction == Direction::Output {
-            harness.line(&format!(
-                "always @* if (~stays) assert ({} == 0);",
-                port.name
-            ));
+            harness.line(&format!("always @* if (~stays) assert ({} == 0);", port.name));
         }
     }
     harness.lines(&format!(

@@ -77,24 +77,16 @@ fn chip_counter(chips: u64, realigns: bool, harness: &mut Harness) {
     harness.lines("always @(posedge i_clk)\n    last_chip <= i_rst ? 0 : before_last;");
     if chips == 2 {
         // Every other chip is a step's last.
-        let first = if realigns {
-            "start | (ends_step & ~ends_scan)"
-        } else {
-            "~before_last"
-        };
-        harness.lines(&format!(
-            "always @(posedge i_clk)\n    before_last <= i_rst ? 0 : ({first});"
-        ));
+        let first = if realigns { "start | (ends_step & ~ends_scan)" } else { "~before_last" };
+        harness
+            .lines(&format!("always @(posedge i_clk)\n    before_last <= i_rst ? 0 : ({first});"));
         return;
     }
     let counter = SequenceCounter::new(chips - 2);
     let width = counter.width();
     let first = constant(width, counter.state(0));
-    let reset = if realigns {
-        first.clone()
-    } else {
-        constant(width, counter.state_before_the_first())
-    };
+    let reset =
+        if realigns { first.clone() } else { constant(width, counter.state_before_the_first()) };
     let counts = if realigns { "running" } else { "1'b1" };
     harness.lines(&format!(
         "// Chip {} of a step, counted from 0.\n\
@@ -154,10 +146,7 @@ fn reports(interface: &Interface, harness: &mut Harness) {
     }
     if interface.reference_codes.len() as u32 * interface.parallel() > 1 {
         harness.see("counts", "controller.o_pre_counted", 1);
-        harness.line(&format!(
-            "always @* assert (counts == ended[{}]);",
-            to_counted - 1
-        ));
+        harness.line(&format!("always @* assert (counts == ended[{}]);", to_counted - 1));
     }
     harness.lines(&format!(
         "reg [{to_counted}:1] ended;\n\

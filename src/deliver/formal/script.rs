@@ -40,10 +40,7 @@ pub(super) fn properties(design: &Design, harnesses: &[Harness], modules: &str) 
         text.push('\n');
     }
     text += "`default_nettype wire\n";
-    EmittedFile {
-        name: properties_name(design),
-        text,
-    }
+    EmittedFile { name: properties_name(design), text }
 }
 
 /// Maps for Yosys' techmap.
@@ -141,10 +138,7 @@ pub(super) fn emptied(design: &Design, harnesses: &[Harness]) -> EmittedFile {
         text += "`endif\n";
     }
     text += "\n`default_nettype wire\n";
-    EmittedFile {
-        name: EMPTIED.to_owned(),
-        text,
-    }
+    EmittedFile { name: EMPTIED.to_owned(), text }
 }
 
 /// The head of a module, with its end; if `free`, its outputs are anything.
@@ -230,39 +224,22 @@ pub(super) fn script(design: &Design, harnesses: &[Harness]) -> EmittedFile {
     for name in [properties.as_str(), EMPTIED, REGISTERS] {
         let _ = writeln!(text, "{}/{name}", FOLDER);
     }
-    EmittedFile {
-        name: script_name(design),
-        text,
-    }
+    EmittedFile { name: script_name(design), text }
 }
 
 /// What Yosys does before the proofs, line by line; one that begins with a name is for
 /// that task alone.
 fn write_yosys(design: &Design, harnesses: &[Harness], properties: &str, text: &mut String) {
     for harness in harnesses {
-        let _ = writeln!(
-            text,
-            "{}: read_verilog {}",
-            harness.name,
-            names(design, harness)
-        );
+        let _ = writeln!(text, "{}: read_verilog {}", harness.name, names(design, harness));
         if harness.is_cut() {
             let macros = format!("-D PROVE_{}", harness.name.to_uppercase());
-            let _ = writeln!(
-                text,
-                "{}: read_verilog -formal {macros} {EMPTIED}",
-                harness.name
-            );
+            let _ = writeln!(text, "{}: read_verilog -formal {macros} {EMPTIED}", harness.name);
         }
     }
     let _ = writeln!(text, "read_verilog -formal -sv {properties}");
     for harness in harnesses {
-        let _ = writeln!(
-            text,
-            "{}: hierarchy -check -top {}",
-            harness.name,
-            harness.top(design)
-        );
+        let _ = writeln!(text, "{}: hierarchy -check -top {}", harness.name, harness.top(design));
     }
     *text += "proc -noopt\nflatten\n";
     for harness in harnesses {
@@ -272,16 +249,8 @@ fn write_yosys(design: &Design, harnesses: &[Harness], properties: &str, text: &
     }
     *text += "opt_dff -nodffe\n";
     for harness in harnesses {
-        let mode = if harness.is_in_reset() {
-            "-D IN_RESET "
-        } else {
-            ""
-        };
-        let _ = writeln!(
-            text,
-            "{}: techmap -autoproc {mode}-map {REGISTERS}",
-            harness.name
-        );
+        let mode = if harness.is_in_reset() { "-D IN_RESET " } else { "" };
+        let _ = writeln!(text, "{}: techmap -autoproc {mode}-map {REGISTERS}", harness.name);
     }
     *text += "opt_expr\nopt_clean\n";
 }

@@ -75,11 +75,7 @@ impl Stream {
         harness.free("may_come", 1);
         harness.free("may_end", 1);
         // Steps of one chip may end in every clock; others leave one between.
-        let spaced = if interface.timing.scan.integration_chips > 1 {
-            " & ~counted"
-        } else {
-            ""
-        };
+        let spaced = if interface.timing.scan.integration_chips > 1 { " & ~counted" } else { "" };
         harness.lines(&format!(
             "reg counted;\n\
              reg last;\n\
@@ -151,10 +147,7 @@ impl Stream {
         harness.lines(&format!(
             "// The group's results, the one on offer first.\nreg {}{};",
             range(bits),
-            (0..places)
-                .map(|place| format!("beat_{place}"))
-                .collect::<Vec<_>>()
-                .join(", ")
+            (0..places).map(|place| format!("beat_{place}")).collect::<Vec<_>>().join(", ")
         ));
         harness.line("always @(posedge i_clk) begin");
         for place in 0..places {

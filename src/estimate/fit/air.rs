@@ -65,11 +65,7 @@ impl Air {
         let own = PLACES_PER_CHIP * own_chips;
         let unknown: f64 = self.sets.iter().map(|(set, ..)| set.members() as f64).sum();
         let codes = self.known.len() as f64 + unknown;
-        let share = if self.sets.is_empty() {
-            FALSE_PLACE
-        } else {
-            FALSE_LIGHT
-        };
+        let share = if self.sets.is_empty() { FALSE_PLACE } else { FALSE_LIGHT };
         [threshold(codes * own, share), own_threshold(own_chips)]
     }
 
@@ -86,10 +82,7 @@ impl Air {
 
     /// How many more paths a code may have.
     pub fn room(&self, candidate: &Candidate, here: &Hypothesis) -> usize {
-        let used = here
-            .codes
-            .iter()
-            .filter(|c| c.chips == candidate.code.chips);
+        let used = here.codes.iter().filter(|c| c.chips == candidate.code.chips);
         candidate.most.saturating_sub(used.count())
     }
 }

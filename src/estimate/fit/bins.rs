@@ -68,9 +68,7 @@ impl<'s> BinFitter<'s> {
         let model = DetectorModel::new(sensor, detector);
         let own = sensor.scene().detectors[detector].reference;
         let paths: Vec<PathIndex> = model.modulated_paths().collect();
-        let of_own = paths
-            .iter()
-            .filter(|&&path| sensor.scene().paths[path].source == own);
+        let of_own = paths.iter().filter(|&&path| sensor.scene().paths[path].source == own);
         let path = match (paths.as_slice(), of_own.count()) {
             ([], _) => return Err(FitError::Dark),
             (&[path], 1) => path,
@@ -154,9 +152,7 @@ impl<'s> BinFitter<'s> {
             let residuals = place.innovations.whitened(&deviations)?;
             let normal = self.normal(&place, &columns, &residuals)?;
             let share = if iteration > FULL_STEPS { 0.5 } else { 1.0 };
-            let moved = place
-                .parameters
-                .moved(&bounded(&normal, &place.parameters), share);
+            let moved = place.parameters.moved(&bounded(&normal, &place.parameters), share);
             let step = moved.minus(&place.parameters);
             if normal.largest_step_sigmas(&step) < CONVERGED_SIGMAS {
                 let chi_square = residuals.iter().map(|r| r * r).sum();
@@ -166,9 +162,7 @@ impl<'s> BinFitter<'s> {
             known = Some(light);
             place = self.place(&problem, moved)?;
         }
-        Err(FitError::NotConverged {
-            steps: MOST_ITERATIONS,
-        })
+        Err(FitError::NotConverged { steps: MOST_ITERATIONS })
     }
 
     /// What the fit says of the expected histogram of the scene's own light.
@@ -244,15 +238,10 @@ impl<'s> BinFitter<'s> {
         columns: &[&Vec<f64>],
         residuals: &[f64],
     ) -> Result<Normal, FitError> {
-        let whitened: Result<Vec<Vec<f64>>, _> = columns
-            .iter()
-            .map(|column| place.innovations.whitened(column))
-            .collect();
+        let whitened: Result<Vec<Vec<f64>>, _> =
+            columns.iter().map(|column| place.innovations.whitened(column)).collect();
         let normal = Normal::of_whitened(&whitened?, residuals);
-        normal.ok_or(FitError::Undetermined {
-            steps: place.means.len(),
-            unknowns: columns.len(),
-        })
+        normal.ok_or(FitError::Undetermined { steps: place.means.len(), unknowns: columns.len() })
     }
 
     /// Bins of few counts make chi-square scatter more than that of normal numbers does, by
@@ -260,12 +249,7 @@ impl<'s> BinFitter<'s> {
     /// numbers.
     fn chi_square_as_of_normal(&self, chi_square: f64, place: &Place) -> f64 {
         let degrees = (place.means.len() - place.parameters.len()) as f64;
-        let excess: f64 = place
-            .innovations
-            .means()
-            .iter()
-            .map(|mean| 1.0 / mean)
-            .sum();
+        let excess: f64 = place.innovations.means().iter().map(|mean| 1.0 / mean).sum();
         degrees + (chi_square - degrees) * (2.0 * degrees / (2.0 * degrees + excess)).sqrt()
     }
 
@@ -308,10 +292,7 @@ impl Place<'_> {
     /// Derivative of every bin's mean by the delay, from both sides.
     fn delay_column(&self, problem: &Problem) -> Result<Vec<f64>, FitError> {
         let at = |chips: f64| -> Result<Vec<f64>, FitError> {
-            Ok(self
-                .response
-                .delayed(problem.clock().ps(chips))?
-                .mean_bins())
+            Ok(self.response.delayed(problem.clock().ps(chips))?.mean_bins())
         };
         let (early, late) = (at(-DELAY_STEP_CHIPS)?, at(DELAY_STEP_CHIPS)?);
         let slope = |d: f64| d / (2.0 * DELAY_STEP_CHIPS);
@@ -323,10 +304,7 @@ impl Place<'_> {
         let column = |index: usize| -> Result<Vec<f64>, FitError> {
             let (nudged, step) = self.parameters.nudged(index, 1.0);
             let means = problem.response(&nudged)?.mean_bins();
-            Ok(differences(&means, &self.means)
-                .into_iter()
-                .map(|d| d / step)
-                .collect())
+            Ok(differences(&means, &self.means).into_iter().map(|d| d / step).collect())
         };
         Ok([column(1)?, column(2)?])
     }

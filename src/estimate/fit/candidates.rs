@@ -41,10 +41,7 @@ pub fn known(
                 if !is_lit {
                     continue;
                 }
-                match known
-                    .iter_mut()
-                    .find(|(code, _)| code.chips == source.code.chips)
-                {
+                match known.iter_mut().find(|(code, _)| code.chips == source.code.chips) {
                     Some((_, paths)) => *paths += 1,
                     None => known.push((Arc::clone(&source.code), 1)),
                 }
@@ -84,11 +81,7 @@ pub fn air(
     let known: Vec<Candidate> = codes
         .iter()
         .filter_map(|(code, most)| {
-            Some(Candidate {
-                matched: matched(code)?,
-                code: Arc::clone(code),
-                most: *most,
-            })
+            Some(Candidate { matched: matched(code)?, code: Arc::clone(code), most: *most })
         })
         .collect();
     let mut sets = Vec::new();
@@ -103,12 +96,7 @@ pub fn air(
             sets.push((set, matched.power(), excluded));
         }
     }
-    Ok(Air {
-        axis,
-        known,
-        sets,
-        sigma_chips,
-    })
+    Ok(Air { axis, known, sets, sigma_chips })
 }
 
 /// The own code's set, and those of the scene's other sources.

@@ -79,11 +79,7 @@ mod tests {
     #[test]
     fn a_template_is_a_triangle_on_flat_ground_and_alternates_if_interleaved() {
         let m_sequence = |interleave| {
-            let spec = CodeSpec {
-                degree: Some(5),
-                interleave,
-                ..CodeSpec::new(Family::MSequence)
-            };
+            let spec = CodeSpec { degree: Some(5), interleave, ..CodeSpec::new(Family::MSequence) };
             template(&spec.build().expect("an m-sequence"), 4)
         };
         // Side lobes of an m-sequence are -1 / 31.

@@ -55,10 +55,7 @@ pub struct Descent<'a, 'm> {
 impl<'m> Descent<'_, 'm> {
     /// A problem with the codes of a hypothesis.
     pub fn problem_of(&self, codes: &[Arc<Code>]) -> Problem<'m> {
-        Problem {
-            codes: codes.to_vec(),
-            ..self.problem.clone()
-        }
+        Problem { codes: codes.to_vec(), ..self.problem.clone() }
     }
 
     /// What is expected of some light, and how well it fits.
@@ -71,13 +68,10 @@ impl<'m> Descent<'_, 'm> {
         let response = problem.response(&parameters)?;
         let expected = problem.means_of(&response);
         let average = problem.means_on_average(&response);
-        let beyond = expected
-            .iter()
-            .zip(&average)
-            .map(|(exact, mean)| MeanCount {
-                signed: exact.signed - mean.signed,
-                total: exact.total - mean.total,
-            });
+        let beyond = expected.iter().zip(&average).map(|(exact, mean)| MeanCount {
+            signed: exact.signed - mean.signed,
+            total: exact.total - mean.total,
+        });
         Ok(Hypothesis {
             chi_square: self.weights.chi_square(self.measured, &expected),
             beyond_average: Arc::new(beyond.collect()),
@@ -113,10 +107,7 @@ impl<'m> Descent<'_, 'm> {
 
     /// A hypothesis of other weights, with these.
     pub fn weighed(&self, here: Hypothesis) -> Hypothesis {
-        Hypothesis {
-            chi_square: self.weights.chi_square(self.measured, &here.expected),
-            ..here
-        }
+        Hypothesis { chi_square: self.weights.chi_square(self.measured, &here.expected), ..here }
     }
 
     /// The same light, with all that is expected of it worked out.
@@ -151,9 +142,7 @@ impl<'m> Descent<'_, 'm> {
             let columns = self.rough_columns(&here, templates);
             // Between two steps counts follow a delay in a straight line: rough derivatives of
             // two paths that are less than two steps apart are not independent.
-            let damped = self
-                .weights
-                .damped_normal(&columns, self.measured, &here.expected);
+            let damped = self.weights.damped_normal(&columns, self.measured, &here.expected);
             let mut normal = damped.ok_or_else(|| self.undetermined(&here))?;
             if let Some(held) = held {
                 normal = normal.holding(held);
@@ -177,9 +166,7 @@ impl<'m> Descent<'_, 'm> {
         let mut here = start;
         let (mut columns, mut linearised) = self.exact_columns(&problem, &here)?;
         for _ in 0..MOST_EXACT {
-            let normal = self
-                .normal(&columns, &here)
-                .ok_or_else(|| self.undetermined(&here))?;
+            let normal = self.normal(&columns, &here).ok_or_else(|| self.undetermined(&here))?;
             let Some(next) = self.step(&here, &normal) else {
                 if here.parameters == linearised {
                     return Ok((here, normal));
@@ -198,9 +185,7 @@ impl<'m> Descent<'_, 'm> {
                 (columns, linearised) = self.exact_columns(&problem, &here)?;
             }
         }
-        let normal = self
-            .normal(&columns, &here)
-            .ok_or_else(|| self.undetermined(&here))?;
+        let normal = self.normal(&columns, &here).ok_or_else(|| self.undetermined(&here))?;
         Ok((here, normal))
     }
 
@@ -219,10 +204,7 @@ impl<'m> Descent<'_, 'm> {
     }
 
     fn undetermined(&self, here: &Hypothesis) -> FitError {
-        FitError::Undetermined {
-            steps: self.measured.len(),
-            unknowns: here.parameters.len(),
-        }
+        FitError::Undetermined { steps: self.measured.len(), unknowns: here.parameters.len() }
     }
 
     /// A step that lowers chi-square, `None` if there is none.
@@ -238,10 +220,8 @@ impl<'m> Descent<'_, 'm> {
             // A step of few counts may lead to light that has no response.
             let codes = here.codes.clone();
             let tried = self.near_hypothesis(here, codes, parameters).ok()?;
-            (tried.chi_square < here.chi_square).then_some(Hypothesis {
-                iterations: here.iterations + 1,
-                ..tried
-            })
+            (tried.chi_square < here.chi_square)
+                .then_some(Hypothesis { iterations: here.iterations + 1, ..tried })
         })
     }
 
@@ -277,14 +257,8 @@ impl<'m> Descent<'_, 'm> {
             let (delay, strength) = axis
                 .values(template, path.delay_chips)
                 .map(|[value, slope]| {
-                    let delay = MeanCount {
-                        signed: -signed * slope,
-                        total: 0.0,
-                    };
-                    let strength = MeanCount {
-                        signed: signed * value,
-                        total: totals,
-                    };
+                    let delay = MeanCount { signed: -signed * slope, total: 0.0 };
+                    let strength = MeanCount { signed: signed * value, total: totals };
                     (delay, strength)
                 })
                 .unzip();
@@ -293,10 +267,8 @@ impl<'m> Descent<'_, 'm> {
         }
         let reference = &self.problem.model.reference;
         let surplus = 2.0 * share_of_ones(reference) - 1.0;
-        let constant = MeanCount {
-            signed: pattern * surplus * axis.chips,
-            total: total * axis.chips,
-        };
+        let constant =
+            MeanCount { signed: pattern * surplus * axis.chips, total: total * axis.chips };
         columns.push(vec![constant; axis.len()]);
         columns
     }

@@ -93,10 +93,7 @@ impl<'s> Fitter<'s> {
     pub fn fit(&self, counts: &[StepCount]) -> Result<ModelEstimate, FitError> {
         let counts: Vec<MeanCount> = counts
             .iter()
-            .map(|count| MeanCount {
-                signed: count.signed as f64,
-                total: count.total as f64,
-            })
+            .map(|count| MeanCount { signed: count.signed as f64, total: count.total as f64 })
             .collect();
         self.fit_means(&counts)
     }
@@ -122,11 +119,7 @@ impl<'s> Fitter<'s> {
                 model: &self.model,
                 tier: self.tier,
                 codes: vec![Arc::clone(own)],
-                steps: window(
-                    &sensor.timing().scan,
-                    sensor.clock().samples_per_chip,
-                    start.peak,
-                ),
+                steps: window(&sensor.timing().scan, sensor.clock().samples_per_chip, start.peak),
             };
             if let Some(moment_ps) = moment_ps {
                 problem.steps = moving::in_one_go(&problem.steps, start.peak);
@@ -144,9 +137,7 @@ impl<'s> Fitter<'s> {
             codes: Vec::new(),
             steps: Step::all(sensor.timing().scan.steps).collect(),
         };
-        let air = self
-            .air
-            .get_or_init(|| candidates::air(sensor, detector, self.other, &problem));
+        let air = self.air.get_or_init(|| candidates::air(sensor, detector, self.other, &problem));
         let air = air.as_ref().map_err(Clone::clone)?;
         let found = joint::all_light(air, &problem, &self.moments, counts)?;
         Ok(found.estimate(air, &problem))
@@ -241,9 +232,7 @@ fn check_not_flat(counts: &[MeanCount]) -> Result<(), NoEstimate> {
     let first = counts.first().map_or(0.0, |count| count.signed);
     let is_dark = counts.iter().all(|count| count.total <= 0.0);
     match is_dark || counts.iter().all(|count| count.signed == first) {
-        true => Err(NoEstimate::Flat {
-            count: first as i64,
-        }),
+        true => Err(NoEstimate::Flat { count: first as i64 }),
         false => Ok(()),
     }
 }

@@ -51,9 +51,7 @@ fn approach(
         let Some(normal) = weights.normal(&columns, measured, &linear.means) else {
             return Ok(None);
         };
-        let next = linear
-            .parameters
-            .moved(&bounded(&normal, &linear.parameters), 1.0);
+        let next = linear.parameters.moved(&bounded(&normal, &linear.parameters), 1.0);
         if linear.holds_for(&next, problem.model.dead_time_chips) {
             return Ok(Some((linear, next)));
         }
@@ -102,11 +100,7 @@ impl<'m> Here<'m> {
             response,
             expected,
         };
-        let weighing = Weighing {
-            weights,
-            at: None,
-            times: 0,
-        };
+        let weighing = Weighing { weights, at: None, times: 0 };
         Ok((here, weighing))
     }
 
@@ -131,12 +125,7 @@ impl<'m> Here<'m> {
                 let expected = problem.means_of(&response);
                 let chi_square = weights.chi_square(measured, &expected);
                 if chi_square <= self.chi_square * (1.0 + 1e-9) + 1e-6 {
-                    return Some(Here {
-                        parameters,
-                        response,
-                        expected,
-                        chi_square,
-                    });
+                    return Some(Here { parameters, response, expected, chi_square });
                 }
             }
             share *= 0.4;
@@ -220,10 +209,8 @@ impl Fitted {
         start: Parameters,
         counts: &[MeanCount],
     ) -> Result<Fitted, FitError> {
-        let undetermined = || FitError::Undetermined {
-            steps: problem.steps.len(),
-            unknowns: start.len(),
-        };
+        let undetermined =
+            || FitError::Undetermined { steps: problem.steps.len(), unknowns: start.len() };
         if 2 * problem.steps.len() <= start.len() {
             return Err(undetermined());
         }
@@ -278,9 +265,7 @@ impl Fitted {
                 linearised = here.parameters.clone();
             }
         }
-        Err(FitError::NotConverged {
-            steps: MOST_ITERATIONS,
-        })
+        Err(FitError::NotConverged { steps: MOST_ITERATIONS })
     }
 
     /// By how many standard deviations chi-square is above what it should be.

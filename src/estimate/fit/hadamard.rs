@@ -39,10 +39,7 @@ impl CodeSet {
         let Generator::Gold { u, v } = &code.generator else {
             return None;
         };
-        let set = GoldSet {
-            u: u.clone(),
-            v: v.clone(),
-        };
+        let set = GoldSet { u: u.clone(), v: v.clone() };
         let length = set.length() as usize;
         let chips = v.chips(length);
         let degree = v.degree as usize;
@@ -76,10 +73,7 @@ impl CodeSet {
     pub fn index_of(&self, code: &Code) -> Option<i64> {
         let members = (0..self.set.length() as i64).chain([-2, -1]);
         let mut members = members.filter(|&index| self.starts_like(index, code));
-        members.find(|&index| {
-            self.code(index)
-                .is_ok_and(|member| member.chips == code.chips)
-        })
+        members.find(|&index| self.code(index).is_ok_and(|member| member.chips == code.chips))
     }
 
     fn starts_like(&self, index: i64, code: &Code) -> bool {
@@ -110,10 +104,7 @@ impl CodeSet {
                 signed.sum::<f64>() as f32
             });
             let cell = self.best_before_interleaving(&gathered.collect::<Vec<_>>(), &allowed)?;
-            Some(Cell {
-                chip: cell.chip * copies + first,
-                ..cell
-            })
+            Some(Cell { chip: cell.chip * copies + first, ..cell })
         };
         (0..copies).filter_map(of_first_chip).reduce(larger)
     }
@@ -168,11 +159,7 @@ fn advances(v: &Lfsr, length: usize) -> Vec<u32> {
 fn larger(a: Cell, b: Cell) -> Cell {
     // Of equal ones that of the earlier delay, whatever the order of work.
     let is_later = (b.chip, b.index) > (a.chip, a.index);
-    if b.product > a.product || (b.product == a.product && !is_later) {
-        b
-    } else {
-        a
-    }
+    if b.product > a.product || (b.product == a.product && !is_later) { b } else { a }
 }
 
 fn largest(
@@ -186,11 +173,7 @@ fn largest(
             best = Some((index, product));
         }
     }
-    best.map(|(index, product)| Cell {
-        index,
-        chip,
-        product: 0.5 * f64::from(product),
-    })
+    best.map(|(index, product)| Cell { index, chip, product: 0.5 * f64::from(product) })
 }
 
 /// Walsh-Hadamard transform, in place.
@@ -228,9 +211,8 @@ mod tests {
         for interleave in [0, 1, 2] {
             let set = CodeSet::of(&gold(4, interleave)).expect("a set");
             let length = 31 << interleave;
-            let image: Vec<f64> = (0..length)
-                .map(|i| f64::from((i * i * 7 + 3 * i) % 23))
-                .collect();
+            let image: Vec<f64> =
+                (0..length).map(|i| f64::from((i * i * 7 + 3 * i) % 23)).collect();
             let length = image.len();
             for index in (0..31).chain([-2, -1]) {
                 let code = set.code(index).expect("a member");
@@ -242,18 +224,10 @@ mod tests {
                     0.5 * terms.sum::<f64>()
                 });
                 let products: Vec<f64> = products.collect();
-                let cell = set
-                    .best(&image, |i| i == index)
-                    .expect("the only one allowed");
+                let cell = set.best(&image, |i| i == index).expect("the only one allowed");
                 let largest = products.iter().copied().fold(f64::MIN, f64::max);
-                assert!(
-                    (cell.product - largest).abs() < 1e-2,
-                    "{index}: {cell:?} {largest}"
-                );
-                assert!(
-                    (products[cell.chip] - largest).abs() < 1e-2,
-                    "{index}: {cell:?}"
-                );
+                assert!((cell.product - largest).abs() < 1e-2, "{index}: {cell:?} {largest}");
+                assert!((products[cell.chip] - largest).abs() < 1e-2, "{index}: {cell:?}");
             }
         }
     }

@@ -66,17 +66,12 @@ pub fn all_light(
     if !has_own(air, &here) {
         let place = search.strongest_own(&here);
         if place.sigmas < own {
-            return Err(FitError::OwnNotSeen {
-                sigmas: place.sigmas,
-                needed: own,
-            });
+            return Err(FitError::OwnNotSeen { sigmas: place.sigmas, needed: own });
         }
         here = search.with(&here, &place.code, place.path(search.unit(&here)))?;
     }
     let splits = ambiguous.into_iter();
-    let doubts: Vec<Split> = splits
-        .filter_map(|s| beside_all(&search, &here, s))
-        .collect();
+    let doubts: Vec<Split> = splits.filter_map(|s| beside_all(&search, &here, s)).collect();
     finish(search, here, &doubts, known)
 }
 
@@ -103,9 +98,7 @@ fn beside_all(search: &Search, here: &Hypothesis, split: Split) -> Option<Split>
         here: &one,
         path: first,
         matched: &candidate.matched,
-        products: &candidate
-            .matched
-            .products(&search.air.axis, &search.residual(&one)),
+        products: &candidate.matched.products(&search.air.axis, &search.residual(&one)),
         sigma: search.sigma(),
         unit: search.unit(&one),
         least_gain: 0.0,
@@ -134,16 +127,11 @@ fn finish(
             break;
         }
     }
-    let normal = normal.ok_or(FitError::NotConverged {
-        steps: MOST_ITERATIONS,
-    })?;
+    let normal = normal.ok_or(FitError::NotConverged { steps: MOST_ITERATIONS })?;
     let sigma = search.sigma();
     let values = search.descent.weights.values();
-    let [pattern, _] = search.descent.gains(
-        &hypothesis.codes,
-        &hypothesis.parameters,
-        &hypothesis.expected,
-    );
+    let [pattern, _] =
+        search.descent.gains(&hypothesis.codes, &hypothesis.parameters, &hypothesis.expected);
     Ok(Found {
         beyond_normal: beyond_normal(&search, &hypothesis, &normal, doubts),
         unit: pattern * axis.periods,
@@ -167,12 +155,7 @@ fn split(search: &Search, here: &Hypothesis, least_gain: f64) -> Option<Split> {
     let residual = search.residual(here);
     let sigma = search.sigma();
     let mut best: Option<Split> = None;
-    for candidate in search
-        .air
-        .known
-        .iter()
-        .filter(|c| search.air.room(c, here) > 0)
-    {
+    for candidate in search.air.known.iter().filter(|c| search.air.room(c, here) > 0) {
         let products = candidate.matched.products(&search.air.axis, &residual);
         for path in 0..here.codes.len() {
             if here.codes[path].chips != candidate.code.chips {
@@ -189,8 +172,7 @@ fn split(search: &Search, here: &Hypothesis, least_gain: f64) -> Option<Split> {
                 least_gain,
             });
             let is_better = |split: &Split| {
-                best.as_ref()
-                    .is_none_or(|b| split.hypothesis.chi_square < b.hypothesis.chi_square)
+                best.as_ref().is_none_or(|b| split.hypothesis.chi_square < b.hypothesis.chi_square)
             };
             if let Some(split) = found.filter(is_better) {
                 best = Some(split);
@@ -221,10 +203,7 @@ fn beyond_normal(
             continue;
         };
         let valley = ridge::beyond_normal(search, hypothesis, normal, [first, second]);
-        for (path, added) in [first, second]
-            .into_iter()
-            .zip(valley.into_iter().flatten())
-        {
+        for (path, added) in [first, second].into_iter().zip(valley.into_iter().flatten()) {
             bent[path] = Some(match bent[path] {
                 Some(known) => [known[0].max(added[0]), known[1].max(added[1])],
                 None => added,

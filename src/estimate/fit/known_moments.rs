@@ -46,39 +46,20 @@ fn octave(parameters: &Parameters, dead_time_chips: f64) -> i32 {
 
 /// Half a spacing changes moments by less than a per cent: chi-square of some tens
 /// of counts has a spread of 15 %.
-const OF_WINDOWS: Spacing = Spacing {
-    delay_chips: 1.0 / 32.0,
-    saturation: 0.008,
-    kept: 10_000,
-};
+const OF_WINDOWS: Spacing = Spacing { delay_chips: 1.0 / 32.0, saturation: 0.008, kept: 10_000 };
 
 /// Steps that count the same light differ by what comes within a phase step of the
 /// reference's edges, where the light changes.
-const OF_SHARED_STEPS: Spacing = Spacing {
-    delay_chips: 1.0 / 128.0,
-    ..OF_WINDOWS
-};
+const OF_SHARED_STEPS: Spacing = Spacing { delay_chips: 1.0 / 128.0, ..OF_WINDOWS };
 
 /// For derivatives: a peak's corners are round within some hundredths of a chip.
-const OF_SLOPES: Spacing = Spacing {
-    delay_chips: 1.0 / 64.0,
-    saturation: 0.016,
-    kept: 10_000,
-};
+const OF_SLOPES: Spacing = Spacing { delay_chips: 1.0 / 64.0, saturation: 0.016, kept: 10_000 };
 
 /// Chi-square of ten thousands of counts has a spread of under a per cent.
-const OF_SCANS: Spacing = Spacing {
-    delay_chips: 1.0 / 64.0,
-    saturation: 0.002,
-    kept: 100,
-};
+const OF_SCANS: Spacing = Spacing { delay_chips: 1.0 / 64.0, saturation: 0.002, kept: 100 };
 
 /// Of few steps that stand for all of a scan.
-const OF_FEW_STEPS: Spacing = Spacing {
-    delay_chips: 1.0 / 8.0,
-    saturation: 0.02,
-    kept: 10_000,
-};
+const OF_FEW_STEPS: Spacing = Spacing { delay_chips: 1.0 / 8.0, saturation: 0.02, kept: 10_000 };
 
 /// Steps away from all peaks whose moments are taken.
 const STEPS_AWAY: usize = 12;
@@ -163,10 +144,7 @@ fn sampled_steps(problem: &Problem, axis: &Axis, peaks: &[f64]) -> Vec<Step> {
     let mut chosen: Vec<Step> = away.map(|index| problem.steps[index]).collect();
     let nearest = |peak: f64| {
         let off = |step: &&Step| axis.steps_apart(problem.place_of(**step, axis) - peak);
-        problem
-            .steps
-            .iter()
-            .min_by(|a, b| off(a).total_cmp(&off(b)))
+        problem.steps.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
     };
     chosen.extend(peaks.iter().filter_map(|&peak| nearest(peak)));
     chosen
@@ -247,9 +225,8 @@ impl KnownMoments {
 
     /// What light of clocks of their own adds, which is the same for all scans.
     pub fn slipping(&self, problem: &Problem) -> Result<&SlippingLight, MeanResponseError> {
-        let slipping = self
-            .slipping
-            .get_or_init(|| SlippingLight::new(problem.model, problem.tier));
+        let slipping =
+            self.slipping.get_or_init(|| SlippingLight::new(problem.model, problem.tier));
         slipping.as_ref().map_err(Clone::clone)
     }
 
@@ -299,10 +276,7 @@ impl KnownMoments {
             return shared_light::weights_of_scan(problem, axis, &own, means, known);
         }
         let samples = sampled_steps(problem, axis, &own);
-        let few = Problem {
-            steps: samples.clone(),
-            ..problem.clone()
-        };
+        let few = Problem { steps: samples.clone(), ..problem.clone() };
         let known = self.nearest_of(&few, parameters, &OF_FEW_STEPS)?;
         let (away, peaks) = known.split_at(samples.len() - own.len());
         let away = PerDetection::mean(away);
@@ -312,10 +286,7 @@ impl KnownMoments {
             let place = problem.place_of(step, axis);
             let shapes = own.iter().map(|&peak| axis.shape(place - peak));
             let moments = away.towards(peaks.iter().zip(shapes)).of(mean);
-            CountMoments {
-                signed_variance: moments.signed_variance + slipping,
-                ..moments
-            }
+            CountMoments { signed_variance: moments.signed_variance + slipping, ..moments }
         });
         Ok(Weights::of(&moments.collect::<Vec<_>>()))
     }
@@ -411,11 +382,7 @@ fn nearest(
         let number = numbered((rate / rate_spacing).floor());
         (number + 0.5) * rate_spacing
     };
-    let rates: Vec<f64> = parameters
-        .paths
-        .iter()
-        .map(|p| rate(p.ln_rate.exp()))
-        .collect();
+    let rates: Vec<f64> = parameters.paths.iter().map(|p| rate(p.ln_rate.exp())).collect();
     let constant = rate(parameters.constant);
     let paths = parameters.paths.iter().zip(rates);
     let paths = paths.map(|(path, rate)| PathParameters {
@@ -423,10 +390,7 @@ fn nearest(
             * spacing.delay_chips,
         ln_rate: rate.ln(),
     });
-    let node = Parameters {
-        paths: paths.collect(),
-        constant,
-    };
+    let node = Parameters { paths: paths.collect(), constant };
     (place, node)
 }
 

@@ -96,10 +96,7 @@ impl Course {
     /// The light at the moment.
     pub fn parameters(&self) -> Parameters {
         Parameters {
-            paths: vec![PathParameters {
-                delay_chips: self.delay_chips,
-                ln_rate: self.ln_rate,
-            }],
+            paths: vec![PathParameters { delay_chips: self.delay_chips, ln_rate: self.ln_rate }],
             constant: self.constant,
         }
     }
@@ -137,11 +134,7 @@ struct Fitted {
 impl<'p, 'm> MovingPath<'p, 'm> {
     pub fn new(still: &'p Problem<'m>, moment_ps: f64) -> MovingPath<'p, 'm> {
         let timing = &still.model.timing;
-        let time = |&step: &Step| {
-            timing
-                .clock
-                .chips(timing.middle_of_step_ps(step) - moment_ps)
-        };
+        let time = |&step: &Step| timing.clock.chips(timing.middle_of_step_ps(step) - moment_ps);
         MovingPath {
             times_chips: still.steps.iter().map(time).collect(),
             step_chips: timing.scan.integration_chips as f64,
@@ -218,9 +211,7 @@ impl<'p, 'm> MovingPath<'p, 'm> {
         let fitted = self.descend(known, start, measured)?;
         let limit = self.most_walk();
         if fitted.course.walk.abs() >= 0.999 * limit {
-            return Err(FitError::TooFast {
-                limit_m_per_s: distance_m(1e12 * limit),
-            });
+            return Err(FitError::TooFast { limit_m_per_s: distance_m(1e12 * limit) });
         }
         Ok(self.estimate(&fitted))
     }
@@ -233,10 +224,8 @@ impl<'p, 'm> MovingPath<'p, 'm> {
         start: Course,
         measured: &[MeanCount],
     ) -> Result<Fitted, FitError> {
-        let undetermined = || FitError::Undetermined {
-            steps: measured.len(),
-            unknowns: Course::UNKNOWNS,
-        };
+        let undetermined =
+            || FitError::Undetermined { steps: measured.len(), unknowns: Course::UNKNOWNS };
         if 2 * measured.len() <= Course::UNKNOWNS {
             return Err(undetermined());
         }
@@ -246,9 +235,7 @@ impl<'p, 'm> MovingPath<'p, 'm> {
         let mut is_reweighted = false;
         for iteration in 1..=MOST_ITERATIONS {
             let jacobian = self.jacobian(&course, &expected)?;
-            let normal = weights
-                .normal(&jacobian, measured, &expected)
-                .ok_or_else(undetermined)?;
+            let normal = weights.normal(&jacobian, measured, &expected).ok_or_else(undetermined)?;
             let chi_square = weights.chi_square(measured, &expected);
             let next = self.downwards(&normal, &course, chi_square, &weights, measured);
             let (moved, fell) = match next {
@@ -272,9 +259,7 @@ impl<'p, 'm> MovingPath<'p, 'm> {
                 });
             }
         }
-        Err(FitError::NotConverged {
-            steps: MOST_ITERATIONS,
-        })
+        Err(FitError::NotConverged { steps: MOST_ITERATIONS })
     }
 
     /// A step that does not make chi-square worse, with what is expected there; `None`
@@ -369,12 +354,7 @@ pub fn of_scene<'m>(
         ln_rate: path.rate_per_chip.ln(),
         constant: light.constant_per_chip,
     };
-    let problem = Problem {
-        model,
-        tier,
-        codes: vec![Arc::clone(&path.code)],
-        steps,
-    };
+    let problem = Problem { model, tier, codes: vec![Arc::clone(&path.code)], steps };
     Ok((problem, course))
 }
 

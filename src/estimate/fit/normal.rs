@@ -58,10 +58,7 @@ impl Normal {
     /// The Gauss-Newton step.
     pub fn solution(&self) -> Vec<f64> {
         let step = &self.inverse * &self.gradient;
-        step.iter()
-            .zip(&self.scales)
-            .map(|(s, scale)| s * scale)
-            .collect()
+        step.iter().zip(&self.scales).map(|(s, scale)| s * scale).collect()
     }
 
     /// The best step of those that move the last unknown by `last_step`.
@@ -69,10 +66,8 @@ impl Normal {
         let mut step = self.solution();
         let last = step.len() - 1;
         let excess = (step[last] - last_step) / (self.inverse[(last, last)] * self.scales[last]);
-        for ((step, shared), scale) in step
-            .iter_mut()
-            .zip(&self.inverse.column(last))
-            .zip(&self.scales)
+        for ((step, shared), scale) in
+            step.iter_mut().zip(&self.inverse.column(last)).zip(&self.scales)
         {
             *step -= shared * scale * excess;
         }
@@ -82,9 +77,7 @@ impl Normal {
 
     /// Standard deviation of each unknown, the others unknown too.
     pub fn standard_deviations(&self) -> Vec<f64> {
-        (0..self.scales.len())
-            .map(|i| self.inverse[(i, i)].sqrt() * self.scales[i])
-            .collect()
+        (0..self.scales.len()).map(|i| self.inverse[(i, i)].sqrt() * self.scales[i]).collect()
     }
 
     /// Standard deviation of a combination of the unknowns.
@@ -102,10 +95,7 @@ impl Normal {
         for entry in 0..left.nrows() {
             left[(entry, entry)] = left[(entry, entry)].max(0.0);
         }
-        Normal {
-            inverse: left,
-            ..self.clone()
-        }
+        Normal { inverse: left, ..self.clone() }
     }
 
     fn scaled(&self, combination: &[f64]) -> DVector<f64> {
@@ -116,9 +106,7 @@ impl Normal {
     /// The largest of a step's components in standard deviations.
     pub fn largest_step_sigmas(&self, step: &[f64]) -> f64 {
         let components = step.iter().zip(self.standard_deviations());
-        components
-            .map(|(step, std)| (step / std).abs())
-            .fold(0.0, f64::max)
+        components.map(|(step, std)| (step / std).abs()).fold(0.0, f64::max)
     }
 }
 
@@ -154,9 +142,6 @@ mod tests {
         assert!(Normal::of_whitened(&columns, &[3.0, 6.0]).is_none());
         let damped = Normal::damped(&columns, &[3.0, 6.0]).expect("it is damped");
         let found = damped.solution();
-        assert!(
-            found.iter().all(|half| (half - 1.5).abs() < 1e-6),
-            "{found:?}"
-        );
+        assert!(found.iter().all(|half| (half - 1.5).abs() < 1e-6), "{found:?}");
     }
 }

@@ -30,12 +30,9 @@ impl Found {
         };
         let missing = room(own);
         let missing_of_others: usize = air.known[1..].iter().map(room).sum();
-        let resolution_chips = order
-            .first()
-            .filter(|_| missing > 0)
-            .map_or(0.0, |&strongest| {
-                self.resolution_chips(air, rate(strongest).exp() * self.unit)
-            });
+        let resolution_chips = order.first().filter(|_| missing > 0).map_or(0.0, |&strongest| {
+            self.resolution_chips(air, rate(strongest).exp() * self.unit)
+        });
         let std = self.normal.standard_deviations();
         let paths: Vec<FittedPath> = order
             .iter()
@@ -43,11 +40,7 @@ impl Found {
                 let code = &fitted.codes[index];
                 let path = fitted.parameters.paths[index];
                 // Light in the middle of two paths is half their distance off.
-                let hidden = if is_own(index) {
-                    0.5 * resolution_chips
-                } else {
-                    0.0
-                };
+                let hidden = if is_own(index) { 0.5 * resolution_chips } else { 0.0 };
                 let [delay, ln_rate] = self.beyond_normal[index];
                 let delay_variance = std[2 * index].powi(2) + delay + hidden * hidden;
                 let ln_rate_variance = std[2 * index + 1].powi(2) + ln_rate;
@@ -93,11 +86,7 @@ impl Found {
         let left_over = |apart: f64| {
             let middle = 0.37 / air.axis.samples_per_chip;
             let [early, between, late] = [-0.5, 0.0, 0.5].map(|side| values(middle + side * apart));
-            let both: Vec<f64> = early
-                .iter()
-                .zip(&late)
-                .map(|(a, b)| 0.5 * (a + b))
-                .collect();
+            let both: Vec<f64> = early.iter().zip(&late).map(|(a, b)| 0.5 * (a + b)).collect();
             let shared = dot(&both, &between).powi(2) / dot(&between, &between);
             (dot(&both, &both) - shared).max(0.0) * (height / self.sigma).powi(2)
         };

@@ -63,13 +63,8 @@ impl Split {
             let nearest = delays.iter().map(|d| (d - delay_chips).abs());
             nearest.fold(f64::INFINITY, f64::min)
         };
-        let near = self
-            .alternatives
-            .iter()
-            .map(|(weight, delays)| (weight, off(delays)));
-        near.filter(|(_, off)| *off < REACH_CHIPS)
-            .map(|(weight, off)| weight * off * off)
-            .sum()
+        let near = self.alternatives.iter().map(|(weight, delays)| (weight, off(delays)));
+        near.filter(|(_, off)| *off < REACH_CHIPS).map(|(weight, off)| weight * off * off).sum()
     }
 }
 
@@ -154,10 +149,7 @@ impl Split {
     /// What a pair that was taken may be instead, where `close` has one path in its place
     /// beside all other light; with that, chi-square is `chi_square`.
     pub fn beside(self, close: &Close, chi_square: f64) -> Split {
-        Split {
-            alternatives: close.beside(&fitted(close), chi_square),
-            ..self
-        }
+        Split { alternatives: close.beside(&fitted(close), chi_square), ..self }
     }
 
     /// How many paths there were when it was taken.
@@ -188,9 +180,7 @@ fn places(close: &Close) -> Vec<Place> {
             true => index.rem_euclid(steps),
             false => index,
         };
-        let left_over = usize::try_from(index)
-            .ok()
-            .and_then(|i| close.products.get(i));
+        let left_over = usize::try_from(index).ok().and_then(|i| close.products.get(i));
         Some(left_over? + height * close.matched.overlap(place - centre))
     };
     (-2 * reach..=2 * reach)
@@ -206,16 +196,11 @@ fn places(close: &Close) -> Vec<Place> {
 /// The pairs that gain most, and their strengths.
 fn starts(close: &Close, places: &[Place]) -> Vec<[PathParameters; 2]> {
     let overlap = |a: &Place, b: &Place| {
-        let pairs = a
-            .ends
-            .iter()
-            .flat_map(|x| b.ends.iter().map(move |y| x - y));
+        let pairs = a.ends.iter().flat_map(|x| b.ends.iter().map(move |y| x - y));
         0.25 * pairs.map(|apart| close.matched.overlap(apart)).sum::<f64>()
     };
     let variance = close.sigma * close.sigma;
-    let alone = places
-        .iter()
-        .map(|p| p.product.max(0.0).powi(2) / (overlap(p, p) * variance));
+    let alone = places.iter().map(|p| p.product.max(0.0).powi(2) / (overlap(p, p) * variance));
     let alone = alone.fold(0.0, f64::max);
     let mut pairs: Vec<(f64, usize, usize, [f64; 2])> = Vec::new();
     for (i, a) in places.iter().enumerate() {
@@ -225,10 +210,8 @@ fn starts(close: &Close, places: &[Place]) -> Vec<[PathParameters; 2]> {
             if det <= 1e-6 * aa * bb {
                 continue;
             }
-            let heights = [
-                (a.product * bb - b.product * ab) / det,
-                (b.product * aa - a.product * ab) / det,
-            ];
+            let heights =
+                [(a.product * bb - b.product * ab) / det, (b.product * aa - a.product * ab) / det];
             let least = LEAST_SHARE * (heights[0] + heights[1]);
             if heights[0] <= least || heights[1] <= least || least <= 0.0 {
                 continue;

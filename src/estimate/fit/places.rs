@@ -41,18 +41,13 @@ impl Search<'_, '_> {
         let known = self.air.known.iter().filter(|c| self.air.room(c, here) > 0);
         let known = known.map(|candidate| self.best_of(here, &residual, candidate));
         let others = here.codes.iter().filter(|code| {
-            self.air
-                .known
-                .iter()
-                .all(|candidate| candidate.code.chips != code.chips)
+            self.air.known.iter().all(|candidate| candidate.code.chips != code.chips)
         });
         let unknown = match others.count() < MOST_OTHERS {
             true => self.best_unknown(here, &residual),
             false => Vec::new(),
         };
-        let places = known
-            .chain(unknown)
-            .filter(|place| place.sigmas > threshold);
+        let places = known.chain(unknown).filter(|place| place.sigmas > threshold);
         places.max_by(|a, b| a.sigmas.total_cmp(&b.sigmas))
     }
 
@@ -98,19 +93,11 @@ impl Search<'_, '_> {
             .collect();
         let mut places = Vec::new();
         for (set, power, excluded) in &self.air.sets {
-            let found: Vec<i64> = here
-                .codes
-                .iter()
-                .filter_map(|code| set.index_of(code))
-                .collect();
-            let best = images
-                .iter()
-                .zip(&sub_phases)
-                .filter_map(|(image, &phase)| {
-                    let allowed =
-                        |index: i64| !excluded.contains(&index) && !found.contains(&index);
-                    set.best(image, allowed).map(|cell| (cell, phase))
-                });
+            let found: Vec<i64> = here.codes.iter().filter_map(|code| set.index_of(code)).collect();
+            let best = images.iter().zip(&sub_phases).filter_map(|(image, &phase)| {
+                let allowed = |index: i64| !excluded.contains(&index) && !found.contains(&index);
+                set.best(image, allowed).map(|cell| (cell, phase))
+            });
             let best = best.max_by(|(a, _), (b, _)| a.product.total_cmp(&b.product));
             let Some((cell, phase)) = best else { continue };
             let Ok(code) = set.code(cell.index) else {
@@ -130,12 +117,10 @@ impl Search<'_, '_> {
     fn is_taken(&self, here: &Hypothesis, code: &Code, delay_chips: f64) -> bool {
         let length = code.len() as f64;
         let paths = here.codes.iter().zip(&here.parameters.paths);
-        paths
-            .filter(|(fitted, _)| fitted.chips == code.chips)
-            .any(|(_, path)| {
-                let turns = (path.delay_chips - delay_chips) / length;
-                (turns - turns.round()).abs() * length <= APART_CHIPS
-            })
+        paths.filter(|(fitted, _)| fitted.chips == code.chips).any(|(_, path)| {
+            let turns = (path.delay_chips - delay_chips) / length;
+            (turns - turns.round()).abs() * length <= APART_CHIPS
+        })
     }
 }
 
@@ -156,10 +141,7 @@ fn image(values: &[f64], samples: usize, phase: usize, reference: &Code) -> Vec<
         Complex64::from(values[middle] + beside.sum::<f64>())
     });
     let mut spectrum: Vec<Complex64> = gathered.collect();
-    let signs = reference
-        .chips
-        .iter()
-        .map(|&c| Complex64::from(2.0 * f64::from(c) - 1.0));
+    let signs = reference.chips.iter().map(|&c| Complex64::from(2.0 * f64::from(c) - 1.0));
     let mut code: Vec<Complex64> = signs.collect();
     let mut planner = Planner::new();
     planner.forward(length).process(&mut spectrum);

@@ -30,13 +30,9 @@ pub fn window(scan: &Scan, samples_per_chip: u32, peak: Step) -> Vec<Step> {
     let (peak, steps) = (peak.0 as i64, scan.steps as i64);
     let mut window: Vec<Step> = if scan.is_full() {
         let half = half.min(steps / 2);
-        (peak - half..peak + half)
-            .map(|s| Step(s.rem_euclid(steps) as u64))
-            .collect()
+        (peak - half..peak + half).map(|s| Step(s.rem_euclid(steps) as u64)).collect()
     } else {
-        ((peak - half).max(0)..(peak + half).min(steps))
-            .map(|s| Step(s as u64))
-            .collect()
+        ((peak - half).max(0)..(peak + half).min(steps)).map(|s| Step(s as u64)).collect()
     };
     window.sort_unstable();
     window
@@ -168,9 +164,7 @@ impl<'m> Problem<'m> {
         parameters: &Parameters,
         response: &MeanResponse,
     ) -> Result<Vec<Column>, MeanResponseError> {
-        (0..parameters.len())
-            .map(|index| self.central_slope(parameters, response, index))
-            .collect()
+        (0..parameters.len()).map(|index| self.central_slope(parameters, response, index)).collect()
     }
 
     fn central_slope(

@@ -31,10 +31,7 @@ struct Place {
 
 impl Place {
     fn of(here: &Hypothesis, pair: [usize; 2]) -> Place {
-        Place {
-            chi_square: here.chi_square,
-            paths: pair.map(|path| here.parameters.paths[path]),
-        }
+        Place { chi_square: here.chi_square, paths: pair.map(|path| here.parameters.paths[path]) }
     }
 
     fn ln_ratio(&self) -> f64 {
@@ -100,9 +97,8 @@ fn mean_squares(places: &[Place]) -> [[f64; 2]; 2] {
     for place in places {
         let weight = (-0.5 * (place.chi_square - lowest)).exp();
         all += weight;
-        for (square, (here, first)) in squares
-            .iter_mut()
-            .zip(place.paths.iter().zip(&places[0].paths))
+        for (square, (here, first)) in
+            squares.iter_mut().zip(place.paths.iter().zip(&places[0].paths))
         {
             square[0] += weight * (here.delay_chips - first.delay_chips).powi(2);
             square[1] += weight * (here.ln_rate - first.ln_rate).powi(2);

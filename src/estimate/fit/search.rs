@@ -31,22 +31,11 @@ impl<'a, 'm> Search<'a, 'm> {
             / (measured.len() as f64 * air.axis.chips);
         let dead = (detected * model.dead_time_chips).min(0.95);
         let constant = detected / (1.0 - dead);
-        let background = Parameters {
-            paths: Vec::new(),
-            constant,
-        };
-        let nothing = Problem {
-            codes: Vec::new(),
-            ..problem.clone()
-        };
+        let background = Parameters { paths: Vec::new(), constant };
+        let nothing = Problem { codes: Vec::new(), ..problem.clone() };
         let expected = nothing.means(&background)?;
         let weights = known.scan_weights(&nothing, &background, &expected, &air.axis)?;
-        let descent = Descent {
-            problem,
-            measured,
-            axis: &air.axis,
-            weights,
-        };
+        let descent = Descent { problem, measured, axis: &air.axis, weights };
         let start = descent.hypothesis(Vec::new(), background)?;
         let search = Search { air, descent };
         let start = search.descent.roughly(start, &[])?;
@@ -54,25 +43,18 @@ impl<'a, 'm> Search<'a, 'm> {
     }
 
     fn templates(&self, codes: &[Arc<Code>]) -> Vec<Arc<Template>> {
-        codes
-            .iter()
-            .map(|code| self.air.template_of(code))
-            .collect()
+        codes.iter().map(|code| self.air.template_of(code)).collect()
     }
 
     /// What some light leaves over of the signed counts.
     pub fn residual(&self, here: &Hypothesis) -> Vec<f64> {
         let pairs = self.descent.measured.iter().zip(&here.expected);
-        pairs
-            .map(|(count, mean)| count.signed - mean.signed)
-            .collect()
+        pairs.map(|(count, mean)| count.signed - mean.signed).collect()
     }
 
     /// Signed counts of a step for a unit of a template's value and of light.
     pub fn unit(&self, here: &Hypothesis) -> f64 {
-        let [pattern, _] = self
-            .descent
-            .gains(&here.codes, &here.parameters, &here.expected);
+        let [pattern, _] = self.descent.gains(&here.codes, &here.parameters, &here.expected);
         pattern * self.air.axis.periods
     }
 
@@ -163,9 +145,7 @@ impl<'a, 'm> Search<'a, 'm> {
 
     /// Standard deviation of a signed count.
     pub fn sigma(&self) -> f64 {
-        self.descent
-            .weights
-            .signed_sigma(self.air.axis.samples_per_chip)
+        self.descent.weights.signed_sigma(self.air.axis.samples_per_chip)
     }
 
     /// Where the scan's steps are.

@@ -24,10 +24,7 @@ impl Problem<'_> {
     pub fn shared_steps(&self, second: &SecondMoments) -> Vec<SharedSteps> {
         let of_group = |places: Vec<usize>| {
             let steps: Vec<Step> = places.iter().map(|&place| self.steps[place]).collect();
-            SharedSteps {
-                moments: second.of_steps_together(&steps),
-                places,
-            }
+            SharedSteps { moments: second.of_steps_together(&steps), places }
         };
         self.groups().into_iter().map(of_group).collect()
     }
@@ -93,10 +90,7 @@ pub fn weights_of_scan<E>(
             // Without any away from the peaks, all groups are near.
             (_, None, None) => GroupMoments::default(),
         };
-        let group = SharedSteps {
-            places: places.clone(),
-            moments,
-        };
+        let group = SharedSteps { places: places.clone(), moments };
         group.expecting(means)
     });
     Ok(Weights::of_groups(&all.collect::<Vec<_>>()))
@@ -106,9 +100,7 @@ pub fn weights_of_scan<E>(
 fn spread_over(groups: &[usize], parallel: usize) -> Vec<usize> {
     let wanted = STEPS_AWAY.div_ceil(parallel).max(GROUPS_AWAY);
     let count = wanted.min(groups.len());
-    (0..count)
-        .map(|part| groups[(2 * part + 1) * groups.len() / (2 * count)])
-        .collect()
+    (0..count).map(|part| groups[(2 * part + 1) * groups.len() / (2 * count)]).collect()
 }
 
 /// Means of the moments of groups, of those with the most steps; `None` of none.
@@ -121,9 +113,7 @@ fn mean_of(groups: &[&SharedSteps]) -> Option<GroupMoments> {
     };
     let row = |a: usize| (0..=steps).map(|b| mean(&|m| m.covariance[a][b])).collect();
     Some(GroupMoments {
-        signed_means: (0..steps)
-            .map(|lane| mean(&|m| m.signed_means[lane]))
-            .collect(),
+        signed_means: (0..steps).map(|lane| mean(&|m| m.signed_means[lane])).collect(),
         total_mean: mean(&|m| m.total_mean),
         covariance: (0..=steps).map(row).collect(),
     })

@@ -29,11 +29,7 @@ impl SharedSteps {
         }
         SharedSteps {
             places: self.places.clone(),
-            moments: GroupMoments {
-                signed_means,
-                total_mean,
-                covariance,
-            },
+            moments: GroupMoments { signed_means, total_mean, covariance },
         }
     }
 }

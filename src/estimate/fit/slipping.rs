@@ -45,9 +45,7 @@ impl SlippingLight {
         let has_length = |light: &&ExcessLight| light.code.len() == model.reference.len();
         let sources = model.slipping().filter(has_length);
         let sources = sources.map(|light| Slipping::new(model, light, tier));
-        Ok(SlippingLight {
-            sources: sources.collect::<Result<_, _>>()?,
-        })
+        Ok(SlippingLight { sources: sources.collect::<Result<_, _>>()? })
     }
 
     /// Whether there is none.
@@ -140,11 +138,7 @@ fn covariance(values: &[f64], width: f64) -> Vec<f64> {
     for (number, value) in spectrum.iter_mut().enumerate() {
         let cycles = number.min(length - number) as f64 / length as f64;
         let angle = std::f64::consts::PI * cycles * width;
-        let kept = if angle == 0.0 {
-            1.0
-        } else {
-            angle.sin() / angle
-        };
+        let kept = if angle == 0.0 { 1.0 } else { angle.sin() / angle };
         // The mean is not scatter.
         let power = if number == 0 { 0.0 } else { value.norm_sqr() };
         *value = Complex64::new(power * kept * kept, 0.0);
@@ -161,9 +155,8 @@ mod tests {
     /// Averages over whole numbers of steps, by plain sums.
     #[test]
     fn covariances_are_those_of_moving_averages() {
-        let values: Vec<f64> = (0..60)
-            .map(|n| f64::from((n * n * 7 + n) % 13) - f64::from(n % 5))
-            .collect();
+        let values: Vec<f64> =
+            (0..60).map(|n| f64::from((n * n * 7 + n) % 13) - f64::from(n % 5)).collect();
         // Linear between them: averages by many points of each step.
         let period = values.len();
         let mean = values.iter().sum::<f64>() / period as f64;
@@ -175,9 +168,8 @@ mod tests {
             assert!((found[apart] - expected).abs() < 1e-9 * found[0], "{apart}");
         }
         // A cosine keeps sin(x) / x of its amplitude.
-        let cosine: Vec<f64> = (0..60)
-            .map(|n| (std::f64::consts::TAU * f64::from(n) * 3.0 / 60.0).cos())
-            .collect();
+        let cosine: Vec<f64> =
+            (0..60).map(|n| (std::f64::consts::TAU * f64::from(n) * 3.0 / 60.0).cos()).collect();
         let angle = std::f64::consts::PI * 3.0 / 60.0 * 4.5;
         let kept = 0.5 * (angle.sin() / angle).powi(2);
         let found = covariance(&cosine, 4.5);

@@ -40,9 +40,7 @@ pub fn start(
     let peak = best_match(sensor, code, &signed);
     let largest = counts[peak];
     if signed.iter().all(|&count| count == largest.signed) || largest.total <= 0.0 {
-        return Err(NoEstimate::Flat {
-            count: largest.signed as i64,
-        });
+        return Err(NoEstimate::Flat { count: largest.signed as i64 });
     }
     let offset_ps = calibration_offset_ps(sensor, detector, tier);
     let phase = estimate_at(&signed, peak, sensor.timing(), offset_ps);

@@ -52,10 +52,7 @@ impl Template {
         let sigmas = beyond / self.sigma_chips;
         let passed = normal_cdf(sigmas);
         let ramp = beyond * passed + self.sigma_chips * normal_density(sigmas);
-        [
-            here + left * beyond + (right - left) * ramp,
-            left + (right - left) * passed,
-        ]
+        [here + left * beyond + (right - left) * ramp, left + (right - left) * passed]
     }
 }
 
@@ -115,9 +112,7 @@ impl Axis {
         delay_chips: f64,
     ) -> impl Iterator<Item = [f64; 2]> + 'a {
         let start = self.offset_chips + delay_chips;
-        self.phase_steps
-            .iter()
-            .map(move |&k| template.at(k as f64 / self.samples_per_chip - start))
+        self.phase_steps.iter().map(move |&k| template.at(k as f64 / self.samples_per_chip - start))
     }
 
     /// The delay of light that peaks at a place in the order of phase steps.
@@ -188,10 +183,8 @@ impl Matched {
                 let mut spectrum: Vec<Complex64> =
                     values.iter().map(|v| Complex64::from(v - mean)).collect();
                 planner.forward(steps).process(&mut spectrum);
-                let mut power: Vec<Complex64> = spectrum
-                    .iter()
-                    .map(|value| Complex64::from(value.norm_sqr()))
-                    .collect();
+                let mut power: Vec<Complex64> =
+                    spectrum.iter().map(|value| Complex64::from(value.norm_sqr())).collect();
                 planner.inverse(steps).process(&mut power);
                 let overlap = power.iter().map(|v| v.re / steps as f64).collect();
                 (spectrum, overlap)
@@ -210,11 +203,7 @@ impl Matched {
                 (Vec::new(), (0..values.len()).map(product).collect())
             }
         };
-        Matched {
-            template,
-            spectrum,
-            overlap,
-        }
+        Matched { template, spectrum, overlap }
     }
 
     /// Sum of squares of the template.
@@ -272,11 +261,7 @@ mod tests {
     use crate::code::{CodeSpec, Family};
 
     fn gold(index: i64) -> Code {
-        let spec = CodeSpec {
-            degree: Some(5),
-            index: Some(index),
-            ..CodeSpec::new(Family::Gold)
-        };
+        let spec = CodeSpec { degree: Some(5), index: Some(index), ..CodeSpec::new(Family::Gold) };
         spec.build().expect("a Gold code")
     }
 
@@ -309,9 +294,6 @@ mod tests {
         let lower = sharp.at(0.0)[0] - own.at(0.0)[0];
         let sharp_bend = sharp.at(1.0)[0] - 2.0 * sharp.at(0.0)[0] + sharp.at(-1.0)[0];
         let expected = -0.01 * (0.5 / std::f64::consts::PI).sqrt() * sharp_bend;
-        assert!(
-            (lower - expected).abs() < 1e-9 && bend < 0.0,
-            "{lower} {expected}"
-        );
+        assert!((lower - expected).abs() < 1e-9 && bend < 0.0, "{lower} {expected}");
     }
 }

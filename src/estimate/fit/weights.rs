@@ -43,9 +43,7 @@ impl Weights {
             // Cholesky of C = [[v, c], [c, n]], then the inverse of its factor.
             let signed = m.signed_variance.max(ROUNDING).sqrt();
             let shared = m.covariance / signed;
-            let rest = (m.total_variance - shared * shared)
-                .max(ROUNDING * 1e-3)
-                .sqrt();
+            let rest = (m.total_variance - shared * shared).max(ROUNDING * 1e-3).sqrt();
             [1.0 / signed, -shared / (signed * rest), 1.0 / rest]
         });
         Weights {
@@ -135,9 +133,7 @@ impl Weights {
         let height = |offset: i64| (1.0 - offset.abs() as f64 / samples_per_chip).max(0.0);
         let products = |apart: i64| -> f64 {
             let offsets = -reach..=reach;
-            offsets
-                .map(|offset| height(offset) * height(offset + apart))
-                .sum()
+            offsets.map(|offset| height(offset) * height(offset + apart)).sum()
         };
         let sides = |apart: usize| if apart == 0 { 1.0 } else { 2.0 };
         let beside = self.beside.iter().enumerate();
@@ -156,10 +152,7 @@ impl Weights {
     fn residuals(&self, measured: &[MeanCount], expected: &[MeanCount]) -> Vec<f64> {
         let pairs = measured.iter().zip(expected);
         let differences: Column = pairs
-            .map(|(m, e)| MeanCount {
-                signed: m.signed - e.signed,
-                total: m.total - e.total,
-            })
+            .map(|(m, e)| MeanCount { signed: m.signed - e.signed, total: m.total - e.total })
             .collect();
         self.whitened(&differences)
     }
@@ -171,10 +164,7 @@ impl Weights {
         measured: &[MeanCount],
         expected: &[MeanCount],
     ) -> Option<Normal> {
-        Normal::of_whitened(
-            &self.whitened_columns(jacobian),
-            &self.residuals(measured, expected),
-        )
+        Normal::of_whitened(&self.whitened_columns(jacobian), &self.residuals(measured, expected))
     }
 
     /// The same for a way down that has to lead on where unknowns cannot be told from
@@ -192,21 +182,12 @@ impl Weights {
     }
 
     fn whitened_columns(&self, jacobian: &[Column]) -> Vec<Vec<f64>> {
-        jacobian
-            .iter()
-            .map(|column| self.whitened(column))
-            .collect()
+        jacobian.iter().map(|column| self.whitened(column)).collect()
     }
 
     /// Information of the counts about the unknowns, without any data.
     pub fn information(&self, jacobian: &[Column]) -> Option<Normal> {
-        let nothing = vec![
-            MeanCount {
-                signed: 0.0,
-                total: 0.0
-            };
-            self.steps()
-        ];
+        let nothing = vec![MeanCount { signed: 0.0, total: 0.0 }; self.steps()];
         self.normal(jacobian, &nothing, &nothing)
     }
 
@@ -230,9 +211,7 @@ impl GroupFactor {
         let signed = self.places.iter().map(|&place| column[place].signed);
         let total = self.places.first().map(|&place| column[place].total);
         let values: Vec<f64> = signed.chain(total).collect();
-        (&self.whitening * DVector::from_vec(values))
-            .as_slice()
-            .to_vec()
+        (&self.whitening * DVector::from_vec(values)).as_slice().to_vec()
     }
 }
 
@@ -274,10 +253,7 @@ fn whitening(covariance: &[Vec<f64>]) -> DMatrix<f64> {
 }
 
 fn whiten(factor: &[f64; 3], count: &MeanCount) -> [f64; 2] {
-    [
-        factor[0] * count.signed,
-        factor[1] * count.signed + factor[2] * count.total,
-    ]
+    [factor[0] * count.signed, factor[1] * count.signed + factor[2] * count.total]
 }
 
 #[cfg(test)]
@@ -301,9 +277,8 @@ mod tests {
         let jacobian = [x.map(|_| count(1.0)).to_vec(), x.map(count).to_vec()];
         let measured = x.map(|x| count(2.0 + 3.0 * x));
         let expected = x.map(|_| count(0.0));
-        let normal = Weights::of(&moments)
-            .normal(&jacobian, &measured, &expected)
-            .expect("it is regular");
+        let normal =
+            Weights::of(&moments).normal(&jacobian, &measured, &expected).expect("it is regular");
         let found = normal.solution();
         assert!((found[0] - 2.0).abs() < 1e-12 && (found[1] - 3.0).abs() < 1e-12);
         // Through the origin's constant held at 0: sum of x y over sum of x x.
@@ -313,17 +288,12 @@ mod tests {
             .expect("it is regular")
             .solution_with_last(0.0);
         let slope = (2.0 * 4.0 + 3.0 * 18.0) / 18.0;
-        assert!(
-            (held[0] - slope).abs() < 1e-12 && held[1] == 0.0,
-            "{held:?}"
-        );
+        assert!((held[0] - slope).abs() < 1e-12 && held[1] == 0.0, "{held:?}");
         let sum = normal.holding(&[1.0, 1.0]);
         let [a, b] = [0, 1].map(|i| sum.solution()[i]);
         // a + b = 0: y on b (x - 1), whose squares are 4 + 1 + 0 + 9.
-        let through_one: f64 = [-2.0, -1.0, 0.0, 3.0]
-            .iter()
-            .map(|x| x * (2.0 + 3.0 * (x + 1.0)))
-            .sum();
+        let through_one: f64 =
+            [-2.0, -1.0, 0.0, 3.0].iter().map(|x| x * (2.0 + 3.0 * (x + 1.0))).sum();
         assert!((a + b).abs() < 1e-12 && (b - through_one / 14.0).abs() < 1e-12);
         assert!((sum.standard_deviations()[1] - (4.0_f64 / 14.0).sqrt()).abs() < 1e-12);
         assert!(sum.standard_deviation_of(&[1.0, 1.0]).abs() < 1e-7);
@@ -360,10 +330,8 @@ mod tests {
             [count(0.0, 0.0), count(1.0, 0.0)],
             [count(0.0, 0.0), count(0.0, 1.0)],
         ];
-        let columns: Vec<f64> = units
-            .iter()
-            .flat_map(|unit| weights.whitened(&unit.to_vec()))
-            .collect();
+        let columns: Vec<f64> =
+            units.iter().flat_map(|unit| weights.whitened(&unit.to_vec())).collect();
         let whitening = DMatrix::from_vec(4, 4, columns);
         let one = &whitening * covariance * whitening.transpose();
         // Up to the ridge of a thousandth of the variance of rounding.

@@ -45,9 +45,8 @@ pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> f64 {
     let laws = laws(counts, target);
     // The phase moves an estimate by up to a chip.
     let reach_ps = target.sensor.clock().ps(2.0);
-    let near: Vec<usize> = (0..laws.len())
-        .filter(|&step| target.step_error_ps(step).abs() < reach_ps)
-        .collect();
+    let near: Vec<usize> =
+        (0..laws.len()).filter(|&step| target.step_error_ps(step).abs() < reach_ps).collect();
     let winners = winners(&laws, &near);
     let found = winners.iter().map(|winner| {
         // The chance to be found hardly changes over the counts that win.
@@ -79,9 +78,8 @@ fn winners(laws: &[CountLaw], near: &[usize]) -> Vec<Winner> {
         let reach = REACH_STD * laws[step].std() + 1.0;
         (laws[step].mean - reach, laws[step].mean + reach)
     });
-    let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |a, b| {
-        (a.0.min(b.0), a.1.max(b.1))
-    });
+    let (low, high) =
+        ends.fold((f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
     // Sums of chances, and of chances times counts.
     let mut sums = vec![[0.0; 2]; near.len()];
     let mostly_zero = mostly_zero(laws);
@@ -99,11 +97,7 @@ fn winners(laws: &[CountLaw], near: &[usize]) -> Vec<Winner> {
     }
     let with_sums = near.iter().zip(sums).filter(|(_, sums)| sums[0] > 1e-12);
     with_sums
-        .map(|(&step, [chance, counts])| Winner {
-            step,
-            chance,
-            mean_count: counts / chance,
-        })
+        .map(|(&step, [chance, counts])| Winner { step, chance, mean_count: counts / chance })
         .collect()
 }
 
@@ -119,10 +113,8 @@ fn chances_at(laws: &[CountLaw], near: &[usize], runs: &[Run], x: f64, stride: f
         let of = |alike: &Alike| alike.number * log_of(&alike.law, y);
         run.steps.iter().map(of).sum()
     };
-    let log_runs: Vec<[f64; 2]> = runs
-        .iter()
-        .map(|run| [log_run(run, less), log_run(run, at_most)])
-        .collect();
+    let log_runs: Vec<[f64; 2]> =
+        runs.iter().map(|run| [log_run(run, less), log_run(run, at_most)]).collect();
     let log_of_runs: f64 = log_runs.iter().map(|logs| logs[1]).sum();
     if log_of_runs < LEAST_LOG {
         return vec![0.0; near.len()];
@@ -153,10 +145,7 @@ fn runs(laws: &[CountLaw], near: &[usize]) -> Vec<Run> {
     let mut start = 0;
     for end in near.iter().copied().chain([laws.len()]) {
         if end > start {
-            runs.push(Run {
-                end,
-                steps: alike(&laws[start..end]),
-            });
+            runs.push(Run { end, steps: alike(&laws[start..end]) });
         }
         start = end + 1;
     }
@@ -195,11 +184,7 @@ fn alike(laws: &[CountLaw]) -> Vec<Alike> {
 fn mostly_zero(laws: &[CountLaw]) -> bool {
     let zeros = laws.iter().map(|law| {
         let (at_most, less) = (law.below(0.5), law.below(-0.5));
-        if at_most > 0.0 {
-            1.0 - less / at_most
-        } else {
-            0.0
-        }
+        if at_most > 0.0 { 1.0 - less / at_most } else { 0.0 }
     });
     zeros.sum::<f64>() > 0.5 * laws.len() as f64
 }
@@ -209,12 +194,7 @@ mod tests {
     use super::*;
 
     fn normal(mean: f64, variance: f64) -> CountLaw {
-        CountLaw {
-            mean,
-            variance,
-            total: variance,
-            afterpulses: 0.0,
-        }
+        CountLaw { mean, variance, total: variance, afterpulses: 0.0 }
     }
 
     #[test]
@@ -252,10 +232,6 @@ mod tests {
             .sum();
         let found = winners(&laws, &[400]);
         // The lattice's law has a small excess kurtosis of 1 / variance.
-        assert!(
-            (found[0].chance - exact).abs() < 2e-3,
-            "{} {exact}",
-            found[0].chance
-        );
+        assert!((found[0].chance - exact).abs() < 2e-3, "{} {exact}", found[0].chance);
     }
 }

@@ -146,11 +146,7 @@ impl CountLaw {
                 high = s;
             }
             let next = s + (y - there.slope) / there.curvature;
-            let next = if next > low && next < high {
-                next
-            } else {
-                0.5 * (low + high)
-            };
+            let next = if next > low && next < high { next } else { 0.5 * (low + high) };
             let is_done = (next - s).abs() < 1e-9;
             s = next;
             if is_done {
@@ -182,12 +178,7 @@ impl CountLaw {
     pub fn deviation_of_normal(&self) -> [f64; 4] {
         let [skewness, kurtosis] = self.cumulants();
         let (skew, kurt, square) = (skewness / 6.0, kurtosis / 24.0, skewness * skewness / 36.0);
-        [
-            -skew,
-            1.0 - 3.0 * kurt + 5.0 * square,
-            skew,
-            kurt - 2.0 * square,
-        ]
+        [-skew, 1.0 - 3.0 * kurt + 5.0 * square, skew, kurt - 2.0 * square]
     }
 
     /// Mean and variance of the count if it is known to be below `y`, for a normal
@@ -213,16 +204,8 @@ mod tests {
     use super::*;
 
     fn law(mean: f64, total: f64, afterpulses: f64) -> CountLaw {
-        let law = CountLaw {
-            mean,
-            variance: 1.0,
-            total,
-            afterpulses,
-        };
-        CountLaw {
-            variance: law.generated(0.0).curvature,
-            ..law
-        }
+        let law = CountLaw { mean, variance: 1.0, total, afterpulses };
+        CountLaw { variance: law.generated(0.0).curvature, ..law }
     }
 
     /// P(count = x) for x = -300..=300: clusters are added one number at a time
@@ -288,35 +271,21 @@ mod tests {
                 let tail = below.min(1.0 - below);
                 let found = law.below(x as f64 + 0.5);
                 let error = (found - below).abs();
-                assert!(
-                    error < limit * tail + 1e-9,
-                    "{mean} {total} {m} {x}: {found} {below}"
-                );
+                assert!(error < limit * tail + 1e-9, "{mean} {total} {m} {x}: {found} {below}");
             }
         }
     }
 
     #[test]
     fn the_chance_grows_with_the_count_however_far_out_and_however_few() {
-        for (mean, total, variance) in [
-            (4.5, 7.5, 6.5),
-            (-0.3, 0.8, 0.9),
-            (0.5, 0.8, 0.7),
-            (7.0, 7.0, 5.0),
-        ] {
-            let law = CountLaw {
-                mean,
-                variance,
-                total,
-                afterpulses: 0.147,
-            };
+        for (mean, total, variance) in
+            [(4.5, 7.5, 6.5), (-0.3, 0.8, 0.9), (0.5, 0.8, 0.7), (7.0, 7.0, 5.0)]
+        {
+            let law = CountLaw { mean, variance, total, afterpulses: 0.147 };
             let mut before = 0.0;
             for x in -40..60 {
                 let below = law.below(f64::from(x) + 0.5);
-                assert!(
-                    (before - 0.02..=1.0).contains(&below),
-                    "{law:?} {x}: {before} {below}"
-                );
+                assert!((before - 0.02..=1.0).contains(&below), "{law:?} {x}: {before} {below}");
                 before = below;
             }
             assert!(law.below(-60.5) < 1e-6 && before > 1.0 - 1e-6, "{before}");
@@ -342,10 +311,7 @@ mod tests {
 
     #[test]
     fn a_count_known_to_be_below_its_mean_is_half_a_normal_one() {
-        let law = CountLaw {
-            variance: 9.0,
-            ..law(10.0, 20.0, 0.0)
-        };
+        let law = CountLaw { variance: 9.0, ..law(10.0, 20.0, 0.0) };
         let (mean, variance) = law.given_below(10.0);
         // Half-normal: sqrt(2 / pi) and 1 - 2 / pi.
         assert!((mean - (10.0 - 3.0 * (2.0 / PI).sqrt())).abs() < 1e-9);

@@ -83,11 +83,7 @@ impl Target<'_> {
         }
         if self.sensor.scene().estimator == EstimatorKind::Model {
             let source = self.sensor.scene().detectors[self.detector].reference;
-            let step = best_match(
-                self.sensor,
-                &self.sensor.scene().sources[source].code,
-                values,
-            );
+            let step = best_match(self.sensor, &self.sensor.scene().sources[source].code, values);
             return self.accepts(self.measured_ps + self.step_error_ps(step), 1.0);
         }
         let timing = self.sensor.timing();
@@ -98,11 +94,7 @@ impl Target<'_> {
 
 impl Group {
     fn draw(&self, rng: &mut Xoshiro256PlusPlus, values: &mut Vec<f64>) {
-        let normal: Vec<f64> = self
-            .laws
-            .iter()
-            .map(|_| StandardNormal.sample(rng))
-            .collect();
+        let normal: Vec<f64> = self.laws.iter().map(|_| StandardNormal.sample(rng)).collect();
         for (law, row) in self.laws.iter().zip(&self.factor) {
             let z: f64 = row.iter().zip(&normal).map(|(f, z)| f * z).sum();
             let [c0, c1, c2, c3] = law.deviation;
@@ -126,10 +118,7 @@ fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
     let model = counts.model();
     let laws = laws(counts, target);
     if model.timing.parallel == 1 {
-        let alone = |law: &CountLaw| Group {
-            laws: vec![Drawn::of(law)],
-            factor: vec![vec![1.0]],
-        };
+        let alone = |law: &CountLaw| Group { laws: vec![Drawn::of(law)], factor: vec![vec![1.0]] };
         return laws.iter().map(alone).collect();
     }
     let reach_ps = target.sensor.clock().ps(NEAR_CHIPS);
@@ -138,9 +127,7 @@ fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
         steps.any(|step| target.step_error_ps(step.index()).abs() < reach_ps)
     };
     // The last group may be smaller: no model for others.
-    let far = (0..model.timing.groups() - 1)
-        .map(scan::Group)
-        .find(|&group| !is_near(group));
+    let far = (0..model.timing.groups() - 1).map(scan::Group).find(|&group| !is_near(group));
     let far = far.map(|group| counts.second.of_group(group));
     let group = |group| {
         let group = scan::Group(group);
@@ -154,22 +141,14 @@ fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
             }
         };
         let of_step = |a: usize| -> Vec<f64> {
-            (0..steps.len())
-                .map(|b| correlation(moments, a, b))
-                .collect()
+            (0..steps.len()).map(|b| correlation(moments, a, b)).collect()
         };
         Group {
-            laws: steps
-                .iter()
-                .map(|&step| Drawn::of(&laws[step.index()]))
-                .collect(),
+            laws: steps.iter().map(|&step| Drawn::of(&laws[step.index()])).collect(),
             factor: correlating(&(0..steps.len()).map(of_step).collect::<Vec<_>>()),
         }
     };
-    (0..model.timing.groups())
-        .into_par_iter()
-        .map(group)
-        .collect()
+    (0..model.timing.groups()).into_par_iter().map(group).collect()
 }
 
 fn correlation(group: &GroupMoments, a: usize, b: usize) -> f64 {

@@ -18,11 +18,7 @@ pub fn laws(counts: &ExpectedCounts, target: &Target) -> Vec<CountLaw> {
         let moments = counts.second.of_scan();
         moments.iter().map(|m| m.signed_variance).collect()
     } else {
-        between(
-            counts,
-            steps,
-            target.sensor.clock().samples_per_chip.div_ceil(2) as usize,
-        )
+        between(counts, steps, target.sensor.clock().samples_per_chip.div_ceil(2) as usize)
     };
     let spad = &target.sensor.scene().detectors[target.detector];
     let afterpulses = -(-spad.afterpulsing_probability).ln_1p();
@@ -38,9 +34,7 @@ pub fn laws(counts: &ExpectedCounts, target: &Target) -> Vec<CountLaw> {
 /// Variances of every `stride`-th step and the last, and those between.
 fn between(counts: &ExpectedCounts, steps: usize, stride: usize) -> Vec<f64> {
     let known = |index: usize| (index * stride).min(steps - 1);
-    let asked: Vec<Step> = (0..=steps.div_ceil(stride))
-        .map(|i| Step::at(known(i)))
-        .collect();
+    let asked: Vec<Step> = (0..=steps.div_ceil(stride)).map(|i| Step::at(known(i))).collect();
     let moments = counts.second.of_steps(&asked);
     (0..steps)
         .map(|step| {

@@ -26,10 +26,7 @@ impl Accepted {
         let own = &sensor.scene().paths[path];
         let code_period_ps = sensor.code_period_of_path_ps(path);
         let tolerance_ps = tolerance_ps(sensor.clock().chip_period_ps, code_period_ps);
-        let mut accepted = Accepted {
-            low_ps: -tolerance_ps,
-            high_ps: tolerance_ps,
-        };
+        let mut accepted = Accepted { low_ps: -tolerance_ps, high_ps: tolerance_ps };
         let truth_ps = true_delay(sensor, path, counting).delay_ps;
         for (index, other) in PathIndex::of(&sensor.scene().paths).zip(&sensor.scene().paths) {
             if index == path || (other.source, other.detector) != (own.source, own.detector) {
@@ -80,10 +77,7 @@ impl<'a> Target<'a> {
 
     /// How much later than the path a phase step is, in ps, the shorter way round.
     pub(super) fn step_error_ps(&self, measurement: usize) -> f64 {
-        let at_ps = self
-            .sensor
-            .timing()
-            .reference_delay_ps(Step::at(measurement));
+        let at_ps = self.sensor.timing().reference_delay_ps(Step::at(measurement));
         delay_error_ps(at_ps, self.measured_ps, self.code_period_ps)
     }
 }

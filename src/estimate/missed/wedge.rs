@@ -60,9 +60,7 @@ impl Planar {
             }
         }
         cuts.sort_by(f64::total_cmp);
-        let pieces = cuts
-            .windows(2)
-            .map(|ends| simpson(&density, ends[0], ends[1]));
+        let pieces = cuts.windows(2).map(|ends| simpson(&density, ends[0], ends[1]));
         pieces.sum::<f64>().clamp(0.0, 1.0)
     }
 }
@@ -83,10 +81,7 @@ mod tests {
     #[test]
     fn half_planes_are_the_normal_distribution() {
         for (mean, std) in [([0.3, 0.0], 1.0), ([2.0, 0.0], 0.5), ([-0.7, 0.2], 0.3)] {
-            let planar = Planar {
-                mean,
-                covariance: [std * std, 4.0, 0.0],
-            };
+            let planar = Planar { mean, covariance: [std * std, 4.0, 0.0] };
             let right = planar.angle_within(-0.5 * PI, 0.5 * PI);
             assert!((right - normal_cdf(mean[0] / std)).abs() < 1e-6, "{right}");
             assert!((planar.angle_within(-PI, PI) - 1.0).abs() < 1e-6);
@@ -95,26 +90,17 @@ mod tests {
 
     #[test]
     fn without_a_mean_angles_are_uniform_and_correlation_turns_them() {
-        let round = Planar {
-            mean: [0.0; 2],
-            covariance: [2.0, 2.0, 0.0],
-        };
+        let round = Planar { mean: [0.0; 2], covariance: [2.0, 2.0, 0.0] };
         assert!((round.angle_within(0.3, 1.3) - 0.5 / PI).abs() < 1e-7);
         // Sheppard 1899: P(x > 0, y > 0) = 1/4 + asin(rho) / (2 pi).
-        let along = Planar {
-            mean: [0.0; 2],
-            covariance: [4.0, 1.0, 1.2],
-        };
+        let along = Planar { mean: [0.0; 2], covariance: [4.0, 1.0, 1.2] };
         let expected = 0.25 + 0.6_f64.asin() / (2.0 * PI);
         assert!((along.angle_within(0.0, 0.5 * PI) - expected).abs() < 1e-6);
     }
 
     #[test]
     fn without_scatter_the_angle_is_inside_or_not() {
-        let sure = Planar {
-            mean: [-1.0, -0.1],
-            covariance: [0.0; 3],
-        };
+        let sure = Planar { mean: [-1.0, -0.1], covariance: [0.0; 3] };
         assert_eq!(sure.angle_within(PI - 0.01, PI + 0.2), 1.0);
         assert_eq!(sure.angle_within(-1.0, 1.0), 0.0);
     }

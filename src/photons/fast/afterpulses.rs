@@ -48,11 +48,7 @@ impl Afterpulses {
             let mass = self.masses[lane];
             let passed = exponential(random[lane]);
             let wait = minus_ln(1.0 - passed / mass, 0) * self.time_constant_ticks;
-            let wait = if passed < mass {
-                wait
-            } else {
-                LONGEST_WAIT as f32
-            };
+            let wait = if passed < mass { wait } else { LONGEST_WAIT as f32 };
             waits[lane] = waits[lane].min(to_ticks(wait));
         }
     }

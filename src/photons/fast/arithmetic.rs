@@ -169,17 +169,11 @@ mod tests {
             let expected = -((f64::from(bits >> 1) + 0.5) / 2_f64.powi(31)).ln();
             let found = f64::from(exponential(bits));
             let bound = 2e-7 * expected + 1.2e-7;
-            assert!(
-                (found - expected).abs() < bound,
-                "{bits}: {found} {expected}"
-            );
+            assert!((found - expected).abs() < bound, "{bits}: {found} {expected}");
         }
         for bits in [0, 1, 2, 3, u32::MAX] {
             let expected = -((f64::from(bits >> 1) + 0.5) / 2_f64.powi(31)).ln();
-            assert!(
-                (f64::from(exponential(bits)) - expected).abs() < 4e-6,
-                "{bits}"
-            );
+            assert!((f64::from(exponential(bits)) - expected).abs() < 4e-6, "{bits}");
         }
     }
 

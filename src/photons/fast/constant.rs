@@ -12,10 +12,7 @@ pub struct ConstantLight {
 
 impl ConstantLight {
     pub fn new(mean_wait_ticks: f64) -> ConstantLight {
-        ConstantLight {
-            streams: LaneStreams::new(),
-            mean_wait_ticks: mean_wait_ticks as f32,
-        }
+        ConstantLight { streams: LaneStreams::new(), mean_wait_ticks: mean_wait_ticks as f32 }
     }
 
     /// Shortens the waits to the next arrival.

@@ -122,9 +122,7 @@ impl Tables {
         let period = codes.try_fold(model.reference.len(), least_common_multiple);
         let grid = period
             .and_then(Grid::new)
-            .ok_or(OutsideDomain::PeriodTooLong {
-                limit: LONGEST_PERIOD_CHIPS,
-            })?;
+            .ok_or(OutsideDomain::PeriodTooLong { limit: LONGEST_PERIOD_CHIPS })?;
         if model.dead_time_chips >= f64::from(grid.period_chips) {
             return Err(OutsideDomain::DeadTimeTooLong {
                 dead_time_chips: model.dead_time_chips,
@@ -149,9 +147,7 @@ impl Tables {
             + (timing.rising_delay_chips - timing.falling_delay_chips).abs();
         if model.timing.parallel > 1 && zone * f64::from(model.timing.clock.samples_per_chip) >= 1.0
         {
-            return Err(OutsideDomain::StepsTooClose {
-                parallel: model.timing.parallel,
-            });
+            return Err(OutsideDomain::StepsTooClose { parallel: model.timing.parallel });
         }
         let paths = model.excess.iter().flat_map(|light| {
             let on_time = OnTime::new(grid, &light.code.chips);
@@ -192,10 +188,7 @@ fn check_quickness(model: &DetectorModel, grid: Grid) -> Result<(), OutsideDomai
     let mean_wait_chips = 1.0 / (model.constant_per_chip + excess_per_chip);
     let most_chips = MOST_PERIODS_PER_PHOTON * f64::from(grid.period_chips);
     if mean_wait_chips > most_chips {
-        return Err(OutsideDomain::TooRare {
-            mean_wait_chips,
-            most_chips,
-        });
+        return Err(OutsideDomain::TooRare { mean_wait_chips, most_chips });
     }
     let mut time_constant_chips = mean_wait_chips;
     if let Some(afterpulsing) = model.afterpulsing {
@@ -207,10 +200,7 @@ fn check_quickness(model: &DetectorModel, grid: Grid) -> Result<(), OutsideDomai
     }
     let least_chips = LEAST_TIME_CONSTANT_TICKS / f64::from(grid.chip_ticks());
     if time_constant_chips < least_chips {
-        return Err(OutsideDomain::TooQuick {
-            time_constant_chips,
-            least_chips,
-        });
+        return Err(OutsideDomain::TooQuick { time_constant_chips, least_chips });
     }
     Ok(())
 }

@@ -64,11 +64,7 @@ impl OnTime {
             let short = end.wrapping_sub(phases[lane]);
             // The end lies in this period or in the next one.
             let short = short.min(short.wrapping_add(self.grid.period_ticks));
-            elapsed[lane] = if waits[lane] < self.ticks {
-                short
-            } else {
-                self.grid.period_ticks
-            };
+            elapsed[lane] = if waits[lane] < self.ticks { short } else { self.grid.period_ticks };
         }
         elapsed
     }
@@ -123,11 +119,7 @@ mod tests {
     #[test]
     fn on_time_passes_in_on_chips_only() {
         let code = [0, 1, 1, 0, 1, 0, 0];
-        let grid = Grid {
-            chip_bits: 2,
-            period_chips: 7,
-            period_ticks: 28,
-        };
+        let grid = Grid { chip_bits: 2, period_chips: 7, period_ticks: 28 };
         let on_time = OnTime::new(grid, &code);
         let is_on = |tick: u32| code[(tick / 4 % 7) as usize] == 1;
         for phase in 0..28 {

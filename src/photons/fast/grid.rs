@@ -35,11 +35,7 @@ impl Grid {
         }
         let period_chips = period_chips as u32;
         let chip_bits = ((1 << 30) / period_chips).ilog2().min(MOST_CHIP_BITS);
-        Some(Grid {
-            chip_bits,
-            period_chips,
-            period_ticks: period_chips << chip_bits,
-        })
+        Some(Grid { chip_bits, period_chips, period_ticks: period_chips << chip_bits })
     }
 
     /// Ticks per chip.

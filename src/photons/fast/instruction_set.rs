@@ -38,9 +38,7 @@ impl InstructionSet {
 
     /// The best one that this processor has.
     pub fn best() -> InstructionSet {
-        *InstructionSet::available()
-            .last()
-            .unwrap_or(&InstructionSet::Baseline)
+        *InstructionSet::available().last().unwrap_or(&InstructionSet::Baseline)
     }
 
     /// Whether this processor has it.

@@ -90,11 +90,7 @@ pub struct StepCounter<'m> {
 impl<'m> StepCounter<'m> {
     /// Makes the tables of a model, and chooses the best instruction set.
     pub fn new(model: &'m DetectorModel) -> StepCounter<'m> {
-        StepCounter {
-            model,
-            tables: Tables::new(model),
-            instruction_set: InstructionSet::best(),
-        }
+        StepCounter { model, tables: Tables::new(model), instruction_set: InstructionSet::best() }
     }
 
     /// Uses another instruction set.
@@ -102,10 +98,7 @@ impl<'m> StepCounter<'m> {
     /// # Panics
     /// On counting, if the processor does not have it.
     pub fn with_instruction_set(self, instruction_set: InstructionSet) -> StepCounter<'m> {
-        StepCounter {
-            instruction_set,
-            ..self
-        }
+        StepCounter { instruction_set, ..self }
     }
 
     /// Why the plain loop is used instead of lanes; `None` if it is not.
@@ -142,11 +135,7 @@ impl<'m> StepCounter<'m> {
         let numbers = repetitions.end.saturating_sub(repetitions.start)
             * steps.end.saturating_sub(steps.start);
         assert_eq!(numbers, out.len() as u64, "one place for each step");
-        let jobs = Jobs {
-            seed,
-            first_repetition: repetitions.start,
-            steps,
-        };
+        let jobs = Jobs { seed, first_repetition: repetitions.start, steps };
         threads::share(threads, out, |next| self.count_jobs(&jobs, next));
     }
 
@@ -215,10 +204,8 @@ mod tests {
         let mut without = table_i();
         without.afterpulsing = None;
         let mut neutral = without.clone();
-        neutral.afterpulsing = Some(Afterpulsing {
-            mean_per_avalanche: 0.0,
-            time_constant_chips: 0.6,
-        });
+        neutral.afterpulsing =
+            Some(Afterpulsing { mean_per_avalanche: 0.0, time_constant_chips: 0.6 });
         assert_same(&without, &neutral);
     }
 
@@ -236,20 +223,11 @@ mod tests {
         let without = table_i();
         let mut neutral = without.clone();
         let chips = vec![1; 89];
-        let code = Arc::new(Code {
-            generator: Generator::Chips(chips.clone()),
-            interleave: 0,
-            chips,
-        });
-        let rates = LightRates {
-            on_hz: 1e-290,
-            off_hz: 0.0,
-        };
+        let code =
+            Arc::new(Code { generator: Generator::Chips(chips.clone()), interleave: 0, chips });
+        let rates = LightRates { on_hz: 1e-290, off_hz: 0.0 };
         // Of the period 2047 = 23 x 89, so that the grid stays as it is.
-        let other = NumberedPath {
-            index: PathIndex(1),
-            number: 1,
-        };
+        let other = NumberedPath { index: PathIndex(1), number: 1 };
         let dark = ExcessLight::new(other, rates, &code, 333.0, neutral.timing.clock, &[]);
         neutral.excess.extend(dark);
         assert_eq!(neutral.excess.len(), 2);
@@ -280,10 +258,7 @@ mod tests {
         let mut without = with.clone();
         without.jitter_chips = None;
         let [with, without] = [&with, &without].map(|m| counts(&StepCounter::new(m)));
-        let same = with
-            .iter()
-            .zip(&without)
-            .filter(|(a, b)| a.total == b.total);
+        let same = with.iter().zip(&without).filter(|(a, b)| a.total == b.total);
         assert!(same.count() > 90);
         assert_ne!(with, without);
     }

@@ -27,11 +27,7 @@ mod tests {
             let sum: f64 = (0..points)
                 .map(|i| {
                     let u = from + (to - from) * (f64::from(i) + 0.5) / f64::from(points);
-                    if s > 0.0 {
-                        normal_cdf(-u / s)
-                    } else {
-                        f64::from(u < 0.0)
-                    }
+                    if s > 0.0 { normal_cdf(-u / s) } else { f64::from(u < 0.0) }
                 })
                 .sum();
             let found = mean_below_zero(from, to, s);

@@ -98,9 +98,7 @@ impl SignTable {
         Some(SignTable {
             grid,
             cells: ChipTable::new(cells),
-            is_random: thresholds
-                .iter()
-                .any(|&t| t != threshold_of(0.0) && t != threshold_of(1.0)),
+            is_random: thresholds.iter().any(|&t| t != threshold_of(0.0) && t != threshold_of(1.0)),
             thresholds,
             entry_bits,
             first_cell,

@@ -23,10 +23,7 @@ impl Jobs {
     /// Number of the scan, and the step.
     pub fn repetition_and_step(&self, job: u64) -> (u64, Step) {
         let steps = self.steps.end - self.steps.start;
-        (
-            self.first_repetition + job / steps,
-            Step(self.steps.start + job % steps),
-        )
+        (self.first_repetition + job / steps, Step(self.steps.start + job % steps))
     }
 }
 
@@ -87,12 +84,8 @@ impl<'t, 'o> StepRunner<'t, 'o> {
         jobs: &'t Jobs,
         next_share: &'t mut dyn FnMut() -> Option<Share<'o>>,
     ) -> StepRunner<'t, 'o> {
-        let idle = LaneStep {
-            place: (0, 0),
-            stage: Stage::Idle,
-            periods_left: 0,
-            count: StepCount::ZERO,
-        };
+        let idle =
+            LaneStep { place: (0, 0), stage: Stage::Idle, periods_left: 0, count: StepCount::ZERO };
         let mut runner = StepRunner {
             model,
             tables,
@@ -231,28 +224,16 @@ impl<'t, 'o> StepRunner<'t, 'o> {
             return;
         };
         self.busy += 1;
-        self.steps[lane] = LaneStep {
-            place,
-            stage: Stage::WarmUp,
-            periods_left: 0,
-            count: StepCount::ZERO,
-        };
+        self.steps[lane] =
+            LaneStep { place, stage: Stage::WarmUp, periods_left: 0, count: StepCount::ZERO };
         let (repetition, step) = self.jobs.repetition_and_step(number);
-        self.restart_streams(
-            lane,
-            repetition,
-            self.model.timing.grouping().group_of(step),
-        );
+        self.restart_streams(lane, repetition, self.model.timing.grouping().group_of(step));
         self.aim_at_start(lane, repetition, step);
     }
 
     /// Number of the next job, and where its counts belong.
     fn next_job(&mut self) -> Option<(u64, (usize, usize))> {
-        while self
-            .shares
-            .last()
-            .is_none_or(|s| self.started == s.places.len())
-        {
+        while self.shares.last().is_none_or(|s| self.started == s.places.len()) {
             let share = (self.next_share)()?;
             self.shares.push(share);
             self.started = 0;
@@ -269,13 +250,10 @@ impl<'t, 'o> StepRunner<'t, 'o> {
         let key = self.model.key(self.jobs.seed, repetition, group);
         let lanes = &mut self.lanes;
         for (path, table) in lanes.paths.iter_mut().zip(&self.tables.paths) {
-            path.streams
-                .restart(lane, key.hash(Part::Path(table.number)));
+            path.streams.restart(lane, key.hash(Part::Path(table.number)));
         }
         if let Some(constant) = &mut lanes.constant {
-            constant
-                .streams
-                .restart(lane, key.hash(Part::ConstantLight));
+            constant.streams.restart(lane, key.hash(Part::ConstantLight));
         }
         if let Some(afterpulses) = &mut lanes.afterpulses {
             let hash = key.hash(Part::Afterpulsing);

@@ -40,15 +40,9 @@ impl Terms for Size {
             when(size.peak_detector, counts * size.count_bits),
             when(size.peak_detector, size.detectors * size.count_bits),
             when(size.total_counts, size.detectors * size.exact_bits),
-            when(
-                size.total_counts && size.segmented,
-                size.detectors * size.exact_bits,
-            ),
+            when(size.total_counts && size.segmented, size.detectors * size.exact_bits),
             // Total counts that wait behind the first.
-            when(
-                size.total_counts && size.detectors > 1,
-                size.detectors * size.exact_bits,
-            ),
+            when(size.total_counts && size.detectors > 1, size.detectors * size.exact_bits),
         ]
     }
 }
@@ -60,9 +54,8 @@ impl Fit {
         let terms = rows.first().map_or(0, Vec::len);
         let solve = |cells: &dyn Fn(&Build<S>) -> u64| {
             let found = |row: usize| cells(&builds[row]) as f64;
-            let matrix = DMatrix::from_fn(builds.len(), terms, |row, term| {
-                rows[row][term] / found(row)
-            });
+            let matrix =
+                DMatrix::from_fn(builds.len(), terms, |row, term| rows[row][term] / found(row));
             let ones = DVector::from_element(builds.len(), 1.0);
             let pseudo_inverse = matrix.svd(true, true).solve(&ones, 1e-9);
             // Both factors were asked for.
@@ -78,10 +71,7 @@ impl Fit {
     pub fn cells<S: Terms>(&self, size: &S) -> Cells {
         let terms = DVector::from_vec(size.terms());
         let of = |cells_of_term: &DVector<f64>| cells_of_term.dot(&terms).max(0.0).round() as u64;
-        Cells {
-            luts: of(&self.luts),
-            flip_flops: of(&self.flip_flops),
-        }
+        Cells { luts: of(&self.luts), flip_flops: of(&self.flip_flops) }
     }
 
     /// How well it holds.
@@ -111,10 +101,7 @@ impl Fit {
     fn errors_at<S: Terms>(&self, build: &Build<S>) -> [f64; 2] {
         let fitted = self.cells(&build.size);
         let error = |fitted: u64, found: u64| fitted as f64 / found as f64 - 1.0;
-        [
-            error(fitted.luts, build.cells.luts),
-            error(fitted.flip_flops, build.cells.flip_flops),
-        ]
+        [error(fitted.luts, build.cells.luts), error(fitted.flip_flops, build.cells.flip_flops)]
     }
 }
 
@@ -128,18 +115,12 @@ mod tests {
     fn the_fit_holds_at_every_build_and_for_those_that_it_has_not_seen() {
         for target in [Target::Ecp525k6, Target::Ice40Hx8k, Target::Xc7] {
             let builds = builds(target);
-            let Basis::Fitted {
-                largest_relative_error,
-                cross_validation_relative_error,
-                ..
-            } = Fit::of(&builds).basis(&builds)
+            let Basis::Fitted { largest_relative_error, cross_validation_relative_error, .. } =
+                Fit::of(&builds).basis(&builds)
             else {
                 unreachable!()
             };
-            assert!(
-                largest_relative_error < 0.12,
-                "{target:?}: {largest_relative_error}"
-            );
+            assert!(largest_relative_error < 0.12, "{target:?}: {largest_relative_error}");
             assert!(
                 cross_validation_relative_error < 0.08,
                 "{target:?}: {cross_validation_relative_error}"

@@ -169,10 +169,7 @@ fn measured(target: Target) -> impl Iterator<Item = (Build<HistogramSize>, u64)>
         let build = Build {
             name: cells[0],
             size: read(cells[0])?,
-            cells: Cells {
-                luts: number(luts)?,
-                flip_flops: number(flip_flops)?,
-            },
+            cells: Cells { luts: number(luts)?, flip_flops: number(flip_flops)? },
         };
         Some((build, number(blocks)?))
     })
@@ -196,10 +193,8 @@ mod tests {
 
     #[test]
     fn every_row_of_the_table_is_understood() {
-        let unread: Vec<&str> = rows(COLUMNS)
-            .map(|cells| cells[0])
-            .filter(|name| read(name).is_none())
-            .collect();
+        let unread: Vec<&str> =
+            rows(COLUMNS).map(|cells| cells[0]).filter(|name| read(name).is_none()).collect();
         assert!(unread.is_empty(), "{unread:?}");
         assert!(builds(Target::Ecp525k6).len() >= 25);
     }
@@ -215,11 +210,7 @@ mod tests {
                 }
                 let of_memory = block_ram(target).blocks_of(size.rows, size.bin_bits);
                 let memories = size.buffers * size.detectors * size.samples_per_chip;
-                assert_eq!(
-                    u64::from(memories) * of_memory,
-                    blocks,
-                    "{target:?}: {name}"
-                );
+                assert_eq!(u64::from(memories) * of_memory, blocks, "{target:?}: {name}");
             }
         }
     }
@@ -228,18 +219,12 @@ mod tests {
     fn the_fit_is_as_good_as_it_says() {
         for target in [Target::Ecp525k6, Target::Ice40Hx8k, Target::Xc7] {
             let builds = builds(target);
-            let Basis::Fitted {
-                largest_relative_error,
-                cross_validation_relative_error,
-                ..
-            } = Fit::of(&builds).basis(&builds)
+            let Basis::Fitted { largest_relative_error, cross_validation_relative_error, .. } =
+                Fit::of(&builds).basis(&builds)
             else {
                 unreachable!()
             };
-            assert!(
-                largest_relative_error < 0.12,
-                "{target:?}: {largest_relative_error}"
-            );
+            assert!(largest_relative_error < 0.12, "{target:?}: {largest_relative_error}");
             assert!(
                 cross_validation_relative_error < 0.11,
                 "{target:?}: {cross_validation_relative_error}"
@@ -250,27 +235,12 @@ mod tests {
     /// Sensors that were synthesized as those of the table, and are not in it: LUTs and
     /// flip-flops of ECP5, iCE40 and 7-series.
     const UNSEEN: [(&str, [[u64; 2]; 3]); 5] = [
-        (
-            "histogram, one memory, two adders, n = 9, 6-bit bins",
-            [[99, 315], [89, 363], [62, 363]],
-        ),
-        (
-            "histogram, two adders, n = 9, 6-bit bins",
-            [[238, 380], [239, 476], [178, 476]],
-        ),
-        (
-            "histogram, N = 2 detectors, S = 4, 12-bit bins",
-            [[407, 572], [425, 764], [265, 764]],
-        ),
-        (
-            "histogram, N = 3 detectors, S = 4, 6-bit bins",
-            [[373, 535], [367, 679], [261, 679]],
-        ),
+        ("histogram, one memory, two adders, n = 9, 6-bit bins", [[99, 315], [89, 363], [62, 363]]),
+        ("histogram, two adders, n = 9, 6-bit bins", [[238, 380], [239, 476], [178, 476]]),
+        ("histogram, N = 2 detectors, S = 4, 12-bit bins", [[407, 572], [425, 764], [265, 764]]),
+        ("histogram, N = 3 detectors, S = 4, 6-bit bins", [[373, 535], [367, 679], [261, 679]]),
         // Its code has n = 10 and nu = 1.
-        (
-            "histogram, one memory, n = 10, nu = 1, 12-bit bins",
-            [[116, 449], [113, 545], [85, 545]],
-        ),
+        ("histogram, one memory, n = 10, nu = 1, 12-bit bins", [[116, 449], [113, 545], [85, 545]]),
     ];
 
     #[test]

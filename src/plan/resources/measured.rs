@@ -117,10 +117,7 @@ pub(super) fn builds(target: Target) -> Vec<Build<Size>> {
             Some(Build {
                 name: cells[0],
                 size,
-                cells: Cells {
-                    luts: number(columns.0)?,
-                    flip_flops: number(columns.1)?,
-                },
+                cells: Cells { luts: number(columns.0)?, flip_flops: number(columns.1)? },
             })
         })
         .collect()
@@ -149,11 +146,7 @@ mod tests {
         // Those with a receiver tied high are another design.
         let tied_high =
             |name: &&&str| name.starts_with("receiver never") || name.starts_with("the same");
-        assert_eq!(
-            unread.iter().filter(|name| !tied_high(name)).count(),
-            0,
-            "{unread:?}"
-        );
+        assert_eq!(unread.iter().filter(|name| !tied_high(name)).count(), 0, "{unread:?}");
         assert!(builds(Target::Ecp525k6).len() >= 30);
     }
 

@@ -25,10 +25,8 @@ fn bins_come_into_their_places_in_whatever_form_the_file_has() {
     assert_eq!(right[0].histogram.bins(), expected);
     assert_eq!(right[0].histogram.periods(), plan.periods);
     let name = &sensor.scene().detectors[0].name;
-    let swapped: String = (0..plan.bins())
-        .rev()
-        .map(|bin| format!("{name}, {} ,\"{bin}\"\r\n", bin % 3))
-        .collect();
+    let swapped: String =
+        (0..plan.bins()).rev().map(|bin| format!("{name}, {} ,\"{bin}\"\r\n", bin % 3)).collect();
     for text in [
         format!("\u{feff}{file}"),
         file.replace('\n', "\r\n"),
@@ -47,35 +45,19 @@ fn what_is_wrong_is_said_with_its_line() {
     let wrong = |text: &str| parse(text, &sensor).expect_err("it is wrong");
     let right = file(bins);
     for (text, line, says) in [
-        (
-            "bin,counts\n".to_owned(),
-            1,
-            "no column of bins is called \"counts\"",
-        ),
+        ("bin,counts\n".to_owned(), 1, "no column of bins is called \"counts\""),
         ("bin\n".to_owned(), 1, "has no column count"),
         ("bin,count,bin\n".to_owned(), 1, "two columns"),
         ("bin,count\n".to_owned(), 1, "has no bins"),
         (format!("{right}{bins},0\n"), bins + 2, "has no bin"),
         (format!("{right}-1,0\n"), bins + 2, "has no bin -1"),
-        (
-            format!("{right}3,0\n"),
-            bins + 2,
-            "stands on line 5 already",
-        ),
-        (
-            format!("bin,count\n0,{}\n", periods + 1),
-            2,
-            "code periods of scan.integration",
-        ),
+        (format!("{right}3,0\n"), bins + 2, "stands on line 5 already"),
+        (format!("bin,count\n0,{}\n", periods + 1), 2, "code periods of scan.integration"),
         ("bin,count\n0,-1\n".to_owned(), 2, "bin 0 counts -1"),
         ("bin,count\n0,1.5\n".to_owned(), 2, "write a whole number"),
         ("bin,count\n0\n".to_owned(), 2, "fields here"),
         (right.replace("\n7,1\n", "\n"), bins, "the first is 7"),
-        (
-            "bin,count,detector\n0,0,nobody\n".to_owned(),
-            2,
-            "no detector \"nobody\"",
-        ),
+        ("bin,count,detector\n0,0,nobody\n".to_owned(), 2, "no detector \"nobody\""),
     ] {
         let (at, problem) = wrong(&text);
         assert!(at == line && problem.contains(says), "{at}: {problem}");

@@ -28,9 +28,7 @@ fn counts_come_into_their_places_in_whatever_form_the_file_has() {
     let mut rows: Vec<&str> = file().leak().lines().skip(1).collect();
     rows.reverse();
     let reversed = format!("phase_step,count\n{}", rows.join("\n"));
-    let swapped: String = (0..248)
-        .map(|k| format!("\"{k}\" , spad, {k}\r\n"))
-        .collect();
+    let swapped: String = (0..248).map(|k| format!("\"{k}\" , spad, {k}\r\n")).collect();
     for text in [
         file().replace('\n', "\r\n"),
         format!("\u{feff}{}", file()),
@@ -43,65 +41,20 @@ fn counts_come_into_their_places_in_whatever_form_the_file_has() {
 
 /// A line, what stands there, what is written in its place, and what is said of it.
 const MISTAKES: [(u64, &str, &str, &str); 14] = [
-    (
-        1,
-        "phase_step,count",
-        "phase_step,counts",
-        "no column is called \"counts\"",
-    ),
-    (
-        1,
-        "phase_step,count",
-        "phase_step,phase_step",
-        "two columns are called",
-    ),
-    (
-        1,
-        "phase_step,count",
-        "phase_step,total_count",
-        "has no column count",
-    ),
-    (
-        5,
-        "\n3,3\n",
-        "\n3,3,3\n",
-        "3 fields here, the heading has 2",
-    ),
+    (1, "phase_step,count", "phase_step,counts", "no column is called \"counts\""),
+    (1, "phase_step,count", "phase_step,phase_step", "two columns are called"),
+    (1, "phase_step,count", "phase_step,total_count", "has no column count"),
+    (5, "\n3,3\n", "\n3,3,3\n", "3 fields here, the heading has 2"),
     (5, "\n3,3\n", "\n3\n", "1 fields here, the heading has 2"),
-    (
-        5,
-        "\n3,3\n",
-        "\n3,3.5\n",
-        "count is \"3.5\"; write a whole number",
-    ),
+    (5, "\n3,3\n", "\n3,3.5\n", "count is \"3.5\"; write a whole number"),
     (5, "\n3,3\n", "\n3,\n", "count is \"\""),
     (5, "\n3,3\n", "\n3,nan\n", "count is \"nan\""),
-    (
-        5,
-        "\n3,3\n",
-        "\n2,3\n",
-        "phase step 2 of detector \"spad\" stands on line 4 already",
-    ),
-    (
-        5,
-        "\n3,3\n",
-        "\n248,3\n",
-        "the scene's scan has no phase step 248",
-    ),
+    (5, "\n3,3\n", "\n2,3\n", "phase step 2 of detector \"spad\" stands on line 4 already"),
+    (5, "\n3,3\n", "\n248,3\n", "the scene's scan has no phase step 248"),
     (5, "\n3,3\n", "\n-1,3\n", "no phase step -1"),
     (5, "\n3,3\n", "\n3,10002\n", "at most 10001 detections"),
-    (
-        5,
-        "\n3,3\n",
-        "\n3,-99999999999999999999999999\n",
-        "at most 10001 detections",
-    ),
-    (
-        248,
-        "\n3,3\n",
-        "\n",
-        "1 of the scan's 248 phase steps of detector \"spad\" missing",
-    ),
+    (5, "\n3,3\n", "\n3,-99999999999999999999999999\n", "at most 10001 detections"),
+    (248, "\n3,3\n", "\n", "1 of the scan's 248 phase steps of detector \"spad\" missing"),
 ];
 
 #[test]

@@ -55,13 +55,8 @@ impl Pattern {
             4 => Pattern::WordBorders,
             5 => Pattern::FirstLane,
             6 => Pattern::LastLane,
-            7 | 8 => Pattern::OneSided {
-                up: rng.random(),
-                step: rng.random_range(0..parallel),
-            },
-            _ => Pattern::Random {
-                longest: 1 + length(rng, 3 * lanes),
-            },
+            7 | 8 => Pattern::OneSided { up: rng.random(), step: rng.random_range(0..parallel) },
+            _ => Pattern::Random { longest: 1 + length(rng, 3 * lanes) },
         }
     }
 }
@@ -146,9 +141,9 @@ impl<'a> Words<'a> {
                 .for_each(|s| pulse(Sample(s), Sample(s + 1))),
             Pattern::AllHigh => pulse(samples.start, samples.end),
             Pattern::AllLow => {}
-            Pattern::WordBorders => clocks
-                .step_by(2)
-                .for_each(|c| pulse(first_of(c), first_of(c + 1))),
+            Pattern::WordBorders => {
+                clocks.step_by(2).for_each(|c| pulse(first_of(c), first_of(c + 1)))
+            }
             Pattern::FirstLane => {
                 clocks.for_each(|c| pulse(first_of(c), first_of(c) + (lanes - 1).max(1)));
             }
@@ -173,9 +168,7 @@ impl<'a> Words<'a> {
     pub fn clip(&self, is_asked: bool, pulses: &mut Vec<Pulse>) {
         if is_asked {
             let last = Sample(self.samples().end.0 - 1);
-            pulses
-                .iter_mut()
-                .for_each(|pulse| pulse.end = pulse.end.min(last));
+            pulses.iter_mut().for_each(|pulse| pulse.end = pulse.end.min(last));
             pulses.retain(|pulse| pulse.first < pulse.end);
         }
     }
@@ -277,9 +270,7 @@ impl<'a> Words<'a> {
             let sign = |step| if signs.count_up(step) { 1 } else { -1 };
             let stays = |(step, count): (u64, &i64)| (count + sign(step)).abs() <= most;
             if (0..).zip(&counts).all(stays) {
-                (0..)
-                    .zip(&mut counts)
-                    .for_each(|(step, count)| *count += sign(step));
+                (0..).zip(&mut counts).for_each(|(step, count)| *count += sign(step));
                 chosen.push(sample);
                 next = sample + 2;
             }
@@ -308,9 +299,9 @@ impl Hits {
         let words = Words::new(reference, detector, origin, 0..chips.min(MOST_CHIPS));
         let mut pulses = Vec::new();
         match words.aimed(self, &mut pulses) {
-            Some(()) => pulses
-                .last()
-                .map_or(0, |pulse| words.sampling.clock_of(pulse.end) - origin + 2),
+            Some(()) => {
+                pulses.last().map_or(0, |pulse| words.sampling.clock_of(pulse.end) - origin + 2)
+            }
             None => 0,
         }
     }

@@ -191,8 +191,7 @@ impl Adversarial {
             self.decide_receiver(plan.receiver, self.decided, arrives);
             let lead = plan.lead;
             let length = Length::Exactly(chips);
-            self.plans
-                .push_front(plan.long(length).received(Receiver::Takes));
+            self.plans.push_front(plan.long(length).received(Receiver::Takes));
             self.decide_lead(position.first_word(), lead);
             return;
         }
@@ -306,12 +305,7 @@ impl Adversarial {
             };
             self.arrival = Some((arrives, beats));
         }
-        self.decide_words(UnderWay {
-            plan,
-            origin,
-            chips,
-            done: 0,
-        });
+        self.decide_words(UnderWay { plan, origin, chips, done: 0 });
     }
 
     /// Chips of a group.
@@ -341,10 +335,8 @@ impl Adversarial {
         let is_end = chips.end == group.chips;
         let is_aimed_next = self.plans.front().is_some_and(|plan| plan.hits.needs_low());
         let mut pulses = vec![Vec::new(); self.pulses.len()];
-        let (lanes, parallel) = (
-            u64::from(self.interface.lanes()),
-            u64::from(self.interface.parallel()),
-        );
+        let (lanes, parallel) =
+            (u64::from(self.interface.lanes()), u64::from(self.interface.parallel()));
         for (detector, pulses) in DetectorIndex::all().zip(pulses.iter_mut()) {
             let words = Words::new(&self.scout, detector, group.origin, chips.clone());
             match group.plan.hits {
@@ -373,10 +365,8 @@ impl Adversarial {
 
     /// Words outside of scans, up to a clock.
     fn decide_lead(&mut self, until: u64, lead: Lead) {
-        let (lanes, parallel) = (
-            u64::from(self.interface.lanes()),
-            u64::from(self.interface.parallel()),
-        );
+        let (lanes, parallel) =
+            (u64::from(self.interface.lanes()), u64::from(self.interface.parallel()));
         let is_aimed_next = self.plans.front().is_some_and(|plan| plan.hits.needs_low());
         while self.decided < until {
             let end = (self.decided + MOST_CLOCKS_AT_ONCE).min(until);
@@ -407,12 +397,7 @@ impl Adversarial {
             clocks: clocks.clone(),
             resets: self.resets.iter().filter(within).cloned().collect(),
             stalls: self.stalls.iter().filter(within).cloned().collect(),
-            skips: self
-                .skips
-                .iter()
-                .filter(|skip| clocks.contains(&skip.clock))
-                .copied()
-                .collect(),
+            skips: self.skips.iter().filter(|skip| clocks.contains(&skip.clock)).copied().collect(),
         };
         let mut hits = vec![Vec::new(); self.levels.len()];
         for (level, (pulses, hits)) in self.levels.iter_mut().zip(pulses.iter().zip(&mut hits)) {

@@ -162,10 +162,7 @@ impl GroupPlan {
 
     /// The scan's last group comes so many groups behind the next one.
     pub fn then_the_last_but(self, groups: u64) -> GroupPlan {
-        GroupPlan {
-            left_to_the_last: Some(groups),
-            ..self
-        }
+        GroupPlan { left_to_the_last: Some(groups), ..self }
     }
 
     pub fn after_reset(self, age: u64, clocks: u64) -> GroupPlan {
@@ -175,9 +172,7 @@ impl GroupPlan {
 }
 
 fn peak_clocks(interface: &Interface) -> u64 {
-    interface
-        .peak
-        .map_or(0, |peak| u64::from(peak.latency_clocks))
+    interface.peak.map_or(0, |peak| u64::from(peak.latency_clocks))
 }
 
 /// What can be shortened, and how far.

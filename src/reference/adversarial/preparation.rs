@@ -54,10 +54,7 @@ fn large_counts(interface: &Interface, most_clocks: u64, rng: &mut impl Rng) -> 
     }
     let any_length: Vec<(u64, GroupPlan)> = (0..GROUPS_OF_ANY_LENGTH)
         .map(|_| {
-            let (step, up) = (
-                rng.random_range(0..interface.parallel().into()),
-                rng.random(),
-            );
+            let (step, up) = (rng.random_range(0..interface.parallel().into()), rng.random());
             let chips = length(rng, whole).clamp(64.min(whole), whole);
             let plan = GroupPlan::random().with(Hits::OneSided { step, up });
             (chips, plan.long(Length::AtLeast(chips)))
@@ -100,11 +97,7 @@ fn beyond_limits(interface: &Interface) -> impl Iterator<Item = (u64, GroupPlan)
         let of_detector = move |detector| {
             let counts = bits(interface.count_bits - 1);
             let both = counts.flat_map(|bit| [1i64 << bit, -(1i64 << bit)]);
-            both.map(move |count| Hits::Count {
-                detector,
-                step,
-                count,
-            })
+            both.map(move |count| Hits::Count { detector, step, count })
         };
         detectors().flat_map(of_detector)
     });
@@ -119,10 +112,7 @@ fn all_over(interface: &Interface) -> impl Iterator<Item = (u64, GroupPlan)> {
     let lanes = u64::from(interface.lanes());
     // Of a code's chips half have the sign, and hits are at most on every other sample.
     let chips_to_count = |counts: u64| counts.saturating_mul(4).div_ceil(lanes.max(2));
-    let part_bits = interface
-        .count_segments
-        .bits()
-        .saturating_sub(PARTS.ilog2());
+    let part_bits = interface.count_segments.bits().saturating_sub(PARTS.ilog2());
     let stride = chips_to_count(1u64 << part_bits.min(62));
     // Groups of the same sign go on, or go back, to the next part.
     let (back, on) = (whole.saturating_sub(stride), stride.saturating_sub(whole));
@@ -132,13 +122,9 @@ fn all_over(interface: &Interface) -> impl Iterator<Item = (u64, GroupPlan)> {
         let part = move |up| {
             let on = (0..on.div_ceil(whole)).map(move |_| (whole, side(up).long(Length::Whole)));
             let back = (back > 0).then(|| (back, side(!up).long(Length::AtLeast(back))));
-            std::iter::once((whole, side(up).long(Length::Whole)))
-                .chain(back)
-                .chain(on)
+            std::iter::once((whole, side(up).long(Length::Whole))).chain(back).chain(on)
         };
-        [true, false]
-            .into_iter()
-            .flat_map(move |up| (0..PARTS).flat_map(move |_| part(up)))
+        [true, false].into_iter().flat_map(move |up| (0..PARTS).flat_map(move |_| part(up)))
     })
 }
 
@@ -166,11 +152,7 @@ fn close_peaks(interface: &Interface, reach: &Reach, most_clocks: u64) -> Vec<Gr
             let [first, last] = pair.map(|count| {
                 let chips = chips(count);
                 let step = 0;
-                let hits = Hits::Count {
-                    detector,
-                    step,
-                    count,
-                };
+                let hits = Hits::Count { detector, step, count };
                 let length = Length::AtLeast(chips);
                 (chips, GroupPlan::random().with(hits).long(length))
             });
@@ -182,10 +164,7 @@ fn close_peaks(interface: &Interface, reach: &Reach, most_clocks: u64) -> Vec<Gr
     let end = GroupPlan::random().with(Hits::None);
     let whole_scan = [(2 * reach.shortest, begin), (0, end)];
     let plans = whole_scan.into_iter().chain(scans);
-    plans
-        .take_while(within(most_clocks))
-        .map(|(_, plan)| plan)
-        .collect()
+    plans.take_while(within(most_clocks)).map(|(_, plan)| plan).collect()
 }
 
 /// Totals round each bit beyond what the results hold, from wherever the running total stands:
@@ -212,8 +191,5 @@ fn close_totals(interface: &Interface, most_clocks: u64) -> Vec<GroupPlan> {
             (whole, GroupPlan::random().with(hits))
         })
     });
-    plans
-        .take_while(within(most_clocks))
-        .map(|(_, plan)| plan)
-        .collect()
+    plans.take_while(within(most_clocks)).map(|(_, plan)| plan).collect()
 }

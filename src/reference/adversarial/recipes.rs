@@ -71,10 +71,7 @@ impl Kitchen<'_> {
         if clocks > self.reach.most_clocks {
             return Err(format!("a scan takes {clocks} clocks"));
         }
-        let filler = GroupPlan {
-            reset: None,
-            ..first.clone()
-        };
+        let filler = GroupPlan { reset: None, ..first.clone() };
         let mut plans = vec![first; usize::from(groups > 1)];
         plans.extend((2..groups).map(|_| filler.clone()));
         Ok(plans)
@@ -104,40 +101,26 @@ impl Kitchen<'_> {
         let chips = self.interface.timing.scan.integration_chips;
         let lanes = u64::from(self.interface.lanes());
         match point {
-            CoverPoint::Hit {
-                detector,
-                step,
-                lane,
-                up,
-            } => {
+            CoverPoint::Hit { detector, step, lane, up } => {
                 // The sign that is wanted may come only later.
                 let code = self.interface.reference_codes[detector].len();
                 let groups = (code / chips).clamp(1, 40) + 1;
-                let one = Hits::One {
-                    detector,
-                    step: step as u64,
-                    lane: u64::from(lane),
-                    up,
-                };
+                let one = Hits::One { detector, step: step as u64, lane: u64::from(lane), up };
                 self.again(groups, one, Length::AtLeast(code.min(512)))
             }
             CoverPoint::FullWord { .. } => vec![
-                self.fresh()
-                    .with(Hits::EveryOther)
-                    .long(Length::AtLeast(128)),
+                self.fresh().with(Hits::EveryOther).long(Length::AtLeast(128)),
                 plain().with(Hits::EveryOther).long(Length::AtLeast(128)),
             ],
-            CoverPoint::BeforeScan { .. } => vec![GroupPlan {
-                lead: Lead::LastSample,
-                ..self.fresh()
-            }],
+            CoverPoint::BeforeScan { .. } => {
+                vec![GroupPlan { lead: Lead::LastSample, ..self.fresh() }]
+            }
             CoverPoint::FirstSample { .. } => {
                 vec![self.fresh().with(Hits::Border { first: true })]
             }
-            CoverPoint::StepBorder { first, .. } => vec![
-                self.fresh().with(Hits::None),
-                plain().with(Hits::Border { first }),
-            ],
+            CoverPoint::StepBorder { first, .. } => {
+                vec![self.fresh().with(Hits::None), plain().with(Hits::Border { first })]
+            }
             CoverPoint::TotalCarry { bit, .. } => {
                 let chips = (1u64 << bit).div_ceil((lanes / 2).max(1)) * 2;
                 let groups = chips.div_ceil(self.interface.timing.scan.integration_chips) + 2;
@@ -185,34 +168,25 @@ impl Kitchen<'_> {
             BinPoint::FullRow | BinPoint::Extra { .. } => {
                 vec![self.fresh().with(Hits::EveryOther)]
             }
-            BinPoint::Border { first } => vec![
-                self.fresh().with(Hits::None),
-                plain().with(Hits::Border { first }),
-            ],
+            BinPoint::Border { first } => {
+                vec![self.fresh().with(Hits::None), plain().with(Hits::Border { first })]
+            }
         }
     }
 
     fn saturations(&self, point: CoverPoint) -> Result<Vec<GroupPlan>, String> {
         let limit = 1i64 << (self.interface.count_bits - 1);
         let count = |up: bool, beyond: i64| {
-            if up {
-                limit - 1 + beyond
-            } else {
-                -limit - beyond
-            }
+            if up { limit - 1 + beyond } else { -limit - beyond }
         };
         let hits = match point {
-            CoverPoint::Limit { detector, step, up } => Hits::Count {
-                detector,
-                step: step as u64,
-                count: count(up, 0),
-            },
+            CoverPoint::Limit { detector, step, up } => {
+                Hits::Count { detector, step: step as u64, count: count(up, 0) }
+            }
             CoverPoint::Saturation { detector, step, up }
-            | CoverPoint::AbsentSaturation { detector, step, up } => Hits::Count {
-                detector,
-                step: step as u64,
-                count: count(up, 1),
-            },
+            | CoverPoint::AbsentSaturation { detector, step, up } => {
+                Hits::Count { detector, step: step as u64, count: count(up, 1) }
+            }
             CoverPoint::TotalSaturation { detector, beyond } => Hits::Total {
                 detector,
                 hits: self.interface.total.map_or(0, |t| mask(t.bits)) + u64::from(beyond),
@@ -226,11 +200,7 @@ impl Kitchen<'_> {
         // The first group of a scan, or a later one: their signs differ.
         let age = u64::from(self.interface.result_latency_clocks) + self.beats() + 2;
         let later = GroupPlan::random().with(hits);
-        Ok(vec![
-            self.fresh().with(hits),
-            later.clone().after_reset(age, 2),
-            later,
-        ])
+        Ok(vec![self.fresh().with(hits), later.clone().after_reset(age, 2), later])
     }
 
     fn peaks(&self, point: CoverPoint) -> Result<Vec<GroupPlan>, String> {
@@ -245,11 +215,7 @@ impl Kitchen<'_> {
                 let CoverPoint::Peak { detector, .. } = point else {
                     return Ok(Vec::new());
                 };
-                let one = Hits::Count {
-                    detector,
-                    step,
-                    count,
-                };
+                let one = Hits::Count { detector, step, count };
                 (one, Hits::None)
             }
             PeakKind::Negative => (side(false), side(false)),
@@ -282,10 +248,7 @@ impl Kitchen<'_> {
             }
             CoverPoint::BackToBack => Receiver::TakesLastAfter { clocks: 0 },
             CoverPoint::TooLate => Receiver::TakesLastAfter { clocks: 1 },
-            CoverPoint::LastHeldAcross
-            | CoverPoint::Lost {
-                place: Place::First,
-            } => {
+            CoverPoint::LastHeldAcross | CoverPoint::Lost { place: Place::First } => {
                 let mut plans = self.scan(self.fresh(), plain())?;
                 plans.push(plain().received(Receiver::HoldsAcross { beat: self.beats() }));
                 return Ok(plans);
@@ -329,22 +292,14 @@ impl Kitchen<'_> {
                     plain().received(Receiver::Stalls),
                     plain().after_reset(latency + 2, 1),
                 ],
-                ResetState::Saturated if self.interface.histogram.is_some() => vec![
-                    self.fresh().with(Hits::EveryOther),
-                    plain().after_reset(latency + 2, 1),
-                ],
+                ResetState::Saturated if self.interface.histogram.is_some() => {
+                    vec![self.fresh().with(Hits::EveryOther), plain().after_reset(latency + 2, 1)]
+                }
                 ResetState::Saturated => {
                     let count = 1i64 << (self.interface.count_bits - 1);
                     let (detector, step) = (DetectorIndex(0), 0);
-                    let clamp = Hits::Count {
-                        detector,
-                        step,
-                        count,
-                    };
-                    vec![
-                        self.fresh().with(clamp),
-                        plain().after_reset(latency + 2, 1),
-                    ]
+                    let clamp = Hits::Count { detector, step, count };
+                    vec![self.fresh().with(clamp), plain().after_reset(latency + 2, 1)]
                 }
                 ResetState::Pause => {
                     let mut plans = self.scan(self.fresh(), plain())?;

@@ -49,11 +49,8 @@ fn every_cover_point_is_reached_where_steps_and_scans_can_be_shortened() {
 
 #[test]
 fn without_that_what_is_not_reached_is_said_to_be_too_far_away() {
-    for file in [
-        "scenes/paper-single.toml",
-        "tests/scenes/window.toml",
-        "tests/scenes/totals.toml",
-    ] {
+    for file in ["scenes/paper-single.toml", "tests/scenes/window.toml", "tests/scenes/totals.toml"]
+    {
         let means = Means::cosim(false);
         let scene = scene::load(Path::new(file)).unwrap_or_else(|error| panic!("{error}"));
         let interface = Interface::of(&scene);
@@ -88,10 +85,7 @@ fn peaks_are_only_just_the_largest() {
         }
         for detector in detectors {
             for count in 1..16 {
-                assert!(
-                    by_one.contains(&(detector, count)),
-                    "{file}: {detector} {count}"
-                );
+                assert!(by_one.contains(&(detector, count)), "{file}: {detector} {count}");
             }
         }
     }

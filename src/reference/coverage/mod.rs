@@ -52,21 +52,15 @@ impl Covered {
 
     /// Points that were covered.
     pub fn count(&self) -> usize {
-        self.bits
-            .iter()
-            .map(|word| word.count_ones() as usize)
-            .sum()
+        self.bits.iter().map(|word| word.count_ones() as usize).sum()
     }
 }
 
 impl CoverTable {
     /// The points of a interface.
     pub fn of(interface: &Interface) -> Arc<CoverTable> {
-        let mut table = CoverTable {
-            points: Vec::new(),
-            numbers: HashMap::new(),
-            unreachable: Vec::new(),
-        };
+        let mut table =
+            CoverTable { points: Vec::new(), numbers: HashMap::new(), unreachable: Vec::new() };
         reach::fill(interface, &mut table);
         Arc::new(table)
     }

@@ -343,13 +343,8 @@ impl CoverPoint {
 
 impl PeakKind {
     /// All of them but those of a step.
-    pub const PLAIN: [PeakKind; 5] = [
-        PeakKind::Negative,
-        PeakKind::Positive,
-        PeakKind::First,
-        PeakKind::Last,
-        PeakKind::Equal,
-    ];
+    pub const PLAIN: [PeakKind; 5] =
+        [PeakKind::Negative, PeakKind::Positive, PeakKind::First, PeakKind::Last, PeakKind::Equal];
 }
 
 impl Place {

@@ -115,12 +115,7 @@ fn hits(interface: &Interface, table: &mut CoverTable, detector: DetectorIndex) 
         for lane in 0..interface.lanes() {
             let reached = signs.reached(interface, step, lane);
             for up in [false, true] {
-                let point = CoverPoint::Hit {
-                    detector,
-                    step,
-                    lane,
-                    up,
-                };
+                let point = CoverPoint::Hit { detector, step, lane, up };
                 table.add_or(point, (!reached[usize::from(up)]).then_some(ONE_SIGN));
             }
         }
@@ -135,10 +130,7 @@ fn hits(interface: &Interface, table: &mut CoverTable, detector: DetectorIndex) 
     for first in [false, true] {
         let point = CoverPoint::StepBorder { detector, first };
         let single = first && interface.groups() == 1;
-        table.add_or(
-            point,
-            single.then_some("a scan has a single group of steps"),
-        );
+        table.add_or(point, single.then_some("a scan has a single group of steps"));
     }
 }
 
@@ -148,30 +140,17 @@ fn counting(interface: &Interface, table: &mut CoverTable, detector: DetectorInd
     for step in steps(interface) {
         for bit in borders().chain([segments.bits()]) {
             for up in [false, true] {
-                table.add(CoverPoint::Carry {
-                    detector,
-                    step,
-                    bit,
-                    up,
-                });
+                table.add(CoverPoint::Carry { detector, step, bit, up });
             }
         }
         for bit in borders() {
-            table.add(CoverPoint::Borrow {
-                detector,
-                step,
-                bit,
-            });
+            table.add(CoverPoint::Borrow { detector, step, bit });
         }
     }
     if let Some(total) = interface.total {
         for bit in borders().filter(|&bit| bit <= MOST_HITS.ilog2()) {
             for borrow in [false, true] {
-                table.add(CoverPoint::TotalCarry {
-                    detector,
-                    bit,
-                    borrow,
-                });
+                table.add(CoverPoint::TotalCarry { detector, bit, borrow });
             }
         }
         if total.saturates() {
@@ -224,11 +203,7 @@ fn stream(interface: &Interface, table: &mut CoverTable) {
     for place in places(groups) {
         table.add(CoverPoint::Lost { place });
     }
-    for point in [
-        CoverPoint::LastHeldAcross,
-        CoverPoint::BackToBack,
-        CoverPoint::TooLate,
-    ] {
+    for point in [CoverPoint::LastHeldAcross, CoverPoint::BackToBack, CoverPoint::TooLate] {
         table.add(point);
     }
     if of_group > 1 {
@@ -271,10 +246,7 @@ fn resets(interface: &Interface, table: &mut CoverTable) {
         (ResetState::Overrun, true),
         (ResetState::Hit, true),
         (ResetState::Saturated, interface.saturates()),
-        (
-            ResetState::Pause,
-            interface.realigns() && !ends_at_epochs(interface),
-        ),
+        (ResetState::Pause, interface.realigns() && !ends_at_epochs(interface)),
     ];
     for (state, exists) in states {
         if exists {
@@ -301,10 +273,7 @@ fn scans(interface: &Interface, table: &mut CoverTable) {
     let lanes = u64::from(interface.lanes());
     let past_chip = scan.first_step % lanes + grows >= lanes;
     let point = CoverPoint::DelayWraps { period: false };
-    table.add_or(
-        point,
-        (!past_chip).then_some("a scan's steps lie within a chip"),
-    );
+    table.add_or(point, (!past_chip).then_some("a scan's steps lie within a chip"));
     let past_period = !interface.realigns() || scan.first_step + grows >= scan.steps_per_period;
     let point = CoverPoint::DelayWraps { period: true };
     let reason = "a scan's steps do not reach the code's end";

@@ -51,10 +51,8 @@ impl Running {
         let segments = interface.count_segments;
         let borders = (1..segments.count).map(|segment| segment * segments.lower_bits);
         // What no number of hits can reach is no point of the table either.
-        let borders: Vec<u32> = borders
-            .chain([segments.bits()])
-            .filter(|&bit| bit < i64::BITS - 1)
-            .collect();
+        let borders: Vec<u32> =
+            borders.chain([segments.bits()]).filter(|&bit| bit < i64::BITS - 1).collect();
         let detectors = interface.reference_codes.len();
         Running {
             parallel: interface.parallel() as usize,
@@ -153,11 +151,7 @@ impl Running {
                 let borrows = low(seen.total) < low(seen.base);
                 for (borrow, is_seen) in [(false, carries), (true, borrows)] {
                     if is_seen {
-                        add(CoverPoint::TotalCarry {
-                            detector,
-                            bit,
-                            borrow,
-                        });
+                        add(CoverPoint::TotalCarry { detector, bit, borrow });
                     }
                 }
             }
@@ -189,32 +183,18 @@ impl Counter {
             while lanes != 0 {
                 let lane = lanes.trailing_zeros();
                 lanes &= lanes - 1;
-                add(CoverPoint::Hit {
-                    detector,
-                    step,
-                    lane,
-                    up,
-                });
+                add(CoverPoint::Hit { detector, step, lane, up });
             }
             for (number, &bit) in borders.iter().enumerate() {
                 if self.crossed[usize::from(up)] >> number & 1 == 1 {
-                    add(CoverPoint::Carry {
-                        detector,
-                        step,
-                        bit,
-                        up,
-                    });
+                    add(CoverPoint::Carry { detector, step, bit, up });
                 }
             }
         }
         for &bit in borders {
             let low = |number: i64| number.rem_euclid(1 << bit);
             if low(self.total) < low(self.base) {
-                add(CoverPoint::Borrow {
-                    detector,
-                    step,
-                    bit,
-                });
+                add(CoverPoint::Borrow { detector, step, bit });
             }
         }
     }

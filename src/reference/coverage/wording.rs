@@ -19,17 +19,15 @@ impl CoverPoint {
     fn of_hits(&self) -> Option<String> {
         use CoverPoint::*;
         Some(match *self {
-            Hit { step, lane, up, .. } => format!(
-                "a hit of lane {lane} counted {} in step {step} of a group",
-                sign(up)
-            ),
+            Hit { step, lane, up, .. } => {
+                format!("a hit of lane {lane} counted {} in step {step} of a group", sign(up))
+            }
             FullWord { up, .. } => format!("a word full of hits, all counted {}", sign(up)),
             FirstSample { .. } => "a hit on a scan's first sample".to_owned(),
             BeforeScan { .. } => "a hit on the last sample before a scan".to_owned(),
-            StepBorder { first, .. } => format!(
-                "a hit on the {} sample of a step",
-                if first { "first" } else { "last" }
-            ),
+            StepBorder { first, .. } => {
+                format!("a hit on the {} sample of a step", if first { "first" } else { "last" })
+            }
             _ => return None,
         })
     }
@@ -48,20 +46,14 @@ impl CoverPoint {
             }
             TotalCarry { bit, borrow, .. } => format!(
                 "a {} bit {bit} of the total of all hits",
-                if borrow {
-                    "difference that borrows from"
-                } else {
-                    "carry into"
-                }
+                if borrow { "difference that borrows from" } else { "carry into" }
             ),
-            Limit { step, up, .. } => format!(
-                "the {} count, not saturated, in step {step} of a group",
-                extreme(up)
-            ),
-            Saturation { step, up, .. } => format!(
-                "step {step} of a group alone saturated at the {} count",
-                extreme(up)
-            ),
+            Limit { step, up, .. } => {
+                format!("the {} count, not saturated, in step {step} of a group", extreme(up))
+            }
+            Saturation { step, up, .. } => {
+                format!("step {step} of a group alone saturated at the {} count", extreme(up))
+            }
             AbsentSaturation { step, up, .. } => format!(
                 "step {step}, which a scan's last group has not, alone beyond the {} count",
                 extreme(up)
@@ -93,11 +85,7 @@ impl CoverPoint {
             PeakReset { age } => after_reset(age, "a scan's last word"),
             Reset { state } => format!("a reset {}", state.text()),
             Result { place, later_scan } => {
-                let scan = if later_scan {
-                    "a scan behind another"
-                } else {
-                    "the first scan"
-                };
+                let scan = if later_scan { "a scan behind another" } else { "the first scan" };
                 format!("a result of the {} group of {scan}", place.text())
             }
             WholeStep => "a step of its whole length".to_owned(),
@@ -139,10 +127,9 @@ impl BinPoint {
             }
             BinPoint::FullRow => "a word with a hit at each adder".to_owned(),
             BinPoint::Extra { adder } => format!("several hits at adder {adder} in a word"),
-            BinPoint::Border { first } => format!(
-                "a hit on the {} sample of a frame",
-                if first { "first" } else { "last" }
-            ),
+            BinPoint::Border { first } => {
+                format!("a hit on the {} sample of a frame", if first { "first" } else { "last" })
+            }
             BinPoint::Full { lane } => format!("a bin of lane {lane} at its limit"),
             BinPoint::Clamped { adder } => {
                 format!("a bin of adder {adder} alone beyond its limit")
@@ -207,18 +194,10 @@ mod tests {
         let table = CoverTable::of(Sensor::new(&scene).interface());
         let names: Vec<String> = scene.detectors.iter().map(|d| d.name.clone()).collect();
         let unreachable = table.unreachable().iter().map(|(point, _)| point);
-        let words: Vec<String> = table
-            .points()
-            .iter()
-            .chain(unreachable)
-            .map(|p| p.text(&names))
-            .collect();
+        let words: Vec<String> =
+            table.points().iter().chain(unreachable).map(|p| p.text(&names)).collect();
         assert!(words.len() > 50, "{}", words.len());
-        assert!(
-            words
-                .iter()
-                .all(|words| !words.ends_with(": ") && !words.is_empty())
-        );
+        assert!(words.iter().all(|words| !words.ends_with(": ") && !words.is_empty()));
         assert_eq!(words.iter().collect::<HashSet<_>>().len(), words.len());
     }
 }

@@ -47,14 +47,12 @@ impl HistogramModel {
                 let count = self.bins[detector][bin];
                 if count == limit {
                     self.was_clamped = true;
-                    self.flags
-                        .push_back((clock + u64::from(CLOCKS_TO_FLAG), detector, adder));
+                    self.flags.push_back((clock + u64::from(CLOCKS_TO_FLAG), detector, adder));
                     continue;
                 }
                 self.bins[detector][bin] += 1;
                 let later = sample - frame_start >= period;
-                self.proves
-                    .add(points.hit[lane as usize][usize::from(later)]);
+                self.proves.add(points.hit[lane as usize][usize::from(later)]);
                 if (count + 1).is_power_of_two() {
                     let bit = (count + 1).ilog2();
                     self.proves.add(points.carry[adder as usize][bit as usize]);
@@ -82,21 +80,15 @@ impl HistogramModel {
         resets.group_ends(clock, true, self.has_counted());
         exercise.phase_steps += self.plan.bins();
         exercise.groups_saturated += u64::from(std::mem::take(&mut self.was_clamped));
-        let bins: Vec<Vec<u64>> = self
-            .bins
-            .iter_mut()
-            .map(|bins| std::mem::replace(bins, vec![0; bins.len()]))
-            .collect();
+        let bins: Vec<Vec<u64>> =
+            self.bins.iter_mut().map(|bins| std::mem::replace(bins, vec![0; bins.len()])).collect();
         if self.plan.saturates() {
             self.find_full(&bins);
         }
         let mut proves = self.proves.take();
         let is_later = scan > 0;
         let place = Place::Last;
-        proves.extend(self.table.number(CoverPoint::Result {
-            place,
-            later_scan: is_later,
-        }));
+        proves.extend(self.table.number(CoverPoint::Result { place, later_scan: is_later }));
         proves.append(&mut resets.of_results);
         self.ended.push_back(Ended {
             turn: clock + u64::from(CLOCKS_TO_TURN),

@@ -81,9 +81,7 @@ impl HistogramModel {
         let points = DetectorIndex::first(detectors);
         Some(HistogramModel {
             plan,
-            points: points
-                .map(|detector| BinPoints::new(&plan, &table, detector))
-                .collect(),
+            points: points.map(|detector| BinPoints::new(&plan, &table, detector)).collect(),
             chips: codes.map(|code| code.chips.clone()).collect(),
             fields: Fields {
                 data: place("m_axis_tdata"),
@@ -146,11 +144,7 @@ impl HistogramModel {
             let turn = self.ended.front().map_or(u64::MAX, |ended| ended.turn);
             let flag = self.flags.front().map_or(u64::MAX, |flag| flag.0);
             let shows = self.stream.first_shows.unwrap_or(u64::MAX);
-            let comes = self
-                .stream
-                .arrivals
-                .front()
-                .map_or(u64::MAX, |row| row.clock);
+            let comes = self.stream.arrivals.front().map_or(u64::MAX, |row| row.clock);
             let event = taken.min(turn).min(flag).min(shows).min(comes);
             if event >= clocks.end {
                 break;

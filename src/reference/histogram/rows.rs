@@ -156,12 +156,7 @@ impl HistogramModel {
                 self.mark(CoverPoint::LastHeldAcross, exercise);
             }
         }
-        if self
-            .stream
-            .lost_at
-            .take()
-            .is_some_and(|lost| lost + 1 == clock)
-        {
+        if self.stream.lost_at.take().is_some_and(|lost| lost + 1 == clock) {
             self.mark(CoverPoint::TooLate, exercise);
         }
         if self.stream.first_shown_at + last as u64 + 1 == clock && !self.stream.is_cut {
@@ -263,10 +258,7 @@ impl HistogramModel {
                 0 => -total.cast_signed(),
                 _ => total.cast_signed(),
             };
-            Row {
-                data,
-                counted: Counted::new(detector, sum, total),
-            }
+            Row { data, counted: Counted::new(detector, sum, total) }
         };
         let detectors = DetectorIndex::all().zip(bins.iter().zip(&self.chips));
         detectors

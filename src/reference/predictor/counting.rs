@@ -46,11 +46,7 @@ impl SampleSigns<'_> {
     #[inline]
     pub fn count_up(&self, step: u64) -> bool {
         // Hardly ever: a code period has more samples than a group has steps.
-        let step = if step < self.period {
-            step
-        } else {
-            step % self.period
-        };
+        let step = if step < self.period { step } else { step % self.period };
         let delayed = match self.delayed.checked_sub(step) {
             Some(delayed) => delayed,
             None => self.delayed + self.period - step,

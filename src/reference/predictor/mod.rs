@@ -175,10 +175,7 @@ impl Reference {
     /// When the interface asks for hardware that is not modelled.
     pub fn new(interface: Interface) -> Result<Reference, ReferenceError> {
         let lengths = interface.reference_codes.iter().map(|code| code.len());
-        if lengths
-            .clone()
-            .any(|length| length != interface.reference_codes[0].len())
-        {
+        if lengths.clone().any(|length| length != interface.reference_codes[0].len()) {
             return Err(ReferenceError::CodeLengths(lengths.collect()));
         }
         let layout = Layout::of(&interface);
@@ -258,11 +255,8 @@ impl Reference {
     /// clock and is overwritten.
     pub fn predict(&mut self, block: &Surroundings, hits: &[Vec<Sample>], expected: &mut [u64]) {
         expected.fill(0);
-        let mut every_clock = EveryClock {
-            first_clock: block.clocks.start,
-            words: self.words,
-            records: expected,
-        };
+        let mut every_clock =
+            EveryClock { first_clock: block.clocks.start, words: self.words, records: expected };
         self.predict_into(block, hits, &mut every_clock);
     }
 

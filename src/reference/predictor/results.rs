@@ -26,8 +26,7 @@ impl Reference {
         let proves = self.proven_points();
         self.stream.exercise.phase_steps += grouping.steps_of(self.scan.group).count() as u64;
         let is_counted = self.totals.iter().any(|&total| total > 0);
-        self.resets
-            .group_ends(self.released + end, last, is_counted);
+        self.resets.group_ends(self.released + end, last, is_counted);
         self.stream.push(Arrival {
             clock: shows_at,
             beats,
@@ -35,9 +34,7 @@ impl Reference {
             last,
             place: Place::of(self.scan.group.0, self.interface.groups()),
             proves,
-            proves_if_first: clamps
-                .lone_point()
-                .and_then(|point| self.table.number(point)),
+            proves_if_first: clamps.lone_point().and_then(|point| self.table.number(point)),
         });
         if let Some(peak) = self.peak.as_mut().filter(|_| last) {
             peak.end_scan(self.released + end, &mut self.resets.of_peaks, &self.table);
@@ -55,10 +52,7 @@ impl Reference {
         let steps = grouping.steps_of(self.scan.group).len();
         let first = grouping.step_of(self.scan.group, 0).0;
         let limit = 1i128 << (self.interface.count_bits - 1);
-        let most = self
-            .interface
-            .total
-            .map_or(u64::MAX, |total| mask(total.bits));
+        let most = self.interface.total.map_or(u64::MAX, |total| mask(total.bits));
         let mut beats = Vec::with_capacity(self.counts.len());
         let mut clamps = Clamps::default();
         for (detector, counts) in DetectorIndex::all().zip(self.counts.chunks_exact(parallel)) {
@@ -192,10 +186,7 @@ impl Clamps {
                 let (detector, step, up) = self.absent_count;
                 Some(CoverPoint::AbsentSaturation { detector, step, up })
             }
-            (0, 1, 0) => Some(CoverPoint::TotalSaturation {
-                detector: self.total,
-                beyond: true,
-            }),
+            (0, 1, 0) => Some(CoverPoint::TotalSaturation { detector: self.total, beyond: true }),
             _ => None,
         }
     }

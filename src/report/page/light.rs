@@ -21,10 +21,7 @@ const MOST_UNFOLDED: usize = 4;
 
 pub(super) fn section(page: &Page) -> Markup {
     let budgets = link(&link_budget(page.sensor));
-    let of_counts = page
-        .counts
-        .iter()
-        .filter_map(|counts| correlation(page, counts));
+    let of_counts = page.counts.iter().filter_map(|counts| correlation(page, counts));
     let (whole, peaks): (Vec<Figure>, Vec<Figure>) = of_counts.unzip();
     let is_folded = page.counts.len() > MOST_UNFOLDED;
     html! {
@@ -89,13 +86,7 @@ fn correlation(page: &Page, counts: &DetectorCounts) -> Option<(Figure, Figure)>
         marks: Vec::new(),
     };
     let series = |points: Vec<(f64, f64)>, dots| {
-        vec![Series {
-            name: "",
-            class: "s0",
-            points,
-            line: true,
-            dots,
-        }]
+        vec![Series { name: "", class: "s0", points, line: true, dots }]
     };
     let whole = plot(
         "all",
@@ -117,9 +108,7 @@ fn correlation(page: &Page, counts: &DetectorCounts) -> Option<(Figure, Figure)>
 fn marks(page: &Page, detector: DetectorIndex, near: &[(f64, f64)]) -> Vec<(f64, &'static str)> {
     let estimates = [&page.estimates[detector], &page.other_estimates[detector]];
     let by = |kind: EstimatorKind| {
-        let estimate = estimates
-            .into_iter()
-            .find(|estimate| estimate.estimator == kind);
+        let estimate = estimates.into_iter().find(|estimate| estimate.estimator == kind);
         estimate.and_then(|estimate| estimate.distance_m)
     };
     let marks = [
@@ -138,10 +127,7 @@ fn marks(page: &Page, detector: DetectorIndex, near: &[(f64, f64)]) -> Vec<(f64,
 /// Error against integration time, and against run time.
 pub(super) fn trades(page: &Page) -> Markup {
     let detectors = DetectorIndex::of(page.estimates);
-    let std_m = page
-        .estimates
-        .iter()
-        .find_map(|estimate| estimate.expected_std_m);
+    let std_m = page.estimates.iter().find_map(|estimate| estimate.expected_std_m);
     let mut figures = Vec::new();
     let mut unknown: Vec<(String, Vec<&str>)> = Vec::new();
     for detector in detectors {
@@ -185,8 +171,6 @@ fn curves_of(page: &Page, detector: DetectorIndex, path: PathIndex) -> Integrati
 
 fn phase_error(page: &Page, detector: DetectorIndex) -> Option<f64> {
     let estimates = [&page.estimates[detector], &page.other_estimates[detector]];
-    let phase = estimates
-        .into_iter()
-        .find(|e| e.estimator == EstimatorKind::Fft);
+    let phase = estimates.into_iter().find(|e| e.estimator == EstimatorKind::Fft);
     phase.and_then(|phase| phase.error_m)
 }

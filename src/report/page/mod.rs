@@ -66,10 +66,7 @@ impl Page<'_> {
         let mut sections = vec![
             ("Distance", self.distance()),
             ("Light and counts", light::section(self)),
-            (
-                "What longer integration and longer simulation gain",
-                light::trades(self),
-            ),
+            ("What longer integration and longer simulation gain", light::trades(self)),
             ("Hardware", hardware::section(self)),
             ("Co-simulation", self.cosimulation()),
         ];
@@ -127,19 +124,10 @@ impl Page<'_> {
                 let Some(distance_m) = estimate.distance_m else {
                     continue;
                 };
-                let error = estimate
-                    .error_m
-                    .map(|m| format!("error {}", millimetres(m, true)));
-                let whose = format!(
-                    "{}, {}",
-                    estimate.detector,
-                    estimator_name(estimate.estimator)
-                );
-                tiles.push(tile(
-                    &whose,
-                    format!("{distance_m:.4} m"),
-                    error.unwrap_or_default(),
-                ));
+                let error = estimate.error_m.map(|m| format!("error {}", millimetres(m, true)));
+                let whose =
+                    format!("{}, {}", estimate.detector, estimator_name(estimate.estimator));
+                tiles.push(tile(&whose, format!("{distance_m:.4} m"), error.unwrap_or_default()));
             }
         }
         let figures = self.figures;
@@ -205,34 +193,20 @@ impl Page<'_> {
             row("verdict", report.verdict.to_string()),
             row("clocks compared", number(report.clocks)),
             row("clocked", report.engines_text()),
-            row(
-                "ports compared at every clock",
-                report.compared_ports.join(", "),
-            ),
+            row("ports compared at every clock", report.compared_ports.join(", ")),
             row("exercised", report.exercised.text()),
             row("covered", report.coverage.summary()),
         ];
-        rows.extend(
-            report
-                .missing
-                .iter()
-                .map(|missing| row("inconclusive", missing.clone())),
-        );
+        rows.extend(report.missing.iter().map(|missing| row("inconclusive", missing.clone())));
         if !report.not_exercised.is_empty() {
             rows.push(row("not exercised", report.not_exercised.join(", ")));
         }
         if let Some(first) = &report.first_mismatch {
-            rows.push(row(
-                "first mismatch",
-                format!("clock {}: {}", first.clock, first.text()),
-            ));
+            rows.push(row("first mismatch", format!("clock {}: {}", first.clock, first.text())));
         }
         if !self.provenance.reproducible {
             let speed = report.clocks_per_s / 1e6;
-            rows.push(row(
-                "speed",
-                format!("{speed:.1} million clocks per second"),
-            ));
+            rows.push(row("speed", format!("{speed:.1} million clocks per second")));
         }
         values(&rows)
     }
@@ -249,10 +223,7 @@ impl Page<'_> {
             };
             let mut rows: Vec<Vec<String>> = parts.map(row).collect();
             // Without the last column where there is nothing in it.
-            if rows
-                .iter()
-                .all(|row| row.get(2).is_none_or(String::is_empty))
-            {
+            if rows.iter().all(|row| row.get(2).is_none_or(String::is_empty)) {
                 rows.iter_mut().for_each(|row| row.truncate(2));
             }
             rows
@@ -336,14 +307,8 @@ fn details_of(both: &BothEstimates) -> Markup {
             rows.push(row("other light", value));
         }
     }
-    rows.push(row(
-        "calibration offset",
-        format!("{:.1} ps", own.calibration_offset_ps),
-    ));
-    rows.push(row(
-        "unambiguous range",
-        format!("{:.4} m", own.unambiguous_range_m),
-    ));
+    rows.push(row("calibration offset", format!("{:.1} ps", own.calibration_offset_ps)));
+    rows.push(row("unambiguous range", format!("{:.4} m", own.unambiguous_range_m)));
     if let Some(at_s) = own.true_distance_at_s {
         let value = format!("{:.4} ms after the start of the scan", at_s * 1e3);
         rows.push(row("true distance is that of", value));
@@ -353,7 +318,7 @@ fn details_of(both: &BothEstimates) -> Markup {
 
 fn capitalized(text: &str) -> String {
     let mut characters = text.chars();
-    characters.next().map_or(String::new(), |first| {
-        first.to_uppercase().chain(characters).collect()
-    })
+    characters
+        .next()
+        .map_or(String::new(), |first| first.to_uppercase().chain(characters).collect())
 }

@@ -15,13 +15,8 @@ pub(super) fn section(grade: &Grade) -> Markup {
         .chain(grade.mutants.iter().map(|mutants| ("mutants", mutants)))
         .collect();
     let row = |&(name, score): &(&str, &Score)| {
-        let counted = [
-            score.total,
-            score.caught,
-            score.proven_equivalent,
-            score.not_caught,
-            score.undecided,
-        ];
+        let counted =
+            [score.total, score.caught, score.proven_equivalent, score.not_caught, score.undecided];
         let counted = counted.map(|count| number(count as u64));
         let caught = percent(score.caught_fraction);
         [vec![name.to_owned()], counted.to_vec(), vec![caught]].concat()
@@ -58,12 +53,6 @@ fn cells(survivor: &Survivor) -> Vec<String> {
         Verdict::NotCaught => "inputs exist that show it",
         Verdict::Undecided => "undecided",
     };
-    let texts = [
-        &survivor.net,
-        &survivor.change,
-        &survivor.source,
-        known,
-        &survivor.needs,
-    ];
+    let texts = [&survivor.net, &survivor.change, &survivor.source, known, &survivor.needs];
     texts.map(str::to_owned).to_vec()
 }

@@ -41,10 +41,7 @@ pub fn resolve(drives: &mut Drives, names: &Names) -> Result<Vec<(SignalId, Expr
         *value = replaced(value, &known)?;
     }
     drives.clocked = statements(&drives.clocked, &known)?;
-    let left = names
-        .wirings
-        .iter()
-        .filter(|w| !known.contains_key(&w.output));
+    let left = names.wirings.iter().filter(|w| !known.contains_key(&w.output));
     Ok(left.map(|w| (w.output, wired(w, drives, names))).collect())
 }
 
@@ -77,10 +74,9 @@ fn is_second_name(value: &Expr, names: &Names) -> bool {
 fn wired(wiring: &WiringPins, drives: &Drives, names: &Names) -> Expr {
     let value_of = |source: &usize| drives.combinational[&wiring.inputs[*source]].clone();
     match concat_bits(wiring.sources.iter().rev().map(value_of).collect()) {
-        Expr::Slice { id, high, low: 0 } if high + 1 == names.signals[id].width => Expr::Signal {
-            id,
-            width: high + 1,
-        },
+        Expr::Slice { id, high, low: 0 } if high + 1 == names.signals[id].width => {
+            Expr::Signal { id, width: high + 1 }
+        }
         value => value,
     }
 }
@@ -91,10 +87,9 @@ fn statements(
 ) -> Result<Vec<Statement>, Fault> {
     let of = |statement: &Statement| {
         Ok(match statement {
-            Statement::Assign { target, value } => Statement::Assign {
-                target: *target,
-                value: replaced(value, known)?,
-            },
+            Statement::Assign { target, value } => {
+                Statement::Assign { target: *target, value: replaced(value, known)? }
+            }
             Statement::If { test, yes, no } => Statement::If {
                 test: replaced(test, known)?,
                 yes: statements(yes, known)?,

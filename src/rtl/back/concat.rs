@@ -7,10 +7,7 @@ use super::fault::Fault;
 /// Inverts every bit.
 pub fn not(operand: Expr) -> Expr {
     if let Expr::Literal { value, width } = operand {
-        return Expr::Literal {
-            value: !value & (u128::MAX >> (128 - width)),
-            width,
-        };
+        return Expr::Literal { value: !value & (u128::MAX >> (128 - width)), width };
     }
     Expr::Unary(UnaryOp::Not, Box::new(operand))
 }
@@ -20,10 +17,7 @@ pub fn repeat(bit: Expr, count: u32) -> Expr {
     if count == 1 {
         return bit;
     }
-    Expr::Repeat {
-        count,
-        bit: Box::new(bit),
-    }
+    Expr::Repeat { count, bit: Box::new(bit) }
 }
 
 /// Puts single bits side by side, most significant first; runs of one bit
@@ -38,11 +32,7 @@ pub fn concat_bits(bits: Vec<Expr>) -> Expr {
             _ => runs.push((bit, 1)),
         }
     }
-    concat(
-        runs.into_iter()
-            .map(|(bit, count)| repeat(bit, count))
-            .collect(),
-    )
+    concat(runs.into_iter().map(|(bit, count)| repeat(bit, count)).collect())
 }
 
 /// Puts parts side by side, most significant first, and joins neighbours that
@@ -64,11 +54,7 @@ pub fn concat(parts: Vec<Expr>) -> Expr {
             }
         }
     }
-    if joined.len() == 1 {
-        joined.remove(0)
-    } else {
-        Expr::Concat(joined)
-    }
+    if joined.len() == 1 { joined.remove(0) } else { Expr::Concat(joined) }
 }
 
 /// One expression for two neighbours in a concatenation, if there is one.
@@ -77,23 +63,13 @@ fn join(high: &Expr, low: &Expr) -> Option<Expr> {
         (Expr::Literal { value: a, width: w }, Expr::Literal { value: b, width: v })
             if w + v <= 128 =>
         {
-            Some(Expr::Literal {
-                value: (a << v) | b,
-                width: w + v,
-            })
+            Some(Expr::Literal { value: (a << v) | b, width: w + v })
         }
-        (
-            Expr::Slice { id: a, high, low },
-            Expr::Slice {
-                id: b,
-                high: next,
-                low: end,
-            },
-        ) if a == b && *low == next + 1 => Some(Expr::Slice {
-            id: *a,
-            high: *high,
-            low: *end,
-        }),
+        (Expr::Slice { id: a, high, low }, Expr::Slice { id: b, high: next, low: end })
+            if a == b && *low == next + 1 =>
+        {
+            Some(Expr::Slice { id: *a, high: *high, low: *end })
+        }
         _ => None,
     }
 }
@@ -175,11 +151,9 @@ impl Expr {
         }
         match self {
             Expr::Signal { id, .. } => Ok(Expr::Slice { id: *id, high, low }),
-            Expr::Slice { id, low: base, .. } => Ok(Expr::Slice {
-                id: *id,
-                high: base + high,
-                low: base + low,
-            }),
+            Expr::Slice { id, low: base, .. } => {
+                Ok(Expr::Slice { id: *id, high: base + high, low: base + low })
+            }
             Expr::Literal { value, .. } => {
                 let width = high - low + 1;
                 let mask = u128::MAX >> (128 - width);
@@ -243,10 +217,7 @@ impl Expr {
         if bits >= width {
             return Ok(Expr::zeros(width));
         }
-        Ok(concat(vec![
-            self.slice(width - 1 - bits, 0)?,
-            Expr::zeros(bits),
-        ]))
+        Ok(concat(vec![self.slice(width - 1 - bits, 0)?, Expr::zeros(bits)]))
     }
 
     /// Shifted right by a constant, zeros coming in.
@@ -258,10 +229,7 @@ impl Expr {
         if bits >= width {
             return Ok(Expr::zeros(width));
         }
-        Ok(concat(vec![
-            Expr::zeros(bits),
-            self.slice(width - 1, bits)?,
-        ]))
+        Ok(concat(vec![Expr::zeros(bits), self.slice(width - 1, bits)?]))
     }
 
     /// With the bit at `index` replaced.
@@ -296,17 +264,12 @@ impl Expr {
                 concat(parts?)
             }
             Expr::Repeat { count, bit } => repeat(bit.replaced(value_of)?, *count),
-            Expr::Lookup { table, index } => Expr::Lookup {
-                table: *table,
-                index: boxed(index)?,
-            },
+            Expr::Lookup { table, index } => Expr::Lookup { table: *table, index: boxed(index)? },
             Expr::Unary(op, operand) => Expr::Unary(*op, boxed(operand)?),
             Expr::Binary(op, left, right) => Expr::Binary(*op, boxed(left)?, boxed(right)?),
-            Expr::Mux { test, yes, no } => Expr::Mux {
-                test: boxed(test)?,
-                yes: boxed(yes)?,
-                no: boxed(no)?,
-            },
+            Expr::Mux { test, yes, no } => {
+                Expr::Mux { test: boxed(test)?, yes: boxed(yes)?, no: boxed(no)? }
+            }
         })
     }
 }
@@ -326,14 +289,7 @@ mod tests {
         let carried = signal(1, 1).resize(8).unwrap();
         assert_eq!(
             binary(BinaryOp::Or, shifted, carried),
-            Expr::Concat(vec![
-                Expr::Slice {
-                    id: 0,
-                    high: 6,
-                    low: 0
-                },
-                signal(1, 1)
-            ])
+            Expr::Concat(vec![Expr::Slice { id: 0, high: 6, low: 0 }, signal(1, 1)])
         );
     }
 
@@ -346,35 +302,14 @@ mod tests {
     #[test]
     fn slices_of_slices_and_parts_name_the_signal() {
         let shifted = signal(0, 11).shift_right(1).unwrap();
-        assert_eq!(
-            shifted.slice(9, 3).unwrap(),
-            Expr::Slice {
-                id: 0,
-                high: 10,
-                low: 4
-            }
-        );
+        assert_eq!(shifted.slice(9, 3).unwrap(), Expr::Slice { id: 0, high: 10, low: 4 });
         assert!(signal(0, 4).slice(4, 0).is_err());
     }
 
     #[test]
     fn replacing_the_incoming_zero_of_a_shift_leaves_no_zero() {
-        let next = signal(0, 5)
-            .shift_right(1)
-            .unwrap()
-            .replace_bit(4, signal(1, 1))
-            .unwrap();
-        assert_eq!(
-            next,
-            Expr::Concat(vec![
-                signal(1, 1),
-                Expr::Slice {
-                    id: 0,
-                    high: 4,
-                    low: 1
-                }
-            ])
-        );
+        let next = signal(0, 5).shift_right(1).unwrap().replace_bit(4, signal(1, 1)).unwrap();
+        assert_eq!(next, Expr::Concat(vec![signal(1, 1), Expr::Slice { id: 0, high: 4, low: 1 }]));
     }
 
     #[test]

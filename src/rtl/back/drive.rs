@@ -37,18 +37,11 @@ pub fn drives_of(kernel: &[Statement], names: &Names) -> Result<Drives, Fault> {
     check_driven(kernel, names, &combinational)?;
     let clocked = clocked_part(kernel, names);
     let is_read = check_reads(&combinational, &clocked, names)?;
-    Ok(Drives {
-        combinational,
-        order,
-        clocked,
-        is_read,
-    })
+    Ok(Drives { combinational, order, clocked, is_read })
 }
 
 fn undriven(name: &str) -> Fault {
-    Fault::Undriven {
-        signal: name.to_owned(),
-    }
+    Fault::Undriven { signal: name.to_owned() }
 }
 
 /// Only what nothing else drives may be assigned.
@@ -157,15 +150,9 @@ fn value_of(
     let mut is_set_here = false;
     for statement in block {
         match statement {
-            Statement::Assign {
-                target: assigned,
-                value,
-                ..
-            } if *assigned == target => {
+            Statement::Assign { target: assigned, value, .. } if *assigned == target => {
                 if is_set_here {
-                    return Err(Fault::MultipleDrivers {
-                        signal: name.to_owned(),
-                    });
+                    return Err(Fault::MultipleDrivers { signal: name.to_owned() });
                 }
                 is_set_here = true;
                 current = Some(value.clone());
@@ -184,9 +171,7 @@ fn value_of(
                         no: Box::new(no),
                     }),
                     _ => {
-                        return Err(Fault::Latch {
-                            signal: name.to_owned(),
-                        });
+                        return Err(Fault::Latch { signal: name.to_owned() });
                     }
                 };
                 is_set_here = true;
@@ -237,14 +222,9 @@ fn check_driven(
         let is_clocked = combinational
             .get(&register.clock)
             .is_some_and(|value| is_input_named(value, names, "i_clk"));
-        let has_reset = names
-            .signals
-            .iter()
-            .any(|s| s.role == Role::Input && s.name == "i_rst");
+        let has_reset = names.signals.iter().any(|s| s.role == Role::Input && s.name == "i_rst");
         if !is_clocked || !has_reset {
-            return Err(Fault::ClockOrReset {
-                register: names.signals[register.q].name.clone(),
-            });
+            return Err(Fault::ClockOrReset { register: names.signals[register.q].name.clone() });
         }
     }
     Ok(())
@@ -280,11 +260,7 @@ fn clocked_part(block: &[Statement], names: &Names) -> Vec<Statement> {
                 let yes = clocked_part_inside(yes, names);
                 let no = clocked_part_inside(no, names);
                 if !yes.is_empty() || !no.is_empty() {
-                    kept.push(Statement::If {
-                        test: test.clone(),
-                        yes,
-                        no,
-                    });
+                    kept.push(Statement::If { test: test.clone(), yes, no });
                 }
             }
         }
@@ -342,9 +318,7 @@ fn check_reads(
             _ => false,
         };
         if must_be_read && !is_read[id] {
-            return Err(Fault::Unread {
-                signal: signal.name.clone(),
-            });
+            return Err(Fault::Unread { signal: signal.name.clone() });
         }
     }
     Ok(is_read)

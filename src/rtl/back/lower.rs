@@ -35,10 +35,7 @@ pub enum Statement {
 
 /// Lowers a kernel.
 pub fn lower(kernel: &VerilogBlock, names: &Names) -> Result<Vec<Statement>, Fault> {
-    let mut lowering = Lowering {
-        names,
-        loops: Vec::new(),
-    };
+    let mut lowering = Lowering { names, loops: Vec::new() };
     let mut statements = Vec::new();
     lowering.block(kernel, &mut statements)?;
     Ok(statements)
@@ -50,9 +47,7 @@ struct Lowering<'a> {
 }
 
 fn unsupported<T>(construct: &str) -> Result<T, Fault> {
-    Err(Fault::Unsupported {
-        construct: construct.to_owned(),
-    })
+    Err(Fault::Unsupported { construct: construct.to_owned() })
 }
 
 impl Lowering<'_> {
@@ -81,9 +76,9 @@ impl Lowering<'_> {
                 VerilogStatement::Macro(block) => self.block(block, out)?,
                 VerilogStatement::SliceAssignment { base, .. } => {
                     return Err(match base {
-                        VerilogExpression::Signal(name) => Fault::PartialDrive {
-                            signal: name.clone(),
-                        },
+                        VerilogExpression::Signal(name) => {
+                            Fault::PartialDrive { signal: name.clone() }
+                        }
                         _ => Fault::Unsupported {
                             construct: "an assignment to a part of an expression".to_owned(),
                         },
@@ -137,9 +132,7 @@ impl Lowering<'_> {
             };
             return match width {
                 Some(width) => Expr::literal(value?, width),
-                None => Err(Fault::NoWidth {
-                    expression: format!("literal {}", value?),
-                }),
+                None => Err(Fault::NoWidth { expression: format!("literal {}", value?) }),
             };
         }
         match e {
@@ -158,9 +151,7 @@ impl Lowering<'_> {
             }
             VerilogExpression::Signed(inner) => match want {
                 Some(width) => self.expression(inner, None)?.sign_extend(width),
-                None => Err(Fault::NoWidth {
-                    expression: "signed_cast".to_owned(),
-                }),
+                None => Err(Fault::NoWidth { expression: "signed_cast".to_owned() }),
             },
             VerilogExpression::Binary(left, op, right) => self.binary(left, op, right, want),
             VerilogExpression::Unary(op, operand) => self.unary(op, operand, want),
@@ -176,8 +167,7 @@ impl Lowering<'_> {
             }
             VerilogExpression::Slice(base, width, offset) => {
                 let low = self.constant(offset)?;
-                self.expression(base, None)?
-                    .slice(low + (*width).max(1) as u32 - 1, low)
+                self.expression(base, None)?.slice(low + (*width).max(1) as u32 - 1, low)
             }
             VerilogExpression::Unsigned(_) => unsupported("`unsigned_cast`"),
             VerilogExpression::Literal(_) => unsupported("a negative literal"),
@@ -227,10 +217,7 @@ impl Lowering<'_> {
                 let b = self.expression(right, Some(a.width()))?;
                 (a, b)
             }
-            (true, true) => (
-                self.expression(left, context)?,
-                self.expression(right, context)?,
-            ),
+            (true, true) => (self.expression(left, context)?, self.expression(right, context)?),
             (false, false) => (self.expression(left, None)?, self.expression(right, None)?),
         };
         equal_widths(&format!("operator {op:?}"), a.width(), b.width())?;
@@ -254,11 +241,7 @@ impl Lowering<'_> {
             VerilogOpUnary::Neg => return unsupported("unary minus"),
         };
         let operand = self.expression(operand, None)?;
-        Ok(if operand.width() == 1 {
-            operand
-        } else {
-            Expr::Unary(op, Box::new(operand))
-        })
+        Ok(if operand.width() == 1 { operand } else { Expr::Unary(op, Box::new(operand)) })
     }
 
     /// Whether an expression takes its width from its context.
@@ -280,9 +263,11 @@ impl Lowering<'_> {
     /// for any other.
     fn number(&self, e: &VerilogExpression) -> Option<Result<u128, Fault>> {
         let value = self.integer(e)?;
-        Some(u128::try_from(value).map_err(|_| Fault::Unsupported {
-            construct: format!("the negative number {value}"),
-        }))
+        Some(
+            u128::try_from(value).map_err(|_| Fault::Unsupported {
+                construct: format!("the negative number {value}"),
+            }),
+        )
     }
 
     fn integer(&self, e: &VerilogExpression) -> Option<i128> {
@@ -319,9 +304,7 @@ impl Lowering<'_> {
     }
 
     fn find(&self, name: &str) -> Result<SignalId, Fault> {
-        let unknown = || Fault::UnknownName {
-            name: name.to_owned(),
-        };
+        let unknown = || Fault::UnknownName { name: name.to_owned() };
         let mut key = String::new();
         let mut rest = name.strip_suffix("$next").unwrap_or(name);
         while let Some((before, after)) = rest.split_once('[') {
@@ -362,9 +345,5 @@ fn equal_widths(place: &str, left: u32, right: u32) -> Result<(), Fault> {
     if left == right {
         return Ok(());
     }
-    Err(Fault::WidthMismatch {
-        place: place.to_owned(),
-        left,
-        right,
-    })
+    Err(Fault::WidthMismatch { place: place.to_owned(), left, right })
 }

@@ -89,10 +89,7 @@ impl Module {
     /// Translates `scope`, without its children.
     pub fn of(scope: &Scope) -> Result<Module, Refusal> {
         let mut named = scope.name.clone();
-        translate(scope, &mut named).map_err(|fault| Refusal {
-            module: named,
-            fault,
-        })
+        translate(scope, &mut named).map_err(|fault| Refusal { module: named, fault })
     }
 
     /// What a clocked statement assigns: the register behind its input pin.
@@ -106,14 +103,13 @@ impl Module {
 
 fn translate(scope: &Scope, named: &mut String) -> Result<Module, Fault> {
     let Content::Kernel(kernel) = &scope.content else {
-        return Err(Fault::Unsupported {
-            construct: "a marker without a block".to_owned(),
-        });
+        return Err(Fault::Unsupported { construct: "a marker without a block".to_owned() });
     };
     let names = Names::of(scope)?;
-    let description = names.description.clone().ok_or(Fault::Unsupported {
-        construct: "a block without an `About`".to_owned(),
-    })?;
+    let description = names
+        .description
+        .clone()
+        .ok_or(Fault::Unsupported { construct: "a block without an `About`".to_owned() })?;
     named.clone_from(&description.module);
     let mut drives = drives_of(&lower(kernel, &names)?, &names)?;
     let wirings = resolve(&mut drives, &names)?;
@@ -129,10 +125,7 @@ fn translate(scope: &Scope, named: &mut String) -> Result<Module, Fault> {
     for table in &names.tables {
         let index = Box::new(drives.combinational[&table.address].clone());
         let contents = table.contents;
-        let entry = Expr::Lookup {
-            table: contents,
-            index,
-        };
+        let entry = Expr::Lookup { table: contents, index };
         wires.assign(table.data, entry);
     }
     for (output, value) in wirings {
@@ -140,20 +133,14 @@ fn translate(scope: &Scope, named: &mut String) -> Result<Module, Fault> {
     }
     let instances = wires.connect(&drives, &names);
     let with_role = |wanted: &[Role]| -> Vec<SignalId> {
-        (0..names.signals.len())
-            .filter(|&id| wanted.contains(&names.signals[id].role))
-            .collect()
+        (0..names.signals.len()).filter(|&id| wanted.contains(&names.signals[id].role)).collect()
     };
     Ok(Module {
         description,
         ports: with_role(&[Role::Input, Role::Output]),
         constants: with_role(&[Role::Constant]),
         tables: names.tables.clone(),
-        memories: names
-            .memories
-            .iter()
-            .map(|pins| Memory::of(pins, &drives))
-            .collect(),
+        memories: names.memories.iter().map(|pins| Memory::of(pins, &drives)).collect(),
         wires: wires.declared,
         registers: names.registers.iter().map(|r| (r.q, r.reset)).collect(),
         assigns: wires.assigns,
@@ -199,10 +186,7 @@ impl Wires {
         if role != Role::Output {
             self.declared.push(id);
         }
-        self.assigns.push(Assign {
-            target: id,
-            value: value.clone(),
-        });
+        self.assigns.push(Assign { target: id, value: value.clone() });
     }
 
     fn assign(&mut self, target: SignalId, value: Expr) {
@@ -229,10 +213,7 @@ impl Wires {
     }
 
     fn connection(&mut self, id: SignalId, drives: &Drives, names: &Names) -> Expr {
-        let own = Expr::Signal {
-            id,
-            width: names.signals[id].width,
-        };
+        let own = Expr::Signal { id, width: names.signals[id].width };
         if let Role::InstanceInput(_) = names.signals[id].role {
             let value = &drives.combinational[&id];
             return if is_simple(value) { value.clone() } else { own };

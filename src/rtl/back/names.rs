@@ -5,12 +5,7 @@ use super::fault::Fault;
 /// Refuses what is not a plain Verilog identifier, or is a keyword of
 /// Verilog-2005 or a common one of SystemVerilog.
 pub fn check_name(name: &str) -> Result<(), Fault> {
-    let refuse = |reason| {
-        Err(Fault::BadName {
-            name: name.to_owned(),
-            reason,
-        })
-    };
+    let refuse = |reason| Err(Fault::BadName { name: name.to_owned(), reason });
     let starts_well = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
     let only_word_characters = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
     if !starts_well || !only_word_characters {

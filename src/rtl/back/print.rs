@@ -26,11 +26,9 @@ pub fn module_text(types: &[ModuleType], index: usize, prefix: &Prefix, made_by:
     let is_top = index + 1 == types.len();
     out.push_str(&port_list(&this.module, is_top));
     let mut body = constants(this);
-    body.push_str(&module_body_with(
-        &this.module,
-        &prefix.of(BLOCK_MEMORY),
-        &|instance| instance_head(types, this, instance),
-    ));
+    body.push_str(&module_body_with(&this.module, &prefix.of(BLOCK_MEMORY), &|instance| {
+        instance_head(types, this, instance)
+    }));
     out.push('\n');
     out.push_str(body.trim_start_matches('\n'));
     out.push_str(&checks(this, prefix));
@@ -62,10 +60,7 @@ fn header(this: &ModuleType, made_by: &str) -> String {
     let label_width = facts.iter().map(|(l, _)| l.len()).max().unwrap_or(0).max(7);
     out.push_str("//\n");
     for (label, text) in facts {
-        for (number, line) in wrapped(text, LINE_WIDTH - 5 - label_width)
-            .iter()
-            .enumerate()
-        {
+        for (number, line) in wrapped(text, LINE_WIDTH - 5 - label_width).iter().enumerate() {
             let label = if number == 0 { label } else { "" };
             let _ = writeln!(out, "// {label:label_width$}  {line}");
         }
@@ -76,19 +71,11 @@ fn header(this: &ModuleType, made_by: &str) -> String {
 }
 
 fn range(width: u32) -> String {
-    if width == 1 {
-        String::new()
-    } else {
-        format!("[{}:0]", width - 1)
-    }
+    if width == 1 { String::new() } else { format!("[{}:0]", width - 1) }
 }
 
 fn spaced(range: &str) -> String {
-    if range.is_empty() {
-        String::new()
-    } else {
-        format!("{range} ")
-    }
+    if range.is_empty() { String::new() } else { format!("{range} ") }
 }
 
 fn parameter_list(parameters: &[Parameter]) -> String {
@@ -181,10 +168,7 @@ fn group_of(port: &Signal) -> (Option<&str>, bool, bool) {
 }
 
 fn is_output_register(module: &Module, name: &str) -> bool {
-    module
-        .registers
-        .iter()
-        .any(|(q, _)| module.signals[*q].name == name)
+    module.registers.iter().any(|(q, _)| module.signals[*q].name == name)
 }
 
 fn constants(this: &ModuleType) -> String {
@@ -227,12 +211,7 @@ fn checks(this: &ModuleType, prefix: &Prefix) -> String {
     }
     let mut out = "\n`ifndef SYNTHESIS\n".to_owned();
     for check in checks {
-        let StateCheck {
-            taps,
-            first,
-            shifts,
-            last,
-        } = check;
+        let StateCheck { taps, first, shifts, last } = check;
         let taps = taps.to_uppercase();
         let own = this.parameters.iter().find(|p| p.name == taps);
         let width = own.map_or(0, |p| p.width);
@@ -283,18 +262,9 @@ fn module_body_with(
     out.push_str(&assignments(module));
     for (index, instance) in module.instances.iter().enumerate() {
         let _ = writeln!(out, "\n    {}(", instance_head(index));
-        let port_width = instance
-            .connections
-            .iter()
-            .map(|(port, _)| port.len())
-            .max()
-            .unwrap_or(0);
+        let port_width = instance.connections.iter().map(|(port, _)| port.len()).max().unwrap_or(0);
         for (number, (port, value)) in instance.connections.iter().enumerate() {
-            let comma = if number + 1 < instance.connections.len() {
-                ","
-            } else {
-                ""
-            };
+            let comma = if number + 1 < instance.connections.len() { "," } else { "" };
             let value = format!("({}){comma}", expression(value, module));
             push_broken(&mut out, 8, &format!(".{port:port_width$}"), &value);
         }
@@ -318,35 +288,22 @@ fn instance_head(types: &[ModuleType], this: &ModuleType, instance: usize) -> St
         .filter(|(_, parameter)| parameter.varies())
         .map(|(index, parameter)| {
             let here = &this.parameters[first + index];
-            let value = if here.varies() {
-                here.name.clone()
-            } else {
-                literal(here.values[0], here.width)
-            };
+            let value =
+                if here.varies() { here.name.clone() } else { literal(here.values[0], here.width) };
             format!("        .{}({value})", parameter.name)
         })
         .collect();
     if overrides.is_empty() {
         format!("{} {name} ", below.name)
     } else {
-        format!(
-            "{} #(\n{}\n    ) {name} ",
-            below.name,
-            overrides.join(",\n")
-        )
+        format!("{} #(\n{}\n    ) {name} ", below.name, overrides.join(",\n"))
     }
 }
 
 fn declarations(module: &Module) -> String {
     let is_port_name = |name: &str| module.ports.iter().any(|p| module.signals[*p].name == name);
-    let registers = module
-        .registers
-        .iter()
-        .map(|(id, _)| ("reg ", &module.signals[*id]));
-    let read = module
-        .memories
-        .iter()
-        .map(|memory| ("wire", &module.signals[memory.q]));
+    let registers = module.registers.iter().map(|(id, _)| ("reg ", &module.signals[*id]));
+    let read = module.memories.iter().map(|memory| ("wire", &module.signals[memory.q]));
     let wires = module.wires.iter().map(|id| ("wire", &module.signals[*id]));
     let declared: Vec<_> = registers
         .chain(read)
@@ -378,12 +335,7 @@ fn assignments(module: &Module) -> String {
             out.push('\n');
         }
         let head = format!("assign {} =", module.signals[*target].name);
-        push_broken(
-            &mut out,
-            4,
-            &head,
-            &format!("{};", expression(value, module)),
-        );
+        push_broken(&mut out, 4, &head, &format!("{};", expression(value, module)));
     }
     out
 }

@@ -71,9 +71,7 @@ pub fn scopes_of(top: &dyn Block) -> Result<Scope, Refusal> {
         (None, Some(scope)) => Ok(scope),
         (None, None) => Err(Refusal {
             module: "top".to_owned(),
-            fault: Fault::Unsupported {
-                construct: "a design without a block".to_owned(),
-            },
+            fault: Fault::Unsupported { construct: "a design without a block".to_owned() },
         }),
     }
 }
@@ -166,7 +164,5 @@ pub fn literal_value(literal: &VerilogLiteral) -> Option<u128> {
 /// and 32 or more to numbers.
 pub fn literal_width(literal: &VerilogLiteral) -> u32 {
     let text = format!("{literal:x}");
-    text.split_once('\'')
-        .and_then(|(width, _)| width.parse().ok())
-        .unwrap_or(0)
+    text.split_once('\'').and_then(|(width, _)| width.parse().ok()).unwrap_or(0)
 }

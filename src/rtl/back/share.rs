@@ -30,9 +30,7 @@ pub fn modules_of(top: &Scope, prefix: &Prefix, made_by: &str) -> Result<Vec<Mod
     for module in &mut types {
         module.name = prefix.of(&module.name);
     }
-    let checks = types
-        .iter()
-        .any(|t| !t.module.description.checks.is_empty());
+    let checks = types.iter().any(|t| !t.module.description.checks.is_empty());
     let memories = types.iter().any(|t| !t.module.memories.is_empty());
     let given = |name, text| given(prefix, made_by, name, text);
     let lfsr_check = checks.then(|| given(LFSR_CHECK, include_str!("lfsr_check.v")));
@@ -48,10 +46,7 @@ pub fn modules_of(top: &Scope, prefix: &Prefix, made_by: &str) -> Result<Vec<Mod
 fn given(prefix: &Prefix, made_by: &str, name: &str, text: &str) -> ModuleText {
     let text = text.replace(name, &prefix.of(name));
     let name = prefix.of(name);
-    ModuleText {
-        name,
-        text: text.replacen("//\n\n", &format!("//\n// Made by  {made_by}\n\n"), 1),
-    }
+    ModuleText { name, text: text.replacen("//\n\n", &format!("//\n// Made by  {made_by}\n\n"), 1) }
 }
 
 /// Adds `scope` as an instance of a module, old or new; returns the module
@@ -83,10 +78,7 @@ fn register(
     let key = format!(
         "{:?}\n{children:?}\n{:?}\n{}",
         module.description,
-        parameters
-            .iter()
-            .map(|p| (&p.name, p.width, &p.about, &p.heading))
-            .collect::<Vec<_>>(),
+        parameters.iter().map(|p| (&p.name, p.width, &p.about, &p.heading)).collect::<Vec<_>>(),
         module_body(&module),
     );
     match types.iter_mut().position(|t| t.key == key) {

@@ -215,12 +215,7 @@ impl Names {
 
     fn add_inline(&mut self, child: &Scope, name: String, marker: &Marker) -> Result<(), Fault> {
         match marker {
-            Marker::Register {
-                name: given,
-                reset_value,
-                reset_constant,
-                about,
-            } => {
+            Marker::Register { name: given, reset_value, reset_constant, about } => {
                 let name = given.clone().unwrap_or(name);
                 let reset = (*reset_value, reset_constant.as_deref());
                 self.add_register(child, &name, reset, about)?;
@@ -245,9 +240,9 @@ impl Names {
         let reset = match constant {
             None => Reset::Literal(value),
             Some(constant) => {
-                let id = self.find(constant).ok_or_else(|| Fault::UnknownName {
-                    name: constant.to_owned(),
-                })?;
+                let id = self
+                    .find(constant)
+                    .ok_or_else(|| Fault::UnknownName { name: constant.to_owned() })?;
                 check_reset_constant(&self.signals[id], name, width, value)?;
                 Reset::Constant(id)
             }
@@ -255,21 +250,9 @@ impl Names {
         let mut pin = |pin: &str, name: String, width, role, about: &str| {
             self.add(&child.pin(pin), name, width, role, about)
         };
-        let clock = pin(
-            "clock",
-            format!("{name}.clock"),
-            1,
-            Role::RegisterClock(index),
-            "",
-        );
+        let clock = pin("clock", format!("{name}.clock"), 1, Role::RegisterClock(index), "");
         pin("d", format!("{name}.d"), width, Role::RegisterD(index), "");
-        let q = pin(
-            "q",
-            format!("{name}_r"),
-            width,
-            Role::RegisterQ(index),
-            about,
-        );
+        let q = pin("q", format!("{name}_r"), width, Role::RegisterQ(index), about);
         self.registers.push(RegisterPins { q, clock, reset });
         Ok(())
     }
@@ -282,26 +265,9 @@ impl Names {
         };
         let contents = pin("", name.to_uppercase(), 1 << width, Role::Table, about);
         let address_name = format!("{name}.address");
-        let address = pin(
-            "address",
-            address_name,
-            width,
-            Role::TableAddress(index),
-            "",
-        );
-        let data = pin(
-            "data",
-            format!("{name}_entry"),
-            1,
-            Role::TableData(index),
-            about,
-        );
-        self.tables.push(TablePins {
-            contents,
-            bits: bits.to_vec(),
-            address,
-            data,
-        });
+        let address = pin("address", address_name, width, Role::TableAddress(index), "");
+        let data = pin("data", format!("{name}_entry"), 1, Role::TableData(index), about);
+        self.tables.push(TablePins { contents, bits: bits.to_vec(), address, data });
     }
 
     fn add_memory(&mut self, child: &Scope, name: &str, words: u64, about: &str) {
@@ -318,14 +284,7 @@ impl Names {
         let read = ["read", "address"].map(&mut input);
         let q_name = format!("{name}_q");
         let q = self.add(&child.pin("q"), q_name, width, Role::MemoryQ(index), "");
-        self.memories.push(MemoryPins {
-            contents,
-            words,
-            clock,
-            write,
-            read,
-            q,
-        });
+        self.memories.push(MemoryPins { contents, words, clock, write, read, q });
     }
 
     fn add_wiring(&mut self, child: &Scope, name: String, sources: &[usize], about: &str) {
@@ -341,11 +300,7 @@ impl Names {
             .collect();
         let width = sources.len() as u32;
         let output = self.add(&child.pin("o"), name, width, Role::WiringOut(index), about);
-        self.wirings.push(WiringPins {
-            inputs,
-            output,
-            sources: sources.to_vec(),
-        });
+        self.wirings.push(WiringPins { inputs, output, sources: sources.to_vec() });
     }
 
     fn add_instance(&mut self, child: &Scope, name: String, index: usize) {
@@ -372,11 +327,7 @@ impl Names {
             let id = self.add(&key, wire, port.width, role, &port.about);
             pins.push((port_name, id));
         }
-        self.instances.push(InstancePins {
-            name,
-            child: index,
-            ports: pins,
-        });
+        self.instances.push(InstancePins { name, child: index, ports: pins });
     }
 
     fn check(&self) -> Result<(), Fault> {

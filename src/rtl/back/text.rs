@@ -128,10 +128,7 @@ pub fn memory_block(memory: &Memory, module: &Module, kind: &str) -> String {
         (".i_data         ", format!("({word}),")),
         (".i_read         ", format!("({read}),")),
         (".i_address      ", format!("({from}),")),
-        (
-            ".o_word         ",
-            format!("({})", module.signals[memory.q].name),
-        ),
+        (".o_word         ", format!("({})", module.signals[memory.q].name)),
     ];
     for (pin, value) in pins {
         push_broken(&mut out, 8, pin, &value);
@@ -291,9 +288,5 @@ fn operand(expr: &Expr, under: Option<BinaryOp>, module: &Module) -> String {
         Expr::Unary(..) | Expr::Mux { .. } => true,
         _ => false,
     };
-    if needs_parentheses {
-        format!("({plain})")
-    } else {
-        plain
-    }
+    if needs_parentheses { format!("({plain})") } else { plain }
 }

@@ -118,10 +118,7 @@ impl AccumulatorPlan {
     /// The segments above it.
     fn upper(&self) -> Option<AccumulatorPlan> {
         self.has_higher().then(|| AccumulatorPlan {
-            segments: CountSegments {
-                count: self.segments.count - 1,
-                ..self.segments
-            },
+            segments: CountSegments { count: self.segments.count - 1, ..self.segments },
             addend_bits: 2,
             has_lower: true,
         })
@@ -131,11 +128,7 @@ impl AccumulatorPlan {
 impl Accumulator {
     /// A total that adds `addend_bits` signed bits a clock.
     pub fn new(segments: CountSegments, addend_bits: usize) -> Accumulator {
-        Accumulator::build(&AccumulatorPlan {
-            segments,
-            addend_bits,
-            has_lower: false,
-        })
+        Accumulator::build(&AccumulatorPlan { segments, addend_bits, has_lower: false })
     }
 }
 

@@ -220,10 +220,7 @@ fn describe(plan: &AdderPlan) -> About {
             about.note("A full bin stays as it is, and o_clamped says that a hit was lost in it.")
         }
     };
-    about.fact(
-        "Latency",
-        "5 clocks from i_hits to the bin with its hit, 7 until it is written",
-    )
+    about.fact("Latency", "5 clocks from i_hits to the bin with its hit, 7 until it is written")
 }
 
 #[kernel]

@@ -158,11 +158,7 @@ pub(super) fn row_bits(rows: u64) -> u32 {
 impl BinBank {
     /// For so many rows of bins of `bits` bits, in two memories if they take turns.
     pub fn new(rows: u64, bits: u32, takes_turns: bool) -> BinBank {
-        BinBank::build(&BankPlan {
-            rows,
-            bits,
-            takes_turns,
-        })
+        BinBank::build(&BankPlan { rows, bits, takes_turns })
     }
 }
 
@@ -175,14 +171,8 @@ fn describe(plan: &BankPlan) -> About {
     if !plan.takes_turns {
         return About::new("bin_bank", title)
             .note(back)
-            .fact(
-                "Memory",
-                format!("{rows} bins of {bits} bit{}", plural(*bits)),
-            )
-            .fact(
-                "Latency",
-                "3 clocks from i_row to o_bin; written 7 clocks after i_row",
-            );
+            .fact("Memory", format!("{rows} bins of {bits} bit{}", plural(*bits)))
+            .fact("Latency", "3 clocks from i_row to o_bin; written 7 clocks after i_row");
     }
     About::new("bin_bank", &format!("{title}, twice"))
         .note(format!("One memory counts while the other is read. {back}"))

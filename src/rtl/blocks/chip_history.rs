@@ -96,19 +96,13 @@ impl HistoryPlan {
 impl ChipHistory {
     /// `realigns` adds the start of later scans.
     pub fn new(geometry: PhaseGeometry, start: ReferenceStart, realigns: bool) -> ChipHistory {
-        ChipHistory::build(&HistoryPlan {
-            geometry,
-            start,
-            realigns,
-        })
+        ChipHistory::build(&HistoryPlan { geometry, start, realigns })
     }
 }
 
 fn describe(geometry: PhaseGeometry) -> About {
-    let mut about = About::new(
-        "chip_history",
-        "the reference's last chips, delayed by holding its generator",
-    );
+    let mut about =
+        About::new("chip_history", "the reference's last chips, delayed by holding its generator");
     if geometry.most_chips() > 1 {
         about = about.note(
             "When the delay grows by several chips, the reference goes back by all but one of \

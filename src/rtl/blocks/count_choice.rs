@@ -52,10 +52,7 @@ struct ChoicePlan {
 impl CountChoice {
     /// Out of `counts` counts of `bits` bits.
     pub fn new(bits: u32, counts: u32) -> CountChoice {
-        CountChoice::build(&ChoicePlan {
-            bits,
-            counts: counts as usize,
-        })
+        CountChoice::build(&ChoicePlan { bits, counts: counts as usize })
     }
 }
 

@@ -74,9 +74,7 @@ impl CountComparison {
     pub fn new(plan: &PeakPlan) -> CountComparison {
         CountComparison::build(&ComparisonPlan {
             count_bits: plan.count_bits as usize,
-            sizes: (0..plan.pieces)
-                .map(|piece| plan.piece_bits(piece))
-                .collect(),
+            sizes: (0..plan.pieces).map(|piece| plan.piece_bits(piece)).collect(),
         })
     }
 }
@@ -99,14 +97,10 @@ fn describe(pieces: usize) -> About {
 impl Logic for CountComparison {
     fn update(&mut self) {
         let sign = self.plan.count_bits - 1;
-        self.unsigned_count.next = self
-            .i_count
-            .val()
-            .replace_bit(sign, self.i_other.val().get_bit(sign));
-        self.unsigned_other.next = self
-            .i_other
-            .val()
-            .replace_bit(sign, self.i_count.val().get_bit(sign));
+        self.unsigned_count.next =
+            self.i_count.val().replace_bit(sign, self.i_other.val().get_bit(sign));
+        self.unsigned_other.next =
+            self.i_other.val().replace_bit(sign, self.i_count.val().get_bit(sign));
         self.cut();
         for p in 0..self.piece.len() {
             self.piece[p].i_clk.next = self.i_clk.val();

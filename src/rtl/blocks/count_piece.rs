@@ -58,10 +58,7 @@ impl CountPiece {
     /// For `bits` bits, compared as unsigned; `has_below` if there are others
     /// below them.
     pub fn new(bits: u32, has_below: bool) -> CountPiece {
-        CountPiece::build(&PiecePlan {
-            bits: bits as usize,
-            has_below,
-        })
+        CountPiece::build(&PiecePlan { bits: bits as usize, has_below })
     }
 }
 

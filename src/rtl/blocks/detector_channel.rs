@@ -184,14 +184,11 @@ impl DetectorChannel {
 }
 
 fn describe(interface: &Interface) -> About {
-    let about = About::new(
-        "detector_channel",
-        "one detector's hits, correlated with its reference",
-    )
-    .note(
-        "The reference runs as the code of the detector's source and is delayed by the phase \
+    let about =
+        About::new("detector_channel", "one detector's hits, correlated with its reference").note(
+            "The reference runs as the code of the detector's source and is delayed by the phase \
          step; a hit counts up or down as the reference says (eq. 11).",
-    );
+        );
     if interface.banks() > 1 {
         about.fact(
             "Banks",

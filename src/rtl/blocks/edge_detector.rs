@@ -69,9 +69,7 @@ impl EdgePlan {
 impl EdgeDetector {
     /// For words of `lanes` samples.
     pub fn new(lanes: u32) -> EdgeDetector {
-        EdgeDetector::build(&EdgePlan {
-            lanes: lanes as usize,
-        })
+        EdgeDetector::build(&EdgePlan { lanes: lanes as usize })
     }
 }
 

@@ -121,31 +121,24 @@ impl HistogramChannel {
 }
 
 fn describe(plan: &HistogramPlan) -> About {
-    About::new(
-        "histogram_channel",
-        "histogram of one detector's arrival times",
-    )
-    .fact(
-        "Bins",
-        format!(
-            "{} rows of {}, {} bits each{}",
-            plan.rows,
-            plan.row_bins,
-            plan.bin_bits,
-            match plan.saturates() {
-                true => ", clamped",
-                false => "; no stimulus can overflow them",
-            }
-        ),
-    )
-    .fact(
-        "Adders",
-        format!(
-            "{}, each for {} neighbouring samples",
-            plan.adders(),
-            plan.adder_samples
-        ),
-    )
+    About::new("histogram_channel", "histogram of one detector's arrival times")
+        .fact(
+            "Bins",
+            format!(
+                "{} rows of {}, {} bits each{}",
+                plan.rows,
+                plan.row_bins,
+                plan.bin_bits,
+                match plan.saturates() {
+                    true => ", clamped",
+                    false => "; no stimulus can overflow them",
+                }
+            ),
+        )
+        .fact(
+            "Adders",
+            format!("{}, each for {} neighbouring samples", plan.adders(), plan.adder_samples),
+        )
 }
 
 #[kernel]

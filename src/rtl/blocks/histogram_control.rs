@@ -267,10 +267,7 @@ impl ControlPlan {
 impl HistogramControl {
     /// For the histograms of so many detectors.
     pub fn new(histogram: &HistogramPlan, detectors: usize) -> HistogramControl {
-        HistogramControl::build(&ControlPlan {
-            histogram: *histogram,
-            detectors,
-        })
+        HistogramControl::build(&ControlPlan { histogram: *histogram, detectors })
     }
 }
 
@@ -300,9 +297,8 @@ fn describe(plan: &ControlPlan) -> About {
         .fact("Latency", "5 clocks from a frame's last word to o_valid");
     match plan.detectors {
         1 => about,
-        detectors => about.note(format!(
-            "The rows of {detectors} detectors come one detector after the other."
-        )),
+        detectors => about
+            .note(format!("The rows of {detectors} detectors come one detector after the other.")),
     }
 }
 

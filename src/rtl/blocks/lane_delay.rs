@@ -129,9 +129,7 @@ impl DelayPlan {
     /// within a chip, which lanes take the previous chip is known beforehand.
     fn present(&self) -> Vec<usize> {
         let one_more = |place| !self.grows() && self.geometry.may_be_delayed(place);
-        self.taps()
-            .map(|(back, place)| back as usize + usize::from(one_more(place)))
-            .collect()
+        self.taps().map(|(back, place)| back as usize + usize::from(one_more(place))).collect()
     }
 
     fn previous(&self) -> Vec<usize> {
@@ -149,11 +147,7 @@ impl LaneDelay {
     /// `looks_ahead` if `i_pre_last_chip` is there; `realigns` adds the start of
     /// later scans.
     pub fn new(geometry: PhaseGeometry, looks_ahead: bool, realigns: bool) -> LaneDelay {
-        LaneDelay::build(&DelayPlan {
-            geometry,
-            looks_ahead,
-            realigns,
-        })
+        LaneDelay::build(&DelayPlan { geometry, looks_ahead, realigns })
     }
 }
 

@@ -94,31 +94,20 @@ impl LfsrPlan {
 impl LfsrGenerator {
     /// The m-sequence of `lfsr`, starting at its chip `start`.
     pub fn m_sequence(lfsr: &Lfsr, start: u64, reloads: bool) -> LfsrGenerator {
-        LfsrGenerator::build(&LfsrPlan {
-            u: lfsr.clone(),
-            v: None,
-            start,
-            reloads,
-        })
+        LfsrGenerator::build(&LfsrPlan { u: lfsr.clone(), v: None, start, reloads })
     }
 
     /// The Gold code of `u` and `v`, starting at its chip `start`.
     pub fn gold(u: &Lfsr, v: &Lfsr, start: u64, reloads: bool) -> LfsrGenerator {
-        LfsrGenerator::build(&LfsrPlan {
-            u: u.clone(),
-            v: Some(v.clone()),
-            start,
-            reloads,
-        })
+        LfsrGenerator::build(&LfsrPlan { u: u.clone(), v: Some(v.clone()), start, reloads })
     }
 }
 
 fn describe(plan: &LfsrPlan) -> About {
     let about = match &plan.v {
-        None => About::new(
-            "m_sequence_generator",
-            "m-sequence, one linear-feedback shift register",
-        ),
+        None => {
+            About::new("m_sequence_generator", "m-sequence, one linear-feedback shift register")
+        }
         Some(_) => About::new(
             "gold_generator",
             "Gold code, the XOR of two linear-feedback shift registers",
@@ -192,17 +181,11 @@ impl Logic for LfsrGenerator {
 /// Bits of the state whose XOR is the chip that comes in: c[t + n] is the XOR
 /// of c[t + n - e] over the exponents e > 0, and bit i holds c[t + i].
 pub(super) fn tap_mask(lfsr: &Lfsr) -> u128 {
-    lfsr.exponents
-        .iter()
-        .filter(|&&e| e > 0)
-        .fold(0, |mask, &e| mask | 1 << (lfsr.degree - e))
+    lfsr.exponents.iter().filter(|&&e| e > 0).fold(0, |mask, &e| mask | 1 << (lfsr.degree - e))
 }
 
 /// The state whose bit 0 is chip `position`.
 pub(super) fn state_at(lfsr: &Lfsr, position: u64) -> u128 {
     let chips = lfsr.advanced(position).seed;
-    chips
-        .iter()
-        .rev()
-        .fold(0, |state, &chip| state << 1 | u128::from(chip))
+    chips.iter().rev().fold(0, |state, &chip| state << 1 | u128::from(chip))
 }

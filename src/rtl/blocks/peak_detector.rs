@@ -160,10 +160,7 @@ impl DetectorsPlan {
 impl PeakDetector {
     /// For `detectors` detectors.
     pub fn new(plan: &PeakPlan, detectors: u32) -> PeakDetector {
-        PeakDetector::build(&DetectorsPlan {
-            peak: *plan,
-            detectors: detectors as usize,
-        })
+        PeakDetector::build(&DetectorsPlan { peak: *plan, detectors: detectors as usize })
     }
 }
 
@@ -195,26 +192,15 @@ fn describe(plan: &PeakPlan) -> About {
     about
         .fact(
             "Latency",
-            format!(
-                "{} clocks from a scan's last i_counted to o_valid",
-                plan.clocks_to_peak()
-            ),
+            format!("{} clocks from a scan's last i_counted to o_valid", plan.clocks_to_peak()),
         )
-        .fact(
-            "Rate",
-            format!(
-                "a count of each detector every {} clocks",
-                plan.clocks_per_count()
-            ),
-        )
+        .fact("Rate", format!("a count of each detector every {} clocks", plan.clocks_per_count()))
 }
 
 #[kernel]
 impl Logic for PeakDetector {
     fn update(&mut self) {
-        dff_setup!(
-            self, i_clk, compares, kept, last_group, ends, first, step, done, valid
-        );
+        dff_setup!(self, i_clk, compares, kept, last_group, ends, first, step, done, valid);
         if self.i_counted.val() {
             self.last_group.d.next = self.i_last.val();
         }
@@ -238,11 +224,7 @@ impl Logic for PeakDetector {
     /// The counts of a group, one after another.
     fn take_turns(&mut self) {
         dff_setup!(self, i_clk, turn, group_ends, scan_ends);
-        self.next_turn.next = self
-            .compares
-            .q
-            .val()
-            .get_bit(self.plan.clocks_per_count() - 1)
+        self.next_turn.next = self.compares.q.val().get_bit(self.plan.clocks_per_count() - 1)
             & !self.group_ends.q.val();
         self.compares.d.next = (self.compares.q.val() << 1)
             .replace_bit(0, self.i_counted.val() | self.next_turn.val());

@@ -21,11 +21,7 @@ impl PhaseGeometry {
     /// first step delays by `first_delay` samples, f = k mod S, beside whole
     /// chips.
     pub fn new(lanes: u32, parallel: u32, first_delay: u32) -> PhaseGeometry {
-        PhaseGeometry {
-            lanes,
-            parallel,
-            first_delay,
-        }
+        PhaseGeometry { lanes, parallel, first_delay }
     }
 
     /// Samples by which the delay grows beside the whole chips.
@@ -53,10 +49,7 @@ impl PhaseGeometry {
     pub(super) fn tap(self, sample: u32) -> (u32, u32) {
         let offset = i64::from(sample) - i64::from(self.parallel) + 1;
         let lanes = i64::from(self.lanes);
-        (
-            -offset.div_euclid(lanes) as u32,
-            offset.rem_euclid(lanes) as u32,
-        )
+        (-offset.div_euclid(lanes) as u32, offset.rem_euclid(lanes) as u32)
     }
 
     /// Reference chips from which the window's samples are taken.
@@ -88,10 +81,6 @@ impl PhaseGeometry {
 
     /// Whether a sample at `place` of its chip ever takes the chip before.
     pub(super) fn may_be_delayed(self, place: u32) -> bool {
-        if self.samples() > 0 {
-            place + 1 < self.lanes
-        } else {
-            place < self.first_delay
-        }
+        if self.samples() > 0 { place + 1 < self.lanes } else { place < self.first_delay }
     }
 }

@@ -63,12 +63,7 @@ impl PhaseStepper {
         looks_ahead: bool,
         realigns: bool,
     ) -> PhaseStepper {
-        PhaseStepper::build(&StepperPlan {
-            geometry,
-            start,
-            looks_ahead,
-            realigns,
-        })
+        PhaseStepper::build(&StepperPlan { geometry, start, looks_ahead, realigns })
     }
 }
 

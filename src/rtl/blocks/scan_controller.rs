@@ -269,20 +269,11 @@ impl ScanPlan {
             if !self.realigns {
                 checks.push(chips("chip_count_reset", 1, "chip_count_first"));
             }
-            checks.push(chips(
-                "chip_count_first",
-                self.chips_at_end(),
-                "chip_count_end",
-            ));
+            checks.push(chips("chip_count_first", self.chips_at_end(), "chip_count_end"));
         }
         if self.counts_steps() {
             let shifts = self.steps_at_end();
-            checks.push(check(
-                "step_count_taps",
-                "step_count_first",
-                shifts,
-                "step_count_end",
-            ));
+            checks.push(check("step_count_taps", "step_count_first", shifts, "step_count_end"));
         }
         checks
     }
@@ -313,10 +304,7 @@ impl ScanController {
 }
 
 fn describe(plan: ScanPlan) -> About {
-    let mut about = About::new(
-        "scan_controller",
-        "counts chips per phase step and steps per scan",
-    );
+    let mut about = About::new("scan_controller", "counts chips per phase step and steps per scan");
     if plan.counts_chips() || plan.counts_steps() {
         about = about.note(
             "Both counters are LFSRs: the next state costs one gate where a binary counter costs \
@@ -336,10 +324,7 @@ fn describe(plan: ScanPlan) -> About {
         .fact("Scan", format!("{} phase steps", plan.steps))
         .fact(
             "Latency",
-            format!(
-                "{} clocks from a step's last chip to o_dump",
-                plan.clocks_to_dump
-            ),
+            format!("{} clocks from a step's last chip to o_dump", plan.clocks_to_dump),
         );
     plan.checks().into_iter().fold(about, About::check)
 }
@@ -435,16 +420,12 @@ impl Logic for ScanController {
             self.chip_count.d.next = self.chip_count_first.val();
         } else if self.plan.realigns {
             if self.run.q.val() {
-                self.chip_count.d.next = (self.chip_count.q.val() >> 1).replace_bit(
-                    top,
-                    (self.chip_count.q.val() & self.chip_count_taps.val()).xor(),
-                );
+                self.chip_count.d.next = (self.chip_count.q.val() >> 1)
+                    .replace_bit(top, (self.chip_count.q.val() & self.chip_count_taps.val()).xor());
             }
         } else {
-            self.chip_count.d.next = (self.chip_count.q.val() >> 1).replace_bit(
-                top,
-                (self.chip_count.q.val() & self.chip_count_taps.val()).xor(),
-            );
+            self.chip_count.d.next = (self.chip_count.q.val() >> 1)
+                .replace_bit(top, (self.chip_count.q.val() & self.chip_count_taps.val()).xor());
         }
     }
 

@@ -21,11 +21,7 @@ const MODULE: &str = "scan_controller";
 
 /// The counters of a scan controller; one that a scan does without is not there.
 #[derive(Debug, Clone)]
-#[cfg_attr(
-    feature = "schemas",
-    derive(schemars::JsonSchema),
-    schemars(with = "RegisterNames")
-)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema), schemars(with = "RegisterNames"))]
 pub struct ScanRegisters {
     /// Chips of the present group.
     pub chips: Option<CountRegister>,
@@ -48,10 +44,7 @@ impl ScanRegisters {
     pub fn of(interface: &Interface) -> ScanRegisters {
         if interface.histogram.is_some() {
             // Its counters are no LFSRs.
-            return ScanRegisters {
-                chips: None,
-                groups: None,
-            };
+            return ScanRegisters { chips: None, groups: None };
         }
         let plan = ScanPlan::of(interface);
         let register = |name, counter| CountRegister {
@@ -61,12 +54,8 @@ impl ScanRegisters {
             states: HashMap::new(),
         };
         ScanRegisters {
-            chips: plan
-                .counts_chips()
-                .then(|| register("chip_count_r", plan.chip_counter())),
-            groups: plan
-                .counts_steps()
-                .then(|| register("step_count_r", plan.step_counter())),
+            chips: plan.counts_chips().then(|| register("chip_count_r", plan.chip_counter())),
+            groups: plan.counts_steps().then(|| register("step_count_r", plan.step_counter())),
         }
     }
 
@@ -112,10 +101,7 @@ struct RegisterNames {
 impl RegisterNames {
     fn of(registers: &ScanRegisters) -> RegisterNames {
         let path = |register: &Option<CountRegister>| register.as_ref().map(|r| r.path("."));
-        RegisterNames {
-            chips: path(&registers.chips),
-            groups: path(&registers.groups),
-        }
+        RegisterNames { chips: path(&registers.chips), groups: path(&registers.groups) }
     }
 }
 

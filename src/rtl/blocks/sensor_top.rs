@@ -171,11 +171,7 @@ impl SensorTop {
     pub fn new(interface: &Interface) -> SensorTop {
         let (codes, source_codes) =
             distinct_codes(&interface.reference_codes[0], &interface.source_codes);
-        SensorTop::build(&TopPlan {
-            interface: interface.clone(),
-            codes,
-            source_codes,
-        })
+        SensorTop::build(&TopPlan { interface: interface.clone(), codes, source_codes })
     }
 }
 
@@ -201,10 +197,7 @@ fn saturated_about(interface: &Interface) -> &'static str {
 fn data_about(interface: &Interface) -> String {
     match interface.total {
         None => "count of a phase step, signed".to_owned(),
-        Some(total) => format!(
-            "from bit {} its hits, below its signed count",
-            total.first_bit
-        ),
+        Some(total) => format!("from bit {} its hits, below its signed count", total.first_bit),
     }
 }
 
@@ -234,11 +227,7 @@ fn describe(interface: &Interface) -> About {
 
 fn describe_counts(interface: &Interface) -> About {
     let scan = &interface.timing.scan;
-    let outputs = interface
-        .ports()
-        .iter()
-        .filter(|p| p.direction == Direction::Output)
-        .count();
+    let outputs = interface.ports().iter().filter(|p| p.direction == Direction::Output).count();
     About::new(
         "sensor_top",
         "DS-CDMA indirect time-of-flight sensor, lasers out, SPAD samples in",

@@ -18,13 +18,7 @@ impl SequenceCounter {
         let taps = MAXIMAL_TAPS[needed as usize - 2];
         let mut exponents: Vec<u32> = taps.to_vec();
         exponents.push(0);
-        SequenceCounter {
-            lfsr: Lfsr {
-                degree: needed,
-                exponents,
-                seed: vec![1; needed as usize],
-            },
-        }
+        SequenceCounter { lfsr: Lfsr { degree: needed, exponents, seed: vec![1; needed as usize] } }
     }
 
     /// What stands over the constants of `counter` in the Verilog.
@@ -81,23 +75,15 @@ mod tests {
             state >> 1 | parity << (n - 1)
         };
         let apply = |matrix: &[u64], state: u64| {
-            (0..n)
-                .filter(|bit| state >> bit & 1 == 1)
-                .fold(0, |sum, bit| sum ^ matrix[bit])
+            (0..n).filter(|bit| state >> bit & 1 == 1).fold(0, |sum, bit| sum ^ matrix[bit])
         };
         let mut square: Vec<u64> = (0..n).map(|bit| step(1 << bit)).collect();
         let mut product: Vec<u64> = (0..n).map(|bit| 1 << bit).collect();
         while count > 0 {
             if count & 1 == 1 {
-                product = product
-                    .iter()
-                    .map(|&column| apply(&square, column))
-                    .collect();
+                product = product.iter().map(|&column| apply(&square, column)).collect();
             }
-            square = square
-                .iter()
-                .map(|&column| apply(&square, column))
-                .collect();
+            square = square.iter().map(|&column| apply(&square, column)).collect();
             count >>= 1;
         }
         (0..n).all(|bit| product[bit] == 1 << bit)
@@ -160,10 +146,7 @@ mod tests {
             let counter = SequenceCounter::new(states);
             let before = counter.state_before_the_first();
             let parity = u128::from((before & counter.taps()).count_ones() % 2);
-            assert_eq!(
-                before >> 1 | parity << (counter.width() - 1),
-                counter.state(0)
-            );
+            assert_eq!(before >> 1 | parity << (counter.width() - 1), counter.state(0));
         }
     }
 }

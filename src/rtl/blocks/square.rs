@@ -37,10 +37,7 @@ struct SquarePlan {
 impl SquareGenerator {
     /// The wave starting at its chip `start`, 0 or 1; chip 0 is high.
     pub fn new(start: u64, reloads: bool) -> SquareGenerator {
-        SquareGenerator::build(&SquarePlan {
-            load: u128::from(start.is_multiple_of(2)),
-            reloads,
-        })
+        SquareGenerator::build(&SquarePlan { load: u128::from(start.is_multiple_of(2)), reloads })
     }
 }
 

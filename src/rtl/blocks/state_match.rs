@@ -65,9 +65,7 @@ impl StateMatch {
 
     /// For states of `width` bits.
     pub fn new(width: u32) -> StateMatch {
-        StateMatch::build(&MatchPlan {
-            width: width as usize,
-        })
+        StateMatch::build(&MatchPlan { width: width as usize })
     }
 }
 

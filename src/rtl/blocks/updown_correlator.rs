@@ -115,10 +115,7 @@ impl CorrelatorPlan {
 impl UpdownCorrelator {
     /// For `lanes` samples per word.
     pub fn new(lanes: u32, segments: CountSegments) -> UpdownCorrelator {
-        UpdownCorrelator::build(&CorrelatorPlan {
-            lanes: lanes as usize,
-            segments,
-        })
+        UpdownCorrelator::build(&CorrelatorPlan { lanes: lanes as usize, segments })
     }
 }
 

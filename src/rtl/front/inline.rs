@@ -44,11 +44,7 @@ impl Logic for BitTable {
     }
 
     fn hdl(&self) -> Verilog {
-        Marker::BitTable {
-            bits: self._bits.clone(),
-            about: self._about.clone(),
-        }
-        .into_hdl()
+        Marker::BitTable { bits: self._bits.clone(), about: self._about.clone() }.into_hdl()
     }
 }
 
@@ -90,10 +86,6 @@ impl Logic for Wiring {
     }
 
     fn hdl(&self) -> Verilog {
-        Marker::Wiring {
-            sources: self._sources.clone(),
-            about: self._about.clone(),
-        }
-        .into_hdl()
+        Marker::Wiring { sources: self._sources.clone(), about: self._about.clone() }.into_hdl()
     }
 }

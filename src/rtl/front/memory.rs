@@ -76,10 +76,6 @@ impl Logic for Memory {
     }
 
     fn hdl(&self) -> Verilog {
-        Marker::Memory {
-            words: self._words.len() as u64,
-            about: self._about.clone(),
-        }
-        .into_hdl()
+        Marker::Memory { words: self._words.len() as u64, about: self._about.clone() }.into_hdl()
     }
 }

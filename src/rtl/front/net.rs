@@ -221,10 +221,5 @@ impl<D: Direction, V: Value> Block for Net<D, V> {
 
 /// Bits for a value-change dump, most significant first.
 pub(super) fn vcd_bits(number: u128, width: u32) -> VCDValue {
-    VCDValue::Vector(
-        (0..width)
-            .rev()
-            .map(|bit| ((number >> bit) & 1 == 1).into())
-            .collect(),
-    )
+    VCDValue::Vector((0..width).rev().map(|bit| ((number >> bit) & 1 == 1).into()).collect())
 }

@@ -76,11 +76,7 @@ impl Register<Word> {
 impl<V: Value> Logic for Register<V> {
     fn update(&mut self) {
         if self.clock.pos_edge() {
-            self.q.next = if self.reset.val() {
-                self._reset_value
-            } else {
-                self.d.val()
-            };
+            self.q.next = if self.reset.val() { self._reset_value } else { self.d.val() };
         }
     }
 

@@ -22,11 +22,7 @@ pub struct SignedWord(i128);
 impl Word {
     /// The low `width` bits of `value`.
     pub fn new(value: u128, width: u32) -> Word {
-        let value = if width == 0 {
-            value
-        } else {
-            value & mask(width)
-        };
+        let value = if width == 0 { value } else { value & mask(width) };
         Word { value, width }
     }
 
@@ -182,11 +178,7 @@ mod tests {
     fn signed_words_extend_to_their_context() {
         let minus_one = Word::new(0b11, 2);
         assert_eq!((Word::new(5, 8) + signed_cast(minus_one)).value(), 4);
-        assert_eq!(
-            (Word::new(0xa5, 8) & signed_cast(true)).value(),
-            0xa5,
-            "one bit replicates"
-        );
+        assert_eq!((Word::new(0xa5, 8) & signed_cast(true)).value(), 0xa5, "one bit replicates");
         assert_eq!(
             Word::from(signed_cast(minus_one) + signed_cast(minus_one)).value(),
             (-2i128) as u128

@@ -24,10 +24,7 @@ pub(in crate::scene) static DETECTOR: Table = Table {
         },
         Key {
             name: "photon_detection_probability",
-            kind: Kind::Number {
-                least: 0.0,
-                most: 1.0,
-            },
+            kind: Kind::Number { least: 0.0, most: 1.0 },
             default: Some("1"),
             example: "0.31",
             meaning: "chance that an incident photon fires a ready detector",
@@ -35,11 +32,7 @@ pub(in crate::scene) static DETECTOR: Table = Table {
         },
         Key {
             name: "dark_count_rate",
-            kind: Kind::Quantity {
-                quantity: Quantity::Rate,
-                least: "0 cps",
-                most: "1000000 Gcps",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Rate, least: "0 cps", most: "1000000 Gcps" },
             default: Some("0 cps"),
             example: "71 kcps",
             meaning: "avalanches without light",
@@ -47,11 +40,7 @@ pub(in crate::scene) static DETECTOR: Table = Table {
         },
         Key {
             name: "background_rate",
-            kind: Kind::Quantity {
-                quantity: Quantity::Rate,
-                least: "0 cps",
-                most: "1000000 Gcps",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Rate, least: "0 cps", most: "1000000 Gcps" },
             default: Some("0 cps"),
             example: "1 Mcps",
             meaning: "background, in photons before the detection probability",
@@ -67,11 +56,7 @@ pub(in crate::scene) static DETECTOR: Table = Table {
         },
         Key {
             name: "dead_time",
-            kind: Kind::Quantity {
-                quantity: Quantity::Time,
-                least: "0 s",
-                most: "10 ms",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Time, least: "0 s", most: "10 ms" },
             default: Some("0 s"),
             example: "14 ns",
             meaning: "non-paralyzable dead time, from the avalanche",
@@ -88,11 +73,7 @@ pub(in crate::scene) static DETECTOR: Table = Table {
         },
         Key {
             name: "pulse_width",
-            kind: Kind::Quantity {
-                quantity: Quantity::Time,
-                least: "1 fs",
-                most: "10 ms",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Time, least: "1 fs", most: "10 ms" },
             default: Some("half the dead time, but at least a phase step"),
             example: "7 ns",
             meaning: "width of the digital pulse that a detection makes",
@@ -100,11 +81,7 @@ pub(in crate::scene) static DETECTOR: Table = Table {
         },
         Key {
             name: "delay",
-            kind: Kind::Quantity {
-                quantity: Quantity::Time,
-                least: "0 s",
-                most: "1 ms",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Time, least: "0 s", most: "1 ms" },
             default: Some("0 s"),
             example: "1.75 ns",
             meaning: "constant delay from avalanche to registered time",
@@ -112,11 +89,7 @@ pub(in crate::scene) static DETECTOR: Table = Table {
         },
         Key {
             name: "jitter",
-            kind: Kind::Quantity {
-                quantity: Quantity::Time,
-                least: "0 s",
-                most: "1 ms",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Time, least: "0 s", most: "1 ms" },
             default: Some("none"),
             example: "53.5 ps",
             meaning: "list of the standard deviations of independent Gaussian jitters",
@@ -157,10 +130,7 @@ pub(in crate::scene) static AFTERPULSING: Table = Table {
     keys: &[
         Key {
             name: "probability",
-            kind: Kind::Number {
-                least: 0.0,
-                most: 0.999999,
-            },
+            kind: Kind::Number { least: 0.0, most: 0.999999 },
             default: None,
             example: "0.137",
             meaning: "chance that an avalanche causes at least one afterpulse",
@@ -168,11 +138,7 @@ pub(in crate::scene) static AFTERPULSING: Table = Table {
         },
         Key {
             name: "time_constant",
-            kind: Kind::Quantity {
-                quantity: Quantity::Time,
-                least: "1 fs",
-                most: "10 ms",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Time, least: "1 fs", most: "10 ms" },
             default: None,
             example: "5 ns",
             meaning: "exponential time constant, from the dead time's end",
@@ -186,10 +152,7 @@ pub(in crate::scene) static JITTER_TAIL: Table = Table {
     keys: &[
         Key {
             name: "share",
-            kind: Kind::Number {
-                least: 0.0,
-                most: 1.0,
-            },
+            kind: Kind::Number { least: 0.0, most: 1.0 },
             default: None,
             example: "0.1",
             meaning: "share of the detections that come later",
@@ -197,11 +160,7 @@ pub(in crate::scene) static JITTER_TAIL: Table = Table {
         },
         Key {
             name: "time_constant",
-            kind: Kind::Quantity {
-                quantity: Quantity::Time,
-                least: "1 fs",
-                most: "10 us",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Time, least: "1 fs", most: "10 us" },
             default: None,
             example: "200 ps",
             meaning: "mean of these delays, which are exponential",
@@ -211,11 +170,7 @@ pub(in crate::scene) static JITTER_TAIL: Table = Table {
 };
 
 /// What a counter's edge may be late.
-const EDGE: Kind = Kind::Quantity {
-    quantity: Quantity::Time,
-    least: "0 s",
-    most: "1 ms",
-};
+const EDGE: Kind = Kind::Quantity { quantity: Quantity::Time, least: "0 s", most: "1 ms" };
 
 pub(in crate::scene) static COUNTER: Table = Table {
     path: "detector.counter",

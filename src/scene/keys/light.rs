@@ -25,11 +25,7 @@ pub(in crate::scene) static SOURCE: Table = Table {
         },
         Key {
             name: "wavelength",
-            kind: Kind::Quantity {
-                quantity: Quantity::Wavelength,
-                least: "1 nm",
-                most: "1 mm",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Wavelength, least: "1 nm", most: "1 mm" },
             default: Some("783 nm"),
             example: "783 nm",
             meaning: "vacuum wavelength",
@@ -37,11 +33,7 @@ pub(in crate::scene) static SOURCE: Table = Table {
         },
         Key {
             name: "mean_power",
-            kind: Kind::Quantity {
-                quantity: Quantity::Power,
-                least: "0 W",
-                most: "1000 W",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Power, least: "0 W", most: "1000 W" },
             default: Some("0 W: a source without light, for work on the hardware alone"),
             example: "4 pW",
             meaning: "optical power averaged over the code, at the source",
@@ -49,10 +41,7 @@ pub(in crate::scene) static SOURCE: Table = Table {
         },
         Key {
             name: "extinction_ratio",
-            kind: Kind::Number {
-                least: 1.0,
-                most: 1e15,
-            },
+            kind: Kind::Number { least: 1.0, most: 1e15 },
             default: Some("\"inf\": no light in the off-state"),
             example: "10",
             meaning: "on-rate over off-rate, or \"inf\"",
@@ -85,11 +74,7 @@ pub(in crate::scene) static SOURCE: Table = Table {
         },
         Key {
             name: "rise_time",
-            kind: Kind::Quantity {
-                quantity: Quantity::Time,
-                least: "0 s",
-                most: "1 ms",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Time, least: "0 s", most: "1 ms" },
             default: Some("0 s"),
             example: "300 ps",
             meaning: "from 10 to 90 % of the light when it turns on, in a straight line, half of it at \
@@ -98,11 +83,7 @@ pub(in crate::scene) static SOURCE: Table = Table {
         },
         Key {
             name: "fall_time",
-            kind: Kind::Quantity {
-                quantity: Quantity::Time,
-                least: "0 s",
-                most: "1 ms",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Time, least: "0 s", most: "1 ms" },
             default: Some("0 s"),
             example: "500 ps",
             meaning: "from 90 to 10 % when it turns off",
@@ -110,10 +91,7 @@ pub(in crate::scene) static SOURCE: Table = Table {
         },
         Key {
             name: "impulse_response",
-            kind: Kind::Words(
-                "rows of a time in ps and an amplitude, as CSV text",
-                Form::Text,
-            ),
+            kind: Kind::Words("rows of a time in ps and an amplitude, as CSV text", Form::Text),
             default: Some("none"),
             example: "\"0,0.1\\n100,0.6\\n200,0.3\"",
             meaning: "in place of edges what a flash without width becomes, as measured, in equal \
@@ -139,10 +117,7 @@ pub(in crate::scene) static CODE: Table = Table {
         },
         Key {
             name: "degree",
-            kind: Kind::Integer {
-                least: MIN_DEGREE as i64,
-                most: MAX_DEGREE as i64,
-            },
+            kind: Kind::Integer { least: MIN_DEGREE as i64, most: MAX_DEGREE as i64 },
             default: Some("none: Gold codes and m-sequences need it"),
             example: "11",
             meaning: "degree n of the polynomials: 2^n - 1 chips",
@@ -150,10 +125,7 @@ pub(in crate::scene) static CODE: Table = Table {
         },
         Key {
             name: "index",
-            kind: Kind::Integer {
-                least: -2,
-                most: (1 << MAX_DEGREE) - 2,
-            },
+            kind: Kind::Integer { least: -2, most: (1 << MAX_DEGREE) - 2 },
             default: Some("0"),
             example: "0",
             meaning: "code of the Gold set, -2 to 2^n - 2",
@@ -161,10 +133,7 @@ pub(in crate::scene) static CODE: Table = Table {
         },
         Key {
             name: "interleave",
-            kind: Kind::Integer {
-                least: 0,
-                most: MAX_INTERLEAVE as i64,
-            },
+            kind: Kind::Integer { least: 0, most: MAX_INTERLEAVE as i64 },
             default: Some("0"),
             example: "1",
             meaning: "interleaving depth nu: 2^nu times as many chips",
@@ -172,10 +141,7 @@ pub(in crate::scene) static CODE: Table = Table {
         },
         Key {
             name: "polynomials",
-            kind: Kind::Integer {
-                least: 0,
-                most: MAX_DEGREE as i64,
-            },
+            kind: Kind::Integer { least: 0, most: MAX_DEGREE as i64 },
             default: Some("a preferred pair; for an m-sequence its first polynomial"),
             example: "2",
             meaning: "lists of exponents, [[11, 2, 0], [11, 8, 5, 2, 0]]",
@@ -229,11 +195,7 @@ pub(in crate::scene) static PATH: Table = Table {
         },
         Key {
             name: "distance",
-            kind: Kind::Quantity {
-                quantity: Quantity::Distance,
-                least: "0 m",
-                most: "1500000 km",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Distance, least: "0 m", most: "1500000 km" },
             default: Some("none: `delay` stands for it"),
             example: "3.2 m",
             meaning: "half the optical path",
@@ -241,11 +203,7 @@ pub(in crate::scene) static PATH: Table = Table {
         },
         Key {
             name: "delay",
-            kind: Kind::Quantity {
-                quantity: Quantity::Time,
-                least: "0 s",
-                most: "10.01 s",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Time, least: "0 s", most: "10.01 s" },
             default: Some("none: `distance` stands for it"),
             example: "21.35 ns",
             meaning: "time of flight",
@@ -253,10 +211,7 @@ pub(in crate::scene) static PATH: Table = Table {
         },
         Key {
             name: "transmission",
-            kind: Kind::Number {
-                least: 0.0,
-                most: 1.0,
-            },
+            kind: Kind::Number { least: 0.0, most: 1.0 },
             default: Some("1"),
             example: "0.5",
             meaning: "share of the source's photons that arrive",
@@ -374,18 +329,11 @@ pub(in crate::scene) static BACKGROUND: Table = Table {
 };
 
 /// A full angle.
-const ANGLE: Kind = Kind::Quantity {
-    quantity: Quantity::Angle,
-    least: "1e-3 urad",
-    most: "3 rad",
-};
+const ANGLE: Kind = Kind::Quantity { quantity: Quantity::Angle, least: "1e-3 urad", most: "3 rad" };
 
 const REFLECTANCE: Key = Key {
     name: "reflectance",
-    kind: Kind::Number {
-        least: 0.0,
-        most: 1.0,
-    },
+    kind: Kind::Number { least: 0.0, most: 1.0 },
     default: None,
     example: "0.5",
     meaning: "share of the light that the target sends back, in all directions (Lambertian)",
@@ -394,11 +342,7 @@ const REFLECTANCE: Key = Key {
 
 const APERTURE: Key = Key {
     name: "aperture",
-    kind: Kind::Quantity {
-        quantity: Quantity::Distance,
-        least: "1 um",
-        most: "10 m",
-    },
+    kind: Kind::Quantity { quantity: Quantity::Distance, least: "1 um", most: "10 m" },
     default: None,
     example: "20 mm",
     meaning: "diameter of the receiving lens",
@@ -407,10 +351,7 @@ const APERTURE: Key = Key {
 
 const OPTICS: Key = Key {
     name: "optics",
-    kind: Kind::Number {
-        least: 0.0,
-        most: 1.0,
-    },
+    kind: Kind::Number { least: 0.0, most: 1.0 },
     default: Some("1"),
     example: "0.7",
     meaning: "transmission of lenses and filter at the source's wavelength",
@@ -419,10 +360,7 @@ const OPTICS: Key = Key {
 
 const FILL_FACTOR: Key = Key {
     name: "fill_factor",
-    kind: Kind::Number {
-        least: 0.0,
-        most: 1.0,
-    },
+    kind: Kind::Number { least: 0.0, most: 1.0 },
     default: Some("1"),
     example: "0.3",
     meaning: "share of the detector's area that detects",
@@ -434,11 +372,7 @@ pub(in crate::scene) static FLUCTUATION: Table = Table {
     keys: &[
         Key {
             name: "std",
-            kind: Kind::Quantity {
-                quantity: Quantity::Distance,
-                least: "0 m",
-                most: "1000 km",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Distance, least: "0 m", most: "1000 km" },
             default: None,
             example: "2 mm",
             meaning: "standard deviation of the distance",
@@ -446,11 +380,7 @@ pub(in crate::scene) static FLUCTUATION: Table = Table {
         },
         Key {
             name: "correlation_time",
-            kind: Kind::Quantity {
-                quantity: Quantity::Time,
-                least: "16 ps",
-                most: "10000 h",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Time, least: "16 ps", most: "10000 h" },
             default: None,
             example: "1 ms",
             meaning: "time after which the correlation is 1/e",

@@ -47,11 +47,7 @@ pub(super) struct Key {
 #[derive(Debug)]
 pub(super) enum Kind {
     /// A number and a unit, as text, or a list of them.
-    Quantity {
-        quantity: Quantity,
-        least: &'static str,
-        most: &'static str,
-    },
+    Quantity { quantity: Quantity, least: &'static str, most: &'static str },
     /// A plain number.
     Number { least: f64, most: f64 },
     /// A whole number, or a list of them.
@@ -154,12 +150,7 @@ impl Key {
 
     /// The bounds of a quantity, in its base unit.
     fn bounds(&self) -> [f64; 2] {
-        let Kind::Quantity {
-            quantity,
-            least,
-            most,
-        } = self.kind
-        else {
+        let Kind::Quantity { quantity, least, most } = self.kind else {
             unreachable!("{} is no quantity", self.name)
         };
         [least, most].map(|bound| {

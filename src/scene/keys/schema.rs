@@ -30,11 +30,8 @@ pub fn schema() -> String {
         };
         properties.insert(name.to_owned(), value);
     }
-    let needed: Vec<&str> = ROOT
-        .iter()
-        .filter(|(_, _, is_needed)| *is_needed)
-        .map(|(name, _, _)| *name)
-        .collect();
+    let needed: Vec<&str> =
+        ROOT.iter().filter(|(_, _, is_needed)| *is_needed).map(|(name, _, _)| *name).collect();
     let schema = json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "goldtof scene",
@@ -59,17 +56,10 @@ fn table(path: &str) -> &'static Table {
 }
 
 fn of_table(table: &Table) -> Value {
-    let properties: Map<String, Value> = table
-        .keys
-        .iter()
-        .map(|key| (key.name.to_owned(), of_key(key)))
-        .collect();
-    let needed: Vec<&str> = table
-        .keys
-        .iter()
-        .filter(|key| key.default.is_none())
-        .map(|key| key.name)
-        .collect();
+    let properties: Map<String, Value> =
+        table.keys.iter().map(|key| (key.name.to_owned(), of_key(key))).collect();
+    let needed: Vec<&str> =
+        table.keys.iter().filter(|key| key.default.is_none()).map(|key| key.name).collect();
     let mut schema = json!({
         "type": "object",
         "properties": properties,
@@ -82,10 +72,7 @@ fn of_table(table: &Table) -> Value {
         "scan.steps" => [&["first", "count"], &["around", "halfwidth"]],
         _ => return schema,
     };
-    schema["oneOf"] = ways
-        .map(|keys| json!({ "required": keys }))
-        .into_iter()
-        .collect();
+    schema["oneOf"] = ways.map(|keys| json!({ "required": keys })).into_iter().collect();
     schema
 }
 

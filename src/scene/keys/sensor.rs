@@ -11,11 +11,7 @@ pub(in crate::scene) static CLOCK: Table = Table {
     keys: &[
         Key {
             name: "chip_period",
-            kind: Kind::Quantity {
-                quantity: Quantity::Time,
-                least: "1 ps",
-                most: "10 ms",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Time, least: "1 ps", most: "10 ms" },
             default: None,
             example: "8 ns",
             meaning: "chip period T_c; one clock of the hardware",
@@ -38,11 +34,7 @@ pub(in crate::scene) static SCAN: Table = Table {
     keys: &[
         Key {
             name: "integration",
-            kind: Kind::Quantity {
-                quantity: Quantity::Time,
-                least: "1 ps",
-                most: "1000000 s",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Time, least: "1 ps", most: "1000000 s" },
             default: None,
             example: "100 us",
             meaning: "integration time of a phase step, rounded to whole chips; of a histogram, to \
@@ -52,10 +44,7 @@ pub(in crate::scene) static SCAN: Table = Table {
         },
         Key {
             name: "steps",
-            kind: Kind::Words(
-                "\"all\" or a table of phase steps",
-                Form::AllOr("scan.steps"),
-            ),
+            kind: Kind::Words("\"all\" or a table of phase steps", Form::AllOr("scan.steps")),
             default: Some("\"all\""),
             example: "\"all\"",
             meaning: "which phase steps are measured",
@@ -69,10 +58,7 @@ pub(in crate::scene) static STEPS: Table = Table {
     keys: &[
         Key {
             name: "first",
-            kind: Kind::Integer {
-                least: 0,
-                most: MOST_PHASE_STEPS - 1,
-            },
+            kind: Kind::Integer { least: 0, most: MOST_PHASE_STEPS - 1 },
             default: Some("none: the window is given with `around`"),
             example: "0",
             meaning: "first phase step, less than those of a code period",
@@ -80,10 +66,7 @@ pub(in crate::scene) static STEPS: Table = Table {
         },
         Key {
             name: "count",
-            kind: Kind::Integer {
-                least: 1,
-                most: MOST_PHASE_STEPS,
-            },
+            kind: Kind::Integer { least: 1, most: MOST_PHASE_STEPS },
             default: Some("none: the window is given with `around`"),
             example: "64",
             meaning: "number of phase steps, no more than those of a code period",
@@ -91,11 +74,7 @@ pub(in crate::scene) static STEPS: Table = Table {
         },
         Key {
             name: "around",
-            kind: Kind::Quantity {
-                quantity: Quantity::Distance,
-                least: "0 m",
-                most: "1500000 km",
-            },
+            kind: Kind::Quantity { quantity: Quantity::Distance, least: "0 m", most: "1500000 km" },
             default: Some("none: the window is given with `first`"),
             example: "3.2 m",
             meaning: "distance (or time of flight, 0 s to 10 s) in the middle of the window",
@@ -103,10 +82,7 @@ pub(in crate::scene) static STEPS: Table = Table {
         },
         Key {
             name: "halfwidth",
-            kind: Kind::Integer {
-                least: 0,
-                most: MOST_PHASE_STEPS / 2,
-            },
+            kind: Kind::Integer { least: 0, most: MOST_PHASE_STEPS / 2 },
             default: Some("none: the window is given with `first`"),
             example: "16",
             meaning: "phase steps on either side of the middle",

@@ -15,23 +15,18 @@ fn needed(table: &Table, name: &str) -> Vec<(&'static str, String)> {
             ("detector", "\"spad\"".to_owned()),
             ("distance", "\"100 m\"".to_owned()),
         ],
-        "source.code" => vec![
-            ("family", "\"gold\"".to_owned()),
-            ("degree", "5".to_owned()),
-        ],
+        "source.code" => vec![("family", "\"gold\"".to_owned()), ("degree", "5".to_owned())],
         "scan.steps" => match name {
-            "around" | "halfwidth" => vec![
-                ("around", "\"3.2 m\"".to_owned()),
-                ("halfwidth", "8".to_owned()),
-            ],
+            "around" | "halfwidth" => {
+                vec![("around", "\"3.2 m\"".to_owned()), ("halfwidth", "8".to_owned())]
+            }
             _ => vec![("first", "0".to_owned()), ("count", "20".to_owned())],
         },
         "clock" => vec![("chip_period", "\"8 ns\"".to_owned())],
         "scan" => vec![("integration", "\"20 us\"".to_owned())],
-        "detector.afterpulsing" => vec![
-            ("probability", "0.1".to_owned()),
-            ("time_constant", "\"5 ns\"".to_owned()),
-        ],
+        "detector.afterpulsing" => {
+            vec![("probability", "0.1".to_owned()), ("time_constant", "\"5 ns\"".to_owned())]
+        }
         "path.link" => vec![
             ("reflectance", "0.5".to_owned()),
             ("aperture", "\"20 mm\"".to_owned()),
@@ -45,14 +40,12 @@ fn needed(table: &Table, name: &str) -> Vec<(&'static str, String)> {
             ("reflectance", "0.5".to_owned()),
             ("aperture", "\"20 mm\"".to_owned()),
         ],
-        "detector.jitter_tail" => vec![
-            ("share", "0.1".to_owned()),
-            ("time_constant", "\"200 ps\"".to_owned()),
-        ],
-        "path.fluctuation" => vec![
-            ("std", "\"1 um\"".to_owned()),
-            ("correlation_time", "\"1 ms\"".to_owned()),
-        ],
+        "detector.jitter_tail" => {
+            vec![("share", "0.1".to_owned()), ("time_constant", "\"200 ps\"".to_owned())]
+        }
+        "path.fluctuation" => {
+            vec![("std", "\"1 um\"".to_owned()), ("correlation_time", "\"1 ms\"".to_owned())]
+        }
         _ => Vec::new(),
     }
 }
@@ -95,11 +88,7 @@ fn scene_with(changed: &str, name: &'static str, value: &str) -> String {
                 ("background", &BACKGROUND),
             ][..],
         ),
-        (
-            "[[path]]",
-            &PATH,
-            &[("fluctuation", &FLUCTUATION), ("link", &LINK)][..],
-        ),
+        ("[[path]]", &PATH, &[("fluctuation", &FLUCTUATION), ("link", &LINK)][..]),
         ("[scan]", &SCAN, &[("steps", &STEPS)][..]),
         ("[estimate]", &ESTIMATE, &[][..]),
         ("[hardware]", &HARDWARE, &[][..]),
@@ -245,9 +234,8 @@ fn every_key_that_is_read_is_in_the_table() {
             path => scene_with(path, "qqqqqq", "0"),
         };
         let found = complaints(&text);
-        let told = found
-            .iter()
-            .find_map(|message| message.split_once("has no key `qqqqqq`; it takes "));
+        let told =
+            found.iter().find_map(|message| message.split_once("has no key `qqqqqq`; it takes "));
         let (_, told) = told.unwrap_or_else(|| panic!("{}: {found:?}", table.path));
         let mut told: Vec<&str> = told.split(", ").flat_map(|n| n.split(" or ")).collect();
         let mut known: Vec<&str> = table.keys.iter().map(|key| key.name).collect();
@@ -326,10 +314,7 @@ fn choices_are_those_that_their_words_name_and_the_reader_takes() {
                 let text = scene_with(table.path, key.name, &format!("\"{choice}\""));
                 let unknown = format!("\"{choice}\" is not known");
                 let found = complaints(&text);
-                assert!(
-                    !found.iter().any(|message| message.contains(&unknown)),
-                    "{found:?}"
-                );
+                assert!(!found.iter().any(|message| message.contains(&unknown)), "{found:?}");
             }
         }
     }

@@ -55,10 +55,7 @@ pub struct Answer {
 
 impl Answer {
     fn none(reason: impl Display) -> Answer {
-        Answer {
-            remark: Some(format!("no estimate: {reason}")),
-            ..Answer::default()
-        }
+        Answer { remark: Some(format!("no estimate: {reason}")), ..Answer::default() }
     }
 }
 
@@ -82,10 +79,7 @@ impl<'a> Ranging<'a> {
             paths.sort_unstable();
         }
         Ranging {
-            truths: paths
-                .iter()
-                .map(|&path| true_delay(sensor, path, counting))
-                .collect(),
+            truths: paths.iter().map(|&path| true_delay(sensor, path, counting)).collect(),
             sensor,
             detector,
             counting,
@@ -114,10 +108,7 @@ impl<'a> Ranging<'a> {
 
     /// The answers of histograms.
     pub fn answers_of_histograms(&self, histograms: &[Histogram]) -> Vec<Answer> {
-        histograms
-            .par_iter()
-            .map(|histogram| self.answer_histogram(histogram))
-            .collect()
+        histograms.par_iter().map(|histogram| self.answer_histogram(histogram)).collect()
     }
 
     /// Largest error of an estimate that has found its peak.
@@ -188,10 +179,7 @@ impl<'a> Ranging<'a> {
 
     fn of_phase(&self, estimate: &Estimate) -> Answer {
         Answer {
-            found: self
-                .nearest(estimate.delay_ps, |_| true)
-                .into_iter()
-                .collect(),
+            found: self.nearest(estimate.delay_ps, |_| true).into_iter().collect(),
             alarm: None,
             remark: estimate.coarse_only.map(|reason| reason.to_string()),
         }
@@ -208,9 +196,7 @@ impl<'a> Ranging<'a> {
                 self.sensor.scene().sources[source].code.chips == path.code.chips
             };
             let places = (0..self.paths.len()).filter(of_code);
-            places
-                .filter_map(|place| self.nearest(path.delay_ps, |p| p == place))
-                .collect()
+            places.filter_map(|place| self.nearest(path.delay_ps, |p| p == place)).collect()
         };
         // More paths than a fit ever has would be matched in their order.
         let numbers = fitted.paths.len().min(MOST_MATCHED);

@@ -104,10 +104,7 @@ pub fn simulate_watched(
     let started = Instant::now();
     let prepared = Prepared::with_engine(sensor, tier, engine)?;
     let simulation = simulate_counting(sensor, &prepared, seed, repetitions, &mut on_progress)?;
-    Ok(Simulation {
-        run_time_s: started.elapsed().as_secs_f64(),
-        ..simulation
-    })
+    Ok(Simulation { run_time_s: started.elapsed().as_secs_f64(), ..simulation })
 }
 
 /// [`simulate`] with a tier that was prepared for the scene before, which is not in
@@ -191,11 +188,7 @@ impl<'a> Simulated<'a> {
             Architecture::Histogram => CountingTier::Sampled,
         };
         let ranging = |detector| Ranging::new(sensor, detector, counting);
-        Ok(Simulated {
-            sensor,
-            tier,
-            rangings: detectors().map(ranging).collect(),
-        })
+        Ok(Simulated { sensor, tier, rangings: detectors().map(ranging).collect() })
     }
 
     /// What is gathered of no scans.
@@ -227,11 +220,7 @@ impl<'a> Simulated<'a> {
             done += 1;
             on_progress(done, all);
         };
-        let mut gathered = Gathered {
-            tallies: Vec::new(),
-            exercised: None,
-            run_time_s: 0.0,
-        };
+        let mut gathered = Gathered { tallies: Vec::new(), exercised: None, run_time_s: 0.0 };
         for ranging in &self.rangings {
             let scans = scans.clone();
             let (tally, exercised) = match self.sensor.scene().hardware.architecture {
@@ -324,10 +313,7 @@ impl<'a> Simulated<'a> {
             let name = &sensor.scene().detectors[detector].name;
             warnings.extend(ranging.walks().map(|walks| format!("{name}: {walks}")));
         }
-        Ok(OfDetector {
-            estimates,
-            warnings,
-        })
+        Ok(OfDetector { estimates, warnings })
     }
 }
 

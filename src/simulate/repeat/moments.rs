@@ -16,12 +16,8 @@ pub struct Moments {
 
 impl Moments {
     /// Moments of nothing.
-    pub const NONE: Moments = Moments {
-        mean: None,
-        std: None,
-        std_error: None,
-        std_std_error: None,
-    };
+    pub const NONE: Moments =
+        Moments { mean: None, std: None, std_error: None, std_std_error: None };
 
     pub fn of(values: &[f64]) -> Moments {
         let n = values.len() as f64;
@@ -56,10 +52,7 @@ pub fn share_interval(count: u64, trials: u64) -> [f64; 2] {
     let middle = (share + 0.5 * z2 / n) / (1.0 + z2 / n);
     let half =
         NORMAL_95 * (share * (1.0 - share) / n + 0.25 * z2 / (n * n)).sqrt() / (1.0 + z2 / n);
-    [
-        (middle - half).clamp(0.0, share),
-        (middle + half).clamp(share, 1.0),
-    ]
+    [(middle - half).clamp(0.0, share), (middle + half).clamp(share, 1.0)]
 }
 
 #[cfg(test)]

@@ -70,12 +70,7 @@ pub fn statistics(
             chi_square_alarm_fraction: (tally.fits > 0)
                 .then(|| tally.alarms as f64 / tally.fits as f64),
             detected_rate_cps,
-            remark: joined([
-                tally.remark(),
-                spread,
-                unexpected,
-                folded(ranging.sensor, path),
-            ]),
+            remark: joined([tally.remark(), spread, unexpected, folded(ranging.sensor, path)]),
         }
     };
     (0..ranging.paths.len()).map(of_path).collect()
@@ -84,9 +79,7 @@ pub fn statistics(
 /// The bound of a path, in metres, or why there is none.
 fn bound_of(theory: &Theory, path: PathIndex) -> Result<f64, String> {
     let bound = theory.bound.as_ref().map_err(ToString::to_string)?;
-    bound
-        .of_path(path)
-        .ok_or_else(|| "the path carries no modulated light".to_owned())
+    bound.of_path(path).ok_or_else(|| "the path carries no modulated light".to_owned())
 }
 
 /// What each path's estimate is expected to be.

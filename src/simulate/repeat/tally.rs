@@ -94,11 +94,7 @@ mod tests {
     use super::*;
 
     fn answer(found: &[(usize, f64)], alarm: Option<bool>, remark: Option<&str>) -> Answer {
-        Answer {
-            found: found.to_vec(),
-            alarm,
-            remark: remark.map(str::to_owned),
-        }
+        Answer { found: found.to_vec(), alarm, remark: remark.map(str::to_owned) }
     }
 
     #[test]
@@ -114,10 +110,7 @@ mod tests {
         let mut whole = Tally::of_paths(2);
         whole.add(answers(), 0.5);
         assert_eq!(whole.errors_m, [vec![0.1, 1e-17], vec![-0.7, 0.2]]);
-        assert_eq!(
-            (whole.found.clone(), whole.fits, whole.alarms),
-            (vec![2, 1], 3, 1)
-        );
+        assert_eq!((whole.found.clone(), whole.fits, whole.alarms), (vec![2, 1], 3, 1));
         let told = whole.remark().unwrap();
         assert_eq!(told, "in 2 of 4 scans: the last");
         for cut in 0..=4 {

@@ -51,17 +51,10 @@ impl PathStatistics {
         }
         self.write_theory(draws, text);
         if let Some(share) = self.chi_square_alarm_fraction {
-            let _ = writeln!(
-                text,
-                "  chi-square alarm in {:.1} % of the fits",
-                share * 100.0
-            );
+            let _ = writeln!(text, "  chi-square alarm in {:.1} % of the fits", share * 100.0);
         }
-        let _ = writeln!(
-            text,
-            "  {:.3} million detections per second",
-            self.detected_rate_cps / 1e6
-        );
+        let _ =
+            writeln!(text, "  {:.3} million detections per second", self.detected_rate_cps / 1e6);
         for remark in [&self.remark, &self.bound_remark].into_iter().flatten() {
             let _ = writeln!(text, "  {remark}");
         }

@@ -27,10 +27,7 @@ impl Comparison {
     /// # Errors
     /// When a file cannot be written, or the figure not be drawn.
     pub fn write_files(&self, folder: &OutputFolder) -> Result<Vec<&'static str>, FilesError> {
-        let files = [
-            ("architectures.svg", self.chart().svg()?),
-            ("architectures.csv", self.csv()),
-        ];
+        let files = [("architectures.svg", self.chart().svg()?), ("architectures.csv", self.csv())];
         let mut written = Vec::new();
         for (name, text) in files {
             folder.write(name, &text)?;
@@ -64,10 +61,7 @@ impl Comparison {
                     "error of the phase, bias included (mm)",
                     self.series(EstimatorKind::Fft, &|point| point.rms_error_m),
                 ),
-                panel(
-                    "error of the model fit (mm); line: Pareto front of both",
-                    errors,
-                ),
+                panel("error of the model fit (mm); line: Pareto front of both", errors),
             ],
         }
     }
@@ -89,20 +83,12 @@ impl Comparison {
     }
 
     fn front(&self) -> Series {
-        let on_front = self
-            .ways
-            .iter()
-            .flat_map(|way| way.points.iter().filter(|p| p.pareto));
+        let on_front = self.ways.iter().flat_map(|way| way.points.iter().filter(|p| p.pareto));
         let mut points: Vec<chart::Point> = on_front
             .map(|p| chart::Point::new(p.measuring_time_s * 1e3, p.rms_error_m * 1e3))
             .collect();
         points.sort_by(|a, b| a.x.total_cmp(&b.x));
-        Series {
-            label: "Pareto front".to_owned(),
-            mark: Mark::Line,
-            colour: FRONT_COLOUR,
-            points,
-        }
+        Series { label: "Pareto front".to_owned(), mark: Mark::Line, colour: FRONT_COLOUR, points }
     }
 
     fn csv(&self) -> String {
@@ -123,8 +109,7 @@ impl Comparison {
                     p.bias_m,
                     p.std_m,
                     p.rms_error_m,
-                    p.coarse_failure_bound_fraction
-                        .map_or(String::new(), |f| f.to_string()),
+                    p.coarse_failure_bound_fraction.map_or(String::new(), |f| f.to_string()),
                     p.pareto,
                     way.phase_steps,
                     way.parallel,
@@ -139,8 +124,5 @@ impl Comparison {
 }
 
 fn axis(label: &str) -> Axis {
-    Axis {
-        label: label.to_owned(),
-        scale: Scale::Log,
-    }
+    Axis { label: label.to_owned(), scale: Scale::Log }
 }

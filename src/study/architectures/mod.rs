@@ -127,24 +127,14 @@ struct Plan {
 const PLANS: [Plan; 5] = [
     Plan::updown("sequential", 1, false),
     Plan::updown("parallel 16", PARALLEL, false),
-    Plan {
-        name: "histogram",
-        architecture: Architecture::Histogram,
-        parallel: 1,
-        near: false,
-    },
+    Plan { name: "histogram", architecture: Architecture::Histogram, parallel: 1, near: false },
     Plan::updown("sequential, near the peak", 1, true),
     Plan::updown("parallel 16, near the peak", PARALLEL, true),
 ];
 
 impl Plan {
     const fn updown(name: &'static str, parallel: u32, near: bool) -> Plan {
-        Plan {
-            name,
-            architecture: Architecture::UpDown,
-            parallel,
-            near,
-        }
+        Plan { name, architecture: Architecture::UpDown, parallel, near }
     }
 
     /// The scene with this sensor, round the phase step of the peak where it is near.

@@ -25,16 +25,8 @@ pub struct Peak {
 
 /// The peak of a path in the counts of a sequential sensor.
 pub fn peak(scene: &Scene, path: PathIndex) -> Result<Peak, ComparisonError> {
-    let expected = predict(
-        &Sensor::new(scene),
-        DetectorIndex(0),
-        path,
-        CountingTier::Sampled,
-    )?;
-    Ok(Peak {
-        step: expected.estimate.coarse_step,
-        detected_rate_cps: expected.detection_rate_hz,
-    })
+    let expected = predict(&Sensor::new(scene), DetectorIndex(0), path, CountingTier::Sampled)?;
+    Ok(Peak { step: expected.estimate.coarse_step, detected_rate_cps: expected.detection_rate_hz })
 }
 
 /// Measuring times in chips, whole code periods, up to that of a sequential sensor.
@@ -100,9 +92,7 @@ fn is_too_short(scene: &Scene) -> bool {
         return true;
     }
     let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
-    let memory = model
-        .memory_under(Light::of(&model).brightest_per_chip())
-        .scale_chips();
+    let memory = model.memory_under(Light::of(&model).brightest_per_chip()).scale_chips();
     (chips as f64) < STEP_IN_MEMORIES * memory
 }
 
@@ -147,10 +137,7 @@ fn fitted(sensor: &Sensor, path: PathIndex) -> Result<(f64, f64), FitError> {
 /// Marks the points that no other beats in both time and error.
 pub fn mark_pareto(ways: &mut [Way]) {
     let counts = |way: &Way, point: &Point| {
-        way.whole_range
-            && point
-                .coarse_failure_bound_fraction
-                .is_some_and(|f| f <= MOST_MISSES)
+        way.whole_range && point.coarse_failure_bound_fraction.is_some_and(|f| f <= MOST_MISSES)
     };
     let rivals: Vec<(f64, f64)> = ways
         .iter()
@@ -161,9 +148,7 @@ pub fn mark_pareto(ways: &mut [Way]) {
         let whole_range = way.whole_range;
         for point in &mut way.points {
             let (time, error) = (point.measuring_time_s, point.rms_error_m);
-            let found = point
-                .coarse_failure_bound_fraction
-                .is_some_and(|f| f <= MOST_MISSES);
+            let found = point.coarse_failure_bound_fraction.is_some_and(|f| f <= MOST_MISSES);
             // Times of one row differ by the chips that are rounded away.
             let beats = |&(t, e): &(f64, f64)| t <= 1.001 * time && e < error;
             point.pareto = whole_range && found && !rivals.iter().any(beats);

@@ -35,11 +35,7 @@ impl Way {
             self.phase_steps,
             self.parallel,
             self.memory_bits.div_ceil(1024),
-            if self.whole_range {
-                ""
-            } else {
-                "; for a distance known to a chip"
-            },
+            if self.whole_range { "" } else { "; for a distance known to a chip" },
         );
         if !self.points.is_empty() {
             let _ = writeln!(

@@ -12,23 +12,19 @@ const MARGIN: f64 = 2.0;
 /// Marks the points that no other one beats in both time and error of the
 /// standard deviation.
 pub fn mark_pareto(tiers: &mut [TierPoint]) {
-    let points: Vec<(f64, f64)> = tiers
-        .iter()
-        .map(|tier| (tier.run_time_s, worst(tier.std_relative_error_ci95)))
-        .collect();
+    let points: Vec<(f64, f64)> =
+        tiers.iter().map(|tier| (tier.run_time_s, worst(tier.std_relative_error_ci95))).collect();
     for (tier, &(time, error)) in tiers.iter_mut().zip(&points) {
-        tier.pareto = !points
-            .iter()
-            .any(|&(t, e)| t <= time && e <= error && (t, e) != (time, error));
+        tier.pareto =
+            !points.iter().any(|&(t, e)| t <= time && e <= error && (t, e) != (time, error));
     }
 }
 
 /// Refuses a target error that the reference's runs do not resolve: with such
 /// intervals no tier could be seen to hold.
 pub fn refuse(runs: &[Run], reference: &Reference, target_error: f64) -> Option<Refusal> {
-    let of_missed = reference
-        .missed_fraction_ci95
-        .map(|end| (end - reference.missed_fraction).abs());
+    let of_missed =
+        reference.missed_fraction_ci95.map(|end| (end - reference.missed_fraction).abs());
     let half_width = [
         NORMAL_95 * reference.std_std_error_m / reference.std_m,
         NORMAL_95 * reference.bias_std_error_m / reference.std_m,
@@ -108,11 +104,7 @@ impl TierPoint {
             Some(self.bias_error_in_std_ci95),
             self.missed_fraction_error_ci95,
         ];
-        intervals
-            .into_iter()
-            .flatten()
-            .map(worst)
-            .fold(0.0, f64::max)
+        intervals.into_iter().flatten().map(worst).fold(0.0, f64::max)
     }
 }
 

@@ -89,14 +89,8 @@ impl FidelityReport {
             ),
             panels: vec![
                 panel("error of the standard deviation (%)", std_series),
-                panel(
-                    "error of the bias (% of the standard deviation)",
-                    self.tier_series(of_bias),
-                ),
-                panel(
-                    "error of the share of missed peaks (% of all scans)",
-                    missed,
-                ),
+                panel("error of the bias (% of the standard deviation)", self.tier_series(of_bias)),
+                panel("error of the share of missed peaks (% of all scans)", missed),
             ],
         }
     }
@@ -140,9 +134,7 @@ impl FidelityReport {
                     label: format!("{power} x power, {rate:.2} Mcps"),
                     mark: Mark::LineAndDots,
                     colour,
-                    points: points()
-                        .map(|p| Point::new(p.integration_s * 1e6, value(p)))
-                        .collect(),
+                    points: points().map(|p| Point::new(p.integration_s * 1e6, value(p))).collect(),
                 }
             };
             powers.iter().enumerate().map(line).collect()
@@ -157,11 +149,7 @@ impl FidelityReport {
         Chart {
             title: format!("{}: expected error of the phase estimate", self.scene),
             panels: vec![
-                panel(
-                    "standard deviation (mm)",
-                    lines(&|p| p.std_m * 1e3),
-                    Legend::UpperRight,
-                ),
+                panel("standard deviation (mm)", lines(&|p| p.std_m * 1e3), Legend::UpperRight),
                 panel(
                     "size of the bias (mm)",
                     lines(&|p| p.bias_m.abs() * 1e3),
@@ -229,8 +217,5 @@ fn cell(value: Option<f64>) -> String {
 }
 
 fn axis(label: &str) -> Axis {
-    Axis {
-        label: label.to_owned(),
-        scale: Scale::Log,
-    }
+    Axis { label: label.to_owned(), scale: Scale::Log }
 }

@@ -353,9 +353,7 @@ fn points_of(
     target_error: f64,
     warnings: &mut Vec<String>,
 ) -> Vec<TierPoint> {
-    let points = runs
-        .iter()
-        .map(|run| points::point(run, reference, target_error));
+    let points = runs.iter().map(|run| points::point(run, reference, target_error));
     let known: Vec<TierPoint> = points.flatten().collect();
     if let (true, Some(run)) = (known.is_empty(), runs.last()) {
         let reason = run.statistics.remark.as_deref();

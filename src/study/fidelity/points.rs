@@ -13,9 +13,8 @@ use crate::simulate::scans::Prepared;
 
 /// Numbers of scans that are tried, as far as the time goes, before as many as are
 /// needed.
-const REPETITIONS: [u64; 11] = [
-    10, 30, 100, 300, 1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000,
-];
+const REPETITIONS: [u64; 11] =
+    [10, 30, 100, 300, 1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000];
 /// Half-width of a 95 % interval that a target error needs, of the reference and of a
 /// tier: of their difference it is then 0.47 of the target, and a tier without error
 /// of its own stays within the target 97 times of 100.
@@ -52,9 +51,7 @@ pub fn grow(
             tier,
             repetitions,
             run_time_s: simulation.run_time_s,
-            statistics: statistics
-                .find(|e| e.path == path)
-                .ok_or(FidelityError::NoPath)?,
+            statistics: statistics.find(|e| e.path == path).ok_or(FidelityError::NoPath)?,
         };
         let needed = needed_scans(&run, target_error * RESOLUTION);
         runs.push(run);
@@ -115,13 +112,7 @@ pub fn reference(run: Option<&Run>) -> Result<Reference, FidelityError> {
     let run = run.ok_or(FidelityError::NoPath)?;
     let s = &run.statistics;
     let missed = s.missed_fraction.zip(s.missed_fraction_ci95);
-    match (
-        s.std_m,
-        s.std_std_error_m,
-        s.bias_m,
-        s.bias_std_error_m,
-        missed,
-    ) {
+    match (s.std_m, s.std_std_error_m, s.bias_m, s.bias_std_error_m, missed) {
         (
             Some(std_m),
             Some(std_std_error_m),
@@ -153,16 +144,10 @@ pub fn point(run: &Run, reference: &Reference, target_error: f64) -> Option<Tier
     let s = &run.statistics;
     let (std_m, bias_m) = (s.std_m?, s.bias_m?);
     // What draws nothing has no errors of its own.
-    let [std_std_error_m, bias_std_error_m] = if run.tier.draws() {
-        [s.std_std_error_m?, s.bias_std_error_m?]
-    } else {
-        [0.0, 0.0]
-    };
+    let [std_std_error_m, bias_std_error_m] =
+        if run.tier.draws() { [s.std_std_error_m?, s.bias_std_error_m?] } else { [0.0, 0.0] };
     let interval = |error: f64, standard_error: f64| {
-        [
-            error - NORMAL_95 * standard_error,
-            error + NORMAL_95 * standard_error,
-        ]
+        [error - NORMAL_95 * standard_error, error + NORMAL_95 * standard_error]
     };
     let std_error = (std_m - reference.std_m) / reference.std_m;
     let bias_error = (bias_m - reference.bias_m) / reference.std_m;
@@ -170,10 +155,7 @@ pub fn point(run: &Run, reference: &Reference, target_error: f64) -> Option<Tier
     let of_bias = bias_std_error_m.hypot(reference.bias_std_error_m) / reference.std_m;
     let missed_ci = s.missed_fraction.map(|missed| {
         let own = s.missed_fraction_ci95.unwrap_or([missed; 2]);
-        difference(
-            (missed, own),
-            (reference.missed_fraction, reference.missed_fraction_ci95),
-        )
+        difference((missed, own), (reference.missed_fraction, reference.missed_fraction_ci95))
     });
     let mut point = TierPoint {
         fidelity: run.tier.to_string(),
@@ -206,11 +188,7 @@ impl TierPoint {
         let Some(missed_ci) = self.missed_fraction_error_ci95 else {
             return Verdict::Unresolved;
         };
-        let intervals = [
-            self.std_relative_error_ci95,
-            self.bias_error_in_std_ci95,
-            missed_ci,
-        ];
+        let intervals = [self.std_relative_error_ci95, self.bias_error_in_std_ci95, missed_ci];
         if intervals.iter().all(|&ci| worst(ci) <= target_error) {
             Verdict::Holds
         } else if intervals.iter().any(|&ci| least(ci) > target_error) {
@@ -225,10 +203,7 @@ impl TierPoint {
 /// 1998, method 10).
 fn difference(a: (f64, [f64; 2]), b: (f64, [f64; 2])) -> [f64; 2] {
     let found = a.0 - b.0;
-    [
-        found - (a.0 - a.1[0]).hypot(b.1[1] - b.0),
-        found + (a.1[1] - a.0).hypot(b.0 - b.1[0]),
-    ]
+    [found - (a.0 - a.1[0]).hypot(b.1[1] - b.0), found + (a.1[1] - a.0).hypot(b.0 - b.1[0])]
 }
 
 /// Largest error that a confidence interval holds.
@@ -258,10 +233,7 @@ mod tests {
             (p, [low, high])
         };
         let [low, high] = difference(share(56.0, 70.0), share(48.0, 80.0));
-        assert!(
-            (low - 0.0524).abs() < 2e-4 && (high - 0.3339).abs() < 2e-4,
-            "{low} {high}"
-        );
+        assert!((low - 0.0524).abs() < 2e-4 && (high - 0.3339).abs() < 2e-4, "{low} {high}");
     }
 
     #[test]

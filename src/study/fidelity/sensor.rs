@@ -29,12 +29,9 @@ pub fn trade(scene: &Scene, path: PathIndex) -> Vec<SensorPoint> {
             let times = (scene.scan.integration_chips as f64 * factor / whole_chips).round();
             let chips = times.max(1.0) * whole_chips;
             other.scan.integration_chips = chips as u64;
-            let Ok(expected) = predict(
-                &Sensor::new(&other),
-                DetectorIndex(0),
-                path,
-                CountingTier::Sampled,
-            ) else {
+            let Ok(expected) =
+                predict(&Sensor::new(&other), DetectorIndex(0), path, CountingTier::Sampled)
+            else {
                 continue;
             };
             points.push(SensorPoint {

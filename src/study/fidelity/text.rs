@@ -55,9 +55,7 @@ impl FidelityReport {
             "of missed, of all scans"
         );
         for tier in &self.tiers {
-            let missed = tier
-                .missed_fraction_error
-                .zip(tier.missed_fraction_error_ci95);
+            let missed = tier.missed_fraction_error.zip(tier.missed_fraction_error_ci95);
             let scans = tier.repetitions.map_or("-".to_owned(), |n| n.to_string());
             let _ = writeln!(
                 text,
@@ -93,9 +91,7 @@ impl FidelityReport {
         let Some(best) = &self.recommended else {
             return;
         };
-        let scans = best
-            .repetitions
-            .map_or(String::new(), |n| format!(" with {n} scans"));
+        let scans = best.repetitions.map_or(String::new(), |n| format!(" with {n} scans"));
         let _ = writeln!(
             text,
             "\nfor an error of {} % (of standard deviation, bias and missed peaks): {}{scans}, {:.3} s (seen \
@@ -136,10 +132,5 @@ fn percent(share: Option<f64>) -> String {
 }
 
 fn interval(error: f64, ci: [f64; 2]) -> String {
-    format!(
-        "{:+.2} % [{:+.2}, {:+.2}]",
-        error * 100.0,
-        ci[0] * 100.0,
-        ci[1] * 100.0
-    )
+    format!("{:+.2} % [{:+.2}, {:+.2}]", error * 100.0, ci[0] * 100.0, ci[1] * 100.0)
 }

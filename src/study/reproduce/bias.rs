@@ -57,12 +57,7 @@ impl Bias {
             .iter()
             .map(|&x| Ok((x, run.errors(&scene(x))?.bias_m)))
             .collect::<Result<_, RunError>>()?;
-        Ok(Bias {
-            label: label.to_owned(),
-            exact,
-            phase,
-            model: Vec::new(),
-        })
+        Ok(Bias { label: label.to_owned(), exact, phase, model: Vec::new() })
     }
 
     /// Adds the model estimator's bias for each of `coarse`.
@@ -100,10 +95,7 @@ pub struct Frame<'a> {
 pub fn figure(frame: &Frame, biases: &[Bias]) -> Figure {
     let panel = |series, label: &str, legend, headroom| Panel {
         x: frame.x.clone(),
-        y: Axis {
-            label: label.to_owned(),
-            scale: Scale::Linear,
-        },
+        y: Axis { label: label.to_owned(), scale: Scale::Linear },
         series,
         legend,
         headroom,
@@ -115,9 +107,8 @@ pub fn figure(frame: &Frame, biases: &[Bias]) -> Figure {
             dots(format!("{}, simulated", bias.label), number, &bias.phase),
         ]
     });
-    let mut model: Vec<Series> = numbered()
-        .map(|(number, bias)| dots(bias.label.clone(), number, &bias.model))
-        .collect();
+    let mut model: Vec<Series> =
+        numbered().map(|(number, bias)| dots(bias.label.clone(), number, &bias.model)).collect();
     model.extend(limits(frame.limit_mm, &model));
     Figure {
         chart: Chart {
@@ -129,12 +120,7 @@ pub fn figure(frame: &Frame, biases: &[Bias]) -> Figure {
                     frame.legend,
                     frame.headroom,
                 ),
-                panel(
-                    model,
-                    "bias of the model estimator (mm)",
-                    Legend::UpperLeft,
-                    0.35,
-                ),
+                panel(model, "bias of the model estimator (mm)", Legend::UpperLeft, 0.35),
             ],
         },
         table: table(frame.x_column, biases),
@@ -146,14 +132,8 @@ pub fn figure(frame: &Frame, biases: &[Bias]) -> Figure {
 /// Level lines at plus and minus a limit over the range of other series.
 pub fn limits(limit_mm: f64, series: &[Series]) -> [Series; 2] {
     let places = || series.iter().flat_map(|s| &s.points).map(|point| point.x);
-    let ends = [
-        places().fold(f64::INFINITY, f64::min),
-        places().fold(f64::NEG_INFINITY, f64::max),
-    ];
-    [
-        level(format!("±{limit_mm} mm"), limit_mm, ends),
-        level(String::new(), -limit_mm, ends),
-    ]
+    let ends = [places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max)];
+    [level(format!("±{limit_mm} mm"), limit_mm, ends), level(String::new(), -limit_mm, ends)]
 }
 
 /// A level line from one x to another.
@@ -174,10 +154,7 @@ fn line(label: String, colour: usize, points: &[(f64, f64)]) -> Series {
         label,
         mark: Mark::Line,
         colour,
-        points: points
-            .iter()
-            .map(|&(x, metres)| Point::new(x, metres * 1e3))
-            .collect(),
+        points: points.iter().map(|&(x, metres)| Point::new(x, metres * 1e3)).collect(),
     }
 }
 
@@ -185,18 +162,9 @@ fn line(label: String, colour: usize, points: &[(f64, f64)]) -> Series {
 pub fn dots(label: String, colour: usize, points: &[(f64, Measured)]) -> Series {
     let points = points.iter().map(|(x, metres)| {
         let shown = metres.scaled(1e3);
-        Point {
-            x: *x,
-            y: shown.value,
-            interval: Some((shown.low, shown.high)),
-        }
+        Point { x: *x, y: shown.value, interval: Some((shown.low, shown.high)) }
     });
-    Series {
-        label,
-        mark: Mark::Dots,
-        colour,
-        points: points.collect(),
-    }
+    Series { label, mark: Mark::Dots, colour, points: points.collect() }
 }
 
 fn table(x_column: &str, biases: &[Bias]) -> Table {

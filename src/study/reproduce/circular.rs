@@ -31,10 +31,7 @@ const LIMIT_MM: f64 = 0.05;
 
 /// The circular error for zeta = 0..4.
 pub fn circular_error(run: &mut Run) -> Result<Figure, RunError> {
-    let spec = CodeSpec {
-        degree: Some(DEGREE),
-        ..CodeSpec::new(Family::MSequence)
-    };
+    let spec = CodeSpec { degree: Some(DEGREE), ..CodeSpec::new(Family::MSequence) };
     let code = spec.build().map(Arc::new)?;
     let columns = ["series", "sub_step_delay", "error_m", "low_m", "high_m"];
     let mut table = Table::new(&columns);
@@ -73,12 +70,7 @@ fn phase_errors(code: &Arc<Code>, zeta: usize, table: &mut Table) -> Result<Seri
     // Zero has no place on a logarithmic axis: what is left there is below
     // the counts' rounding.
     points.retain(|point| point.y > 1e-5);
-    Ok(Series {
-        label: format!("ζ = {zeta}"),
-        mark: Mark::Line,
-        colour: zeta,
-        points,
-    })
+    Ok(Series { label: format!("ζ = {zeta}"), mark: Mark::Line, colour: zeta, points })
 }
 
 /// The model estimator's errors in scans with noise, as dots and as rows.
@@ -109,10 +101,7 @@ fn panel(series: Vec<Series>, label: &str, scale: Scale, headroom: f64) -> Panel
             label: "delay beyond a whole phase step (of T_s)".to_owned(),
             scale: Scale::Linear,
         },
-        y: Axis {
-            label: label.to_owned(),
-            scale,
-        },
+        y: Axis { label: label.to_owned(), scale },
         series,
         legend: Legend::UpperRight,
         headroom,
@@ -173,10 +162,7 @@ mod tests {
 
     #[test]
     fn the_circular_error_is_that_of_a_sampled_triangle() {
-        let spec = CodeSpec {
-            degree: Some(5),
-            ..CodeSpec::new(Family::MSequence)
-        };
+        let spec = CodeSpec { degree: Some(5), ..CodeSpec::new(Family::MSequence) };
         let code = spec.build().map(Arc::new).expect("an m-sequence");
         for samples in [2_u32, 4, 8, 16] {
             for delay in [0.0, 0.1, 0.25, 0.4] {
@@ -203,10 +189,7 @@ mod tests {
 
     #[test]
     fn one_sample_per_chip_is_off_by_up_to_half_a_chip() {
-        let spec = CodeSpec {
-            degree: Some(5),
-            ..CodeSpec::new(Family::MSequence)
-        };
+        let spec = CodeSpec { degree: Some(5), ..CodeSpec::new(Family::MSequence) };
         let code = spec.build().map(Arc::new).expect("an m-sequence");
         let error_m = phase_error_m(&code, 1, 0.25).expect("a mean response");
         let expected_m = distance_m(-0.25 * CHIP_PERIOD_PS);
@@ -216,10 +199,7 @@ mod tests {
     /// A triangle of half-base S on flat ground, by definition, through the fit.
     #[test]
     fn the_model_estimator_finds_a_triangle_between_steps() {
-        let spec = CodeSpec {
-            degree: Some(5),
-            ..CodeSpec::new(Family::MSequence)
-        };
+        let spec = CodeSpec { degree: Some(5), ..CodeSpec::new(Family::MSequence) };
         let code = spec.build().map(Arc::new).expect("an m-sequence");
         for samples in [1_u32, 2, 8, 16] {
             for delay in [-0.02, 0.1, 0.25, 0.5, 0.98] {
@@ -232,10 +212,7 @@ mod tests {
                         // In step every detection counts up; a chip off, the
                         // 16 on-chips meet 8 chips of either sign.
                         let total = 1e9;
-                        MeanCount {
-                            signed: total * height,
-                            total,
-                        }
+                        MeanCount { signed: total * height, total }
                     })
                     .collect();
                 let tier = CountingTier::Events;

@@ -12,13 +12,8 @@ const INTEGRATION_S: f64 = 104.8e-6;
 
 /// How often the estimate of a whole code period is more than a chip off.
 pub fn coarse_search(run: &mut Run) -> Result<Figure, RunError> {
-    let mut table = Table::new(&[
-        "series",
-        "power_pw",
-        "failures",
-        "failures_low",
-        "failures_high",
-    ]);
+    let mut table =
+        Table::new(&["series", "power_pw", "failures", "failures_low", "failures_high"]);
     let mut series = Vec::new();
     for (estimator, name) in [
         (EstimatorKind::Fft, "largest count (phase)"),
@@ -38,23 +33,12 @@ pub fn coarse_search(run: &mut Run) -> Result<Figure, RunError> {
                 table.row(&label, &row);
                 points.push(point(power_pw, failed));
             }
-            series.push(Series {
-                label,
-                mark: Mark::LineAndDots,
-                colour: series.len(),
-                points,
-            });
+            series.push(Series { label, mark: Mark::LineAndDots, colour: series.len(), points });
         }
     }
     let panel = Panel {
-        x: Axis {
-            label: "optical power at the detector (pW)".to_owned(),
-            scale: Scale::Log,
-        },
-        y: Axis {
-            label: "share of scans that miss the target".to_owned(),
-            scale: Scale::Linear,
-        },
+        x: Axis { label: "optical power at the detector (pW)".to_owned(), scale: Scale::Log },
+        y: Axis { label: "share of scans that miss the target".to_owned(), scale: Scale::Linear },
         series,
         legend: Legend::UpperRight,
         headroom: 0.06,
@@ -72,9 +56,5 @@ pub fn coarse_search(run: &mut Run) -> Result<Figure, RunError> {
 }
 
 fn point(x: f64, share: Measured) -> Point {
-    Point {
-        x,
-        y: share.value,
-        interval: Some((share.low, share.high)),
-    }
+    Point { x, y: share.value, interval: Some((share.low, share.high)) }
 }

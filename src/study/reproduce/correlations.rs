@@ -75,15 +75,7 @@ fn figure(
         distances.fill(&mut table, COLUMNS.len() - 2);
         panels.extend(distances.panels());
     }
-    Figure {
-        chart: Chart {
-            title: title.to_owned(),
-            panels,
-        },
-        table,
-        claims,
-        notes: Vec::new(),
-    }
+    Figure { chart: Chart { title: title.to_owned(), panels }, table, claims, notes: Vec::new() }
 }
 
 fn correlation_panel(correlations: &[Correlation]) -> Panel {
@@ -92,10 +84,7 @@ fn correlation_panel(correlations: &[Correlation]) -> Panel {
             label: "delay of the reference, calibrated (chips of 8 ns)".to_owned(),
             scale: Scale::Linear,
         },
-        y: Axis {
-            label: "mean count of a phase step".to_owned(),
-            scale: Scale::Linear,
-        },
+        y: Axis { label: "mean count of a phase step".to_owned(), scale: Scale::Linear },
         series: correlations
             .iter()
             .enumerate()
@@ -207,12 +196,7 @@ pub fn path_resolution(run: &mut Run) -> Result<Figure, RunError> {
     let distances = distances_of(run, &scenes)?;
     let title = "Fig. 11: two paths Δk phase steps (of 1 ns) apart, one at 8 chips, 2 pW each, \
                  1.04 ms, and the distances that come of it";
-    Ok(figure(
-        title,
-        &correlations,
-        Some(&distances),
-        resolution(&dips).into_iter().collect(),
-    ))
+    Ok(figure(title, &correlations, Some(&distances), resolution(&dips).into_iter().collect()))
 }
 
 /// Whether the count half way between two peaks is below both: their largest
@@ -259,12 +243,7 @@ mod tests {
     /// Sum of two triangles of a base of 16 steps, peaks at `a` and `b`.
     fn triangles(a: i64, b: i64) -> Vec<i64> {
         (0..80)
-            .map(|k: i64| {
-                [a, b]
-                    .iter()
-                    .map(|p| 100 * (8 - (k - p).abs()).max(0))
-                    .sum()
-            })
+            .map(|k: i64| [a, b].iter().map(|p| 100 * (8 - (k - p).abs()).max(0)).sum())
             .collect()
     }
 

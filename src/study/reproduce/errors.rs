@@ -23,14 +23,9 @@ const HALF_WINDOW_CHIPS: u64 = 3;
 pub fn range_walk(run: &mut Run) -> Result<Figure, RunError> {
     /// Powers in picowatts are so many factors of two above half a picowatt.
     const OCTAVES: i32 = 8;
-    let by_model = ByModel {
-        tier: Tier::Events,
-        scans: (run.repetitions() / 2).max(2),
-    };
+    let by_model = ByModel { tier: Tier::Events, scans: (run.repetitions() / 2).max(2) };
     let power_pw = |octaves: f64| 0.5 * octaves.exp2();
-    let fine: Vec<f64> = (0..=4 * OCTAVES)
-        .map(|i| power_pw(f64::from(i) / 4.0))
-        .collect();
+    let fine: Vec<f64> = (0..=4 * OCTAVES).map(|i| power_pw(f64::from(i) / 4.0)).collect();
     let coarse: Vec<f64> = (0..=OCTAVES).map(|i| power_pw(f64::from(i))).collect();
     let codes = [
         ("Gold code", balanced_gold(0, 0)?),
@@ -51,10 +46,7 @@ pub fn range_walk(run: &mut Run) -> Result<Figure, RunError> {
     }
     let frame = Frame {
         title: "Range walk: bias of the distance against the light level",
-        x: Axis {
-            label: "optical power at the detector (pW)".to_owned(),
-            scale: Scale::Log,
-        },
+        x: Axis { label: "optical power at the detector (pW)".to_owned(), scale: Scale::Log },
         x_column: "power_pw",
         legend: Legend::LowerLeft,
         headroom: 0.06,
@@ -66,27 +58,19 @@ pub fn range_walk(run: &mut Run) -> Result<Figure, RunError> {
 /// Bias against the delay of another code's light relative to the target's.
 pub fn interference(run: &mut Run) -> Result<Figure, RunError> {
     /// Whole scans by single detections would take an hour.
-    const BY_MODEL: ByModel = ByModel {
-        tier: Tier::Counts,
-        scans: 16,
-    };
+    const BY_MODEL: ByModel = ByModel { tier: Tier::Counts, scans: 16 };
     let fine: Vec<f64> = (0..=64).map(|i| f64::from(i) / 2.0).collect();
     let coarse: Vec<f64> = (0..=8).map(|i| 4.0 * f64::from(i)).collect();
     let (own, other) = (balanced_gold(0, 0)?, balanced_gold(1, 0)?);
     let both = |chips: f64, integration_s: f64| {
         let later = TARGET_PS + chips * CHIP_PERIOD_PS;
-        let lights = [
-            Light::new(&own, POWER_PW),
-            Light::new(&other, POWER_PW).at(later),
-        ];
+        let lights = [Light::new(&own, POWER_PW), Light::new(&other, POWER_PW).at(later)];
         sensor(&lights, integration_s)
     };
     let bias = Bias::of_phase(run, "second Gold code", &fine, &coarse, |chips| {
         window(both(chips, INTEGRATION_S), TARGET_PS, HALF_WINDOW_CHIPS)
     })?
-    .and_model(run, BY_MODEL, &coarse, |chips| {
-        both(chips, 100.0 * INTEGRATION_S)
-    })?;
+    .and_model(run, BY_MODEL, &coarse, |chips| both(chips, 100.0 * INTEGRATION_S))?;
     // The same light without modulation moves the mean as well: that is walk.
     let alone = Bias::of_phase(run, "no second source", &[0.0, 32.0], &[], |_| {
         let scene = sensor(&[Light::new(&own, POWER_PW)], INTEGRATION_S);

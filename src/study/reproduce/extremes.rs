@@ -62,10 +62,7 @@ impl Candidates {
         let at = |delay: u64| -> Result<Extreme, RunError> {
             let relative_delay_chips = delay as f64 / f64::from(SAMPLES_PER_CHIP);
             let later = TARGET_PS + relative_delay_chips * CHIP_PERIOD_PS;
-            let lights = [
-                Light::new(own, power_pw),
-                Light::new(other, power_pw).at(later),
-            ];
+            let lights = [Light::new(own, power_pw), Light::new(other, power_pw).at(later)];
             let scene = window(sensor(&lights, integration_s), TARGET_PS, 3);
             Ok(Extreme {
                 relative_delay_chips,
@@ -135,10 +132,7 @@ mod tests {
         let (own, other) = (spec(0), spec(3));
         let all = 8 * own.len();
         let few = Candidates::of(&own, &other);
-        let every = Candidates {
-            earliest: (0..all).collect(),
-            latest: Vec::new(),
-        };
+        let every = Candidates { earliest: (0..all).collect(), latest: Vec::new() };
         let ends = |of: &Candidates| {
             let ends = of.extremes(&own, &other, 2.0, 1e-3).expect("biases");
             ends.map(|extreme| extreme.bias_m)
@@ -146,10 +140,7 @@ mod tests {
         let (few, every) = (ends(&few), ends(&every));
         for (found, true_end) in few.iter().zip(every) {
             let range = every[1] - every[0];
-            assert!(
-                (found - true_end).abs() < 0.01 * range,
-                "{few:?}, {every:?}"
-            );
+            assert!((found - true_end).abs() < 0.01 * range, "{few:?}, {every:?}");
         }
     }
 

@@ -135,10 +135,7 @@ pub struct Table {
 impl Table {
     /// An empty table; names carry their units.
     pub fn new(columns: &[&str]) -> Table {
-        Table {
-            text: columns.join(",") + "\n",
-            columns: columns.len(),
-        }
+        Table { text: columns.join(",") + "\n", columns: columns.len() }
     }
 
     /// Adds a row: its series (in quotes if it has a comma), then a number for each other column. `None` is an

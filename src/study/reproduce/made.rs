@@ -35,12 +35,7 @@ impl MadeFigure {
     /// When it cannot be made.
     pub fn new(id: FigureId, options: &Options) -> Result<MadeFigure, ReproduceError> {
         let started = Instant::now();
-        let Figure {
-            chart,
-            table,
-            claims,
-            notes,
-        } = make(id, options)?;
+        let Figure { chart, table, claims, notes } = make(id, options)?;
         Ok(MadeFigure {
             id,
             svg: chart.svg()?,
@@ -149,9 +144,7 @@ impl KeptClaim {
             criterion: claim.criterion.to_string(),
             measured: claim.measured.to_string(),
             unit: claim.unit.to_string(),
-            measured_ci95: claim
-                .measured_ci95
-                .map(|ends| ends.map(|end| end.to_string())),
+            measured_ci95: claim.measured_ci95.map(|ends| ends.map(|end| end.to_string())),
             verdict: claim.verdict.name().to_owned(),
             remark: claim.remark.clone(),
         }
@@ -194,10 +187,7 @@ mod tests {
         let text = serde_json::to_string(&KeptClaim::of(&claim)).unwrap();
         let kept: KeptClaim = serde_json::from_str(&text).unwrap();
         assert_eq!(kept.claim().unwrap(), claim);
-        let other = KeptClaim {
-            verdict: "yes".to_owned(),
-            ..kept
-        };
+        let other = KeptClaim { verdict: "yes".to_owned(), ..kept };
         assert_eq!(other.claim(), None);
     }
 }

@@ -130,10 +130,7 @@ pub fn reproduce(
         figures.push(figure);
     }
     let run_time_s = started.elapsed().as_secs_f64();
-    Ok(Reproduction {
-        run_time_s,
-        ..Reproduction::of(options, figures)
-    })
+    Ok(Reproduction { run_time_s, ..Reproduction::of(options, figures) })
 }
 
 impl Reproduction {

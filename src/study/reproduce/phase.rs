@@ -47,26 +47,19 @@ pub fn phase_errors(scene: &Scene, seed: u64, repetitions: u64) -> Result<Errors
     let mut coarse_steps: BTreeMap<u64, u64> = BTreeMap::new();
     let mut detections = 0;
     let mut signed = Vec::new();
-    scans(
-        &sensor,
-        DetectorIndex(0),
-        Tier::Events,
-        seed,
-        repetitions,
-        |counts| {
-            signed.clear();
-            signed.extend(counts.iter().map(|count| count.signed));
-            detections += counts.iter().map(|count| count.total).sum::<u64>();
-            let Ok(found) = estimate(timing, &signed, offset_ps) else {
-                return;
-            };
-            let error_ps = delay_error_ps(found.delay_ps, scene.paths[0].delay_ps, period_ps);
-            if error_ps.abs() <= timing.clock.chip_period_ps {
-                errors_m.push(distance_m(error_ps));
-                *coarse_steps.entry(found.coarse_step).or_default() += 1;
-            }
-        },
-    )?;
+    scans(&sensor, DetectorIndex(0), Tier::Events, seed, repetitions, |counts| {
+        signed.clear();
+        signed.extend(counts.iter().map(|count| count.signed));
+        detections += counts.iter().map(|count| count.total).sum::<u64>();
+        let Ok(found) = estimate(timing, &signed, offset_ps) else {
+            return;
+        };
+        let error_ps = delay_error_ps(found.delay_ps, scene.paths[0].delay_ps, period_ps);
+        if error_ps.abs() <= timing.clock.chip_period_ps {
+            errors_m.push(distance_m(error_ps));
+            *coarse_steps.entry(found.coarse_step).or_default() += 1;
+        }
+    })?;
     if errors_m.len() < 2 {
         return Err(RunError::NoStatistics { scans: repetitions });
     }

@@ -30,9 +30,7 @@ pub fn printed_distance_m(scene: &Scene, counts: &[i64]) -> Option<f64> {
         })
         .sum();
     let fine_ps = fundamental.arg() / (2.0 * PI) * step_ps;
-    Some(distance_m(
-        scene.scan.phase_step(Step::at(peak)) as f64 * step_ps + fine_ps,
-    ))
+    Some(distance_m(scene.scan.phase_step(Step::at(peak)) as f64 * step_ps + fine_ps))
 }
 
 #[cfg(test)]
@@ -45,9 +43,8 @@ mod tests {
         let code = gold(0, 0).expect("a Gold code");
         let scene = sensor(&[Light::new(&code, 1.0)], 1e-4);
         for k0 in [10_i64, 20, 37] {
-            let counts: Vec<i64> = (0..scene.scan.steps as i64)
-                .map(|k| 100 * (8 - (k - k0).abs()).max(0))
-                .collect();
+            let counts: Vec<i64> =
+                (0..scene.scan.steps as i64).map(|k| 100 * (8 - (k - k0).abs()).max(0)).collect();
             // A real, even window turned by -pi k0 / 16: nothing but k0 in it.
             let turns = -(k0 as f64) / 32.0;
             let expected_ps = 1000.0 * (k0 as f64 + turns - turns.round());

@@ -157,9 +157,7 @@ impl Run {
             }
         })?;
         let moments = sums.iter().zip(&squares);
-        Ok(moments
-            .map(|(&sum, &squares)| sample_mean(sum, squares, n))
-            .collect())
+        Ok(moments.map(|(&sum, &squares)| sample_mean(sum, squares, n)).collect())
     }
 
     /// Share of scans, one for each that was asked for, whose counts have a property.
@@ -182,18 +180,11 @@ impl Run {
     ) -> Result<(), RunError> {
         let seed = self.next_seed();
         let mut signed = Vec::new();
-        scans(
-            &Sensor::new(scene),
-            DetectorIndex(0),
-            Tier::Events,
-            seed,
-            n,
-            |counts| {
-                signed.clear();
-                signed.extend(counts.iter().map(|count| count.signed));
-                on_scan(&signed);
-            },
-        )?;
+        scans(&Sensor::new(scene), DetectorIndex(0), Tier::Events, seed, n, |counts| {
+            signed.clear();
+            signed.extend(counts.iter().map(|count| count.signed));
+            on_scan(&signed);
+        })?;
         Ok(())
     }
 }

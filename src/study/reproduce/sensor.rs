@@ -75,11 +75,7 @@ pub struct Light {
 impl Light {
     /// Light of a code off the usual target.
     pub fn new(code: &Arc<Code>, power_pw: f64) -> Light {
-        Light {
-            code: code.clone(),
-            power_pw,
-            delay_ps: TARGET_PS,
-        }
+        Light { code: code.clone(), power_pw, delay_ps: TARGET_PS }
     }
 
     /// The same light at another time of flight.
@@ -167,11 +163,7 @@ pub fn delays_chips(scene: &Scene) -> Vec<f64> {
     let period = scene.scan.steps_per_period as f64;
     let first = scene.scan.first_step as f64;
     // A window that starts before zero starts near the end of the period.
-    let turn = if scene.scan.is_full() || first < 0.5 * period {
-        0.0
-    } else {
-        period
-    };
+    let turn = if scene.scan.is_full() || first < 0.5 * period { 0.0 } else { period };
     (0..scene.scan.steps)
         .map(|j| (first - turn + j as f64) / samples - scene.clock().chips(offset_ps))
         .collect()
@@ -210,10 +202,7 @@ mod tests {
             let signed: f64 = counts.iter().map(|count| count.signed).sum();
             let total: f64 = counts.iter().map(|count| count.total).sum();
             let pedestal = signed / total;
-            assert!(
-                (pedestal - 1.0 / 2047.0).abs() < 1e-4,
-                "{number}: {pedestal}"
-            );
+            assert!((pedestal - 1.0 / 2047.0).abs() < 1e-4, "{number}: {pedestal}");
         }
     }
 

@@ -25,20 +25,12 @@ impl Measured {
 
     /// In another unit, `factor` (positive) of which make one of this.
     pub fn scaled(self, factor: f64) -> Measured {
-        Measured {
-            value: self.value * factor,
-            low: self.low * factor,
-            high: self.high * factor,
-        }
+        Measured { value: self.value * factor, low: self.low * factor, high: self.high * factor }
     }
 
     /// One less this, a share.
     pub fn complement(self) -> Measured {
-        Measured {
-            value: 1.0 - self.value,
-            low: 1.0 - self.high,
-            high: 1.0 - self.low,
-        }
+        Measured { value: 1.0 - self.value, low: 1.0 - self.high, high: 1.0 - self.low }
     }
 
     /// Standard error of a normal interval.
@@ -67,10 +59,7 @@ pub fn decibels(over: Measured, under: Measured) -> Measured {
 pub fn mean(values: &[Measured]) -> Measured {
     let n = values.len() as f64;
     let squares: f64 = values.iter().map(|m| m.standard_error().powi(2)).sum();
-    Measured::normal(
-        values.iter().map(|m| m.value).sum::<f64>() / n,
-        squares.sqrt() / n,
-    )
+    Measured::normal(values.iter().map(|m| m.value).sum::<f64>() / n, squares.sqrt() / n)
 }
 
 /// Mean and its standard error of a sample of two or more.
@@ -119,11 +108,7 @@ pub fn root_mean_square(values: &[Measured]) -> Measured {
 /// A rate with the exact binomial interval.
 pub fn rate(successes: u64, trials: u64) -> Measured {
     let [low, high] = binomial_interval(successes, trials);
-    Measured {
-        value: successes as f64 / trials as f64,
-        low,
-        high,
-    }
+    Measured { value: successes as f64 / trials as f64, low, high }
 }
 
 #[cfg(test)]
@@ -135,9 +120,8 @@ mod tests {
         // Evenly spread over -1..1: variance 1 / 3, fourth moment 1 / 5, so that the
         // variance of s^2 is (1 / 5 - 1 / 9) / n, and of s a quarter of that over 1 / 3.
         let n = 10_000;
-        let even: Vec<f64> = (0..n)
-            .map(|i| 2.0 * (f64::from(i) + 0.5) / f64::from(n) - 1.0)
-            .collect();
+        let even: Vec<f64> =
+            (0..n).map(|i| 2.0 * (f64::from(i) + 0.5) / f64::from(n) - 1.0).collect();
         let std = sample_std(&even);
         assert!((std.value - (1.0_f64 / 3.0).sqrt()).abs() < 1e-4);
         let expected = (4.0 / 45.0 / f64::from(n) / (4.0 / 3.0)).sqrt();

@@ -31,30 +31,15 @@ pub fn code_correlation(run: &mut Run) -> Result<Figure, RunError> {
             label: label.clone(),
             mark: Mark::LineAndDots,
             colour: nu as usize,
-            points: points
-                .iter()
-                .copied()
-                .filter(|p| p.x.abs() <= 10.0)
-                .collect(),
+            points: points.iter().copied().filter(|p| p.x.abs() <= 10.0).collect(),
         });
-        whole.push(Series {
-            label,
-            mark: Mark::Line,
-            colour: nu as usize,
-            points,
-        });
+        whole.push(Series { label, mark: Mark::Line, colour: nu as usize, points });
     }
     // The longest at the back, where it hides nothing.
     whole.reverse();
     let panel = |series, label: &str| Panel {
-        x: Axis {
-            label: label.to_owned(),
-            scale: Scale::Linear,
-        },
-        y: Axis {
-            label: "autocorrelation, share of the peak".to_owned(),
-            scale: Scale::Linear,
-        },
+        x: Axis { label: label.to_owned(), scale: Scale::Linear },
+        y: Axis { label: "autocorrelation, share of the peak".to_owned(), scale: Scale::Linear },
         series,
         legend: Legend::UpperRight,
         headroom: 0.06,
@@ -170,10 +155,7 @@ mod tests {
 
     #[test]
     fn a_gold_code_repeats_after_all_its_chips_and_a_square_wave_after_two() {
-        assert_eq!(
-            period_chips(&balanced_gold(0, 0).expect("a Gold code")),
-            2047
-        );
+        assert_eq!(period_chips(&balanced_gold(0, 0).expect("a Gold code")), 2047);
         assert_eq!(period_chips(&square().expect("a square wave")), 2);
     }
 }

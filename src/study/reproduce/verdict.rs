@@ -6,11 +6,7 @@ use super::statistics::Measured;
 
 /// Whether a claim's criterion is met.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "schemas",
-    derive(schemars::JsonSchema),
-    schemars(with = "VerdictFields")
-)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema), schemars(with = "VerdictFields"))]
 pub enum Verdict {
     /// The whole interval meets it.
     Holds,
@@ -23,11 +19,7 @@ pub enum Verdict {
 impl Verdict {
     /// Of what is exact.
     pub fn exact(met: bool) -> Verdict {
-        if met {
-            Verdict::Holds
-        } else {
-            Verdict::DoesNotHold
-        }
+        if met { Verdict::Holds } else { Verdict::DoesNotHold }
     }
 
     /// That a value is below a limit.
@@ -89,10 +81,7 @@ impl Verdict {
 /// Two fields: `holds`, whether it is known to hold, and `verdict`.
 impl Serialize for Verdict {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let verdict = VerdictFields {
-            holds: *self == Verdict::Holds,
-            verdict: self.name(),
-        };
+        let verdict = VerdictFields { holds: *self == Verdict::Holds, verdict: self.name() };
         verdict.serialize(serializer)
     }
 }
@@ -112,25 +101,15 @@ mod tests {
     use super::*;
 
     fn measured(low: f64, high: f64) -> Measured {
-        Measured {
-            value: 0.5 * (low + high),
-            low,
-            high,
-        }
+        Measured { value: 0.5 * (low + high), low, high }
     }
 
     #[test]
     fn an_interval_across_a_limit_decides_nothing() {
         assert_eq!(Verdict::below(measured(1.2, 1.4), 1.5), Verdict::Holds);
         assert_eq!(Verdict::below(measured(1.4, 1.6), 1.5), Verdict::Undecided);
-        assert_eq!(
-            Verdict::below(measured(1.6, 1.7), 1.5),
-            Verdict::DoesNotHold
-        );
-        assert_eq!(
-            Verdict::at_least(measured(0.98, 1.0), 0.99),
-            Verdict::Undecided
-        );
+        assert_eq!(Verdict::below(measured(1.6, 1.7), 1.5), Verdict::DoesNotHold);
+        assert_eq!(Verdict::at_least(measured(0.98, 1.0), 0.99), Verdict::Undecided);
         let range = |low, high| Verdict::between(measured(low, high), 2.9, 3.5);
         assert_eq!(range(3.0, 3.1), Verdict::Holds);
         assert_eq!(range(2.8, 3.1), Verdict::Undecided);

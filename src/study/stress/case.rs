@@ -117,18 +117,12 @@ pub struct Bound {
 impl Bound {
     /// No more than `limit`.
     pub fn at_most(limit: f64) -> Bound {
-        Bound {
-            at_least: None,
-            at_most: Some(limit),
-        }
+        Bound { at_least: None, at_most: Some(limit) }
     }
 
     /// This value and no other.
     pub fn exactly(value: f64) -> Bound {
-        Bound {
-            at_least: Some(value),
-            at_most: Some(value),
-        }
+        Bound { at_least: Some(value), at_most: Some(value) }
     }
 
     /// Whether `value` keeps the bound.
@@ -146,11 +140,7 @@ impl Measured {
         unit: &'static str,
         limit: f64,
     ) -> Result<Measured, CaseError> {
-        Ok(Measured {
-            value,
-            unit,
-            bound: Bound::at_most(limit),
-        })
+        Ok(Measured { value, unit, bound: Bound::at_most(limit) })
     }
 
     /// A number that must be exactly `expected`.
@@ -159,11 +149,7 @@ impl Measured {
         unit: &'static str,
         expected: f64,
     ) -> Result<Measured, CaseError> {
-        Ok(Measured {
-            value,
-            unit,
-            bound: Bound::exactly(expected),
-        })
+        Ok(Measured { value, unit, bound: Bound::exactly(expected) })
     }
 
     /// Things that must not occur.

@@ -149,10 +149,7 @@ pub(super) const CASES: &[Case] = &[
 ];
 
 fn m_sequence(degree: u32) -> Result<Vec<u8>, CaseError> {
-    let spec = CodeSpec {
-        degree: Some(degree),
-        ..CodeSpec::new(Family::MSequence)
-    };
+    let spec = CodeSpec { degree: Some(degree), ..CodeSpec::new(Family::MSequence) };
     Ok(spec.build()?.chips)
 }
 
@@ -221,12 +218,7 @@ fn interleaving_in_simulation(seed: u64) -> Result<Measured, CaseError> {
 fn samples_per_chip_in_simulation(seed: u64) -> Result<Measured, CaseError> {
     let mut deviations = Vec::new();
     for samples in [1, 2, 4, 8, 16, 32, 64] {
-        let mut scene = ideal(
-            r#"{ family = "m-sequence", degree = 5 }"#,
-            samples,
-            10e6,
-            3_100,
-        )?;
+        let mut scene = ideal(r#"{ family = "m-sequence", degree = 5 }"#, samples, 10e6, 3_100)?;
         let step = 11 * u64::from(samples) / 2;
         let step_chips = 1.0 / f64::from(samples);
         scene.paths[0].delay_ps = 8e3 * (step as f64 - 0.5) * step_chips;
@@ -242,12 +234,7 @@ fn samples_per_chip_in_simulation(seed: u64) -> Result<Measured, CaseError> {
 
 fn interleaving() -> Result<Measured, CaseError> {
     let code = |interleave| {
-        CodeSpec {
-            degree: Some(7),
-            interleave,
-            ..CodeSpec::new(Family::Gold)
-        }
-        .build()
+        CodeSpec { degree: Some(7), interleave, ..CodeSpec::new(Family::Gold) }.build()
     };
     let base = correlate(&code(0)?.chips, &code(0)?.chips);
     let mut wrong = 0;
@@ -385,9 +372,7 @@ integration = "10 us"
         scene::parse("long.toml", &text).is_ok()
     };
     ensure!(is_accepted(248), "a whole period was refused");
-    let accepted = [249, 1_000, 1 << 62]
-        .into_iter()
-        .filter(|&n| is_accepted(n));
+    let accepted = [249, 1_000, 1 << 62].into_iter().filter(|&n| is_accepted(n));
     Measured::none(accepted.count(), "scans")
 }
 
@@ -411,13 +396,7 @@ fn folded_delays(seed: u64) -> Result<Measured, CaseError> {
 
 fn folding_is_said(seed: u64) -> Result<Measured, CaseError> {
     let scene = folded(3)?;
-    let report = estimate_scan(
-        &Sensor::new(&scene),
-        DetectorIndex(0),
-        &counts(&scene, 248, seed),
-    );
-    let says_so = report
-        .folded
-        .is_some_and(|folded| folded.contains("unambiguous range"));
+    let report = estimate_scan(&Sensor::new(&scene), DetectorIndex(0), &counts(&scene, 248, seed));
+    let says_so = report.folded.is_some_and(|folded| folded.contains("unambiguous range"));
     Measured::none(usize::from(!says_so), "reports")
 }

@@ -175,10 +175,7 @@ integration = "10 us"
         .into_iter()
         .flat_map(|probability| {
             let diverges = -f64::ln_1p(-probability) >= 1.0;
-            [
-                is_refused(probability, "0 ns") != diverges,
-                is_refused(probability, "14 ns"),
-            ]
+            [is_refused(probability, "0 ns") != diverges, is_refused(probability, "14 ns")]
         })
         .filter(|&wrong| wrong)
         .count();
@@ -195,10 +192,7 @@ struct Smeared {
 const JITTER_CHIPS: f64 = 10.0;
 
 fn smeared(seed: u64) -> Result<Smeared, CaseError> {
-    let mut result = Smeared {
-        photons: Vec::new(),
-        expected: Vec::new(),
-    };
+    let mut result = Smeared { photons: Vec::new(), expected: Vec::new() };
     for step in [0, 11, 100] {
         let mut scene = ideal(GOLD_5, 8, 20e6, 31 * 100)?;
         scene.detectors[0].jitter_ps = vec![JITTER_CHIPS * 8e3];

@@ -222,16 +222,10 @@ fn every_other_sample() -> Result<Measured, CaseError> {
     let clocks = 20_000;
     let mut wrong = 0;
     for odd in [0, 1] {
-        let pulses = (odd..clocks * 8)
-            .step_by(2)
-            .map(|first| Pulse::of_one(Sample(first)));
+        let pulses = (odd..clocks * 8).step_by(2).map(|first| Pulse::of_one(Sample(first)));
         let run = testbench.play(&Script::new(pulses.collect()), clocks)?;
         ensure!(run.results.len() > 248, "the run is too short");
-        wrong += run
-            .results
-            .iter()
-            .filter(|r| r.count != expected || r.total != 248)
-            .count();
+        wrong += run.results.iter().filter(|r| r.count != expected || r.total != 248).count();
         wrong += run.mismatches as usize;
     }
     Measured::none(wrong, "wrong values")
@@ -295,15 +289,10 @@ fn everything_at_once(seed: u64) -> Result<Measured, CaseError> {
     let mut scene = ideal(code, 8, 0.0, 9)?;
     let mut other = scene.sources[0].clone();
     other.name = "other".to_owned();
-    other.code = ideal(
-        &code.replace("degree = 3,", "degree = 3, index = 2,"),
-        8,
-        0.0,
-        9,
-    )?
-    .sources[0]
-        .code
-        .clone();
+    other.code = ideal(&code.replace("degree = 3,", "degree = 3, index = 2,"), 8, 0.0, 9)?.sources
+        [0]
+    .code
+    .clone();
     scene.sources.push(other);
     let mut spad = scene.detectors[0].clone();
     spad.name = "other".to_owned();

@@ -106,12 +106,7 @@ fn no_light(seed: u64) -> Result<Measured, CaseError> {
         let simulation = simulate(&Sensor::new(&scene), tier, seed, 20)?;
         for path in simulation.estimates {
             estimates += path.estimates;
-            for value in [
-                path.mean_distance_m,
-                path.bias_m,
-                path.std_m,
-                path.expected_bias_m,
-            ] {
+            for value in [path.mean_distance_m, path.bias_m, path.std_m, path.expected_bias_m] {
                 estimates += u64::from(value.is_some());
             }
         }
@@ -136,9 +131,8 @@ fn one_photon_up() -> Result<Measured, CaseError> {
 
 fn one_photon_down() -> Result<Measured, CaseError> {
     let scene = ideal(GOLD_5, 8, 0.0, 310)?;
-    let estimates = (0..scene.scan.steps as usize)
-        .filter(|&step| one_photon(&scene, step, -1).is_ok())
-        .count();
+    let estimates =
+        (0..scene.scan.steps as usize).filter(|&step| one_photon(&scene, step, -1).is_ok()).count();
     Measured::none(estimates, "estimates")
 }
 
@@ -146,11 +140,7 @@ fn constant_light_saturates(seed: u64) -> Result<Measured, CaseError> {
     let dead_time_s = 14e-9;
     let mut deviations = Vec::new();
     for incident_cps in INCIDENT_CPS {
-        let chips = if incident_cps < 1e5 {
-            12_500_000
-        } else {
-            20_000
-        };
+        let chips = if incident_cps < 1e5 { 12_500_000 } else { 20_000 };
         let mut scene = constant_light(incident_cps, chips)?;
         let spad = &mut scene.detectors[0];
         spad.photon_detection_probability = 0.31;

@@ -51,10 +51,7 @@ pub fn run(
     seed: u64,
     mut on_case: impl FnMut(&CaseReport),
 ) -> Result<StressReport, CosimError> {
-    let mut report = StressReport {
-        seed,
-        cases: Vec::new(),
-    };
+    let mut report = StressReport { seed, cases: Vec::new() };
     for case in cases {
         let case = run_case(case, seed)?;
         on_case(&case);

@@ -88,12 +88,7 @@ fn unmodulated_estimate(seed: u64) -> Result<Measured, CaseError> {
     let mut estimates = 0;
     for repetition in 0..10 {
         let mut found = vec![StepCount::default(); scene.scan.steps as usize];
-        counter.count(
-            seed,
-            repetition..repetition + 1,
-            0..scene.scan.steps,
-            &mut found,
-        );
+        counter.count(seed, repetition..repetition + 1, 0..scene.scan.steps, &mut found);
         for estimator in [EstimatorKind::Fft, EstimatorKind::Model] {
             scene.estimator = estimator;
             let report = estimate_scan(&Sensor::new(&scene), DetectorIndex(0), &found);
@@ -104,12 +99,7 @@ fn unmodulated_estimate(seed: u64) -> Result<Measured, CaseError> {
         scene.estimator = estimator;
         for tier in [Tier::Expected, Tier::Counts, Tier::Events, Tier::Sampled] {
             for path in simulate(&Sensor::new(&scene), tier, seed, 10)?.estimates {
-                let numbers = [
-                    path.mean_distance_m,
-                    path.bias_m,
-                    path.std_m,
-                    path.expected_bias_m,
-                ];
+                let numbers = [path.mean_distance_m, path.bias_m, path.std_m, path.expected_bias_m];
                 estimates += numbers.iter().flatten().count() + path.estimates as usize;
                 ensure!(path.remark.is_some(), "{tier}: no reason is given");
             }

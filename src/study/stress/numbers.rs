@@ -136,22 +136,14 @@ fn cosine(i: i64) -> i128 {
 /// more counts on `offset` common ones, in chips.
 fn estimate_errors(offset: i64) -> Result<f64, CaseError> {
     let scene = ideal(GOLD_5, 8, 0.0, 310)?;
-    let height = if offset == 0 {
-        1_000_000_000_000
-    } else {
-        1_000
-    };
+    let height = if offset == 0 { 1_000_000_000_000 } else { 1_000 };
     let mut errors = Vec::new();
     for shape in 1..200_i64 {
         let peak = shape % 248;
         let counts: Vec<i64> = (0..248)
             .map(|step| {
                 let distance = (step - peak).rem_euclid(248);
-                let signed = if distance > 124 {
-                    distance - 248
-                } else {
-                    distance
-                };
+                let signed = if distance > 124 { distance - 248 } else { distance };
                 // A triangle with a slope to one side, within -8..8 of the peak.
                 let triangle = (8 - signed.abs()).max(0) * (300 + shape * signed.signum());
                 offset + triangle * height / 4_096 + (step * shape) % 3
@@ -178,11 +170,7 @@ fn estimate_errors(offset: i64) -> Result<f64, CaseError> {
 
 fn near_cancelling() -> Result<Measured, CaseError> {
     let mut errors = Vec::new();
-    for offset in [
-        1_000_000_000_000,
-        1_000_000_000_000_000,
-        100_000_000_000_000_000,
-    ] {
+    for offset in [1_000_000_000_000, 1_000_000_000_000_000, 100_000_000_000_000_000] {
         errors.push(estimate_errors(offset)?);
         errors.push(estimate_errors(-offset)?);
     }
@@ -212,10 +200,7 @@ fn expected_counts(chips: u64) -> Result<Vec<f64>, CaseError> {
 fn hours_of_periods() -> Result<Measured, CaseError> {
     let one = expected_counts(2_047)?;
     let many = expected_counts(2_047_000_000_000)?;
-    let differences = one
-        .iter()
-        .zip(&many)
-        .map(|(one, many)| many / (one * 1e9) - 1.0);
+    let differences = one.iter().zip(&many).map(|(one, many)| many / (one * 1e9) - 1.0);
     Measured::at_most(worst(differences), "relative", 1e-12)
 }
 
@@ -238,10 +223,7 @@ fn fft_error<T: FftNum + Into<f64>>(
     degree: u32,
     plan: impl Fn(usize) -> [Arc<dyn Fft<T>>; 2],
 ) -> Result<f64, CaseError> {
-    let spec = CodeSpec {
-        degree: Some(degree),
-        ..CodeSpec::new(Family::MSequence)
-    };
+    let spec = CodeSpec { degree: Some(degree), ..CodeSpec::new(Family::MSequence) };
     let chips = spec.build()?.chips;
     let length = chips.len();
     let [forward, inverse] = plan(length);
@@ -294,10 +276,7 @@ mod tests {
     fn fixed_point_cosines_have_sixty_binary_digits() {
         for i in -20..20 {
             let expected = (PI * i as f64 / 8.0).cos();
-            assert!(
-                (cosine(i) as f64 / ONE as f64 - expected).abs() < 1e-15,
-                "{i}"
-            );
+            assert!((cosine(i) as f64 / ONE as f64 - expected).abs() < 1e-15, "{i}");
         }
         let squares = cosine(1) * cosine(1) / ONE + cosine(3) * cosine(3) / ONE;
         assert!((squares - ONE).abs() < 8);

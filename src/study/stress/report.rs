@@ -92,10 +92,7 @@ impl CaseReport {
             }
             (_, _, error) => error.clone().unwrap_or_default(),
         };
-        format!(
-            "{verdict}  {:<48} {finding}  {:.2} s",
-            self.name, self.run_time_s
-        )
+        format!("{verdict}  {:<48} {finding}  {:.2} s", self.name, self.run_time_s)
     }
 }
 
@@ -126,9 +123,7 @@ impl KeptCase {
             Some(text) => Some(text.parse().ok()?),
             None => None,
         };
-        let holds = measured
-            .zip(self.bound)
-            .is_some_and(|(measured, bound)| bound.holds(measured));
+        let holds = measured.zip(self.bound).is_some_and(|(measured, bound)| bound.holds(measured));
         (case.name == self.name).then(|| CaseReport {
             name: case.name,
             group: case.group,

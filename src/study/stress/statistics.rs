@@ -32,11 +32,7 @@ impl Sample {
         let number = values.len() as f64;
         let mean = values.iter().sum::<f64>() / number;
         let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-        Sample {
-            number,
-            mean,
-            variance: squares / (number - 1.0),
-        }
+        Sample { number, mean, variance: squares / (number - 1.0) }
     }
 
     /// Total counts.

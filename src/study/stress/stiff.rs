@@ -148,9 +148,7 @@ fn detections_moved_by(periods: u64, seed: u64) -> Result<usize, CaseError> {
         let scene = stiff_sensor(31 * periods)?;
         let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let step = model.step(seed, 0, scan::Group(1));
-        Ok(step
-            .take_while(|detection| detection.chip < 31 * (COMPARED_PERIODS - 10))
-            .collect())
+        Ok(step.take_while(|detection| detection.chip < 31 * (COMPARED_PERIODS - 10)).collect())
     };
     let early = start_of_step_1(COMPARED_PERIODS)?;
     let late = start_of_step_1(COMPARED_PERIODS + periods)?;
@@ -186,24 +184,17 @@ fn edge_after_1e12_periods(seed: u64) -> Result<Measured, CaseError> {
     // One on-chip in four, with photons 10 as apart; the dead time leaves the
     // first of them.
     let on_rate_cps = 1e17;
-    let mut scene = ideal(
-        r#"{ family = "chips", chips = "0100" }"#,
-        8,
-        on_rate_cps / 4.0,
-        4 * PERIODS,
-    )?;
+    let mut scene =
+        ideal(r#"{ family = "chips", chips = "0100" }"#, 8, on_rate_cps / 4.0, 4 * PERIODS)?;
     scene.detectors[0].dead_time_ps = 2.0 * 8e3;
     let delay_chips = 0.3;
     scene.paths[0].delay_ps = delay_chips * 8e3;
     window(&mut scene, 0, 2);
     let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
-    let offsets_fs = model
-        .step(seed, 0, scan::Group(1))
-        .take(20_000)
-        .map(|detection| {
-            let offset_chips = (detection.chip % 4) as f64 + detection.fraction - 1.0 - delay_chips;
-            offset_chips * 8e6
-        });
+    let offsets_fs = model.step(seed, 0, scan::Group(1)).take(20_000).map(|detection| {
+        let offset_chips = (detection.chip % 4) as f64 + detection.fraction - 1.0 - delay_chips;
+        offset_chips * 8e6
+    });
     Measured::at_most(worst(offsets_fs), "fs", 1.0)
 }
 
@@ -213,11 +204,7 @@ fn afterpulsing_time_constants(seed: u64) -> Result<Measured, CaseError> {
     let mut deviations = Vec::new();
     for time_constant_ps in [1.0, 100.0, 5e3, 1e6, 1e9] {
         // Steps far longer than the longest time constant.
-        let chips = if time_constant_ps > 1e8 {
-            1_250_000
-        } else {
-            50_000
-        };
+        let chips = if time_constant_ps > 1e8 { 1_250_000 } else { 50_000 };
         let mut scene = constant_light(primary_cps, chips)?;
         scene.detectors[0].afterpulsing_probability = probability;
         scene.detectors[0].afterpulsing_time_constant_ps = time_constant_ps;
@@ -336,12 +323,8 @@ fn scaled(scene: &Scene, factor: f64) -> Scene {
 fn chip_periods() -> Result<Measured, CaseError> {
     let scene = table_i(GOLD_5, 20e6, 13_100)?;
     let in_chips = |scene: &Scene| -> Result<[f64; 2], CaseError> {
-        let expected = predict(
-            &Sensor::new(scene),
-            DetectorIndex(0),
-            PathIndex(0),
-            CountingTier::Events,
-        )?;
+        let expected =
+            predict(&Sensor::new(scene), DetectorIndex(0), PathIndex(0), CountingTier::Events)?;
         Ok([expected.bias_m, expected.std_m].map(|metres| metres / scene.chip_period_ps))
     };
     let expected = in_chips(&scene)?;
@@ -376,12 +359,8 @@ mod tests {
         let model =
             |late| DetectorModel::new(&Sensor::new(&stiff_sensor(late).unwrap()), DetectorIndex(0));
         let (early, late) = (model(31_000), model(31_001));
-        let first = |model: &DetectorModel| {
-            model
-                .step(1, 0, scan::Group(1))
-                .take(100)
-                .collect::<Vec<_>>()
-        };
+        let first =
+            |model: &DetectorModel| model.step(1, 0, scan::Group(1)).take(100).collect::<Vec<_>>();
         assert_ne!(first(&early), first(&late));
     }
 }

@@ -41,10 +41,7 @@ pub(super) struct Script {
 impl Script {
     /// One detector with these pulses, always taken.
     pub fn new(pulses: Vec<Pulse>) -> Script {
-        Script {
-            pulses: vec![pulses],
-            ..Script::default()
-        }
+        Script { pulses: vec![pulses], ..Script::default() }
     }
 }
 
@@ -66,15 +63,9 @@ impl Stimulus for Player<'_> {
         let reaches = |range: &&Range<u64>| range.start < clocks.end && range.end > clocks.start;
         let reset = 0..RESET_CLOCKS;
         let resets = std::iter::once(&reset).chain(&self.script.resets);
-        drive
-            .surroundings
-            .resets
-            .extend(resets.filter(reaches).cloned());
+        drive.surroundings.resets.extend(resets.filter(reaches).cloned());
         let stalls = self.script.stalls.iter();
-        drive
-            .surroundings
-            .stalls
-            .extend(stalls.filter(reaches).cloned());
+        drive.surroundings.stalls.extend(stalls.filter(reaches).cloned());
     }
 }
 
@@ -104,11 +95,7 @@ impl Testbench {
         let files = deliver::verilog(&sensor, &Prefix::default(), "goldtof stress")?;
         let sources = sources_of(&files);
         let library = build(TOP, &sources, &interface, &cache_dir()?)?;
-        Ok(Testbench {
-            model: Verilated::load(&library, &layout)?,
-            interface,
-            layout,
-        })
+        Ok(Testbench { model: Verilated::load(&library, &layout)?, interface, layout })
     }
 
     /// Clock at which the word of the first scan's first chip is presented.
@@ -120,15 +107,8 @@ impl Testbench {
     pub fn play(&mut self, script: &Script, clocks: u64) -> Result<Run, CaseError> {
         let sampling = self.interface.timing.sampling();
         let run = self.run(&mut Player { script, sampling }, clocks)?;
-        let hits = run
-            .exercise
-            .detectors
-            .iter()
-            .map(|d| d.hits_up + d.hits_down);
-        ensure!(
-            hits.min() > Some(0),
-            "a detector's results that came to the stream hold no hit"
-        );
+        let hits = run.exercise.detectors.iter().map(|d| d.hits_up + d.hits_down);
+        ensure!(hits.min() > Some(0), "a detector's results that came to the stream hold no hit");
         Ok(run)
     }
 

@@ -49,12 +49,7 @@ impl FromStr for Axis {
             Some((from, rest)) => range(from, rest)?,
             None => (list(values)?, false),
         };
-        Ok(Axis {
-            text: text.trim().to_owned(),
-            key: key.to_owned(),
-            values,
-            by_ratio,
-        })
+        Ok(Axis { text: text.trim().to_owned(), key: key.to_owned(), values, by_ratio })
     }
 }
 
@@ -105,29 +100,20 @@ impl Value {
             "" => rounded.to_string(),
             _ => format!("{rounded} {unit}"),
         };
-        Value {
-            text,
-            number: Some(rounded),
-            unit: unit.to_owned(),
-        }
+        Value { text, number: Some(rounded), unit: unit.to_owned() }
     }
 }
 
 /// `FROM..TO xN` or `FROM..TO +N`.
 fn range(from: &str, rest: &str) -> Result<(Vec<Value>, bool), String> {
     let Some((to, how)) = rest.trim().rsplit_once(char::is_whitespace) else {
-        return Err(format!(
-            "\"{}\" does not say how many; {FORMS}",
-            rest.trim()
-        ));
+        return Err(format!("\"{}\" does not say how many; {FORMS}", rest.trim()));
     };
     let by_ratio = how.starts_with('x');
     let count = how.strip_prefix(['x', '+']).and_then(|n| n.parse().ok());
-    let count: u32 = count
-        .filter(|count| (2..=MOST_VALUES).contains(count))
-        .ok_or_else(|| {
-            format!("\"{how}\" is no number of values from 2 to {MOST_VALUES}; {FORMS}")
-        })?;
+    let count: u32 = count.filter(|count| (2..=MOST_VALUES).contains(count)).ok_or_else(|| {
+        format!("\"{how}\" is no number of values from 2 to {MOST_VALUES}; {FORMS}")
+    })?;
     let ends = [from, to].map(Value::of);
     let [Some(first), Some(last)] = [ends[0].number, ends[1].number] else {
         return Err(format!("\"{from}..{to}\" has no two numbers; {FORMS}"));
@@ -202,17 +188,11 @@ mod tests {
             texts("source[0].mean_power=1 pW..64 pW x4"),
             ["1 pW", "4 pW", "16 pW", "64 pW"]
         );
-        assert_eq!(
-            texts("path.distance = 1 m..2 m +3"),
-            ["1 m", "1.5 m", "2 m"]
-        );
+        assert_eq!(texts("path.distance = 1 m..2 m +3"), ["1 m", "1.5 m", "2 m"]);
         assert_eq!(texts("hardware.parallel=1..8 x4"), ["1", "2", "4", "8"]);
         assert_eq!(texts("path.distance=2m..1m +2"), ["2 m", "1 m"]);
         assert_eq!(texts("source.mean_power=-65 dBm..-50 dBm +4")[1], "-60 dBm");
-        assert_eq!(
-            texts("a.b=1e-3 m..1e-1 m x3"),
-            ["0.001 m", "0.01 m", "0.1 m"]
-        );
+        assert_eq!(texts("a.b=1e-3 m..1e-1 m x3"), ["0.001 m", "0.01 m", "0.1 m"]);
         assert_eq!(texts("estimate.estimator=fft, model"), ["fft", "model"]);
         assert_eq!(
             texts("source.code={ family = \"gold\", degree = 5 }, { family = \"square\" }").len(),

@@ -49,9 +49,8 @@ impl Table {
     /// # Errors
     /// When a part grows beyond what the format can number.
     pub fn parquet(&self, sweep: &Sweep) -> Result<Vec<u8>, ParquetFailed> {
-        let properties = WriterProperties::builder()
-            .set_key_value_metadata(Some(self.about(sweep)))
-            .build();
+        let properties =
+            WriterProperties::builder().set_key_value_metadata(Some(self.about(sweep))).build();
         let schema = self.schema()?;
         let mut bytes = Vec::new();
         let mut file = SerializedFileWriter::new(&mut bytes, schema, Arc::new(properties))?;
@@ -128,9 +127,7 @@ impl Table {
         };
         // It is texts and numbers, which are always JSON.
         let text = serde_json::to_string(&about).unwrap_or_default();
-        [KEY, PANDAS_KEY]
-            .map(|key| KeyValue::new(key.to_owned(), text.clone()))
-            .into()
+        [KEY, PANDAS_KEY].map(|key| KeyValue::new(key.to_owned(), text.clone())).into()
     }
 }
 
@@ -225,9 +222,8 @@ mod tests {
     fn numbers_come_back_bit_for_bit() {
         let whole = ["-9223372036854775808", "-1", "0", "9223372036854775807"];
         let number = ["-0", "5e-324", "0.1", "-1.7976931348623157e308"];
-        let rows: Vec<[(&str, &str); 2]> = (0..4)
-            .map(|i| [("estimates", whole[i]), ("bias_m", number[i])])
-            .collect();
+        let rows: Vec<[(&str, &str); 2]> =
+            (0..4).map(|i| [("estimates", whole[i]), ("bias_m", number[i])]).collect();
         let rows: Vec<&[(&str, &str)]> = rows.iter().map(<[_; 2]>::as_slice).collect();
         let table = table(&rows);
         let expected = [i64::MIN, -1, 0, i64::MAX].map(Field::Long);
@@ -256,9 +252,7 @@ mod tests {
     fn rows_of_several_pages_stay_in_their_order() {
         let mut table = table(&[]);
         let names = ["point", "bias_m", "remark"];
-        table
-            .columns
-            .retain(|column| names.contains(&column.name.as_str()));
+        table.columns.retain(|column| names.contains(&column.name.as_str()));
         let remark = |number: i64| format!("the remark of point {number:>12}");
         let bias = |number: i64| (number % 3 != 0).then_some(number as f64 / 7.0);
         table.rows.extend((0..45_000).map(|number| {

@@ -27,10 +27,7 @@ impl Table {
         };
         let panel = |label: &str, [value, error, expected]: [&str; 3]| Panel {
             x: x.clone(),
-            y: ChartAxis {
-                label: label.to_owned(),
-                scale: Scale::Linear,
-            },
+            y: ChartAxis { label: label.to_owned(), scale: Scale::Linear },
             series: shown
                 .iter()
                 .enumerate()
@@ -58,10 +55,7 @@ impl Table {
         let std = ["std_m", "std_std_error_m", "expected_std_m"];
         let chart = Chart {
             title: format!("{title} (dots: simulated, with 95 % intervals; lines: expected)"),
-            panels: vec![
-                panel("bias (mm)", bias),
-                panel("standard deviation (mm)", std),
-            ],
+            panels: vec![panel("bias (mm)", bias), panel("standard deviation (mm)", std)],
         };
         Ok((chart.svg()?, left_out))
     }
@@ -108,11 +102,7 @@ impl Table {
             let y = 1e3 * number(row, column)?;
             let error = error.and_then(|error| number(row, error));
             let half = error.map(|error| 1e3 * crate::math::NORMAL_95 * error);
-            Some(Point {
-                x,
-                y,
-                interval: half.map(|half| (y - half, y + half)),
-            })
+            Some(Point { x, y, interval: half.map(|half| (y - half, y + half)) })
         };
         let mut points: Vec<Point> = own.filter_map(point).collect();
         points.sort_by(|a, b| a.x.total_cmp(&b.x));

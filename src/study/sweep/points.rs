@@ -117,10 +117,6 @@ impl Sweep {
             settings.push(setting.map_err(SweepError::Setting)?);
         }
         let scene = scene::parse_with(&self.file, &self.text, &settings)?;
-        Ok(Point {
-            number,
-            values,
-            sensor: Sensor::new(&scene.with_estimator(self.estimator)?),
-        })
+        Ok(Point { number, values, sensor: Sensor::new(&scene.with_estimator(self.estimator)?) })
     }
 }

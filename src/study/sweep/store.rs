@@ -99,33 +99,17 @@ impl Document<Definition> {
         };
         let none = || "the scene's".to_owned();
         let pairs = [
-            (
-                "version",
-                self.goldtof.to_string(),
-                other.goldtof.to_string(),
-            ),
+            ("version", self.goldtof.to_string(), other.goldtof.to_string()),
             ("--set", list(&settings(self)), list(&settings(other))),
             ("--over", list(&self.body.over), list(&other.body.over)),
-            (
-                "--repeat",
-                self.body.repetitions.to_string(),
-                other.body.repetitions.to_string(),
-            ),
-            (
-                "--fidelity",
-                self.body.fidelity.clone(),
-                other.body.fidelity.clone(),
-            ),
+            ("--repeat", self.body.repetitions.to_string(), other.body.repetitions.to_string()),
+            ("--fidelity", self.body.fidelity.clone(), other.body.fidelity.clone()),
             (
                 "--estimator",
                 self.body.estimator.clone().unwrap_or_else(none),
                 other.body.estimator.clone().unwrap_or_else(none),
             ),
-            (
-                "--seed",
-                self.body.seed.to_string(),
-                other.body.seed.to_string(),
-            ),
+            ("--seed", self.body.seed.to_string(), other.body.seed.to_string()),
         ];
         let differing = pairs.into_iter().filter(|(_, here, there)| here != there);
         let mut differences: Vec<String> = differing
@@ -163,10 +147,7 @@ impl Store {
                 serde_json::from_str(&text).map_err(|reason| unreadable(&path, &reason))?;
             let differences = definition.differences(&there);
             if !differences.is_empty() {
-                return Err(StoreError::Other {
-                    path: printable_path(folder.path()),
-                    differences,
-                });
+                return Err(StoreError::Other { path: printable_path(folder.path()), differences });
             }
         } else {
             let text = serde_json::to_string_pretty(definition)

@@ -74,11 +74,7 @@ impl Column {
             Some("cps") => Some("1/s"),
             _ => None,
         };
-        Column {
-            name: name.to_owned(),
-            kind,
-            unit: unit.map(str::to_owned),
-        }
+        Column { name: name.to_owned(), kind, unit: unit.map(str::to_owned) }
     }
 
     fn of_axis(axis: &Axis) -> Column {
@@ -109,10 +105,7 @@ impl Table {
         let columns = std::iter::once(Column::new("point", Kind::Integer))
             .chain(axes.iter().map(Column::of_axis))
             .chain(COLUMNS.map(|(name, kind)| Column::new(name, kind)));
-        Table {
-            columns: columns.collect(),
-            rows: Vec::new(),
-        }
+        Table { columns: columns.collect(), rows: Vec::new() }
     }
 
     /// The rows of a point that was simulated.
@@ -225,7 +218,5 @@ impl Table {
 
 fn point_fields(point: &Point) -> Vec<String> {
     let values = point.values.iter().map(|(axis, value)| axis.field(value));
-    std::iter::once(point.number.to_string())
-        .chain(values)
-        .collect()
+    std::iter::once(point.number.to_string()).chain(values).collect()
 }

@@ -27,12 +27,7 @@ pub fn count_choice(noise: &mut Noise) -> Case {
     Case::clocked(
         CountChoice::new(10, 3),
         Ports::new(
-            &[
-                ("i_turn", 3),
-                ("i_count_0", 10),
-                ("i_count_1", 10),
-                ("i_count_2", 10),
-            ],
+            &[("i_turn", 3), ("i_count_0", 10), ("i_count_1", 10), ("i_count_2", 10)],
             &[("o_count", 10)],
         ),
         inputs,
@@ -60,10 +55,7 @@ pub fn count_piece(noise: &mut Noise) -> Case {
     let expected = expected.collect();
     Case::clocked(
         CountPiece::new(3, true),
-        Ports::new(
-            &[("i_count", 3), ("i_other", 3), ("i_below", 1)],
-            &[("o_greater", 1)],
-        ),
+        Ports::new(&[("i_count", 3), ("i_other", 3), ("i_below", 1)], &[("o_greater", 1)]),
         inputs,
         expected,
         clock_and_reset!(),
@@ -113,14 +105,10 @@ pub fn count_comparison(noise: &mut Noise) -> Case {
         ages.push(age);
         held.clone()
     });
-    let expected = inputs
-        .iter()
-        .zip(&ages)
-        .enumerate()
-        .map(|(clock, (input, &age))| {
-            let is_greater = signed(input[0], BITS) > signed(input[1], BITS);
-            (clock > 10 && age >= 3).then(|| vec![u128::from(is_greater)])
-        });
+    let expected = inputs.iter().zip(&ages).enumerate().map(|(clock, (input, &age))| {
+        let is_greater = signed(input[0], BITS) > signed(input[1], BITS);
+        (clock > 10 && age >= 3).then(|| vec![u128::from(is_greater)])
+    });
     let expected = expected.collect();
     Case::clocked(
         CountComparison::new(&peak_plan(BITS, 3, 1)),
@@ -154,24 +142,16 @@ pub fn peak_detector(noise: &mut Noise, parallel: u32) -> Case {
         let last = group == GROUPS - 1;
         if comes {
             wait = least + noise.below(10);
-            counts = (0..steps)
-                .map(|_| u128::from(noise.below(1 << BITS)))
-                .collect();
+            counts = (0..steps).map(|_| u128::from(noise.below(1 << BITS))).collect();
             scan.extend(&counts[..if last { last_steps } else { steps }]);
             group = (group + 1) % GROUPS;
             if last {
                 let largest = scan.iter().map(|&count| signed(count, BITS)).max();
-                let place = scan
-                    .iter()
-                    .position(|&count| Some(signed(count, BITS)) == largest);
+                let place = scan.iter().position(|&count| Some(signed(count, BITS)) == largest);
                 let place = place.expect("a scan has counts");
                 // Steps 17 to 22, then from 0 on.
                 let step = (17 + place as u128) % 23;
-                peaks.push((
-                    clock + plan.clocks_to_peak() as usize - 1,
-                    step,
-                    scan[place],
-                ));
+                peaks.push((clock + plan.clocks_to_peak() as usize - 1, step, scan[place]));
                 scan.clear();
             }
         }

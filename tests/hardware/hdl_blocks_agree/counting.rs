@@ -13,12 +13,8 @@ use crate::hdl_support::stimulus::Noise;
 /// A high sample after a low one is a hit of its pair; its place is that of the
 /// pair's earlier sample if that is high.
 pub fn edge_detector(noise: &mut Noise) -> Case {
-    let inputs = noise.words(CLOCKS, |noise| {
-        vec![
-            u128::from(noise.below(256)),
-            u128::from(noise.below(8) != 0),
-        ]
-    });
+    let inputs = noise
+        .words(CLOCKS, |noise| vec![u128::from(noise.below(256)), u128::from(noise.below(8) != 0)]);
     let mut before = false;
     let expected = inputs.iter().enumerate().map(|(clock, input)| {
         if clock < Case::RESET_CLOCKS {
@@ -38,10 +34,7 @@ pub fn edge_detector(noise: &mut Noise) -> Case {
     let expected = expected.collect();
     Case::clocked(
         EdgeDetector::new(8),
-        Ports::new(
-            &[("i_samples", 8), ("i_run", 1)],
-            &[("o_hits", 4), ("o_early", 4)],
-        ),
+        Ports::new(&[("i_samples", 8), ("i_run", 1)], &[("o_hits", 4), ("o_early", 4)]),
         inputs,
         expected,
         clock_and_reset!(),
@@ -86,9 +79,8 @@ pub fn quad_counter(noise: &mut Noise) -> Case {
 
 /// What the addends between two dumps come to.
 pub fn accumulator(noise: &mut Noise) -> Case {
-    let inputs = noise.words(CLOCKS, |noise| {
-        vec![u128::from(noise.below(16)), u128::from(noise.below(6) == 0)]
-    });
+    let inputs = noise
+        .words(CLOCKS, |noise| vec![u128::from(noise.below(16)), u128::from(noise.below(6) == 0)]);
     let (mut since_dump, mut count) = (0, 0);
     let expected = inputs.iter().enumerate().map(|(clock, input)| {
         if clock >= Case::RESET_CLOCKS {
@@ -101,11 +93,7 @@ pub fn accumulator(noise: &mut Noise) -> Case {
         Some(vec![wrapped(count, 9)])
     });
     let expected = expected.collect();
-    let segments = CountSegments {
-        count: 1,
-        lower_bits: 9,
-        top_bits: 9,
-    };
+    let segments = CountSegments { count: 1, lower_bits: 9, top_bits: 9 };
     Case::clocked(
         Accumulator::new(segments, 4),
         Ports::new(&[("i_addend", 4), ("i_dump", 1)], &[("o_count", 9)]),
@@ -124,11 +112,7 @@ pub fn accumulator(noise: &mut Noise) -> Case {
 /// word is in the total after four clocks.
 pub fn updown_correlator(noise: &mut Noise) -> Case {
     const TO_TOTAL: usize = 4;
-    let segments = CountSegments {
-        count: 3,
-        lower_bits: 4,
-        top_bits: 3,
-    };
+    let segments = CountSegments { count: 3, lower_bits: 4, top_bits: 3 };
     let mut dumps = vec![false; CLOCKS];
     let mut clock = 20;
     while clock < CLOCKS {
@@ -141,12 +125,7 @@ pub fn updown_correlator(noise: &mut Noise) -> Case {
         let dump = (0..3).filter(|&s| clock >= s && dumps[clock - s]);
         let dump = dump.fold(0, |dump, s| dump | 1 << s);
         clock += 1;
-        vec![
-            hits,
-            u128::from(noise.below(16)),
-            u128::from(noise.below(256)),
-            dump,
-        ]
+        vec![hits, u128::from(noise.below(16)), u128::from(noise.below(256)), dump]
     });
     let of_word = |input: &Vec<u128>| -> i128 {
         let pairs = (0..4).filter(|&pair| bit(input[0], pair));
@@ -173,12 +152,7 @@ pub fn updown_correlator(noise: &mut Noise) -> Case {
     Case::clocked(
         UpdownCorrelator::new(8, segments),
         Ports::new(
-            &[
-                ("i_hits", 4),
-                ("i_early", 4),
-                ("i_reference", 8),
-                ("i_dump", 3),
-            ],
+            &[("i_hits", 4), ("i_early", 4), ("i_reference", 8), ("i_dump", 3)],
             &[("o_count", 11)],
         ),
         inputs,
@@ -201,11 +175,7 @@ pub fn hit_counter(noise: &mut Noise, lanes: u32, segments: CountSegments, bits:
     let pairs = lanes.div_ceil(2);
     let to_total = 2 + pairs.ilog2() as usize;
     let exact_bits = segments.bits() - 1;
-    let plan = TotalCount {
-        exact_bits,
-        bits,
-        first_bit: 8,
-    };
+    let plan = TotalCount { exact_bits, bits, first_bit: 8 };
     let mut dumps = vec![false; CLOCKS];
     let mut clock = 20;
     while clock < CLOCKS {
@@ -282,11 +252,6 @@ pub fn count_clamp(noise: &mut Noise) -> Case {
         inputs,
         expected,
         |block, input| block.i_count.next = Word::new(input[0], 12),
-        |block| {
-            vec![
-                block.o_count.val().value(),
-                u128::from(block.o_clamped.val()),
-            ]
-        },
+        |block| vec![block.o_count.val().value(), u128::from(block.o_clamped.val())],
     )
 }

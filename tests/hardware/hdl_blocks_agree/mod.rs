@@ -71,16 +71,8 @@ fn every_block_does_in_rust_hdl_and_in_verilator_what_it_is_for() {
         result_stream(noise, 2, 3, 1, true),
         result_stream(noise, 3, 4, 3, true),
     ]);
-    let one = |top_bits| CountSegments {
-        count: 1,
-        lower_bits: top_bits,
-        top_bits,
-    };
-    let three = CountSegments {
-        count: 3,
-        lower_bits: 4,
-        top_bits: 3,
-    };
+    let one = |top_bits| CountSegments { count: 1, lower_bits: top_bits, top_bits };
+    let three = CountSegments { count: 3, lower_bits: 4, top_bits: 3 };
     cases.extend([
         hit_counter(noise, 1, one(8), 7),
         hit_counter(noise, 2, one(8), 4),

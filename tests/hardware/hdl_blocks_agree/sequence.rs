@@ -22,10 +22,7 @@ pub fn code_sources(noise: &mut Noise) -> Vec<Case> {
         let code = code(family, interleave, 9);
         let start = noise.below(code.len());
         let inputs = noise.words(CLOCKS, |noise| {
-            vec![
-                u128::from(noise.below(50) == 0),
-                u128::from(noise.below(4) != 0),
-            ]
+            vec![u128::from(noise.below(50) == 0), u128::from(noise.below(4) != 0)]
         });
         let mut position = start;
         let expected = inputs.iter().enumerate().map(|(clock, input)| {
@@ -40,10 +37,7 @@ pub fn code_sources(noise: &mut Noise) -> Vec<Case> {
         let expected = expected.collect();
         cases.push(Case::clocked(
             CodeSource::new(&code, start, true),
-            Ports::new(
-                &[("i_load", 1), ("i_advance", 1)],
-                &[("o_chip", 1), ("o_epoch", 1)],
-            ),
+            Ports::new(&[("i_load", 1), ("i_advance", 1)], &[("o_chip", 1), ("o_epoch", 1)]),
             inputs,
             expected,
             |block, clock, reset| {
@@ -54,12 +48,7 @@ pub fn code_sources(noise: &mut Noise) -> Vec<Case> {
                 block.i_load.next = input[0] == 1;
                 block.i_advance.next = input[1] == 1;
             },
-            |block| {
-                vec![
-                    u128::from(block.o_chip.val()),
-                    u128::from(block.o_epoch.val()),
-                ]
-            },
+            |block| vec![u128::from(block.o_chip.val()), u128::from(block.o_epoch.val())],
         ));
     }
     cases
@@ -179,15 +168,7 @@ pub fn scan_controller(noise: &mut Noise) -> Case {
 pub fn detector_channel(noise: &mut Noise) -> Case {
     const CHIPS: usize = 30;
     let code = code(Family::Gold(5), 1, 3);
-    let mut scene = scene(
-        std::slice::from_ref(&code),
-        0,
-        4,
-        9,
-        Some(6),
-        CHIPS as u64,
-        None,
-    );
+    let mut scene = scene(std::slice::from_ref(&code), 0, 4, 9, Some(6), CHIPS as u64, None);
     scene.hardware.parallel = 6;
     let interface = Interface::of(&scene);
     assert_eq!(interface.banks(), 2);
@@ -202,9 +183,7 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
         let since = |start: &usize| clock as i64 - *start as i64;
         let ends = CHIPS as i64;
         let is_at = |at: i64| u128::from(starts.iter().any(|start| since(start) == at));
-        let runs = starts
-            .iter()
-            .any(|start| (1..=ends).contains(&since(start)));
+        let runs = starts.iter().any(|start| (1..=ends).contains(&since(start)));
         let input = vec![
             u128::from(noise.below(16)),
             u128::from(runs),
@@ -230,11 +209,7 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
                 (0..4 * CHIPS as i64).filter(|i| sample(first + i) && !sample(first + i - 1));
             let signs = hits.map(|i| {
                 let chip = (i - delay).div_euclid(4).rem_euclid(code.len() as i64);
-                if code.chips[chip as usize] == 1 {
-                    1
-                } else {
-                    -1
-                }
+                if code.chips[chip as usize] == 1 { 1 } else { -1 }
             });
             wrapped(signs.sum(), interface.count_bits)
         });
@@ -245,10 +220,8 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
         }
     }
     let names: Vec<String> = (0..6).map(|step| format!("o_count_{step}")).collect();
-    let outputs: Vec<(&str, u32)> = names
-        .iter()
-        .map(|name| (name.as_str(), interface.count_bits))
-        .collect();
+    let outputs: Vec<(&str, u32)> =
+        names.iter().map(|name| (name.as_str(), interface.count_bits)).collect();
     let inputs_of_block = [
         ("i_samples", 4),
         ("i_run", 1),
@@ -272,10 +245,6 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
             block.i_start.next = input[4] == 1;
             block.i_dump.next = Word::new(input[5], 1);
         },
-        |block| {
-            (0..6)
-                .map(|step| block.o_count[step].val().value())
-                .collect()
-        },
+        |block| (0..6).map(|step| block.o_count[step].val().value()).collect(),
     )
 }

@@ -78,12 +78,7 @@ pub fn result_stream(
                 shown = next;
                 valid = true;
             }
-            Some(vec![
-                shown.0,
-                u128::from(valid),
-                u128::from(shown.1),
-                u128::from(overrun),
-            ])
+            Some(vec![shown.0, u128::from(valid), u128::from(shown.1), u128::from(overrun)])
         })
         .collect();
     // The block is told of counts a clock before they come, if there are several.
@@ -99,17 +94,14 @@ pub fn result_stream(
         1 => name.to_owned(),
         _ => format!("{name}_{number}"),
     };
-    let names: Vec<String> = (0..counts)
-        .map(|count| numbered("i_count", count, counts))
-        .collect();
+    let names: Vec<String> = (0..counts).map(|count| numbered("i_count", count, counts)).collect();
     let mut ports = match several {
         true => vec![("i_pre_counted", 1)],
         false => Vec::new(),
     };
     ports.extend([("i_counted", 1), ("i_last", 1), ("i_ready", 1)]);
-    let total_names: Vec<String> = (0..totals)
-        .map(|total| numbered("i_total", total, totals))
-        .collect();
+    let total_names: Vec<String> =
+        (0..totals).map(|total| numbered("i_total", total, totals)).collect();
     ports.extend(names.iter().map(|name| (name.as_str(), BITS)));
     ports.extend(total_names.iter().map(|name| (name.as_str(), TOTAL_BITS)));
     let plan = StreamPlan {
@@ -130,12 +122,7 @@ pub fn result_stream(
         ResultStream::new(plan),
         Ports::new(
             &ports,
-            &[
-                ("o_data", data_bits),
-                ("o_valid", 1),
-                ("o_last", 1),
-                ("o_overrun", 1),
-            ],
+            &[("o_data", data_bits), ("o_valid", 1), ("o_last", 1), ("o_overrun", 1)],
         ),
         inputs,
         expected,

@@ -21,10 +21,7 @@ impl Ports {
             let port = |&(name, width): &(&str, u32)| (name.to_owned(), width);
             ports.iter().map(port).collect()
         };
-        Ports {
-            inputs: owned(inputs),
-            outputs: owned(outputs),
-        }
+        Ports { inputs: owned(inputs), outputs: owned(outputs) }
     }
 }
 
@@ -69,14 +66,7 @@ impl Case {
                 get(&block)
             })
             .collect();
-        Case {
-            modules,
-            ports,
-            is_clocked: true,
-            inputs,
-            simulated,
-            expected,
-        }
+        Case { modules, ports, is_clocked: true, inputs, simulated, expected }
     }
 
     /// A block without a clock.
@@ -103,37 +93,18 @@ impl Case {
     pub fn agrees_with(&self, verilog: &[Vec<u128>]) {
         assert_eq!(verilog.len(), self.inputs.len());
         let promised = self.expected.iter().flatten().count();
-        assert!(
-            promised * 3 > self.inputs.len(),
-            "{}: too little is promised",
-            self.name()
-        );
+        assert!(promised * 3 > self.inputs.len(), "{}: too little is promised", self.name());
         for (clock, simulated) in self.simulated.iter().enumerate() {
             let input = &self.inputs[clock];
-            assert_eq!(
-                simulated,
-                &verilog[clock],
-                "{}, clock {clock}, {input:?}",
-                self.name()
-            );
+            assert_eq!(simulated, &verilog[clock], "{}, clock {clock}, {input:?}", self.name());
             if let Some(expected) = &self.expected[clock] {
-                assert_eq!(
-                    simulated,
-                    expected,
-                    "{}, clock {clock}, {input:?}",
-                    self.name()
-                );
+                assert_eq!(simulated, expected, "{}, clock {clock}, {input:?}", self.name());
             }
         }
     }
 
     fn input_bits(&self) -> u32 {
-        1 + self
-            .ports
-            .inputs
-            .iter()
-            .map(|(_, width)| width)
-            .sum::<u32>()
+        1 + self.ports.inputs.iter().map(|(_, width)| width).sum::<u32>()
     }
 
     /// The block's modules, with names that no other case has.
@@ -156,11 +127,7 @@ impl Case {
             renamed + rest
         };
         for module in &self.modules {
-            text = words(
-                &text,
-                &module.name,
-                &format!("case_{number}_{}", module.name),
-            );
+            text = words(&text, &module.name, &format!("case_{number}_{}", module.name));
         }
         text
     }

@@ -18,18 +18,12 @@ pub struct Extent {
 
 impl Extent {
     /// All that the interface has: hours of integration at 8 ns a chip.
-    pub const WHOLE: Extent = Extent {
-        most_degree: 16,
-        most_integration_chips: 2_000_000_000_000,
-        most_steps: u64::MAX,
-    };
+    pub const WHOLE: Extent =
+        Extent { most_degree: 16, most_integration_chips: 2_000_000_000_000, most_steps: u64::MAX };
 
     /// Scans of which a simulator runs several in a second.
-    pub const SHORT: Extent = Extent {
-        most_degree: 8,
-        most_integration_chips: 600,
-        most_steps: 150,
-    };
+    pub const SHORT: Extent =
+        Extent { most_degree: 8, most_integration_chips: 600, most_steps: 150 };
 }
 
 /// A scene that can be emitted, its emission, and why those drawn before it cannot.
@@ -38,9 +32,7 @@ pub fn emitted(
     extent: Extent,
     on_refusal: impl FnMut(String),
 ) -> (Scene, Emission) {
-    made(rng, extent, on_refusal, |sensor| {
-        emit(sensor, "goldtof emit random.toml")
-    })
+    made(rng, extent, on_refusal, |sensor| emit(sensor, "goldtof emit random.toml"))
 }
 
 /// A scene that can be emitted, and the modules of its design.
@@ -106,10 +98,7 @@ fn draw(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> Scene {
     if rng.random_bool(0.2) {
         // With the shorter one, several samples of a word can be hits.
         let dead_time_ps = [14_000.0, 2_000.0][rng.random_range(0..=1)];
-        scene
-            .detectors
-            .iter_mut()
-            .for_each(|d| d.dead_time_ps = dead_time_ps);
+        scene.detectors.iter_mut().for_each(|d| d.dead_time_ps = dead_time_ps);
         keep_histogram(&mut scene, rng.random_range(1..=2));
     }
     scene

@@ -98,11 +98,7 @@ pub fn code(family: Family, interleave: u32, variant: u32) -> Arc<Code> {
             (Generator::Chips(chips.clone()), chips)
         }
     };
-    Arc::new(Code {
-        generator,
-        interleave,
-        chips: interleaved(&base, interleave),
-    })
+    Arc::new(Code { generator, interleave, chips: interleaved(&base, interleave) })
 }
 
 /// Eq. 23: every chip 2^nu times, every odd one inverted.
@@ -205,10 +201,7 @@ pub fn run(folder: &Path, tool: &str, arguments: &[&str]) -> String {
         String::from_utf8_lossy(&output.stdout),
         String::from_utf8_lossy(&output.stderr)
     );
-    assert!(
-        output.status.success(),
-        "{tool} {arguments:?} failed:\n{said}"
-    );
+    assert!(output.status.success(), "{tool} {arguments:?} failed:\n{said}");
     said
 }
 
@@ -250,15 +243,7 @@ pub fn random_scene(noise: &mut stimulus::Noise, case: u32) -> Scene {
     }
     .max(parallel.div_ceil(lanes));
     let width = (noise.below(3) == 0).then(|| 2 + noise.below(4) as u32);
-    let mut scene = scene(
-        &codes,
-        reference,
-        lanes as u32,
-        first,
-        steps,
-        integration,
-        width,
-    );
+    let mut scene = scene(&codes, reference, lanes as u32, first, steps, integration, width);
     scene.hardware.parallel = parallel as u32;
     if noise.below(3) == 0 {
         scene.hardware.target = Target::Ice40Hx8k;

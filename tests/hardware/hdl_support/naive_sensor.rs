@@ -140,11 +140,7 @@ fn peaks(interface: &Interface, results: &[Results]) -> Vec<Peaks> {
             continue;
         }
         let latency = u64::from(plan.latency_clocks - interface.result_latency_clocks);
-        let mut peak = Peaks {
-            edge: group.edge + latency,
-            step: 0,
-            count: 0,
-        };
+        let mut peak = Peaks { edge: group.edge + latency, step: 0, count: 0 };
         for (detector, counts) in scan.iter_mut().enumerate() {
             let largest = *counts.iter().max().expect("a scan has steps");
             let first = counts.iter().position(|&count| count == largest);
@@ -162,10 +158,8 @@ fn peaks(interface: &Interface, results: &[Results]) -> Vec<Peaks> {
 
 fn results(interface: &Interface, inputs: &[Inputs]) -> Vec<Results> {
     let period = interface.reference_codes[0].len();
-    let (integration, steps) = (
-        interface.timing.scan.integration_chips,
-        interface.timing.scan.steps,
-    );
+    let (integration, steps) =
+        (interface.timing.scan.integration_chips, interface.timing.scan.steps);
     let parallel = u64::from(interface.parallel());
     let mut found = Vec::new();
     let mut start = 0;
@@ -187,19 +181,13 @@ fn results(interface: &Interface, inputs: &[Inputs]) -> Vec<Results> {
                         .map(|n| signed_hits(interface, inputs, detector, n, step));
                     let exact = words.fold((0, 0), |(up, down), word| (up + word.0, down + word.1));
                     let (count, hits) = (exact.0 - exact.1, (exact.0 + exact.1) as u64);
-                    let most = interface
-                        .total
-                        .map_or(u64::MAX, |_| (1 << interface.count_bits) - 1);
+                    let most =
+                        interface.total.map_or(u64::MAX, |_| (1 << interface.count_bits) - 1);
                     counts.push((count.clamp(-half, half - 1), hits.min(most)));
                     saturates |= counts.last() != Some(&(count, hits));
                 }
             }
-            found.push(Results {
-                edge,
-                counts,
-                is_last: group + 1 == groups,
-                saturates,
-            });
+            found.push(Results { edge, counts, is_last: group + 1 == groups, saturates });
         }
         start += groups * integration;
         if !interface.timing.scan.is_full() || steps % parallel != 0 {

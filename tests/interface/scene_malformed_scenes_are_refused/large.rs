@@ -46,10 +46,7 @@ fn of_a_very_long_line_only_what_surrounds_the_error_is_shown() {
 fn of_a_very_long_value_only_start_and_end_are_quoted() {
     let text = refusal(r#""8 ns""#, &format!(r#""8 {}""#, "n".repeat(100_000)));
     assert!(text.len() < 2_000, "{text}");
-    assert!(
-        text.contains("a time takes fs, ps, ns, us, ms, s, min or h"),
-        "{text}"
-    );
+    assert!(text.contains("a time takes fs, ps, ns, us, ms, s, min or h"), "{text}");
 }
 
 #[test]
@@ -89,11 +86,8 @@ fn a_name_among_very_many_is_not_answered_with_all_of_them() {
     };
     let sources: String = (0..99).map(source).collect();
     let scene = SCENE.replace("[[detector]]", &format!("{sources}[[detector]]"));
-    let text = parse(
-        "scenes/x.toml",
-        &scene.replace("source = \"laser\"", "source = \"sun\""),
-    )
-    .unwrap_err()
-    .to_string();
+    let text = parse("scenes/x.toml", &scene.replace("source = \"laser\"", "source = \"sun\""))
+        .unwrap_err()
+        .to_string();
     assert!(text.contains("or one of 84 more"), "{text}");
 }

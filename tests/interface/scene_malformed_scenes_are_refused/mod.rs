@@ -75,26 +75,17 @@ fn a_wrong_source_causes_no_further_errors_elsewhere() {
 
 #[test]
 fn columns_count_characters_and_tabs_keep_the_caret_in_place() {
-    let scene = SCENE
-        .replace("dead_time", "\tdead_time")
-        .replace("14 ns", "14 \u{b5}");
+    let scene = SCENE.replace("dead_time", "\tdead_time").replace("14 ns", "14 \u{b5}");
     let Err(SceneErrors::Invalid { errors, .. }) = parse("scenes/x.toml", &scene) else {
         panic!("accepted:\n{scene}");
     };
     assert_eq!((errors[0].column, errors[0].marked), (14, 6));
-    assert!(
-        errors[0]
-            .to_string()
-            .ends_with(&format!("| \t{}^^^^^^", " ".repeat(12)))
-    );
+    assert!(errors[0].to_string().ends_with(&format!("| \t{}^^^^^^", " ".repeat(12))));
 }
 
 #[test]
 fn a_file_that_cannot_be_read_is_named() {
     let error = load(std::path::Path::new("scenes/absent.toml")).unwrap_err();
     let text = error.to_string();
-    assert!(
-        text.starts_with("scenes/absent.toml: cannot read the scene: "),
-        "{text}"
-    );
+    assert!(text.starts_with("scenes/absent.toml: cannot read the scene: "), "{text}");
 }

@@ -136,11 +136,8 @@ pub fn table_i_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64
     spad.pulse_width_ps = 7e3;
     spad.delay_ps = 1750.0;
     spad.jitter_ps = vec![53.5, 4.0];
-    spad.counter = CounterTiming {
-        rising_delay_ps: 340.0,
-        falling_delay_ps: 390.0,
-        transition_ps: 1.5,
-    };
+    spad.counter =
+        CounterTiming { rising_delay_ps: 340.0, falling_delay_ps: 390.0, transition_ps: 1.5 };
     scene
 }
 
@@ -154,26 +151,16 @@ pub fn sampled_counts(
     repetition: u64,
     hits: &mut [f64],
 ) -> Vec<f64> {
-    let Scan {
-        steps,
-        integration_chips,
-        ..
-    } = scene.scan;
+    let Scan { steps, integration_chips, .. } = scene.scan;
     let chips = &scene.sources[0].code.chips;
     let step_samples = integration_chips * 8;
     let mut pulses = Vec::new();
     PulseStream::new(model, seed, repetition).advance(Sample(steps * step_samples), &mut pulses);
     let mut counts = vec![0.0; steps as usize];
-    for Pulse {
-        first: Sample(first),
-        ..
-    } in pulses
-    {
+    for Pulse { first: Sample(first), .. } in pulses {
         let step = first / step_samples;
         let k = scene.scan.phase_step(Step(step)) as i64;
-        let chip = (first as i64 - k)
-            .div_euclid(8)
-            .rem_euclid(chips.len() as i64);
+        let chip = (first as i64 - k).div_euclid(8).rem_euclid(chips.len() as i64);
         counts[step as usize] += 2.0 * f64::from(chips[chip as usize]) - 1.0;
         let samples = hits.len() as u64;
         hits[(first % samples) as usize] += 1.0;
@@ -194,11 +181,7 @@ impl Moments {
         let count = values.len() as f64;
         let mean = values.iter().sum::<f64>() / count;
         let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-        Moments {
-            count,
-            mean,
-            variance: squares / (count - 1.0),
-        }
+        Moments { count, mean, variance: squares / (count - 1.0) }
     }
 
     pub fn standard_error(&self) -> f64 {

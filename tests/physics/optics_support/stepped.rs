@@ -65,12 +65,7 @@ impl<'s> Stepped<'s> {
         for ends in &rates {
             cumulative.push(cumulative[cumulative.len() - 1] + 0.5 * (ends[0] + ends[1]));
         }
-        Stepped {
-            scene,
-            step_ps,
-            rates,
-            cumulative,
-        }
+        Stepped { scene, step_ps, rates, cumulative }
     }
 
     /// Detections per code period.
@@ -87,9 +82,7 @@ impl<'s> Stepped<'s> {
         let sample_ps = self.scene.chip_period_ps / f64::from(self.scene.samples_per_chip);
         let samples = self.scene.scan.steps_per_period;
         let before = |sample: f64| self.registered_before(sample * sample_ps);
-        (0..samples)
-            .map(|sample| before(sample as f64) - before(sample as f64 - 1.0))
-            .collect()
+        (0..samples).map(|sample| before(sample as f64) - before(sample as f64 - 1.0)).collect()
     }
 
     /// Expected counts of every step of the scan by the continuous-time counter;
@@ -136,10 +129,7 @@ impl<'s> Stepped<'s> {
                 let hits = self.hits_per_period();
                 // Edges that stand in another period than their partner.
                 up -= (up / hits).floor() * hits;
-                MeanCount {
-                    signed: periods * (2.0 * up - hits),
-                    total: periods * hits,
-                }
+                MeanCount { signed: periods * (2.0 * up - hits), total: periods * hits }
             })
             .collect()
     }
@@ -147,10 +137,8 @@ impl<'s> Stepped<'s> {
     /// Detections registered before a time, seen through the detector's delay and
     /// jitter.
     fn registered_before(&self, time_ps: f64) -> f64 {
-        let JitterTail::Exponential {
-            share,
-            time_constant_ps,
-        } = self.scene.detectors[0].jitter_tail
+        let JitterTail::Exponential { share, time_constant_ps } =
+            self.scene.detectors[0].jitter_tail
         else {
             return self.registered_without_tail_before(time_ps);
         };
@@ -239,10 +227,9 @@ fn level(source: &Source, place: usize, per_chip: usize, step_ps: f64) -> f64 {
         panic!("a measured response is not stepped");
     };
     let full_ps = |rises: bool| match source.response {
-        LaserResponse::Edges {
-            rise_time_ps,
-            fall_time_ps,
-        } => [fall_time_ps, rise_time_ps][usize::from(rises)] / 0.8,
+        LaserResponse::Edges { rise_time_ps, fall_time_ps } => {
+            [fall_time_ps, rise_time_ps][usize::from(rises)] / 0.8
+        }
         _ => 0.0,
     };
     let chip = place / per_chip;
@@ -288,10 +275,7 @@ impl Chain {
             // More than the last state holds.
             row[STATES - 1] += 1.0 - row.iter().sum::<f64>();
         }
-        Chain {
-            release: step_ps / spad.afterpulsing_time_constant_ps,
-            kernel,
-        }
+        Chain { release: step_ps / spad.afterpulsing_time_constant_ps, kernel }
     }
 
     /// Rates of avalanches that leave j pending.

@@ -15,9 +15,7 @@ pub(super) fn header(
     (clock, time): (Clock, Timescale),
     made_by: &str,
 ) -> String {
-    let Names {
-        design, top, whole, ..
-    } = names;
+    let Names { design, top, whole, .. } = names;
     let time = time_in_words(clock, time);
     let coverage = &recording.coverage;
     let mut text = format!(
@@ -68,10 +66,7 @@ pub(super) fn header(
 /// What the recording shows of what can be covered.
 fn what_is_covered(coverage: &Coverage) -> String {
     let mut text = comment("Covers", &coverage.summary());
-    for (title, missed) in [
-        ("Not", &coverage.not_covered),
-        ("Cannot", &coverage.unreachable),
-    ] {
+    for (title, missed) in [("Not", &coverage.not_covered), ("Cannot", &coverage.unreachable)] {
         let points: Vec<String> = missed.iter().take(MOST_NAMED).map(Missed::text).collect();
         let more = missed.len().saturating_sub(MOST_NAMED);
         if more > 0 {
@@ -112,9 +107,7 @@ fn comment(title: &str, text: &str) -> String {
     }
     let titles = std::iter::once(title).chain(std::iter::repeat(""));
     let lines = titles.zip(lines);
-    lines
-        .map(|(title, line)| format!("// {title:<8} {line}\n"))
-        .collect()
+    lines.map(|(title, line)| format!("// {title:<8} {line}\n")).collect()
 }
 
 /// What the header says of time.

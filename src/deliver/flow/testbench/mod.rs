@@ -112,34 +112,18 @@ pub(super) fn testbench(design: &Design) -> Result<Testbench, ReferenceError> {
     let detectors: Vec<String> = detectors.map(|detector| detector.name.clone()).collect();
     let recording = record(design.interface(), &detectors)?;
     let skips = recording.skips.as_ref().map(|skips| (SKIPS, &skips.values));
-    let vectors: Vec<VectorFile> = [
-        (INPUTS, &recording.inputs),
-        ("chips", &recording.chips),
-        ("results", &recording.results),
-    ]
-    .into_iter()
-    .chain(skips)
-    .map(|(name, group)| VectorFile {
-        name,
-        group,
-        words: group.runs.encode(group.bits()),
-    })
-    .collect();
+    let vectors: Vec<VectorFile> =
+        [(INPUTS, &recording.inputs), ("chips", &recording.chips), ("results", &recording.results)]
+            .into_iter()
+            .chain(skips)
+            .map(|(name, group)| VectorFile { name, group, words: group.runs.encode(group.bits()) })
+            .collect();
     let file = |name: String, text| EmittedFile { name, text };
     let files = vec![
-        file(
-            format!("{}.v", names.reader),
-            reader(&names, design.made_by),
-        ),
+        file(format!("{}.v", names.reader), reader(&names, design.made_by)),
         file(
             format!("{}.v", names.top),
-            top(
-                &names,
-                design.sensor.clock(),
-                &recording,
-                &vectors,
-                design.made_by,
-            ),
+            top(&names, design.sensor.clock(), &recording, &vectors, design.made_by),
         ),
     ];
     Ok(Testbench {
@@ -151,21 +135,14 @@ pub(super) fn testbench(design: &Design) -> Result<Testbench, ReferenceError> {
         hits_up: recording.hits_up,
         hits_down: recording.hits_down,
         coverage: recording.coverage,
-        vectors: vectors
-            .into_iter()
-            .map(|v| file(v.file_name(&names), v.words.text))
-            .collect(),
+        vectors: vectors.into_iter().map(|v| file(v.file_name(&names), v.words.text)).collect(),
         top: names.top,
     })
 }
 
 /// `[7:0] name` or, for one bit, `name`, with names in one column.
 fn declared(kind: &str, width: u32, name: &str) -> String {
-    let range = if width == 1 {
-        String::new()
-    } else {
-        format!("[{}:0]", width - 1)
-    };
+    let range = if width == 1 { String::new() } else { format!("[{}:0]", width - 1) };
     format!("    {kind} {range:<7} {name};\n")
 }
 
@@ -256,10 +233,7 @@ fn moves(names: &Names, recording: &Recording) -> String {
         .iter()
         .map(|register| {
             let path = register.path(".");
-            format!(
-                "            dut.{path} <= dut.{path} ^ {};\n",
-                skip_net(&path)
-            )
+            format!("            dut.{path} <= dut.{path} ^ {};\n", skip_net(&path))
         })
         .collect();
     let whole = &names.whole;
@@ -278,11 +252,7 @@ fn instance<'a>(names: &Names, ports: impl Iterator<Item = &'a Port>) -> String 
         .chain(ports.map(|port| port.name.as_str()))
         .map(|name| format!("        .{name:<13} ({name})"))
         .collect();
-    format!(
-        "\n    {} dut (\n{}\n    );\n",
-        names.design,
-        connections.join(",\n")
-    )
+    format!("\n    {} dut (\n{}\n    );\n", names.design, connections.join(",\n"))
 }
 
 fn reader_instance(names: &Names, vector: &VectorFile) -> String {
@@ -392,11 +362,7 @@ fn check<'a>(
 /// Whether a vector file is there, and long enough.
 fn vector_check(names: &Names, vector: &VectorFile) -> String {
     // A simulator with two states reads a missing file as zeros.
-    let no_reset = if vector.name == INPUTS {
-        " || (clock == 0 && !i_rst)"
-    } else {
-        ""
-    };
+    let no_reset = if vector.name == INPUTS { " || (clock == 0 && !i_rst)" } else { "" };
     format!(
         "            if (^{name}_value === 1'bx{no_reset}) begin
                 $display(\"FAIL clock %0d: {file} is missing or short\", clock);

@@ -29,11 +29,7 @@ impl Block for ByHand {
 }
 
 fn by_hand(statement: ast::VerilogStatement) -> ByHand {
-    ByHand(
-        vec![statement],
-        Output::word(4, ""),
-        About::new("unsound", "a block of a test"),
-    )
+    ByHand(vec![statement], Output::word(4, ""), About::new("unsound", "a block of a test"))
 }
 
 #[test]
@@ -44,12 +40,7 @@ fn a_partial_drive_is_refused() {
         offset: ast::VerilogExpression::Literal(0.into()),
         replacement: ast::VerilogExpression::Literal(true.into()),
     };
-    assert_eq!(
-        fault_of(&by_hand(statement)),
-        Fault::PartialDrive {
-            signal: named("o_y")
-        }
-    );
+    assert_eq!(fault_of(&by_hand(statement)), Fault::PartialDrive { signal: named("o_y") });
 }
 
 #[test]
@@ -58,12 +49,7 @@ fn an_unknown_name_is_refused() {
         ast::VerilogExpression::Signal(named("o_y$next")),
         ast::VerilogExpression::Signal(named("nowhere")),
     );
-    assert_eq!(
-        fault_of(&by_hand(statement)),
-        Fault::UnknownName {
-            name: named("nowhere")
-        }
-    );
+    assert_eq!(fault_of(&by_hand(statement)), Fault::UnknownName { name: named("nowhere") });
 }
 
 #[test]
@@ -72,18 +58,11 @@ fn a_literal_without_a_width_is_refused() {
     let statement = ast::VerilogStatement::Assignment(
         ast::VerilogExpression::Signal(named("o_y$next")),
         ast::VerilogExpression::Cast(
-            Box::new(ast::VerilogExpression::Binary(
-                one(),
-                ast::VerilogOp::Eq,
-                one(),
-            )),
+            Box::new(ast::VerilogExpression::Binary(one(), ast::VerilogOp::Eq, one())),
             4,
         ),
     );
-    assert!(matches!(
-        fault_of(&by_hand(statement)),
-        Fault::NoWidth { .. }
-    ));
+    assert!(matches!(fault_of(&by_hand(statement)), Fault::NoWidth { .. }));
 }
 
 #[test]
@@ -92,12 +71,7 @@ fn a_match_is_refused() {
         test: ast::VerilogExpression::Signal(named("o_y")),
         cases: Vec::new(),
     });
-    assert_eq!(
-        fault_of(&by_hand(statement)),
-        Fault::Unsupported {
-            construct: named("`match`")
-        }
-    );
+    assert_eq!(fault_of(&by_hand(statement)), Fault::Unsupported { construct: named("`match`") });
 }
 
 #[test]

@@ -91,31 +91,18 @@ impl Logic for Latch {
 
 #[test]
 fn a_latch_is_refused() {
-    assert_eq!(
-        fault_of(&Latch::new(4, 4, 4)),
-        Fault::Latch {
-            signal: named("o_y")
-        }
-    );
+    assert_eq!(fault_of(&Latch::new(4, 4, 4)), Fault::Latch { signal: named("o_y") });
 }
 
 #[test]
 fn unequal_widths_are_refused() {
     assert_eq!(
         fault_of(&Sound::new(4, 3, 4)),
-        Fault::WidthMismatch {
-            place: named("operator Xor"),
-            left: 4,
-            right: 3
-        }
+        Fault::WidthMismatch { place: named("operator Xor"), left: 4, right: 3 }
     );
     assert_eq!(
         fault_of(&Sound::new(3, 3, 4)),
-        Fault::WidthMismatch {
-            place: named("`middle`"),
-            left: 4,
-            right: 3
-        }
+        Fault::WidthMismatch { place: named("`middle`"), left: 4, right: 3 }
     );
 }
 
@@ -137,13 +124,7 @@ impl Logic for Oversize {
 
 #[test]
 fn an_oversize_literal_is_refused() {
-    assert_eq!(
-        fault_of(&Oversize::new(4, 4, 4)),
-        Fault::OversizeLiteral {
-            value: 17,
-            width: 4
-        }
-    );
+    assert_eq!(fault_of(&Oversize::new(4, 4, 4)), Fault::OversizeLiteral { value: 17, width: 4 });
     assert!(verilog_of(&Oversize::new(5, 5, 5), &Prefix::default(), "a test").is_ok());
 }
 
@@ -162,12 +143,7 @@ impl Logic for Undriven {
 
 #[test]
 fn an_undriven_signal_is_refused() {
-    assert_eq!(
-        fault_of(&Undriven::new(4, 4, 4)),
-        Fault::Undriven {
-            signal: named("middle")
-        }
-    );
+    assert_eq!(fault_of(&Undriven::new(4, 4, 4)), Fault::Undriven { signal: named("middle") });
 }
 
 block!(TwoDrivers);
@@ -191,9 +167,7 @@ impl Logic for TwoDrivers {
 fn a_second_driver_is_refused() {
     assert_eq!(
         fault_of(&TwoDrivers::new(4, 4, 4)),
-        Fault::MultipleDrivers {
-            signal: named("middle")
-        }
+        Fault::MultipleDrivers { signal: named("middle") }
     );
 }
 
@@ -217,9 +191,7 @@ impl Logic for DrivesQ {
 fn driving_a_registers_content_beside_the_register_is_refused() {
     assert_eq!(
         fault_of(&DrivesQ::new(4, 4, 4)),
-        Fault::MultipleDrivers {
-            signal: named("count_r")
-        }
+        Fault::MultipleDrivers { signal: named("count_r") }
     );
 }
 
@@ -241,9 +213,7 @@ impl Logic for DrivesInput {
 fn driving_an_own_input_is_refused() {
     assert_eq!(
         fault_of(&DrivesInput::new(4, 4, 4)),
-        Fault::OwnInputDriven {
-            signal: named("i_go")
-        }
+        Fault::OwnInputDriven { signal: named("i_go") }
     );
 }
 
@@ -263,12 +233,7 @@ impl Logic for Unread {
 
 #[test]
 fn a_signal_that_nothing_reads_is_refused() {
-    assert_eq!(
-        fault_of(&Unread::new(4, 4, 4)),
-        Fault::Unread {
-            signal: named("middle")
-        }
-    );
+    assert_eq!(fault_of(&Unread::new(4, 4, 4)), Fault::Unread { signal: named("middle") });
 }
 
 block!(Reassigned);
@@ -290,9 +255,7 @@ impl Logic for Reassigned {
 fn an_assignment_after_a_read_is_refused() {
     assert_eq!(
         fault_of(&Reassigned::new(4, 4, 4)),
-        Fault::AssignedAfterRead {
-            signal: named("middle")
-        }
+        Fault::AssignedAfterRead { signal: named("middle") }
     );
 }
 
@@ -312,9 +275,7 @@ impl Logic for Loops {
 fn a_combinational_loop_is_refused() {
     assert_eq!(
         fault_of(&Loops::new(4, 4, 4)),
-        Fault::AssignedAfterRead {
-            signal: named("middle")
-        }
+        Fault::AssignedAfterRead { signal: named("middle") }
     );
 }
 
@@ -336,10 +297,7 @@ impl Logic for OutOfRange {
 
 #[test]
 fn a_bit_beyond_the_vector_is_refused() {
-    assert_eq!(
-        fault_of(&OutOfRange::new(4, 4, 4)),
-        Fault::OutOfRange { bit: 4, width: 4 }
-    );
+    assert_eq!(fault_of(&OutOfRange::new(4, 4, 4)), Fault::OutOfRange { bit: 4, width: 4 });
 }
 
 block!(WithoutClock);
@@ -358,9 +316,7 @@ impl Logic for WithoutClock {
 fn a_register_on_another_clock_is_refused() {
     assert_eq!(
         fault_of(&WithoutClock::new(4, 4, 4)),
-        Fault::ClockOrReset {
-            register: named("count_r")
-        }
+        Fault::ClockOrReset { register: named("count_r") }
     );
 }
 

@@ -54,19 +54,13 @@ impl Interleaver {
 }
 
 fn describe(depth: u32) -> About {
-    About::new(
-        "interleaver",
-        "a code with every chip repeated and every other repetition inverted",
-    )
-    .note(
-        "The code and its inverse take turns chip by chip, which removes the side lobes' mean \
+    About::new("interleaver", "a code with every chip repeated and every other repetition inverted")
+        .note(
+            "The code and its inverse take turns chip by chip, which removes the side lobes' mean \
          from the correlation near the peak.",
-    )
-    .fact(
-        "Depth",
-        format!("{depth}: each chip of the generator {} times", 1 << depth),
-    )
-    .fact("Latency", "0 clocks from register to o_chip")
+        )
+        .fact("Depth", format!("{depth}: each chip of the generator {} times", 1 << depth))
+        .fact("Latency", "0 clocks from register to o_chip")
 }
 
 #[kernel]

@@ -62,11 +62,7 @@ impl StreamPlan {
 
     /// Counts behind the first that are marked with their detector.
     pub(super) fn marked(&self) -> usize {
-        if self.further() > 0 {
-            self.counts() - 1
-        } else {
-            0
-        }
+        if self.further() > 0 { self.counts() - 1 } else { 0 }
     }
 
     /// Whether a scan's last group has fewer steps.
@@ -85,9 +81,7 @@ impl StreamPlan {
     }
 
     pub(super) fn counts_of_last_group(&self) -> Vec<usize> {
-        (0..self.counts())
-            .filter(|count| count % self.steps < self.last_steps)
-            .collect()
+        (0..self.counts()).filter(|count| count % self.steps < self.last_steps).collect()
     }
 
     /// The last count but one of a group.
@@ -140,10 +134,7 @@ pub(super) fn total_about(detector: usize, detectors: usize) -> String {
 pub(super) fn data_about(total: Option<TotalCount>) -> String {
     match total {
         None => "count of the step, signed".to_owned(),
-        Some(total) => format!(
-            "from bit {} its total, below its signed count",
-            total.first_bit
-        ),
+        Some(total) => format!("from bit {} its total, below its signed count", total.first_bit),
     }
 }
 

@@ -69,10 +69,7 @@ impl Beside {
 
     /// Biases, and standard deviations beside the bound.
     pub fn panels(&self) -> [Panel; 2] {
-        let bias = self.series(
-            |errors| errors.bias_m,
-            |fits, path| fits.paths[path].bias_m(),
-        );
+        let bias = self.series(|errors| errors.bias_m, |fits, path| fits.paths[path].bias_m());
         let mut std = self.series(|errors| errors.std_m, |fits, path| fits.paths[path].std_m());
         for (number, name) in LIGHTS.iter().enumerate() {
             let points = self.rows.iter().filter_map(|row| {
@@ -91,10 +88,7 @@ impl Beside {
                 label: "delay of the moving path (chips of 8 ns)".to_owned(),
                 scale: Scale::Linear,
             },
-            y: Axis {
-                label: label.to_owned(),
-                scale,
-            },
+            y: Axis { label: label.to_owned(), scale },
             series,
             legend: Legend::UpperLeft,
             headroom: 0.45,
@@ -119,12 +113,7 @@ impl Beside {
                     interval: Some((shown.low, shown.high)),
                 })
             });
-            Series {
-                label,
-                mark: Mark::Dots,
-                colour,
-                points: points.collect(),
-            }
+            Series { label, mark: Mark::Dots, colour, points: points.collect() }
         };
         let mut series = vec![dots("article's, moving light".to_owned(), 0, &|row| {
             row.phase.as_ref().map(&phase)
@@ -176,26 +165,16 @@ mod tests {
     /// fit by noise.
     #[test]
     fn the_joint_fit_is_unbiased_where_the_articles_estimator_is_not() {
-        let spec = CodeSpec {
-            degree: Some(7),
-            index: Some(3),
-            ..CodeSpec::new(Family::Gold)
-        };
+        let spec = CodeSpec { degree: Some(7), index: Some(3), ..CodeSpec::new(Family::Gold) };
         let code = spec.build().map(Arc::new).expect("a Gold code");
         let moving_chips = 8.05;
         let at = |chips: f64| Light::new(&code, 2.0).at(chips * CHIP_PERIOD_PS);
         let scene = sensor(&[at(moving_chips), at(moving_chips + 1.25)], 1e-3);
         let scene = window(scene, moving_chips * CHIP_PERIOD_PS, 5);
-        let options = Options {
-            seed: 5,
-            repetitions: 20,
-            figures: Vec::new(),
-        };
+        let options = Options { seed: 5, repetitions: 20, figures: Vec::new() };
         let mut run = Run::new(FigureId::Fig11, &options);
         let mut beside = Beside::default();
-        beside
-            .measure(&mut run, moving_chips, &scene)
-            .expect("distances");
+        beside.measure(&mut run, moving_chips, &scene).expect("distances");
         let row = &beside.rows[0];
         let phase_m = row.phase.expect("some find it").bias_m.value;
         assert!(phase_m > 0.05, "{phase_m}");
@@ -209,10 +188,6 @@ mod tests {
         let rows: Vec<&str> = table.csv().lines().collect();
         assert_eq!(rows.len(), 4);
         assert!(rows[1].starts_with("\"article's estimator, moving light\",8.05,,"));
-        assert!(
-            rows[3].starts_with("\"joint fit, fixed light\",8.05,,"),
-            "{}",
-            rows[3]
-        );
+        assert!(rows[3].starts_with("\"joint fit, fixed light\",8.05,,"), "{}", rows[3]);
     }
 }

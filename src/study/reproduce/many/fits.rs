@@ -150,10 +150,7 @@ impl<'a> Truths<'a> {
             source.clock.is_shared()
         });
         with_delay
-            .map(|(number, _)| PathFits {
-                errors_m: Vec::new(),
-                bound_m: of_path(number),
-            })
+            .map(|(number, _)| PathFits { errors_m: Vec::new(), bound_m: of_path(number) })
             .collect()
     }
 
@@ -200,9 +197,8 @@ impl<'a> Truths<'a> {
     fn errors_like_ps(&self, like: &Path, fitted: &ModelEstimate) -> Option<Vec<(usize, f64)>> {
         let chips = &self.scene.sources[like.source].code.chips;
         let is_like = |path: &Path| &self.scene.sources[path.source].code.chips == chips;
-        let mut numbers: Vec<usize> = (0..self.paths.len())
-            .filter(|&number| is_like(self.paths[number]))
-            .collect();
+        let mut numbers: Vec<usize> =
+            (0..self.paths.len()).filter(|&number| is_like(self.paths[number])).collect();
         numbers.sort_by(|&a, &b| self.paths[a].delay_ps.total_cmp(&self.paths[b].delay_ps));
         let of_code = fitted.paths.iter().filter(|path| &path.code.chips == chips);
         let mut found: Vec<&FittedPath> = of_code.collect();

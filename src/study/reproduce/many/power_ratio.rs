@@ -75,19 +75,13 @@ fn measure(run: &mut Run, ratio: f64) -> Result<Row, RunError> {
         Err(RunError::NoStatistics { .. }) => Ok(None),
         errors => errors.map(Some),
     };
-    Ok(Row {
-        ratio,
-        phase: [phase(&round_own(one_clock))?, phase(&two_clocks)?],
-        fits,
-    })
+    Ok(Row { ratio, phase: [phase(&round_own(one_clock))?, phase(&two_clocks)?], fits })
 }
 
 /// The figure of error against power ratio.
 pub fn power_ratio(run: &mut Run) -> Result<Figure, RunError> {
-    let rows: Vec<Row> = RATIOS
-        .into_iter()
-        .map(|ratio| measure(run, ratio))
-        .collect::<Result<_, _>>()?;
+    let rows: Vec<Row> =
+        RATIOS.into_iter().map(|ratio| measure(run, ratio)).collect::<Result<_, _>>()?;
     Ok(Figure {
         table: table(&rows),
         chart: Chart {
@@ -97,9 +91,7 @@ pub fn power_ratio(run: &mut Run) -> Result<Figure, RunError> {
             panels: vec![errors(&rows), shares(&rows)],
         },
         claims: Vec::new(),
-        notes: std::iter::once(LOOKED_FOR.to_owned())
-            .chain(rows.iter().map(note))
-            .collect(),
+        notes: std::iter::once(LOOKED_FOR.to_owned()).chain(rows.iter().map(note)).collect(),
     })
 }
 
@@ -167,10 +159,7 @@ fn shares(rows: &[Row]) -> Panel {
     }
     Panel {
         x: axis(),
-        y: Axis {
-            label: "share of scans that find the own path".to_owned(),
-            scale: Scale::Linear,
-        },
+        y: Axis { label: "share of scans that find the own path".to_owned(), scale: Scale::Linear },
         series,
         legend: Legend::LowerLeft,
         headroom: 0.06,
@@ -190,18 +179,9 @@ fn dots(
 ) -> Series {
     let points = rows.iter().filter_map(|row| {
         let shown = value(row)?;
-        Some(Point {
-            x: row.ratio,
-            y: shown.value,
-            interval: Some((shown.low, shown.high)),
-        })
+        Some(Point { x: row.ratio, y: shown.value, interval: Some((shown.low, shown.high)) })
     });
-    Series {
-        label,
-        mark: Mark::LineAndDots,
-        colour,
-        points: points.collect(),
-    }
+    Series { label, mark: Mark::LineAndDots, colour, points: points.collect() }
 }
 
 /// What the counts of clocks that are apart do to chi-square.

@@ -36,10 +36,8 @@ struct Curve {
 fn pair(code: &Arc<Code>, power_pw: f64, ratio: f64, apart_chips: f64) -> Scene {
     let strongest_pw = power_pw / (1.0 + ratio);
     let at = |chips: f64, power_pw: f64| Light::new(code, power_pw).at(chips * CHIP_PERIOD_PS);
-    let lights = [
-        at(FIRST_CHIPS, strongest_pw),
-        at(FIRST_CHIPS + apart_chips, ratio * strongest_pw),
-    ];
+    let lights =
+        [at(FIRST_CHIPS, strongest_pw), at(FIRST_CHIPS + apart_chips, ratio * strongest_pw)];
     sensor(&lights, INTEGRATION_S)
 }
 
@@ -54,10 +52,7 @@ pub fn two_paths(run: &mut Run) -> Result<Figure, RunError> {
                 let scene = pair(&code, power_pw, ratio, apart_chips);
                 points.push((apart_chips, run.fits(&scene, Tier::Counts, MOST_SCANS)?));
             }
-            curves.push(Curve {
-                label: format!("{level}, 1 : {ratio}"),
-                points,
-            });
+            curves.push(Curve { label: format!("{level}, 1 : {ratio}"), points });
         }
     }
     let wrong = most_wrong(&curves);
@@ -79,10 +74,7 @@ pub fn two_paths(run: &mut Run) -> Result<Figure, RunError> {
 }
 
 fn axis() -> Axis {
-    Axis {
-        label: "distance of the paths' delays (chips of 8 ns)".to_owned(),
-        scale: Scale::Log,
-    }
+    Axis { label: "distance of the paths' delays (chips of 8 ns)".to_owned(), scale: Scale::Log }
 }
 
 /// Standard deviations of one of the paths, and lines of its bound.
@@ -114,10 +106,7 @@ fn scatter(curves: &[Curve], path: usize, label: &str) -> Panel {
     }
     Panel {
         x: axis(),
-        y: Axis {
-            label: label.to_owned(),
-            scale: Scale::Log,
-        },
+        y: Axis { label: label.to_owned(), scale: Scale::Log },
         series,
         legend: Legend::UpperRight,
         headroom: 0.06,
@@ -131,18 +120,11 @@ fn shares(curves: &[Curve]) -> Panel {
         label: curve.label.clone(),
         mark: Mark::LineAndDots,
         colour,
-        points: curve
-            .points
-            .iter()
-            .map(|(apart, fits)| dot(*apart, fits.told()))
-            .collect(),
+        points: curve.points.iter().map(|(apart, fits)| dot(*apart, fits.told())).collect(),
     });
     Panel {
         x: axis(),
-        y: Axis {
-            label: "share of scans that tell both paths".to_owned(),
-            scale: Scale::Linear,
-        },
+        y: Axis { label: "share of scans that tell both paths".to_owned(), scale: Scale::Linear },
         series: series.collect(),
         legend: Legend::UpperLeft,
         headroom: 0.35,
@@ -150,18 +132,13 @@ fn shares(curves: &[Curve]) -> Panel {
 }
 
 fn dot(x: f64, shown: Measured) -> Point {
-    Point {
-        x,
-        y: shown.value,
-        interval: Some((shown.low, shown.high)),
-    }
+    Point { x, y: shown.value, interval: Some((shown.low, shown.high)) }
 }
 
 /// The largest share of confident wrong answers, in words.
 fn most_wrong(curves: &[Curve]) -> String {
-    let points = curves
-        .iter()
-        .flat_map(|curve| curve.points.iter().map(move |point| (&curve.label, point)));
+    let points =
+        curves.iter().flat_map(|curve| curve.points.iter().map(move |point| (&curve.label, point)));
     let worst =
         points.max_by(|(_, (_, a)), (_, (_, b))| a.wrong().value.total_cmp(&b.wrong().value));
     match worst {
@@ -221,18 +198,10 @@ mod tests {
     /// of a chip nobody can tell.
     #[test]
     fn paths_are_told_apart_where_the_light_tells_and_nowhere_else() {
-        let options = Options {
-            seed: 5,
-            repetitions: 30,
-            figures: Vec::new(),
-        };
+        let options = Options { seed: 5, repetitions: 30, figures: Vec::new() };
         let mut run = Run::new(FigureId::TwoPaths, &options);
         // A short code, whose fits are quick.
-        let spec = CodeSpec {
-            degree: Some(7),
-            index: Some(3),
-            ..CodeSpec::new(Family::Gold)
-        };
+        let spec = CodeSpec { degree: Some(7), index: Some(3), ..CodeSpec::new(Family::Gold) };
         let code = spec.build().map(Arc::new).expect("a Gold code");
         let mut fits = |apart: f64| {
             let scene = pair(&code, 4.1, 1.0, apart);

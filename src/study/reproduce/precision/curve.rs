@@ -37,13 +37,7 @@ pub fn at_position(mut scene: Scene, position: f64) -> Scene {
 /// Standard deviation that the exact moments give for a coarse stage that stands
 /// still, in metres.
 pub fn steady_std_m(scene: &Scene) -> Result<f64, RunError> {
-    Ok(predict(
-        &Sensor::new(scene),
-        DetectorIndex(0),
-        PathIndex(0),
-        CountingTier::Events,
-    )?
-    .std_m)
+    Ok(predict(&Sensor::new(scene), DetectorIndex(0), PathIndex(0), CountingTier::Events)?.std_m)
 }
 
 /// Errors at one of [`POSITIONS`].
@@ -87,10 +81,7 @@ impl PowerPoint {
                 steady_std_m: steady_std_m(&scene)?,
             })
         });
-        Ok(PowerPoint {
-            power_pw,
-            positions: positions.collect::<Result<_, RunError>>()?,
-        })
+        Ok(PowerPoint { power_pw, positions: positions.collect::<Result<_, RunError>>()? })
     }
 
     fn each<T>(&self, value: impl Fn(&Errors) -> T) -> Vec<T> {
@@ -150,10 +141,7 @@ impl Curve {
         let points = powers_pw
             .iter()
             .map(|&power_pw| PowerPoint::measure(run, power_pw, POSITIONS.len() as u64, &scene));
-        Ok(Curve {
-            label: label.to_owned(),
-            points: points.collect::<Result<_, _>>()?,
-        })
+        Ok(Curve { label: label.to_owned(), points: points.collect::<Result<_, _>>()? })
     }
 
     /// Decibels by which this curve's standard deviation is above another's, at
@@ -172,9 +160,7 @@ impl Curve {
     /// comparable.
     pub fn best(&self) -> Option<&PowerPoint> {
         let comparable = self.points.iter().filter(|p| p.is_comparable());
-        comparable
-            .min_by(|a, b| a.std_m().value.total_cmp(&b.std_m().value))
-            .or(self.points.last())
+        comparable.min_by(|a, b| a.std_m().value.total_cmp(&b.std_m().value)).or(self.points.last())
     }
 
     /// Adds a row for each power and position.
@@ -243,9 +229,7 @@ pub mod tests {
         };
         Curve {
             label: String::new(),
-            points: [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0]
-                .map(point)
-                .into(),
+            points: [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0].map(point).into(),
         }
     }
 

@@ -26,25 +26,13 @@ pub fn std_panel(power_label: &str, curves: &[Curve]) -> Panel {
         wavering.map(|point| Point::new(point.power_pw, point.std_m().value * 1e3))
     });
     series.extend(ringed(rings.collect()));
-    panel(
-        power_label,
-        "standard deviation (mm)",
-        Scale::Log,
-        series,
-        Legend::UpperRight,
-    )
+    panel(power_label, "standard deviation (mm)", Scale::Log, series, Legend::UpperRight)
 }
 
 /// Biases, each the mean over all positions.
 pub fn bias_panel(power_label: &str, curves: &[Curve]) -> Panel {
     let series = series_of(curves, |point| point.bias_m().scaled(1e3));
-    panel(
-        power_label,
-        "bias (mm)",
-        Scale::Linear,
-        series,
-        Legend::LowerLeft,
-    )
+    panel(power_label, "bias (mm)", Scale::Linear, series, Legend::LowerLeft)
 }
 
 /// One curve's standard deviations position by position, with rings where the
@@ -68,10 +56,7 @@ pub fn positions_panel(power_label: &str, curve: &Curve, limits_mm: &[f64]) -> P
         });
     }
     let powers = || curve.points.iter().map(|point| point.power_pw);
-    let ends = [
-        powers().fold(f64::INFINITY, f64::min),
-        powers().fold(f64::NEG_INFINITY, f64::max),
-    ];
+    let ends = [powers().fold(f64::INFINITY, f64::min), powers().fold(f64::NEG_INFINITY, f64::max)];
     for limit_mm in limits_mm {
         series.push(level(format!("{limit_mm} mm"), *limit_mm, ends));
     }
@@ -91,29 +76,18 @@ fn series_of(curves: &[Curve], value: impl Fn(&PowerPoint) -> Measured) -> Vec<S
         label: curve.label.clone(),
         mark: Mark::LineAndDots,
         colour,
-        points: curve
-            .points
-            .iter()
-            .map(|point| dot(point.power_pw, value(point)))
-            .collect(),
+        points: curve.points.iter().map(|point| dot(point.power_pw, value(point))).collect(),
     });
     series.collect()
 }
 
 /// A value with its interval.
 pub fn dot(x: f64, shown: Measured) -> Point {
-    Point {
-        x,
-        y: shown.value,
-        interval: Some((shown.low, shown.high)),
-    }
+    Point { x, y: shown.value, interval: Some((shown.low, shown.high)) }
 }
 
 fn ringed(points: Vec<Point>) -> Option<Series> {
-    let points: Vec<Point> = points
-        .into_iter()
-        .map(|point| Point::new(point.x, point.y))
-        .collect();
+    let points: Vec<Point> = points.into_iter().map(|point| Point::new(point.x, point.y)).collect();
     (!points.is_empty()).then(|| Series {
         label: "coarse stage wavers".to_owned(),
         mark: Mark::Rings,
@@ -131,14 +105,8 @@ pub fn panel(
     legend: Legend,
 ) -> Panel {
     Panel {
-        x: Axis {
-            label: power_label.to_owned(),
-            scale: Scale::Log,
-        },
-        y: Axis {
-            label: label.to_owned(),
-            scale,
-        },
+        x: Axis { label: power_label.to_owned(), scale: Scale::Log },
+        y: Axis { label: label.to_owned(), scale },
         series,
         legend,
         headroom: 0.06,

@@ -70,9 +70,7 @@ fn loss_panel(losses: &[(f64, Measured)]) -> Panel {
         label: label.to_owned(),
         mark: Mark::LineAndDots,
         colour,
-        points: (0..losses.len())
-            .map(|i| dot(losses[i].0, value(i)))
-            .collect(),
+        points: (0..losses.len()).map(|i| dot(losses[i].0, value(i))).collect(),
     };
     let up_to = |last: usize| mean_of(&losses[..=last]);
     let claimed = format!("the article's {CLAIMED_DB} dB");
@@ -132,11 +130,8 @@ fn reasons(gold: &Arc<Code>, square: &Arc<Code>) -> Result<String, RunError> {
 /// C1, from the loss in decibels at each power, for the powers up to `range_pw`.
 fn degradation(losses: &[(f64, Measured)], range_pw: f64, reasons: &str) -> Option<Claim> {
     let up_to = |most_pw: f64| {
-        let within: Vec<(f64, Measured)> = losses
-            .iter()
-            .copied()
-            .filter(|(power_pw, _)| *power_pw <= most_pw)
-            .collect();
+        let within: Vec<(f64, Measured)> =
+            losses.iter().copied().filter(|(power_pw, _)| *power_pw <= most_pw).collect();
         (!within.is_empty()).then(|| mean_of(&within))
     };
     let verdict = |loss| {

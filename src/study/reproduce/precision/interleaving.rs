@@ -29,9 +29,7 @@ pub fn interleaving(run: &mut Run) -> Result<Figure, RunError> {
     }
     Ok(Figure {
         table: table(&curves),
-        claims: recovery(&curves, &by_amplitude(&codes))
-            .into_iter()
-            .collect(),
+        claims: recovery(&curves, &by_amplitude(&codes)).into_iter().collect(),
         chart: Chart {
             title: "Fig. 6: precision by interleaving depth ν, 209.6 µs per phase step".to_owned(),
             panels: vec![std_panel(POWER, &curves), bias_panel(POWER, &curves)],
@@ -42,10 +40,8 @@ pub fn interleaving(run: &mut Run) -> Result<Figure, RunError> {
 
 /// What the amplitudes of eq. 25 alone would give, in words.
 fn by_amplitude(codes: &[(String, Arc<Code>)]) -> String {
-    let amplitudes: Vec<f64> = codes
-        .iter()
-        .map(|(_, code)| code.decorrelation_amplitude())
-        .collect();
+    let amplitudes: Vec<f64> =
+        codes.iter().map(|(_, code)| code.decorrelation_amplitude()).collect();
     let wins_db = |nu: usize, over: usize| 10.0 * (amplitudes[nu] / amplitudes[over]).log10();
     let texts: Vec<String> = amplitudes.iter().map(|a| format!("{a:.3}")).collect();
     format!(
@@ -73,9 +69,7 @@ fn recovery(curves: &[Curve], by_amplitude: &str) -> Option<Claim> {
     // What nu = 3 wins beyond half of what nu = 1 does.
     let beyond = Measured::normal(
         thrice_wins.value - 0.5 * once_wins.value,
-        thrice_wins
-            .standard_error()
-            .hypot(0.5 * once_wins.standard_error()),
+        thrice_wins.standard_error().hypot(0.5 * once_wins.standard_error()),
     );
     let little_more = Verdict::below(beyond, 0.0);
     Some(Claim {

@@ -27,8 +27,5 @@ fn mean_loss(above: &Curve, below: &Curve) -> Option<Measured> {
 
 /// Value and interval with two decimals, without unit.
 fn with_interval(measured: Measured) -> String {
-    format!(
-        "{:.2} ({:.2} to {:.2})",
-        measured.value, measured.low, measured.high
-    )
+    format!("{:.2} ({:.2} to {:.2})", measured.value, measured.low, measured.high)
 }

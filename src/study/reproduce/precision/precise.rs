@@ -15,9 +15,8 @@ use crate::study::reproduce::verdict::Verdict;
 /// Integration of the measurements with one source and with two.
 pub const INTEGRATION_S: f64 = 1.04e-3;
 /// One source is brightened until the dead time eats what more light brings.
-pub const SINGLE_POWERS_PW: [f64; 13] = [
-    0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 96.0, 128.0, 205.0, 320.0, 512.0,
-];
+pub const SINGLE_POWERS_PW: [f64; 13] =
+    [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 96.0, 128.0, 205.0, 320.0, 512.0];
 /// C2 asks for less than this, in millimetres.
 pub const BELOW_MM: f64 = 1.5;
 /// Less than this is "almost 1 mm".
@@ -49,10 +48,7 @@ pub fn claims(run: &mut Run, own: &Arc<Code>, single: &Curve) -> Result<Vec<Clai
     let best = Best {
         again,
         printed_m: run.printed_std_m(&brightest)?,
-        others: best_of(&[
-            ("nu = 1", balanced_gold(0, 1)?),
-            ("a square wave", square()?),
-        ])?,
+        others: best_of(&[("nu = 1", balanced_gold(0, 1)?), ("a square wave", square()?)])?,
     };
     Ok(decide(single, &best).to_vec())
 }

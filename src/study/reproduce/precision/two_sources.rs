@@ -23,10 +23,7 @@ const SECOND_LATER_PS: f64 = 20.0 * CHIP_PERIOD_PS;
 /// It and a second source of equal power.
 fn beside(own: &Arc<Code>, other: &Arc<Code>, power_pw: f64) -> Scene {
     let later = TARGET_PS + SECOND_LATER_PS;
-    let lights = [
-        Light::new(own, power_pw),
-        Light::new(other, power_pw).at(later),
-    ];
+    let lights = [Light::new(own, power_pw), Light::new(other, power_pw).at(later)];
     sensor(&lights, INTEGRATION_S)
 }
 
@@ -37,13 +34,9 @@ pub fn two_sources(run: &mut Run) -> Result<Figure, RunError> {
     let mut curve =
         |label: &str, scene: &dyn Fn(f64) -> Scene| Curve::measure(run, label, &POWERS_PW, scene);
     let square = square()?;
-    let by_gold = curve("second source, another Gold code", &|p| {
-        beside(&own, &other, p)
-    })?;
+    let by_gold = curve("second source, another Gold code", &|p| beside(&own, &other, p))?;
     let by_square = curve("second source, square wave", &|p| beside(&own, &square, p))?;
-    let by_path = curve("second path, same code, 20 chips later", &|p| {
-        beside(&own, &own, p)
-    })?;
+    let by_path = curve("second path, same code, 20 chips later", &|p| beside(&own, &own, p))?;
     // What the second source's photons cost if nothing keys them.
     let by_constant = curve("second source, constant light", &|p| {
         let mut scene = beside(&own, &other, p);
@@ -64,11 +57,7 @@ pub fn two_sources(run: &mut Run) -> Result<Figure, RunError> {
         claims,
         chart: Chart {
             title: title.to_owned(),
-            panels: vec![
-                by_position,
-                std_panel(power, &curves),
-                bias_panel(power, &curves),
-            ],
+            panels: vec![by_position, std_panel(power, &curves), bias_panel(power, &curves)],
         },
         notes: Vec::new(),
     })
