@@ -25,13 +25,7 @@ struct Receiver {
 
 impl Receiver {
     fn read(section: &Section) -> Option<Receiver> {
-        section.require("reflectance");
-        section.require("aperture");
-        let share = |key| match section.get(key) {
-            None => Some(1.0),
-            Some(_) => section.number(key),
-        };
-        let (optics, fill_factor) = (share("optics"), share("fill_factor"));
+        let (optics, fill_factor) = (section.number("optics"), section.number("fill_factor"));
         let (reflectance, aperture_m) =
             (section.number("reflectance"), section.quantity("aperture"));
         Some(Receiver {
@@ -60,8 +54,7 @@ impl Receiver {
 /// Share of the source's photons that a path lets through by its table `link`, at a
 /// distance; `None` if there is no such table.
 pub(super) fn read_link(path: &Section, distance_m: Option<f64>) -> Option<f64> {
-    const EXAMPLE: &str = "{ reflectance = 0.5, aperture = \"20 mm\" }";
-    let section = path.section("link", EXAMPLE)?;
+    let section = path.section("link")?;
     if path.get("transmission").is_some() {
         path.report("transmission", "it follows from the table `link`; leave one of them out");
     }
@@ -92,13 +85,11 @@ fn spot_seen(divergence_rad: f64, field_of_view_rad: f64) -> f64 {
 /// Photons per second of the table `background` of a detector whose laser has a
 /// wavelength; `None` if there is no such table.
 pub(super) fn read_background(detector: &Section, wavelength_nm: Option<f64>) -> Option<f64> {
-    let section = detector.section("background", DETECTOR.key("background").example)?;
+    let section = detector.section("background")?;
     if detector.get("background_rate").is_some() {
         let message = "it follows from the table `background`; leave one of them out";
         detector.report("background_rate", message);
     }
-    section.require("filter_width");
-    section.require("field_of_view");
     let receiver = Receiver::read(&section);
     let filter_nm = section.quantity("filter_width");
     let field_of_view_rad = section.quantity("field_of_view");

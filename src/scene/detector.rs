@@ -21,31 +21,28 @@ pub(super) fn read(
     wavelength_nm: Option<f64>,
 ) -> Option<Detector> {
     let name = section.get("name").and_then(|name| name.get_ref().as_str());
-    let photon_detection_probability = section.number("photon_detection_probability");
-    let dark_count_rate_cps = section.quantity("dark_count_rate").unwrap_or(0.0);
-    let background_rate_cps = section.quantity("background_rate");
     let from_budget_cps = budget::read_background(&section, wavelength_nm);
+    let background_rate_cps = section.quantity("background_rate");
     let dead_time_ps = section.quantity("dead_time");
-    let has_dead_time = match dead_time_ps {
-        Some(dead_time_ps) => dead_time_ps > 0.0,
-        // One that cannot be read is complained about already.
-        None => section.get("dead_time").is_some(),
-    };
-    let dead_time_ps = dead_time_ps.unwrap_or(0.0);
+    // One that cannot be read is complained about already.
+    let has_dead_time = dead_time_ps.is_none_or(|dead_time_ps| dead_time_ps > 0.0);
     let (afterpulsing_probability, afterpulsing_time_constant_ps) =
         read_afterpulsing(&section, has_dead_time);
     let pulse_width_ps = section.quantity("pulse_width");
-    let delay_ps = section.quantity("delay").unwrap_or(0.0);
+    let photon_detection_probability = section.number("photon_detection_probability");
+    let dark_count_rate_cps = section.quantity("dark_count_rate");
+    let delay_ps = section.quantity("delay");
     let jitter_ps = read_jitter(&section, clock);
     let jitter_tail = read_tail(&section, clock);
     let counter = read_counter(&section, clock);
     section.finish();
+    let dead_time_ps = dead_time_ps?;
     Some(Detector {
         name: name?.to_owned(),
         reference: SourceIndex(reference?),
-        photon_detection_probability: photon_detection_probability.unwrap_or(1.0),
-        dark_count_rate_cps,
-        background_rate_cps: from_budget_cps.or(background_rate_cps).unwrap_or(0.0),
+        photon_detection_probability: photon_detection_probability?,
+        dark_count_rate_cps: dark_count_rate_cps?,
+        background_rate_cps: from_budget_cps.or(background_rate_cps)?,
         dead_time_ps,
         afterpulsing_probability,
         afterpulsing_time_constant_ps,
@@ -53,10 +50,10 @@ pub(super) fn read(
             Some(width) => width,
             None => (0.5 * dead_time_ps).max(clock?.sample_period_ps()),
         },
-        delay_ps,
+        delay_ps: delay_ps?,
         jitter_ps,
         jitter_tail,
-        counter,
+        counter: counter?,
     })
 }
 
@@ -66,12 +63,9 @@ pub(super) fn read(
 /// of them are avalanches, so that from one each on their number has no mean;
 /// with one, those within it are lost, and no rate goes beyond one per dead time.
 fn read_afterpulsing(detector: &Section, has_dead_time: bool) -> (f64, f64) {
-    const EXAMPLE: &str = "{ probability = 0.137, time_constant = \"5 ns\" }";
-    let Some(section) = detector.section("afterpulsing", EXAMPLE) else {
+    let Some(section) = detector.section("afterpulsing") else {
         return (0.0, 0.0);
     };
-    section.require("probability");
-    section.require("time_constant");
     let probability = section.number("probability");
     let time_constant = section.quantity("time_constant");
     if let Some(probability) = probability
@@ -134,22 +128,18 @@ fn check_chips(
     }
 }
 
-fn read_counter(detector: &Section, clock: Option<Clock>) -> CounterTiming {
-    const EXAMPLE: &str = "{ rising_delay = \"340 ps\", falling_delay = \"390 ps\" }";
-    let mut counter =
-        CounterTiming { rising_delay_ps: 0.0, falling_delay_ps: 0.0, transition_ps: 0.0 };
-    if let Some(section) = detector.section("counter", EXAMPLE) {
-        let time = |key| {
-            let time_ps = section.quantity(key).unwrap_or(0.0);
-            check_chips(&section, key, time_ps, MOST_EDGE_CHIPS, clock);
-            time_ps
-        };
-        counter = CounterTiming {
-            rising_delay_ps: time("rising_delay"),
-            falling_delay_ps: time("falling_delay"),
-            transition_ps: time("transition"),
-        };
-        section.finish();
-    }
-    counter
+fn read_counter(detector: &Section, clock: Option<Clock>) -> Option<CounterTiming> {
+    let section = detector.section_or_defaults("counter");
+    let time = |key| {
+        let time_ps = section.quantity(key);
+        check_chips(&section, key, time_ps.unwrap_or_default(), MOST_EDGE_CHIPS, clock);
+        time_ps
+    };
+    let [rising, falling, transition] = ["rising_delay", "falling_delay", "transition"].map(time);
+    section.finish();
+    Some(CounterTiming {
+        rising_delay_ps: rising?,
+        falling_delay_ps: falling?,
+        transition_ps: transition?,
+    })
 }

@@ -1,35 +1,8 @@
 //! A scene: what a sensor engineer writes down, read, checked and in base units.
 //!
 //! A scene is a TOML file; [`load`] reads one. Quantities are strings with a
-//! number and a unit. What may be left out, and what it then is:
-//!
-//! | key | default |
-//! |---|---|
-//! | `clock.samples_per_chip` | 8 |
-//! | `source.wavelength` | 783 nm |
-//! | `source.mean_power` | 0 W: a source without light |
-//! | `source.extinction_ratio` | `"inf"`: no light in the off-state |
-//! | `source.clock_offset`, `source.clock_drift` | 0: the detectors' clock |
-//! | `source.rise_time`, `source.fall_time`, `source.impulse_response` | on and off at once |
-//! | `source.code.index`, `source.code.interleave` | 0 |
-//! | `source.code.polynomials`, `source.code.seeds` | a preferred pair (for an m-sequence its first polynomial), all-ones |
-//! | `detector.photon_detection_probability` | 1 |
-//! | `detector.dark_count_rate`, `detector.background_rate`, `detector.background` | 0 |
-//! | `detector.dead_time`, `detector.delay` | 0 |
-//! | `detector.afterpulsing`, `detector.jitter`, `detector.jitter_tail`, `detector.jitter_histogram` | none |
-//! | `detector.pulse_width` | half the dead time, but at least a phase step T_s, so that every pulse is seen |
-//! | `detector.counter` and each of its keys | 0 |
-//! | `path.transmission`, `path.link` | 1 |
-//! | `path.velocity`, `path.fluctuation` | the path stands still |
-//! | `scan.steps` | `"all"` |
-//! | `estimate.estimator` | `"fft"` |
-//! | `estimate.other_light` | `"given"` |
-//! | `hardware.target` | `"ecp5-25k-6"` |
-//! | `hardware.architecture` | `"updown"` |
-//! | `hardware.parallel` | 1 |
-//! | `hardware.counter_width` | as wide as no stimulus can overflow |
-//! | `hardware.total_counts` | true with `estimator = "model"`, which needs them, else false |
-//! | `hardware.peak_detector` | false: the host finds the peak |
+//! number and a unit. `keys/tables.rs` has every key, what it may be, and what it is when it
+//! is left out; `docs/scene.md` is made from it.
 //!
 //! ```
 //! use std::path::Path;
@@ -257,6 +230,10 @@ pub enum EstimatorKind {
 }
 
 impl EstimatorKind {
+    /// Each of them, under the name that scenes use.
+    pub const NAMES: [(&'static str, EstimatorKind); 2] =
+        [("fft", EstimatorKind::Fft), ("model", EstimatorKind::Model)];
+
     /// The one that this is not.
     pub fn other(self) -> EstimatorKind {
         match self {
@@ -268,10 +245,8 @@ impl EstimatorKind {
 
 impl std::fmt::Display for EstimatorKind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            EstimatorKind::Fft => "fft",
-            EstimatorKind::Model => "model",
-        })
+        let name = EstimatorKind::NAMES.iter().find_map(|(name, k)| (k == self).then_some(*name));
+        f.write_str(name.unwrap_or_default())
     }
 }
 
@@ -287,6 +262,12 @@ pub enum OtherLight {
     Search,
     /// None: everything else counts as constant.
     None,
+}
+
+impl OtherLight {
+    /// Each of them, under the name that scenes use.
+    pub const NAMES: [(&'static str, OtherLight); 3] =
+        [("given", OtherLight::Given), ("search", OtherLight::Search), ("none", OtherLight::None)];
 }
 
 /// What the hardware is built for.
@@ -323,6 +304,12 @@ pub enum Architecture {
     Histogram,
 }
 
+impl Architecture {
+    /// Each of them, under the name that scenes use.
+    pub const NAMES: [(&'static str, Architecture); 2] =
+        [("updown", Architecture::UpDown), ("histogram", Architecture::Histogram)];
+}
+
 /// FPGA targets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
@@ -332,4 +319,10 @@ pub enum Target {
     Ice40Hx8k,
     /// AMD 7-series (synthesis only).
     Xc7,
+}
+
+impl Target {
+    /// Each of them, under the name that scenes use.
+    pub const NAMES: [(&'static str, Target); 3] =
+        [("ecp5-25k-6", Target::Ecp525k6), ("ice40-hx8k", Target::Ice40Hx8k), ("xc7", Target::Xc7)];
 }

@@ -77,10 +77,8 @@ impl Scene {
 /// The movement of a path; `None` for one that stands still.
 pub(super) fn read(path: &Section, clock: Option<Clock>) -> Option<Movement> {
     let velocity = path.quantity("velocity");
-    let movement = Movement {
-        velocity_m_per_s: velocity.unwrap_or(0.0),
-        fluctuation: read_fluctuation(path, clock),
-    };
+    let fluctuation = read_fluctuation(path, clock);
+    let movement = Movement { velocity_m_per_s: velocity?, fluctuation };
     (!movement.is_neutral()).then_some(movement)
 }
 
@@ -93,12 +91,9 @@ fn refuse(section: &Section, key: &'static str, what: &str, advice: &str) {
 }
 
 fn read_fluctuation(path: &Section, clock: Option<Clock>) -> Option<Fluctuation> {
-    const EXAMPLE: &str = "{ std = \"2 mm\", correlation_time = \"1 ms\" }";
     const STD: &str = "std";
     const TIME: &str = "correlation_time";
-    let section = path.section("fluctuation", EXAMPLE)?;
-    section.require(STD);
-    section.require(TIME);
+    let section = path.section("fluctuation")?;
     let std_m = section.quantity(STD);
     let time_ps = section.quantity(TIME);
     if let (Some(time_ps), Some(clock)) = (time_ps, clock) {

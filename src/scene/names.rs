@@ -17,7 +17,7 @@ impl Names {
         let mut names: Vec<String> = Vec::new();
         for section in sections {
             let example = format!("my-{kind}");
-            section.require_such("name", &format!("\"{example}\""));
+            section.require("name", &format!("\"{example}\""));
             let given = section.string("name", &example);
             let name = given.unwrap_or_default();
             if name.contains(is_unprintable) {
@@ -47,7 +47,7 @@ impl Names {
     pub(super) fn resolve(&self, section: &Section, key: &'static str) -> Option<usize> {
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
         let example = names.first().unwrap_or(&self.kind);
-        section.require_such(key, &format!("\"{example}\""));
+        section.require(key, &format!("\"{example}\""));
         let wanted = section.string(key, example)?;
         let index = names.iter().position(|name| *name == wanted);
         // A name that could not be read may be the one that is wanted.

@@ -7,18 +7,20 @@ use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use super::error::Diagnostics;
-use super::keys::{Key, Kind, TABLES};
+use super::keys::{Absent, Key, Kind, TABLES};
 use super::units::{self, Quantity};
 use super::wording::{alternatives, nearest, quoted};
 
 /// A value and where it stands in the file.
 pub(super) type Value<'r, 't> = &'r Spanned<DeValue<'t>>;
 
-/// One TOML table. Readers return `None` both for a key that is not there and
-/// for one that is wrong; the latter is reported.
+/// One TOML table. Readers of numbers, choices and booleans return the key's default where it
+/// has one and is left out. They return `None` for a key that is left out and has none, and
+/// for one that is wrong; the latter is reported, and so is a key that must be given.
 pub(super) struct Section<'r, 't> {
     diagnostics: &'r Diagnostics<'t>,
-    table: &'r DeTable<'t>,
+    /// `None` for one that is left out: every key of it is, too.
+    table: Option<&'r DeTable<'t>>,
     span: Range<usize>,
     /// Keys from the root to here, as error messages show them.
     path: String,
@@ -33,7 +35,7 @@ impl<'r, 't> Section<'r, 't> {
         span: Range<usize>,
         path: String,
     ) -> Self {
-        Section { diagnostics, table, span, path, known: RefCell::new(Vec::new()) }
+        Section { diagnostics, table: Some(table), span, path, known: RefCell::new(Vec::new()) }
     }
 
     /// The value of `key`, which is from now on a known key.
@@ -42,7 +44,7 @@ impl<'r, 't> Section<'r, 't> {
         if !known.contains(&key) {
             known.push(key);
         }
-        self.table.get(key)
+        self.table?.get(key)
     }
 
     /// What a key of this table means and may be.
@@ -57,19 +59,18 @@ impl<'r, 't> Section<'r, 't> {
         }
     }
 
-    /// Reports that a required key is missing, unless it is there.
-    pub(super) fn require(&self, key: &'static str) {
-        let known = self.key(key);
-        let example = match known.kind {
-            Kind::Quantity { .. } => format!("\"{}\"", known.example),
-            _ => known.example.to_owned(),
-        };
-        self.require_such(key, &example);
+    /// [`Section::get`], and a complaint where a key that must be given is left out.
+    fn given(&self, name: &'static str) -> Option<Value<'r, 't>> {
+        let key = self.key(name);
+        if let Absent::Needed = key.absent {
+            self.require(name, &key.shown_example());
+        }
+        self.get(name)
     }
 
-    /// [`Section::require`], with an example that suits the file.
-    pub(super) fn require_such(&self, key: &'static str, example: &str) {
-        if !self.table.contains_key(key) {
+    /// Reports that a key is missing, unless it is there; the example suits the file.
+    pub(super) fn require(&self, key: &'static str, example: &str) {
+        if self.get(key).is_none() {
             self.complain(&format!("`{key}` is missing; write for example {key} = {example}"));
         }
     }
@@ -77,7 +78,7 @@ impl<'r, 't> Section<'r, 't> {
     /// Reports something wrong with the value of `key`, or with the whole
     /// table if the key is not there.
     pub(super) fn report(&self, key: &str, message: &str) {
-        match self.table.get(key) {
+        match self.table.and_then(|table| table.get(key)) {
             Some(value) => self.report_at(key, value, message),
             None => self.complain(message),
         }
@@ -108,7 +109,7 @@ impl<'r, 't> Section<'r, 't> {
     /// Reports every key that was never asked for.
     pub(super) fn finish(self) {
         let known = self.known.borrow();
-        for key in self.table.keys() {
+        for key in self.table.into_iter().flat_map(DeTable::keys) {
             let name = key.get_ref().as_ref();
             if known.contains(&name) {
                 continue;
@@ -130,8 +131,10 @@ impl<'r, 't> Section<'r, 't> {
 
     /// A quantity in its unit (see [`Quantity`]), within its bounds.
     pub(super) fn quantity(&self, name: &'static str) -> Option<f64> {
-        let value = self.get(name)?;
-        self.quantity_of(name, value, self.key(name))
+        match self.given(name) {
+            Some(value) => self.quantity_of(name, value, self.key(name)),
+            None => self.key(name).default_number(),
+        }
     }
 
     /// Every quantity of a list.
@@ -172,13 +175,18 @@ impl<'r, 't> Section<'r, 't> {
         }
     }
 
-    /// A plain number within its bounds.
+    /// A plain number within its bounds, or "inf" where the key takes that.
     pub(super) fn number(&self, name: &'static str) -> Option<f64> {
-        let value = self.get(name)?;
         let key = self.key(name);
+        let Some(value) = self.given(name) else {
+            return key.default_number();
+        };
         let number: Option<f64> = match value.get_ref() {
             DeValue::Integer(digits) => digits.to_string().parse().ok(),
             DeValue::Float(digits) => digits.as_str().parse().ok(),
+            DeValue::String(text) if text == "inf" && key.holds(f64::INFINITY) => {
+                return Some(f64::INFINITY);
+            }
             _ => {
                 let message = self.wrong_type(value, "a plain number", key.example);
                 self.report_at(name, value, &message);
@@ -194,8 +202,15 @@ impl<'r, 't> Section<'r, 't> {
 
     /// A whole number within its bounds.
     pub(super) fn integer(&self, name: &'static str) -> Option<i64> {
-        let value = self.get(name)?;
-        self.integer_of(name, value)
+        match self.given(name) {
+            Some(value) => self.integer_of(name, value),
+            None => self.key(name).default()?.parse().ok(),
+        }
+    }
+
+    /// [`Section::integer`] of a key whose bounds no negative number keeps.
+    pub(super) fn count<T: TryFrom<i64>>(&self, name: &'static str) -> Option<T> {
+        self.integer(name).and_then(|number| T::try_from(number).ok())
     }
 
     /// Like [`Section::integer`], for a value already found.
@@ -240,7 +255,9 @@ impl<'r, 't> Section<'r, 't> {
 
     /// `true` or `false`.
     pub(super) fn boolean(&self, key: &'static str) -> Option<bool> {
-        let value = self.get(key)?;
+        let Some(value) = self.given(key) else {
+            return self.key(key).default()?.parse().ok();
+        };
         let boolean = value.get_ref().as_bool();
         if boolean.is_none() {
             let message = self.wrong_type(value, "true or false", "true");
@@ -252,7 +269,10 @@ impl<'r, 't> Section<'r, 't> {
     /// One of a set of names.
     pub(super) fn choice<T: Copy>(&self, key: &'static str, choices: &[(&str, T)]) -> Option<T> {
         let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
-        let text = self.string(key, names.first().unwrap_or(&""))?;
+        let text = match self.given(key) {
+            Some(value) => self.string_of(key, value, names.first().unwrap_or(&""))?,
+            None => self.key(key).default()?.trim_matches('"'),
+        };
         let chosen = choices.iter().find(|(name, _)| *name == text);
         if chosen.is_none() {
             let advice = match nearest(text, &names) {
@@ -286,9 +306,30 @@ impl<'r, 't> Section<'r, 't> {
     }
 
     /// A table below this one.
-    pub(super) fn section(&self, key: &'static str, example: &str) -> Option<Section<'r, 't>> {
-        let value = self.get(key)?;
-        self.section_of(key, value, example)
+    pub(super) fn section(&self, name: &'static str) -> Option<Section<'r, 't>> {
+        let value = self.given(name)?;
+        self.section_of(name, value, self.key(name).example)
+    }
+
+    /// A table of the scene.
+    pub(super) fn table(&self, name: &'static str) -> Option<Section<'r, 't>> {
+        self.section_of(name, self.get(name)?, &format!("[{name}]"))
+    }
+
+    /// A table below this one; one that is left out, or wrong, has its keys' defaults.
+    pub(super) fn section_or_defaults(&self, name: &'static str) -> Section<'r, 't> {
+        let example = match self.path.as_str() {
+            "" => format!("[{name}]"),
+            _ => self.key(name).example.to_owned(),
+        };
+        let section = self.get(name).and_then(|value| self.section_of(name, value, &example));
+        section.unwrap_or_else(|| Section {
+            diagnostics: self.diagnostics,
+            table: None,
+            span: self.span.clone(),
+            path: self.path_of(name),
+            known: RefCell::default(),
+        })
     }
 
     /// Like [`Section::section`], for a value already found.

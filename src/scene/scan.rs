@@ -24,7 +24,6 @@ pub(super) fn read(
     clock: Option<Clock>,
     steps_per_period: Option<u64>,
 ) -> Option<Scan> {
-    section.require("integration");
     let steps = read_steps(&section, clock, steps_per_period);
     let requested_ps = section.quantity("integration");
     let chips = requested_ps

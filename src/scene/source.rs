@@ -3,10 +3,7 @@
 use crate::scene::{DetectorIndex, SourceIndex};
 use std::sync::Arc;
 
-use toml::de::DeValue;
-
 use super::budget;
-use super::keys::SOURCE;
 use super::movement;
 use super::names::Names;
 use super::reader::Section;
@@ -16,36 +13,24 @@ use crate::code::{Code, CodeSpec, Family};
 use crate::light::{self, round_trip_ps};
 use crate::scan::Clock;
 
-const CODE_EXAMPLE: &str = "{ family = \"gold\", degree = 11 }";
-
-/// That of the article's laser.
-const DEFAULT_WAVELENGTH_NM: f64 = 783.0;
-
 pub(super) fn read(section: Section, clock: Option<Clock>) -> Option<Source> {
-    section.require("code");
     let name = section.get("name").and_then(|name| name.get_ref().as_str());
-    let code = section.section("code", CODE_EXAMPLE).and_then(read_code);
-    let quantity = |name, default| match section.get(name) {
-        None => Some(default),
-        Some(_) => section.quantity(name),
-    };
-    let wavelength_nm = quantity("wavelength", DEFAULT_WAVELENGTH_NM);
-    let mean_power_w = quantity("mean_power", 0.0);
-    let extinction_ratio = read_extinction_ratio(&section);
+    let code = section.section("code").and_then(read_code);
+    let wavelength_nm = section.quantity("wavelength");
+    let mean_power_w = section.quantity("mean_power");
+    let extinction_ratio = section.number("extinction_ratio");
     let response = waveform::read_laser(&section, clock);
-    let source_clock = SourceClock {
-        offset: section.quantity("clock_offset").unwrap_or(0.0),
-        drift_per_s: section.quantity("clock_drift").unwrap_or(0.0),
-    };
+    let offset = section.quantity("clock_offset");
+    let drift_per_s = section.quantity("clock_drift");
     section.finish();
     Some(Source {
         name: name?.to_owned(),
         code: Arc::new(code?),
         wavelength_nm: wavelength_nm?,
         mean_power_w: mean_power_w?,
-        extinction_ratio,
+        extinction_ratio: extinction_ratio?,
         response,
-        clock: source_clock,
+        clock: SourceClock { offset: offset?, drift_per_s: drift_per_s? },
     })
 }
 
@@ -75,46 +60,18 @@ pub(super) fn read_path(
         source: SourceIndex(source?),
         detector: DetectorIndex(detector?),
         delay_ps: delay_ps.or(distance_m.map(round_trip_ps))?,
-        transmission: link.or(transmission).unwrap_or(1.0),
+        transmission: link.or(transmission)?,
         movement,
     })
 }
 
-/// On-rate over off-rate: a number, or "inf", which is the default.
-fn read_extinction_ratio(section: &Section) -> f64 {
-    const NAME: &str = "extinction_ratio";
-    let key = SOURCE.key(NAME);
-    let Some(value) = section.get(NAME) else {
-        return f64::INFINITY;
-    };
-    let ratio: Option<f64> = match value.get_ref() {
-        DeValue::String(text) if text == "inf" => return f64::INFINITY,
-        DeValue::Float(digits) => digits.as_str().parse().ok(),
-        DeValue::Integer(digits) => digits.to_string().parse().ok(),
-        _ => None,
-    };
-    let shown = section.excerpt(value);
-    let message = match ratio {
-        Some(ratio) if key.holds(ratio) || ratio == f64::INFINITY => return ratio,
-        Some(_) => key.outside(&shown),
-        None => format!("{shown} is no ratio; write for example {}", key.example),
-    };
-    section.report_at(NAME, value, &format!("{message}, or \"inf\""));
-    f64::INFINITY
-}
-
 fn read_code(section: Section) -> Option<Code> {
-    section.require("family");
     let family = section.choice("family", &Family::NAMES);
-    let number = |key| {
-        let number = section.integer(key)?;
-        u32::try_from(number).ok()
-    };
-    let interleave = number("interleave");
+    let interleave = section.count("interleave");
     let spec = CodeSpec {
         // The other keys are read even if the family is not known.
         family: family.unwrap_or(Family::Gold),
-        degree: number("degree"),
+        degree: section.count("degree"),
         index: section.integer("index"),
         interleave: interleave.unwrap_or(0),
         polynomials: read_polynomials(&section),
@@ -132,7 +89,7 @@ fn read_code(section: Section) -> Option<Code> {
         (section.get("chips").is_some(), spec.chips.is_some()),
     ]
     .into_iter()
-    .any(|(given, read)| given != read);
+    .any(|(given, read)| given && !read);
     let code = match family {
         // What could not be read has been reported, and would be again.
         None => None,

@@ -168,14 +168,9 @@ pub(super) fn read_laser(section: &Section, clock: Option<Clock>) -> LaserRespon
     }
     let response = match measured {
         Some(curve) => LaserResponse::Measured(curve.centred()),
-        None if rise_time.or(fall_time).is_none_or(|time| time == 0.0)
-            && fall_time.is_none_or(|time| time == 0.0) =>
-        {
-            LaserResponse::Ideal
-        }
-        None => LaserResponse::Edges {
-            rise_time_ps: rise_time.unwrap_or(0.0),
-            fall_time_ps: fall_time.unwrap_or(0.0),
+        None => match (rise_time.unwrap_or_default(), fall_time.unwrap_or_default()) {
+            (0.0, 0.0) => LaserResponse::Ideal,
+            (rise_time_ps, fall_time_ps) => LaserResponse::Edges { rise_time_ps, fall_time_ps },
         },
     };
     if let Some(clock) = clock {
@@ -219,11 +214,8 @@ fn check_edges(section: &Section, response: &LaserResponse, clock: Clock) {
 
 /// The tail of a detector's jitter, and how long it is at most.
 pub(super) fn read_tail(section: &Section) -> (JitterTail, f64) {
-    const EXAMPLE: &str = "{ share = 0.1, time_constant = \"200 ps\" }";
     let measured = read_curve(section, "jitter_histogram", MOST_DELAYS);
-    let exponential = section.section("jitter_tail", EXAMPLE).map(|tail| {
-        tail.require("share");
-        tail.require("time_constant");
+    let exponential = section.section("jitter_tail").map(|tail| {
         let numbers = (tail.number("share"), tail.quantity("time_constant"));
         tail.finish();
         numbers

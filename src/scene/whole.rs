@@ -18,7 +18,7 @@ pub(super) const MAX_SCENE_CHIPS: u64 = 2 * MAX_CODE_CHIPS;
 /// The scene in a document, if nothing is wrong in it; the section is told of what is.
 pub(super) fn read_scene(root: &Section, reference: SceneReference) -> Option<Scene> {
     check_tables(root);
-    let clock = root.section("clock", "[clock]").and_then(read_clock);
+    let clock = root.table("clock").and_then(read_clock);
     let source_sections = root.sections("source", MAX_TABLES);
     let detector_sections = root.sections("detector", MAX_TABLES);
     let path_sections = root.sections("path", MAX_TABLES);
@@ -39,17 +39,17 @@ pub(super) fn read_scene(root: &Section, reference: SceneReference) -> Option<Sc
     let steps_per_period =
         code_chips.zip(clock).map(|(chips, clock)| chips * u64::from(clock.samples_per_chip));
     let detectors = read_detectors(detector_sections, references, sources.as_deref(), clock);
-    let scan = root
-        .section("scan", "[scan]")
-        .and_then(|section| scan::read(section, clock, steps_per_period));
-    let (estimator, other_light) = read_estimate(root);
-    let hardware = read_hardware(root, scan.as_ref(), estimator);
+    let scan = root.table("scan");
+    let scan = scan.and_then(|section| scan::read(section, clock, steps_per_period));
+    let estimate = read_estimate(root);
+    let hardware = read_hardware(root, scan.as_ref(), estimate.map(|(estimator, _)| estimator))?;
     let scan = match hardware.architecture {
         Architecture::UpDown => scan,
         Architecture::Histogram => {
             scan.zip(code_chips).map(|(scan, chips)| scan::in_whole_periods(scan, chips))
         }
     };
+    let (estimator, other_light) = estimate?;
 
     let clock = clock?;
     let scene = Scene {
@@ -186,14 +186,8 @@ fn shared_code_length(
 }
 
 fn read_clock(section: Section) -> Option<Clock> {
-    const DEFAULT_SAMPLES_PER_CHIP: i64 = 8;
-    section.require("chip_period");
     let chip_period_ps = section.quantity("chip_period");
-    let samples = match section.get("samples_per_chip") {
-        None => Some(DEFAULT_SAMPLES_PER_CHIP),
-        Some(_) => section.integer("samples_per_chip"),
-    };
-    let samples = samples.and_then(|samples| u32::try_from(samples).ok());
+    let samples: Option<u32> = section.count("samples_per_chip");
     if let Some(samples) = samples.filter(|samples| !samples.is_power_of_two()) {
         let below = samples.next_power_of_two() / 2;
         let message = format!("{samples} is not a power of two; use {below} or {}", 2 * below);
@@ -206,79 +200,63 @@ fn read_clock(section: Section) -> Option<Clock> {
     })
 }
 
-fn read_estimate(root: &Section) -> (EstimatorKind, OtherLight) {
-    let section = root.section("estimate", "[estimate]");
-    let (mut estimator, mut other_light) = (None, None);
-    if let Some(section) = section {
-        let estimators = [("fft", EstimatorKind::Fft), ("model", EstimatorKind::Model)];
-        estimator = section.choice("estimator", &estimators);
-        let others = [
-            ("given", OtherLight::Given),
-            ("search", OtherLight::Search),
-            ("none", OtherLight::None),
-        ];
-        other_light = section.choice("other_light", &others);
-        section.finish();
-    }
-    (estimator.unwrap_or(EstimatorKind::Fft), other_light.unwrap_or(OtherLight::Given))
+fn read_estimate(root: &Section) -> Option<(EstimatorKind, OtherLight)> {
+    let section = root.section_or_defaults("estimate");
+    let estimator = section.choice("estimator", &EstimatorKind::NAMES);
+    let other_light = section.choice("other_light", &OtherLight::NAMES);
+    section.finish();
+    estimator.zip(other_light)
 }
 
-fn read_hardware(root: &Section, scan: Option<&Scan>, estimator: EstimatorKind) -> Hardware {
-    let mut hardware = Hardware {
-        target: Target::Ecp525k6,
-        architecture: Architecture::UpDown,
-        parallel: 1,
-        counter_width: None,
-        total_counts: None,
-        peak_detector: false,
-        buffers: 2,
-    };
-    let Some(section) = root.section("hardware", "[hardware]") else {
-        return hardware;
-    };
-    let targets =
-        [("ecp5-25k-6", Target::Ecp525k6), ("ice40-hx8k", Target::Ice40Hx8k), ("xc7", Target::Xc7)];
-    if let Some(target) = section.choice("target", &targets) {
-        hardware.target = target;
+fn read_hardware(
+    root: &Section,
+    scan: Option<&Scan>,
+    estimator: Option<EstimatorKind>,
+) -> Option<Hardware> {
+    let section = root.section_or_defaults("hardware");
+    let target = section.choice("target", &Target::NAMES);
+    let architecture = section.choice("architecture", &Architecture::NAMES);
+    let parallel: Option<u32> = section.count("parallel");
+    if let Some((parallel, scan)) = parallel.zip(scan)
+        && scan.steps < u64::from(parallel)
+    {
+        let message = format!(
+            "{parallel} phase steps at once are more than the {} of the scan; \
+             use {} or less, or scan more steps",
+            scan.steps, scan.steps
+        );
+        section.report("parallel", &message);
     }
-    let architectures = [("updown", Architecture::UpDown), ("histogram", Architecture::Histogram)];
-    if let Some(architecture) = section.choice("architecture", &architectures) {
-        hardware.architecture = architecture;
-    }
-    if let Some(parallel) = section.integer("parallel") {
-        hardware.parallel = parallel as u32;
-        if let Some(scan) = scan.filter(|scan| scan.steps < parallel as u64) {
-            let message = format!(
-                "{parallel} phase steps at once are more than the {} of the scan; \
-                 use {} or less, or scan more steps",
-                scan.steps, scan.steps
-            );
-            section.report("parallel", &message);
-        }
-    }
-    hardware.counter_width = section.integer("counter_width").map(|bits| bits as u32);
-    hardware.total_counts = section.boolean("total_counts");
-    if hardware.total_counts == Some(false) && estimator == EstimatorKind::Model {
+    let counter_width = section.count("counter_width");
+    let total_counts = section.boolean("total_counts");
+    if total_counts == Some(false) && estimator == Some(EstimatorKind::Model) {
         section.report("total_counts", &TotalsMissing.to_string());
     }
-    hardware.peak_detector = section.boolean("peak_detector").unwrap_or(false);
-    if let Some(buffers) = section.integer("buffers") {
-        hardware.buffers = buffers as u32;
-        if hardware.architecture == Architecture::UpDown {
+    let peak_detector = section.boolean("peak_detector");
+    let buffers = section.count("buffers");
+    match architecture {
+        Some(Architecture::UpDown) if section.get("buffers").is_some() => {
             let message = "up/down counts have no memories; leave out this key, or write \
                            architecture = \"histogram\"";
             section.report("buffers", message);
         }
-    }
-    if hardware.architecture == Architecture::Histogram {
-        check_histogram(&section, scan, hardware.parallel);
+        Some(Architecture::Histogram) => check_histogram(&section, scan, parallel),
+        _ => {}
     }
     section.finish();
-    hardware
+    Some(Hardware {
+        target: target?,
+        architecture: architecture?,
+        parallel: parallel?,
+        counter_width,
+        total_counts,
+        peak_detector: peak_detector?,
+        buffers: buffers?,
+    })
 }
 
 /// A histogram has every phase step and every hit: nothing chooses among them.
-fn check_histogram(section: &Section, scan: Option<&Scan>, parallel: u32) {
+fn check_histogram(section: &Section, scan: Option<&Scan>, parallel: Option<u32>) {
     for (key, why) in [
         ("parallel", "a histogram serves all phase steps at once; leave out this key"),
         (
@@ -292,7 +270,7 @@ fn check_histogram(section: &Section, scan: Option<&Scan>, parallel: u32) {
         ),
     ] {
         // One at a time is what a scene has that says nothing.
-        let is_one = key == "parallel" && parallel == 1;
+        let is_one = key == "parallel" && parallel == Some(1);
         if section.get(key).is_some() && !is_one {
             section.report(key, why);
         }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Key, Kind, TABLES};
+use super::TABLES;
 use crate::code::MAX_CODE_CHIPS;
 use crate::scene::{read, whole};
 
@@ -28,30 +28,20 @@ pub fn reference() -> String {
         let _ = writeln!(text, "\n## `{}`\n", table.path);
         text += "| key | meaning | range | when left out | example | why these bounds |\n";
         text += "|---|---|---|---|---|---|\n";
-        for key in table.keys {
-            let default = key.default.unwrap_or("it must be given");
+        for key in table.keys() {
+            let default = key.when_left_out();
             let _ = writeln!(
                 text,
                 "| `{}` | {} | {} | {default} | `{}` | {} |",
                 key.name,
                 key.meaning,
-                range(key),
+                key.range(),
                 key.example_toml(),
                 key.why
             );
         }
     }
     text + &together()
-}
-
-/// What a key may be, in words.
-pub(super) fn range(key: &Key) -> String {
-    match key.kind {
-        Kind::Quantity { least, most, .. } => format!("{least} to {most}"),
-        Kind::Number { least, most } => format!("{least} to {most}"),
-        Kind::Integer { least, most } => format!("{least} to {most}"),
-        Kind::Words(words, _) => words.to_owned(),
-    }
 }
 
 /// What depends on several keys.

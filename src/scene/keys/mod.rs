@@ -14,28 +14,29 @@
 //! Bounds that depend on several keys are checked where these are read, and stand
 //! at the end of the document.
 
-mod detector;
 mod document;
-mod light;
 mod schema;
-mod sensor;
+mod tables;
 
 use super::units::{self, Quantity};
 
 pub use document::reference;
 pub use schema::schema;
 
-pub(super) use detector::{AFTERPULSING, COUNTER, DETECTOR, JITTER_TAIL};
-pub(super) use light::{BACKGROUND, CODE, FLUCTUATION, LINK, PATH, SOURCE};
-pub(super) use sensor::{CLOCK, ESTIMATE, HARDWARE, SCAN, STEPS};
+pub(super) use tables::{BACKGROUND, DETECTOR, PATH, STEPS};
+
+use super::wording::{alternatives, quoted};
+use tables::{
+    AFTERPULSING, CLOCK, CODE, COUNTER, ESTIMATE, FLUCTUATION, HARDWARE, JITTER_TAIL, LINK, SCAN,
+    SOURCE,
+};
 
 /// A key of a table.
 #[derive(Debug)]
 pub(super) struct Key {
     pub name: &'static str,
     pub kind: Kind,
-    /// What it is when it is left out; `None` for a key that must be there.
-    pub default: Option<&'static str>,
+    pub absent: Absent,
     /// A right value, without quotation marks.
     pub example: &'static str,
     pub meaning: &'static str,
@@ -43,17 +44,69 @@ pub(super) struct Key {
     pub why: &'static str,
 }
 
+/// What a key is when it is left out.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Absent {
+    /// It may not be.
+    Needed,
+    /// This value, and behind a colon what that means.
+    Or(&'static str),
+    /// Something that other keys decide, in words.
+    Otherwise(&'static str),
+}
+
 /// What a key takes. Bounds belong to what is allowed.
 #[derive(Debug)]
 pub(super) enum Kind {
     /// A number and a unit, as text, or a list of them.
     Quantity { quantity: Quantity, least: &'static str, most: &'static str },
-    /// A plain number.
-    Number { least: f64, most: f64 },
+    /// A plain number; `or_inf` for one that may be "inf" too.
+    Number { least: f64, most: f64, or_inf: bool },
     /// A whole number, or a list of them.
     Integer { least: i64, most: i64 },
     /// Anything else, in words.
     Words(&'static str, Form),
+}
+
+const fn quantity(quantity: Quantity, least: &'static str, most: &'static str) -> Kind {
+    Kind::Quantity { quantity, least, most }
+}
+
+const fn number(least: f64, most: f64) -> Kind {
+    Kind::Number { least, most, or_inf: false }
+}
+
+const fn ratio(least: f64, most: f64) -> Kind {
+    Kind::Number { least, most, or_inf: true }
+}
+
+const fn integer(least: i64, most: i64) -> Kind {
+    Kind::Integer { least, most }
+}
+
+const fn words(words: &'static str, form: Form) -> Kind {
+    Kind::Words(words, form)
+}
+
+const fn table(path: &'static str) -> Kind {
+    Kind::Words("a table", Form::Table(path))
+}
+
+const fn choice(names: &'static [&'static str]) -> Kind {
+    Kind::Words("one of its names", Form::Choice(names))
+}
+
+const BOOLEAN: Kind = Kind::Words("true or false", Form::Boolean);
+
+/// The names of a list of names and values.
+const fn names<T, const N: usize>(named: &[(&'static str, T); N]) -> [&'static str; N] {
+    let mut names = [""; N];
+    let mut n = 0;
+    while n < N {
+        names[n] = named[n].0;
+        n += 1;
+    }
+    names
 }
 
 /// What is neither a quantity nor a number.
@@ -77,7 +130,9 @@ pub(super) enum Form {
 pub(super) struct Table {
     /// Keys from the root to here, as error messages show them.
     pub path: &'static str,
-    pub keys: &'static [Key],
+    keys: &'static [Key],
+    /// Tables whose keys it has too.
+    shared: &'static [&'static Table],
 }
 
 /// Every table of a scene.
@@ -100,12 +155,17 @@ pub(super) const TABLES: [&Table; 15] = [
 ];
 
 impl Table {
+    /// All of its keys, shared ones last.
+    pub fn keys(&self) -> impl Iterator<Item = &'static Key> + use<> {
+        self.keys.iter().chain(self.shared.iter().flat_map(|table| table.keys))
+    }
+
     /// The key of that name.
     ///
     /// # Panics
     /// If there is none, which a test of every table would have shown.
     pub fn key(&self, name: &str) -> &'static Key {
-        let found = self.keys.iter().find(|key| key.name == name);
+        let found = self.keys().find(|key| key.name == name);
         found.unwrap_or_else(|| unreachable!("the key {}.{name} is not in its table", self.path))
     }
 }
@@ -118,7 +178,9 @@ impl Key {
                 let [least, most] = self.bounds();
                 (least..=most).contains(&value)
             }
-            Kind::Number { least, most } => (least..=most).contains(&value),
+            Kind::Number { least, most, or_inf } => {
+                (least..=most).contains(&value) || (or_inf && value == f64::INFINITY)
+            }
             Kind::Integer { least, most } => (least as f64..=most as f64).contains(&value),
             Kind::Words(..) => true,
         }
@@ -134,12 +196,53 @@ impl Key {
         }
     }
 
-    /// A right value, as a file has it.
-    fn example_toml(&self) -> String {
-        let value = match self.kind {
+    /// The value that it is when it is left out, if that is one.
+    pub fn default(&self) -> Option<&'static str> {
+        match self.absent {
+            Absent::Or(text) => Some(text.split_once(": ").map_or(text, |(value, _)| value)),
+            Absent::Needed | Absent::Otherwise(_) => None,
+        }
+    }
+
+    /// [`Key::default`] of a number or a quantity, in its base unit.
+    pub fn default_number(&self) -> Option<f64> {
+        let text = self.default()?.trim_matches('"');
+        match self.kind {
+            Kind::Quantity { quantity, .. } => units::parse(text, quantity, self.example).ok(),
+            _ => text.parse().ok(),
+        }
+    }
+
+    /// What it is when it is left out, in words.
+    fn when_left_out(&self) -> &'static str {
+        match self.absent {
+            Absent::Needed => "it must be given",
+            Absent::Or(text) | Absent::Otherwise(text) => text,
+        }
+    }
+
+    /// A right value, as error messages offer it.
+    pub fn shown_example(&self) -> String {
+        match self.kind {
             Kind::Quantity { .. } => format!("\"{}\"", self.example),
             _ => self.example.to_owned(),
-        };
+        }
+    }
+
+    /// What it may be, in words.
+    fn range(&self) -> String {
+        match self.kind {
+            Kind::Quantity { least, most, .. } => format!("{least} to {most}"),
+            Kind::Number { least, most, .. } => format!("{least} to {most}"),
+            Kind::Integer { least, most } => format!("{least} to {most}"),
+            Kind::Words(_, Form::Choice(names)) => alternatives(&quoted(names)),
+            Kind::Words(words, _) => words.to_owned(),
+        }
+    }
+
+    /// A right value, as a file has it.
+    fn example_toml(&self) -> String {
+        let value = self.shown_example();
         match self.lists() {
             0 => value,
             1 => format!("[{value}]"),
@@ -162,19 +265,16 @@ impl Key {
     /// What is wrong with `shown`, a value outside of the bounds, and what would be
     /// right.
     pub fn outside(&self, shown: &str) -> String {
-        let example = self.example;
-        match self.kind {
-            Kind::Quantity { least, most, .. } => format!(
-                "{shown} is outside \"{least}\" to \"{most}\"; write for example \"{example}\""
-            ),
-            Kind::Number { least, most } => {
-                format!("{shown} is outside {least} to {most}; write for example {example}")
-            }
-            Kind::Integer { least, most } => {
-                format!("{shown} is outside {least} to {most}; write for example {example}")
-            }
-            Kind::Words(words, _) => format!("{shown} is not {words}; write for example {example}"),
-        }
+        let is_not = match self.kind {
+            Kind::Quantity { least, most, .. } => format!("outside \"{least}\" to \"{most}\""),
+            Kind::Words(..) => format!("not {}", self.range()),
+            _ => format!("outside {}", self.range()),
+        };
+        let or_inf = match self.kind {
+            Kind::Number { or_inf: true, .. } => ", or \"inf\"",
+            _ => "",
+        };
+        format!("{shown} is {is_not}; write for example {}{or_inf}", self.shown_example())
     }
 }
 

@@ -2,8 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::document::range;
-use super::{Form, Key, Kind, TABLES, Table};
+use super::{Absent, Form, Key, Kind, TABLES, Table};
 use crate::scene::units::{self, Quantity};
 
 /// Tables at the root, whether there may be several, and whether one must be there.
@@ -57,9 +56,12 @@ fn table(path: &str) -> &'static Table {
 
 fn of_table(table: &Table) -> Value {
     let properties: Map<String, Value> =
-        table.keys.iter().map(|key| (key.name.to_owned(), of_key(key))).collect();
-    let needed: Vec<&str> =
-        table.keys.iter().filter(|key| key.default.is_none()).map(|key| key.name).collect();
+        table.keys().map(|key| (key.name.to_owned(), of_key(key))).collect();
+    let needed: Vec<&str> = table
+        .keys()
+        .filter(|key| matches!(key.absent, Absent::Needed))
+        .map(|key| key.name)
+        .collect();
     let mut schema = json!({
         "type": "object",
         "properties": properties,
@@ -81,11 +83,11 @@ fn of_key(key: &Key) -> Value {
     for _ in 0..key.lists() {
         value = json!({ "type": "array", "items": value });
     }
-    let default = key.default.map_or_else(
-        || "it must be given".to_owned(),
-        |default| format!("when left out: {default}"),
-    );
-    let meaning = format!("{}; {}; {default}", key.meaning, range(key));
+    let default = match key.absent {
+        Absent::Needed => key.when_left_out().to_owned(),
+        _ => format!("when left out: {}", key.when_left_out()),
+    };
+    let meaning = format!("{}; {}; {default}", key.meaning, key.range());
     value["description"] = Value::String(meaning);
     if let Some(example) = example(key) {
         value["examples"] = json!([example]);
@@ -107,13 +109,13 @@ fn of_value(key: &Key) -> Value {
             text_of(&[quantity, Quantity::Time])
         }
         Kind::Quantity { quantity, .. } => text_of(&[quantity]),
-        Kind::Number { least, most } if key.name == "extinction_ratio" => json!({
+        Kind::Number { least, most, or_inf: true } => json!({
             "anyOf": [
                 { "type": "number", "minimum": least, "maximum": most },
                 { "const": "inf" },
             ],
         }),
-        Kind::Number { least, most } => {
+        Kind::Number { least, most, .. } => {
             json!({ "type": "number", "minimum": least, "maximum": most })
         }
         Kind::Integer { least, most } => {
