@@ -29,7 +29,7 @@ fn emit_killed_at_any_moment_leaves_only_whole_files() {
     let arguments = ["emit", QUICK, "--quiet", "--out", text(&out)];
     let started = Instant::now();
     ends_with(0, &mut goldtof(&arguments));
-    let usual = started.elapsed();
+    let mut usual = started.elapsed();
     let mut killed = 0;
     for moment in 0..MOMENTS {
         // Every second time into a folder that is not there yet.
@@ -39,7 +39,12 @@ fn emit_killed_at_any_moment_leaves_only_whole_files() {
         let mut child = start(&mut goldtof(&arguments));
         std::thread::sleep(usual * moment / MOMENTS);
         let _ = child.kill();
-        killed += u32::from(child.wait().unwrap().code().is_none());
+        if child.wait().unwrap().code().is_none() {
+            killed += 1;
+        } else {
+            // It was quicker than the first run was, beside other tests.
+            usual = usual * 3 / 4;
+        }
         assert_whole(&files_below(&out), &whole);
     }
     assert!(killed > MOMENTS / 4, "only {killed} runs were cut off");
