@@ -11,8 +11,8 @@ use std::sync::Arc;
 pub use super::cache::{cache_dir, set_cache_dir};
 use super::cache::{hash, once, write};
 use super::error::CosimError;
-use super::falling_edge;
 use super::image::Image;
+use super::low_half;
 use super::ports;
 use super::rejected::{in_build, rejection};
 use super::source::{RTL, SourceFile, is_users};
@@ -95,7 +95,7 @@ pub fn build_with(
     let header = ports::header(top, &Layout::of(interface), registers);
     let mut parts =
         vec![tools.versions.as_str(), TESTBENCH, PROCESS, &header, top, env!("CARGO_PKG_VERSION")];
-    let clock = falling_edge::identity(top, Layout::CLOCK);
+    let clock = low_half::identity(top);
     parts.extend(clock.iter().map(String::as_str));
     parts.extend(VERILATOR_FLAGS);
     parts.extend(tools.compiler_flags.iter().map(String::as_str));
@@ -107,7 +107,7 @@ pub fn build_with(
         let runtime = runtime(&tools, cache)?;
         verilate(&tools, top, sources, interface, registers, folder)?;
         write(&folder.join(ports::HEADER), &header)?;
-        falling_edge::write_header(folder, top, Layout::CLOCK)?;
+        low_half::write_header(folder, top, interface)?;
         write(&folder.join("process.h"), PROCESS)?;
         write(&folder.join("cosim.cpp"), TESTBENCH)?;
         link(&tools, folder, &runtime).map_err(|error| rejection(error, sources))

@@ -7,6 +7,22 @@ use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Field;
 
+/// A difference as it was found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mismatch {
+    /// Clock, counted from the start of the run; outputs are compared after its
+    /// rising edge, and before the next one.
+    pub clock: u64,
+    /// In what way it differs.
+    pub kind: MismatchKind,
+    /// Index of the port in [`Layout::outputs`](crate::sensor::layout::Layout::outputs).
+    pub field: usize,
+    /// The reference model's value, least significant word first.
+    pub expected: Vec<u64>,
+    /// The Verilog's value.
+    pub got: Vec<u64>,
+}
+
 /// The first difference between Verilog and reference model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -15,6 +31,8 @@ pub struct FirstMismatch {
     pub clock: u64,
     /// Time of that clock's start.
     pub time_ps: f64,
+    /// In what way the port differs.
+    pub kind: MismatchKind,
     /// Port that differs; the first one when several do.
     pub port: String,
     /// The port's bits by the reference model, in hexadecimal digits behind `0x`.
@@ -23,6 +41,17 @@ pub struct FirstMismatch {
     pub got: String,
     /// The numbers that they hold; empty for ports that hold none.
     pub numbers: Vec<PortNumber>,
+}
+
+/// In what way an output is not what the reference model has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum MismatchKind {
+    /// It has another value after the clock's rising edge.
+    Value,
+    /// It has the value after the clock's rising edge, and another one before the next.
+    Moved,
 }
 
 /// A number that some bits of a port hold.
@@ -60,13 +89,9 @@ impl std::fmt::Display for Number {
 }
 
 impl FirstMismatch {
-    /// `field` differs at `clock`: its own words, by both sides.
-    pub(crate) fn new(
-        sensor: &Sensor,
-        clock: u64,
-        field: &Field,
-        [expected, got]: [&[u64]; 2],
-    ) -> FirstMismatch {
+    /// The first mismatch of an outcome, of the port `field`.
+    pub(crate) fn new(sensor: &Sensor, field: &Field, mismatch: &Mismatch) -> FirstMismatch {
+        let Mismatch { clock, kind, expected, got, .. } = mismatch;
         // The words begin with the port's first bit.
         let alone = Field { word: 0, shift: 0, ..field.clone() };
         let numbers = held_by(&field.port.name, sensor.interface());
@@ -77,8 +102,9 @@ impl FirstMismatch {
             got: held.read(&alone, got),
         });
         FirstMismatch {
-            clock,
-            time_ps: sensor.clock().ps(clock as f64),
+            clock: *clock,
+            time_ps: sensor.clock().ps(*clock as f64),
+            kind: *kind,
             port: field.port.name.clone(),
             expected: hexadecimal(expected),
             got: hexadecimal(got),
@@ -104,12 +130,16 @@ impl FirstMismatch {
                 false => format!("{bits} ({})", numbers.join(", ")),
             }
         };
-        format!(
-            "port {} should be {} and is {}",
-            self.port,
-            words(&self.expected, |held| held.expected),
-            words(&self.got, |held| held.got),
-        )
+        let expected = words(&self.expected, |held| held.expected);
+        let got = words(&self.got, |held| held.got);
+        let port = &self.port;
+        match self.kind {
+            MismatchKind::Value => format!("port {port} should be {expected} and is {got}"),
+            MismatchKind::Moved => format!(
+                "port {port} should be {expected} until the next rising edge and is {got} by then: \
+                 it has moved in between"
+            ),
+        }
     }
 }
 
@@ -202,7 +232,14 @@ mod tests {
         let minus_two = (1u64 << total_at) - 2;
         let expected = [minus_two | 7 << total_at];
         let got = [3 | 7 << total_at];
-        let mismatch = FirstMismatch::new(&sensor, 5, field, [&expected, &got]);
+        let mismatch = Mismatch {
+            clock: 5,
+            kind: MismatchKind::Value,
+            field: 0,
+            expected: expected.to_vec(),
+            got: got.to_vec(),
+        };
+        let mismatch = FirstMismatch::new(&sensor, field, &mismatch);
         assert_eq!(mismatch.time_ps, 40_000.0);
         assert_eq!(mismatch.numbers[0].expected, Number::Signed(-2));
         assert_eq!(mismatch.numbers[0].got, Number::Signed(3));

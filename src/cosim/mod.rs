@@ -32,13 +32,13 @@ pub(crate) mod comparison;
 pub mod engine;
 pub mod error;
 pub mod exercised;
-mod falling_edge;
 pub(crate) mod image;
 #[doc(hidden)]
 pub mod lanes;
 pub mod latency;
 #[doc(hidden)]
 pub mod lockstep;
+mod low_half;
 pub mod mismatch;
 pub mod own;
 #[doc(hidden)]

@@ -5,8 +5,9 @@ use std::collections::VecDeque;
 
 use super::build::Built;
 use super::error::CosimError;
+use super::ports::MOST_SKIPS;
 use super::process::Process;
-use crate::reference::blocks::BLOCK_CLOCKS;
+use crate::reference::blocks::{BLOCK_CLOCKS, Records};
 use crate::reference::predictor::Skip;
 use crate::rtl::blocks::ScanRegisters;
 use crate::sensor::layout::Layout;
@@ -14,8 +15,6 @@ use crate::sensor::layout::Layout;
 /// Blocks that the model may have at once: one being clocked, one waiting.
 pub const BLOCKS_AT_ONCE: usize = 2;
 
-/// Most skips in a block.
-const MOST_SKIPS: usize = BLOCK_CLOCKS as usize / 8;
 /// Words of a skip: the clock in its block, and what goes into the two counters.
 const SKIP_WORDS: usize = 3;
 
@@ -32,8 +31,7 @@ enum What {
 #[derive(Debug)]
 pub struct Verilated {
     process: Process,
-    input_words: usize,
-    output_words: usize,
+    place: Place,
     /// Whether its Verilog is the user's own.
     pub(super) is_users: bool,
     /// What moves its scan's counters on.
@@ -51,11 +49,10 @@ impl Verilated {
     /// When it cannot be started, or ends before its first clock.
     pub fn load(built: &Built, layout: &Layout) -> Result<Verilated, CosimError> {
         let (input_words, output_words) = (layout.inputs.words, layout.outputs.words);
-        let block_words = place_words(input_words, output_words);
+        let place = Place { input_words, output_words };
         Ok(Verilated {
-            process: Process::load(built, BLOCKS_AT_ONCE as u64 * block_words)?,
-            input_words,
-            output_words,
+            process: Process::load(built, BLOCKS_AT_ONCE as u64 * place.words())?,
+            place,
             is_users: built.is_users,
             registers: built.registers.clone(),
             next_place: 0,
@@ -79,12 +76,12 @@ impl Verilated {
         first_clock: u64,
         skips: &[Skip],
     ) -> Result<(), String> {
-        let clocks = input.len() / self.input_words;
-        assert_eq!(input.len(), clocks * self.input_words);
+        let clocks = input.len() / self.place.input_words;
+        assert_eq!(input.len(), clocks * self.place.input_words);
         assert!(clocks as u64 <= BLOCK_CLOCKS && self.under_way.len() < BLOCKS_AT_ONCE);
         let place = self.next_place;
         self.next_place = (place + 1) % BLOCKS_AT_ONCE;
-        self.process.write(self.input_at(place), input)?;
+        self.process.write(self.place.input_at(place), input)?;
         self.write_skips(first_clock, skips, place)?;
         self.ask(What::Run, clocks as u64, place, skips.len())?;
         self.under_way.push_back((place, clocks));
@@ -112,22 +109,27 @@ impl Verilated {
                 groups.map_or(0, |register| register.difference(skip.group.0, skip.groups)),
             ]);
         }
-        self.process.write(self.skips_at(place), &words)
+        self.process.write(self.place.skips_at(place), &words)
     }
 
     /// Waits for the end of the block that was handed over first, and writes its
-    /// output records, one per clock.
+    /// output records: one per clock, and one more where the low half can move any.
     ///
     /// # Errors
     /// The reason when the model has ended.
     ///
     /// # Panics
     /// When no block is under way, or it has another length.
-    pub fn collect(&mut self, output: &mut [u64]) -> Result<(), String> {
+    pub fn collect(&mut self, records: &mut Records) -> Result<(), String> {
         let (place, clocks) = self.under_way.pop_front().expect("a block is under way");
-        assert_eq!(output.len(), clocks * self.output_words);
+        let words = clocks * self.place.output_words;
+        assert_eq!(records.got.len(), words);
         self.process.answer()?;
-        self.process.read(self.output_at(place), output)
+        let mut looks_again = [0];
+        self.process.read(self.place.start(place), &mut looks_again)?;
+        self.process.read(self.place.output_at(place), &mut records.got)?;
+        records.low.resize(if looks_again == [0] { 0 } else { words }, 0);
+        self.process.read(self.place.low_at(place), &mut records.low)
     }
 
     /// Waits for the end of the blocks that are under way, and for nothing of what
@@ -145,8 +147,8 @@ impl Verilated {
     /// # Panics
     /// When `input` is not one record.
     pub fn run_bare(&mut self, input: &[u64], clocks: u64) -> Result<(), String> {
-        assert_eq!(input.len(), self.input_words);
-        self.process.write(self.input_at(0), input)?;
+        assert_eq!(input.len(), self.place.input_words);
+        self.process.write(self.place.input_at(0), input)?;
         self.ask(What::RunBare, clocks, 0, 0)?;
         self.process.answer()
     }
@@ -165,28 +167,43 @@ impl Verilated {
     }
 
     fn ask(&mut self, what: What, clocks: u64, place: usize, skips: usize) -> Result<(), String> {
-        let [input, output, skip] =
-            [self.input_at(place), self.output_at(place), self.skips_at(place)];
-        self.process.ask(what as u64, [clocks, input, output, skip, skips as u64])
-    }
-
-    /// First of a place's input words in the shared file.
-    fn input_at(&self, place: usize) -> u64 {
-        place as u64 * place_words(self.input_words, self.output_words)
-    }
-
-    /// First word of a place's skips.
-    fn skips_at(&self, place: usize) -> u64 {
-        self.output_at(place) + BLOCK_CLOCKS * self.output_words as u64
-    }
-
-    /// First of a place's output words.
-    fn output_at(&self, place: usize) -> u64 {
-        self.input_at(place) + BLOCK_CLOCKS * self.input_words as u64
+        self.process.ask(what as u64, [clocks, self.place.start(place), skips as u64, 0, 0])
     }
 }
 
-/// Words of a place in the shared file.
-fn place_words(input_words: usize, output_words: usize) -> u64 {
-    BLOCK_CLOCKS * (input_words + output_words) as u64 + (MOST_SKIPS * SKIP_WORDS) as u64
+/// Where a block lies in the shared file: `Place` of `testbench/cosim.cpp`.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    input_words: usize,
+    output_words: usize,
+}
+
+impl Place {
+    /// Words before the inputs.
+    const HEAD: u64 = 1;
+
+    fn words(self) -> u64 {
+        let records = BLOCK_CLOCKS * (self.input_words + 2 * self.output_words) as u64;
+        Place::HEAD + records + (MOST_SKIPS * SKIP_WORDS) as u64
+    }
+
+    fn start(self, place: usize) -> u64 {
+        place as u64 * self.words()
+    }
+
+    fn input_at(self, place: usize) -> u64 {
+        self.start(place) + Place::HEAD
+    }
+
+    fn output_at(self, place: usize) -> u64 {
+        self.input_at(place) + BLOCK_CLOCKS * self.input_words as u64
+    }
+
+    fn low_at(self, place: usize) -> u64 {
+        self.output_at(place) + BLOCK_CLOCKS * self.output_words as u64
+    }
+
+    fn skips_at(self, place: usize) -> u64 {
+        self.low_at(place) + BLOCK_CLOCKS * self.output_words as u64
+    }
 }

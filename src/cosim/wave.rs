@@ -24,7 +24,8 @@ pub(super) const ANY: &str = "any";
 /// each output whether it differs and may not.
 ///
 /// Time is real time since the start of the run: clock t starts at t chip periods with
-/// its inputs; the clock rises, and the outputs change, half a chip period later.
+/// its inputs, and with what outputs do in the clock's low half; the clock rises, and the
+/// outputs change, half a chip period later.
 ///
 /// # Errors
 /// When `out` takes no more.
@@ -61,6 +62,8 @@ pub(super) fn write(
         .chunks_exact(layout.inputs.words)
         .zip(records.expected.chunks_exact(layout.outputs.words))
         .zip(records.got.chunks_exact(layout.outputs.words));
+    let mut low = records.low.chunks_exact(layout.outputs.words);
+    let mut last_wanted = None;
     for (i, ((input, wanted), seen)) in rows.enumerate() {
         let t = records.first_clock + i as u64;
         writer.timestamp(time.after_halves(2 * t))?;
@@ -71,6 +74,10 @@ pub(super) fn write(
         inputs.change(&mut writer, input)?;
         if i == 0 {
             writer.end()?;
+        }
+        if let (Some(low), Some(wanted)) = (low.next(), last_wanted.replace(wanted)) {
+            got.change(&mut writer, low)?;
+            differences.change(&mut writer, comparison.differing(wanted, low))?;
         }
         writer.timestamp(time.after_halves(2 * t + 1))?;
         writer.change_scalar(clock, true)?;

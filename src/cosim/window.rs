@@ -138,5 +138,7 @@ fn append(kept: &mut Records, records: &Records, window: &Range<u64>, layout: &L
     let outputs = part(layout.outputs.words);
     kept.inputs.extend_from_slice(&records.inputs[part(layout.inputs.words)]);
     kept.expected.extend_from_slice(&records.expected[outputs.clone()]);
-    kept.got.extend_from_slice(&records.got[outputs]);
+    kept.got.extend_from_slice(&records.got[outputs.clone()]);
+    // Of all blocks or of none.
+    kept.low.extend_from_slice(records.low.get(outputs).unwrap_or_default());
 }

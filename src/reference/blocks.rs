@@ -9,7 +9,7 @@ use crate::reference::predictor::{Reference, Skip, StepResult};
 use crate::scan::Sample;
 use crate::sensor::layout::Layout;
 
-/// Clocks per block: its three arrays stay in a core's second-level cache.
+/// Clocks per block: its arrays stay in a core's second-level cache.
 pub const BLOCK_CLOCKS: u64 = 16_384;
 
 /// Records of a stretch of clocks, as many of each kind as there are clocks.
@@ -21,8 +21,12 @@ pub struct Records {
     pub inputs: Vec<u64>,
     /// Output records of the reference model.
     pub expected: Vec<u64>,
-    /// Output records of the Verilog.
+    /// Output records of the Verilog, after each clock's rising edge.
     pub got: Vec<u64>,
+    /// Output records of the Verilog just before each clock's rising edge, with the clock low
+    /// and its inputs there: what a receiver takes with that edge. Empty where nothing can
+    /// have moved since the edge before.
+    pub low: Vec<u64>,
 }
 
 impl Records {
