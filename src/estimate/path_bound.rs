@@ -7,8 +7,7 @@ use crate::scene::PathIndex;
 pub struct Bound {
     /// One entry per path that carries modulated light, in the scene's order.
     pub paths: Vec<PathBound>,
-    /// Phase steps that take part: 3 S round the peak for one path of the
-    /// detector's own source, the whole scan for other light.
+    /// Phase steps that take part: the whole scan, of a path that moves 3 S round its peak.
     pub steps: usize,
 }
 
