@@ -56,7 +56,7 @@ pub(super) fn missed_fraction(
         return Some(bound);
     }
     let missed = if is_model || counts.model().timing.parallel > 1 {
-        sampled::missed(counts, &target)
+        sampled::missed(counts, &target)?
     } else if one_window {
         1.0 - find::of_whole_period(counts, &target)
     } else {

@@ -45,9 +45,9 @@ struct Drawn {
 }
 
 /// Expected share of scans that miss the target, with a standard error of
-/// sqrt(p (1 - p) / scans).
-pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> f64 {
-    let groups = groups(counts, target);
+/// sqrt(p (1 - p) / scans); none where the moments are no finite numbers.
+pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> Option<f64> {
+    let groups = groups(counts, target)?;
     let steps = counts.means.len() as u64;
     let scans = (COUNTS / (steps * work_per_count(target))).clamp(*SCANS.start(), *SCANS.end());
     let draws = (0..scans).into_par_iter().filter(|scan| {
@@ -58,7 +58,7 @@ pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> f64 {
         }
         target.found_in(&values)
     });
-    1.0 - draws.count() as f64 / scans as f64
+    Some(1.0 - draws.count() as f64 / scans as f64)
 }
 
 /// What a count costs beside drawing it: the model estimator's coarse stage holds a
@@ -114,12 +114,12 @@ impl Drawn {
     }
 }
 
-fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
+fn groups(counts: &ExpectedCounts, target: &Target) -> Option<Vec<Group>> {
     let model = counts.model();
     let laws = laws(counts, target);
     if model.timing.parallel == 1 {
         let alone = |law: &CountLaw| Group { laws: vec![Drawn::of(law)], factor: vec![vec![1.0]] };
-        return laws.iter().map(alone).collect();
+        return Some(laws.iter().map(alone).collect());
     }
     let reach_ps = target.sensor.clock().ps(NEAR_CHIPS);
     let is_near = |group: scan::Group| {
@@ -143,15 +143,16 @@ fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
         let of_step = |a: usize| -> Vec<f64> {
             (0..steps.len()).map(|b| correlation(moments, a, b)).collect()
         };
-        Group {
-            laws: steps.iter().map(|&step| Drawn::of(&laws[step.index()])).collect(),
-            factor: correlating(&(0..steps.len()).map(of_step).collect::<Vec<_>>()),
-        }
+        let correlations: Vec<Vec<f64>> = (0..steps.len()).map(of_step).collect();
+        let laws = steps.iter().map(|&step| Drawn::of(&laws[step.index()])).collect();
+        Some(Group { laws, factor: correlating(&correlations, 0.0)? })
     };
     (0..model.timing.groups()).into_par_iter().map(group).collect()
 }
 
+/// None where nothing varies.
 fn correlation(group: &GroupMoments, a: usize, b: usize) -> f64 {
     let c = &group.covariance;
-    c[a][b] / (c[a][a] * c[b][b]).sqrt()
+    let variances = c[a][a] * c[b][b];
+    if variances > 0.0 { c[a][b] / variances.sqrt() } else { 0.0 }
 }
