@@ -1,9 +1,9 @@
 //! What seems wrong with a sensor whose counts are not as its scene says.
 //!
-//! Every statement rests on a test at [`LEVEL`], at most five of them: by design they are
+//! Every statement rests on a test at [`LEVEL`], at most six of them: by design they are
 //! wrong about a right scene in about one scan of a hundred (docs/recorded-counts.md has
 //! what was measured). Only the distance is unknown at first. Whatever of light level,
-//! background and dead time raises the likelihood most is taken in as long as it
+//! background, dead time and chip period raises the likelihood most is taken in as long as it
 //! raises it significantly. Where several do about as well, all of them are named: the
 //! counts do not tell which it is. A cause that is named fits the counts; that another
 //! one, or several together, would fit them too is never ruled out.
