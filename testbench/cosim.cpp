@@ -13,11 +13,15 @@
 
 #include "goldtof_low.h"
 #include "process.h"
+#include "verilated_save.h"
+
+bool goldtof_is_opposite = false;
 
 namespace {
 
 // What the caller asks for; goldtof's verilated.rs has the same. Arguments: number of
-// clocks, first word of the block's place in the shared file, number of skips.
+// clocks, first word of the block's place in the shared file, number of skips, whether the
+// state after the block is asked for.
 enum What : uint64_t { RUN = 0, RUN_BARE = 1, FINISH = 2 };
 
 // Between two clocks the scan's counters are moved on; the rest is as it was.
@@ -30,6 +34,7 @@ struct Skip {
 // A block in the shared file.
 struct Place {
     uint64_t looks_again;  // whether `low` holds anything
+    uint64_t state;        // a hash of all that the model holds after the block
     uint64_t in[GOLDTOF_BLOCK_CLOCKS * GOLDTOF_IN_WORDS];
     uint64_t out[GOLDTOF_BLOCK_CLOCKS * GOLDTOF_OUT_WORDS];  // after each rising edge
     uint64_t low[GOLDTOF_BLOCK_CLOCKS * GOLDTOF_OUT_WORDS];  // before each rising edge
@@ -40,7 +45,27 @@ struct Place {
 // seen as a mismatch. The seed is any fixed number.
 constexpr int SEED = 1;
 
-void run(GOLDTOF_MODEL* top, Place& place, uint64_t clocks, uint64_t number_of_skips) {
+// FNV-1a of what Verilator would save of a model.
+class StateHash final : public VerilatedSerialize {
+public:
+    uint64_t value = 0xcbf29ce484222325;
+    void flush() override {
+        for (const uint8_t* byte = m_bufp; byte != m_cp; ++byte) {
+            value = (value ^ *byte) * 0x100000001b3;
+        }
+        m_cp = m_bufp;
+    }
+};
+
+uint64_t state_of(GOLDTOF_MODEL* top) {
+    StateHash hash;
+    hash << *top;
+    hash.flush();
+    return hash.value;
+}
+
+void run(GOLDTOF_MODEL* top, Place& place, uint64_t clocks, uint64_t number_of_skips,
+         bool wants_state) {
     const uint64_t* in = place.in;
     uint64_t* out = place.out;
     uint64_t* low = place.low;
@@ -64,6 +89,7 @@ void run(GOLDTOF_MODEL* top, Place& place, uint64_t clocks, uint64_t number_of_s
         in += GOLDTOF_IN_WORDS;
         out += GOLDTOF_OUT_WORDS;
     }
+    if (wants_state) place.state = state_of(top);
 }
 
 // The same model and clocks with constant inputs and nothing read, as anybody would write
@@ -80,8 +106,10 @@ void run_bare(GOLDTOF_MODEL* top, const uint64_t* in, uint64_t clocks) {
 
 }  // namespace
 
-static void serve(uint64_t* words) {
-    VerilatedContext context;
+static void serve(uint64_t* words, bool is_opposite) {
+    goldtof_is_opposite = is_opposite;
+    // Nothing between its members differs from process to process.
+    static VerilatedContext context;
     context.randReset(2);
     context.randSeed(SEED);
     // Never deleted: the process ends instead, and nothing of it is wanted then.
@@ -94,7 +122,7 @@ static void serve(uint64_t* words) {
         const uint64_t clocks = request.arguments[0], skips = request.arguments[2];
         Place& place = *reinterpret_cast<Place*>(words + request.arguments[1]);
         switch (request.what) {
-        case RUN: run(top, place, clocks, skips); break;
+        case RUN: run(top, place, clocks, skips, request.arguments[3] != 0); break;
         case RUN_BARE: run_bare(top, place.in, clocks); break;
         case FINISH: top->final(); break;
         default: ::_exit(1);

@@ -167,7 +167,7 @@ impl Scoreboard {
         let clocks = self.expected.chunks_exact(words);
         let clocks = clocks.zip(self.pending.got.chunks_exact(words));
         for (at, (expected, got)) in clocks.enumerate().skip(from) {
-            let Some(number) = comparison.differing(expected, got).next() else {
+            let Some(number) = comparison.differing(expected, (got, &[])).next() else {
                 continue;
             };
             self.mismatches += 1;
@@ -179,6 +179,7 @@ impl Scoreboard {
                     field: number,
                     expected: field.read(expected),
                     got: field.read(got),
+                    undefined: Vec::new(),
                 };
                 FirstMismatch::new(&self.sensor, field, &mismatch)
             });

@@ -165,13 +165,14 @@ fn clock_blocks(model: &mut Verilated, blocks: &Receiver<Block>, done: &SyncSend
     }
 }
 
-/// Whether no output has moved before a rising edge since the edge before it; `last` is what
-/// was expected of the clock before these, if any.
-fn is_still(records: &Records, last: &[u64], words: usize) -> bool {
-    let Some((first, rest)) = records.low.split_at_checked(words) else {
-        return true;
-    };
-    rest == &records.expected[..rest.len()] && (last.is_empty() || first == last)
+/// Whether all outputs are defined, as expected, and still so before the next rising edge; `last`
+/// is what was expected of the clock before these, if any.
+fn is_as_expected(records: &Records, last: &[u64], words: usize) -> bool {
+    let Records { expected, got, low, .. } = records;
+    let is_still = low.values.split_at_checked(words).is_none_or(|(first, rest)| {
+        rest == &expected[..rest.len()] && (last.is_empty() || first == last)
+    });
+    *expected == got.values && is_still && got.undefined.is_empty() && low.undefined.is_empty()
 }
 
 /// Compares blocks, and keeps what waveforms are made of.
@@ -208,9 +209,10 @@ impl<'a> Judge<'a> {
     fn judge(&mut self, mut block: Block) -> Option<Block> {
         self.clocks = block.clocks.end;
         self.exercise.clone_from(&block.exercise);
-        let last_record = block.records.got.len() - self.comparison.layout.outputs.words;
+        let got = &block.records.got.values;
+        let last_record = got.len() - self.comparison.layout.outputs.words;
         self.last_outputs.clear();
-        self.last_outputs.extend_from_slice(&block.records.got[last_record..]);
+        self.last_outputs.extend_from_slice(&got[last_record..]);
         let known = self.first.is_some();
         self.find(&block.records);
         self.last_expected.clear();
@@ -225,12 +227,12 @@ impl<'a> Judge<'a> {
     fn find(&mut self, records: &Records) {
         let words = self.comparison.layout.outputs.words;
         let last = self.last_expected.clone();
-        if records.expected == records.got && is_still(records, &last, words) {
+        if is_as_expected(records, &last, words) {
             return;
         }
-        let mut low = records.low.chunks_exact(words);
+        let mut low = records.low.records(words);
         let mut before = last.as_slice();
-        let sides = records.expected.chunks_exact(words).zip(records.got.chunks_exact(words));
+        let sides = records.expected.chunks_exact(words).zip(records.got.records(words));
         for (clock, (expected, got)) in (records.first_clock..).zip(sides) {
             if let Some(low) = low.next().filter(|_| !before.is_empty()) {
                 self.compare(clock - 1, MismatchKind::Moved, before, low);
@@ -240,10 +242,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    fn compare(&mut self, clock: u64, kind: MismatchKind, expected: &[u64], got: &[u64]) {
-        if expected == got {
-            return;
-        }
+    fn compare(&mut self, clock: u64, kind: MismatchKind, expected: &[u64], got: (&[u64], &[u64])) {
         let Some(number) = self.comparison.differing(expected, got).next() else {
             return;
         };
@@ -251,12 +250,17 @@ impl<'a> Judge<'a> {
             self.mismatches += 1;
         }
         let field = &self.comparison.layout.outputs.fields[number];
-        self.first.get_or_insert_with(|| Mismatch {
-            clock,
-            kind,
-            field: number,
-            expected: field.read(expected),
-            got: field.read(got),
+        self.first.get_or_insert_with(|| {
+            let undefined = if got.1.is_empty() { Vec::new() } else { field.read(got.1) };
+            let is_undefined = undefined.iter().any(|&bits| bits != 0);
+            Mismatch {
+                clock,
+                kind: if is_undefined { MismatchKind::Undefined } else { kind },
+                field: number,
+                expected: field.read(expected),
+                got: field.read(got.0),
+                undefined: if is_undefined { undefined } else { Vec::new() },
+            }
         });
     }
 

@@ -14,7 +14,7 @@ use std::path::Path;
 
 use super::cache::write;
 use super::error::CosimError;
-use crate::sensor::interface::{Direction, Interface};
+use crate::sensor::interface::{Direction, Interface, Port};
 use crate::sensor::layout::Layout;
 
 /// Name of the header that `testbench/cosim.cpp` includes.
@@ -35,15 +35,15 @@ pub(super) fn write_header(
 ) -> Result<(), CosimError> {
     let ports = interface.ports();
     let outputs = ports.iter().filter(|port| port.direction == Direction::Output);
-    let outputs: Vec<&str> = outputs.map(|port| port.name.as_str()).collect();
+    let outputs: Vec<&Port> = outputs.collect();
     let generated = generated(folder, top)?;
     let last = last_value(Layout::CLOCK, &generated).filter(|_| !follows(&outputs, &generated));
     write(&folder.join(HEADER), &header(top, last.as_deref()))
 }
 
 /// Parts of a build's identity: the rule, in both its outcomes.
-pub(super) fn identity(top: &str) -> [String; 2] {
-    [header(top, Some("LAST")), header(top, None)]
+pub(super) fn identity(top: &str) -> [String; 3] {
+    [header(top, Some("LAST")), header(top, None), OF_INPUTS.to_owned()]
 }
 
 /// Verilator's files of a model.
@@ -77,27 +77,36 @@ fn header(top: &str, last: Option<&str>) -> String {
     text
 }
 
-/// Whether an output is named where an input of the model is followed.
-fn follows(outputs: &[&str], generated: &[String]) -> bool {
+/// Whether an output is written where an input of the model is followed.
+fn follows(outputs: &[&Port], generated: &[String]) -> bool {
     generated.iter().any(|text| {
         let mut is_of_inputs = false;
-        text.lines().any(|line| {
+        let mut of_inputs = String::new();
+        for line in text.lines() {
             let is_head = !line.starts_with(char::is_whitespace) && !line.ends_with(';');
             if is_head && line.contains(OF_INPUTS) {
                 is_of_inputs = true;
             } else if line.starts_with('}') {
                 is_of_inputs = false;
             }
-            is_of_inputs && outputs.iter().any(|output| names(line, output))
-        })
+            if is_of_inputs {
+                of_inputs.extend([line, "\n"]);
+            }
+        }
+        let of_inputs = compact(&of_inputs);
+        outputs.iter().any(|output| is_written(output, &of_inputs))
     })
 }
 
-/// Whether a name stands in a line as a whole.
-fn names(line: &str, name: &str) -> bool {
+/// Whether a compact text writes an output: `name=`, or a function does, of one that is several
+/// words and that it is handed.
+fn is_written(output: &Port, text: &str) -> bool {
     let is_part = |c: char| c.is_alphanumeric() || c == '_';
-    line.match_indices(name).any(|(at, _)| {
-        !line[..at].ends_with(is_part) && !line[at + name.len()..].starts_with(is_part)
+    text.match_indices(&output.name).any(|(at, name)| {
+        let (before, after) = (&text[..at], &text[at + name.len()..]);
+        let is_whole = !before.ends_with(is_part) && !after.starts_with(is_part);
+        let is_assigned = after.starts_with('=') && !after.starts_with("==");
+        is_whole && (is_assigned || output.width > u64::BITS)
     })
 }
 
@@ -131,7 +140,7 @@ fn last_value(clock: &str, generated: &[String]) -> Option<String> {
 
 /// What a place in a model's text does with the clock.
 enum Use<'t> {
-    /// It is a port, and starts with some value.
+    /// It is a port, starts with some value, and is saved with the model.
     Port,
     /// It is compared with its last value, which has this name.
     RisingEdge(&'t str),
@@ -143,7 +152,8 @@ impl<'t> Use<'t> {
     /// `None` for anything else.
     fn of(before: &'t str, after: &'t str) -> Option<Use<'t>> {
         let is_port =
-            ["VL_IN8(", "VL_IN8(&", "{vlSymsp->TOP."].iter().any(|start| before.ends_with(start));
+            ["VL_IN8(", "VL_IN8(&", "{vlSymsp->TOP."].iter().any(|start| before.ends_with(start))
+                || ["os<<", "os>>"].iter().any(|saved| before.ends_with(saved));
         if is_port || after.starts_with("{vlSymsp->TOP.") {
             return Some(Use::Port);
         }
@@ -183,7 +193,7 @@ fn compact(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{follows, last_value};
+    use super::{Direction, Port, follows, last_value};
 
     /// What Verilator 5.006 and 5.048 write of a clock, in their own words.
     const MODELS: [(&str, &str); 2] = [
@@ -192,7 +202,7 @@ mod tests {
              vlSelf->__VactTriggered.at(0U) = ((IData)(vlSelf->i_clk) \n  & (~ \
              (IData)(vlSelf->__Vtrigrprev__TOP__i_clk)));\n\
              vlSelf->__Vtrigrprev__TOP__i_clk = vlSelf->i_clk;\n\
-             vlSelf->i_clk = VL_RAND_RESET_I(1);\n\
+             vlSelf->i_clk = VL_RAND_RESET_I(1);\n    os<<i_clk;\n    os>>i_clk;\n\
              #ifdef VL_DEBUG\n if ((vlSelf->i_clk & 0xfeU)) {}\n#endif  // VL_DEBUG\n",
             "__Vtrigrprev__TOP__i_clk",
         ),
@@ -238,16 +248,23 @@ mod tests {
     /// Verilator 5.006's words for an output that follows an input, and for one that does not.
     #[test]
     fn an_output_that_follows_an_input_is_recognised() {
-        let text = |output: &str| {
+        let text = |line: &str| {
             format!(
                 "VL_INLINE_OPT void Vt___024root___ico_sequent__TOP__0(Vt___024root* vlSelf) {{\n    \
-                 // Body\n    {output} = ((IData)(vlSelf->i_rst) & 1U);\n}}\n\
+                 // Body\n    {line};\n}}\n\
                  void Vt___024root___nba_sequent__TOP__0(Vt___024root* vlSelf) {{\n    \
                  Vt___024root___ico_sequent__TOP__0(vlSelf);\n    vlSelf->o_laser = 1U;\n}}\n"
             )
         };
-        let follows = |output| follows(&["o_laser", "o_epoch"], &[text(output)]);
-        assert!(follows("vlSelf->o_laser") && follows("vlSymsp->TOP.o_epoch"));
-        assert!(!follows("vlSelf->t__DOT__o_laser") && !follows("vlSelf->o_laser_r"));
+        let ports = ["o_laser", "o_epoch", "o_wide"].map(|name| Port {
+            name: name.to_owned(),
+            direction: Direction::Output,
+            width: if name == "o_wide" { 65 } else { 1 },
+        });
+        let follows = |line: &str| follows(&ports.each_ref(), &[text(line)]);
+        assert!(follows("vlSelf->o_laser = i") && follows("vlSymsp->TOP.o_epoch \n    = 1U"));
+        assert!(follows("VL_ASSIGN_W(65,vlSelf->o_wide, i)"));
+        assert!(!follows("vlSelf->t__DOT__o_laser = 1U") && !follows("vlSelf->o_laser_r = 1U"));
+        assert!(!follows("vlSelf->a = (1U == (IData)(vlSelf->o_laser))"));
     }
 }

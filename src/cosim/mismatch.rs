@@ -21,6 +21,8 @@ pub struct Mismatch {
     pub expected: Vec<u64>,
     /// The Verilog's value.
     pub got: Vec<u64>,
+    /// Which of its bits are undefined; empty where none is.
+    pub undefined: Vec<u64>,
 }
 
 /// The first difference between Verilog and reference model.
@@ -37,9 +39,9 @@ pub struct FirstMismatch {
     pub port: String,
     /// The port's bits by the reference model, in hexadecimal digits behind `0x`.
     pub expected: String,
-    /// The Verilog's bits.
+    /// The Verilog's bits; x where four of them hold an undefined one.
     pub got: String,
-    /// The numbers that they hold; empty for ports that hold none.
+    /// The numbers that they hold; empty for ports that hold none, and of undefined bits.
     pub numbers: Vec<PortNumber>,
 }
 
@@ -52,6 +54,8 @@ pub enum MismatchKind {
     Value,
     /// It has the value after the clock's rising edge, and another one before the next.
     Moved,
+    /// It rests on what Verilog leaves undefined: a register before a reset, or an x.
+    Undefined,
 }
 
 /// A number that some bits of a port hold.
@@ -91,10 +95,13 @@ impl std::fmt::Display for Number {
 impl FirstMismatch {
     /// The first mismatch of an outcome, of the port `field`.
     pub(crate) fn new(sensor: &Sensor, field: &Field, mismatch: &Mismatch) -> FirstMismatch {
-        let Mismatch { clock, kind, expected, got, .. } = mismatch;
+        let Mismatch { clock, kind, expected, got, undefined, .. } = mismatch;
         // The words begin with the port's first bit.
         let alone = Field { word: 0, shift: 0, ..field.clone() };
-        let numbers = held_by(&field.port.name, sensor.interface());
+        let mut numbers = held_by(&field.port.name, sensor.interface());
+        if !undefined.is_empty() {
+            numbers.clear();
+        }
         let numbers = numbers.into_iter().map(|held| PortNumber {
             name: held.name,
             detector: held.detector.map(|detector| sensor.scene().detectors[detector].name.clone()),
@@ -106,8 +113,8 @@ impl FirstMismatch {
             time_ps: sensor.clock().ps(*clock as f64),
             kind: *kind,
             port: field.port.name.clone(),
-            expected: hexadecimal(expected),
-            got: hexadecimal(got),
+            expected: hexadecimal(expected, &[]),
+            got: hexadecimal(got, undefined),
             numbers: numbers.collect(),
         }
     }
@@ -135,6 +142,10 @@ impl FirstMismatch {
         let port = &self.port;
         match self.kind {
             MismatchKind::Value => format!("port {port} should be {expected} and is {got}"),
+            MismatchKind::Undefined => format!(
+                "port {port} should be {expected} and is {got}: it rests on an x, or on a register \
+                 before its reset"
+            ),
             MismatchKind::Moved => format!(
                 "port {port} should be {expected} until the next rising edge and is {got} by then: \
                  it has moved in between"
@@ -203,12 +214,19 @@ fn held_by(port: &str, interface: &Interface) -> Vec<Held> {
     }
 }
 
-/// Words of a port, the lowest first, as digits.
-fn hexadecimal(words: &[u64]) -> String {
-    match words {
-        [word] => format!("{word:#x}"),
-        _ => words.iter().rev().fold("0x".to_owned(), |text, word| text + &format!("{word:016x}")),
-    }
+/// Words of a port, the lowest first, as digits: x for one with a bit of `undefined`.
+fn hexadecimal(words: &[u64], undefined: &[u64]) -> String {
+    let digits = |words: &[u64]| match words {
+        [word] => format!("{word:x}"),
+        _ => words.iter().rev().map(|word| format!("{word:016x}")).collect(),
+    };
+    let (digits, undefined) = (digits(words), digits(undefined));
+    let length = digits.len().max(undefined.len());
+    let digits = format!("{digits:0>length$}").into_bytes();
+    let undefined = format!("{undefined:0>length$}").into_bytes();
+    let digits = digits.iter().zip(undefined);
+    let digits = digits.map(|(&digit, undefined)| if undefined == b'0' { digit } else { b'x' });
+    "0x".chars().chain(digits.map(char::from)).collect()
 }
 
 #[cfg(test)]
@@ -238,6 +256,7 @@ mod tests {
             field: 0,
             expected: expected.to_vec(),
             got: got.to_vec(),
+            undefined: Vec::new(),
         };
         let mismatch = FirstMismatch::new(&sensor, field, &mismatch);
         assert_eq!(mismatch.time_ps, 40_000.0);
@@ -251,7 +270,15 @@ mod tests {
 
     #[test]
     fn words_beyond_the_first_come_before_it() {
-        assert_eq!(hexadecimal(&[0x1f]), "0x1f");
-        assert_eq!(hexadecimal(&[1, 2]), "0x00000000000000020000000000000001");
+        assert_eq!(hexadecimal(&[0x1f], &[]), "0x1f");
+        assert_eq!(hexadecimal(&[1, 2], &[]), "0x00000000000000020000000000000001");
+    }
+
+    #[test]
+    fn a_digit_with_an_undefined_bit_is_x() {
+        assert_eq!(hexadecimal(&[0], &[1]), "0xx");
+        assert_eq!(hexadecimal(&[0x1f], &[0x400]), "0xx1f");
+        assert_eq!(hexadecimal(&[0x21f], &[0x10]), "0x2xf");
+        assert_eq!(hexadecimal(&[1, 2], &[0, 1]), "0x000000000000000x0000000000000001");
     }
 }

@@ -29,6 +29,7 @@ mod beside_lanes;
 pub mod build;
 pub(crate) mod cache;
 pub(crate) mod comparison;
+mod drivers;
 pub mod engine;
 pub mod error;
 pub mod exercised;
