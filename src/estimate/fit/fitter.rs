@@ -21,11 +21,8 @@ use crate::scan::Step;
 use crate::scene::{DetectorIndex, OtherLight};
 use crate::sensor::Sensor;
 
-/// A fit of steps that share their light is tried again from its neighbours if chi-square
-/// is so many standard deviations too large.
-const RETRIED_SIGMAS: f64 = 3.0;
-
-/// Phase steps from a fit to the places it is tried again from.
+/// Phase steps from a fit to the places from which one of steps that share their light is tried
+/// again.
 const NEIGHBOURS: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
 
 /// Fits the scans of one detector. Second moments that one scan needed are kept for
@@ -193,8 +190,8 @@ impl Fitter<'_> {
     }
 
     /// The fit of a path that stands still. How precise steps of shared light are depends
-    /// on where between two steps the path is, so that a fit may settle in the wrong place;
-    /// it then fits so badly that it is tried again from the neighbours.
+    /// on where between two steps the path is, so that a fit may settle in the wrong place: the
+    /// likeliest of those from there and from its neighbours is taken.
     fn fit_still(
         &self,
         problem: &Problem,
@@ -203,7 +200,7 @@ impl Fitter<'_> {
         counts: &[MeanCount],
     ) -> Result<Fitted, FitError> {
         let mut best = self.settle(problem, axis, start, counts)?;
-        if !problem.shares_light() || best.excess_sigmas() < RETRIED_SIGMAS {
+        if !problem.shares_light() {
             return Ok(best);
         }
         let step_chips = self.sensor.clock().sample_period_chips();
@@ -213,7 +210,7 @@ impl Fitter<'_> {
             there.paths[0].delay_chips += steps * step_chips;
             // One that does not settle is no better.
             if let Ok(other) = self.settle(problem, axis, &there, counts)
-                && other.excess_sigmas() < best.excess_sigmas()
+                && other.unlikelihood() < best.unlikelihood()
             {
                 best = other;
             }

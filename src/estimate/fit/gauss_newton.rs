@@ -152,6 +152,8 @@ pub struct Fitted {
     pub parameters: Parameters,
     normal: Normal,
     chi_square: f64,
+    /// Of the counts' covariance.
+    ln_determinant: f64,
     /// Numbers that the counts are.
     values: usize,
     iterations: usize,
@@ -191,6 +193,7 @@ impl Fitted {
                 return Ok(Some(Fitted {
                     chi_square: weights.chi_square(&measured, &expected),
                     values: weights.values(),
+                    ln_determinant: weights.ln_determinant(),
                     parameters: next,
                     normal,
                     iterations: iteration,
@@ -262,6 +265,7 @@ impl Fitted {
                     normal,
                     chi_square: here.chi_square,
                     values: weighing.weights.values(),
+                    ln_determinant: weighing.weights.ln_determinant(),
                     iterations: iteration,
                 });
             }
@@ -273,10 +277,10 @@ impl Fitted {
         Err(FitError::NotConverged { steps: MOST_ITERATIONS })
     }
 
-    /// By how many standard deviations chi-square is above what it should be.
-    pub fn excess_sigmas(&self) -> f64 {
-        let degrees = self.degrees_of_freedom().max(1) as f64;
-        (self.chi_square - degrees) / (2.0 * degrees).sqrt()
+    /// How unlikely the counts are, in -2 ln(likelihood): chi-square alone would favour
+    /// places at which counts are taken to scatter more.
+    pub fn unlikelihood(&self) -> f64 {
+        self.chi_square + self.ln_determinant
     }
 
     fn degrees_of_freedom(&self) -> usize {

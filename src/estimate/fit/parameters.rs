@@ -88,6 +88,12 @@ impl Parameters {
         self.paths.push(path);
     }
 
+    /// Removes a path with a code, whose mean goes to the background.
+    pub fn remove_path(&mut self, path: usize, code: &Code) {
+        let gone = self.paths.remove(path);
+        self.constant += gone.ln_rate.exp() * code.weight() as f64 / code.len() as f64;
+    }
+
     /// The combination of the unknowns that is the logarithm of two paths' ratio.
     pub fn ln_ratio(&self, first: usize, second: usize) -> Vec<f64> {
         let mut combination = vec![0.0; self.len()];
