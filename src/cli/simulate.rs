@@ -43,7 +43,7 @@ pub(super) fn run(
     }
     let simulation =
         simulate_with(&sensor, arguments.fidelity, arguments.engine, seed, arguments.repeat)?;
-    tell(reference, &simulation, output)
+    tell(reference, &simulation, arguments.check.check, output)
 }
 
 /// Some of the scans.
@@ -68,6 +68,7 @@ fn part(
         engine: arguments.engine,
         estimator: arguments.estimator,
         seed,
+        check: arguments.check.check,
     });
     order.fulfil(job, output, |_| {
         let simulated = Simulated::new(sensor, tier)?;
@@ -88,15 +89,20 @@ pub(super) fn merge(
     let sensor = Sensor::new(&scene);
     warn_of_far_paths(&sensor, output);
     let simulation = shard::simulation(job, &sensor, shards)?;
-    tell(job.scene.reference(), &simulation, output)
+    tell(job.scene.reference(), &simulation, job.check, output)
 }
 
-fn tell(scene: SceneReference, simulation: &Simulation, output: &Output) -> anyhow::Result<Ending> {
+fn tell(
+    scene: SceneReference,
+    simulation: &Simulation,
+    check: bool,
+    output: &Output,
+) -> anyhow::Result<Ending> {
     for warning in &simulation.warnings {
         output.note(&format!("warning: {warning}"));
     }
     let document =
         Document { scene: Some(scene), ..Document::new(simulation, typed_command(), None) };
     output.answer_document(&document, &simulation.to_text())?;
-    Ok(Ending::Done)
+    Ok(Ending::of_check(check, simulation.is_as_expected()))
 }

@@ -58,6 +58,15 @@ pub(in crate::cli) struct Order<'a> {
     pub out: &'a Path,
 }
 
+/// What the exit status says of scans beside what is expected of them.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct CheckArgument {
+    /// End with exit status 1 where scans contradict the bias, standard deviation or share of
+    /// missed peaks that are expected of them
+    #[arg(long)]
+    pub check: bool,
+}
+
 /// A part of the work, of a command that has no folder otherwise.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct ShardArguments {

@@ -22,7 +22,8 @@ use crate::math::correlating;
 use crate::response::GroupMoments;
 use crate::scan;
 use crate::scan::Step;
-use crate::scene::EstimatorKind;
+use crate::scene::{DetectorIndex, EstimatorKind};
+use crate::sensor::Sensor;
 
 /// Counts drawn, about, and the scans that they may make.
 const COUNTS: u64 = 16_000_000;
@@ -49,7 +50,7 @@ struct Drawn {
 pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> Option<f64> {
     let groups = groups(counts, target)?;
     let steps = counts.means.len() as u64;
-    let scans = (COUNTS / (steps * work_per_count(target))).clamp(*SCANS.start(), *SCANS.end());
+    let scans = scans(target.sensor, target.detector);
     let draws = (0..scans).into_par_iter().filter(|scan| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + scan);
         let mut values = Vec::with_capacity(steps as usize);
@@ -61,14 +62,19 @@ pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> Option<f64> {
     Some(1.0 - draws.count() as f64 / scans as f64)
 }
 
+/// Scans that are drawn.
+pub(super) fn scans(sensor: &Sensor, detector: DetectorIndex) -> u64 {
+    let counts = sensor.timing().scan.steps * work_per_count(sensor, detector);
+    (COUNTS / counts).clamp(*SCANS.start(), *SCANS.end())
+}
+
 /// What a count costs beside drawing it: the model estimator's coarse stage holds a
 /// template against every step, some chips wide.
-fn work_per_count(target: &Target) -> u64 {
-    let sensor = target.sensor;
+fn work_per_count(sensor: &Sensor, detector: DetectorIndex) -> u64 {
     if sensor.scene().estimator != EstimatorKind::Model {
         return 1;
     }
-    let source = sensor.scene().detectors[target.detector].reference;
+    let source = sensor.scene().detectors[detector].reference;
     let chips = (1_u64 << sensor.scene().sources[source].code.interleave) + 1;
     1 + chips * u64::from(sensor.clock().samples_per_chip) / 8
 }
