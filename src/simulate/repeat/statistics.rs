@@ -3,6 +3,7 @@
 use super::answers::Ranging;
 use super::moments::{Moments, share_interval};
 use super::tally::Tally;
+use crate::estimate::coverage;
 use crate::estimate::evidence::{Evidence, Expectation, Family};
 use crate::estimate::fit::{FitError, expected_fit};
 use crate::estimate::unwrap::{check_normal, fold, fold_distance, unwrap};
@@ -131,7 +132,11 @@ fn fitted_to_means(ranging: &Ranging) -> Result<Vec<Expected>, FitError> {
     let mut expected: Vec<Expected> = ranging.paths.iter().map(|_| unseen()).collect();
     for (order, place, bias_m) in ranging.matched(&fitted) {
         let std_m = distance_m(fitted.paths[order].delay_std_ps);
-        expected[place] = Ok((bias_m, std_m));
+        let path = ranging.paths[place];
+        let covered =
+            coverage::check_scene(ranging.sensor, ranging.detector, path, ranging.counting);
+        let fitted = (bias_m, std_m);
+        expected[place] = covered.map(|()| fitted).map_err(|reason| reason.to_string());
     }
     Ok(expected)
 }
