@@ -5,7 +5,6 @@ use super::ending::Ending;
 use super::forecast::announce;
 use super::output::Output;
 use super::provenance::typed_command;
-use super::shards::at_once;
 use super::warnings::warn_of_far_paths;
 use crate::document::Document;
 use crate::files;
@@ -76,7 +75,7 @@ fn part(
         let scans = order.part.stretch(repetitions);
         let prepared = Prepared::with_engine(sensor, tier, arguments.engine)?;
         let gathered = simulated.gather(&prepared, seed, scans, &mut |_, _| ())?;
-        Ok(at_once(Results::Simulate(gathered)))
+        Ok(Results::Simulate(gathered))
     })
 }
 

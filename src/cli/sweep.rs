@@ -8,7 +8,6 @@ use super::arguments::{Order, SweepArguments};
 use super::ending::Ending;
 use super::output::Output;
 use super::provenance::typed_command;
-use super::shards::TidyUp;
 use super::warnings::warn_of_far_paths;
 use crate::document::{Body, Document};
 use crate::files::OutputFolder;
@@ -95,9 +94,8 @@ fn check(
 }
 
 fn open_store(sweep: &Sweep, folder: &OutputFolder, output: &Output) -> anyhow::Result<Store> {
-    let points = folder.subfolder("points", |path| output.waits(path))?;
     let definition = Definition::of(sweep, &typed_command());
-    Ok(Store::open(folder, points, &definition)?)
+    Ok(Store::open(folder, &definition, |path| output.waits(path))?)
 }
 
 /// A part of the points. They are kept in a folder of the shard's own until all are done,
@@ -126,9 +124,7 @@ fn some_points(
             bar.set_position(done as u64);
         })?;
         bar.finish_and_clear();
-        let rows = shard::rows(part, sweep, &store)?;
-        let tidy_up: TidyUp = Box::new(|folder| Ok(store.clear(folder)?));
-        Ok((Results::Sweep(rows), tidy_up))
+        Ok(Results::Sweep(shard::rows(part, sweep, &store)?))
     })
 }
 

@@ -1,5 +1,7 @@
 //! What theory may take: refused before the work, and not after hours of it.
 
+use super::fit::long_scan::few_steps;
+use super::fit::problem::STEPS_ONE_BY_ONE;
 use crate::photons::DetectorModel;
 use crate::response::{Effort, Light, MeanResponseError};
 use crate::scene::DetectorIndex;
@@ -31,8 +33,6 @@ pub struct TheoryEffort {
     /// Paths with light that fluctuate.
     fluctuating: f64,
     moves: bool,
-    /// Whether the bound takes the steps round one peak.
-    one_path: bool,
     /// Steps that count the same light.
     parallel: f64,
     limit_s: f64,
@@ -51,9 +51,6 @@ impl TheoryEffort {
         let model = DetectorModel::new(&still, detector);
         let light = Light::of(&model);
         let of_detector = || sensor.scene().paths.iter().filter(|p| p.detector == detector);
-        let own = sensor.scene().detectors[detector].reference;
-        let mut modulated = model.modulated_paths();
-        let first = modulated.next().map(|path| sensor.scene().paths[path].source);
         Ok(TheoryEffort {
             effort: Effort::of(&model, &light)?,
             steps: sensor.timing().scan.steps as f64,
@@ -61,7 +58,6 @@ impl TheoryEffort {
             paths: light.paths.len() as f64,
             fluctuating: of_detector().filter(|p| p.delay_std_ps() > 0.0).count() as f64,
             moves: of_detector().any(|p| p.movement.is_some()),
-            one_path: first == Some(own) && modulated.next().is_none(),
             parallel: f64::from(sensor.timing().parallel),
             limit_s: LIMIT_S / sensor.scene().detectors.len() as f64,
         })
@@ -93,11 +89,6 @@ impl TheoryEffort {
         if self.moves {
             return TURNS * self.moving_s() + of.moments_s + self.covariances_s();
         }
-        if self.one_path {
-            let window = 3.0 * self.samples_per_chip;
-            let response_s = of.response_s + window * of.count_s;
-            return TURNS * (unknowns + 1.0) * response_s + of.moments_s + self.covariances_s();
-        }
         TURNS * ((unknowns + 1.0) * (of.response_s + of.counts_s))
             + of.moments_s
             + self.covariances_s()
@@ -110,10 +101,6 @@ impl TheoryEffort {
         if self.moves {
             return self.moving_s() + of.moments_s + self.covariances_s();
         }
-        if self.one_path {
-            let window = 3.0 * self.samples_per_chip;
-            return 6.0 * (of.response_s + window * of.count_s) + self.covariances_s();
-        }
         let unknowns = 2.0 * self.paths + 1.0;
         2.0 * unknowns * (of.response_s + of.counts_s)
             + self.covariances_s()
@@ -124,11 +111,14 @@ impl TheoryEffort {
     fn covariances_s(&self) -> f64 {
         let of = &self.effort;
         let (samples, parallel) = (self.samples_per_chip, self.parallel);
-        let steps = match self.one_path {
-            true => 3.0 * samples,
-            false if parallel <= 1.0 => return of.scan_s,
+        let is_long = self.steps > STEPS_ONE_BY_ONE as f64;
+        let steps = match (is_long, parallel <= 1.0) {
+            _ if self.moves => 3.0 * samples,
+            (false, true) => return of.scan_s,
+            (false, false) => self.steps,
+            (true, true) => few_steps(samples, self.paths).min(self.steps),
             // Groups at the peaks, and those that stand for the rest.
-            false => (2.0 * self.paths * (samples + parallel) + 24_f64.max(2.0 * parallel))
+            (true, false) => (2.0 * self.paths * (samples + parallel) + 24_f64.max(2.0 * parallel))
                 .min(self.steps),
         };
         let pairs = 0.5 * steps * (parallel - 1.0).min(steps);

@@ -57,8 +57,8 @@ pub struct EstimateReport {
     /// The estimator's bias on the exact mean counts of this scene (for the
     /// phase: range walk, interference, circular error).
     pub expected_bias_m: Option<f64>,
-    /// Its standard deviation from the counts' variances; of the model estimator the
-    /// bound, where there is one, since it has the same unknowns and steps.
+    /// Its standard deviation from the counts' variances; of the model estimator no less
+    /// than the bound.
     pub expected_std_m: Option<f64>,
     /// (error - expected bias) / expected standard deviation.
     pub deviation_in_std: Option<f64>,
@@ -350,16 +350,17 @@ impl EstimateReport {
         self.true_distance_m = Some(distance_m(true_ps));
         self.true_distance_at_s = truth.at_ps.map(|ps| ps * 1e-12);
         self.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
-        match bound(sensor, detector, CountingTier::Sampled) {
+        let bound = bound(sensor, detector, CountingTier::Sampled);
+        match &bound {
             Ok(bound) => self.bound_m = bound.of_path(path),
             Err(reason) => self.bound_remark = Some(format!("no bound: {reason}")),
         }
         match expectation(sensor, detector, path, basis) {
-            Ok(Expected { bias_m, std_m: fitted_distance_std_m, missed }) => {
-                // The fit weighs with second moments of light near its own; the bound
-                // of the same unknowns and steps has this light's.
-                let of_fit = self.bound_m.filter(|_| self.estimator == EstimatorKind::Model);
-                let std_m = of_fit.unwrap_or(fitted_distance_std_m);
+            Ok(Expected { bias_m, std_m, missed }) => {
+                let std_m = match (self.estimator, &bound) {
+                    (EstimatorKind::Model, Ok(bound)) => bound.at_least(path, std_m),
+                    _ => std_m,
+                };
                 self.expected_bias_m = Some(bias_m);
                 self.expected_std_m = Some(std_m);
                 let range_m = self.unambiguous_range_m;

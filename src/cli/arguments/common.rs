@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::cli::values::parse_shard;
-use crate::printable::{printable, printable_path};
+use crate::printable::{printable, printable_path, shell_word};
 use crate::scene::{self, Scene, SceneErrors, Setting};
 use crate::shard::Part;
 
@@ -40,11 +40,11 @@ impl SceneArgument {
     /// is left out, so that what is made does not depend on it.
     pub fn shown(&self) -> String {
         let name = self.scene.file_name().unwrap_or_default();
-        let mut shown = printable_path(Path::new(name));
+        let mut shown = shell_word(&printable_path(Path::new(name))).into_owned();
         for setting in &self.settings {
             let origin = printable(setting.origin());
             let (option, set) = origin.split_once(' ').unwrap_or(("", &origin));
-            shown += &format!(" {option} '{}'", set.replace('\'', "'\\''"));
+            shown += &format!(" {option} {}", shell_word(set));
         }
         shown
     }

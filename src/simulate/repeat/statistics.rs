@@ -120,23 +120,24 @@ fn expectations(ranging: &Ranging, theory: &Theory) -> Vec<Expected> {
                 Err(reason) => Err(reason.to_string()),
             })
             .collect(),
-        EstimatorKind::Model => fitted_to_means(ranging)
+        EstimatorKind::Model => fitted_to_means(ranging, theory)
             .unwrap_or_else(|reason| vec![Err(reason.to_string()); ranging.paths.len()]),
     }
 }
 
 /// The fit's answer to the expected counts.
-fn fitted_to_means(ranging: &Ranging) -> Result<Vec<Expected>, FitError> {
+fn fitted_to_means(ranging: &Ranging, theory: &Theory) -> Result<Vec<Expected>, FitError> {
     let fitted = expected_fit(ranging.sensor, ranging.detector, ranging.counting)?;
     let unseen = || Err("the expected counts do not show the path".to_owned());
     let mut expected: Vec<Expected> = ranging.paths.iter().map(|_| unseen()).collect();
     for (order, place, bias_m) in ranging.matched(&fitted) {
         let std_m = distance_m(fitted.paths[order].delay_std_ps);
         let path = ranging.paths[place];
+        let bound = theory.bound.as_ref().ok();
+        let std_m = bound.map_or(std_m, |bound| bound.at_least(path, std_m));
         let covered =
             coverage::check_scene(ranging.sensor, ranging.detector, path, ranging.counting);
-        let fitted = (bias_m, std_m);
-        expected[place] = covered.map(|()| fitted).map_err(|reason| reason.to_string());
+        expected[place] = covered.map(|()| (bias_m, std_m)).map_err(|reason| reason.to_string());
     }
     Ok(expected)
 }
