@@ -12,7 +12,8 @@ use super::phase::{
     Estimate, NoEstimate, estimate, estimate_at, estimate_values, fundamental, window_indices,
 };
 use super::prediction::{
-    check_path_is_modulated, coarse_failure_bound_fraction, coarse_spread_m, peak_of_path,
+    check_path_is_modulated, coarse_failure_bound_fraction, coarse_spread_m, is_never_largest,
+    peak_of_path,
 };
 use super::{
     CountingTier, Prediction, PredictionError, TheoryEffort, calibration_offset_ps, delay_error_ps,
@@ -155,8 +156,12 @@ impl<'e, 'm> Expected<'e, 'm> {
             detection_rate_hz: self.response.detection_rate_hz(),
             phase_std_rad: phase_std,
             coarse_failure_bound_fraction: failures,
-            missed_fraction: (failures < SURELY_FOUND).then_some(failures),
+            missed_fraction: match is_never_largest(values, peak, peak_variance, sensor) {
+                true => Some(1.0),
+                false => (failures < SURELY_FOUND).then_some(failures),
+            },
             coarse_spread_m: coarse_spread_m(values, peak, peak_variance, timing),
+            is_drawn: false,
         })
     }
 

@@ -15,8 +15,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod approximation;
 pub mod bound;
 mod calibration;
+pub mod coverage;
 mod dead_time;
 mod effort;
 pub mod evidence;
@@ -38,6 +40,7 @@ pub mod unwrap;
 
 pub use crate::light::distance_m;
 pub use crate::response::CountingTier;
+pub use approximation::Approximation;
 pub use calibration::calibration_offset_ps;
 pub(crate) use effort::TheoryEffort;
 pub(crate) use missed::{share_error, tolerance_ps};

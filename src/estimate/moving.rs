@@ -79,6 +79,7 @@ pub(super) fn predict(
         coarse_failure_bound_fraction: standing.coarse_failure_bound_fraction,
         missed_fraction: standing.missed_fraction,
         coarse_spread_m: standing.coarse_spread_m,
+        is_drawn: false,
     })
 }
 

@@ -1,6 +1,7 @@
 //! What is predicted of the phase estimator, why it may not be, and what every way to
 //! predict needs.
 
+use super::approximation::Approximation;
 use super::phase::{CoarseOnly, Estimate, estimate_at, first_maximum};
 use super::{delay_error_ps, distance_m};
 use crate::histogram::correction::CorrectionError;
@@ -38,6 +39,31 @@ pub struct Prediction {
     /// give round those steps within a chip which may count most, weighted with the
     /// chance to count more than the peak. The standard deviation leaves it out.
     pub coarse_spread_m: f64,
+    /// Whether bias and standard deviation are those of drawn scans: then they hold both.
+    pub is_drawn: bool,
+}
+
+/// The phase's scatter beyond which the standard deviation is more than 3 % larger
+/// than its linearisation. Measured over 30,000 scans of Table I's sensor: 1 % at
+/// 0.07 rad, 2.6 % at 0.1, 5 % at 0.14, 7 % at 0.17.
+const LINEAR_PHASE_RAD: f64 = 0.1;
+/// Spread of the fine estimates round neighbouring coarse steps, in standard
+/// deviations, that shows in the scatter. Measured over 20,000 scans of steps that are
+/// a part of a code period: 1.5 % more at 0.18, 16 % at 0.25, 20 % at 0.35. A smooth
+/// peak comes to it at 0.08 rad.
+const COARSE_SPREAD: f64 = 0.18;
+
+impl Prediction {
+    /// Whether the phase scatters so little that its linearisation holds, round one leading
+    /// step.
+    pub fn is_linear(&self) -> bool {
+        self.phase_std_rad <= LINEAR_PHASE_RAD && self.coarse_spread_in_std() <= COARSE_SPREAD
+    }
+
+    /// [`Self::coarse_spread_m`] in standard deviations of the linearisation.
+    pub fn coarse_spread_in_std(&self) -> f64 {
+        self.coarse_spread_m / self.std_m.max(f64::MIN_POSITIVE)
+    }
 }
 
 /// Why there is no prediction.
@@ -46,6 +72,9 @@ pub enum PredictionError {
     /// The mean response cannot be had.
     #[error(transparent)]
     MeanResponse(#[from] MeanResponseError),
+    /// An approximation does not hold.
+    #[error(transparent)]
+    NotCovered(#[from] Approximation),
     /// The expected counts have no peak at the path.
     #[error("the expected counts have no peak: the path carries no modulated light")]
     Flat,
@@ -96,10 +125,30 @@ pub(super) fn coarse_failure_bound_fraction(
     variance: f64,
     sensor: &Sensor,
 ) -> f64 {
-    let failures = (0..expected.len())
-        .filter(|&step| !within_a_chip(sensor.timing(), step, peak))
-        .map(|step| normal_cdf((expected[step] - expected[peak]) / (2.0 * variance).sqrt()));
-    failures.sum::<f64>().min(1.0)
+    failures(expected, peak, variance, sensor).sum::<f64>().min(1.0)
+}
+
+/// Whether one step more than a chip from the peak all but always counts more than it: by
+/// four standard deviations of the difference.
+pub(super) fn is_never_largest(
+    expected: &[f64],
+    peak: usize,
+    variance: f64,
+    sensor: &Sensor,
+) -> bool {
+    failures(expected, peak, variance, sensor).any(|chance| chance > normal_cdf(4.0))
+}
+
+/// Chance of each step more than a chip from the peak to count more than it.
+fn failures(
+    expected: &[f64],
+    peak: usize,
+    variance: f64,
+    sensor: &Sensor,
+) -> impl Iterator<Item = f64> {
+    (0..expected.len())
+        .filter(move |&step| !within_a_chip(sensor.timing(), step, peak))
+        .map(move |step| normal_cdf((expected[step] - expected[peak]) / (2.0 * variance).sqrt()))
 }
 
 /// [`Prediction::coarse_spread_m`], for normal counts that all scatter as the

@@ -5,8 +5,10 @@ use std::fmt::Display;
 use serde::Serialize;
 
 use super::bound::bound;
+use super::coverage;
 use super::evidence::{Evidence, Expectation, Family};
 use super::histogram::{self, PhaseOfHistogram};
+use super::theory::covered;
 use super::unwrap::{check_normal, fold, fold_distance};
 use super::{
     CountingTier, Estimate, Prediction, calibration_offset_ps, check_modulated, delay_error_ps,
@@ -452,7 +454,10 @@ fn expectation(
     let is_histogram = sensor.scene().hardware.architecture == Architecture::Histogram;
     if sensor.scene().estimator == EstimatorKind::Fft {
         let expected = match basis {
-            Basis::Steps if is_histogram => histogram::predict_steps(sensor, detector, path),
+            Basis::Steps if is_histogram => {
+                let predicted = histogram::predict_steps(sensor, detector, path);
+                covered(sensor, detector, path, tier, predicted)
+            }
             _ => predict(sensor, detector, path, tier),
         };
         let expected = expected.map_err(|e| e.to_string())?;
@@ -461,6 +466,7 @@ fn expectation(
         let Prediction { bias_m, std_m, missed_fraction: missed, .. } = expected;
         return Ok(Expected { bias_m, std_m, missed });
     }
+    coverage::check_scene(sensor, detector, path, tier).map_err(|e| e.to_string())?;
     let fitted = expected_fit(sensor, detector, tier).map_err(|e| e.to_string())?;
     let code = &sensor.scene().sources[sensor.scene().paths[path].source].code;
     let code_period_ps = sensor.code_period_of_path_ps(path);

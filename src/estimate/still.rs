@@ -10,7 +10,7 @@ use super::prediction::{
     Prediction, PredictionError, check_path_is_modulated, coarse_failure_bound_fraction,
     coarse_spread_m, peak_of_path,
 };
-use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, missed};
+use super::{CountingTier, calibration_offset_ps, coverage, delay_error_ps, distance_m, missed};
 use crate::photons::DetectorModel;
 use crate::response::{MeanResponse, SecondMoments};
 use crate::scan::{Group, Step};
@@ -61,10 +61,11 @@ pub(super) fn predict_from(
 
     let estimate = estimate_at(&expected, peak, timing, offset_ps);
     let peak_variance = counts.second.of_steps(&[Step::at(peak)])[0].signed_variance;
+    coverage::check_slipping(counts, counting, peak_variance)?;
     let code_period_ps = sensor.timing().code_period_ps();
     let true_delay_ps = sensor.scene().paths[path].delay_ps;
     let failures = coarse_failure_bound_fraction(&expected, peak, peak_variance, sensor);
-    Ok(Prediction {
+    let linear = Prediction {
         bias_m: distance_m(delay_error_ps(estimate.delay_ps, true_delay_ps, code_period_ps)),
         std_m: distance_m(sensor.clock().ps(phase_std / PI)),
         estimate,
@@ -73,6 +74,19 @@ pub(super) fn predict_from(
         coarse_failure_bound_fraction: failures,
         missed_fraction: missed_from(counts, sensor, detector, path, counting),
         coarse_spread_m: coarse_spread_m(&expected, peak, peak_variance, timing),
+        is_drawn: false,
+    };
+    if linear.is_linear() || missed::errors_wrap(sensor, path) {
+        return Ok(linear);
+    }
+    Ok(match missed::drawn_errors_ps(counts, sensor, detector, path, counting, peak) {
+        None => linear,
+        Some((mean_ps, std_ps)) => Prediction {
+            bias_m: distance_m(mean_ps),
+            std_m: distance_m(std_ps),
+            is_drawn: true,
+            ..linear
+        },
     })
 }
 

@@ -5,7 +5,7 @@ use super::expected_counts::ExpectedCounts;
 use super::fit::bins::BinFitter;
 use super::fit::error::FitError;
 use super::prediction::{Prediction, PredictionError, moves};
-use super::{CountingTier, TheoryEffort, histogram, moving, still};
+use super::{CountingTier, TheoryEffort, coverage, histogram, moving, still};
 use crate::photons::DetectorModel;
 use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::{Architecture, DetectorIndex, PathIndex};
@@ -42,17 +42,37 @@ pub fn predict(
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
     if sensor.scene().hardware.architecture == Architecture::Histogram {
-        return histogram::predict(sensor, detector, path);
+        return covered(
+            sensor,
+            detector,
+            path,
+            counting,
+            histogram::predict(sensor, detector, path),
+        );
     }
     if moves(sensor, detector) {
         moving::check_speed(sensor, detector)?;
     }
     TheoryEffort::of(sensor, detector)?.check_predictions(1)?;
-    if moves(sensor, detector) {
-        moving::predict(sensor, detector, path, counting)
-    } else {
-        still::predict(sensor, detector, path, counting)
-    }
+    let predicted = match moves(sensor, detector) {
+        true => moving::predict(sensor, detector, path, counting),
+        false => still::predict(sensor, detector, path, counting),
+    };
+    covered(sensor, detector, path, counting, predicted)
+}
+
+/// A prediction, where its approximations hold.
+pub(super) fn covered(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    path: PathIndex,
+    counting: CountingTier,
+    predicted: Result<Prediction, PredictionError>,
+) -> Result<Prediction, PredictionError> {
+    coverage::check_scene(sensor, detector, path, counting)?;
+    let predicted = predicted?;
+    coverage::check_phase(sensor, path, &predicted)?;
+    Ok(predicted)
 }
 
 /// [`predict`] for some paths and [`bound`](super::bound::bound) together, which
@@ -87,20 +107,19 @@ pub fn theory(
         Err(reason) => return Theory::refused(reason, paths.len()),
     };
     let of_counts = |counts: &ExpectedCounts| {
-        let predict =
-            |&path: &PathIndex| still::predict_from(counts, sensor, detector, path, counting);
-        let predictions: Vec<_> = paths.iter().map(predict).collect();
-        let missed = |(predicted, &path): (&Result<Prediction, _>, &PathIndex)| match predicted {
-            Ok(predicted) => predicted.missed_fraction,
-            Err(PredictionError::CoarseOnly(_)) => {
-                still::missed_from(counts, sensor, detector, path, counting)
-            }
-            // A peak that is not there is not found.
-            Err(PredictionError::Flat) => Some(1.0),
-            Err(_) => None,
+        let predict = |&path: &PathIndex| {
+            let predicted = still::predict_from(counts, sensor, detector, path, counting);
+            let missed = missed(&predicted).or_else(|| match predicted {
+                Err(PredictionError::CoarseOnly(_)) => {
+                    still::missed_from(counts, sensor, detector, path, counting)
+                }
+                _ => None,
+            });
+            (covered(sensor, detector, path, counting, predicted), missed)
         };
+        let (predictions, missed) = told(paths.iter().map(predict));
         Theory {
-            missed: predictions.iter().zip(paths).map(missed).collect(),
+            missed,
             predictions,
             bound: match effort.check_bound() {
                 Ok(()) => bound_of(sensor, detector, counting, counts),
@@ -122,17 +141,43 @@ fn of_histograms(sensor: &Sensor, detector: DetectorIndex, paths: &[PathIndex]) 
         Ok(predictions) => predictions,
         Err(reason) => return Theory::refused(reason, paths.len()),
     };
-    let missed = |predicted: &Result<Prediction, PredictionError>| match predicted {
+    let counting = CountingTier::Sampled;
+    let (predictions, missed) =
+        told(predictions.into_iter().zip(paths).map(|(predicted, &path)| {
+            let missed = missed(&predicted);
+            (covered(sensor, detector, path, counting, predicted), missed)
+        }));
+    Theory {
+        missed,
+        predictions,
+        bound: BinFitter::new(sensor, detector).and_then(|fitter| fitter.bound()),
+    }
+}
+
+/// The share of scans that miss a path, where its prediction has it.
+fn missed(predicted: &Result<Prediction, PredictionError>) -> Option<f64> {
+    match predicted {
         Ok(predicted) => predicted.missed_fraction,
         // A peak that is not there is not found.
         Err(PredictionError::Flat) => Some(1.0),
         Err(_) => None,
-    };
-    Theory {
-        missed: predictions.iter().map(missed).collect(),
-        predictions,
-        bound: BinFitter::new(sensor, detector).and_then(|fitter| fitter.bound()),
     }
+}
+
+/// What is predicted of each path; its share of misses only where the scene's approximations
+/// hold, or it is what keeps the rest from being told.
+fn told(
+    paths: impl Iterator<Item = (Result<Prediction, PredictionError>, Option<f64>)>,
+) -> (Vec<Result<Prediction, PredictionError>>, Vec<Option<f64>>) {
+    paths
+        .map(|(predicted, missed)| {
+            let is_told = match &predicted {
+                Err(PredictionError::NotCovered(why)) => why.keeps_the_share_of_misses(),
+                _ => true,
+            };
+            (predicted, missed.filter(|_| is_told))
+        })
+        .unzip()
 }
 
 impl Theory {

@@ -174,11 +174,6 @@ impl DetectorModel {
         self.timing.first_chip(repetition, group).of_code(length) as i64
     }
 
-    /// Dead time, in chips.
-    pub(crate) fn dead_time_chips(&self) -> f64 {
-        self.dead_time_chips
-    }
-
     /// How long before a step its simulation starts.
     pub(crate) fn warm_up_chips(&self) -> i64 {
         self.warm_up_chips

@@ -1,6 +1,7 @@
 //! For which scenes and questions each tier's answers hold.
 
 use super::Tier;
+use crate::estimate::coverage::{count_limit, most_counts};
 use crate::estimate::fit::shared_light;
 use crate::estimate::{Prediction, PredictionError};
 use crate::photons::DetectorModel;
@@ -12,15 +13,6 @@ use crate::sensor::Sensor;
 
 /// Coarse estimates more often wrong than this show in the statistics.
 const COARSE_FAILURES: f64 = 1e-3;
-/// The phase's scatter beyond which the standard deviation is more than 3 % larger
-/// than its linearisation. Measured over 30,000 scans of Table I's sensor: 1 % at
-/// 0.07 rad, 2.6 % at 0.1, 5 % at 0.14, 7 % at 0.17.
-const LINEAR_PHASE_RAD: f64 = 0.1;
-/// Spread of the fine estimates round neighbouring coarse steps, in standard
-/// deviations, that shows in the scatter. Measured over 20,000 scans of steps that are
-/// a part of a code period: 1.5 % more at 0.18, 16 % at 0.25, 20 % at 0.35. A smooth
-/// peak comes to it at 0.08 rad.
-const COARSE_SPREAD: f64 = 0.24;
 /// Shares of detections, or of a variance, that are too large to leave out.
 const SHARE: f64 = 0.01;
 /// The mean response is worked out over at most 10^5 dead times before a code
@@ -183,16 +175,7 @@ impl View<'_> {
 
     fn saturated_counts(&self) -> Option<String> {
         let width = self.sensor.scene().hardware.counter_width?;
-        let chips = self.sensor.timing().scan.integration_chips as f64;
-        // No more than one detection in a dead time.
-        let shortest = 1.0 / self.brightest_per_chip.max(1e-300);
-        let most = chips / self.model.dead_time_chips().max(shortest);
-        let (most, limit) = match self.sensor.scene().hardware.architecture {
-            Architecture::UpDown => (most, 2_f64.powi(width as i32 - 1) - 1.0),
-            Architecture::Histogram => {
-                (chips / self.sensor.timing().code_chips() as f64, 2_f64.powi(width as i32) - 1.0)
-            }
-        };
+        let (limit, most) = (count_limit(self.sensor)?, most_counts(self.sensor, self.model));
         (most > limit).then(|| {
             format!(
                 "counter_width = {width} clamps the hardware's counts at {limit}; here they are \
@@ -259,25 +242,17 @@ impl View<'_> {
                         missed * 100.0
                     )
                 });
-                let linear = (expected.phase_std_rad > LINEAR_PHASE_RAD).then(|| {
+                let linear = (!expected.is_drawn && !expected.is_linear()).then(|| {
                     format!(
-                        "path {path}: the phase scatters by {:.2} rad; the standard deviation is \
-                         linear in it, and holds below {LINEAR_PHASE_RAD} rad",
-                        expected.phase_std_rad
-                    )
-                });
-                let torn = (expected.coarse_spread_m > COARSE_SPREAD * expected.std_m
-                    && linear.is_none())
-                .then(|| {
-                    format!(
-                        "path {path}: several phase steps are expected to count nearly as much as \
-                         the largest, and the estimates round them differ by {:.1} mm (standard \
-                         deviation); that is left out of bias and standard deviation, which it \
-                         can raise by a fifth",
+                        "path {path}: the phase scatters by {:.2} rad, and the estimates round phase \
+                         steps that count nearly as much as the largest by {:.1} mm (standard \
+                         deviation); bias and standard deviation are linear in the one and leave \
+                         the other out, which can raise them by a fifth",
+                        expected.phase_std_rad,
                         expected.coarse_spread_m * 1e3
                     )
                 });
-                coarse.into_iter().chain(linear).chain(torn)
+                coarse.into_iter().chain(linear)
             })
             .collect()
     }

@@ -39,7 +39,11 @@ pub(super) fn answer(
             Ok(expected) => {
                 path.detected_rate_cps = expected.detection_rate_hz;
             }
-            Err(reason @ (PredictionError::Flat | PredictionError::CoarseOnly(_))) => {
+            Err(
+                reason @ (PredictionError::Flat
+                | PredictionError::CoarseOnly(_)
+                | PredictionError::NotCovered(_)),
+            ) => {
                 path.detected_rate_cps = detection_rate_cps(sensor, detector)?;
                 path.remark = Some(reason.to_string());
             }

@@ -9,6 +9,7 @@ mod estimate_against_photons;
 mod estimate_model;
 mod estimate_model_is_unbiased;
 mod estimate_model_stays_finite;
+mod expectations_hold;
 mod expected_counts_of_pulses_that_just_do_not_merge;
 mod fidelity_compares_all_three;
 mod histogram_estimates;

@@ -40,7 +40,7 @@ mod ridge;
 mod search;
 mod shared_light;
 mod shared_steps;
-mod slipping;
+pub(in crate::estimate) mod slipping;
 mod start;
 pub(super) mod template;
 mod weighing;

@@ -8,12 +8,14 @@
 mod find;
 mod largest;
 mod law;
+mod near;
 mod sampled;
 mod scan;
 mod target;
 mod wedge;
 
 use self::target::Target;
+pub(crate) use self::target::errors_wrap;
 pub use self::target::tolerance_ps;
 use super::CountingTier;
 use super::expected_counts::ExpectedCounts;
@@ -63,6 +65,22 @@ pub(super) fn missed_fraction(
         largest::missed(counts, &target)
     };
     Some(missed.clamp(0.0, 1.0))
+}
+
+/// Mean and standard deviation of a path's errors, in ps, as scans have them whose largest
+/// count is near step `peak`: drawn from the exact moments, with
+/// what the coarse stage's choice among several steps and large errors of the phase do. None
+/// where hardly any scan finds the path.
+pub(super) fn drawn_errors_ps(
+    counts: &ExpectedCounts,
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    path: PathIndex,
+    counting: CountingTier,
+    peak: usize,
+) -> Option<(f64, f64)> {
+    let target = Target::new(sensor, detector, path, counting);
+    near::errors_ps(counts, &target, peak)
 }
 
 /// Whether the share is counted in drawn scans.

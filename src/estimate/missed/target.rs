@@ -13,6 +13,13 @@ pub fn tolerance_ps(chip_period_ps: f64, code_period_ps: f64) -> f64 {
     chip_period_ps.min(0.25 * code_period_ps)
 }
 
+/// Whether the estimates of a path that are right are fewer than those that count for it: of
+/// codes of fewer than four chips, whose errors wrap.
+pub(crate) fn errors_wrap(sensor: &Sensor, path: PathIndex) -> bool {
+    let chip_ps = sensor.clock().chip_period_ps;
+    tolerance_ps(chip_ps, sensor.code_period_of_path_ps(path)) < chip_ps
+}
+
 /// Errors of the delay, in ps, with which a scan has found a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Accepted {

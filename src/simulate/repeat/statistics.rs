@@ -3,6 +3,7 @@
 use super::answers::Ranging;
 use super::moments::{Moments, share_interval};
 use super::tally::Tally;
+use crate::estimate::coverage;
 use crate::estimate::evidence::{Evidence, Expectation, Family};
 use crate::estimate::fit::{FitError, expected_fit};
 use crate::estimate::unwrap::{check_normal, fold, fold_distance, unwrap};
@@ -131,9 +132,12 @@ fn fitted_to_means(ranging: &Ranging, theory: &Theory) -> Result<Vec<Expected>, 
     let mut expected: Vec<Expected> = ranging.paths.iter().map(|_| unseen()).collect();
     for (order, place, bias_m) in ranging.matched(&fitted) {
         let std_m = distance_m(fitted.paths[order].delay_std_ps);
+        let path = ranging.paths[place];
         let bound = theory.bound.as_ref().ok();
-        let std_m = bound.map_or(std_m, |bound| bound.at_least(ranging.paths[place], std_m));
-        expected[place] = Ok((bias_m, std_m));
+        let std_m = bound.map_or(std_m, |bound| bound.at_least(path, std_m));
+        let covered =
+            coverage::check_scene(ranging.sensor, ranging.detector, path, ranging.counting);
+        expected[place] = covered.map(|()| (bias_m, std_m)).map_err(|reason| reason.to_string());
     }
     Ok(expected)
 }

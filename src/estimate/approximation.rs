@@ -1,0 +1,41 @@
+//! What is taken to be so where something is expected, and how far from it a scene is.
+
+use std::fmt;
+
+/// An approximation, and its size in a scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Approximation {
+    /// What is taken to be so.
+    pub name: &'static str,
+    /// What its size is.
+    pub measure: &'static str,
+    /// Its size here.
+    pub size: f64,
+    /// The size up to which there is a number.
+    pub bound: f64,
+    /// Whether the share of missed peaks rests on it, too.
+    pub concerns_misses: bool,
+}
+
+impl fmt::Display for Approximation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Approximation { name, measure, size, bound, .. } = self;
+        write!(f, "{name} does not hold here: {measure} {size:.3}, at most {bound} is covered")
+    }
+}
+
+impl std::error::Error for Approximation {}
+
+impl Approximation {
+    /// Whether the share of missed peaks is known all the same.
+    pub fn keeps_the_share_of_misses(&self) -> bool {
+        !self.concerns_misses
+    }
+
+    /// # Errors
+    /// Itself, where its size is beyond its bound.
+    pub fn check(self) -> Result<(), Approximation> {
+        // No number is within no bound.
+        if self.size <= self.bound { Ok(()) } else { Err(self) }
+    }
+}
