@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 use super::GradeRequest;
 use super::labels::Labels;
-use crate::cosim::lanes::Refusal;
 use crate::cosim::lanes::mutants::{Mutant, mutants};
 use crate::cosim::lanes::netlist::{CHOICE, Net, Netlist};
 use crate::cosim::lanes::variants::{Site, with_faults};
+use crate::cosim::lanes::{Memories, Refusal};
 
 /// Variants of a design, all of a kind.
 pub(super) struct Family {
@@ -35,7 +35,11 @@ impl Family {
     ///
     /// # Errors
     /// What of the design has no place in lanes; or a tool fails.
-    pub(super) fn mutants(request: &GradeRequest, count: u32) -> Result<Family, Refusal> {
+    pub(super) fn mutants(
+        request: &GradeRequest,
+        memories: Memories,
+        count: u32,
+    ) -> Result<Family, Refusal> {
         let kept: Vec<String> = request
             .registers
             .iter()
@@ -43,7 +47,8 @@ impl Family {
             .map(|register| register.path("."))
             .collect();
         let (top, sources) = (&request.top, &request.sources);
-        let (all, list) = mutants(top, sources, count, request.seed, &kept, &request.cache)?;
+        let seed = request.seed;
+        let (all, list) = mutants(top, sources, count, seed, &kept, memories, &request.cache)?;
         Ok(Family { good: chosen(&all, None), all, kind: Kind::Mutants(list) })
     }
 

@@ -49,7 +49,7 @@ use self::run::Stream;
 use self::tried::Tried;
 use crate::cosim::error::CosimError;
 use crate::cosim::lanes::design::Design;
-use crate::cosim::lanes::{Refusal, refuse_memories};
+use crate::cosim::lanes::{Memories, Refusal};
 use crate::cosim::source::{SourceFile, is_users};
 use crate::document::Body;
 use crate::rtl::blocks::ScanRegisters;
@@ -207,12 +207,30 @@ impl Graded {
     }
 }
 
+/// Most bits of a histogram that is graded: each is a register of its own.
+const MOST_MEMORY_BITS: u128 = 2048;
+
 /// Refuses a sensor of which no design can be graded.
 ///
 /// # Errors
-/// When its hardware keeps a histogram.
+/// When its hardware keeps a large histogram.
 pub(crate) fn refuse(sensor: &Sensor) -> Result<(), CosimError> {
-    refuse_memories(sensor.interface()).map_err(|unfit| not_graded(unfit.into()))
+    memories_of(sensor).map(|_| ()).map_err(not_graded)
+}
+
+/// What becomes of the memories of a sensor's hardware.
+fn memories_of(sensor: &Sensor) -> Result<Memories, Refusal> {
+    let interface = sensor.interface();
+    let bits = interface.histogram.map(|plan| plan.memory_bits(interface.reference_codes.len()));
+    match bits {
+        None => Ok(Memories::Refused),
+        Some(bits) if bits <= MOST_MEMORY_BITS => Ok(Memories::Registers),
+        Some(bits) => Err(Refusal::unfit(format!(
+            "its histogram has {bits} bits, and at most {MOST_MEMORY_BITS} are graded, each as a \
+             register; grade the same hardware with a shorter code, fewer samples per chip, or \
+             buffers = 1"
+        ))),
+    }
 }
 
 /// Why there is no grade.
@@ -234,8 +252,8 @@ pub fn grade(
     choose: impl Fn(usize) -> Vec<usize> + Sync,
     mut on_progress: impl FnMut(&'static str),
 ) -> Result<Graded, Refusal> {
-    refuse_memories(sensor.interface())?;
-    let design = Design::netlist(&request.top, &request.sources, &request.cache)?;
+    let memories = memories_of(sensor)?;
+    let design = Design::netlist(&request.top, &request.sources, memories, &request.cache)?;
     let stream = Stream::of(sensor, request, &design)?;
     on_progress("comparing the design with the reference model");
     stream.check()?;
@@ -248,7 +266,7 @@ pub fn grade(
     let (faults, mutants) = thread::scope(|scope| {
         let mutants = scope.spawn(|| match request.mutants {
             0 => Ok(None),
-            count => run(Family::mutants(request, count)?).map(Some),
+            count => run(Family::mutants(request, memories, count)?).map(Some),
         });
         let faults = run(Family::faults(&design));
         let mutants = mutants.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));

@@ -19,6 +19,8 @@ pub(super) struct ResetWatch {
     /// The last words with a counted hit.
     hit: Option<u64>,
     hit_before: Option<u64>,
+    /// The last reset came upon a result that waited, and nobody was ready to take one since.
+    pub(super) is_stalled: bool,
     /// Points that the first results after the last reset prove.
     pub(super) of_results: Vec<usize>,
     /// Points that the first peak after it proves.
@@ -31,6 +33,8 @@ pub(super) struct PortState {
     pub(super) is_waiting: bool,
     pub(super) is_overrun: bool,
     pub(super) is_saturated: bool,
+    /// The row of a frame that waits.
+    pub(super) row: Option<usize>,
 }
 
 /// What a reset comes upon.
@@ -53,6 +57,7 @@ impl ResetWatch {
             scan_end: None,
             hit: None,
             hit_before: None,
+            is_stalled: false,
             of_results: Vec::new(),
             of_peaks: Vec::new(),
         }
@@ -80,6 +85,7 @@ impl ResetWatch {
         let length = reset.end - reset.start;
         self.of_results.clear();
         self.of_peaks.clear();
+        self.is_stalled = ports.is_waiting;
         let states = [
             (length == 1, ResetState::OneClock),
             (length == 2, ResetState::TwoClocks),
@@ -94,6 +100,8 @@ impl ResetWatch {
             self.of_results.extend(table.number(CoverPoint::Reset { state }));
         }
         if length == 1 {
+            let row = ports.row.and_then(|beat| table.number(CoverPoint::ResetAtRow { beat }));
+            self.of_results.extend(row);
             if let Some(age) = age(self.group_end) {
                 let age = u32::try_from(age).unwrap_or(u32::MAX);
                 self.of_results.extend(table.number(CoverPoint::ResetAge { age }));

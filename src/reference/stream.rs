@@ -200,6 +200,7 @@ impl ResultStream {
             is_waiting: self.axis.valid,
             is_overrun: self.axis.overrun,
             is_saturated: self.axis.saturated,
+            row: None,
         }
     }
 

@@ -219,6 +219,11 @@ const HISTOGRAM: &[Fault] = &[
     ("histogram_control.v", "reads_r | (|out_r) | ~goes", "reads_r | (|out_r)"),
     ("histogram_control.v", "ends & busy", "ends"),
     ("histogram_control.v", "goes = room_r | i_ready", "goes = i_ready"),
+    // A loss that is not told where the reader is at one row; what reset leaves.
+    ("histogram_control.v", "ends & busy)", "ends & busy & ~(reads_r & read_is_last_r))"),
+    ("histogram_control.v", "ends & busy)", "ends & busy & ~(reads_r & o_read_row == 5'd13))"),
+    ("histogram_control.v", "room_r <= 1'b1;", "room_r <= room_r;"),
+    ("histogram_control.v", "read_is_last_r <= 1'b0;", "read_is_last_r <= read_is_last_r;"),
     // The top module: a row that changes while it waits.
     ("sensor_top.v", "if (control_shows)", "if (1'b1)"),
 ];
@@ -231,6 +236,8 @@ const ONE_MEMORY: &[Fault] = &[
     ("histogram_control.v", "comes = whole_before_r[2]", "comes = whole_before_r[1]"),
     ("histogram_control.v", "last_before_r[2]", "last_before_r[1]"),
     ("histogram_control.v", "comes & ~room_r & ~i_ready", "comes & ~room_r"),
+    ("histogram_control.v", "~room_r & ~i_ready)", "~room_r & ~i_ready & ~last_before_r[1])"),
+    ("histogram_control.v", "~room_r & ~i_ready)", "~room_r & ~i_ready & row_before_2_r != 5'd17)"),
     ("histogram_control.v", "if (i_ready)", "if (1'b0)"),
     ("histogram_control.v", "(room_r & comes) | (i_ready & comes)", "comes"),
     // A bin that is not begun anew, and one that does not leave.

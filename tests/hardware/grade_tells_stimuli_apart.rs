@@ -79,12 +79,30 @@ fn a_run_with_a_grade_has_it_in_its_document_and_its_report() {
         assert!(section.contains(&format!(">{number}</td>")), "{key}");
     }
 
-    // No histogram is graded, and that is said before anything is done.
+    // No large histogram is graded, and that is said before anything is done.
     let output = run("scenes/histogram.toml");
     assert_eq!(output.status.code(), Some(2));
     let told = String::from_utf8_lossy(&output.stderr);
-    assert!(told.contains("memories"), "{told}");
+    assert!(told.contains("98256 bits, and at most 2048 are graded"), "{told}");
     assert!(!folder.path().join("scenes/histogram.toml").exists());
+}
+
+/// A histogram is graded, but for the bits that its memory holds.
+#[test]
+fn a_small_histogram_is_graded_with_its_memory() {
+    let scene = "tests/scenes/histogram-one-memory.toml";
+    let output = Command::new(env!("CARGO_BIN_EXE_goldtof"))
+        .args(["grade", scene, "--json", "--quiet", "--mutants", "20", "--at-least", "99%"])
+        .args(["--proof-time", "1", "--proof-budget", "4"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("goldtof runs");
+    assert!(output.status.success(), "{output:?}");
+    let grade: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let names = grade["faults"]["survivors"].as_array().expect("a list");
+    assert!(names.iter().all(|found| !found["net"].as_str().unwrap_or("words").contains("words")));
+    assert!(number(&grade["faults"], "total") > 500, "{grade}");
+    assert_eq!(number(&grade["mutants"], "total"), 20);
 }
 
 /// Shards of a grade, joined, are the grade: each fault and mutant once, in their order.

@@ -10,7 +10,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::netlist::{Driver, Net, Netlist, Register};
 use super::synthesis::synthesise;
 use super::verilog::{CLOCK, MODULE, RESET_CLOCK, module, output_nets};
-use super::{Refusal, Unfit, yosys};
+use super::yosys::{self, Memories};
+use super::{Refusal, Unfit};
 use crate::cosim::build::{Built, LanesUnit, build_lanes};
 use crate::cosim::source::SourceFile;
 use crate::sensor::interface::Interface;
@@ -52,15 +53,21 @@ impl Design {
         interface: &Interface,
         cache: &Path,
     ) -> Result<Design, Refusal> {
-        Design::of(&Design::netlist(top, sources, cache)?, interface, cache)
+        let netlist = Design::netlist(top, sources, Memories::Refused, cache)?;
+        Design::of(&netlist, interface, cache)
     }
 
     /// The netlist of a design.
     ///
     /// # Errors
     /// What of it has no place in lanes; or a tool fails.
-    pub fn netlist(top: &str, sources: &[SourceFile], cache: &Path) -> Result<Netlist, Refusal> {
-        let json = synthesise(top, sources, cache)?;
+    pub fn netlist(
+        top: &str,
+        sources: &[SourceFile],
+        memories: Memories,
+        cache: &Path,
+    ) -> Result<Netlist, Refusal> {
+        let json = synthesise(top, sources, memories, cache)?;
         Ok(yosys::read(&json, top)?)
     }
 

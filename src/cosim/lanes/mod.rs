@@ -14,6 +14,7 @@ mod recurrence;
 pub mod run;
 mod slices;
 mod starts;
+mod storage;
 mod synthesis;
 mod tables;
 mod tally;
@@ -23,6 +24,8 @@ pub mod variants;
 pub mod verilog;
 mod word;
 mod yosys;
+
+pub use self::yosys::Memories;
 
 use std::num::NonZero;
 use std::path::Path;

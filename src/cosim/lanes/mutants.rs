@@ -8,7 +8,7 @@ use super::netlist::{CHOICE, Net, Netlist, PortNets};
 use super::synthesis::{
     failed_in_yosys, first_error, script_of_sources, write_sources, yosys_version,
 };
-use super::yosys::{self, TO_WORDS, WORDS_TO_GATES};
+use super::yosys::{self, Memories, TO_WORDS};
 use crate::cosim::cache::{hash, once, write};
 use crate::cosim::error::CosimError;
 use crate::cosim::source::SourceFile;
@@ -43,12 +43,14 @@ pub fn mutants(
     count: u32,
     seed: u64,
     kept: &[String],
+    memories: Memories,
     cache: &Path,
 ) -> Result<(Netlist, Vec<Mutant>), Refusal> {
     let yosys = Tool::yosys();
     let version = yosys_version(&yosys)?;
+    let to_gates = memories.to_gates();
     let (count_text, seed_text) = (count.to_string(), seed.to_string());
-    let mut parts = vec!["mutants", version.as_str(), TO_WORDS, NAMED, WORDS_TO_GATES, top];
+    let mut parts = vec!["mutants", version.as_str(), TO_WORDS, NAMED, to_gates.as_str(), top];
     parts.extend([count_text.as_str(), seed_text.as_str()]);
     parts.extend(kept.iter().map(String::as_str));
     for source in sources {
@@ -79,7 +81,7 @@ pub fn mutants(
             // the gates.
             let _ = writeln!(script, "{line} -ctrl {CHOICE}_{number} 1 1");
         }
-        let _ = writeln!(script, "{WORDS_TO_GATES}\nwrite_json {NETLIST}");
+        let _ = writeln!(script, "{to_gates}\nwrite_json {NETLIST}");
         run(&yosys, folder, &script, &mut unfit)
     });
     let json = failed_in_yosys(json, unfit)?;

@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::{Refusal, yosys};
+use super::Refusal;
+use super::yosys::{self, Memories};
 use crate::cosim::cache::{hash, once, write};
 use crate::cosim::error::CosimError;
 use crate::cosim::source::{RTL, SourceFile};
@@ -15,12 +16,14 @@ const NETLIST: &str = "netlist.json";
 pub(super) fn synthesise(
     top: &str,
     sources: &[SourceFile],
+    memories: Memories,
     cache: &Path,
 ) -> Result<String, Refusal> {
     let yosys = Tool::yosys();
     let version = yosys_version(&yosys)?;
+    let to_gates = memories.to_gates();
     let mut parts = vec!["netlist", version.as_str()];
-    parts.extend([yosys::TO_WORDS, yosys::WORDS_TO_GATES, top]);
+    parts.extend([yosys::TO_WORDS, to_gates.as_str(), top]);
     for source in sources {
         parts.extend([source.name.as_str(), source.text.as_str()]);
     }
@@ -29,10 +32,9 @@ pub(super) fn synthesise(
     let made = once(cache, &name, NETLIST, |folder| {
         write_sources(folder, sources)?;
         let script = format!(
-            "{}{}\n{}\nwrite_json {NETLIST}\n",
+            "{}{}\n{to_gates}\nwrite_json {NETLIST}\n",
             script_of_sources(top, sources),
             yosys::TO_WORDS,
-            yosys::WORDS_TO_GATES
         );
         write(&folder.join("to_gates.ys"), &script)?;
         let done =

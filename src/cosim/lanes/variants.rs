@@ -28,16 +28,19 @@ pub struct Site {
     pub net: Net,
 }
 
-/// A design in which every gate's and register's output and every input may be stuck:
+/// A design in which every gate's and register's output and every input may be stuck, but for
+/// what lies inside a memory, which is block RAM's own:
 /// bit 2 i of the choice sets site i to 0, bit 2 i + 1 to 1.
 pub fn with_faults(netlist: &Netlist) -> (Netlist, Vec<Site>) {
     let mut faulty = netlist.clone();
+    let is_inside = netlist.inside_memories();
     let sites: Vec<Site> = netlist
         .inputs
         .iter()
         .flat_map(|port| port.nets.iter().copied())
         .chain(netlist.registers.iter().map(|register| register.q))
         .chain(netlist.gates.iter().map(|gate| gate.output))
+        .filter(|net| !is_inside[net.index()])
         .map(|net| Site { net })
         .collect();
     let mut seen: Vec<Net> = (0..netlist.nets as u32).map(Net).collect();

@@ -8,6 +8,25 @@ use super::Unfit;
 use super::netlist::{Driver, Function, Gate, Name, Net, Netlist, PortNets, Register, Reset};
 use crate::sensor::layout::Layout;
 
+/// What becomes of memories that are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Memories {
+    /// A design that has some has no place in lanes.
+    Refused,
+    /// Each bit is a register.
+    Registers,
+}
+
+impl Memories {
+    /// From words to gates.
+    pub(super) fn to_gates(self) -> String {
+        match self {
+            Memories::Refused => WORDS_TO_GATES.to_owned(),
+            Memories::Registers => format!("memory_map; opt -full; {WORDS_TO_GATES}"),
+        }
+    }
+}
+
 /// From Verilog to cells of words in one module.
 pub(super) const TO_WORDS: &str = "proc; flatten; opt -full; memory -nomap; memory_map -rom-only; \
      opt -full; wreduce; opt_clean";
@@ -15,7 +34,7 @@ pub(super) const TO_WORDS: &str = "proc; flatten; opt -full; memory -nomap; memo
 /// From there to gates, and flip-flops on a rising edge with an enable and a synchronous
 /// reset where they have one. What cannot be made of these (latches, asynchronous
 /// resets, memories that are no registers) ends it.
-pub(super) const WORDS_TO_GATES: &str = "alumacc; techmap -map +/techmap.v; opt -full; simplemap; \
+const WORDS_TO_GATES: &str = "alumacc; techmap -map +/techmap.v; opt -full; simplemap; \
      dfflegalize -cell $_DFF_P_ 01 -cell $_DFFE_PP_ 01 -cell $_SDFF_PP?_ 01 -cell $_SDFFE_PP?P_ 01 \
      -mince 1 -minsrst 1; abc -fast -g AND,OR,XOR,MUX,ANDNOT,ORNOT,XNOR,NAND,NOR; opt_clean";
 

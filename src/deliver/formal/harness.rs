@@ -22,6 +22,8 @@ pub(super) struct Harness {
     /// Modules whose outputs may be anything at any clock.
     freed: Vec<&'static str>,
     body: String,
+    /// What is to hold at every clock, for [`Engine::Step`].
+    held: Vec<String>,
 }
 
 /// Where a proof starts from.
@@ -31,6 +33,8 @@ enum Start {
     AfterReset,
     /// Any state of the registers, with i_rst high.
     InReset,
+    /// Any state of the registers in which all that is to hold does.
+    Anywhere,
 }
 
 /// How a proof is found.
@@ -41,6 +45,10 @@ pub(super) enum Engine {
     Induction,
     /// Property directed reachability alone.
     Reachability,
+    /// Induction over one clock: from any state in which all that is to hold does, be it in
+    /// reset, a clock leads to another one. A fault shows within that clock, however long the
+    /// design's counters run before.
+    Step,
     /// No proof but a search through so many clocks after reset.
     Bounded(u32),
 }
@@ -68,11 +76,15 @@ impl Harness {
             emptied: Vec::new(),
             freed: Vec::new(),
             body: String::new(),
+            held: Vec::new(),
         }
     }
 
     pub(super) fn engine(mut self, engine: Engine) -> Harness {
         self.engine = engine;
+        if engine == Engine::Step {
+            self.start = Start::Anywhere;
+        }
         self
     }
 
@@ -82,8 +94,44 @@ impl Harness {
         self
     }
 
-    pub(super) fn is_in_reset(&self) -> bool {
-        self.start == Start::InReset
+    /// The macro with which the registers are mapped; none where they are as they are.
+    pub(super) fn register_map(&self) -> Option<&'static str> {
+        match self.start {
+            Start::AfterReset => Some(""),
+            Start::InReset => Some("-D IN_RESET "),
+            Start::Anywhere => None,
+        }
+    }
+
+    /// Says what is to hold at every clock, of a proof by [`Engine::Step`].
+    pub(super) fn holds(&mut self, what: &str) {
+        self.held.push(what.to_owned());
+    }
+
+    /// The assertions of a proof by [`Engine::Step`].
+    fn assertions(&self) -> String {
+        let mut text = String::new();
+        if self.held.is_empty() {
+            return text;
+        }
+        let count = self.held.len();
+        let _ = writeln!(
+            text,
+            "\n    // What holds at every clock.\n    wire {}holds;",
+            range(count as u32)
+        );
+        for (number, what) in self.held.iter().enumerate() {
+            let place = if count == 1 { String::new() } else { format!("[{number}]") };
+            let _ = writeln!(text, "    assign holds{place} = {what};");
+        }
+        text + "    // Registers are anything at first, but such that all of it holds.\n    \
+                reg began_proof = 1'b0;\n    \
+                reg held;\n    \
+                always @(posedge i_clk) begin\n        \
+                    began_proof <= 1'b1;\n        \
+                    held <= (held | ~began_proof) & (&holds);\n    \
+                end\n    \
+                always @* if (began_proof & held) assert (&holds);\n"
     }
 
     /// Makes the output `path` of a module inside readable as `signal`.
@@ -173,12 +221,13 @@ impl Harness {
             .iter()
             .filter(|port| port.direction == Direction::Output || is_of_design(&port.name))
             .map(|port| match port.name.as_str() {
-                "i_rst" if self.is_in_reset() => "        .i_rst(1'b1)".to_owned(),
+                "i_rst" if self.start == Start::InReset => "        .i_rst(1'b1)".to_owned(),
                 name => format!("        .{name}({name})"),
             })
             .collect();
         let _ = writeln!(text, "    {} dut (\n{}\n    );\n", design.top(), pins.join(",\n"));
         text.push_str(&self.body);
+        text.push_str(&self.assertions());
         text.push_str("endmodule\n");
         text
     }
@@ -204,6 +253,8 @@ impl Harness {
     /// The options of its task.
     pub(super) fn options(&self) -> Vec<String> {
         match self.engine {
+            // The state before, the one behind it, and a clock more.
+            Engine::Step => vec!["mode bmc".to_owned(), "depth 3".to_owned()],
             Engine::Bounded(clocks) => vec!["mode bmc".to_owned(), format!("depth {clocks}")],
             Engine::Induction | Engine::Reachability => vec!["mode prove".to_owned()],
         }
@@ -214,7 +265,7 @@ impl Harness {
         match self.engine {
             Engine::Induction => "abc scorr -F 4 -C 100000; pdr",
             Engine::Reachability => "abc pdr",
-            Engine::Bounded(_) => "abc bmc3",
+            Engine::Step | Engine::Bounded(_) => "abc bmc3",
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod codes;
 mod counts;
+mod frames;
 mod harness;
 mod peak;
 mod reference;
@@ -40,8 +41,10 @@ impl Formal {
         let interface = design.interface();
         let (codes, mut modules) = codes::harness(interface, design.prefix);
         let mut harnesses = vec![rules::reset(interface), codes];
-        // Of a histogram the words in its memories are beyond these proofs.
-        if interface.histogram.is_none() {
+        if let Some(plan) = &interface.histogram {
+            // The words in its memories are beyond these proofs.
+            harnesses.extend([frames::scan(interface, plan), frames::stream(interface, plan)]);
+        } else {
             let (reference, of_reference) = reference::harness(interface, design.prefix);
             modules += &of_reference;
             harnesses.extend([

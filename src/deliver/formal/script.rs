@@ -249,8 +249,9 @@ fn write_yosys(design: &Design, harnesses: &[Harness], properties: &str, text: &
     }
     *text += "opt_dff -nodffe\n";
     for harness in harnesses {
-        let mode = if harness.is_in_reset() { "-D IN_RESET " } else { "" };
-        let _ = writeln!(text, "{}: techmap -autoproc {mode}-map {REGISTERS}", harness.name);
+        if let Some(mode) = harness.register_map() {
+            let _ = writeln!(text, "{}: techmap -autoproc {mode}-map {REGISTERS}", harness.name);
+        }
     }
     *text += "opt_expr\nopt_clean\n";
 }

@@ -6,6 +6,7 @@
 //! to cover point ([`recipes`]), each time from a reset; and when there is nothing
 //! left to aim at it goes on by chance.
 
+mod frames;
 mod hits;
 mod means;
 mod plan;
@@ -291,10 +292,10 @@ impl Adversarial {
                 groups: left_out,
             });
         }
+        let latency = u64::from(self.interface.result_latency_clocks);
+        let arrives = origin + chips - 1 + latency;
+        self.decide_receiver(plan.receiver, origin, arrives);
         if plan.cut.is_none() {
-            let latency = u64::from(self.interface.result_latency_clocks);
-            let arrives = origin + chips - 1 + latency;
-            self.decide_receiver(plan.receiver, origin, arrives);
             let beats = match self.interface.histogram {
                 Some(_) => self.interface.beats_of_group(),
                 None => {

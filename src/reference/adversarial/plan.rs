@@ -3,6 +3,9 @@
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::Interface;
 
+/// Most clocks for which a beat is held by plan.
+pub(super) const LONGEST_HOLD: u64 = 17;
+
 /// One group of phase steps, and what comes before it.
 #[derive(Debug, Clone)]
 pub(super) struct GroupPlan {
@@ -114,6 +117,15 @@ pub(super) enum Receiver {
     Holds {
         beat: u64,
     },
+    /// Holds one beat, and each that stands behind it for a clock.
+    HoldsEach {
+        beat: u64,
+    },
+    /// Takes nothing from this beat on, until so many clocks after the second arrival.
+    StopsAt {
+        beat: u64,
+        clocks: u64,
+    },
     /// Holds it until after the second arrival.
     HoldsAcross {
         beat: u64,
@@ -150,6 +162,11 @@ impl GroupPlan {
 
     pub fn received(self, receiver: Receiver) -> GroupPlan {
         GroupPlan { receiver, ..self }
+    }
+
+    /// Ends after so many chips, by a reset of one clock that the next plan has.
+    pub fn cut_after(self, chips: u64) -> GroupPlan {
+        GroupPlan { cut: Some(chips), ..self }
     }
 
     pub fn long(self, length: Length) -> GroupPlan {
@@ -218,6 +235,11 @@ impl Reach {
     pub fn groups_to_flush(&self, interface: &Interface) -> u64 {
         let beats = interface.beats_of_group();
         let latency = u64::from(interface.result_latency_clocks).max(peak_clocks(interface));
-        (latency + beats + 2).div_ceil(self.shortest) + 1
+        let groups = |clocks: u64| clocks.div_ceil(self.shortest);
+        match interface.histogram {
+            // Frames are long: the last one's rows, and what the receiver holds them for.
+            Some(_) => groups(latency + beats + 2 + LONGEST_HOLD),
+            None => groups(latency + beats + 2) + 1,
+        }
     }
 }

@@ -6,7 +6,7 @@ use rand::RngExt;
 
 use super::Adversarial;
 use super::hits::length;
-use super::plan::Receiver;
+use super::plan::{LONGEST_HOLD, Receiver};
 use crate::sensor::histogram::CLOCKS_TO_ROW;
 
 impl Adversarial {
@@ -30,10 +30,16 @@ impl Adversarial {
             // Until a reset that follows has begun.
             Receiver::Stalls => self.stall(from..next + 8),
             Receiver::Holds { beat } => {
-                let beat = beat.min(beats - 1);
-                let clocks = 1 + length(&mut self.rng, 16);
-                self.stall(from + beat..from + beat + clocks);
+                self.hold(from + beat.min(beats - 1));
             }
+            Receiver::HoldsEach { beat } => {
+                let mut at = self.hold(from + beat.min(beats - 1)) + 1;
+                for _ in beat + 1..beats {
+                    self.stall(at..at + 1);
+                    at += 2;
+                }
+            }
+            Receiver::StopsAt { beat, clocks } => self.stall(from + beat..next + clocks),
             Receiver::HoldsAcross { beat } => {
                 let beat = beat.min(beats - 1);
                 let more = length(&mut self.rng, 8);
@@ -65,6 +71,13 @@ impl Adversarial {
             self.stalls_until = clocks.end + 1;
             self.stalls.push_back(from..clocks.end);
         }
+    }
+
+    /// Holds what stands at a clock for some; gives the first at which it is taken.
+    fn hold(&mut self, clock: u64) -> u64 {
+        let end = clock + 1 + length(&mut self.rng, LONGEST_HOLD - 1);
+        self.stall(clock..end);
+        end
     }
 
     fn stall_by_chance(&mut self, clocks: Range<u64>) {

@@ -17,6 +17,7 @@ pub(super) fn recipe(
 ) -> Result<Vec<GroupPlan>, String> {
     let kitchen = Kitchen { interface, reach };
     let mut plans = match point.family() {
+        "stream" | "resets" if interface.histogram.is_some() => kitchen.frames(point)?,
         "saturation" => kitchen.saturations(point)?,
         "peaks" => kitchen.peaks(point)?,
         "stream" => kitchen.stream(point)?,
@@ -35,24 +36,26 @@ pub(super) fn recipe(
     Ok(plans)
 }
 
-struct Kitchen<'a> {
-    interface: &'a Interface,
-    reach: &'a Reach,
+/// What recipes are made from.
+pub(super) struct Kitchen<'a> {
+    pub(super) interface: &'a Interface,
+    pub(super) reach: &'a Reach,
 }
 
 impl Kitchen<'_> {
-    fn fresh(&self) -> GroupPlan {
+    pub(super) fn fresh(&self) -> GroupPlan {
         GroupPlan::fresh(self.interface)
     }
 
     /// Beats of a group.
-    fn beats(&self) -> u64 {
+    pub(super) fn beats(&self) -> u64 {
         self.interface.beats_of_group()
     }
 
-    fn chips_of(&self, plan: &GroupPlan) -> u64 {
+    pub(super) fn chips_of(&self, plan: &GroupPlan) -> u64 {
         let most = self.interface.timing.scan.integration_chips;
         match plan.length {
+            _ if plan.cut.is_some_and(|chips| chips < most) => plan.cut.unwrap_or(most),
             Length::Short => self.reach.shortest,
             Length::AtLeast(chips) => chips.clamp(self.reach.shortest, most),
             Length::Whole => most,
@@ -237,7 +240,7 @@ impl Kitchen<'_> {
         Ok(plans)
     }
 
-    fn stream(&self, point: CoverPoint) -> Result<Vec<GroupPlan>, String> {
+    pub(super) fn stream(&self, point: CoverPoint) -> Result<Vec<GroupPlan>, String> {
         let plain = GroupPlan::random;
         let receiver = match point {
             CoverPoint::Held { beat } => Receiver::Holds { beat: beat as u64 },
@@ -263,7 +266,7 @@ impl Kitchen<'_> {
         Ok(vec![self.fresh(), plain().received(receiver)])
     }
 
-    fn resets(&self, point: CoverPoint) -> Result<Vec<GroupPlan>, String> {
+    pub(super) fn resets(&self, point: CoverPoint) -> Result<Vec<GroupPlan>, String> {
         let plain = GroupPlan::random;
         let latency = u64::from(self.interface.result_latency_clocks);
         let dense = self.fresh().with(Hits::OneSided { step: 0, up: true });
@@ -292,6 +295,17 @@ impl Kitchen<'_> {
                     plain().received(Receiver::Stalls),
                     plain().after_reset(latency + 2, 1),
                 ],
+                ResetState::Stalled => {
+                    // Until the result of the group behind the reset stands.
+                    let clocks = 2 * latency + self.reach.shortest + 16;
+                    let stalls = Receiver::StopsAt { beat: 0, clocks };
+                    let after = plain().after_reset(latency + 2, 1);
+                    vec![
+                        dense,
+                        plain().received(stalls),
+                        after.long(Length::Exactly(self.reach.shortest)),
+                    ]
+                }
                 ResetState::Saturated if self.interface.histogram.is_some() => {
                     vec![self.fresh().with(Hits::EveryOther), plain().after_reset(latency + 2, 1)]
                 }

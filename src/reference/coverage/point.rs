@@ -141,6 +141,12 @@ pub enum CoverPoint {
     Burst,
     /// A frame shows, and the one before it was lost.
     AfterLost,
+    /// `o_overrun` rises: out of a single memory for this row of a frame, the first that is lost
+    /// since reset; with two for a frame that ends while this row of the one before it stands.
+    FirstLost {
+        /// Row.
+        beat: usize,
+    },
     /// What a detector's histogram does.
     Bin {
         /// Detector.
@@ -164,6 +170,11 @@ pub enum CoverPoint {
     PeakReset {
         /// Clocks between.
         age: u32,
+    },
+    /// A reset of one clock while this row of a frame stands.
+    ResetAtRow {
+        /// Row.
+        beat: usize,
     },
     /// A reset in a state of the ports or the scan, and a result after it.
     Reset {
@@ -279,6 +290,8 @@ pub enum ResetState {
     Long,
     /// A result waits.
     Waiting,
+    /// A result waits, and from the reset on until the next one stands nobody would take it.
+    Stalled,
     /// `o_overrun` is high.
     Overrun,
     /// `o_saturated` is high.
@@ -333,9 +346,14 @@ impl CoverPoint {
             | BackToBack
             | TooLate
             | Burst
-            | AfterLost => "stream",
+            | AfterLost
+            | FirstLost { .. } => "stream",
             Bin { .. } => "bins",
-            ResetAge { .. } | ResetHit { .. } | PeakReset { .. } | Reset { .. } => "resets",
+            ResetAge { .. }
+            | ResetHit { .. }
+            | PeakReset { .. }
+            | ResetAtRow { .. }
+            | Reset { .. } => "resets",
             Result { .. } | WholeStep | WholeScan | DelayWraps { .. } | CodeWraps { .. } => "scans",
         }
     }

@@ -3,7 +3,7 @@
 use super::{BinPoint, CoverPoint, CoverTable, PeakKind, Place, ResetState};
 use crate::scan::Step;
 use crate::scene::{DetectorIndex, SourceIndex};
-use crate::sensor::histogram::HistogramPlan;
+use crate::sensor::histogram::{CLOCKS_TO_ROW, HistogramPlan};
 use crate::sensor::interface::Interface;
 
 /// Most phase steps that are looked at for a sign: a code that has none in these has
@@ -11,6 +11,9 @@ use crate::sensor::interface::Interface;
 const MOST_STEPS_LOOKED_AT: u64 = 1 << 16;
 /// Hits for which a total's carry is waited.
 const MOST_HITS: u64 = 1 << 22;
+
+/// Clocks that may be spent on first losses row by row.
+const MOST_CLOCKS_OF_LOSSES: u64 = 1 << 18;
 
 const ONE_SIGN: &str = "no step has a chip of that sign for that lane";
 const SHORT_STEPS: &str =
@@ -78,20 +81,55 @@ fn bins(plan: &HistogramPlan, table: &mut CoverTable, detector: DetectorIndex) {
     }
 }
 
-/// The rows of a frame: its first and last ones, and those where detectors change.
-fn frames(interface: &Interface, plan: &HistogramPlan, table: &mut CoverTable) {
+/// Rows of a frame: its first ones, one in the middle, and those round the places where
+/// detectors change and the frame ends, as far as the reader is ahead of the stream.
+pub(in crate::reference) fn rows_at_borders(
+    interface: &Interface,
+    plan: &HistogramPlan,
+) -> Vec<usize> {
     let rows = plan.rows as usize;
     let detectors = interface.reference_codes.len();
+    let ahead = CLOCKS_TO_ROW as usize + 2;
     let mut beats: Vec<usize> = vec![0, 1, 2, rows / 2];
-    beats.extend((1..=detectors).flat_map(|d| [d * rows - 2, d * rows - 1, d * rows]));
+    beats.extend((1..=detectors).flat_map(|d| d * rows - ahead..d * rows + 2));
     beats.retain(|&beat| beat < detectors * rows);
-    for beat in beats {
+    beats.sort_unstable();
+    beats.dedup();
+    beats
+}
+
+/// Rows at which the first loss since reset is looked for: all of them, or where frames are
+/// long those at borders. A loss takes two frames of its own.
+pub(in crate::reference) fn rows_that_may_be_lost(
+    interface: &Interface,
+    plan: &HistogramPlan,
+) -> Vec<usize> {
+    let beats = interface.beats_of_group();
+    let clocks = beats.saturating_mul(2 * interface.timing.scan.integration_chips);
+    match clocks <= MOST_CLOCKS_OF_LOSSES {
+        true => (0..beats as usize).collect(),
+        false => rows_at_borders(interface, plan),
+    }
+}
+
+/// What can become of the rows of a frame.
+fn frames(interface: &Interface, plan: &HistogramPlan, table: &mut CoverTable) {
+    let lost = rows_that_may_be_lost(interface, plan);
+    for &beat in &lost {
         table.add(CoverPoint::Held { beat });
-        // Out of a single memory every row that is held, but the last, stands while one is
-        // lost.
-        if plan.takes_turns() {
+    }
+    // Out of a single memory every row that is held, but the last, stands while one is lost.
+    if plan.takes_turns() {
+        let rows = plan.rows as usize;
+        let detectors = 1..=interface.reference_codes.len();
+        let mut beats = vec![0, 1, 2, rows / 2];
+        beats.extend(detectors.flat_map(|d| [d * rows - 2, d * rows - 1, d * rows]));
+        for beat in beats.into_iter().filter(|&beat| beat < interface.beats_of_group() as usize) {
             table.add(CoverPoint::HeldAcross { beat });
         }
+    }
+    for beat in lost {
+        table.add(CoverPoint::FirstLost { beat });
     }
     for point in [
         CoverPoint::Lost { place: Place::Last },
@@ -238,11 +276,17 @@ fn resets(interface: &Interface, table: &mut CoverTable) {
             table.add_or(CoverPoint::PeakReset { age }, hidden.then_some(SHORT_STEPS));
         }
     }
+    if let Some(plan) = &interface.histogram {
+        for beat in rows_at_borders(interface, plan) {
+            table.add(CoverPoint::ResetAtRow { beat });
+        }
+    }
     let states = [
         (ResetState::OneClock, true),
         (ResetState::TwoClocks, true),
         (ResetState::Long, true),
         (ResetState::Waiting, true),
+        (ResetState::Stalled, true),
         (ResetState::Overrun, true),
         (ResetState::Hit, true),
         (ResetState::Saturated, interface.saturates()),

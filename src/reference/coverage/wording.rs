@@ -80,9 +80,13 @@ impl CoverPoint {
             TooLate => "a group lost by a single clock".to_owned(),
             Burst => "a group taken in successive clocks".to_owned(),
             AfterLost => "a frame behind one that was lost".to_owned(),
+            FirstLost { beat } => format!("the first loss since reset at row {beat} of a frame"),
             ResetAge { age } => after_reset(age, "a group's last word"),
             ResetHit { age } => after_reset(age, "a lone hit"),
             PeakReset { age } => after_reset(age, "a scan's last word"),
+            ResetAtRow { beat } => {
+                format!("a reset of one clock while row {beat} of a frame stands")
+            }
             Reset { state } => format!("a reset {}", state.text()),
             Result { place, later_scan } => {
                 let scan = if later_scan { "a scan behind another" } else { "the first scan" };
@@ -169,6 +173,9 @@ impl ResetState {
             ResetState::TwoClocks => "of two clocks",
             ResetState::Long => "longer than all pipelines",
             ResetState::Waiting => "while a result waits",
+            ResetState::Stalled => {
+                "while a result waits, with m_axis_tready low until the next one stands"
+            }
             ResetState::Overrun => "while o_overrun is high",
             ResetState::Saturated => "while o_saturated is high",
             ResetState::Pause => "between two scans",

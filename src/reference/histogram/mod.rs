@@ -108,6 +108,7 @@ impl HistogramModel {
             is_waiting: self.stream.is_valid,
             is_overrun: self.stream.is_overrun,
             is_saturated: self.stream.is_saturated,
+            row: self.stream.is_valid.then_some(self.stream.beat),
         }
     }
 

@@ -110,7 +110,7 @@ impl HistogramModel {
             stream.is_after_lost = std::mem::take(&mut stream.follows_lost);
         }
         if stream.is_valid {
-            stream.is_overrun = true;
+            let is_first = !std::mem::replace(&mut stream.is_overrun, true);
             stream.follows_lost = true;
             stream.lost_at = Some(arrival.clock);
             if stream.is_last {
@@ -120,6 +120,9 @@ impl HistogramModel {
                 exercise.groups_lost += 1;
                 let place = Place::Last;
                 self.mark(CoverPoint::Lost { place }, exercise);
+            }
+            if is_first {
+                self.mark(CoverPoint::FirstLost { beat: arrival.beat }, exercise);
             }
             return;
         }
@@ -200,7 +203,10 @@ impl HistogramModel {
         }
         if is_busy {
             let stream = &mut self.stream;
-            stream.is_overrun = true;
+            let first_lost_at = match std::mem::replace(&mut stream.is_overrun, true) {
+                false => stream.is_valid.then_some(stream.beat),
+                true => None,
+            };
             stream.follows_lost = true;
             if stream.across.last() != Some(&stream.beat) {
                 stream.across.push(stream.beat);
@@ -209,6 +215,9 @@ impl HistogramModel {
             exercise.groups_lost += 1;
             let place = Place::Last;
             self.mark(CoverPoint::Lost { place }, exercise);
+            if let Some(beat) = first_lost_at {
+                self.mark(CoverPoint::FirstLost { beat }, exercise);
+            }
             return;
         }
         if took && ended.is_later {

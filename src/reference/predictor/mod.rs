@@ -12,13 +12,13 @@ use std::sync::Arc;
 
 pub use self::counting::{GroupSigns, SampleSigns};
 use super::canvas::{Canvas, Changes, EveryClock};
-use super::coverage::{CoverPoint, CoverTable, Running};
+use super::coverage::{CoverPoint, CoverTable, ResetState, Running};
 use super::exercise::Exercise;
 use super::histogram::HistogramModel;
 use super::pattern::{ChipPattern, chip_patterns};
 use super::peak_ports::PeakPorts;
-use super::resets::{ResetWatch, Upon};
-use super::stream::ResultStream;
+use super::resets::{PortState, ResetWatch, Upon};
+use super::stream::{Ready, ResultStream};
 use crate::scan::{Chip, Group, Sample};
 use crate::scene::{DetectorIndex, SourceIndex};
 use crate::sensor::interface::Interface;
@@ -300,7 +300,13 @@ impl Reference {
             if let Some(skip) = skips.peek() {
                 until = until.min(skip.clock);
             }
+            if self.resets.is_stalled {
+                let ready = Ready::new(&block.stalls).first_from(clock);
+                self.resets.is_stalled = ready > clock;
+                until = until.min(ready.max(clock + 1));
+            }
             self.predict_released(clock..until, block, hits, expected);
+            self.watch_stall();
             clock = until;
         }
     }
@@ -319,14 +325,8 @@ impl Reference {
                 let at = hits.partition_point(|&hit| hit < word.start);
                 hits.get(at).is_some_and(|hit| word.contains(hit))
             };
-            let upon = Upon {
-                in_pause,
-                has_hit: hits.iter().any(has_hit),
-                ports: match &self.histogram {
-                    Some(histogram) => histogram.state(),
-                    None => self.stream.state(),
-                },
-            };
+            let upon =
+                Upon { in_pause, has_hit: hits.iter().any(has_hit), ports: self.port_state() };
             self.resets.enters(reset, upon, &self.table);
         }
         self.released = reset.end;
@@ -380,6 +380,27 @@ impl Reference {
         self.stream.predict(clocks.clone(), &block.stalls, expected);
         if let Some(peak) = &mut self.peak {
             peak.predict(clocks, expected, &mut self.stream.exercise.covered);
+        }
+    }
+
+    /// Marks that a result waits, and nobody was ready to take one since a reset that came upon
+    /// another.
+    fn watch_stall(&mut self) {
+        if !self.resets.is_stalled || !self.port_state().is_waiting {
+            return;
+        }
+        self.resets.is_stalled = false;
+        let point = CoverPoint::Reset { state: ResetState::Stalled };
+        if let Some(number) = self.table.number(point) {
+            self.stream.exercise.covered.mark(number);
+        }
+    }
+
+    /// What the result ports show.
+    fn port_state(&self) -> PortState {
+        match &self.histogram {
+            Some(histogram) => histogram.state(),
+            None => self.stream.state(),
         }
     }
 

@@ -322,6 +322,7 @@ impl Logic for HistogramControl {
             self.count_periods();
         } else {
             self.ends.next = self.row_is_last.q.val();
+            self.first.d.next = true;
         }
         self.follow_words();
         if self.plan.takes_turns() {
