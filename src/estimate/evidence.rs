@@ -207,7 +207,10 @@ mod tests {
     fn each_of_the_three_is_held_against_what_is_expected() {
         let told = |count, mean_m, std_m| {
             let found = accused(&errors_m(1, count, mean_m, std_m), 0, &EXPECTED);
-            found.iter().map(|told| told.split(' ').next().unwrap_or("").to_owned()).collect::<Vec<_>>()
+            found
+                .iter()
+                .map(|told| told.split(' ').next().unwrap_or("").to_owned())
+                .collect::<Vec<_>>()
         };
         let none: Vec<String> = Vec::new();
         assert_eq!(told(100, 0.02, 0.01), none);

@@ -28,7 +28,7 @@ fn finds(degree: u32, periods: u64, scans: u64) -> usize {
     let tier = CountingTier::Events;
     let response = MeanResponse::of_tier(&model, tier).expect("a response");
     let second = SecondMoments::new(&response).expect("second moments");
-    let sampler = CountSampler::of(&model, &second);
+    let sampler = CountSampler::of(&model, &second).expect("counts can be drawn");
     let fitter = Fitter::new(&sensor, DetectorIndex(0), tier, OtherLight::Search);
     let scans = (0..scans).map(|scan| fitter.fit(&sampler.scan(5, scan)));
     scans.filter(|fit| fit.as_ref().map_or(true, |fit| fit.paths.len() > 1)).count()
