@@ -1,6 +1,9 @@
 //! Several paths and sensors in one scan: what share is found, bias and scatter in
 //! Cramer-Rao bounds, confident wrong answers, and the time of a fit.
 
+use std::sync::Arc;
+
+use goldtof::code::{CodeSpec, Family};
 use goldtof::estimate::fit::OtherLight;
 use goldtof::scene::{Path as LightPath, Scene, Source, SourceIndex};
 
@@ -117,6 +120,22 @@ pub fn clocks(scene: &Scene) -> Outcome {
         cut_scan(&mut scene, 40);
         let told = Told::of_photons(&scene, OtherLight::Given, scans())?;
         told.print(&format!("1 : {ratio}, {ppm} ppm"));
+    }
+    Ok(())
+}
+
+/// The own light alone, others searched for, with codes of degree 5 to 11, 104.8 us.
+pub fn alone(scene: &Scene) -> Outcome {
+    println!("own light alone, 5 Mcps, others searched for, whole scans, counts tier");
+    // Degree 8 has no Gold sets.
+    for degree in [5, 6, 7, 9, 10, 11] {
+        let spec = CodeSpec { degree: Some(degree), index: Some(3), ..CodeSpec::new(Family::Gold) };
+        let mut scene = with_paths(scene, &[(3, 9.6625, 1.0)], POWER_W, 13_100)?;
+        let code = spec.build()?;
+        scene.scan.steps = code.len() * u64::from(scene.samples_per_chip);
+        scene.scan.steps_per_period = scene.scan.steps;
+        scene.sources[0].code = Arc::new(code);
+        Told::of(&scene, OtherLight::Search, scans())?.print(&format!("degree {degree}"));
     }
     Ok(())
 }

@@ -38,7 +38,7 @@ const TIER: CountingTier = CountingTier::Events;
 fn main() -> Outcome {
     let parts: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     type Part = (&'static str, fn(&Scene) -> Outcome);
-    let known: [Part; 15] = [
+    let known: [Part; 16] = [
         ("noiseless-walk", noiseless::walk),
         ("noiseless-circular", noiseless::circular),
         ("noiseless-interference", noiseless::interference),
@@ -50,6 +50,7 @@ fn main() -> Outcome {
         ("too-close", apart::too_close),
         ("near-far", apart::near_far),
         ("clocks", apart::clocks),
+        ("alone", apart::alone),
         ("unknown", apart::unknown),
         ("random", random::random),
         ("shared", shared::shared),

@@ -30,9 +30,23 @@ use crate::sensor::Sensor;
 /// Most Gauss-Newton steps.
 const MOST_ITERATIONS: usize = 24;
 
-/// From this many steps on they are halved: where a light's edge stands between two bins,
-/// full ones may go to and fro.
+/// From this many steps on shares of them are taken that make the counts likelier: where a
+/// light's edge stands between two bins full ones may go to and fro, and no gradient vanishes.
 const FULL_STEPS: usize = 8;
+const SHARES: [f64; 4] = [0.5, 0.2, 0.08, 0.03];
+
+/// A fit whose chi-square is so many standard deviations too large is tried again from other
+/// starts, so many chips from the first.
+const RETRIED_SIGMAS: f64 = 2.0;
+const OTHER_STARTS_CHIPS: [f64; 6] = [-0.25, 0.25, -0.5, 0.5, -1.0, 1.0];
+
+/// Where a fit settled.
+#[derive(Debug, Clone)]
+struct Settled {
+    estimate: ModelEstimate,
+    /// -2 ln(likelihood) of the counts.
+    unlikelihood: f64,
+}
 
 /// Fits histograms of one detector.
 #[derive(Debug)]
@@ -132,12 +146,32 @@ impl<'s> BinFitter<'s> {
         Ok(start.parameters)
     }
 
+    /// The fit from the phase's delay. Few counts put that half a chip off, and the fit may
+    /// settle in a wrong place, or nowhere; the likeliest of those from other starts is taken
+    /// then.
     fn fit_from(
         &self,
         counts: &[f64],
         light: Option<PrimaryLight>,
     ) -> Result<ModelEstimate, FitError> {
         let start = self.start(counts, light)?;
+        let first = self.settle(counts, start.clone());
+        let fits_well = |settled: &Settled| settled.estimate.alarm_sigmas() < RETRIED_SIGMAS;
+        if first.as_ref().is_ok_and(fits_well) {
+            return first.map(|settled| settled.estimate);
+        }
+        let others = OTHER_STARTS_CHIPS.iter().filter_map(|by| {
+            let mut there = start.clone();
+            there.paths[0].delay_chips += by;
+            // One that does not settle is no better.
+            self.settle(counts, there).ok()
+        });
+        let all = others.chain(first.as_ref().ok().cloned());
+        let best = all.min_by(|a, b| a.unlikelihood.total_cmp(&b.unlikelihood));
+        best.map_or_else(|| first.map(|settled| settled.estimate), |best| Ok(best.estimate))
+    }
+
+    fn settle(&self, counts: &[f64], start: Parameters) -> Result<Settled, FitError> {
         let problem = self.problem();
         let mut place = self.place(&problem, start)?;
         let mut known: Option<(Parameters, [Vec<f64>; 2])> = None;
@@ -148,21 +182,48 @@ impl<'s> BinFitter<'s> {
             };
             let delay = place.delay_column(&problem)?;
             let columns = [&delay, &light.1[0], &light.1[1]];
-            let deviations = differences(counts, &place.means);
-            let residuals = place.innovations.whitened(&deviations)?;
+            let residuals = place.residuals(counts)?;
             let normal = self.normal(&place, &columns, &residuals)?;
-            let share = if iteration > FULL_STEPS { 0.5 } else { 1.0 };
-            let moved = place.parameters.moved(&bounded(&normal, &place.parameters), share);
+            let full = bounded(&normal, &place.parameters);
+            let moved = match iteration <= FULL_STEPS {
+                true => place.parameters.moved(&full, 1.0),
+                // Where no way leads down is the minimum.
+                false => match self.downwards(&problem, counts, &place, &full)? {
+                    Some(lower) => lower,
+                    None => place.parameters.clone(),
+                },
+            };
             let step = moved.minus(&place.parameters);
             if normal.largest_step_sigmas(&step) < CONVERGED_SIGMAS {
+                let unlikelihood = place.unlikelihood(counts)?;
                 let chi_square = residuals.iter().map(|r| r * r).sum();
                 let chi_square = self.chi_square_as_of_normal(chi_square, &place);
-                return Ok(self.outcome(&moved, &normal, chi_square, iteration));
+                let estimate = self.outcome(&moved, &normal, chi_square, iteration);
+                return Ok(Settled { estimate, unlikelihood });
             }
             known = Some(light);
             place = self.place(&problem, moved)?;
         }
         Err(FitError::NotConverged { steps: MOST_ITERATIONS })
+    }
+
+    /// A share of a step that leads to where the counts are likelier; `None` if there is none.
+    fn downwards(
+        &self,
+        problem: &Problem,
+        counts: &[f64],
+        place: &Place,
+        full: &[f64],
+    ) -> Result<Option<Parameters>, FitError> {
+        let here = place.unlikelihood(counts)?;
+        let lower = SHARES.iter().find_map(|&share| {
+            let moved = place.parameters.moved(full, share);
+            // A step of few counts may lead to light that has no response.
+            let there = self.place(problem, moved).ok()?;
+            let is_lower = there.unlikelihood(counts).is_ok_and(|there| there < here);
+            is_lower.then_some(there.parameters)
+        });
+        Ok(lower)
     }
 
     /// What the fit says of the expected histogram of the scene's own light.
@@ -277,6 +338,19 @@ impl<'s> BinFitter<'s> {
 }
 
 impl Place<'_> {
+    /// Deviations of counts, with unit covariance.
+    fn residuals(&self, counts: &[f64]) -> Result<Vec<f64>, FitError> {
+        Ok(self.innovations.whitened(&differences(counts, &self.means))?)
+    }
+
+    /// -2 ln(likelihood) of counts.
+    fn unlikelihood(&self, counts: &[f64]) -> Result<f64, FitError> {
+        let residuals = self.residuals(counts)?;
+        let variances = self.innovations.means().iter();
+        let ln_determinant: f64 = variances.map(|mean| mean.ln()).sum();
+        Ok(residuals.iter().map(|r| r * r).sum::<f64>() + ln_determinant)
+    }
+
     /// Derivative of every bin's mean by the delay, from both sides.
     fn delay_column(&self, problem: &Problem) -> Result<Vec<f64>, FitError> {
         let at = |chips: f64| -> Result<Vec<f64>, FitError> {
