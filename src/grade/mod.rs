@@ -219,6 +219,7 @@ pub(crate) fn refuse(sensor: &Sensor) -> Result<(), CosimError> {
 pub(crate) fn not_graded(refusal: Refusal) -> CosimError {
     match refusal {
         Refusal::Unfit(reason) => CosimError::NotGraded(reason.to_string()),
+        Refusal::NoVerdict(reason) => CosimError::NotGraded(reason),
         Refusal::Failed(error) => error,
     }
 }
