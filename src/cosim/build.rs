@@ -104,7 +104,7 @@ pub fn build_with(
     let tools = Tools::find()?;
     let header = ports::header(top, &Layout::of(interface), registers);
     let mut parts = vec![tools.versions.as_str(), TESTBENCH, PROCESS, UNDEFINED, &header, top];
-    parts.extend([SAVABLE, env!("CARGO_PKG_VERSION")]);
+    parts.extend([SAVABLE, drivers::VERSION, env!("CARGO_PKG_VERSION")]);
     let clock = low_half::identity(top);
     parts.extend(clock.iter().map(String::as_str));
     parts.extend(VERILATOR_FLAGS);

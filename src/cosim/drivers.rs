@@ -11,6 +11,10 @@ use std::ops::Range;
 
 use roxmltree::{Document, Node};
 
+/// Part of a build's identity: changes with what is refused here, so that no model is kept that
+/// would not be built now.
+pub(super) const VERSION: &str = "drivers 1";
+
 /// What is wrong with the nets of a design, each with its place: `FILE:LINE:COLUMN: ...`. A text
 /// that is not understood, as of another version of Verilator, says nothing.
 pub(super) fn faults(xml: &str) -> Vec<String> {

@@ -27,7 +27,7 @@ const TO_PLAIN_WORDS: &str = "proc; flatten";
 const WORDS: &str = "words.json";
 const FOUND: &str = "found.txt";
 /// Changes with what this file looks at.
-const VERSION: &str = "1";
+const VERSION: &str = "2";
 
 /// Cells whose value is x for some inputs, or that take x as a value.
 const CELLS: [(&str, &str); 12] = [
@@ -216,17 +216,17 @@ fn may_select_beyond(cell: &Cell) -> bool {
     is_signed || largest + selected > all
 }
 
-/// The file and line of a cell, where its module says so.
+/// The file and line of a cell: of `FILE:LINE.COLUMN-LINE.COLUMN|...` the innermost. Yosys leaves
+/// some at line 0.
 fn place(cell: &Cell) -> String {
     let source = cell.attributes.get("src").and_then(|value| value.as_str()).unwrap_or_default();
-    let last = source.rsplit('|').next().unwrap_or_default();
-    match last.split_once('.').filter(|(_, rest)| rest.contains(':')) {
-        // The name's point comes before that of the column.
-        Some(_) => {
-            let (name, lines) = last.rsplit_once(':').unwrap_or((last, ""));
-            format!("{name}:{}", lines.split('.').next().unwrap_or_default())
-        }
-        None => last.to_owned(),
+    let mut places = source.rsplit('|').filter_map(|place| {
+        let (file, columns) = place.rsplit_once(':')?;
+        Some((file, columns.split('.').next().filter(|&line| line != "0")?))
+    });
+    match places.next() {
+        Some((file, line)) => format!("{file}:{line}"),
+        None => source.rsplit_once(':').map_or(source, |(file, _)| file).to_owned(),
     }
 }
 
