@@ -123,12 +123,13 @@ fn print_usage(error: &clap::Error) {
     }
 }
 
-/// 3 for a missing or failing external tool, 1 for Verilog that ends its own
+/// 3 for a missing or failing external tool and for lanes without a verdict, 1 for Verilog that ends its own
 /// simulation, or differs where it was to be graded, and so is not the sensor, 2 for
 /// everything else.
 fn status_of(error: &anyhow::Error) -> u8 {
     match cosim_error(error) {
         Some(error) if error.is_tool() => 3,
+        Some(CosimError::NoVerdict(_)) => 3,
         Some(CosimError::Halted { .. } | CosimError::Differs { .. }) => 1,
         _ => 2,
     }

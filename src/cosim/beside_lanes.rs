@@ -79,7 +79,10 @@ pub(super) fn in_lanes(
     }
     let lanes = lanes?;
     if let Some(clock) = lanes.differs {
-        return Err(Unfit::new(format!("lanes differ at clock {clock}")).into());
+        return Err(Refusal::NoVerdict(format!(
+            "in a lane an output differs at clock {clock}; lanes begin with guesses of the registers, \
+             and either one was wrong or the design is"
+        )));
     }
     let outcome = Outcome {
         clocks,

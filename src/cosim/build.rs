@@ -104,7 +104,7 @@ pub fn build_with(
     let tools = Tools::find()?;
     let header = ports::header(top, &Layout::of(interface), registers);
     let mut parts = vec![tools.versions.as_str(), TESTBENCH, PROCESS, UNDEFINED, &header, top];
-    parts.extend([SAVABLE, env!("CARGO_PKG_VERSION")]);
+    parts.extend([SAVABLE, drivers::VERSION, env!("CARGO_PKG_VERSION")]);
     let clock = low_half::identity(top);
     parts.extend(clock.iter().map(String::as_str));
     parts.extend(VERILATOR_FLAGS);
@@ -258,6 +258,23 @@ fn check_drivers(
     sources: &[SourceFile],
     folder: &Path,
 ) -> Result<(), CosimError> {
+    let faults = elaborated(tools, top, sources, folder)?.map(|xml| drivers::faults(&xml));
+    let faults = faults.unwrap_or_default();
+    if faults.is_empty() {
+        return Ok(());
+    }
+    let output = in_users_terms(&faults.join("\n"), sources);
+    Err(CosimError::Rejected { tool: "goldtof", output })
+}
+
+/// The elaborated design in XML, of sources that lie in a folder; none of a version of
+/// Verilator that does not write it.
+pub(super) fn elaborated(
+    tools: &Tools,
+    top: &str,
+    sources: &[SourceFile],
+    folder: &Path,
+) -> Result<Option<String>, CosimError> {
     let written = tools.verilator.run(|command| {
         command
             .current_dir(folder)
@@ -266,19 +283,17 @@ fn check_drivers(
             .arg(format!("-I{RTL}"))
             .args(sources.iter().filter(|s| s.is_compiled()).map(in_build))
     });
-    // Versions that do not write it see two drivers themselves.
-    let Ok(xml) = written.and_then(|_| {
-        let path = folder.join(ELABORATED);
-        fs::read_to_string(&path).map_err(CosimError::cache(&path))
-    }) else {
-        return Ok(());
-    };
-    let faults = drivers::faults(&xml);
-    if faults.is_empty() {
-        return Ok(());
+    match written {
+        Ok(_) => {
+            let path = folder.join(ELABORATED);
+            fs::read_to_string(&path).map(Some).map_err(CosimError::cache(&path))
+        }
+        // It sees two assignments here, and not where it makes a model.
+        Err(CosimError::ToolFailed { ref output, .. }) if !output.contains(&format!("{RTL}/")) => {
+            Ok(None)
+        }
+        Err(error) => Err(rejection(error, sources)),
     }
-    let output = in_users_terms(&faults.join("\n"), sources);
-    Err(CosimError::Rejected { tool: "goldtof", output })
 }
 
 /// Compiles the model and the testbench as one unit, so that the compiler sees

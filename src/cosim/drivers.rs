@@ -1,4 +1,5 @@
-//! Nets that another circuit would come of: of several drivers, or of a driver that lets go (z).
+//! Nets that another circuit would come of: of several drivers, or of a driver that lets go (z);
+//! and what synthesis reads differently.
 //!
 //! Verilator takes the first driver of a net and a z for 0, mostly without a word; other
 //! simulators show x, and synthesis refuses the net. Its own warning is of continuous
@@ -10,24 +11,80 @@ use std::ops::Range;
 
 use roxmltree::{Document, Node};
 
+/// Part of a build's identity: changes with what is refused here, so that no model is kept that
+/// would not be built now.
+pub(super) const VERSION: &str = "drivers 1";
+
 /// What is wrong with the nets of a design, each with its place: `FILE:LINE:COLUMN: ...`. A text
 /// that is not understood, as of another version of Verilator, says nothing.
 pub(super) fn faults(xml: &str) -> Vec<String> {
-    let Ok(document) = Document::parse(xml) else {
-        return Vec::new();
+    let of = |module: Node, files: &Files| {
+        let mut found = of_several_drivers(module, files);
+        found.extend(of_high_impedance(module, files));
+        found
     };
+    of_modules(xml, of).unwrap_or_default()
+}
+
+/// What synthesis may take for something else than simulation, each with its place: a list of
+/// what a block waits for, which synthesis does not look at; what a clocked block assigns at
+/// once and others read, so that the order of blocks decides; an x as a value.
+pub(super) fn ambiguities(xml: &str) -> Vec<String> {
+    let of = |module: Node, files: &Files| {
+        let mut found = of_lists(module, files);
+        found.extend(of_order(module, files));
+        found.extend(values_with('x', module).map(|x| format!("{}: an x", place(x, files))));
+        found
+    };
+    of_modules(xml, of).unwrap_or_else(|| vec!["Verilator's design cannot be read".to_owned()])
+}
+
+/// What is found in any module, without repetitions; none of what is no design.
+fn of_modules(xml: &str, of: impl Fn(Node, &Files) -> Vec<String>) -> Option<Vec<String>> {
+    let document = Document::parse(xml).ok()?;
     let files = document.descendants().filter(|node| node.has_tag_name("file"));
     let files: Files = files
         .filter_map(|file| Some((file.attribute("id")?, file.attribute("filename")?)))
         .collect();
-    let modules = || document.descendants().filter(|node| node.has_tag_name("module"));
-    let mut faults: Vec<String> = modules()
-        .flat_map(|module| of_several_drivers(module, &files))
-        .chain(modules().flat_map(|module| of_high_impedance(module, &files)))
-        .collect();
-    faults.sort();
-    faults.dedup();
-    faults
+    let modules = document.descendants().filter(|node| node.has_tag_name("module"));
+    let found: BTreeSet<String> = modules.flat_map(|module| of(module, &files)).collect();
+    Some(found.into_iter().collect())
+}
+
+fn is_clocked(block: Node) -> bool {
+    let mut items = block.descendants().filter(|node| node.has_tag_name("senitem"));
+    items.any(|item| matches!(item.attribute("edgeType"), Some("POS" | "NEG")))
+}
+
+fn of_lists(module: Node, files: &Files) -> Vec<String> {
+    let items = module.descendants().filter(|node| node.has_tag_name("senitem"));
+    let level = items.filter(|item| !matches!(item.attribute("edgeType"), Some("POS" | "NEG")));
+    let told = |item| format!("{}: a list of what a block waits for", place(item, files));
+    level.map(told).collect()
+}
+
+fn of_order(module: Node, files: &Files) -> Vec<String> {
+    let references = || module.descendants().filter(|node| node.has_tag_name("varref"));
+    let blocks = module.descendants().filter(|node| node.has_tag_name("always"));
+    let at_once = blocks.filter(|&block| is_clocked(block)).flat_map(|block| {
+        let assigned = block.descendants().filter(|node| node.has_tag_name("assign"));
+        assigned.map(move |assignment| (block, assignment))
+    });
+    let told = at_once.filter_map(|(block, assignment)| {
+        let target = assignment.last_element_child()?;
+        let mut names = target.descendants().filter_map(|node| node.attribute("name"));
+        let is_read = names.any(|name| {
+            references().any(|reference| {
+                reference.attribute("name") == Some(name)
+                    && !reference.ancestors().any(|node| node == block)
+            })
+        });
+        let place = place(assignment, files);
+        is_read.then(|| {
+            format!("{place}: what is assigned at once at a clock's edge is read elsewhere")
+        })
+    });
+    told.collect()
 }
 
 /// Names of the files by their short ones.
@@ -147,9 +204,7 @@ fn targets<'a, 'd>(node: Node<'a, 'd>) -> Vec<Node<'a, 'd>> {
             node.descendants().filter(|n| n.has_tag_name("assign")).filter_map(assigned).collect()
         }
         "always" => {
-            let is_clocked = node.descendants().any(|n| {
-                n.has_tag_name("senitem") && matches!(n.attribute("edgeType"), Some("POS" | "NEG"))
-            });
+            let is_clocked = is_clocked(node);
             // What a clocked block assigns at once may be a variable of its own, shared by name.
             let is_driver =
                 |n: &Node| n.has_tag_name("assigndly") || n.has_tag_name("assign") && !is_clocked;
@@ -166,28 +221,26 @@ fn number(node: Node) -> Option<u64> {
     u64::from_str_radix(digits, 16).ok()
 }
 
-/// Values of z, not those of a case's or a comparison's pattern.
 fn of_high_impedance(module: Node, files: &Files) -> Vec<String> {
-    let is_z = |node: &Node| {
+    let what = "z is no value of a sensor's net: it has one driver, and that says 0 or 1";
+    values_with('z', module).map(|value| format!("{}: {what}", place(value, files))).collect()
+}
+
+/// Values with such a digit, not those of a case's or a comparison's pattern.
+fn values_with<'a, 'd>(digit: char, module: Node<'a, 'd>) -> impl Iterator<Item = Node<'a, 'd>> {
+    let has_digit = move |node: &Node| {
         let digits = node.attribute("name").and_then(|name| name.split_once('\''));
-        node.has_tag_name("const") && digits.is_some_and(|(_, digits)| digits.contains('z'))
+        node.has_tag_name("const") && digits.is_some_and(|(_, digits)| digits.contains(digit))
     };
     let is_value = |node: &Node| {
         let around = node.ancestors().find_map(|n| match n.tag_name().name() {
-            "assign" | "assigndly" | "contassign" | "port" => Some(true),
+            "assign" | "assigndly" | "contassign" | "port" | "if" => Some(true),
             "caseitem" | "eqwild" | "neqwild" | "eqcase" | "neqcase" => Some(false),
             _ => None,
         });
         around == Some(true)
     };
-    let values = module.descendants().filter(|node| is_z(node) && is_value(node));
-    let fault = |node| {
-        format!(
-            "{}: z is no value of a sensor's net: it has one driver, and that says 0 or 1",
-            place(node, files)
-        )
-    };
-    values.map(fault).collect()
+    module.descendants().filter(has_digit).filter(is_value)
 }
 
 /// `FILE:LINE:COLUMN`.
@@ -200,7 +253,7 @@ fn place(node: Node, files: &Files) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::faults;
+    use super::{ambiguities, faults};
 
     /// What Verilator 5.006 writes, shortened to what is read.
     fn design(items: &str) -> String {
@@ -282,5 +335,30 @@ mod tests {
         assert!(found.len() == 1 && found[0].starts_with("rtl/x.v:6:2: z"), "{found:?}");
         let pattern = format!("<always><case><caseitem>{z}</caseitem></case></always>");
         assert_eq!(faults(&design(&pattern)), [""; 0]);
+    }
+
+    #[test]
+    fn what_synthesis_reads_differently_is_named() {
+        let list =
+            "<always><sentree><senitem loc=\"c,3,2,3,3\" edgeType=\"CHANGED\"/></sentree></always>";
+        let at_once = |other: &str| {
+            format!(
+                "<always><sentree><senitem edgeType=\"POS\"/></sentree><assign loc=\"c,3,2,3,3\">\
+                 <const name=\"1'h1\"/>{WHOLE}</assign></always>{other}"
+            )
+        };
+        let read = format!("<contassign>{WHOLE}<varref name=\"b\"/></contassign>");
+        let x = "<contassign><const loc=\"c,3,2,3,3\" name=\"2'b1x\"/><varref name=\"b\"/></contassign>";
+        for (items, told) in [
+            (list.to_owned(), "a list"),
+            (at_once(&read), "read elsewhere"),
+            (x.to_owned(), "an x"),
+        ] {
+            let found = ambiguities(&design(&items));
+            assert!(found.len() == 1 && found[0].starts_with("rtl/x.v:3:2: "), "{found:?}");
+            assert!(found[0].contains(told), "{found:?}");
+        }
+        assert_eq!(ambiguities(&design(&at_once(""))), [""; 0]);
+        assert_eq!(ambiguities("no such text").len(), 1);
     }
 }

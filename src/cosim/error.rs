@@ -231,6 +231,9 @@ pub enum CosimError {
     /// What was to be done in lanes cannot be.
     #[error("this has no place in lanes: {0}; --engine auto takes lock-step for it")]
     NoLanes(String),
+    /// Lanes have run and tell nothing of the design.
+    #[error("lanes come to no verdict: {0}; --engine auto goes on in lock-step")]
+    NoVerdict(String),
     /// A design whose faults cannot be told.
     #[error("this cannot be graded: {0}")]
     NotGraded(String),

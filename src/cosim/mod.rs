@@ -217,7 +217,11 @@ fn cosimulate_by_engine(
             Err(Refusal::Unfit(reason)) if request.engine == Engine::Lanes => {
                 return Err(CosimError::NoLanes(reason.to_string()));
             }
+            Err(Refusal::NoVerdict(reason)) if request.engine == Engine::Lanes => {
+                return Err(CosimError::NoVerdict(reason));
+            }
             Err(Refusal::Unfit(reason)) => not_in_lanes = Some(reason.to_string()),
+            Err(Refusal::NoVerdict(reason)) => not_in_lanes = Some(reason),
             Err(Refusal::Failed(error)) => return Err(error),
         }
     }

@@ -94,9 +94,12 @@ fn unit(time: Timescale) -> TimescaleUnit {
     time.unit.parse().unwrap_or(TimescaleUnit::FS)
 }
 
+/// A port's value, and which of its bits are undefined.
+type FourStates = [Vec<u64>; 2];
+
 /// Ports and their last values.
 struct Side<'a> {
-    ports: Vec<(&'a Field, IdCode, Option<[Vec<u64>; 2]>)>,
+    ports: Vec<(&'a Field, IdCode, Option<FourStates>)>,
 }
 
 impl<'a> Side<'a> {

@@ -237,6 +237,7 @@ fn memories_of(sensor: &Sensor) -> Result<Memories, Refusal> {
 pub(crate) fn not_graded(refusal: Refusal) -> CosimError {
     match refusal {
         Refusal::Unfit(reason) => CosimError::NotGraded(reason.to_string()),
+        Refusal::NoVerdict(reason) => CosimError::NotGraded(reason),
         Refusal::Failed(error) => error,
     }
 }

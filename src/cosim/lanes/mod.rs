@@ -6,6 +6,7 @@
 
 pub mod design;
 mod expected;
+mod meaning;
 mod model;
 pub mod mutants;
 pub mod netlist;
@@ -33,6 +34,7 @@ use std::sync::atomic::AtomicBool;
 use std::thread::available_parallelism;
 
 use self::design::Design;
+use self::meaning::refuse_ambiguous;
 use self::pulses::Light;
 use self::run::{LanesOutcome, LanesRun};
 use self::slices::Slices;
@@ -61,6 +63,10 @@ pub enum Refusal {
     /// It has no place in lanes: lock-step does it.
     #[error(transparent)]
     Unfit(#[from] Unfit),
+    /// Lanes have run, and tell nothing: a lane began with a guess that was wrong, or the
+    /// design differs. Lock-step tells which.
+    #[error("{0}")]
+    NoVerdict(String),
     /// Something fails.
     #[error(transparent)]
     Failed(#[from] CosimError),
@@ -105,6 +111,7 @@ impl Prepared {
     ) -> Result<Prepared, Refusal> {
         refuse_memories(interface)?;
         Slices::of(interface, clocks, lanes())?;
+        refuse_ambiguous(top, sources, cache)?;
         let design = Design::build(top, sources, interface, cache)?;
         Ok(Prepared {
             starts: Starts::of(&design, interface, cache)?,

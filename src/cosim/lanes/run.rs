@@ -4,12 +4,12 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
+use super::Refusal;
 use super::expected::Expected;
 use super::pulses::{Light, refuse_if_stopped};
 use super::tables::output_places;
 use super::verilog::LANES;
 use super::word::{Setup, Word, WordResult};
-use super::{Refusal, Unfit};
 use crate::cosim::error::CosimError;
 use crate::cosim::sent::{SentCount, SentReader};
 use crate::reference::blocks::Records;
@@ -91,7 +91,7 @@ impl LanesRun<'_> {
 
     /// Every lane ends, in every register, as the next one starts: so they are one
     /// run.
-    fn stitch(&self, results: &[WordResult]) -> Result<(), Unfit> {
+    fn stitch(&self, results: &[WordResult]) -> Result<(), Refusal> {
         let bit = |planes: &[Vec<u64>], lane: usize, register: usize| {
             planes[lane / LANES][register] >> (lane % LANES) & 1
         };
@@ -110,8 +110,9 @@ impl LanesRun<'_> {
         }
         let count = loose.len();
         loose.truncate(4);
-        Err(Unfit::new(format!(
-            "{count} registers do not begin a lane as the lane before ends: {}{}",
+        Err(Refusal::NoVerdict(format!(
+            "{count} registers do not begin a lane as the lane before ends, so that a guess of where \
+             they are was wrong: {}{}",
             loose.join(", "),
             if count > 4 { ", ..." } else { "" }
         )))

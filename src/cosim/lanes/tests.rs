@@ -171,7 +171,7 @@ fn a_flipped_register_and_a_scan_one_step_short_differ() {
     let outcome = run(&sensor, &with(bad));
     let caught = |outcome: Result<LanesOutcome, Refusal>| match outcome {
         Ok(outcome) => outcome.differs.is_some(),
-        Err(Refusal::Unfit(_)) => true,
+        Err(Refusal::NoVerdict(_)) => true,
         Err(error) => panic!("{error}"),
     };
     assert!(caught(outcome), "a step short");
@@ -196,7 +196,7 @@ fn a_start_state_that_is_wrong_in_one_bit_does_not_stitch() {
     let sensor = small("paper-single", 300, |_| ());
     let mut prepared = prepared(&sensor, &sources(&sensor));
     let told = |outcome: Result<LanesOutcome, Refusal>| match outcome {
-        Err(Refusal::Unfit(reason)) => reason.to_string(),
+        Err(Refusal::NoVerdict(reason)) => reason,
         Err(error) => panic!("{error}"),
         Ok(outcome) => format!("differs: {:?}", outcome.differs),
     };
@@ -207,8 +207,8 @@ fn a_start_state_that_is_wrong_in_one_bit_does_not_stitch() {
     assert!(reason.contains("do not begin a lane as the lane before ends"), "{reason}");
 }
 
-/// What lanes say of a top module with this body; "taken" if they take it.
-fn said_of(body: &str, interface: &Interface, cache: &Path) -> String {
+/// A top module with this body.
+fn with_body(body: &str, interface: &Interface) -> [SourceFile; 1] {
     let ports: Vec<String> = interface
         .ports()
         .iter()
@@ -221,8 +221,12 @@ fn said_of(body: &str, interface: &Interface, cache: &Path) -> String {
         })
         .collect();
     let text = format!("module sensor_top({});\n{body}\nendmodule\n", ports.join(", "));
-    let source = SourceFile { name: "sensor_top.v".to_owned(), text, origin: None };
-    match Design::build(TOP, &[source], interface, cache) {
+    [SourceFile { name: "sensor_top.v".to_owned(), text, origin: None }]
+}
+
+/// What lanes say of a top module with this body; "taken" if they take it.
+fn said_of(body: &str, interface: &Interface, cache: &Path) -> String {
+    match Design::build(TOP, &with_body(body, interface), interface, cache) {
         Err(Refusal::Unfit(reason)) => reason.to_string(),
         Err(error) => panic!("{error}"),
         Ok(_) => "taken".to_owned(),
@@ -252,5 +256,89 @@ fn what_has_no_place_in_lanes_is_named() {
     for (body, told) in cases {
         let reason = said_of(&format!("{body}\n{rest}"), interface, &cache).to_lowercase();
         assert!(reason.contains(&told.to_lowercase()), "{body}: {reason}");
+    }
+}
+
+/// The rest of a top module whose output `o_overrun` is made of something else.
+const REST: &str = "always @(posedge i_clk) {o_laser, o_epoch, m_axis_tdata, m_axis_tvalid, \
+                    m_axis_tlast} <= 0;";
+
+/// What drives `o_overrun` so that synthesis may make something else of it than simulation, and
+/// what is said of it.
+const AMBIGUOUS: [(&str, &str); 21] = [
+    ("wire [2:0] t = i_samples[2:0]; `AT o_overrun <= t[i_samples[4:3]];", "select"),
+    ("wire [6:0] t = i_samples[6:0]; `AT o_overrun <= |t[i_samples[2:0] +: 2];", "select"),
+    ("wire [2:0] t = i_samples[2:0]; `AT o_overrun <= t[5];", "an x"),
+    ("`AT o_overrun <= i_rst ? 1'b1 : 1'bx;", "an x"),
+    ("`AT o_overrun <= ^{i_samples, {4{1'bx}}};", "an x"),
+    ("`AT o_overrun <= i_samples[3:0] == 4'b10x1;", "an x"),
+    ("`AT if (i_samples[0] ^ 1'bx) o_overrun <= 1'b1; else o_overrun <= 1'b0;", "an x"),
+    (
+        "`AT case (i_samples[1:0]) 0: o_overrun <= 1; 1: o_overrun <= 0; default: o_overrun <= 1'bx; \
+      endcase",
+        "an x",
+    ),
+    ("`AT o_overrun <= i_samples / i_samples[3:0] == 3;", "division"),
+    ("`AT o_overrun <= i_samples % i_samples[3:0] == 3;", "remainder"),
+    ("`AT o_overrun <= i_samples[1:0] ** i_samples[3:2] == 1;", "a power"),
+    ("wire u; `AT o_overrun <= u;", "nothing drives"),
+    ("wire [1:0] u; assign u[0] = i_rst; `AT o_overrun <= ^u;", "nothing drives"),
+    ("reg m [0:3]; `AT o_overrun <= m[i_samples[1:0]];", ""),
+    (
+        "reg [3:0] m [0:2]; `AT begin m[i_samples[1:0]] <= i_samples[7:4]; \
+      o_overrun <= m[i_samples[3:2]][0]; end",
+        "a memory",
+    ),
+    ("reg w; always @(i_rst) w = i_rst & i_samples[0]; `AT o_overrun <= w;", "a list"),
+    ("reg n; `AT n = i_samples[0]; `AT o_overrun <= n;", "read elsewhere"),
+    (
+        "`AT (* full_case *) case (i_samples[1:0]) 0: o_overrun <= 1; 1: o_overrun <= 0; endcase",
+        "full_case",
+    ),
+    (
+        "`AT (* parallel_case *) casez (i_samples[1:0]) 2'b1?: o_overrun <= 1; 2'b?1: o_overrun <= 0; \
+      endcase",
+        "parallel_case",
+    ),
+    ("reg l; always @* if (i_samples[0]) l = i_samples[1]; `AT o_overrun <= l;", "latch"),
+    (
+        "wire y; inner inner (.a(), .y(y)); `AT o_overrun <= y; endmodule \
+      module inner(input a, output y); assign y = ~a;",
+        "",
+    ),
+];
+
+/// The same things, where nothing is undefined.
+const PLAIN: [&str; 5] = [
+    "wire [3:0] t = i_samples[3:0]; `AT o_overrun <= t[i_samples[5:4]];",
+    "`AT casez (i_samples[1:0]) 2'b1?: o_overrun <= 1; default: o_overrun <= 0; endcase",
+    "reg w; always @* w = i_rst & i_samples[0]; `AT o_overrun <= w;",
+    "reg n; `AT begin n = i_samples[0]; o_overrun <= n; end",
+    "wire y; inner inner (.a(i_rst), .y(y)); `AT o_overrun <= y; endmodule \
+     module inner(input a, output y); assign y = ~a;",
+];
+
+#[test]
+fn what_synthesis_may_read_differently_is_for_lock_step() {
+    let sensor = small("paper-single", 300, |_| ());
+    let interface = sensor.interface();
+    let cache = cache_dir().unwrap();
+    let said = |body: &str| {
+        let body = format!("{REST}\n{}", body.replace("`AT", "always @(posedge i_clk)"));
+        match super::meaning::refuse_ambiguous(TOP, &with_body(&body, interface), &cache) {
+            Err(Refusal::Unfit(reason)) => reason.to_string(),
+            Err(error) => panic!("{body}: {error}"),
+            Ok(()) => "taken".to_owned(),
+        }
+    };
+    for (body, told) in AMBIGUOUS {
+        let reason = said(body);
+        assert!(
+            reason.contains("may not mean the same") && reason.contains(told),
+            "{body}: {reason}"
+        );
+    }
+    for body in PLAIN {
+        assert_eq!(said(body), "taken", "{body}");
     }
 }
